@@ -1,0 +1,149 @@
+// Messages between the network side and the zones: the only things that cross between their threads.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "shared/core/ids.h"
+#include "shared/motion/input_command.h"
+
+namespace zoned::mailbox {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// What a ticket allows.
+enum Right : std::uint32_t {
+    kRightPlay = 1u << 0,
+    kRightAudit = 1u << 1,   ///< may receive the truth (a wall-hack otherwise)
+    kRightFreeze = 1u << 2,  ///< may freeze the world, as the final comparison does
+    kRightAdmin = 1u << 3,
+};
+
+enum class LeaveReason : std::uint8_t { kQuit, kTimeout, kKicked, kShutdown };
+
+// ---- network -> zones ----
+
+/// A client logged in and wants an avatar. Routed to the zone that the world picks for spawning.
+struct Join {
+    ClientId client;
+    std::string name;          ///< validated UTF-8, 1..32 bytes
+    std::string team;          ///< topic "team/<team>"; may be empty
+    std::uint32_t rights = kRightPlay;
+};
+
+struct Leave {
+    ClientId client;
+    LeaveReason reason = LeaveReason::kQuit;
+};
+
+/// Commands of one input packet that passed the input gate, ascending by tick.
+struct Input {
+    ClientId client;
+    std::vector<motion::InputCommand> commands;
+};
+
+/// Which state packets a client has: sequence numbers as in replication's Packet.
+struct Acks {
+    ClientId client;
+    std::uint64_t newest = 0;
+    std::uint32_t bits = 0;    ///< bit i: newest - 1 - i has arrived as well
+    std::uint32_t rtt_us = 0;  ///< smoothed round trip as the session measures it
+};
+
+/// A reliable command to the rules of the game.
+struct Command {
+    ClientId client;
+    std::uint16_t kind = 0;
+    Bytes payload;
+};
+
+/// The client has carried out an event that asked for confirmation.
+struct Confirm {
+    ClientId client;
+    EventId event;
+};
+
+/// A client detected that its view diverged beyond repair: everything is owed to it again, absolute.
+struct ViewReset {
+    ClientId client;
+};
+
+/// Stops or resumes the simulation of all zones; replication goes on.
+struct Freeze {
+    bool on = true;
+};
+
+/// Asks for an audit record of this client at the next tick (also taken periodically when audits are on).
+struct AuditRequest {
+    ClientId client;
+};
+
+using InboxItem =
+    std::variant<Join, Leave, Input, Acks, Command, Confirm, ViewReset, Freeze, AuditRequest>;
+
+// ---- zones -> network ----
+
+/// A state packet for one client: body as in shared/wire/packet.h, sealed by the session layer under `sequence`.
+struct StatePacket {
+    ClientId client;
+    std::uint64_t sequence = 0;  ///< strictly ascending per client, across zones
+    Bytes body;
+};
+
+/// A reliable event with its recipients already resolved, ascending by client id.
+struct EventOut {
+    EventId event;
+    Tick tick = 0;
+    std::uint16_t kind = 0;      ///< of the rules
+    bool confirm = false;        ///< the client must answer with Confirm
+    std::string topic;           ///< empty for direct events
+    Bytes payload;
+    std::vector<ClientId> recipients;
+};
+
+/// The client plays in this world now (first join) or its avatar changed.
+struct Joined {
+    ClientId client;
+    EntityId avatar;
+    ZoneId zone;
+    Tick tick = 0;
+};
+
+/// The rules throw a client out.
+struct Kick {
+    ClientId client;
+    std::string reason;
+};
+
+/// Truth of one entity at the audit's tick.
+struct AuditEntity {
+    EntityId entity;
+    TypeIndex type = 0;
+    double position[3] = {0, 0, 0};     ///< world coordinates, m
+    float orientation[4] = {1, 0, 0, 0};///< w, x, y, z
+    float distance_m = 0.0F;            ///< from the viewer's avatar
+    float bound_m = 0.0F;               ///< position bound promised at that distance
+    float bound_rad = 0.0F;             ///< orientation bound
+    bool must_know = false;             ///< within aura and nimbus now; else it lies in the hysteresis band: may be known
+    Tick discontinuity_tick = 0;        ///< last spawn, teleport or unhide
+    Tick breach_tick = 0;               ///< when truth last left what its own last publication predicted, 0 = never
+    std::vector<std::int32_t> quantized;  ///< frozen worlds only: the exact integers of wire::QuantizedState
+};
+
+/// What one client ought to know at `tick`, computed by brute force from raw state.
+struct AuditRecord {
+    ClientId client;
+    Tick tick = 0;
+    ZoneId zone;
+    bool frozen = false;
+    double avatar_position[3] = {0, 0, 0};
+    Tick avatar_discontinuity_tick = 0;
+    std::vector<AuditEntity> entities;
+};
+
+using OutboxItem =
+    std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord>;
+
+}  // namespace zoned::mailbox

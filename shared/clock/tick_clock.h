@@ -1,0 +1,31 @@
+// TickClock: turns seconds into ticks and back; whoever knows the time passes it in.
+#pragma once
+
+#include <cmath>
+
+#include "shared/core/assert.h"
+#include "shared/core/ids.h"
+
+namespace zoned::clock {
+
+/// Tick t happens at t * dt seconds of server time.
+class TickClock {
+  public:
+    explicit TickClock(double rate_hz) : dt_s_(1.0 / rate_hz) {
+        ZONED_ASSERT(rate_hz > 0.0, "a tick rate is positive");
+    }
+
+    [[nodiscard]] double dt_s() const { return dt_s_; }
+
+    [[nodiscard]] double time_of(Tick tick) const { return static_cast<double>(tick) * dt_s_; }
+
+    /// The newest tick whose time is not after `time_s`. A tolerance of a nanosecond absorbs rounding.
+    [[nodiscard]] Tick tick_at(double time_s) const {
+        return static_cast<Tick>(std::floor((time_s + 1e-9) / dt_s_));
+    }
+
+  private:
+    double dt_s_;
+};
+
+}  // namespace zoned::clock

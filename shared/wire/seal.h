@@ -1,0 +1,63 @@
+// Seal: authenticated encryption of datagrams, AES-128-GCM (RFC 5116), one context per direction.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::wire {
+
+/// Key and nonce salt of one direction, taken from the TLS exporter (RFC 8446, section 7.5).
+struct SealKey {
+    std::array<std::uint8_t, 16> key{};
+    std::array<std::uint8_t, 12> salt{};
+};
+
+/// Labels of the exporter; 28 bytes each are exported: key then salt.
+inline constexpr char kExporterLabelDown[] = "EXPERIMENTAL zoned datagrams down";
+inline constexpr char kExporterLabelUp[] = "EXPERIMENTAL zoned datagrams up";
+
+/// Seals or opens datagrams with one key. The nonce is the salt XOR the 64-bit sequence, as in TLS 1.3: a sequence must
+/// never be sealed twice under one key. Not thread-safe; no allocation after construction.
+class Seal {
+  public:
+    explicit Seal(const SealKey& key);
+    Seal(Seal&&) noexcept;
+    Seal& operator=(Seal&&) noexcept;
+    ~Seal();
+
+    /// Appends ciphertext and 16-byte tag of `plain` to `out`; `associated` is authenticated, not encrypted.
+    void seal(std::uint64_t sequence,
+              std::span<const std::uint8_t> associated,
+              std::span<const std::uint8_t> plain,
+              std::vector<std::uint8_t>& out);
+
+    /// Replaces `plain` by the opened text; false (and `plain` empty) when it does not authenticate.
+    bool open(std::uint64_t sequence,
+              std::span<const std::uint8_t> associated,
+              std::span<const std::uint8_t> sealed,
+              std::vector<std::uint8_t>& plain);
+
+  private:
+    struct Contexts;
+    std::unique_ptr<Contexts> contexts_;
+};
+
+/// Sliding window against replay (RFC 4303, section 3.4.3), 1,024 sequences wide.
+class ReplayWindow {
+  public:
+    /// True when `sequence` was neither seen nor is too old. Does not change the window.
+    [[nodiscard]] bool fresh(std::uint64_t sequence) const;
+    /// Marks a sequence that authenticated.
+    void mark(std::uint64_t sequence);
+    [[nodiscard]] std::uint64_t newest() const { return newest_; }
+
+  private:
+    static constexpr std::size_t kWords = 16;
+    std::array<std::uint64_t, kWords> seen_{};
+    std::uint64_t newest_ = 0;
+};
+
+}  // namespace zoned::wire
