@@ -1,14 +1,15 @@
-// Link: one client's connection to a server as bytes and messages; sockets or a virtual network stand behind it.
+// Link: one client's connection to a server as bytes and messages; sockets or a virtual network
+// stand behind it.
 #pragma once
+
+#include "proto/session.pb.h"
+#include "shared/wire/seal.h"
 
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
 #include <vector>
-
-#include "proto/session.pb.h"
-#include "shared/wire/seal.h"
 
 namespace zoned::link {
 
@@ -18,13 +19,13 @@ using Bytes = std::vector<std::uint8_t>;
 struct TransportEvents {
     /// Stream is up (TLS done); keys derive from its exporter.
     std::function<void(const wire::SealKey& down, const wire::SealKey& up)> opened;
-    std::function<void(Bytes frame)> frame;            ///< one serialised ServerMessage
-    std::function<void(Bytes datagram)> datagram;      ///< UDP payload with this client's connection id
-    std::function<void(std::string reason)> closed;    ///< stream is gone; empty reason: orderly
+    std::function<void(Bytes frame)> frame;        ///< one serialised ServerMessage
+    std::function<void(Bytes datagram)> datagram;  ///< UDP payload with this client's connection id
+    std::function<void(std::string reason)> closed;  ///< stream is gone; empty reason: orderly
 };
 
-/// Raw transport of one client: a TLS stream of frames and a UDP path. Implemented by sockets (socket_transport) and by
-/// the test harness (virtual network). Not thread-safe.
+/// Raw transport of one client: a TLS stream of frames and a UDP path. Implemented by sockets
+/// (socket_transport) and by the test harness (virtual network). Not thread-safe.
 class Transport {
   public:
     virtual ~Transport() = default;
@@ -32,7 +33,8 @@ class Transport {
     /// Opens (or reopens) the stream; answers with opened() or closed().
     virtual void open() = 0;
     virtual void send_frame(Bytes frame) = 0;
-    /// Datagrams go to the server's address and `udp_port`; the connection id lets many clients share a socket.
+    /// Datagrams go to the server's address and `udp_port`; the connection id lets many clients
+    /// share a socket.
     virtual void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) = 0;
     virtual void send_datagram(Bytes datagram) = 0;
     virtual void close() = 0;

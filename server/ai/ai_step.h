@@ -1,9 +1,6 @@
-// ai_step: perception, decisions and steering of all minds in a zone; its output is one InputCommand per character.
+// ai_step: perception, decisions and steering of all minds in a zone; its output is one
+// InputCommand per character.
 #pragma once
-
-#include <cstdint>
-#include <span>
-#include <vector>
 
 #include "server/ai/machine.h"
 #include "server/spatial/point_grid.h"
@@ -11,28 +8,34 @@
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"
 
+#include <cstdint>
+#include <span>
+#include <vector>
+
 namespace zoned::ai {
 
 struct Settings {
     std::vector<Machine> machines;
-    std::uint32_t max_decisions_per_tick = 4096;  ///< counted units of work; what does not fit waits, the longest waiting first
-    bool reduce_far = true;        ///< minds farther than far_m from every player steer every 4th tick
+    std::uint32_t max_decisions_per_tick =
+        4096;  ///< counted units of work; what does not fit waits, the longest waiting first
+    bool reduce_far = true;  ///< minds farther than far_m from every player steer every 4th tick
     float far_m = 150.0F;
 };
 
 /// The mind of one entity: part of snapshots, handoffs and hashes. Positions are zone-local.
 struct Mind {
     EntityId entity;
-    std::uint16_t machine = 0;      ///< index into Settings::machines
+    std::uint16_t machine = 0;  ///< index into Settings::machines
     std::uint16_t state = 0;
     Tick state_since = 0;
     Tick next_decision = 0;
-    Tick holding_since = -1;        ///< since when the pending transition's condition has held, -1 = does not
-    std::uint16_t holding = 0;      ///< index of that transition
+    Tick holding_since =
+        -1;  ///< since when the pending transition's condition has held, -1 = does not
+    std::uint16_t holding = 0;  ///< index of that transition
     Vec3 home = Vec3::Zero();
     Vec3 target = Vec3::Zero();
     std::uint8_t corner = 0;
-    EntityId prey;                  ///< nearest player noticed at the last decision
+    EntityId prey;  ///< nearest player noticed at the last decision
     core::Rng rng;
 };
 
@@ -40,7 +43,7 @@ struct Report {
     std::uint32_t minds = 0;
     std::uint32_t decisions = 0;
     std::uint32_t steered = 0;
-    std::uint32_t postponed = 0;    ///< decisions that the budget moved to a later tick
+    std::uint32_t postponed = 0;  ///< decisions that the budget moved to a later tick
     std::uint32_t transitions = 0;
 };
 
@@ -52,16 +55,20 @@ class Minds {
     /// Removes and returns (for a handoff); the entity must have one.
     Mind take(EntityId entity);
     [[nodiscard]] const Mind* find(EntityId entity) const;
+
     [[nodiscard]] std::size_t size() const { return minds_.size(); }
+
     [[nodiscard]] std::span<Mind> all() { return minds_; }
+
     void hash(core::StateHash& hash) const;
 
   private:
     std::vector<Mind> minds_;
 };
 
-/// Writes `command`, `behaviour` of the rows that have a mind. `grid` indexes entities.position by row; `dt` in s.
-/// Players are the rows with a client and without kHidden. Rows of hidden or removed entities are left alone.
+/// Writes `command`, `behaviour` of the rows that have a mind. `grid` indexes entities.position by
+/// row; `dt` in s. Players are the rows with a client and without kHidden. Rows of hidden or
+/// removed entities are left alone.
 Report step(Minds& minds,
             world::Entities& entities,
             const world::TypeTable& types,

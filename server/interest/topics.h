@@ -1,12 +1,12 @@
 // Topics: publish-subscribe for what is not spatial (team, zone, world).
 #pragma once
 
+#include "shared/core/ids.h"
+
 #include <map>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "shared/core/ids.h"
 
 namespace zoned::interest {
 
@@ -15,7 +15,7 @@ class Topics {
   public:
     void subscribe(ClientId client, std::string_view topic);
     void unsubscribe(ClientId client, std::string_view topic);
-    void remove(ClientId client);   ///< from all topics
+    void remove(ClientId client);  ///< from all topics
     /// Subscribers ascending by client id; empty for an unknown topic.
     [[nodiscard]] const std::vector<ClientId>& subscribers(std::string_view topic) const;
 

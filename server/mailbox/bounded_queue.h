@@ -1,4 +1,5 @@
-// BoundedQueue: a queue between threads with a fixed capacity; what does not fit is counted, never waited for.
+// BoundedQueue: a queue between threads with a fixed capacity; what does not fit is counted, never
+// waited for.
 #pragma once
 
 #include <atomic>
@@ -10,11 +11,14 @@
 
 namespace zoned::mailbox {
 
-/// Many producers, one consumer that takes everything at once. The lock is held for a push_back or a swap only.
+/// Many producers, one consumer that takes everything at once. The lock is held for a push_back or
+/// a swap only.
 template <class T>
 class BoundedQueue {
   public:
-    explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) { items_.reserve(capacity < 4096 ? capacity : 4096); }
+    explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {
+        items_.reserve(capacity < 4096 ? capacity : 4096);
+    }
 
     /// False when full: the item is dropped and counted.
     bool push(T item) {

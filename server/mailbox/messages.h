@@ -1,13 +1,14 @@
-// Messages between the network side and the zones: the only things that cross between their threads.
+// Messages between the network side and the zones: the only things that cross between their
+// threads.
 #pragma once
+
+#include "shared/core/ids.h"
+#include "shared/motion/input_command.h"
 
 #include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "shared/core/ids.h"
-#include "shared/motion/input_command.h"
 
 namespace zoned::mailbox {
 
@@ -21,15 +22,20 @@ enum Right : std::uint32_t {
     kRightAdmin = 1u << 3,
 };
 
-enum class LeaveReason : std::uint8_t { kQuit, kTimeout, kKicked, kShutdown };
+enum class LeaveReason : std::uint8_t {
+    kQuit,
+    kTimeout,
+    kKicked,
+    kShutdown
+};
 
 // ---- network -> zones ----
 
 /// A client logged in and wants an avatar. Routed to the zone that the world picks for spawning.
 struct Join {
     ClientId client;
-    std::string name;          ///< validated UTF-8, 1..32 bytes
-    std::string team;          ///< topic "team/<team>"; may be empty
+    std::string name;  ///< validated UTF-8, 1..32 bytes
+    std::string team;  ///< topic "team/<team>"; may be empty
     std::uint32_t rights = kRightPlay;
 };
 
@@ -65,7 +71,8 @@ struct Confirm {
     EventId event;
 };
 
-/// A client detected that its view diverged beyond repair: everything is owed to it again, absolute.
+/// A client detected that its view diverged beyond repair: everything is owed to it again,
+/// absolute.
 struct ViewReset {
     ClientId client;
 };
@@ -75,7 +82,8 @@ struct Freeze {
     bool on = true;
 };
 
-/// Asks for an audit record of this client at the next tick (also taken periodically when audits are on).
+/// Asks for an audit record of this client at the next tick (also taken periodically when audits
+/// are on).
 struct AuditRequest {
     ClientId client;
 };
@@ -85,7 +93,8 @@ using InboxItem =
 
 // ---- zones -> network ----
 
-/// A state packet for one client: body as in shared/wire/packet.h, sealed by the session layer under `sequence`.
+/// A state packet for one client: body as in shared/wire/packet.h, sealed by the session layer
+/// under `sequence`.
 struct StatePacket {
     ClientId client;
     std::uint64_t sequence = 0;  ///< strictly ascending per client, across zones
@@ -96,9 +105,9 @@ struct StatePacket {
 struct EventOut {
     EventId event;
     Tick tick = 0;
-    std::uint16_t kind = 0;      ///< of the rules
-    bool confirm = false;        ///< the client must answer with Confirm
-    std::string topic;           ///< empty for direct events
+    std::uint16_t kind = 0;  ///< of the rules
+    bool confirm = false;    ///< the client must answer with Confirm
+    std::string topic;       ///< empty for direct events
     Bytes payload;
     std::vector<ClientId> recipients;
 };
@@ -121,15 +130,18 @@ struct Kick {
 struct AuditEntity {
     EntityId entity;
     TypeIndex type = 0;
-    double position[3] = {0, 0, 0};     ///< world coordinates, m
-    float orientation[4] = {1, 0, 0, 0};///< w, x, y, z
-    float distance_m = 0.0F;            ///< from the viewer's avatar
-    float bound_m = 0.0F;               ///< position bound promised at that distance
-    float bound_rad = 0.0F;             ///< orientation bound
-    bool must_know = false;             ///< within aura and nimbus now; else it lies in the hysteresis band: may be known
-    Tick discontinuity_tick = 0;        ///< last spawn, teleport or unhide
-    Tick breach_tick = 0;               ///< when truth last left what its own last publication predicted, 0 = never
-    std::vector<std::int32_t> quantized;  ///< frozen worlds only: the exact integers of wire::QuantizedState
+    double position[3] = {0, 0, 0};       ///< world coordinates, m
+    float orientation[4] = {1, 0, 0, 0};  ///< w, x, y, z
+    float distance_m = 0.0F;              ///< from the viewer's avatar
+    float bound_m = 0.0F;                 ///< position bound promised at that distance
+    float bound_rad = 0.0F;               ///< orientation bound
+    bool must_know =
+        false;  ///< within aura and nimbus now; else it lies in the hysteresis band: may be known
+    Tick discontinuity_tick = 0;  ///< last spawn, teleport or unhide
+    Tick breach_tick =
+        0;  ///< when truth last left what its own last publication predicted, 0 = never
+    std::vector<std::int32_t>
+        quantized;  ///< frozen worlds only: the exact integers of wire::QuantizedState
 };
 
 /// What one client ought to know at `tick`, computed by brute force from raw state.
@@ -143,7 +155,6 @@ struct AuditRecord {
     std::vector<AuditEntity> entities;
 };
 
-using OutboxItem =
-    std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord>;
+using OutboxItem = std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord>;
 
 }  // namespace zoned::mailbox

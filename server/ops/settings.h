@@ -1,18 +1,18 @@
 // Settings: the checked config as plain structs, in the form in which each stage wants them.
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
-#include "proto/config.pb.h"
 #include "server/ai/ai_step.h"
 #include "server/interest/interest_step.h"
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
 #include "server/zone/rules.h"
+#include "proto/config.pb.h"
 #include "shared/motion/static_geometry.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace zoned::ops {
 
@@ -20,8 +20,8 @@ namespace zoned::ops {
 struct ConfigError {
     int line = 0;
     int column = 0;
-    std::string path;   ///< e.g. "zones.zone[2].max_x_m"
-    std::string text;   ///< what is wrong and what would be right
+    std::string path;  ///< e.g. "zones.zone[2].max_x_m"
+    std::string text;  ///< what is wrong and what would be right
 };
 
 /// The rectangle of a zone, world coordinates, m. Local (0, 0, 0) is its centre at y = 0.
@@ -33,32 +33,35 @@ struct ZoneRegion {
     double max_x = 0.0;
     double max_z = 0.0;
 
-    [[nodiscard]] Vec3d origin() const { return {0.5 * (min_x + max_x), 0.0, 0.5 * (min_z + max_z)}; }
+    [[nodiscard]] Vec3d origin() const {
+        return {0.5 * (min_x + max_x), 0.0, 0.5 * (min_z + max_z)};
+    }
 };
 
-/// An entity to be there when the world begins (scatter entries of the config are expanded to these by seed).
+/// An entity to be there when the world begins (scatter entries of the config are expanded to these
+/// by seed).
 struct InitialEntity {
     TypeIndex type = 0;
-    Vec3d position = Vec3d::Zero();        ///< world coordinates, m
+    Vec3d position = Vec3d::Zero();  ///< world coordinates, m
     Quat orientation = Quat::Identity();
     std::uint16_t yaw = 0;
 };
 
 /// Everything that a server needs to know, checked.
 struct Settings {
-    proto::Config config;                  ///< as read, after --set; what is not below is read from here
-    std::string digest;                    ///< hex SHA-256 of the canonical form of the parts that clients depend on
-    std::string text;                      ///< canonical text form of the whole config, for recordings
+    proto::Config config;  ///< as read, after --set; what is not below is read from here
+    std::string digest;  ///< hex SHA-256 of the canonical form of the parts that clients depend on
+    std::string text;    ///< canonical text form of the whole config, for recordings
     double tick_rate_hz = 30.0;
     std::uint64_t seed = 1;
     world::TypeTable types;
-    std::vector<ZoneRegion> zones;         ///< index = ZoneId - 1
+    std::vector<ZoneRegion> zones;  ///< index = ZoneId - 1
     float ghost_margin_m = 120.0F;
     float handoff_hysteresis_m = 2.0F;
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
-    std::vector<Vec3d> spawn_points;       ///< at least one; players are spread over them
+    std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;
@@ -66,14 +69,15 @@ struct Settings {
     zone::RulesSettings rules;
 };
 
-/// Reads a config file, applies `sets` ("path.to.field=value"), checks everything. On mistakes `errors` holds all that were
-/// found, in order of line, and the result must not be used.
+/// Reads a config file, applies `sets` ("path.to.field=value"), checks everything. On mistakes
+/// `errors` holds all that were found, in order of line, and the result must not be used.
 bool load_settings(const std::string& file,
                    const std::vector<std::string>& sets,
                    Settings& settings,
                    std::vector<ConfigError>& errors);
 
-/// The same from text (tests, harness, recordings); `name` stands in messages instead of a file name.
+/// The same from text (tests, harness, recordings); `name` stands in messages instead of a file
+/// name.
 bool parse_settings(const std::string& text,
                     const std::vector<std::string>& sets,
                     Settings& settings,

@@ -1,57 +1,59 @@
 // Scene: the rigid bodies of one zone; add bodies, step, read states, contacts and queries.
 #pragma once
 
+#include "server/physics/shape.h"
+#include "shared/core/result.h"
+#include "shared/core/state_hash.h"
+#include "shared/math/aabb.h"
+
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "server/physics/shape.h"
-#include "shared/core/result.h"
-#include "shared/core/state_hash.h"
-#include "shared/math/aabb.h"
-
 namespace zoned::physics {
 
 struct Settings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
-    int substeps = 4;                 ///< 1..64
-    int velocity_iterations = 4;      ///< per substep, 1..64
-    float sleep_speed_mps = 0.05F;    ///< a body slower than this ...
-    float sleep_spin_rps = 0.05F;     ///< ... in both senses ...
-    float sleep_after_s = 0.5F;       ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
-    float cell_m = 4.0F;              ///< broadphase cell size
+    int substeps = 4;                            ///< 1..64
+    int velocity_iterations = 4;                 ///< per substep, 1..64
+    float sleep_speed_mps = 0.05F;               ///< a body slower than this ...
+    float sleep_spin_rps = 0.05F;                ///< ... in both senses ...
+    float sleep_after_s =
+        0.5F;  ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
+    float cell_m = 4.0F;  ///< broadphase cell size
 };
 
 /// Times are measured by the caller (no clock in here); counts of one step.
 struct StepStats {
     std::uint32_t bodies = 0;
-    std::uint32_t awake = 0;          ///< dynamic bodies awake after the step
-    std::uint32_t pairs = 0;          ///< broadphase pairs
-    std::uint32_t contacts = 0;       ///< contact points
+    std::uint32_t awake = 0;     ///< dynamic bodies awake after the step
+    std::uint32_t pairs = 0;     ///< broadphase pairs
+    std::uint32_t contacts = 0;  ///< contact points
     std::uint32_t islands = 0;
-    std::uint32_t quarantined = 0;    ///< bodies stopped because their state became not finite
-    bool skipped = false;             ///< nothing was awake: no pass ran
+    std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
+    bool skipped = false;           ///< nothing was awake: no pass ran
 };
 
-/// A contact that began in this step between bodies with user tags, or that carried a large impulse.
+/// A contact that began in this step between bodies with user tags, or that carried a large
+/// impulse.
 struct ContactEvent {
     BodyId a;
     BodyId b;
     std::uint32_t user_a = 0;
     std::uint32_t user_b = 0;
     Vec3 point = Vec3::Zero();
-    Vec3 normal = Vec3::UnitY();   ///< from a to b
-    float impulse = 0.0F;          ///< sum of normal impulses in this step, N s
-    float approach_speed = 0.0F;   ///< closing speed along the normal before the solve, m/s
+    Vec3 normal = Vec3::UnitY();  ///< from a to b
+    float impulse = 0.0F;         ///< sum of normal impulses in this step, N s
+    float approach_speed = 0.0F;  ///< closing speed along the normal before the solve, m/s
     bool began = false;
 };
 
 struct RayHit {
     BodyId body;
     std::uint32_t user = 0;
-    float distance = 0.0F;         ///< along the normalised direction, m
+    float distance = 0.0F;  ///< along the normalised direction, m
     Vec3 point = Vec3::Zero();
     Vec3 normal = Vec3::UnitY();
 };
@@ -64,7 +66,8 @@ struct BodyState {
     bool asleep = false;
 };
 
-/// Deterministic: the same calls in the same order give the same bits. No allocation in step() after warm-up.
+/// Deterministic: the same calls in the same order give the same bits. No allocation in step()
+/// after warm-up.
 class Scene {
   public:
     explicit Scene(const Settings& settings);
@@ -72,9 +75,10 @@ class Scene {
     Scene& operator=(Scene&&) noexcept;
     ~Scene();
 
-    /// Refuses what is not finite, sizes or masses that are not positive, quaternions far from unit length.
+    /// Refuses what is not finite, sizes or masses that are not positive, quaternions far from unit
+    /// length.
     core::Result<BodyId> add(const BodyDef& def);
-    void remove(BodyId body);   ///< wakes what touched it
+    void remove(BodyId body);  ///< wakes what touched it
     [[nodiscard]] bool contains(BodyId body) const;
 
     [[nodiscard]] BodyState state(BodyId body) const;
@@ -88,11 +92,13 @@ class Scene {
 
     StepStats step(float dt);
 
-    /// Bodies whose state changed in the last step (awake dynamic and moving kinematic ones, and those that fell asleep in it), ascending.
+    /// Bodies whose state changed in the last step (awake dynamic and moving kinematic ones, and
+    /// those that fell asleep in it), ascending.
     [[nodiscard]] std::span<const BodyId> moved() const;
     [[nodiscard]] std::span<const ContactEvent> contact_events() const;
 
-    /// Nearest hit of a ray within `max_distance`; `ignore_user` is passed through (0 = nobody). Static, kinematic and dynamic bodies.
+    /// Nearest hit of a ray within `max_distance`; `ignore_user` is passed through (0 = nobody).
+    /// Static, kinematic and dynamic bodies.
     [[nodiscard]] bool ray_cast(const Vec3& origin,
                                 const Vec3& direction,
                                 float max_distance,
@@ -103,7 +109,8 @@ class Scene {
 
     [[nodiscard]] std::uint32_t body_count() const;
     [[nodiscard]] std::uint32_t awake_count() const;
-    /// The bodies connected to `body` by contacts of the last step through dynamic bodies, itself included, ascending.
+    /// The bodies connected to `body` by contacts of the last step through dynamic bodies, itself
+    /// included, ascending.
     void island_of(BodyId body, std::vector<BodyId>& out) const;
 
     void hash(core::StateHash& hash) const;

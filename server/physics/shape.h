@@ -1,14 +1,19 @@
 // Shape, material and body definitions of the rigid-body engine.
 #pragma once
 
-#include <cstdint>
-
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
 
+#include <cstdint>
+
 namespace zoned::physics {
 
-enum class ShapeKind : std::uint8_t { kSphere, kBox, kCapsule, kPlane };
+enum class ShapeKind : std::uint8_t {
+    kSphere,
+    kBox,
+    kCapsule,
+    kPlane
+};
 
 /// Geometry in body coordinates, centred on the body's centre of mass.
 struct Shape {
@@ -16,7 +21,8 @@ struct Shape {
     Vec3 half_extents = Vec3::Constant(0.5F);  ///< box, m
     float radius = 0.5F;                       ///< sphere, capsule, m
     float half_segment = 0.5F;                 ///< capsule along body y, m
-    // A plane is a half-space: solid below the body's local x-z plane, normal +y. Static bodies only.
+    // A plane is a half-space: solid below the body's local x-z plane, normal +y. Static bodies
+    // only.
 
     static Shape sphere(float radius);
     static Shape box(const Vec3& half_extents);
@@ -40,13 +46,13 @@ struct BodyDef {
     BodyKind kind = BodyKind::kDynamic;
     Shape shape;
     Material material;
-    float mass = 1.0F;                      ///< kg, dynamic only, > 0
-    Vec3 position = Vec3::Zero();           ///< centre of mass, m
+    float mass = 1.0F;             ///< kg, dynamic only, > 0
+    Vec3 position = Vec3::Zero();  ///< centre of mass, m
     Quat orientation = Quat::Identity();
-    Vec3 velocity = Vec3::Zero();           ///< m/s
-    Vec3 angular_velocity = Vec3::Zero();   ///< rad/s, world axes
-    std::uint32_t user = 0;                 ///< the caller's tag, e.g. an entity id's value; 0 = none
-    bool asleep = false;                    ///< dynamic: starts asleep
+    Vec3 velocity = Vec3::Zero();          ///< m/s
+    Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
+    std::uint32_t user = 0;  ///< the caller's tag, e.g. an entity id's value; 0 = none
+    bool asleep = false;     ///< dynamic: starts asleep
 };
 
 }  // namespace zoned::physics

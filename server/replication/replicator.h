@@ -1,10 +1,6 @@
-// Replicator: turns what viewers hear of into state packets: encode once, promise a bound, owe what was lost.
+// Replicator: turns what viewers hear of into state packets: encode once, promise a bound, owe what
+// was lost.
 #pragma once
-
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <vector>
 
 #include "server/mailbox/messages.h"
 #include "server/world/entities.h"
@@ -13,44 +9,55 @@
 #include "shared/core/state_hash.h"
 #include "shared/wire/quantize.h"
 
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
 namespace zoned::replication {
 
 /// The promise of one level of detail.
 struct LodBound {
-    float position_m = 0.05F;       ///< > 0
-    float orientation_rad = 0.1F;   ///< > 0
+    float position_m = 0.05F;      ///< > 0
+    float orientation_rad = 0.1F;  ///< > 0
 };
 
 struct Settings {
     wire::Quantization quantization;
-    std::vector<LodBound> lods;              ///< one per LOD, nearest first, 1..4
-    std::uint32_t heartbeat_ticks = 60;      ///< a moving entity is published at least this often, 1..240
-    std::uint32_t keyframe_every = 8;        ///< publications between keyframes of a stream, 1..255
-    std::uint32_t budget_bytes_per_s = 16000;  ///< per client, headers counted; bursts of up to a quarter of a second
-    std::uint32_t own_state_every_ticks = 6; ///< own avatar's state at least this often while it moves, 1..60
-    std::uint32_t silence_ticks = 12;        ///< a client hears a datagram at least this often, 1..15
+    std::vector<LodBound> lods;  ///< one per LOD, nearest first, 1..4
+    std::uint32_t heartbeat_ticks =
+        60;                            ///< a moving entity is published at least this often, 1..240
+    std::uint32_t keyframe_every = 8;  ///< publications between keyframes of a stream, 1..255
+    std::uint32_t budget_bytes_per_s =
+        16000;  ///< per client, headers counted; bursts of up to a quarter of a second
+    std::uint32_t own_state_every_ticks =
+        6;  ///< own avatar's state at least this often while it moves, 1..60
+    std::uint32_t silence_ticks = 12;  ///< a client hears a datagram at least this often, 1..15
     float tick_s = 1.0F / 30.0F;
-    int forced_order = -1;                   ///< -1: the least volatile order per entity; 0..2: only this one
-    float redundancy_target = 1e-6F;         ///< news is repeated until the chance that all copies were lost is below this
+    int forced_order = -1;  ///< -1: the least volatile order per entity; 0..2: only this one
+    float redundancy_target =
+        1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
 };
 
 struct Report {
-    std::uint32_t streams = 0;          ///< (entity, LOD) that somebody subscribes to
-    std::uint32_t publications = 0;     ///< encoded this tick
-    std::uint32_t keyframes = 0;        ///< of these
-    std::uint32_t records_sent = 0;     ///< copies into packets
-    std::uint32_t records_resent = 0;   ///< of these: again, after loss or as redundancy
+    std::uint32_t streams = 0;         ///< (entity, LOD) that somebody subscribes to
+    std::uint32_t publications = 0;    ///< encoded this tick
+    std::uint32_t keyframes = 0;       ///< of these
+    std::uint32_t records_sent = 0;    ///< copies into packets
+    std::uint32_t records_resent = 0;  ///< of these: again, after loss or as redundancy
     std::uint32_t packets = 0;
-    std::uint64_t bytes = 0;            ///< bodies
-    std::uint32_t over_budget = 0;      ///< clients that were still owed something when their budget ended
-    std::uint32_t limit_exceeded = 0;   ///< entities whose truth exceeded its declared a_max or dv_max
-    bool skipped = false;               ///< no viewer: nothing ran, no stream is kept
+    std::uint64_t bytes = 0;  ///< bodies
+    std::uint32_t over_budget =
+        0;  ///< clients that were still owed something when their budget ended
+    std::uint32_t limit_exceeded =
+        0;                 ///< entities whose truth exceeded its declared a_max or dv_max
+    bool skipped = false;  ///< no viewer: nothing ran, no stream is kept
 };
 
 /// Own avatar's input state, as the zone knows it.
 struct OwnInput {
     ClientId client;
-    Tick input_tick = 0;          ///< newest tick whose command the avatar consumed (= now)
+    Tick input_tick = 0;  ///< newest tick whose command the avatar consumed (= now)
     bool input_missing = false;
     std::int8_t input_lead = 0;
 };
@@ -62,10 +69,12 @@ struct ClientTransfer {
     double loss_estimate = 0.0;
     double budget_bytes = 0.0;
     std::uint32_t rtt_us = 0;
-    std::vector<EntityId> known;  ///< entities that the client may hold: the new zone sends them anew or removes them
+    std::vector<EntityId>
+        known;  ///< entities that the client may hold: the new zone sends them anew or removes them
 };
 
-/// Replication state of one zone. Deterministic; no wall clock: round trips and losses come in with the acks.
+/// Replication state of one zone. Deterministic; no wall clock: round trips and losses come in with
+/// the acks.
 class Replicator {
   public:
     explicit Replicator(const Settings& settings);
@@ -79,8 +88,8 @@ class Replicator {
     /// Everything is owed to this client again, absolute.
     void reset_view(ClientId client);
 
-    /// One tick. `visibility` and `own` ascend by client id. Packets are appended to `out`, ascending by client.
-    /// A removed entity is announced through VisibleSet::left.
+    /// One tick. `visibility` and `own` ascend by client id. Packets are appended to `out`,
+    /// ascending by client. A removed entity is announced through VisibleSet::left.
     Report step(Tick now,
                 ZoneId zone,
                 const world::Entities& entities,
@@ -89,7 +98,8 @@ class Replicator {
                 std::span<const OwnInput> own,
                 std::vector<mailbox::StatePacket>& out);
 
-    /// When truth last left the prediction of the stream (entity, lod); 0 = never or no such stream. For audits.
+    /// When truth last left the prediction of the stream (entity, lod); 0 = never or no such
+    /// stream. For audits.
     [[nodiscard]] Tick breach_tick(EntityId entity, std::uint8_t lod) const;
 
     void hash(core::StateHash& hash) const;

@@ -1,5 +1,11 @@
-// SessionHost: all sessions of a server; bytes in, bytes out, no sockets: net and the test harness both drive it.
+// SessionHost: all sessions of a server; bytes in, bytes out, no sockets: net and the test harness
+// both drive it.
 #pragma once
+
+#include "server/mailbox/messages.h"
+#include "proto/session.pb.h"
+#include "shared/core/ids.h"
+#include "shared/wire/seal.h"
 
 #include <cstdint>
 #include <functional>
@@ -9,11 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "proto/session.pb.h"
-#include "server/mailbox/messages.h"
-#include "shared/core/ids.h"
-#include "shared/wire/seal.h"
-
 namespace zoned::session {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -21,7 +22,8 @@ using Bytes = std::vector<std::uint8_t>;
 /// An accepted TCP connection, numbered by whoever accepted it. Zero = none.
 using StreamId = StrongId<struct StreamTag, std::uint64_t>;
 
-/// Where a datagram came from or goes to: IPv6 or v4-mapped address, port. The harness invents its own.
+/// Where a datagram came from or goes to: IPv6 or v4-mapped address, port. The harness invents its
+/// own.
 struct PeerAddress {
     std::uint8_t ip[16] = {};
     std::uint16_t port = 0;
@@ -31,27 +33,33 @@ struct PeerAddress {
 
 struct HostSettings {
     std::uint32_t max_sessions = 20000;
-    double grace_s = 30.0;                 ///< how long a session waits for its client to come back
+    double grace_s = 30.0;  ///< how long a session waits for its client to come back
     double login_timeout_s = 10.0;
-    double silence_timeout_s = 15.0;       ///< neither datagram nor frame for this long: the stream is closed, the grace begins
-    std::size_t max_frame_bytes = 65536;   ///< of a client's frame
-    std::size_t max_unacked_events = 4096; ///< more: the client is too slow, it is closed
-    std::uint32_t max_commands_per_s = 20; ///< reliable commands per client; flood limit (burst: 2 s worth)
+    double silence_timeout_s =
+        15.0;  ///< neither datagram nor frame for this long: the stream is closed, the grace begins
+    std::size_t max_frame_bytes = 65536;    ///< of a client's frame
+    std::size_t max_unacked_events = 4096;  ///< more: the client is too slow, it is closed
+    std::uint32_t max_commands_per_s =
+        20;  ///< reliable commands per client; flood limit (burst: 2 s worth)
     std::uint32_t max_datagrams_per_s = 120;
-    bool dev_mode_loopback = false;        ///< lets in loopback addresses without a ticket, with all rights in dev_rights
+    bool dev_mode_loopback =
+        false;  ///< lets in loopback addresses without a ticket, with all rights in dev_rights
     std::uint32_t dev_rights = mailbox::kRightPlay;
-    std::vector<std::array<std::uint8_t, 32>> ticket_keys;  ///< Ed25519 public keys whose tickets are accepted
+    std::vector<std::array<std::uint8_t, 32>>
+        ticket_keys;  ///< Ed25519 public keys whose tickets are accepted
     std::uint32_t protocol_version = 1;
     std::string config_digest;
     proto::WorldDescription world;
     double tick_rate_hz = 30.0;
-    Tick input_window_ticks = 32;          ///< commands farther ahead of the current tick are refused; older than 8 ticks too
+    Tick input_window_ticks =
+        32;  ///< commands farther ahead of the current tick are refused; older than 8 ticks too
 };
 
 /// What goes out. The host calls these from within its own calls; they must not call back.
 struct Output {
-    std::function<void(StreamId, Bytes frame)> send_frame;     ///< serialised ServerMessage, without the length prefix
-    std::function<void(StreamId)> close_stream;                ///< after all frames before it have been sent
+    std::function<void(StreamId, Bytes frame)>
+        send_frame;  ///< serialised ServerMessage, without the length prefix
+    std::function<void(StreamId)> close_stream;  ///< after all frames before it have been sent
     std::function<void(const PeerAddress&, Bytes datagram)> send_datagram;
     std::function<void(mailbox::InboxItem)> to_zones;
 };
@@ -59,7 +67,7 @@ struct Output {
 struct HostStats {
     std::uint64_t packets_in = 0;
     std::uint64_t packets_out = 0;
-    std::uint64_t bytes_in = 0;            ///< datagrams, UDP payload
+    std::uint64_t bytes_in = 0;  ///< datagrams, UDP payload
     std::uint64_t bytes_out = 0;
     std::uint64_t frames_in = 0;
     std::uint64_t frames_out = 0;
@@ -69,17 +77,24 @@ struct HostStats {
     std::uint32_t sessions_max = 0;
     std::uint64_t address_changes = 0;
     std::uint64_t resumed = 0;
-    std::map<std::string, std::uint64_t> rejected;  ///< reason -> count: nothing from outside is dropped without a count
+    std::map<std::string, std::uint64_t>
+        rejected;  ///< reason -> count: nothing from outside is dropped without a count
 };
 
-/// Not thread-safe: one thread drives it. Times are seconds of one monotonic clock, server_time_s is the tick clock's time (tick * dt).
+/// Not thread-safe: one thread drives it. Times are seconds of one monotonic clock, server_time_s
+/// is the tick clock's time (tick * dt).
 class SessionHost {
   public:
     SessionHost(HostSettings settings, Output output);
     ~SessionHost();
 
-    /// A stream finished its TLS handshake. `keys` derive from its exporter; `loopback` says whether the peer is local.
-    void on_stream_open(StreamId stream, bool loopback, const wire::SealKey& down, const wire::SealKey& up, double now_s);
+    /// A stream finished its TLS handshake. `keys` derive from its exporter; `loopback` says
+    /// whether the peer is local.
+    void on_stream_open(StreamId stream,
+                        bool loopback,
+                        const wire::SealKey& down,
+                        const wire::SealKey& up,
+                        double now_s);
     void on_frame(StreamId stream, std::span<const std::uint8_t> frame, double now_s);
     void on_stream_closed(StreamId stream, double now_s);
     void on_datagram(const PeerAddress& from, std::span<const std::uint8_t> datagram, double now_s);
@@ -87,7 +102,8 @@ class SessionHost {
     /// From the zones. `server_time_s` stamps state packets.
     void on_outbox(const mailbox::OutboxItem& item, double now_s, double server_time_s);
 
-    /// Timeouts, grace periods, retransmissions. Call at least ten times a second. `current_tick` feeds the input gate.
+    /// Timeouts, grace periods, retransmissions. Call at least ten times a second. `current_tick`
+    /// feeds the input gate.
     void tick(double now_s, Tick current_tick);
 
     /// Tells every client that the server closes, and closes the streams.

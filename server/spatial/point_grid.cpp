@@ -1,10 +1,10 @@
 #include "server/spatial/point_grid.h"
 
+#include "shared/core/assert.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "shared/core/assert.h"
 
 namespace zoned::spatial {
 
@@ -62,7 +62,8 @@ void PointGrid::build(std::span<const Vec3> points, float cell_m) {
     for (std::size_t c = 1; c < start_.size(); ++c) {
         start_[c] += start_[c - 1];
     }
-    // Filling from the back keeps rows ascending within a cell and leaves start_ shifted down to the cell begins.
+    // Filling from the back keeps rows ascending within a cell and leaves start_ shifted down to
+    // the cell begins.
     for (std::size_t row = points.size(); row-- > 0;) {
         if (usable(points[row])) {
             const std::uint32_t at = --start_[cell_of_[row] + 1];

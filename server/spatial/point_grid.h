@@ -1,23 +1,25 @@
-// PointGrid: a uniform grid over points in the x-z plane, rebuilt by counting sort whenever it is needed.
+// PointGrid: a uniform grid over points in the x-z plane, rebuilt by counting sort whenever it is
+// needed.
 #pragma once
+
+#include "shared/math/types.h"
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "shared/math/types.h"
-
 namespace zoned::spatial {
 
-/// Answers "which points lie near here". Built once per tick for perception and interest. No allocation after warm-up.
+/// Answers "which points lie near here". Built once per tick for perception and interest. No
+/// allocation after warm-up.
 class PointGrid {
   public:
-    /// Indexes `points` (rows are their positions in the span). `cell_m` > 0; cells grow where the extent would need more
-    /// than 4,194,304 of them. Points that are not finite are left out.
+    /// Indexes `points` (rows are their positions in the span). `cell_m` > 0; cells grow where the
+    /// extent would need more than 4,194,304 of them. Points that are not finite are left out.
     void build(std::span<const Vec3> points, float cell_m);
 
-    /// Calls `visit(row, distance_squared)` for each point within `radius` (m, closed) of (x, z), horizontally; order is
-    /// by cell, then by row: the same for the same build.
+    /// Calls `visit(row, distance_squared)` for each point within `radius` (m, closed) of (x, z),
+    /// horizontally; order is by cell, then by row: the same for the same build.
     template <class Visit>
     void for_each_within(float x, float z, float radius, Visit&& visit) const {
         if (rows_.empty()) {
@@ -29,7 +31,8 @@ class PointGrid {
         const int z0 = cell(z - radius, min_z_, cells_z_);
         const int z1 = cell(z + radius, min_z_, cells_z_);
         for (int cz = z0; cz <= z1; ++cz) {
-            const std::size_t line = static_cast<std::size_t>(cz) * static_cast<std::size_t>(cells_x_);
+            const std::size_t line =
+                static_cast<std::size_t>(cz) * static_cast<std::size_t>(cells_x_);
             const std::uint32_t end = start_[line + static_cast<std::size_t>(x1) + 1];
             for (std::uint32_t i = start_[line + static_cast<std::size_t>(x0)]; i < end; ++i) {
                 const float dx = xs_[i] - x;

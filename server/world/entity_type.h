@@ -1,13 +1,14 @@
-// EntityType: what all entities of one kind have in common; the type table is fixed while a world lives.
+// EntityType: what all entities of one kind have in common; the type table is fixed while a world
+// lives.
 #pragma once
+
+#include "shared/core/ids.h"
+#include "shared/motion/apply_input.h"
 
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include "shared/core/ids.h"
-#include "shared/motion/apply_input.h"
 
 namespace zoned::world {
 
@@ -16,12 +17,22 @@ enum class EntityKind : std::uint8_t {
     kCharacter,  ///< a capsule moved by apply_input (player or NPC), kinematic for the physics
 };
 
-enum class ShapeKind : std::uint8_t { kSphere, kBox, kCapsule };
+enum class ShapeKind : std::uint8_t {
+    kSphere,
+    kBox,
+    kCapsule
+};
 
-inline constexpr int kBehaviours = 4;  ///< behavioural radii: which of them holds is a column of the entity
+inline constexpr int kBehaviours =
+    4;  ///< behavioural radii: which of them holds is a column of the entity
 
 /// Names of the behavioural radii, in the order of the columns.
-enum class Behaviour : std::uint8_t { kNormal = 0, kIdle = 1, kRunning = 2, kRiding = 3 };
+enum class Behaviour : std::uint8_t {
+    kNormal = 0,
+    kIdle = 1,
+    kRunning = 2,
+    kRiding = 3
+};
 
 struct EntityType {
     std::string name;
@@ -33,13 +44,14 @@ struct EntityType {
     float mass = 1.0F;                         ///< kg, > 0
     float friction = 0.5F;
     float restitution = 0.0F;
-    motion::CharacterLimits character;         ///< kCharacter only
-    std::array<float, kBehaviours> aura_m{};   ///< how far the entity is heard, by behaviour, m
-    std::array<float, kBehaviours> nimbus_m{}; ///< how far a viewer with this avatar listens, by behaviour, m
-    float max_acceleration_mps2 = 20.0F;       ///< declared limit a_max of the promised bound
-    float max_velocity_jump_mps = 10.0F;       ///< declared limit dv_max of the promised bound
-    float priority = 1.0F;                     ///< relative weight under a byte budget
-    std::uint16_t mind = 0;                    ///< 1 + index of the state machine; 0 = mindless
+    motion::CharacterLimits character;        ///< kCharacter only
+    std::array<float, kBehaviours> aura_m{};  ///< how far the entity is heard, by behaviour, m
+    std::array<float, kBehaviours>
+        nimbus_m{};  ///< how far a viewer with this avatar listens, by behaviour, m
+    float max_acceleration_mps2 = 20.0F;  ///< declared limit a_max of the promised bound
+    float max_velocity_jump_mps = 10.0F;  ///< declared limit dv_max of the promised bound
+    float priority = 1.0F;                ///< relative weight under a byte budget
+    std::uint16_t mind = 0;               ///< 1 + index of the state machine; 0 = mindless
 
     /// Upright entities turn about y only; their orientation travels as a yaw.
     [[nodiscard]] bool upright() const { return kind == EntityKind::kCharacter; }

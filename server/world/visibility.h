@@ -1,10 +1,10 @@
 // Visibility: who listens and what each of them hears; written by interest, read by replication.
 #pragma once
 
+#include "server/world/entities.h"
+
 #include <cstdint>
 #include <vector>
-
-#include "server/world/entities.h"
 
 namespace zoned::world {
 
@@ -23,9 +23,9 @@ struct Visible {
 /// What one viewer hears of, ascending by entity id, and how that differs from the tick before.
 struct VisibleSet {
     ClientId client;
-    std::vector<Visible> visible;   ///< never holds the viewer's own avatar
-    std::vector<Visible> entered;   ///< new this tick
-    std::vector<EntityId> left;     ///< gone this tick (also when the entity ceased to be)
+    std::vector<Visible> visible;      ///< never holds the viewer's own avatar
+    std::vector<Visible> entered;      ///< new this tick
+    std::vector<EntityId> left;        ///< gone this tick (also when the entity ceased to be)
     std::vector<Visible> lod_changed;  ///< visible before and now, at another level of detail
 };
 

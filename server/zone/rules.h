@@ -1,6 +1,13 @@
 // Rules: the interface that a studio implements; the server knows nothing else of the game.
 #pragma once
 
+#include "server/mailbox/messages.h"
+#include "server/world/entities.h"
+#include "shared/core/ids.h"
+#include "shared/core/rng.h"
+#include "shared/core/state_hash.h"
+#include "shared/motion/input_command.h"
+
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,18 +16,12 @@
 #include <utility>
 #include <vector>
 
-#include "server/mailbox/messages.h"
-#include "server/world/entities.h"
-#include "shared/core/ids.h"
-#include "shared/core/rng.h"
-#include "shared/core/state_hash.h"
-#include "shared/motion/input_command.h"
-
 namespace zoned::zone {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Event kinds below this belong to the server (see proto/session.proto, CoreEventKind), the others to the rules.
+/// Event kinds below this belong to the server (see proto/session.proto, CoreEventKind), the others
+/// to the rules.
 inline constexpr std::uint16_t kFirstRulesEvent = 16;
 
 /// Free-form settings of the rules from the config (`rules { name: "..." value: "..." }`).
@@ -33,10 +34,10 @@ struct SpawnDef {
     Quat orientation = Quat::Identity();
     Vec3 velocity = Vec3::Zero();
     Vec3 angular_velocity = Vec3::Zero();
-    std::uint16_t yaw = 0;          ///< characters
+    std::uint16_t yaw = 0;  ///< characters
     std::uint16_t appearance = 0;
-    ClientId client;                ///< the client whose avatar it shall be, or none
-    bool asleep = false;            ///< props: starts at rest
+    ClientId client;      ///< the client whose avatar it shall be, or none
+    bool asleep = false;  ///< props: starts at rest
 };
 
 /// Two entities touched, or one touched the static world (its other side is none).
@@ -44,9 +45,9 @@ struct Contact {
     EntityId a;
     EntityId b;
     Vec3 point = Vec3::Zero();
-    Vec3 normal = Vec3::UnitY();    ///< from a to b
-    float impulse = 0.0F;           ///< N s
-    float approach_speed = 0.0F;    ///< m/s
+    Vec3 normal = Vec3::UnitY();  ///< from a to b
+    float impulse = 0.0F;         ///< N s
+    float approach_speed = 0.0F;  ///< m/s
     bool began = false;
 };
 
@@ -54,19 +55,19 @@ struct Contact {
 struct RulesEvent {
     std::uint16_t kind = kFirstRulesEvent;  ///< >= kFirstRulesEvent
     Bytes payload;
-    bool confirm = false;           ///< each recipient must confirm; on_confirm is called when it does
+    bool confirm = false;  ///< each recipient must confirm; on_confirm is called when it does
 };
 
 struct RayResult {
     bool hit = false;
-    EntityId entity;                ///< none when the static world was hit
+    EntityId entity;  ///< none when the static world was hit
     float distance = 0.0F;
     Vec3 point = Vec3::Zero();
     Vec3 normal = Vec3::UnitY();
 };
 
-/// What rules may see and do during a call. Changes to owned entities take effect at once; entities of other zones (ghosts)
-/// are read-only: reach them by message().
+/// What rules may see and do during a call. Changes to owned entities take effect at once; entities
+/// of other zones (ghosts) are read-only: reach them by message().
 class RulesContext {
   public:
     virtual ~RulesContext() = default;
@@ -76,9 +77,10 @@ class RulesContext {
     [[nodiscard]] virtual ZoneId zone() const = 0;
     [[nodiscard]] virtual const world::Entities& entities() const = 0;
     [[nodiscard]] virtual const world::TypeTable& types() const = 0;
-    /// Index of the type with this name; aborts when there is none (rules check their types in their constructor).
+    /// Index of the type with this name; aborts when there is none (rules check their types in
+    /// their constructor).
     [[nodiscard]] virtual TypeIndex type_named(std::string_view name) const = 0;
-    [[nodiscard]] virtual core::Rng& rng() = 0;   ///< seeded per zone
+    [[nodiscard]] virtual core::Rng& rng() = 0;  ///< seeded per zone
 
     virtual EntityId spawn(const SpawnDef& def) = 0;
     virtual void despawn(EntityId entity) = 0;
@@ -91,12 +93,14 @@ class RulesContext {
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;
     virtual void set_behaviour(EntityId entity, world::Behaviour behaviour) = 0;
 
-    /// Nearest thing along a ray, entities (ghosts too) and static world; `ignore` is passed through.
+    /// Nearest thing along a ray, entities (ghosts too) and static world; `ignore` is passed
+    /// through.
     [[nodiscard]] virtual RayResult ray_cast(const Vec3& origin,
                                              const Vec3& direction,
                                              float max_distance,
                                              EntityId ignore) const = 0;
-    /// Entities within `radius` m of a point (horizontally), not hidden, ascending by id; ghosts too.
+    /// Entities within `radius` m of a point (horizontally), not hidden, ascending by id; ghosts
+    /// too.
     virtual void near(const Vec3& point, float radius, std::vector<EntityId>& out) const = 0;
 
     virtual EventId send(ClientId client, const RulesEvent& event) = 0;
@@ -106,7 +110,8 @@ class RulesContext {
     virtual EventId announce(EntityId source, const RulesEvent& event) = 0;
     virtual void subscribe(ClientId client, std::string_view topic) = 0;
     virtual void unsubscribe(ClientId client, std::string_view topic) = 0;
-    /// Delivered to Rules::on_message of the zone that owns `target`, next tick. Lost (and counted) when nobody owns it.
+    /// Delivered to Rules::on_message of the zone that owns `target`, next tick. Lost (and counted)
+    /// when nobody owns it.
     virtual void message(EntityId target, Bytes payload) = 0;
     virtual void kick(ClientId client, std::string_view reason) = 0;
 };
@@ -115,18 +120,20 @@ struct JoinRequest {
     ClientId client;
     std::string name;
     std::string team;
-    Vec3 spawn_position = Vec3::Zero();   ///< zone-local, on or above the ground
+    Vec3 spawn_position = Vec3::Zero();  ///< zone-local, on or above the ground
 };
 
-/// One instance per zone. Calls come from Zone::step only, never concurrently, in a recorded order: no clock, no threads, no global
-/// state in here, or replays will differ. Throwing is a mistake of the programmer.
+/// One instance per zone. Calls come from Zone::step only, never concurrently, in a recorded order:
+/// no clock, no threads, no global state in here, or replays will differ. Throwing is a mistake of
+/// the programmer.
 class Rules {
   public:
     virtual ~Rules() = default;
 
     /// Spawns and returns the avatar (with SpawnDef::client set).
     virtual EntityId on_join(RulesContext& context, const JoinRequest& request) = 0;
-    /// The client left for good; whether its avatar stays is the rules' choice (the server does not despawn it).
+    /// The client left for good; whether its avatar stays is the rules' choice (the server does not
+    /// despawn it).
     virtual void on_leave(RulesContext& context, ClientId client, EntityId avatar) = 0;
     /// A reliable command. `payload` is hostile.
     virtual void on_command(RulesContext& context,
@@ -134,7 +141,8 @@ class Rules {
                             EntityId avatar,
                             std::uint16_t kind,
                             std::span<const std::uint8_t> payload) = 0;
-    /// An avatar consumes a command this tick (called before it moves). `pressed` are the buttons that were up a tick ago.
+    /// An avatar consumes a command this tick (called before it moves). `pressed` are the buttons
+    /// that were up a tick ago.
     virtual void on_input(RulesContext& context,
                           EntityId avatar,
                           const motion::InputCommand& command,
@@ -145,18 +153,23 @@ class Rules {
     /// A recipient confirmed an event that asked for it.
     virtual void on_confirm(RulesContext& context, ClientId client, EventId event) = 0;
     /// From message() of any zone. `payload` was written by these rules.
-    virtual void on_message(RulesContext& context, EntityId target, std::span<const std::uint8_t> payload) = 0;
+    virtual void on_message(RulesContext& context,
+                            EntityId target,
+                            std::span<const std::uint8_t> payload) = 0;
 
-    /// State that the rules keep for an entity: leaves with it on a handoff and into snapshots. take = save and forget.
+    /// State that the rules keep for an entity: leaves with it on a handoff and into snapshots.
+    /// take = save and forget.
     virtual Bytes take_entity(EntityId entity) = 0;
     virtual void load_entity(EntityId entity, std::span<const std::uint8_t> state) = 0;
-    /// True while something is pending that must run although nobody moves or watches (a respawn timer, say).
+    /// True while something is pending that must run although nobody moves or watches (a respawn
+    /// timer, say).
     [[nodiscard]] virtual bool busy() const = 0;
     virtual void hash(core::StateHash& hash) const = 0;
 };
 
 /// Defined by exactly one link target, the rules of the game that a server is built with.
-/// Throws std::runtime_error with a clear message when a setting or a needed entity type is missing or wrong.
+/// Throws std::runtime_error with a clear message when a setting or a needed entity type is missing
+/// or wrong.
 std::unique_ptr<Rules> make_rules(const RulesSettings& settings, const world::TypeTable& types);
 
 }  // namespace zoned::zone

@@ -6,13 +6,18 @@
 
 namespace zoned::clock {
 
-/// Filters offset samples as NTP's clock filter does (RFC 5905, section 10): of the last samples those with
-/// the smallest round trip are the most truthful. The offset is slewed, never stepped, once it has settled.
+/// Filters offset samples as NTP's clock filter does (RFC 5905, section 10): of the last samples
+/// those with the smallest round trip are the most truthful. The offset is slewed, never stepped,
+/// once it has settled.
 class ClockSync {
   public:
-    /// One exchange, all in seconds: request left at `sent_local`, server received it at `server_receive` and answered at
-    /// `server_send` (server clock), the answer came at `received_local`. Nonsense (negative round trip) is ignored.
-    void add_sample(double sent_local, double server_receive, double server_send, double received_local);
+    /// One exchange, all in seconds: request left at `sent_local`, server received it at
+    /// `server_receive` and answered at `server_send` (server clock), the answer came at
+    /// `received_local`. Nonsense (negative round trip) is ignored.
+    void add_sample(double sent_local,
+                    double server_receive,
+                    double server_send,
+                    double received_local);
 
     /// The server's time at local time `local`; meaningless before ready().
     [[nodiscard]] double server_time(double local) const;
@@ -21,9 +26,15 @@ class ClockSync {
     [[nodiscard]] bool ready() const { return count_ > 0; }
 
     [[nodiscard]] double offset_s() const { return offset_; }
-    [[nodiscard]] double rtt_s() const { return rtt_; }            ///< smoothed round trip without server time
-    [[nodiscard]] double min_rtt_s() const;                        ///< smallest of the window
-    /// Half the smallest round trip: the offset cannot be wrong by more, whatever the asymmetry of the path.
+
+    [[nodiscard]] double rtt_s() const {
+        return rtt_;
+    }  ///< smoothed round trip without server time
+
+    [[nodiscard]] double min_rtt_s() const;  ///< smallest of the window
+
+    /// Half the smallest round trip: the offset cannot be wrong by more, whatever the asymmetry of
+    /// the path.
     [[nodiscard]] double error_bound_s() const { return 0.5 * min_rtt_s(); }
 
   private:

@@ -1,10 +1,10 @@
 // TickClock: turns seconds into ticks and back; whoever knows the time passes it in.
 #pragma once
 
-#include <cmath>
-
 #include "shared/core/assert.h"
 #include "shared/core/ids.h"
+
+#include <cmath>
 
 namespace zoned::clock {
 
@@ -19,7 +19,8 @@ class TickClock {
 
     [[nodiscard]] double time_of(Tick tick) const { return static_cast<double>(tick) * dt_s_; }
 
-    /// The newest tick whose time is not after `time_s`. A tolerance of a nanosecond absorbs rounding.
+    /// The newest tick whose time is not after `time_s`. A tolerance of a nanosecond absorbs
+    /// rounding.
     [[nodiscard]] Tick tick_at(double time_s) const {
         return static_cast<Tick>(std::floor((time_s + 1e-9) / dt_s_));
     }

@@ -1,4 +1,5 @@
-// ZONED_ASSERT: a mistake of the programmer stops the process with place and reason, in every build type.
+// ZONED_ASSERT: a mistake of the programmer stops the process with place and reason, in every build
+// type.
 #pragma once
 
 namespace zoned::core {
@@ -12,7 +13,7 @@ namespace zoned::core {
 }  // namespace zoned::core
 
 /// States what the code relies on. Never use it for bytes from outside: those get a Result.
-#define ZONED_ASSERT(expression, reason)                                                     \
-    (static_cast<bool>(expression)                                                           \
-         ? static_cast<void>(0)                                                              \
+#define ZONED_ASSERT(expression, reason) \
+    (static_cast<bool>(expression)       \
+         ? static_cast<void>(0)          \
          : ::zoned::core::assertion_failed(#expression, reason, __FILE__, __LINE__))

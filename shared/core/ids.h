@@ -13,14 +13,17 @@ struct StrongId {
     Rep value = 0;
 
     constexpr StrongId() = default;
+
     constexpr explicit StrongId(Rep v) : value(v) {}
 
     constexpr explicit operator bool() const { return value != 0; }
+
     constexpr auto operator<=>(const StrongId&) const = default;
 };
 
 /// One entity of the world, the same on server and client, never reused while a world lives.
-/// Zone z of n (counted from 0) hands out z + 1, z + 1 + n, z + 1 + 2n, ... so that ids stay small on the wire.
+/// Zone z of n (counted from 0) hands out z + 1, z + 1 + n, z + 1 + 2n, ... so that ids stay small
+/// on the wire.
 using EntityId = StrongId<struct EntityTag>;
 /// One session of a logged-in client; stays the same across reconnects.
 using ClientId = StrongId<struct ClientTag>;

@@ -1,11 +1,11 @@
 // Result: a value or the reason why there is none, for bytes and settings that come from outside.
 #pragma once
 
+#include "shared/core/assert.h"
+
 #include <optional>
 #include <string>
 #include <utility>
-
-#include "shared/core/assert.h"
 
 namespace zoned::core {
 

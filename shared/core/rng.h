@@ -1,4 +1,5 @@
-// Seeded random numbers: small, fast and the same on every machine (unlike <random>'s distributions).
+// Seeded random numbers: small, fast and the same on every machine (unlike <random>'s
+// distributions).
 #pragma once
 
 #include <cmath>
@@ -25,7 +26,9 @@ struct Rng {
     Rng() = default;
 
     /// A generator for (seed, sequence); different sequences never overlap.
-    explicit Rng(std::uint64_t seed, std::uint64_t sequence = 0) : state(0), stream((mix(sequence) << 1) | 1u) {
+    explicit Rng(std::uint64_t seed, std::uint64_t sequence = 0)
+        : state(0),
+          stream((mix(sequence) << 1) | 1u) {
         next();
         state += mix(seed);
         next();

@@ -1,17 +1,17 @@
 // StateHash: a running 64-bit hash over simulation state, to compare runs bit for bit.
 #pragma once
 
+#include "shared/core/rng.h"
+
 #include <bit>
 #include <cstdint>
 #include <span>
 #include <type_traits>
 
-#include "shared/core/rng.h"
-
 namespace zoned::core {
 
-/// Order-sensitive hash over words. Not cryptographic: it finds differences, it does not resist forgery.
-/// Float values enter by their bits, with -0.0 kept apart from +0.0 on purpose.
+/// Order-sensitive hash over words. Not cryptographic: it finds differences, it does not resist
+/// forgery. Float values enter by their bits, with -0.0 kept apart from +0.0 on purpose.
 class StateHash {
   public:
     void add(std::uint64_t word) { value_ = mix(value_ ^ word) + 0x9E3779B97F4A7C15ull; }
@@ -22,9 +22,8 @@ class StateHash {
 
     template <class T>
         requires std::is_integral_v<T>
-    void add(T word) {
-        add(static_cast<std::uint64_t>(word));
-    }
+
+    void add(T word) { add(static_cast<std::uint64_t>(word)); }
 
     void add_bytes(std::span<const std::uint8_t> bytes) {
         add(static_cast<std::uint64_t>(bytes.size()));

@@ -1,13 +1,14 @@
 // Dead reckoning: the predictor that server and client run alike (orders 0, 1 and 2).
 #pragma once
 
-#include <cstdint>
-
 #include "shared/motion/kinematic_state.h"
+
+#include <cstdint>
 
 namespace zoned::motion {
 
-/// How position is extrapolated; orientation turns with constant angular velocity for orders 1 and 2.
+/// How position is extrapolated; orientation turns with constant angular velocity for orders 1
+/// and 2.
 enum class PredictorOrder : std::uint8_t {
     kStatic = 0,     ///< stays where it was
     kLinear = 1,     ///< constant velocity

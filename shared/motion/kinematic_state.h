@@ -7,11 +7,11 @@ namespace zoned::motion {
 
 /// Coordinates are zone-local metres unless the owner of the value says otherwise.
 struct KinematicState {
-    Vec3 position = Vec3::Zero();           ///< centre of mass, m
-    Quat orientation = Quat::Identity();    ///< body to world, unit length
-    Vec3 velocity = Vec3::Zero();           ///< m/s
-    Vec3 acceleration = Vec3::Zero();       ///< m/s2, used by predictor order 2 only
-    Vec3 angular_velocity = Vec3::Zero();   ///< rad/s, world axes
+    Vec3 position = Vec3::Zero();          ///< centre of mass, m
+    Quat orientation = Quat::Identity();   ///< body to world, unit length
+    Vec3 velocity = Vec3::Zero();          ///< m/s
+    Vec3 acceleration = Vec3::Zero();      ///< m/s2, used by predictor order 2 only
+    Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
 };
 
 }  // namespace zoned::motion

@@ -1,12 +1,13 @@
-// StaticGeometry: the solid world that never moves, as characters on server and client collide with it.
+// StaticGeometry: the solid world that never moves, as characters on server and client collide with
+// it.
 #pragma once
+
+#include "shared/math/aabb.h"
+#include "shared/math/types.h"
 
 #include <cstdint>
 #include <span>
 #include <vector>
-
-#include "shared/math/aabb.h"
-#include "shared/math/types.h"
 
 namespace zoned::motion {
 
@@ -28,7 +29,9 @@ class StaticGeometry {
     StaticGeometry(std::vector<StaticBox> boxes, float ground_height, float cell_m = 16.0F);
 
     [[nodiscard]] float ground_height() const { return ground_height_; }
+
     [[nodiscard]] std::span<const StaticBox> boxes() const { return boxes_; }
+
     [[nodiscard]] const Aabb& box_bounds(std::uint32_t index) const { return bounds_[index]; }
 
     /// Calls `visit(index)` once, in ascending order, for each box whose bounds overlap `area`.
@@ -40,7 +43,8 @@ class StaticGeometry {
 
     std::vector<StaticBox> boxes_;
     std::vector<Aabb> bounds_;
-    std::vector<std::uint32_t> cell_start_;  // columns of a compressed sparse row layout over the cells
+    std::vector<std::uint32_t>
+        cell_start_;  // columns of a compressed sparse row layout over the cells
     std::vector<std::uint32_t> cell_items_;
     float ground_height_ = 0.0F;
     float cell_m_ = 16.0F;

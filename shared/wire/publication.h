@@ -1,25 +1,27 @@
-// Publication records: one encoded state of one entity at one level of detail, encoded once for all subscribers.
+// Publication records: one encoded state of one entity at one level of detail, encoded once for all
+// subscribers.
 #pragma once
-
-#include <cstdint>
-#include <span>
-#include <vector>
 
 #include "shared/core/ids.h"
 #include "shared/core/result.h"
 #include "shared/wire/quantize.h"
 
+#include <cstdint>
+#include <span>
+#include <vector>
+
 namespace zoned::wire {
 
 /// What a record in a state packet is.
 enum class RecordKind : std::uint8_t {
-    kAbsolute = 0,  ///< all fields; becomes keyframe number `keyframe` of its (zone, entity, lod) stream
-    kDelta = 1,     ///< fields against keyframe `keyframe` of the stream
-    kRemove = 2,    ///< the entity left this client's view (or the world)
+    kAbsolute =
+        0,  ///< all fields; becomes keyframe number `keyframe` of its (zone, entity, lod) stream
+    kDelta = 1,   ///< fields against keyframe `keyframe` of the stream
+    kRemove = 2,  ///< the entity left this client's view (or the world)
 };
 
-inline constexpr int kKeyframeNumbers = 16;     ///< keyframe numbers count modulo 16
-inline constexpr int kLods = 4;                 ///< levels of detail, 0 is the nearest
+inline constexpr int kKeyframeNumbers = 16;  ///< keyframe numbers count modulo 16
+inline constexpr int kLods = 4;              ///< levels of detail, 0 is the nearest
 inline constexpr std::uint8_t kRemoveLod = 0;
 
 /// The part of a record that is readable without knowing type or keyframe.
@@ -42,7 +44,8 @@ void encode_absolute(const RecordHead& head,
                      const Quantization& q,
                      std::vector<std::uint8_t>& out);
 
-/// Appends a byte-aligned delta record: only the fields that differ from `keyframe`, small differences in few bits.
+/// Appends a byte-aligned delta record: only the fields that differ from `keyframe`, small
+/// differences in few bits.
 void encode_delta(const RecordHead& head,
                   const QuantizedState& state,
                   const QuantizedState& keyframe,
@@ -53,17 +56,22 @@ void encode_delta(const RecordHead& head,
 /// Appends a remove record.
 void encode_remove(EntityId entity, std::vector<std::uint8_t>& out);
 
-/// Reads the records of one packet one after another. Bytes are hostile: every read may fail, never crash.
-/// Use: while (!r.done()) { head = r.next_head(); then exactly one of read_absolute / read_delta unless kRemove. }
+/// Reads the records of one packet one after another. Bytes are hostile: every read may fail, never
+/// crash. Use: while (!r.done()) { head = r.next_head(); then exactly one of read_absolute /
+/// read_delta unless kRemove. }
 class RecordReader {
   public:
-    RecordReader(std::span<const std::uint8_t> bytes, const Quantization& q) : bytes_(bytes), q_(&q) {}
+    RecordReader(std::span<const std::uint8_t> bytes, const Quantization& q)
+        : bytes_(bytes),
+          q_(&q) {}
 
     [[nodiscard]] bool done() const { return offset_ >= bytes_.size(); }
+
     core::Result<RecordHead> next_head();
     core::Result<QuantizedState> read_absolute(bool upright);
     core::Result<QuantizedState> read_delta(const QuantizedState& keyframe, bool upright);
-    /// Skips the state of a delta whose keyframe is unknown (the length does not depend on the keyframe's values).
+    /// Skips the state of a delta whose keyframe is unknown (the length does not depend on the
+    /// keyframe's values).
     core::Result<bool> skip_delta(bool upright);
 
   private:

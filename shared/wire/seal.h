@@ -19,8 +19,9 @@ struct SealKey {
 inline constexpr char kExporterLabelDown[] = "EXPERIMENTAL zoned datagrams down";
 inline constexpr char kExporterLabelUp[] = "EXPERIMENTAL zoned datagrams up";
 
-/// Seals or opens datagrams with one key. The nonce is the salt XOR the 64-bit sequence, as in TLS 1.3: a sequence must
-/// never be sealed twice under one key. Not thread-safe; no allocation after construction.
+/// Seals or opens datagrams with one key. The nonce is the salt XOR the 64-bit sequence, as in
+/// TLS 1.3: a sequence must never be sealed twice under one key. Not thread-safe; no allocation
+/// after construction.
 class Seal {
   public:
     explicit Seal(const SealKey& key);
@@ -28,13 +29,15 @@ class Seal {
     Seal& operator=(Seal&&) noexcept;
     ~Seal();
 
-    /// Appends ciphertext and 16-byte tag of `plain` to `out`; `associated` is authenticated, not encrypted.
+    /// Appends ciphertext and 16-byte tag of `plain` to `out`; `associated` is authenticated, not
+    /// encrypted.
     void seal(std::uint64_t sequence,
               std::span<const std::uint8_t> associated,
               std::span<const std::uint8_t> plain,
               std::vector<std::uint8_t>& out);
 
-    /// Replaces `plain` by the opened text; false (and `plain` empty) when it does not authenticate.
+    /// Replaces `plain` by the opened text; false (and `plain` empty) when it does not
+    /// authenticate.
     bool open(std::uint64_t sequence,
               std::span<const std::uint8_t> associated,
               std::span<const std::uint8_t> sealed,
@@ -52,6 +55,7 @@ class ReplayWindow {
     [[nodiscard]] bool fresh(std::uint64_t sequence) const;
     /// Marks a sequence that authenticated.
     void mark(std::uint64_t sequence);
+
     [[nodiscard]] std::uint64_t newest() const { return newest_; }
 
   private:

@@ -1,0 +1,76 @@
+#include "shared/motion/static_geometry.h"
+
+#include "shared/core/assert.h"
+
+#include <cmath>
+#include <utility>
+
+namespace zoned::motion {
+
+namespace {
+
+Aabb bounds_of(const StaticBox& box) {
+    // Half extents of a rotated box along the axes: |R| h (Ericson, Real-Time Collision
+    // Detection, 4.2.6).
+    const Vec3 half = box.orientation.toRotationMatrix().cwiseAbs() * box.half_extents;
+    return {box.centre - half, box.centre + half};
+}
+
+}  // namespace
+
+StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes, float ground_height, float cell_m)
+    : boxes_(std::move(boxes)),
+      ground_height_(ground_height),
+      cell_m_(cell_m) {
+    ZONED_ASSERT(cell_m > 0.0F, "a cell has a size");
+    if (boxes_.empty()) {
+        return;
+    }
+    bounds_.reserve(boxes_.size());
+    for (const StaticBox& box : boxes_) {
+        bounds_.push_back(bounds_of(box));
+    }
+    Vec3 lower = bounds_.front().lower;
+    Vec3 upper = bounds_.front().upper;
+    for (const Aabb& b : bounds_) {
+        lower = lower.cwiseMin(b.lower);
+        upper = upper.cwiseMax(b.upper);
+    }
+    // A world may be wide and hold little: never more than a million cells.
+    while ((upper.x() - lower.x()) / cell_m_ * ((upper.z() - lower.z()) / cell_m_) > 1e6F) {
+        cell_m_ *= 2.0F;
+    }
+    origin_x_ = lower.x();
+    origin_z_ = lower.z();
+    cells_x_ = cell_of(upper.x(), origin_x_) + 1;
+    cells_z_ = cell_of(upper.z(), origin_z_) + 1;
+
+    const auto visit_cells = [&](auto&& visit) {
+        for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
+            for (int z = cell_of(bounds_[i].lower.z(), origin_z_);
+                 z <= cell_of(bounds_[i].upper.z(), origin_z_);
+                 ++z) {
+                for (int x = cell_of(bounds_[i].lower.x(), origin_x_);
+                     x <= cell_of(bounds_[i].upper.x(), origin_x_);
+                     ++x) {
+                    visit(static_cast<std::size_t>(z * cells_x_ + x), i);
+                }
+            }
+        }
+    };
+    cell_start_.assign(static_cast<std::size_t>(cells_x_) * static_cast<std::size_t>(cells_z_) + 1,
+                       0);
+    visit_cells([&](std::size_t cell, std::uint32_t) { ++cell_start_[cell + 1]; });
+    for (std::size_t c = 1; c < cell_start_.size(); ++c) {
+        cell_start_[c] += cell_start_[c - 1];
+    }
+    cell_items_.resize(cell_start_.back());
+    std::vector<std::uint32_t> fill(cell_start_.begin(), cell_start_.end() - 1);
+    visit_cells([&](std::size_t cell, std::uint32_t i) { cell_items_[fill[cell]++] = i; });
+}
+
+int StaticGeometry::cell_of(float coordinate, float origin) const {
+    return static_cast<int>(std::floor((coordinate - origin) / cell_m_));
+}
+
+}  // namespace zoned::motion
