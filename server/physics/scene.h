@@ -80,6 +80,8 @@ class Scene {
     core::Result<BodyId> add(const BodyDef& def);
     void remove(BodyId body);  ///< wakes what touched it
     [[nodiscard]] bool contains(BodyId body) const;
+    /// The tag that the body was added with.
+    [[nodiscard]] std::uint32_t user(BodyId body) const;
 
     [[nodiscard]] BodyState state(BodyId body) const;
     /// Teleports; wakes the body and what touched it.
