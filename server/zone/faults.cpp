@@ -6,18 +6,17 @@ namespace zoned::zone {
 
 namespace {
 
-bool chosen(EntityId entity) {
-    return entity.value % 16 == 1;
-}
-
-void hide_from(world::VisibleSet& set) {
-    const auto is_chosen = [](const world::Visible& v) {
-        return chosen(v.entity);
+void hide_from(const ZoneState& state, world::VisibleSet& set) {
+    const auto hidden = [&](EntityId id) {
+        return state.settings.faults.hide.hits(id.value, state.now);
     };
-    std::erase_if(set.visible, is_chosen);
-    std::erase_if(set.entered, is_chosen);
-    std::erase_if(set.lod_changed, is_chosen);
-    std::erase_if(set.left, [](EntityId id) { return chosen(id); });
+    const auto is_hidden = [&](const world::Visible& v) {
+        return hidden(v.entity);
+    };
+    std::erase_if(set.visible, is_hidden);
+    std::erase_if(set.entered, is_hidden);
+    std::erase_if(set.lod_changed, is_hidden);
+    std::erase_if(set.left, hidden);
 }
 
 bool listed(const world::VisibleSet& set, EntityId entity) {
@@ -51,17 +50,12 @@ bool stalled(const ZoneState& state) {
 
 void corrupt_visibility(ZoneState& state) {
     const FaultSettings& f = state.settings.faults;
-    if (!f.hide_entity && !f.leak_entity) {
-        return;
-    }
     state.replicated = state.visibility;
     for (std::size_t i = 0; i < state.replicated.size(); ++i) {
         world::VisibleSet& set = state.replicated[i];
-        if (f.hide_entity) {
-            hide_from(set);
-        }
+        hide_from(state, set);
         const world::Row avatar = state.entities.find(state.viewers[i].avatar);
-        if (!f.leak_entity || avatar == world::kNoRow) {
+        if (!f.leak.hits(set.client.value, state.now) || avatar == world::kNoRow) {
             continue;
         }
         const EntityId far = farthest(state, state.entities.position[avatar]);
@@ -79,13 +73,13 @@ void corrupt_visibility(ZoneState& state) {
 }
 
 void corrupt_positions(ZoneState& state, float sign) {
-    const float offset = state.settings.faults.corrupt_position_m;
-    if (offset == 0.0F) {
+    const FaultSettings& f = state.settings.faults;
+    if (f.corrupt.share == 0.0) {
         return;
     }
     for (world::Row row = 0; row < state.entities.size(); ++row) {
-        if (chosen(state.entities.id[row])) {
-            state.entities.position[row].x() += sign * offset;
+        if (f.corrupt.hits(state.entities.id[row].value, state.now)) {
+            state.entities.position[row].x() += sign * f.corrupt_offset_m;
         }
     }
 }

@@ -22,7 +22,8 @@ void freeze(ZoneState& state, bool on) {
     state.frozen = on;
     world::Entities& e = state.entities;
     if (!on) {
-        // Nobody knows any more who was moving: all owned entities are looked at once and come to rest again by themselves.
+        // Nobody knows any more who was moving: all owned entities are looked at once and come to
+        // rest again by themselves.
         for (world::Row row = 0; row < e.size(); ++row) {
             e.set(row, world::kAtRest, e.has(row, world::kHidden));
             if (e.body[row]) {

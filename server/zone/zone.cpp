@@ -45,8 +45,10 @@ void collect_viewers(ZoneState& state) {
 
 std::uint32_t replicate(ZoneState& state) {
     const FaultSettings& faults = state.settings.faults;
-    corrupt_visibility(state);
-    const bool altered = faults.hide_entity || faults.leak_entity;
+    const bool altered = faults.hide.share > 0.0 || faults.leak.share > 0.0;
+    if (altered) {
+        corrupt_visibility(state);
+    }
     std::vector<replication::OwnInput>& own = state.own_inputs;
     own.clear();
     for (const ZoneClient& client : state.clients) {

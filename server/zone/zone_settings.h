@@ -6,6 +6,7 @@
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
+#include "shared/core/rng.h"
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
@@ -42,14 +43,25 @@ struct AuditSettings {
     std::uint32_t period_ticks = 15;  ///< an audited client gets a record this often
 };
 
-/// Faults on purpose, to check the checkers. All off by default; chosen entities are those with id
-/// % 16 == 1.
+/// A fault that hits a fixed share of the entities or clients, chosen by a hash of their id.
+struct ShareFault {
+    double share = 0.0;  ///< [0, 1]; 0 = off
+    Tick from_tick = 0;
+
+    [[nodiscard]] bool hits(std::uint32_t id, Tick now) const {
+        return share > 0.0 && now >= from_tick &&
+               static_cast<double>(core::mix(id) >> 11U) * 0x1.0p-53 < share;
+    }
+};
+
+/// Faults on purpose, to check the checkers. All off by default.
 struct FaultSettings {
-    float corrupt_position_m = 0.0F;  ///< replicated positions are off by this much
-    bool hide_entity = false;         ///< the chosen are kept from everybody
-    bool leak_entity = false;         ///< each viewer hears of one entity beyond its radii
-    Tick stall_from = 0;   ///< this zone does not simulate nor publish from this tick ...
-    Tick stall_ticks = 0;  ///< ... for this many
+    ShareFault corrupt;             ///< these entities' replicated positions are off ...
+    float corrupt_offset_m = 0.0F;  ///< ... by this much
+    ShareFault hide;                ///< these entities are kept from everybody
+    ShareFault leak;                ///< these viewers hear of one entity beyond their radii
+    Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
+    Tick stall_ticks = 0;           ///< ... for this many
 };
 
 struct ZoneSettings {
