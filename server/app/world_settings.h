@@ -3,7 +3,6 @@
 
 #include "server/ops/settings.h"
 #include "server/zone/zone.h"
-#include "proto/session.pb.h"
 
 #include <memory>
 #include <span>
@@ -22,8 +21,5 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
 void populate(const ops::Settings& settings,
               const std::vector<zone::Region>& regions,
               std::span<const std::unique_ptr<zone::Zone>> zones);
-
-/// What clients are told of the world at login.
-proto::WorldDescription describe(const ops::Settings& settings);
 
 }  // namespace zoned::app
