@@ -258,6 +258,12 @@ std::string explain(const Remark& remark, const Statement& statement) {
     if (text.find("Non-repeated field") == 0) {
         return statement.name + " is given twice; keep one";
     }
+    if (text.find("Field \"") == 0) {
+        return "only one of " + quoted(text, 0) + " and " + quoted(text, 1) + " may be given";
+    }
+    if (text.find("Integer out of range") == 0) {
+        return text;
+    }
     return "wrong type: " + text;
 }
 
@@ -335,6 +341,11 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
     return row[b.size()];
 }
 
+std::string without_underscores(std::string name) {
+    name.erase(std::remove(name.begin(), name.end(), '_'), name.end());
+    return name;
+}
+
 }  // namespace
 
 std::string similar_field(const Descriptor& message, const std::string& name) {
@@ -342,11 +353,13 @@ std::string similar_field(const Descriptor& message, const std::string& name) {
     if (name.size() > 64) {
         return best;
     }
-    std::size_t best_distance = std::max<std::size_t>(2, name.size() / 3) + 1;
+    const std::string plain = without_underscores(name);
+    std::size_t best_distance = name.size() / 3 + 1;
     for (int i = 0; i < message.field_count(); ++i) {
         const std::string& candidate = message.field(i)->name();
-        // A forgotten unit is the commonest slip: "radius" for "radius_m".
-        const bool prefix = candidate.compare(0, name.size() + 1, name + "_") == 0;
+        // A forgotten unit is the commonest slip: "radius" for "radius_m", "tickrate" for
+        // "tick_rate_hz".
+        const bool prefix = plain.size() >= 4 && without_underscores(candidate).find(plain) == 0;
         const std::size_t distance = prefix ? 1 : edit_distance(name, candidate);
         if (distance < best_distance) {
             best_distance = distance;
