@@ -12,7 +12,7 @@ void SessionHost::Impl::on_datagram(const PeerAddress* from,
         return;
     }
     const auto header = wire::read_datagram_header(datagram);
-    if (!header || datagram.size() < wire::kDatagramHeaderBytes + wire::kSealTagBytes) {
+    if (!header) {
         reject(Reject::kDatagramShort);
         return;
     }

@@ -1,6 +1,19 @@
 #include "server/session/host_impl.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 namespace zoned::session {
+
+namespace {
+
+/// Protobuf writes to standard error about text that is not UTF-8: a client must not be able to
+/// fill the log with that.
+bool parse(std::span<const std::uint8_t> frame, proto::ClientMessage& out) {
+    const google::protobuf::LogSilencer silence;
+    return out.ParseFromArray(frame.data(), static_cast<int>(frame.size()));
+}
+
+}  // namespace
 
 void SessionHost::Impl::on_frame(StreamId stream,
                                  std::span<const std::uint8_t> frame,
@@ -43,7 +56,7 @@ void SessionHost::Impl::on_frame(StreamId stream,
                 now_s);
         return;
     }
-    if (!message_in.ParseFromArray(frame.data(), static_cast<int>(frame.size()))) {
+    if (!parse(frame, message_in)) {
         reject(Reject::kFrameMalformed);
         suspend(*session, proto::CLOSING_PROTOCOL, "a message could not be read", now_s);
         return;

@@ -1,5 +1,7 @@
 #include "server/session/server_messages.h"
 
+#include "server/session/names.h"
+
 namespace zoned::session {
 
 std::vector<std::uint8_t> serialise(const proto::ServerMessage& message) {
@@ -11,7 +13,8 @@ std::vector<std::uint8_t> serialise(const proto::ServerMessage& message) {
 std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason, const std::string& text) {
     proto::ServerMessage message;
     message.mutable_closing()->set_reason(reason);
-    message.mutable_closing()->set_text(text);
+    // Reasons may come from the rules of a game; a proto3 string must be UTF-8.
+    message.mutable_closing()->set_text(is_clean_utf8(text) ? text : printable(text, 256));
     return serialise(message);
 }
 

@@ -4,6 +4,7 @@
 #include "server/session/secrets.h"
 #include "proto/session.pb.h"
 
+#include <google/protobuf/stubs/logging.h>
 #include <openssl/evp.h>
 
 #include <algorithm>
@@ -156,6 +157,7 @@ core::Result<TicketClaims> verify_ticket(std::span<const std::uint8_t> ticket,
                                          std::span<const PublicKey> keys,
                                          std::int64_t unix_s) {
     proto::Ticket message;
+    const google::protobuf::LogSilencer silence;  // of text that is not UTF-8
     if (ticket.size() > kMaxTicketBytes ||
         !message.ParseFromArray(ticket.data(), static_cast<int>(ticket.size())) ||
         message.signature().size() != kSignatureBytes) {
