@@ -20,6 +20,8 @@ struct CharacterLimits {
     float max_slope_cos = 0.64F;    ///< steeper ground (normal.y below this) does not carry
     float step_down = 0.35F;   ///< how far a walking character follows ground that falls away, m
     float gravity = kGravity;  ///< m/s2
+    float step_up = 0.3F;      ///< highest ledge that a walking character climbs, m; works up to
+                               ///< 0.9 radius, higher ledges are walls
 };
 
 /// All that movement depends on; `position` is the capsule's centre.
@@ -30,9 +32,17 @@ struct CharacterState {
     bool grounded = false;
 };
 
-/// Moves a capsule for `dt` seconds (dt > 0): accelerates towards the wanted velocity, applies
-/// gravity, slides along `world`, follows slopes down and stands still on what carries. Never
-/// tunnels: a move longer than the radius is split. Deterministic: same arguments, same bits.
+/// Moves an upright capsule for `dt` seconds (dt > 0).
+/// - On the ground the horizontal velocity goes towards the wanted one at `acceleration`; the
+///   vertical one follows the ground. Walls are slid along, ground that falls away is followed down
+///   by `step_down`, ledges are climbed up to `step_up`. A vertical velocity given from outside to
+///   a grounded character has no effect: clear `grounded` to throw it.
+/// - In the air the vertical motion is the exact parabola; steep slopes are slid down.
+/// - A grounded character without input and velocity keeps its state bit for bit, only the yaw
+///   follows the command. With friction of shoes there is no creep on a slope that carries.
+/// - Nothing tunnels at any speed: moves are swept, and keep about a millimetre of air to boxes. A
+///   capsule that begins inside a box is moved out by the shortest way.
+/// Deterministic: same arguments, same bits. No allocation.
 CharacterState apply_input(const CharacterState& from,
                            const InputCommand& command,
                            const CharacterLimits& limits,

@@ -18,7 +18,9 @@ enum class PredictorOrder : std::uint8_t {
 inline constexpr int kPredictorOrders = 3;
 
 /// The state `elapsed_s` (>= 0, s) after `from`: p + v t + a t^2 / 2; q turned by |w| t about w.
-/// Source: IEEE 1278.1-2012, annex E (dead reckoning in world coordinates).
+/// The result describes its own further motion: what the order does not use (the acceleration below
+/// order 2, all rates for order 0) is zero in it. Source: IEEE 1278.1-2012, annex E (dead reckoning
+/// in world coordinates).
 KinematicState predict(const KinematicState& from, PredictorOrder order, float elapsed_s);
 
 /// Only the position part of predict(): what the server's error test needs every tick.

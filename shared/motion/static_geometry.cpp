@@ -9,10 +9,10 @@ namespace zoned::motion {
 
 namespace {
 
-Aabb bounds_of(const StaticBox& box) {
+Aabb bounds_of(const StaticBox& box, const Mat3& axes) {
     // Half extents of a rotated box along the axes: |R| h (Ericson, Real-Time Collision
     // Detection, 4.2.6).
-    const Vec3 half = box.orientation.toRotationMatrix().cwiseAbs() * box.half_extents;
+    const Vec3 half = axes.cwiseAbs() * box.half_extents;
     return {box.centre - half, box.centre + half};
 }
 
@@ -27,8 +27,10 @@ StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes, float ground_height
         return;
     }
     bounds_.reserve(boxes_.size());
+    axes_.reserve(boxes_.size());
     for (const StaticBox& box : boxes_) {
-        bounds_.push_back(bounds_of(box));
+        axes_.emplace_back(box.orientation.toRotationMatrix());
+        bounds_.push_back(bounds_of(box, axes_.back()));
     }
     Vec3 lower = bounds_.front().lower;
     Vec3 upper = bounds_.front().upper;

@@ -34,6 +34,9 @@ class StaticGeometry {
 
     [[nodiscard]] const Aabb& box_bounds(std::uint32_t index) const { return bounds_[index]; }
 
+    /// Columns are the box's axes in the coordinates of the world.
+    [[nodiscard]] const Mat3& box_axes(std::uint32_t index) const { return axes_[index]; }
+
     /// Calls `visit(index)` once, in ascending order, for each box whose bounds overlap `area`.
     template <class Visit>
     void for_each_near(const Aabb& area, Visit&& visit) const;
@@ -43,6 +46,7 @@ class StaticGeometry {
 
     std::vector<StaticBox> boxes_;
     std::vector<Aabb> bounds_;
+    std::vector<Mat3> axes_;
     std::vector<std::uint32_t>
         cell_start_;  // columns of a compressed sparse row layout over the cells
     std::vector<std::uint32_t> cell_items_;

@@ -4,6 +4,8 @@
 
 #include "shared/core/ids.h"
 #include "shared/core/result.h"
+#include "shared/wire/bit_stream.h"
+#include "shared/wire/field_table.h"
 #include "shared/wire/quantize.h"
 
 #include <cstdint>
@@ -32,7 +34,11 @@ struct RecordHead {
     std::uint8_t keyframe = 0;  ///< 0..kKeyframeNumbers-1; absent (0) in kRemove
     std::uint8_t tick_low = 0;  ///< publication tick modulo 256; absent in kRemove
     TypeIndex type = 0;         ///< kAbsolute only
+    bool upright = false;       ///< read from the record; encoders write their own argument instead
 };
+
+/// A record never takes more bytes than this, whatever the Quantization.
+inline constexpr std::size_t kMaxRecordBytes = 56;
 
 /// A publication's tick from its low byte: the newest tick <= packet_tick with these low bits.
 Tick expand_tick(std::uint8_t tick_low, Tick packet_tick);
@@ -58,27 +64,36 @@ void encode_remove(EntityId entity, std::vector<std::uint8_t>& out);
 
 /// Reads the records of one packet one after another. Bytes are hostile: every read may fail, never
 /// crash. Use: while (!r.done()) { head = r.next_head(); then exactly one of read_absolute /
-/// read_delta unless kRemove. }
+/// read_delta / skip_delta unless kRemove. } After a failure the rest cannot be found: done() is
+/// true then. Only canonical bytes are accepted: what was read encodes to the same bytes again.
 class RecordReader {
   public:
     RecordReader(std::span<const std::uint8_t> bytes, const Quantization& q)
-        : bytes_(bytes),
-          q_(&q) {}
+        : bits_(bytes),
+          layout_(q) {}
 
-    [[nodiscard]] bool done() const { return offset_ >= bytes_.size(); }
+    [[nodiscard]] bool done() const { return bits_.failed() || malformed_ || bits_.at_end(); }
 
     core::Result<RecordHead> next_head();
+    /// Fails also when the record says otherwise than `upright` (what the type table says).
     core::Result<QuantizedState> read_absolute(bool upright);
+    /// `keyframe` must be a state that quantize() or a reader gave.
     core::Result<QuantizedState> read_delta(const QuantizedState& keyframe, bool upright);
     /// Skips the state of a delta whose keyframe is unknown (the length does not depend on the
-    /// keyframe's values).
+    /// keyframe's values). For an entity whose type is unknown pass head.upright.
     core::Result<bool> skip_delta(bool upright);
 
   private:
-    std::span<const std::uint8_t> bytes_;
-    const Quantization* q_;
-    std::size_t offset_ = 0;
+    core::Result<QuantizedState> read_state(const Columns& reference,
+                                            RecordKind kind,
+                                            bool upright);
+    void begin_state(RecordKind kind);
+
+    BitReader bits_;
+    FieldLayout layout_;
     RecordHead head_;
+    bool state_pending_ = false;
+    bool malformed_ = false;
 };
 
 }  // namespace zoned::wire

@@ -2,13 +2,22 @@
 // sides.
 #pragma once
 
+#include "shared/core/result.h"
 #include "shared/motion/dead_reckoning.h"
 #include "shared/motion/kinematic_state.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
 namespace zoned::wire {
+
+/// Components of accelerations and angular velocities are clamped to these.
+inline constexpr float kMaxAccelerationMps2 = 512.0F;
+inline constexpr float kMaxAngularSpeedRps = 128.0F;
+/// No quantised component exceeds this. A float's 24 bits then tell neighbouring steps apart, which
+/// is what makes dequantize() reversible.
+inline constexpr std::int32_t kMaxQuantizedIndex = (1 << 22) - 1;
 
 /// Steps of quantisation; a constant of the world, sent once at login. Positions are zone-local.
 struct Quantization {
@@ -23,13 +32,35 @@ struct Quantization {
     float vertical_extent_m = 1024.0F;  ///< |y| likewise
     float max_speed_mps = 256.0F;       ///< velocity components are clamped to this
 
-    /// Largest distance between a position and its quantised value: half a step along each axis, as
-    /// a length.
-    [[nodiscard]] float position_quantum_m() const { return 0.5F * position_step_m * 1.7320508F; }
+    /// Largest distance between a position within the extents and its quantised value: half a step
+    /// along each axis, as a length, and what rounding to float takes at the rim of the zone (half
+    /// of its last place, 2^-24 of the value, with a little to spare for the last half step).
+    [[nodiscard]] float position_quantum_m() const {
+        const float rounding_m = 0x1.1p-24F * std::max(horizontal_extent_m, vertical_extent_m);
+        return 1.7320509F * (0.5F * position_step_m + rounding_m);
+    }
 
     /// Largest angle between an orientation and its quantised value, rad.
     [[nodiscard]] float orientation_quantum_rad(bool upright) const;
 };
+
+/// Fails with the reason when a value is outside its range or so fine that an extent would need
+/// more than kMaxQuantizedIndex steps.
+core::Result<bool> check(const Quantization& q);
+
+/// Largest magnitude of the quantised components.
+struct QuantizationLimits {
+    std::int32_t horizontal = 1;
+    std::int32_t vertical = 1;
+    std::int32_t velocity = 1;
+    std::int32_t acceleration = 1;
+    std::int32_t angular_velocity = 1;
+    std::int32_t orientation = 1;  ///< smallest-three components: 2^(bits-1) - 1
+    std::int32_t yaw_steps = 1;    ///< steps per turn: yaws are 0..yaw_steps-1
+};
+
+/// Never fails: what check() refuses is brought into range.
+QuantizationLimits limits_of(const Quantization& q);
 
 /// The fields of one publication as integers. Members that a flag rules out are zero.
 struct QuantizedState {
@@ -50,7 +81,8 @@ struct QuantizedState {
 
 /// Rounds to the nearest step, clamped to the ranges. `upright` entities keep only their yaw. An
 /// order 0 state carries no velocity, only order 2 carries acceleration; a state whose velocities
-/// all round to zero under order 0 is at rest if `at_rest`.
+/// all round to zero under order 0 is at rest if `at_rest`. Not a number counts as 0, infinity as
+/// the limit, an orientation without a direction as the identity (upright: yaw 0).
 QuantizedState quantize(const motion::KinematicState& state,
                         motion::PredictorOrder order,
                         bool upright,
@@ -58,7 +90,15 @@ QuantizedState quantize(const motion::KinematicState& state,
                         std::uint16_t appearance,
                         const Quantization& q);
 
-/// The state that both sides predict from. Exact inverse on integers: quantize(dequantize(s)) == s.
+/// Whether an orientation is one that quantize() can give: the component left out is the largest
+/// when all four are rounded to the grid, the first of them where several are. There is exactly one
+/// such form of every orientation on the grid. `limit` is QuantizationLimits::orientation.
+bool is_canonical_orientation(std::int32_t largest,
+                              const std::array<std::int32_t, 3>& smallest_three,
+                              std::int32_t limit);
+
+/// The state that both sides predict from. Exact inverse on integers: quantize(dequantize(s)) == s
+/// for whatever quantize() gives.
 motion::KinematicState dequantize(const QuantizedState& state, bool upright, const Quantization& q);
 
 }  // namespace zoned::wire

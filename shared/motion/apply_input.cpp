@@ -1,0 +1,327 @@
+#include "shared/motion/apply_input.h"
+
+#include "shared/math/aabb.h"
+#include "shared/motion/capsule_sweep.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace zoned::motion {
+
+namespace {
+
+constexpr int kSlides = 6;  ///< obstacles that one tick's move may be turned aside by
+
+/// Surfaces that a move has met; it may not go into any of them.
+class Obstacles {
+  public:
+    /// Forgets the oldest where there are too many: the caller's number of slides is limited
+    /// anyway.
+    void add(const Vec3& normal) {
+        // A seam between two boxes shows nearly the same surface twice.
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (normals_[i].dot(normal) > 0.99F) {
+                normals_[i] = normal;
+                return;
+            }
+        }
+        normals_[count_ % normals_.size()] = normal;
+        count_ = std::min(count_ + 1, normals_.size());
+    }
+
+    [[nodiscard]] std::size_t count() const { return count_; }
+
+    [[nodiscard]] Vec3 sum() const {
+        Vec3 total = Vec3::Zero();
+        for (std::size_t i = 0; i < count_; ++i) {
+            total += normals_[i];
+        }
+        return total;
+    }
+
+    /// The part of `move` that goes into none of the surfaces: along one, along the crease of two,
+    /// or nowhere.
+    [[nodiscard]] Vec3 slid(const Vec3& move) const {
+        if (free(move)) {
+            return move;
+        }
+        for (std::size_t i = 0; i < count_; ++i) {
+            const Vec3 along = move - normals_[i] * normals_[i].dot(move);
+            if (normals_[i].dot(move) < 0.0F && free(along)) {
+                return along;
+            }
+        }
+        for (std::size_t i = 0; i < count_; ++i) {
+            for (std::size_t j = i + 1; j < count_; ++j) {
+                const Vec3 crease = normals_[i].cross(normals_[j]);
+                const float squared = crease.squaredNorm();
+                if (squared > 1e-6F) {
+                    const Vec3 along = crease * (crease.dot(move) / squared);
+                    if (free(along)) {
+                        return along;
+                    }
+                }
+            }
+        }
+        return Vec3::Zero();
+    }
+
+    /// The part of the horizontal `move` that, carried by ground of normal `ground`, goes into none
+    /// of the surfaces.
+    [[nodiscard]] Vec3 slid_on_ground(const Vec3& move, const Vec3& ground) const {
+        // On the ground the vertical part is d.y = -(g.x d.x + g.z d.z) / g.y. Put into w . d >= 0,
+        // this leaves a condition on the horizontal part alone, whose normal is
+        // w - (w.y / g.y) g without its y.
+        Obstacles horizontal;
+        for (std::size_t i = 0; i < count_; ++i) {
+            Vec3 normal = normals_[i] - ground * (normals_[i].y() / ground.y());
+            normal.y() = 0.0F;
+            const float length = normal.norm();
+            if (length < 1e-3F) {
+                return Vec3::Zero();
+            }
+            horizontal.add(normal / length);
+        }
+        return horizontal.slid(move).cwiseProduct(Vec3(1.0F, 0.0F, 1.0F));
+    }
+
+  private:
+    [[nodiscard]] bool free(const Vec3& move) const {
+        const float tolerance = 1e-4F * move.norm();
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (normals_[i].dot(move) < -tolerance) {
+                return false;
+            }
+        }
+        return true;
+    }
+
+    std::array<Vec3, kSlides> normals_;
+    std::size_t count_ = 0;
+};
+
+/// Velocity after `dt` of acceleration towards a wanted velocity, and the way made meanwhile.
+struct Acceleration {
+    Vec3 velocity;
+    Vec3 way;
+};
+
+/// Exact: constant acceleration until the wanted velocity is reached, that velocity from then on.
+Acceleration accelerate(const Vec3& velocity, const Vec3& wanted, float acceleration, float dt) {
+    const Vec3 change = wanted - velocity;
+    const float size = change.norm();
+    if (size <= acceleration * dt) {
+        const float time = acceleration > 0.0F ? size / acceleration : 0.0F;
+        return {wanted, (velocity + wanted) * (0.5F * time) + wanted * (dt - time)};
+    }
+    const Vec3 next = velocity + change * (acceleration * dt / size);
+    return {next, (velocity + next) * (0.5F * dt)};
+}
+
+Vec3 wanted_velocity(const InputCommand& command, const CharacterLimits& limits) {
+    Vec3 direction(static_cast<float>(command.move_x) / 127.0F,
+                   0.0F,
+                   static_cast<float>(command.move_z) / 127.0F);
+    const float length = direction.norm();
+    if (length > 1.0F) {
+        direction /= length;
+    }
+    const bool sprints = (command.buttons & kButtonSprint) != 0;
+    return direction * (limits.speed * (sprints ? limits.sprint_factor : 1.0F));
+}
+
+/// One character during one tick.
+class Mover {
+  public:
+    Mover(const CharacterState& from,
+          const CharacterLimits& limits,
+          const StaticGeometry& world,
+          const Vec3& way)
+        : limits_(limits),
+          sweep_(world, {limits.radius, limits.half_segment}, area_of(from.position, way)),
+          state_(from) {
+        state_.position = sweep_.parted(from.position);
+    }
+
+    /// Moves along the ground: `way` is horizontal, `velocity` the one at the end of it.
+    void walk(Vec3 way, const Vec3& velocity) {
+        Obstacles walls;
+        Vec3 ground = Vec3::UnitY();
+        Vec3 move = way;
+        float lifted = 0.0F;
+        for (int slide = 0; slide < kSlides && !move.isZero(0.0F); ++slide) {
+            const SweepHit hit = sweep_.sweep(state_.position, move);
+            advance(move * hit.fraction);
+            if (!hit.hit) {
+                break;
+            }
+            way *= 1.0F - hit.fraction;
+            if (is_floor(hit)) {
+                ground = hit.normal;
+            } else if (is_ledge(hit) && lift(hit, lifted)) {
+                ground = Vec3::UnitY();
+            } else {
+                walls.add(hit.normal);
+            }
+            move = walls.slid_on_ground(way, ground);
+            move.y() = climb(move, ground);
+        }
+        state_.velocity = walls.slid_on_ground(velocity, ground);
+        settle(lifted);
+    }
+
+    /// Moves through the air: `way` and `velocity` (at the end of it) are three-dimensional.
+    void fall(Vec3 way, Vec3 velocity, bool wants_rest) {
+        Obstacles surfaces;
+        const Vec3 whole_way = way;
+        const Vec3 whole_velocity = velocity;
+        const float start_height = state_.position.y();
+        Vec3 rest = way;
+        state_.grounded = false;
+        for (int slide = 0; slide < kSlides && !way.isZero(0.0F); ++slide) {
+            const SweepHit hit = sweep_.sweep(state_.position, way);
+            advance(way * hit.fraction);
+            if (!hit.hit) {
+                break;
+            }
+            rest *= 1.0F - hit.fraction;
+            if (velocity.y() <= 0.0F && carries(hit)) {
+                walk(horizontal(way) * (1.0F - hit.fraction), horizontal(velocity));
+                return;
+            }
+            surfaces.add(hit.normal);
+            way = surfaces.slid(rest);
+            velocity = surfaces.slid(whole_velocity);
+        }
+        state_.velocity = velocity;
+        // Steep surfaces that together hold the character up carry it: nobody falls for ever in a
+        // gap between a rock and a wall.
+        const bool held = whole_way.y() < 0.0F &&
+                          start_height - state_.position.y() < 0.01F * -whole_way.y() &&
+                          surfaces.count() >= 2 && surfaces.sum().y() > 0.1F;
+        if (held) {
+            state_.grounded = true;
+            state_.velocity = wants_rest ? Vec3::Zero() : horizontal(velocity);
+        }
+    }
+
+    [[nodiscard]] const CharacterState& state() const { return state_; }
+
+  private:
+    static Vec3 horizontal(const Vec3& v) { return {v.x(), 0.0F, v.z()}; }
+
+    /// The vertical part of a move that follows the ground.
+    static float climb(const Vec3& move, const Vec3& ground) {
+        return 0.0F - (ground.x() * move.x() + ground.z() * move.z()) / ground.y();
+    }
+
+    /// Slides never lengthen a move, climbing a slope that carries lengthens it at most so much.
+    [[nodiscard]] Aabb area_of(const Vec3& position, const Vec3& way) const {
+        const float carried = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
+        const float reach = way.norm() / carried + limits_.step_up + limits_.step_down + 0.1F;
+        return Aabb{position, position}.grown(reach);
+    }
+
+    void advance(const Vec3& move) {
+        state_.position += move;
+        state_.position.y() = std::max(state_.position.y(), sweep_.floor_height());
+    }
+
+    [[nodiscard]] bool is_floor(const SweepHit& hit) const {
+        return hit.normal.y() >= limits_.max_slope_cos;
+    }
+
+    /// The rim of something that carries, low enough to step onto: the round bottom of the capsule
+    /// touches it at the height radius (1 - normal.y) above its lowest point.
+    [[nodiscard]] bool is_ledge(const SweepHit& hit) const {
+        return hit.face_up >= limits_.max_slope_cos && hit.normal.y() >= 0.1F &&
+               limits_.radius * (1.0F - hit.normal.y()) <= limits_.step_up;
+    }
+
+    [[nodiscard]] bool carries(const SweepHit& hit) const { return is_floor(hit) || is_ledge(hit); }
+
+    /// Rises until the bottom clears the ledge; false, and no change, where there is no room.
+    bool lift(const SweepHit& ledge, float& lifted) {
+        const float height = (limits_.radius + kSkin) * (1.0F - ledge.normal.y()) + kSkin;
+        if (lifted + height > limits_.step_up + 0.1F * limits_.radius) {
+            return false;
+        }
+        const Vec3 up(0.0F, height, 0.0F);
+        if (sweep_.sweep(state_.position, up).hit) {
+            return false;
+        }
+        advance(up);
+        lifted += height;
+        return true;
+    }
+
+    /// Follows the ground down after a walk, or leaves it.
+    void settle(float lifted) {
+        const float drop = limits_.step_down + lifted + 2.0F * kSkin;
+        const SweepHit hit = sweep_.sweep_down(
+            state_.position, drop, [this](const SweepHit& h) { return carries(h); });
+        state_.grounded = hit.hit && carries(hit);
+        if (!state_.grounded) {
+            advance(Vec3(0.0F, -std::min(hit.fraction * drop, lifted), 0.0F));
+            state_.velocity.y() = 0.0F;
+            return;
+        }
+        advance(Vec3(0.0F, -hit.fraction * drop, 0.0F));
+        if (hit.ground_plane) {
+            state_.position.y() = sweep_.floor_height();
+        }
+        // Vertical speed of the ground underfoot. On a rim the normal turns quickly: no steeper
+        // than ground that carries.
+        const float cosine = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
+        const float steepest = state_.velocity.norm() * std::sqrt(1.0F - cosine * cosine) / cosine;
+        state_.velocity.y() = std::clamp(climb(state_.velocity, hit.normal), -steepest, steepest);
+    }
+
+    const CharacterLimits& limits_;
+    CapsuleSweep sweep_;
+    CharacterState state_;
+};
+
+}  // namespace
+
+CharacterState apply_input(const CharacterState& from,
+                           const InputCommand& command,
+                           const CharacterLimits& limits,
+                           const StaticGeometry& world,
+                           float dt) {
+    const Vec3 wanted = wanted_velocity(command, limits);
+    const bool still = wanted.isZero(0.0F);
+    const bool jumps = from.grounded && (command.buttons & kButtonJump) != 0;
+    CharacterState begin = from;
+    begin.yaw = command.yaw;
+    if (from.grounded && !jumps) {
+        if (still && from.velocity.isZero(0.0F)) {
+            return begin;  // static ground carries on carrying
+        }
+        const Vec3 velocity(from.velocity.x(), 0.0F, from.velocity.z());
+        const Acceleration run = accelerate(velocity, wanted, limits.acceleration, dt);
+        Mover mover(begin, limits, world, run.way);
+        mover.walk(run.way, run.velocity);
+        return mover.state();
+    }
+    const Vec3 velocity(from.velocity.x(), 0.0F, from.velocity.z());
+    const float rise = jumps ? limits.jump_speed : from.velocity.y();
+    Acceleration flight = accelerate(velocity, wanted, limits.air_acceleration, dt);
+    // The exact parabola, so that the apex is at v^2 / 2g whatever the step.
+    flight.way.y() = (rise - 0.5F * limits.gravity * dt) * dt;
+    flight.velocity.y() = rise - limits.gravity * dt;
+    Mover mover(begin, limits, world, flight.way);
+    mover.fall(flight.way, flight.velocity, still);
+    return mover.state();
+}
+
+Quat orientation_from_yaw(std::uint16_t yaw) {
+    // As a signed turn, so that the real part is never negative: one sign for each orientation.
+    const double half = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 65536.0);
+    return {static_cast<float>(std::cos(half)), 0.0F, static_cast<float>(std::sin(half)), 0.0F};
+}
+
+}  // namespace zoned::motion

@@ -1,0 +1,139 @@
+#include "shared/motion/capsule_sweep.h"
+
+#include "shared/math/closest.h"
+
+#include <algorithm>
+
+namespace zoned::motion {
+
+namespace {
+
+/// A move that nears an obstacle by less than this passes it, m: it absorbs the rounding of a move
+/// that was made parallel to the obstacle.
+constexpr float kGraze = 5e-5F;
+/// The sweep ends this close before the first contact, m.
+constexpr float kTolerance = 2e-5F;
+constexpr int kNewtonSteps = 8;
+constexpr int kPartingPasses = 8;
+
+/// A capsule's segment in the axes of a box.
+struct LocalSegment {
+    Vec3 middle;
+    Vec3 half;
+};
+
+LocalSegment local_segment(const StaticBox& box,
+                           const Mat3& axes,
+                           const Vec3& position,
+                           float half_segment) {
+    return {axes.transpose() * (position - box.centre), axes.row(1).transpose() * half_segment};
+}
+
+/// The vertical part of the most upward of the faces that `found` lies on.
+float face_up(const Mat3& axes, const SegmentBoxDistance& found) {
+    float up = -1.0F;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (found.faces[axis] != 0.0F) {
+            up = std::max(up, found.faces[axis] * axes(1, axis));
+        }
+    }
+    return up;
+}
+
+}  // namespace
+
+CapsuleSweep::CapsuleSweep(const StaticGeometry& world, const Capsule& capsule, const Aabb& area)
+    : world_(world),
+      capsule_(capsule),
+      reach_(Vec3(capsule.radius, capsule.radius + capsule.half_segment, capsule.radius) +
+             Vec3::Constant(2.0F * kSkin)),
+      floor_height_(world.ground_height() + capsule.half_segment + capsule.radius) {
+    world.for_each_near({area.lower - reach_, area.upper + reach_}, [this](std::uint32_t box) {
+        if (near_count_ < near_.size()) {
+            near_[near_count_] = box;
+        }
+        ++near_count_;
+    });
+}
+
+SweepHit CapsuleSweep::sweep_ground(const Vec3& from, const Vec3& move) const {
+    SweepHit hit;
+    const float gap = from.y() - floor_height_;
+    if (move.y() < 0.0F && gap < -move.y()) {
+        hit.hit = true;
+        hit.ground_plane = true;
+        hit.fraction = std::max(gap, 0.0F) / -move.y();
+    }
+    return hit;
+}
+
+SweepHit CapsuleSweep::sweep_box(std::uint32_t index, const Vec3& from, const Vec3& move) const {
+    const StaticBox& box = world_.boxes()[index];
+    const Mat3& axes = world_.box_axes(index);
+    const LocalSegment segment = local_segment(box, axes, from, capsule_.half_segment);
+    const Vec3 way = axes.transpose() * move;
+    SweepHit hit;
+    float s = 0.0F;
+    for (int step = 0; step < kNewtonSteps; ++step) {
+        const SegmentBoxDistance found =
+            segment_box_distance(segment.middle + s * way, segment.half, box.half_extents);
+        const float approach = -found.normal.dot(way);
+        if (approach * (1.0F - s) <= kGraze) {
+            return {};
+        }
+        hit.normal = axes * found.normal;
+        hit.face_up = face_up(axes, found);
+        const float gap = found.distance - (capsule_.radius + kSkin);
+        if (gap <= kTolerance) {
+            break;
+        }
+        s += gap / approach;
+        if (s >= 1.0F) {
+            return {};
+        }
+    }
+    hit.hit = true;
+    hit.fraction = s;
+    return hit;
+}
+
+SweepHit CapsuleSweep::sweep(const Vec3& from, const Vec3& move) const {
+    SweepHit first = sweep_ground(from, move);
+    for_each_on_way(from, move, [&](std::uint32_t box) {
+        const SweepHit hit = sweep_box(box, from, move);
+        if (hit.hit && (!first.hit || hit.fraction < first.fraction)) {
+            first = hit;
+        }
+        return false;
+    });
+    return first;
+}
+
+Vec3 CapsuleSweep::parted(Vec3 position) const {
+    for (int pass = 0; pass < kPartingPasses; ++pass) {
+        bool overlapped = false;
+        for_each_on_way(position, Vec3::Zero(), [&](std::uint32_t index) {
+            const StaticBox& box = world_.boxes()[index];
+            const Mat3& axes = world_.box_axes(index);
+            const LocalSegment segment = local_segment(box, axes, position, capsule_.half_segment);
+            const SegmentBoxDistance found =
+                segment_box_distance(segment.middle, segment.half, box.half_extents);
+            // Grazing moves may use up some of the skin; it is restored before it is gone.
+            if (found.distance < capsule_.radius + 0.25F * kSkin) {
+                position += axes * found.normal * (capsule_.radius + 0.5F * kSkin - found.distance);
+                overlapped = true;
+            }
+            return false;
+        });
+        if (position.y() < floor_height_) {
+            position.y() = floor_height_;
+            overlapped = overlapped || pass == 0;
+        }
+        if (!overlapped) {
+            break;
+        }
+    }
+    return position;
+}
+
+}  // namespace zoned::motion

@@ -1,0 +1,113 @@
+// CapsuleSweep: how far an upright capsule can move in the static world, and what stops it.
+#pragma once
+
+#include "shared/math/types.h"
+#include "shared/motion/static_geometry.h"
+
+#include <array>
+#include <cstdint>
+
+namespace zoned::motion {
+
+/// Upright capsule around its centre: all points within `radius` of the vertical segment of half
+/// length `half_segment`, m.
+struct Capsule {
+    float radius = 0.4F;
+    float half_segment = 0.5F;
+};
+
+/// Air that is kept between capsule and boxes, m: far more than the rounding of float coordinates
+/// some kilometres from the origin, far less than anybody sees.
+inline constexpr float kSkin = 0.001F;
+
+/// What a moving capsule ran into.
+struct SweepHit {
+    float fraction = 1.0F;        ///< of the move that is free
+    bool hit = false;             ///< false: all of it is free
+    bool ground_plane = false;    ///< hit the ground plane, not a box
+    Vec3 normal = Vec3::UnitY();  ///< unit, from the obstacle to the capsule
+    /// Vertical part of the most upward normal among the faces that meet where the capsule was hit:
+    /// tells the rim of something to stand on from the rim of a wall.
+    float face_up = 1.0F;
+};
+
+/// The static boxes near one character's tick, gathered once. No allocation.
+class CapsuleSweep {
+  public:
+    /// `area` must hold all places where the capsule will be asked for, without its own size.
+    CapsuleSweep(const StaticGeometry& world, const Capsule& capsule, const Aabb& area);
+
+    /// The first obstacle on the way of the capsule's centre from `from` to `from + move`.
+    /// Obstacles that the move only grazes (nears by less than 0.05 mm) or leaves do not count. The
+    /// distance of a convex box and a capsule that moves along a line is a convex function of the
+    /// way, so Newton's iteration from the start never passes the first contact.
+    [[nodiscard]] SweepHit sweep(const Vec3& from, const Vec3& move) const;
+
+    /// As sweep() by `drop` metres straight down, but where several obstacles stop the capsule
+    /// within a millimetre, one that `carries` is preferred.
+    template <class Carries>
+    [[nodiscard]] SweepHit sweep_down(const Vec3& from, float drop, Carries&& carries) const {
+        const Vec3 move(0.0F, -drop, 0.0F);
+        const SweepHit first = sweep(from, move);
+        if (!first.hit || carries(first)) {
+            return first;
+        }
+        SweepHit best = first;
+        const float limit = first.fraction + kSkin / drop;
+        const auto consider = [&](const SweepHit& other) {
+            if (other.hit && other.fraction <= limit && carries(other)) {
+                best = other;
+                best.fraction = first.fraction;
+                return true;
+            }
+            return false;
+        };
+        if (!consider(sweep_ground(from, move))) {
+            for_each_on_way(from, move, [&](std::uint32_t box) {
+                return consider(sweep_box(box, from, move));
+            });
+        }
+        return best;
+    }
+
+    /// `position`, moved out of boxes and ground where the capsule overlaps them. One that overlaps
+    /// nothing is returned as it is.
+    [[nodiscard]] Vec3 parted(Vec3 position) const;
+
+    /// The height at which the capsule's centre rests on the ground plane.
+    [[nodiscard]] float floor_height() const { return floor_height_; }
+
+  private:
+    [[nodiscard]] SweepHit sweep_ground(const Vec3& from, const Vec3& move) const;
+    [[nodiscard]] SweepHit sweep_box(std::uint32_t box, const Vec3& from, const Vec3& move) const;
+
+    /// Calls `visit(box)` for each gathered box whose bounds the moving capsule may touch, until it
+    /// returns true.
+    template <class Visit>
+    void for_each_on_way(const Vec3& from, const Vec3& move, Visit&& visit) const {
+        const Vec3 to = from + move;
+        const Aabb way{from.cwiseMin(to) - reach_, from.cwiseMax(to) + reach_};
+        bool done = false;
+        const auto step = [&](std::uint32_t box) {
+            if (!done && world_.box_bounds(box).overlaps(way)) {
+                done = visit(box);
+            }
+        };
+        if (near_count_ <= near_.size()) {
+            for (std::size_t i = 0; i < near_count_ && !done; ++i) {
+                step(near_[i]);
+            }
+        } else {
+            world_.for_each_near(way, step);  // too many to note: ask the grid each time
+        }
+    }
+
+    const StaticGeometry& world_;
+    Capsule capsule_;
+    Vec3 reach_;
+    float floor_height_;
+    std::size_t near_count_ = 0;  // may exceed the array: then the array is not used
+    std::array<std::uint32_t, 64> near_;
+};
+
+}  // namespace zoned::motion

@@ -1,0 +1,77 @@
+// Samples: random and typical states that the tests of the wire share.
+#pragma once
+
+#include "shared/core/rng.h"
+#include "shared/wire/quantize.h"
+
+#include <cmath>
+
+namespace zoned::wire::testing {
+
+/// Uniform on the unit sphere of quaternions (Marsaglia, "Choosing a point from the surface of a
+/// sphere", 1972, by rejection in four dimensions).
+inline Quat random_rotation(core::Rng& rng) {
+    for (;;) {
+        Eigen::Vector4f v(rng.range(-1, 1), rng.range(-1, 1), rng.range(-1, 1), rng.range(-1, 1));
+        const float n = v.norm();
+        if (n > 0.1F && n <= 1.0F) {
+            v /= n;
+            return {v[0], v[1], v[2], v[3]};
+        }
+    }
+}
+
+inline Vec3 random_vector(core::Rng& rng, float extent) {
+    return {rng.range(-extent, extent), rng.range(-extent, extent), rng.range(-extent, extent)};
+}
+
+/// Magnitudes over several decades, so that all size classes occur.
+inline float random_scale(core::Rng& rng, float most) {
+    return most * std::pow(10.0F, -4.0F * rng.unit());
+}
+
+inline motion::KinematicState random_motion(core::Rng& rng, const Quantization& q) {
+    motion::KinematicState s;
+    s.position = random_vector(rng, random_scale(rng, q.horizontal_extent_m));
+    s.velocity = random_vector(rng, random_scale(rng, q.max_speed_mps));
+    s.acceleration = random_vector(rng, random_scale(rng, kMaxAccelerationMps2));
+    s.angular_velocity = random_vector(rng, random_scale(rng, kMaxAngularSpeedRps));
+    s.orientation = random_rotation(rng);
+    return s;
+}
+
+inline QuantizedState random_quantized(core::Rng& rng, bool upright, const Quantization& q) {
+    const auto order = static_cast<motion::PredictorOrder>(rng.below(3));
+    motion::KinematicState s = random_motion(rng, q);
+    const bool at_rest = rng.below(2) != 0;
+    if (at_rest) {
+        s.velocity.setZero();
+        s.angular_velocity.setZero();
+    }
+    const auto appearance = static_cast<std::uint16_t>(rng.next() >> (16 + rng.below(17)));
+    return quantize(s, order, upright, at_rest, appearance, q);
+}
+
+/// A few Quantizations: the default, a coarse one, the finest that check() lets pass.
+inline std::array<Quantization, 3> quantizations() {
+    Quantization coarse;
+    coarse.position_step_m = 1.0F;
+    coarse.velocity_step_mps = 1.0F;
+    coarse.acceleration_step_mps2 = 10.0F;
+    coarse.angular_velocity_step_rps = 10.0F;
+    coarse.orientation_bits = 5;
+    coarse.yaw_bits = 5;
+    coarse.horizontal_extent_m = 64.0F;
+    coarse.vertical_extent_m = 1.0F;
+    coarse.max_speed_mps = 3.0F;
+    Quantization fine;
+    fine.position_step_m = 0.0005F;
+    fine.velocity_step_mps = 0.0001F;
+    fine.acceleration_step_mps2 = 0.0002F;
+    fine.angular_velocity_step_rps = 0.00004F;
+    fine.orientation_bits = 15;
+    fine.yaw_bits = 16;
+    return {Quantization{}, coarse, fine};
+}
+
+}  // namespace zoned::wire::testing
