@@ -1,0 +1,92 @@
+// Behaviour: what a bot wants; and mixes of behaviours over many bots.
+#pragma once
+
+#include "client-sim/view/view.h"
+
+#include "shared/core/result.h"
+#include "shared/core/rng.h"
+#include "shared/motion/input_command.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace zoned::bot {
+
+enum class Behaviour : std::uint8_t {
+    kWander,  ///< walks in random directions, touches props now and then
+    kCrowd,   ///< walks to one spot, the same for all
+    kBorder,  ///< walks back and forth across the nearest border between zones
+    kFight,   ///< chases and shoots the nearest character
+    kChat,    ///< strolls and talks
+    kIdle,    ///< stands
+};
+
+inline constexpr int kBehaviours = 6;
+[[nodiscard]] const char* name_of(Behaviour behaviour);
+
+/// One entry of "--behaviour NAME[:share],...".
+struct Share {
+    Behaviour behaviour = Behaviour::kWander;
+    double share = 1.0;  ///< > 0, relative to the others
+};
+
+/// The mix that a user gets without asking.
+[[nodiscard]] std::vector<Share> default_mix();
+core::Result<std::vector<Share>> parse_mix(std::string_view text);
+/// Which behaviour bot `index` has: after any number of bots each has its share as nearly as whole
+/// bots allow.
+[[nodiscard]] std::vector<Behaviour> deal(const std::vector<Share>& mix, std::size_t bots);
+
+/// What a brain may do beside moving.
+class Voice {
+  public:
+    virtual ~Voice() = default;
+    virtual void command(std::uint32_t kind, std::string payload) = 0;
+};
+
+/// The decisions of one bot. Seeded: same seed, same view, same decisions.
+class Brain {
+  public:
+    Brain(Behaviour behaviour, std::uint64_t seed, std::uint64_t index, std::string team);
+
+    /// The command for `tick`. `changed` is set when direction or speed differ from the tick
+    /// before.
+    motion::InputCommand decide(const view::View& view, Tick tick, Voice& voice, bool& changed);
+
+    [[nodiscard]] Behaviour behaviour() const { return behaviour_; }
+
+  private:
+    struct Target {
+        EntityId id;
+        Vec3d position = Vec3d::Zero();
+        double distance = 1e9;
+    };
+
+    void wander(const view::View& view, Tick tick, Voice& voice);
+    void walk_to(const Vec3d& from, double x, double z, bool sprint);
+    void crowd(const view::View& view);
+    void border(const view::View& view);
+    void fight(const view::View& view, Tick tick, Voice& voice);
+    void chat(const view::View& view, Tick tick, Voice& voice);
+    void touch_a_prop(const view::View& view, Voice& voice);
+    void pick_direction(Tick tick);
+    [[nodiscard]] static Target nearest(const view::View& view, bool character);
+
+    Behaviour behaviour_;
+    core::Rng rng_;
+    std::uint64_t seed_;
+    std::string team_;
+    Tick next_turn_ = 0;
+    Tick next_act_ = 0;
+    bool border_found_ = false;
+    int border_side_ = 1;
+    bool border_along_x_ = true;  // the border is a line of constant x
+    double border_at_ = 0.0;
+    std::uint32_t spoken_ = 0;
+    std::vector<std::uint32_t> carried_;
+    motion::InputCommand wish_;
+};
+
+}  // namespace zoned::bot

@@ -1,0 +1,91 @@
+#include "client-sim/bot/behaviour.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace zoned::bot {
+
+namespace {
+
+constexpr std::array<const char*, kBehaviours> kNames = {
+    "wander", "crowd", "border", "fight", "chat", "idle"};
+
+using Mix = core::Result<std::vector<Share>>;
+
+}  // namespace
+
+const char* name_of(Behaviour behaviour) { return kNames[static_cast<std::size_t>(behaviour)]; }
+
+std::vector<Share> default_mix() {
+    return {{Behaviour::kWander, 60.0},
+            {Behaviour::kBorder, 20.0},
+            {Behaviour::kFight, 10.0},
+            {Behaviour::kChat, 5.0},
+            {Behaviour::kCrowd, 5.0}};
+}
+
+core::Result<std::vector<Share>> parse_mix(std::string_view text) {
+    std::vector<Share> mix;
+    while (!text.empty()) {
+        const std::size_t comma = text.find(',');
+        const std::string_view entry = text.substr(0, comma);
+        text = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
+        const std::size_t colon = entry.find(':');
+        const std::string name(entry.substr(0, colon));
+        Share share;
+        bool found = false;
+        for (std::size_t i = 0; i < kNames.size(); ++i) {
+            if (name == kNames[i]) {
+                share.behaviour = static_cast<Behaviour>(i);
+                found = true;
+            }
+        }
+        if (!found) {
+            return Mix::failure("unknown behaviour '" + name +
+                                "'; choose from wander, crowd, border, fight, chat, idle");
+        }
+        if (colon != std::string_view::npos) {
+            const std::string_view number = entry.substr(colon + 1);
+            const auto [end, error] =
+                std::from_chars(number.data(), number.data() + number.size(), share.share);
+            if (error != std::errc() || end != number.data() + number.size() ||
+                !(share.share > 0.0) || !std::isfinite(share.share)) {
+                return Mix::failure("share '" + std::string(number) + "' of behaviour '" + name +
+                                    "' is not a positive number");
+            }
+        }
+        mix.push_back(share);
+    }
+    if (mix.empty()) {
+        return Mix::failure("no behaviour given");
+    }
+    return mix;
+}
+
+std::vector<Behaviour> deal(const std::vector<Share>& mix, std::size_t bots) {
+    double total = 0.0;
+    for (const Share& share : mix) {
+        total += share.share;
+    }
+    std::vector<double> given(mix.size(), 0.0);
+    std::vector<Behaviour> dealt;
+    dealt.reserve(bots);
+    for (std::size_t i = 0; i < bots; ++i) {
+        // Whoever lags most behind its share comes next.
+        std::size_t best = 0;
+        double best_lag = -1e300;
+        for (std::size_t k = 0; k < mix.size(); ++k) {
+            const double lag = mix[k].share / total * static_cast<double>(i + 1) - given[k];
+            if (lag > best_lag + 1e-12) {
+                best_lag = lag;
+                best = k;
+            }
+        }
+        given[best] += 1.0;
+        dealt.push_back(mix[best].behaviour);
+    }
+    return dealt;
+}
+
+}  // namespace zoned::bot

@@ -1,0 +1,76 @@
+#include "client-sim/link/arrival_log.h"
+
+#include <algorithm>
+
+namespace zoned::link {
+
+void ArrivalLog::on_packet(std::uint64_t sequence, Tick tick, double arrival_server_s) {
+    ++received_;
+    arrivals_[arrival_count_++ % kArrivals] = {tick, arrival_server_s};
+    if (sequence <= newest_) {
+        note_late(sequence, arrival_server_s);
+        return;
+    }
+    if (newest_ != 0 && sequence > newest_ + 1) {
+        holes_[hole_count_++ % kHoles] = {
+            newest_ + 1, sequence - 1, newest_tick_, tick, arrival_server_s, 0};
+        missing_ += sequence - newest_ - 1;
+    }
+    newest_ = sequence;
+    newest_tick_ = std::max(newest_tick_, tick);
+}
+
+void ArrivalLog::note_late(std::uint64_t sequence, double arrival_server_s) {
+    const std::size_t kept = std::min(hole_count_, kHoles);
+    for (std::size_t i = 0; i < kept; ++i) {
+        Hole& hole = holes_[i];
+        if (sequence >= hole.first && sequence <= hole.last &&
+            hole.filled <= hole.last - hole.first) {
+            ++hole.filled;
+            --missing_;
+            // A packet that was only late delivered its news when it came.
+            hole.closed_s = std::max(hole.closed_s, arrival_server_s);
+            return;
+        }
+    }
+}
+
+NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
+    NewsAge age;
+    const double at_s = static_cast<double>(tick) * tick_s_;
+    const std::size_t arrivals = std::min(arrival_count_, kArrivals);
+    for (std::size_t i = 0; i < arrivals; ++i) {
+        const Arrival& a = arrivals_[i];
+        if (a.arrival_s >= at_s - window_s && a.arrival_s <= at_s + window_s) {
+            const double delay = a.arrival_s - static_cast<double>(a.tick) * tick_s_;
+            age.delay_s = std::max(age.delay_s, delay);
+            age.measured = true;
+        }
+    }
+    age.age_s = age.delay_s + tick_s_;
+    const double resend_s = rtt_s + tick_s_;
+    const std::size_t holes = std::min(hole_count_, kHoles);
+    double outage_s = 0.0;
+    for (std::size_t i = 0; i < holes; ++i) {
+        const Hole& hole = holes_[i];
+        const bool whole = hole.filled > hole.last - hole.first;
+        // Lost news matters at T from the tick after the last packet before the hole until the
+        // packet after it came and a resend could follow.
+        const double from_s = static_cast<double>(hole.tick_before) * tick_s_;
+        const double until_s = hole.closed_s + (whole ? tick_s_ : resend_s + tick_s_);
+        if (at_s <= from_s || at_s > until_s) {
+            continue;
+        }
+        age.loss = age.loss || !whole;
+        if (hole.tick_after - hole.tick_before > kOutageTicks) {
+            outage_s = std::max(outage_s, at_s - from_s);
+        }
+    }
+    if (age.loss) {
+        age.age_s += resend_s;
+    }
+    age.age_s = std::max(age.age_s, outage_s);
+    return age;
+}
+
+}  // namespace zoned::link

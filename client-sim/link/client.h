@@ -1,0 +1,179 @@
+// Client: the session logic of one client over a Transport: login, resume, events, commands and
+// datagrams; the time is passed in.
+#pragma once
+
+#include "client-sim/link/datagram_channel.h"
+#include "client-sim/link/event_inbox.h"
+#include "client-sim/link/link.h"
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::link {
+
+inline constexpr std::uint32_t kProtocolVersion = 1;
+
+/// Who logs in. `ticket` is a serialised proto::Ticket or empty (a server in development mode).
+struct Login {
+    std::string name = "bot";
+    std::string team;
+    std::string ticket;
+    std::string config_digest;  ///< hex; empty: whatever the server has
+};
+
+/// Hears what the session brings, in order, from within Client::advance only.
+class SessionHandler {
+  public:
+    virtual ~SessionHandler() = default;
+    /// A session began, or came back (`welcome.resumed()`, without a world then).
+    virtual void on_welcome(const proto::Welcome& welcome) = 0;
+    virtual void on_joined(const proto::Joined& joined) = 0;
+    /// Exactly once and in order. Confirmation, where asked for, has been sent.
+    virtual void on_event(const proto::Event& event) = 0;
+    virtual void on_audit(const proto::AuditRecord& record) = 0;
+    virtual void on_packet(const OpenedPacket& packet) = 0;
+};
+
+enum class SessionState : std::uint8_t {
+    kIdle,        ///< start() was not called
+    kConnecting,  ///< waiting for the stream or for Welcome
+    kOnline,
+    kWaiting,  ///< the stream was lost; the next attempt is scheduled
+    kClosed,   ///< for good: quit, refused, closed by the server or unreachable
+};
+
+struct SessionStats {
+    std::uint64_t frames_in = 0;
+    std::uint64_t frames_out = 0;
+    std::uint64_t frame_bytes_in = 0;  ///< with the 4-byte length, without TLS records
+    std::uint64_t frame_bytes_out = 0;
+    std::uint64_t audit_bytes_in = 0;  ///< of frame_bytes_in
+    std::uint64_t malformed_frames = 0;
+    std::uint64_t streams_lost = 0;
+    std::uint64_t resumed = 0;
+    std::uint64_t sessions_lost = 0;  ///< resumes that the server refused: logged in anew
+    std::uint64_t commands_sent = 0;
+    std::uint64_t commands_resent = 0;
+    bool tunnelled = false;  ///< datagrams had to travel inside the stream, at least for a time
+};
+
+/// Not thread-safe. The transport queues what it hears here; advance() does all work.
+class Client {
+  public:
+    Client(Transport& transport, SessionHandler& handler, Login login);
+    ~Client();
+    Client(const Client&) = delete;
+    Client& operator=(const Client&) = delete;
+
+    void start(double now_s);
+    /// Says goodbye and closes.
+    void quit(double now_s);
+
+    /// Handles what came since the last call, then what is due. Cheap when nothing is.
+    void advance(double now_s);
+
+    /// Numbered and sent again after a resume until the server has acknowledged it.
+    void send_command(std::uint32_t kind, std::string payload);
+    /// Body of an input packet; sealed and sent now. Ignored unless online.
+    void send_input(std::span<const std::uint8_t> body, double now_s);
+    void request_audit();
+    void request_freeze(bool on);
+    void reset_view(const std::string& reason);
+    /// Cuts the stream as a lost network would (tests of resuming).
+    void drop_stream(double now_s);
+
+    [[nodiscard]] SessionState state() const { return state_; }
+
+    /// Why the session is closed or was last interrupted; empty when all is well.
+    [[nodiscard]] const std::string& trouble() const { return trouble_; }
+
+    [[nodiscard]] bool ever_online() const { return ever_online_; }
+
+    [[nodiscard]] std::uint32_t rights() const { return rights_; }
+
+    [[nodiscard]] std::uint32_t client_id() const { return client_id_; }
+
+    [[nodiscard]] const clock::ClockSync& clock() const { return channel_.clock(); }
+
+    [[nodiscard]] const DatagramStats& datagrams() const { return channel_.stats(); }
+
+    [[nodiscard]] const EventInbox& events() const { return events_; }
+
+    [[nodiscard]] const SessionStats& stats() const { return stats_; }
+
+    /// Local time of the newest datagram that authenticated.
+    [[nodiscard]] double last_packet_s() const { return last_packet_s_; }
+
+    static constexpr double kTunnelAfterS = 2.0;
+    static constexpr double kStreamTimeoutS = 10.0;
+    static constexpr int kFirstAttempts = 3;
+
+  private:
+    struct Incoming {
+        enum class Kind : std::uint8_t {
+            kOpened,
+            kFrame,
+            kDatagram,
+            kClosed
+        } kind = Kind::kFrame;
+        Bytes bytes;
+        std::string reason;
+        wire::SealKey down;
+        wire::SealKey up;
+    };
+
+    struct PendingCommand {
+        std::uint64_t number = 0;
+        std::uint32_t kind = 0;
+        std::string payload;
+    };
+
+    void listen();
+    void handle(Incoming& incoming, double now_s);
+    void on_opened(const Incoming& incoming);
+    void on_frame(const Bytes& frame, double now_s);
+    void on_welcome(const proto::Welcome& welcome, double now_s);
+    void on_refused(const proto::Refused& refused, double now_s);
+    void on_event(const proto::Event& event);
+    void on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, double now_s);
+    void on_closed(const std::string& reason, double now_s);
+    void connect(double now_s);
+    void timers(double now_s);
+    void forget_session();
+    void send(const proto::ClientMessage& message);
+    void send_pending(const PendingCommand& command);
+
+    Transport& transport_;
+    SessionHandler& handler_;
+    Login login_;
+    std::vector<Incoming> incoming_;
+    std::vector<Incoming> handling_;
+    SessionState state_ = SessionState::kIdle;
+    std::string trouble_;
+    std::string closing_text_;
+    bool ever_online_ = false;
+    std::uint32_t client_id_ = 0;
+    std::uint32_t rights_ = 0;
+    std::string resume_token_;
+    double grace_s_ = 0.0;
+    double attempt_s_ = 0.0;  // when the current attempt began or the next one is due
+    double lost_s_ = 0.0;     // when the stream was lost
+    int attempts_ = 0;
+    DatagramChannel channel_;
+    EventInbox events_;
+    std::uint64_t acked_events_ = 0;
+    double event_ack_due_s_ = 0.0;
+    std::uint64_t next_command_ = 1;
+    std::deque<PendingCommand> unacked_;
+    double online_since_s_ = 0.0;
+    double last_packet_s_ = 0.0;
+    double last_udp_s_ = 0.0;
+    bool tunnelling_ = false;
+    std::uint64_t tunnel_counter_ = 0;
+    SessionStats stats_;
+};
+
+}  // namespace zoned::link

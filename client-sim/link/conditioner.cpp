@@ -1,0 +1,90 @@
+#include "client-sim/link/conditioner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace zoned::link {
+
+namespace {
+
+/// Seconds until the outage that covers `now_s` ends; 0 outside of outages.
+double outage_left_s(const ConditionerSettings& settings, double now_s) {
+    if (settings.outage_every_s <= 0.0 || now_s < settings.outage_every_s) {
+        return 0.0;
+    }
+    const double into = std::fmod(now_s, settings.outage_every_s);
+    return into < settings.outage_length_s ? settings.outage_length_s - into : 0.0;
+}
+
+}  // namespace
+
+Conditioner::Conditioner(const ConditionerSettings& settings, Mode mode, std::uint64_t stream)
+    : settings_(settings),
+      mode_(mode),
+      rng_(settings.seed, stream) {
+}
+
+bool Conditioner::later(const Waiting& a, const Waiting& b) {
+    return a.due_s != b.due_s ? a.due_s > b.due_s : a.order > b.order;
+}
+
+bool Conditioner::chance(double probability) {
+    return probability > 0.0 && rng_.unit() < static_cast<float>(probability);
+}
+
+double Conditioner::draw_delay() {
+    const double jitter = settings_.jitter_s * (2.0 * static_cast<double>(rng_.unit()) - 1.0);
+    return std::max(0.0, settings_.delay_s + (settings_.jitter_s > 0.0 ? jitter : 0.0));
+}
+
+void Conditioner::insert(double due_s, Bytes message) {
+    heap_.push_back({due_s, order_++, std::move(message)});
+    std::push_heap(heap_.begin(), heap_.end(), later);
+}
+
+void Conditioner::push(double now_s, Bytes message) {
+    const double outage = outage_left_s(settings_, now_s);
+    if (mode_ == Mode::kFrames) {
+        // A stream keeps its order: nothing overtakes the frame before it.
+        last_due_s_ = std::max(last_due_s_, now_s + outage + draw_delay());
+        insert(last_due_s_, std::move(message));
+        return;
+    }
+    // Every datagram draws the same number of decisions, so that one setting does not shift the
+    // random numbers of another.
+    const bool lost = chance(settings_.loss);
+    const bool doubled = chance(settings_.duplicate);
+    const bool held = chance(settings_.reorder);
+    double delay = draw_delay();
+    if (lost || outage > 0.0) {
+        ++lost_;
+        return;
+    }
+    if (held) {
+        ++held_back_;
+        delay += settings_.reorder_hold_s * (1.0 + static_cast<double>(rng_.unit()));
+    }
+    if (doubled) {
+        ++doubled_;
+        insert(now_s + draw_delay(), message);
+    }
+    insert(now_s + delay, std::move(message));
+}
+
+bool Conditioner::pop_due(double now_s, Bytes& out) {
+    if (heap_.empty() || heap_.front().due_s > now_s) {
+        return false;
+    }
+    std::pop_heap(heap_.begin(), heap_.end(), later);
+    out = std::move(heap_.back().message);
+    heap_.pop_back();
+    return true;
+}
+
+double Conditioner::next_due_s() const {
+    return heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().due_s;
+}
+
+}  // namespace zoned::link

@@ -1,0 +1,143 @@
+#include "client-sim/link/datagram_channel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::link {
+
+namespace {
+
+constexpr double kAckDelayUnitS = 10e-6;
+constexpr std::uint16_t kAckDelaySaturated = 0xFFFF;
+
+/// The server sends its clock modulo 2^32 microseconds; the packet's tick says which turn it is.
+double unwrap_send_time_s(std::uint32_t send_time_us, Tick tick, double tick_s) {
+    const double nominal_us = std::floor(static_cast<double>(tick) * tick_s * 1e6);
+    const auto low = static_cast<std::uint32_t>(static_cast<std::uint64_t>(nominal_us));
+    const auto difference = static_cast<std::int32_t>(send_time_us - low);
+    return (nominal_us + static_cast<double>(difference)) * 1e-6;
+}
+
+}  // namespace
+
+void DatagramChannel::rekey(const wire::SealKey& down, const wire::SealKey& up) {
+    down_.emplace(down);
+    up_.emplace(up);
+}
+
+void DatagramChannel::restart() {
+    next_up_ = 1;
+    sent_.fill({});
+    window_ = {};
+    acks_ = {};
+    last_sampled_ = 0;
+    newest_down_ = 0;
+}
+
+Bytes DatagramChannel::seal(std::span<const std::uint8_t> body, double now_s) {
+    const std::uint64_t sequence = next_up_++;
+    sent_[sequence % kSent] = {sequence, now_s};
+    wire::UpTransport transport;
+    transport.ack_low = static_cast<std::uint16_t>(acks_.newest());
+    transport.ack_bits = acks_.bits();
+    const double delay = (now_s - newest_received_s_) / kAckDelayUnitS;
+    transport.ack_delay_10us =
+        static_cast<std::uint16_t>(std::clamp(delay, 0.0, static_cast<double>(kAckDelaySaturated)));
+    plain_out_.resize(wire::kUpTransportBytes);
+    wire::write_transport(transport, plain_out_.data());
+    plain_out_.insert(plain_out_.end(), body.begin(), body.end());
+
+    Bytes datagram;
+    datagram.reserve(wire::kDatagramHeaderBytes + plain_out_.size() + wire::kSealTagBytes);
+    datagram.resize(wire::kDatagramHeaderBytes);
+    wire::write_datagram_header({connection_, static_cast<std::uint16_t>(sequence)},
+                                datagram.data());
+    std::array<std::uint8_t, wire::kDatagramHeaderBytes> header{};
+    std::copy_n(datagram.begin(), header.size(), header.begin());
+    up_->seal(sequence, header, plain_out_, datagram);
+    ++stats_.out;
+    stats_.bytes_out += datagram.size();
+    return datagram;
+}
+
+std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> datagram,
+                                                  double now_s) {
+    ++stats_.in;
+    stats_.bytes_in += datagram.size();
+    const auto header = wire::read_datagram_header(datagram);
+    if (!header || header->connection != connection_ || !down_ ||
+        datagram.size() > wire::kMaxDatagramBytes) {
+        ++stats_.malformed;
+        return std::nullopt;
+    }
+    const std::uint64_t sequence =
+        wire::expand_sequence(header->sequence_low, window_.newest() + 1);
+    if (!window_.fresh(sequence)) {
+        ++stats_.replayed;
+        return std::nullopt;
+    }
+    if (!down_->open(sequence,
+                     datagram.first(wire::kDatagramHeaderBytes),
+                     datagram.subspan(wire::kDatagramHeaderBytes),
+                     plain_in_)) {
+        ++stats_.unauthenticated;
+        return std::nullopt;
+    }
+    window_.mark(sequence);
+    const std::span<const std::uint8_t> plain(plain_in_);
+    const auto transport = wire::read_down_transport(plain);
+    if (!transport) {
+        ++stats_.malformed;
+        return std::nullopt;
+    }
+    const auto body = plain.subspan(wire::kDownTransportBytes);
+    const auto head = wire::read_down_head(body);
+    // A tick beyond 2^40 (a thousand years) is nonsense that would only upset the arithmetic.
+    if (!head || head->head.tick < 0 || head->head.tick > (Tick{1} << 40)) {
+        ++stats_.malformed;
+        return std::nullopt;
+    }
+    acks_.on_received(sequence);
+    if (acks_.newest() == sequence) {
+        newest_received_s_ = now_s;
+    }
+    const double server_send_s =
+        unwrap_send_time_s(transport->send_time_us, head->head.tick, tick_s_);
+    sample_clock(*transport, server_send_s, now_s);
+    note_silence(sequence, server_send_s);
+    return OpenedPacket{sequence, head->head, body.subspan(head->records_offset)};
+}
+
+void DatagramChannel::sample_clock(const wire::DownTransport& transport,
+                                   double server_send_s,
+                                   double now_s) {
+    const std::uint64_t acked = wire::expand_sequence(transport.ack_low, next_up_ - 1);
+    // Each of our datagrams serves as a sample once; a saturated delay says nothing.
+    if (acked == 0 || acked <= last_sampled_ || acked >= next_up_ ||
+        transport.ack_delay_10us == kAckDelaySaturated) {
+        return;
+    }
+    const Sent& sent = sent_[acked % kSent];
+    if (sent.sequence != acked) {
+        return;
+    }
+    last_sampled_ = acked;
+    const double server_receive_s =
+        server_send_s - static_cast<double>(transport.ack_delay_10us) * kAckDelayUnitS;
+    clock_.add_sample(sent.at_s, server_receive_s, server_send_s, now_s);
+}
+
+void DatagramChannel::note_silence(std::uint64_t sequence, double server_send_s) {
+    // Judged by the server's own stamps of packets with consecutive sequences: neither loss nor a
+    // stall of this process looks like a silent server.
+    if (sequence == newest_down_ + 1 && newest_down_ != 0 &&
+        server_send_s - newest_send_s_ > kSilenceS) {
+        ++stats_.server_silences;
+    }
+    if (sequence > newest_down_) {
+        newest_down_ = sequence;
+        newest_send_s_ = server_send_s;
+    }
+}
+
+}  // namespace zoned::link

@@ -1,0 +1,94 @@
+// DatagramChannel: the client's end of the sealed datagrams: sequences, acks, replay window, clock
+// samples.
+#pragma once
+
+#include "client-sim/link/link.h"
+#include "shared/clock/clock_sync.h"
+#include "shared/core/ids.h"
+#include "shared/wire/packet.h"
+#include "shared/wire/seal.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace zoned::link {
+
+/// What came of the datagrams so far; nothing is dropped without a count.
+struct DatagramStats {
+    std::uint64_t in = 0;
+    std::uint64_t out = 0;
+    std::uint64_t bytes_in = 0;  ///< UDP payload
+    std::uint64_t bytes_out = 0;
+    std::uint64_t malformed = 0;
+    std::uint64_t replayed = 0;         ///< doubles, or older than the replay window
+    std::uint64_t unauthenticated = 0;  ///< forged, damaged, or under the keys of an old stream
+    std::uint64_t server_silences = 0;  ///< consecutive packets more than kSilenceS apart at send
+};
+
+/// A state packet as opened; `body` is valid until the next call of open().
+struct OpenedPacket {
+    std::uint64_t sequence = 0;
+    wire::DownHead head;
+    std::span<const std::uint8_t> records;
+};
+
+class DatagramChannel {
+  public:
+    /// The server promises at least two datagrams a second; a little more than that is silence.
+    static constexpr double kSilenceS = 0.75;
+
+    /// New keys (a stream was opened). Sequences go on: under a new key none is used twice.
+    void rekey(const wire::SealKey& down, const wire::SealKey& up);
+    /// A new session: sequences in both directions start again at 1. Call with rekey.
+    void restart();
+
+    void set_connection(std::uint32_t id) { connection_ = id; }
+
+    void set_tick_s(double tick_s) { tick_s_ = tick_s; }
+
+    [[nodiscard]] bool has_keys() const { return down_.has_value(); }
+
+    /// Header, acks and `body`, sealed under the next sequence.
+    [[nodiscard]] Bytes seal(std::span<const std::uint8_t> body, double now_s);
+
+    /// Opens a datagram; nullopt (and a count) for anything that is not a fresh, authentic, well
+    /// formed state packet.
+    std::optional<OpenedPacket> open(std::span<const std::uint8_t> datagram, double now_s);
+
+    [[nodiscard]] const clock::ClockSync& clock() const { return clock_; }
+
+    [[nodiscard]] const DatagramStats& stats() const { return stats_; }
+
+  private:
+    void sample_clock(const wire::DownTransport& transport, double server_send_s, double now_s);
+    void note_silence(std::uint64_t sequence, double server_send_s);
+
+    static constexpr std::size_t kSent = 1024;
+
+    struct Sent {
+        std::uint64_t sequence = 0;
+        double at_s = 0.0;
+    };
+
+    std::optional<wire::Seal> down_;
+    std::optional<wire::Seal> up_;
+    std::uint32_t connection_ = 0;
+    double tick_s_ = 1.0 / 30.0;
+    std::uint64_t next_up_ = 1;
+    std::array<Sent, kSent> sent_{};
+    wire::ReplayWindow window_;
+    wire::AckTracker acks_;
+    double newest_received_s_ = 0.0;
+    std::uint64_t last_sampled_ = 0;
+    std::uint64_t newest_down_ = 0;
+    double newest_send_s_ = 0.0;
+    clock::ClockSync clock_;
+    DatagramStats stats_;
+    std::vector<std::uint8_t> plain_out_;
+    std::vector<std::uint8_t> plain_in_;
+};
+
+}  // namespace zoned::link

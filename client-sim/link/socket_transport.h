@@ -1,0 +1,101 @@
+// SocketTransport: a client's Transport over real sockets; SocketNetwork owns what all clients
+// share.
+#pragma once
+
+#include "client-sim/link/conditioner.h"
+#include "client-sim/link/link.h"
+#include "client-sim/link/tls_stream.h"
+#include "client-sim/link/udp_pool.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace zoned::link {
+
+struct NetworkSettings {
+    std::string host;
+    std::string port;
+    Trust trust;
+    std::string ca_file;  ///< for Trust::kVerify; empty: the system's authorities
+    int udp_sockets = 16;
+    ConditionerSettings conditioner;
+};
+
+class SocketTransport;
+
+/// One per process and thread. Drive it: poll(now), then advance the clients, then flush().
+class SocketNetwork {
+  public:
+    /// Resolves the host. Throws std::runtime_error with one clear line when that fails.
+    explicit SocketNetwork(NetworkSettings settings);
+    ~SocketNetwork();
+
+    [[nodiscard]] std::unique_ptr<SocketTransport> make_transport();
+
+    /// Delivers what has arrived (and what the conditioner held back until now).
+    void poll(double now_s);
+    /// Hands queued datagrams to the kernel.
+    void flush();
+
+    /// True when the resolved address is this machine.
+    [[nodiscard]] bool loopback() const { return endpoint_.address().is_loopback(); }
+
+    /// Bytes of IP and UDP headers per datagram.
+    [[nodiscard]] int header_bytes() const { return endpoint_.address().is_v4() ? 28 : 48; }
+
+    [[nodiscard]] std::uint64_t send_drops() const { return udp_->send_drops(); }
+
+  private:
+    friend class SocketTransport;
+
+    void on_datagram(std::span<const std::uint8_t> datagram);
+
+    NetworkSettings settings_;
+    asio::io_context io_{1};
+    asio::ssl::context tls_;
+    asio::ip::tcp::endpoint endpoint_;
+    std::unique_ptr<UdpPool> udp_;
+    std::vector<SocketTransport*> transports_;
+    std::unordered_map<std::uint32_t, SocketTransport*> by_connection_;
+    std::uint64_t made_ = 0;
+    double now_s_ = 0.0;
+};
+
+class SocketTransport final : public Transport {
+  public:
+    SocketTransport(SocketNetwork& network, std::uint64_t index);
+    ~SocketTransport() override;
+
+    void set_events(TransportEvents events) override;
+    void open() override;
+    void send_frame(Bytes frame) override;
+    void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) override;
+    void send_datagram(Bytes datagram) override;
+    void close() override;
+
+  private:
+    friend class SocketNetwork;
+
+    /// What the conditioner releases at `now_s`, both directions.
+    void release(double now_s);
+    void transmit(Bytes datagram);
+
+    SocketNetwork& network_;
+    std::size_t index_;
+    TransportEvents events_;
+    std::shared_ptr<TlsStream> stream_;
+    std::uint32_t connection_ = 0;
+    sockaddr_storage to_{};
+    socklen_t to_size_ = 0;
+    bool conditioned_;
+    Conditioner up_datagrams_;
+    Conditioner down_datagrams_;
+    Conditioner up_frames_;
+    Conditioner down_frames_;
+};
+
+}  // namespace zoned::link

@@ -1,0 +1,140 @@
+// EntityStore: what a client knows of the entities around it, and what it knew at recent ticks.
+#pragma once
+
+#include "client-sim/view/world.h"
+
+#include "shared/core/ids.h"
+#include "shared/motion/convergence.h"
+#include "shared/wire/publication.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace zoned::view {
+
+/// One publication from the tick on at which it was first displayed, until the next version.
+/// Evaluating versions gives the predicted and the displayed state of any recent tick exactly as
+/// they were, without storing them tick by tick.
+struct Version {
+    Tick from_tick = 0;    ///< first view tick that uses it
+    bool present = false;  ///< false: the entity was not in the view
+    ZoneId zone;           ///< whose local coordinates `state` uses
+    std::uint8_t lod = 0;
+    Tick publication_tick = 0;
+    Tick packet_tick = 0;  ///< newest packet that carried it (or removed the entity)
+    wire::QuantizedState quantized;
+    motion::KinematicState state;     ///< dequantised
+    motion::Convergence convergence;  ///< from what was displayed at `from_tick` - 1
+    bool converging = false;
+};
+
+struct Keyframe {
+    ZoneId zone;
+    std::uint8_t lod = 0;
+    std::uint8_t number = 0;
+    Tick tick = 0;  ///< of the packet that brought it
+    wire::QuantizedState state;
+};
+
+struct Entity {
+    TypeIndex type = 0;
+    bool typed = false;  ///< an absolute record has told the type
+    Tick present_since = 0;  ///< first view tick of the present stay
+    double heard_s = 0.0;    ///< local time of the newest record
+    bool confirmed = true;   ///< heard again since the last view reset
+    std::vector<Version> versions;  ///< ascending by from_tick; the last one holds now
+    std::vector<Keyframe> keyframes;
+
+    [[nodiscard]] bool present() const { return !versions.empty() && versions.back().present; }
+};
+
+/// A state in world coordinates.
+struct WorldState {
+    Vec3d position = Vec3d::Zero();
+    Quat orientation = Quat::Identity();
+    Vec3 velocity = Vec3::Zero();
+};
+
+enum class Applied : std::uint8_t {
+    kShown,  ///< a new publication is in the view
+    kOld,    ///< known already, or older than what is shown
+    kNoKeyframe,
+};
+
+/// Publications are ordered as follows. Within a stream (zone, LOD) by publication tick; between
+/// streams by the tick of the packet, because the server changes streams for a reason. A remove
+/// wins only over what older packets said. Keyframes are kept in any case: the server may refer to
+/// whatever this client has acknowledged.
+class EntityStore {
+  public:
+    static constexpr Tick kHistoryTicks = 160;
+    static constexpr std::size_t kKeyframes = 24;
+    /// More entities than this in one view is an attack.
+    static constexpr std::size_t kMaxEntities = 65536;
+
+    EntityStore(const World& world, motion::ConvergenceMethod method, bool keep_history);
+
+    struct Record {
+        wire::RecordHead head;
+        Tick packet_tick = 0;
+        Tick publication_tick = 0;
+        ZoneId zone;
+        Tick view_tick = 0;  ///< newest tick evaluated: the record shows from the next one on
+        double now_s = 0.0;
+    };
+
+    [[nodiscard]] const Keyframe* keyframe(EntityId entity,
+                                           ZoneId zone,
+                                           std::uint8_t lod,
+                                           std::uint8_t number) const;
+    [[nodiscard]] const Entity* find(EntityId entity) const;
+
+    /// An absolute record becomes a keyframe; both kinds become the shown publication if newest.
+    Applied apply(const Record& record, const wire::QuantizedState& state);
+    bool remove(EntityId entity, Tick packet_tick, Tick view_tick);
+    /// A removed entity keeps its keyframes for a while; forgets the stale ones.
+    void prune(Tick view_tick);
+    /// All that is shown must be heard again ...
+    void begin_reset();
+    /// ... or goes. Returns how many entities went.
+    std::size_t end_reset(Tick view_tick);
+
+    [[nodiscard]] const std::map<EntityId, Entity>& entities() const { return entities_; }
+
+    [[nodiscard]] std::size_t present_count() const { return present_count_; }
+
+    /// The version that held at a tick (nullptr: none, or forgotten).
+    [[nodiscard]] static const Version* version_at(const Entity& entity, Tick tick);
+    /// Dead reckoning only.
+    [[nodiscard]] WorldState predicted(const Version& version, Tick tick) const;
+    /// What was on the screen: prediction and what convergence still owes.
+    [[nodiscard]] WorldState displayed(const Version& version, Tick tick) const;
+
+    [[nodiscard]] bool upright(TypeIndex type) const {
+        return type < world_->types.size() && world_->types[type].upright;
+    }
+
+    /// How long blending takes, s.
+    static constexpr float kBlendS = 0.15F;
+    /// Larger jumps are teleports: shown at once.
+    static constexpr float kSnapM = 4.0F;
+
+  private:
+    void store_keyframe(Entity& entity, const Record& record, const wire::QuantizedState& state);
+    [[nodiscard]] static bool newer(const Version& shown, const Record& record);
+    void show(Entity& entity, const Record& record, const wire::QuantizedState& state);
+    void push_version(Entity& entity, Version version, Tick view_tick);
+    [[nodiscard]] motion::KinematicState local_prediction(const Version& version, Tick tick) const;
+    [[nodiscard]] motion::KinematicState local_display(const Version& version, Tick tick) const;
+    [[nodiscard]] Vec3d origin(ZoneId zone) const;
+
+    const World* world_;
+    motion::ConvergenceMethod method_;
+    bool keep_history_;
+    std::map<EntityId, Entity> entities_;
+    std::size_t present_count_ = 0;
+};
+
+}  // namespace zoned::view

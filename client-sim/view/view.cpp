@@ -1,0 +1,151 @@
+#include "client-sim/view/view.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::view {
+
+View::View(std::shared_ptr<const World> world, const ViewSettings& settings, ViewListener* listener)
+    : world_(std::move(world)),
+      settings_(settings),
+      listener_(listener),
+      store_(*world_, settings.convergence, settings.keep_history),
+      own_(*world_) {}
+
+void View::evaluate(Tick tick) { tick_ = std::max(tick_, tick); }
+
+void View::clear() {
+    store_ = EntityStore(*world_, settings_.convergence, settings_.keep_history);
+    own_ = OwnAvatar(*world_);
+    zone_ = {};
+    zone_tick_ = -1;
+    wish_.clear();
+    resetting_ = false;
+}
+
+void View::diverged(const char* reason) {
+    if (!resetting_ && wish_.empty()) {
+        wish_ = reason;
+    }
+}
+
+Correction View::apply(const link::OpenedPacket& packet, double now_s) {
+    Correction correction;
+    if (world_->zone(packet.head.zone) == nullptr) {
+        ++stats_.malformed_records;
+        diverged("a packet names an unknown zone");
+        return correction;
+    }
+    if (packet.head.tick >= zone_tick_) {
+        if (zone_ && zone_ != packet.head.zone) {
+            ++stats_.zone_changes;
+        }
+        zone_ = packet.head.zone;
+        zone_tick_ = packet.head.tick;
+    }
+    if (packet.head.has_own) {
+        correction = own_.reconcile(packet.head.own, packet.head.zone);
+        if (correction.applied && packet.head.own.input_missing) {
+            ++stats_.input_missing;
+        }
+    }
+    wire::RecordReader reader(packet.records, world_->quantization);
+    while (!reader.done()) {
+        if (!apply_record(reader, packet, now_s)) {
+            break;
+        }
+    }
+    return correction;
+}
+
+bool View::apply_record(wire::RecordReader& reader,
+                        const link::OpenedPacket& packet,
+                        double now_s) {
+    const auto head = reader.next_head();
+    if (!head) {
+        ++stats_.malformed_records;
+        diverged("malformed record");
+        return false;
+    }
+    ++stats_.records;
+    if (head->kind == wire::RecordKind::kRemove) {
+        ++stats_.removes;
+        store_.remove(head->entity, packet.head.tick, tick_);
+        return true;
+    }
+    EntityStore::Record record;
+    record.head = *head;
+    record.packet_tick = packet.head.tick;
+    record.publication_tick = wire::expand_tick(head->tick_low, packet.head.tick);
+    record.zone = packet.head.zone;
+    record.view_tick = tick_;
+    record.now_s = now_s;
+    core::Result<wire::QuantizedState> state = wire::QuantizedState{};
+    if (head->kind == wire::RecordKind::kAbsolute) {
+        ++stats_.absolutes;
+        if (head->type >= world_->types.size()) {
+            ++stats_.malformed_records;
+            diverged("a record names an unknown type");
+            return false;
+        }
+        state = reader.read_absolute(store_.upright(head->type));
+    } else {
+        const Entity* known = store_.find(head->entity);
+        const Keyframe* keyframe =
+            store_.keyframe(head->entity, record.zone, head->lod, head->keyframe);
+        if (known == nullptr || !known->typed || keyframe == nullptr) {
+            ++stats_.unknown_keyframes;
+            diverged("a delta refers to an unknown keyframe");
+            // Without the type not even the length of the record is known.
+            return known != nullptr && known->typed &&
+                   reader.skip_delta(store_.upright(known->type)).ok();
+        }
+        state = reader.read_delta(keyframe->state, store_.upright(known->type));
+    }
+    if (!state) {
+        ++stats_.malformed_records;
+        diverged("malformed record");
+        return false;
+    }
+    if (store_.apply(record, *state) == Applied::kShown) {
+        ++stats_.shown;
+        ++stats_.by_order[static_cast<std::size_t>(state->order) % stats_.by_order.size()];
+        if (listener_ != nullptr) {
+            listener_->on_shown(head->entity, record.publication_tick, tick_ + 1);
+        }
+    }
+    return true;
+}
+
+void View::maintain(double now_s) {
+    store_.prune(tick_);
+    const double silent_s = static_cast<double>(kSilentTicks) * world_->tick_s;
+    for (const auto& [id, entity] : store_.entities()) {
+        if (entity.present() && !entity.versions.back().quantized.at_rest &&
+            now_s - entity.heard_s > silent_s) {
+            ++stats_.silent_entities;
+            diverged("a moving entity fell silent");
+            break;
+        }
+    }
+}
+
+std::string View::take_reset_wish(double now_s) {
+    if (resetting_) {
+        if (now_s < reset_until_s_) {
+            return {};
+        }
+        resetting_ = false;
+        stats_.dropped_by_reset += store_.end_reset(tick_);
+    }
+    if (wish_.empty()) {
+        return {};
+    }
+    ++stats_.resets;
+    resetting_ = true;
+    reset_until_s_ = now_s + kResetS;
+    store_.begin_reset();
+    return std::exchange(wish_, {});
+}
+
+}  // namespace zoned::view

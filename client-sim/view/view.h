@@ -1,0 +1,103 @@
+// View: one client's picture of the world: applies state packets, notices when it diverged.
+#pragma once
+
+#include "client-sim/link/datagram_channel.h"
+#include "client-sim/view/entity_store.h"
+#include "client-sim/view/own_avatar.h"
+#include "client-sim/view/world.h"
+
+#include "shared/wire/publication.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace zoned::view {
+
+/// Hears of what becomes visible.
+class ViewListener {
+  public:
+    virtual ~ViewListener() = default;
+    /// A publication of `entity` is displayed from `from_tick` on.
+    virtual void on_shown(EntityId entity, Tick publication_tick, Tick from_tick) = 0;
+};
+
+struct ViewSettings {
+    motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
+    bool keep_history = false;  ///< needed for audits
+};
+
+struct ViewStats {
+    std::uint64_t records = 0;
+    std::uint64_t shown = 0;      ///< publications that came to be displayed
+    std::uint64_t absolutes = 0;  ///< of records
+    std::uint64_t removes = 0;
+    std::array<std::uint64_t, motion::kPredictorOrders> by_order{};  ///< of shown
+    std::uint64_t unknown_keyframes = 0;
+    std::uint64_t malformed_records = 0;
+    std::uint64_t silent_entities = 0;  ///< moving, yet not heard of for too long
+    std::uint64_t resets = 0;
+    std::uint64_t dropped_by_reset = 0;
+    std::uint64_t zone_changes = 0;
+    std::uint64_t input_missing = 0;  ///< own states that say that the command came too late
+};
+
+class View {
+  public:
+    /// A moving entity is published every 240 ticks at least: three times that is too long.
+    static constexpr Tick kSilentTicks = 720;
+    /// After a reset, what is not heard again within this time is gone.
+    static constexpr double kResetS = 2.0;
+
+    View(std::shared_ptr<const World> world, const ViewSettings& settings, ViewListener* listener);
+
+    /// Ticks up to `tick` have been displayed: later news shows from the next one on.
+    void evaluate(Tick tick);
+
+    [[nodiscard]] Tick tick() const { return tick_; }
+
+    /// Applies a packet; hostile bytes end in a wish for a reset, never in a crash. Returns how own
+    /// prediction fared when the packet carried the own state.
+    Correction apply(const link::OpenedPacket& packet, double now_s);
+
+    /// Called about once a second: forgets, looks for entities that fell silent.
+    void maintain(double now_s);
+
+    /// A reason to ask the server for a reset, at most once in kResetS; empty: none.
+    std::string take_reset_wish(double now_s);
+    /// The session began anew: nothing of the old view holds.
+    void clear();
+
+    [[nodiscard]] const EntityStore& store() const { return store_; }
+
+    [[nodiscard]] const World& world() const { return *world_; }
+
+    [[nodiscard]] OwnAvatar& own() { return own_; }
+
+    [[nodiscard]] const OwnAvatar& own() const { return own_; }
+
+    [[nodiscard]] const ViewStats& stats() const { return stats_; }
+
+    /// Zone of the newest packet.
+    [[nodiscard]] ZoneId zone() const { return zone_; }
+
+  private:
+    bool apply_record(wire::RecordReader& reader, const link::OpenedPacket& packet, double now_s);
+    void diverged(const char* reason);
+
+    std::shared_ptr<const World> world_;
+    ViewSettings settings_;
+    ViewListener* listener_;
+    EntityStore store_;
+    OwnAvatar own_;
+    ViewStats stats_;
+    Tick tick_ = 0;
+    ZoneId zone_;
+    Tick zone_tick_ = -1;
+    std::string wish_;
+    double reset_until_s_ = -1.0;
+    bool resetting_ = false;
+};
+
+}  // namespace zoned::view

@@ -1,0 +1,175 @@
+#include "client-sim/view/world.h"
+
+#include <cmath>
+#include <utility>
+
+namespace zoned::view {
+
+namespace {
+
+using Failure = core::Result<World>;
+
+wire::Quantization read_quantization(const proto::Quantization& q) {
+    wire::Quantization out;
+    out.position_step_m = q.position_step_m();
+    out.velocity_step_mps = q.velocity_step_mps();
+    out.acceleration_step_mps2 = q.acceleration_step_mps2();
+    out.angular_velocity_step_rps = q.angular_velocity_step_rps();
+    out.orientation_bits = static_cast<int>(q.orientation_bits());
+    out.yaw_bits = static_cast<int>(q.yaw_bits());
+    out.horizontal_extent_m = q.horizontal_extent_m();
+    out.vertical_extent_m = q.vertical_extent_m();
+    out.max_speed_mps = q.max_speed_mps();
+    return out;
+}
+
+bool sensible(const wire::Quantization& q) {
+    return q.position_step_m > 0.0F && q.position_step_m <= 1.0F && q.velocity_step_mps > 0.0F &&
+           q.velocity_step_mps <= 1.0F && q.acceleration_step_mps2 > 0.0F &&
+           q.acceleration_step_mps2 <= 10.0F && q.angular_velocity_step_rps > 0.0F &&
+           q.angular_velocity_step_rps <= 10.0F && q.orientation_bits >= 5 &&
+           q.orientation_bits <= 15 && q.yaw_bits >= 5 && q.yaw_bits <= 16 &&
+           q.horizontal_extent_m > 0.0F && q.horizontal_extent_m < 1e6F &&
+           q.vertical_extent_m > 0.0F && q.vertical_extent_m < 1e6F && q.max_speed_mps > 0.0F &&
+           q.max_speed_mps < 1e6F;
+}
+
+TypeInfo read_type(const proto::EntityType& t) {
+    TypeInfo type;
+    type.name = t.name();
+    type.upright = t.upright();
+    type.character = t.character();
+    type.max_acceleration_mps2 = t.max_acceleration_mps2();
+    type.max_velocity_jump_mps = t.max_velocity_jump_mps();
+    if (t.has_limits()) {
+        const proto::CharacterLimits& l = t.limits();
+        type.limits.radius = l.radius();
+        type.limits.half_segment = l.half_segment();
+        type.limits.speed = l.speed();
+        type.limits.sprint_factor = l.sprint_factor();
+        type.limits.acceleration = l.acceleration();
+        type.limits.air_acceleration = l.air_acceleration();
+        type.limits.jump_speed = l.jump_speed();
+        type.limits.max_slope_cos = l.max_slope_cos();
+        type.limits.step_down = l.step_down();
+        type.limits.gravity = l.gravity();
+    }
+    return type;
+}
+
+/// Boxes are sent in world coordinates; each zone's geometry lies around that zone's origin.
+std::vector<motion::StaticBox> boxes_around(const proto::WorldDescription& description,
+                                            const Vec3d& origin) {
+    std::vector<motion::StaticBox> boxes;
+    boxes.reserve(static_cast<std::size_t>(description.boxes_size()));
+    for (const proto::StaticBox& b : description.boxes()) {
+        motion::StaticBox box;
+        const Vec3d centre(b.centre(0), b.centre(1), b.centre(2));
+        box.centre = (centre - origin).cast<float>();
+        box.half_extents = Vec3(b.half_extents(0), b.half_extents(1), b.half_extents(2));
+        if (b.orientation_size() == 4) {
+            box.orientation =
+                Quat(b.orientation(0), b.orientation(1), b.orientation(2), b.orientation(3));
+        }
+        boxes.push_back(box);
+    }
+    return boxes;
+}
+
+std::string wrong_with(const proto::WorldDescription& d) {
+    if (!(d.tick_rate_hz() >= 1.0 && d.tick_rate_hz() <= 1000.0)) {
+        return "tick rate outside 1..1000 Hz";
+    }
+    if (d.lods_size() < 1 || d.lods_size() > wire::kLods) {
+        return "not 1..4 levels of detail";
+    }
+    if (d.zones_size() < 1 || d.types_size() < 1 || d.types_size() > 65535) {
+        return "no zones or no entity types";
+    }
+    for (const proto::Zone& z : d.zones()) {
+        if (z.origin_size() != 3 || z.lower_size() != 2 || z.upper_size() != 2 || z.id() == 0 ||
+            z.id() > 65535) {
+            return "malformed zone";
+        }
+    }
+    for (const proto::StaticBox& b : d.boxes()) {
+        if (b.centre_size() != 3 || b.half_extents_size() != 3 ||
+            (b.orientation_size() != 0 && b.orientation_size() != 4)) {
+            return "malformed static box";
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+const ZoneInfo* World::zone(ZoneId id) const {
+    for (const ZoneInfo& zone : zones) {
+        if (zone.id == id) {
+            return &zone;
+        }
+    }
+    return nullptr;
+}
+
+const ZoneInfo* World::zone_at(double x, double z) const {
+    for (const ZoneInfo& zone : zones) {
+        if (x >= zone.lower_x && x < zone.upper_x && z >= zone.lower_z && z < zone.upper_z) {
+            return &zone;
+        }
+    }
+    return nullptr;
+}
+
+core::Result<World> read_world(const proto::WorldDescription& d) {
+    if (std::string wrong = wrong_with(d); !wrong.empty()) {
+        return Failure::failure(std::move(wrong));
+    }
+    World world;
+    world.tick_s = 1.0 / d.tick_rate_hz();
+    world.interest_hysteresis = d.interest_hysteresis();
+    world.quantization = read_quantization(d.quantization());
+    if (!sensible(world.quantization)) {
+        return Failure::failure("quantisation steps out of range");
+    }
+    for (const proto::EntityType& t : d.types()) {
+        world.types.push_back(read_type(t));
+    }
+    for (const proto::Lod& l : d.lods()) {
+        world.lods.push_back({l.radius_m(), l.position_bound_m(), l.orientation_bound_rad()});
+    }
+    for (const proto::Zone& z : d.zones()) {
+        ZoneInfo zone;
+        zone.id = ZoneId(static_cast<std::uint16_t>(z.id()));
+        zone.origin = Vec3d(z.origin(0), z.origin(1), z.origin(2));
+        zone.lower_x = z.lower(0);
+        zone.lower_z = z.lower(1);
+        zone.upper_x = z.upper(0);
+        zone.upper_z = z.upper(1);
+        // The ground plane is given in world coordinates as well.
+        zone.geometry = motion::StaticGeometry(
+            boxes_around(d, zone.origin),
+            static_cast<float>(static_cast<double>(d.ground_height_m()) - zone.origin.y()));
+        world.zones.push_back(std::move(zone));
+    }
+    return world;
+}
+
+std::shared_ptr<const World> WorldCache::get(const std::string& digest,
+                                             const proto::WorldDescription& description,
+                                             std::string& error) {
+    const auto found = worlds_.find(digest);
+    if (found != worlds_.end()) {
+        return found->second;
+    }
+    auto world = read_world(description);
+    if (!world) {
+        error = world.error();
+        return nullptr;
+    }
+    auto shared = std::make_shared<const World>(std::move(*world));
+    worlds_[digest] = shared;
+    return shared;
+}
+
+}  // namespace zoned::view
