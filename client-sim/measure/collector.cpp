@@ -12,12 +12,17 @@ constexpr double kPeriodS = 0.1;
 constexpr double kClockPeriodS = 1.0;
 /// An event is closed when nobody heard of it for this long.
 constexpr double kEventOpenS = 4.0;
+/// At the end of the run events are closed sooner, but not those that may still be under way.
+constexpr double kLastEventOpenS = 1.0;
 /// Bandwidth is measured from this long after a bot joined: the first view is not the steady one.
 constexpr double kWarmUpS = 2.0;
 /// Nobody can see a change of course any more after this time.
 constexpr double kCourseOpenS = 1.0;
 /// A client that hears nothing for this long at the end is cut off.
 constexpr double kSilentS = 2.0;
+
+/// Bit of the rights in Welcome.
+constexpr std::uint32_t kRightAudit = 2;
 
 bool online(const bot::Bot& bot) {
     return bot.client().state() == link::SessionState::kOnline;
@@ -98,7 +103,7 @@ void Collector::advance(const Bots& bots, double now_s) {
     for (const auto& bot : bots) {
         per_bot_[bot->settings().index].auditor.settle(*bot, tally_);
     }
-    close_events(bots, now_s);
+    close_events(bots, now_s, kEventOpenS);
     if (now_s >= next_clock_s_ && !ended_) {
         next_clock_s_ = now_s + kClockPeriodS;
         sample_clocks(bots, now_s);
@@ -106,10 +111,10 @@ void Collector::advance(const Bots& bots, double now_s) {
     }
 }
 
-void Collector::close_events(const Bots& bots, double now_s) {
+void Collector::close_events(const Bots& bots, double now_s, double open_s) {
     for (auto it = heard_.begin(); it != heard_.end();) {
         const Heard& heard = it->second;
-        if (now_s - heard.last_s < kEventOpenS) {
+        if (now_s - heard.last_s < open_s) {
             ++it;
             continue;
         }
@@ -180,6 +185,7 @@ void Collector::take_baselines(const Bots& bots, double now_s) {
 
 void Collector::end_run(const Bots& bots, double now_s) {
     ended_ = true;
+    close_events(bots, now_s, kLastEventOpenS);
     for (const auto& bot : bots) {
         PerBot& mine = per_bot_[bot->settings().index];
         if (online(*bot) && mine.joined && now_s - bot->client().last_packet_s() > kSilentS) {
@@ -212,7 +218,7 @@ Collector::Convergence Collector::convergence(const Bots& bots) const {
     Convergence result;
     for (const auto& bot : bots) {
         const PerBot& mine = per_bot_[bot->settings().index];
-        if (!mine.joined || !online(*bot)) {
+        if (!mine.joined || !online(*bot) || (bot->client().rights() & kRightAudit) == 0) {
             continue;
         }
         ++result.online;
@@ -269,7 +275,8 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
         }
     }
     const FrozenState& frozen = mine.auditor.frozen();
-    if (online(bot) && mine.joined) {
+    if (online(bot) && mine.joined && (client.rights() & kRightAudit) != 0) {
+        ++r.auditing_bots;
         r.frozen_bots += frozen.seen ? 1 : 0;
         r.converged_bots += frozen.converged ? 1 : 0;
         if (frozen.seen && !frozen.converged && r.frozen_difference.empty()) {

@@ -28,7 +28,7 @@ class Collector final : public bot::Observer {
     /// The report so far; `asked` bots were wanted.
     [[nodiscard]] Report report(const Bots& bots, std::size_t asked) const;
 
-    /// How many online bots match a frozen record, and how many are online.
+    /// How many online bots with the right to audit there are, and how many match a frozen record.
     struct Convergence {
         std::size_t online = 0;
         std::size_t seen = 0;
@@ -88,7 +88,7 @@ class Collector final : public bot::Observer {
 
     void sample_clocks(const Bots& bots, double now_s);
     void take_baselines(const Bots& bots, double now_s);
-    void close_events(const Bots& bots, double now_s);
+    void close_events(const Bots& bots, double now_s, double open_s);
     void count_bot(const bot::Bot& bot, Report& report) const;
 
     int header_bytes_;

@@ -222,7 +222,7 @@ std::string to_table(const Report& r) {
         line(out,
              "  frozen world: %llu of %llu views converged exactly",
              wide(r.converged_bots),
-             wide(r.bots_joined - r.bots_lost));
+             wide(r.auditing_bots));
     }
     return out;
 }

@@ -70,6 +70,7 @@ struct Report {
     double process_cpu_s = 0.0;
 
     bool freeze_asked = false;
+    std::uint64_t auditing_bots = 0;   ///< online at the end, with the right to audit
     std::uint64_t frozen_bots = 0;     ///< got a record of the frozen world
     std::uint64_t converged_bots = 0;  ///< of them: matched exactly
     std::string frozen_difference;     ///< of the first bot that did not

@@ -84,9 +84,9 @@ void judge_frozen(Report& r) {
     }
     if (r.frozen_bots == 0) {
         r.reasons.push_back("frozen: no record of the frozen world came");
-    } else if (r.converged_bots < r.bots_joined - r.bots_lost) {
+    } else if (r.converged_bots < r.auditing_bots) {
         r.reasons.push_back(
-            "frozen: " + count_of(r.bots_joined - r.bots_lost - r.converged_bots, "view", "views") +
+            "frozen: " + count_of(r.auditing_bots - r.converged_bots, "view", "views") +
             " did not converge to the server's state" +
             (r.frozen_difference.empty() ? "" : " (" + r.frozen_difference + ")"));
     }
