@@ -12,6 +12,12 @@ constexpr float kRemovalWeight = 4.0F;
 constexpr float kUnknownWeight = 2.0F;
 constexpr float kRepeatWeight = 0.25F;
 
+// Where the budget is short, packets wait until headers are no more than a fifth of them.
+constexpr double kWorthwhileBytes = 5.0 * kPacketOverheadBytes;
+// What a head and a record take, about; only for the decision to wait.
+constexpr double kTypicalHeadBytes = 10.0;
+constexpr double kTypicalRecordBytes = 24.0;
+
 bool same_state(const motion::CharacterState& a, const motion::CharacterState& b) {
     return a.position == b.position && a.velocity == b.velocity && a.yaw == b.yaw &&
            a.grounded == b.grounded;
@@ -37,9 +43,21 @@ void Packer::pack(Tick now,
     if (candidates_.empty() && !due) {
         return;
     }
+    const double need = static_cast<double>(kPacketOverheadBytes) + kTypicalHeadBytes +
+                        kTypicalRecordBytes * static_cast<double>(candidates_.size());
+    const bool wait = client.tokens < std::min(need, kWorthwhileBytes);
+    if (wait && !due) {
+        ++report.over_budget;
+        return;
+    }
     const bool own_is_known = track.sent_tick >= 0 && same_state(track.sent, own.state.state) &&
                               track.acked_stamp == track.stamp && !own.state.input_missing;
-    begin(now, zone, own.present && (due || !own_is_known) ? &own.state : nullptr);
+    // A packet that goes out anyway takes the own state along, but not more often than needed.
+    const bool own_is_recent =
+        track.sent_tick >= 0 &&
+        2 * (now - track.sent_tick) < static_cast<Tick>(settings_.own_state_every_ticks);
+    begin(
+        now, zone, own.present && (due || !(own_is_known || own_is_recent)) ? &own.state : nullptr);
     const std::size_t packets_before = out.size();
     write_records(now, zone, client, streams, report, out);
     if (!entries_.empty() || (due && out.size() == packets_before)) {

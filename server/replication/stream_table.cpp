@@ -8,6 +8,10 @@ namespace zoned::replication {
 
 namespace {
 
+// How long a replaced publication is watched: news that is older than this (a second) belongs to a
+// connection that is as good as lost.
+constexpr Tick kWatchTicks = 30;
+
 bool same_place(const motion::KinematicState& a, const motion::KinematicState& b) {
     return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
@@ -119,7 +123,11 @@ void StreamTable::publish(Tick now,
             continue;
         }
         const world::EntityType& type = types[entities.type[row]];
-        const motion::KinematicState truth = entities.kinematic(row);
+        motion::KinematicState truth = entities.kinematic(row);
+        if (!(truth.acceleration.norm() <= 1.001F * type.max_acceleration_mps2)) {
+            // An impact, spread over a tick: it does not last, so nobody shall extrapolate it.
+            truth.acceleration.setZero();
+        }
         if (!entities.has(row, world::kGhost) &&
             slot.limits.exceeded(
                 now, entities.discontinuity_tick[row], truth.velocity, type, settings_.tick_s)) {
@@ -155,16 +163,12 @@ void StreamTable::step_stream(Stream& stream,
         publish_state(stream, now, truth, at_rest, appearance, report);
         return;
     }
-    if (at_rest && stream.at_rest && same_place(stream.settled, truth) &&
-        stream.state.appearance == appearance) {
+    if (at_rest && stream.at_rest && stream.replaced.watched_until == 0 &&
+        same_place(stream.settled, truth) && stream.state.appearance == appearance) {
         stream.alive_tick = now;
         return;
     }
-    const float elapsed = elapsed_seconds(stream.tick, now, settings_.tick_s);
-    const bool breach = leaves_bound(stream.from, stream.state.order, elapsed, truth, bound);
-    if (breach) {
-        stream.breach_tick = now;
-    }
+    const bool breach = note_breach(stream, now, truth);
     if (at_rest) {
         // Rest is published exactly, so that a world that has come to rest is the same everywhere.
         const wire::QuantizedState rest = wire::quantize(truth,
@@ -190,6 +194,28 @@ void StreamTable::step_stream(Stream& stream,
     }
 }
 
+bool StreamTable::note_breach(Stream& stream, Tick now, const motion::KinematicState& truth) {
+    const LodBound& bound = settings_.lods[stream.lod];
+    const auto left =
+        [&](const motion::KinematicState& from, motion::PredictorOrder order, Tick tick) {
+            return leaves_bound(
+                from, order, elapsed_seconds(tick, now, settings_.tick_s), truth, bound);
+        };
+    const bool breach = left(stream.from, stream.state.order, stream.tick);
+    Replaced& old = stream.replaced;
+    bool old_breach = false;
+    if (old.watched_until != 0) {
+        old_breach = left(old.from, old.order, old.tick);
+        if (breach || old_breach || now >= old.watched_until) {
+            old.watched_until = 0;
+        }
+    }
+    if (breach || old_breach) {
+        stream.breach_tick = now;
+    }
+    return breach;
+}
+
 void StreamTable::publish_state(Stream& stream,
                                 Tick now,
                                 const motion::KinematicState& truth,
@@ -202,6 +228,9 @@ void StreamTable::publish_state(Stream& stream,
     }
     if (at_rest) {
         order = motion::PredictorOrder::kStatic;
+    }
+    if (stream.version > 0 && stream.breach_tick != now && stream.replaced.watched_until == 0) {
+        stream.replaced = {stream.from, stream.state.order, stream.tick, now + kWatchTicks};
     }
     stream.state =
         wire::quantize(truth, order, stream.upright, at_rest, appearance, settings_.quantization);

@@ -28,6 +28,15 @@ struct Keyframe {
     bool delta_ready = false;
 };
 
+/// A publication that was replaced while truth was still within its bound (a heartbeat, an entity
+/// that came to rest). Subscribers far away follow it a little longer, and truth may leave it then.
+struct Replaced {
+    motion::KinematicState from;
+    motion::PredictorOrder order = motion::PredictorOrder::kStatic;
+    Tick tick = 0;
+    Tick watched_until = 0;  ///< 0: nothing to watch
+};
+
 /// The newest publication of one entity at one level of detail.
 struct Stream {
     EntityId entity;
@@ -44,7 +53,8 @@ struct Stream {
     std::uint32_t since_keyframe = 0;
     Tick tick = 0;         ///< of the publication
     Tick alive_tick = 0;   ///< of the publication, or when truth was last seen to rest as published
-    Tick breach_tick = 0;  ///< when truth last left the prediction
+    Tick breach_tick = 0;  ///< when truth last left the prediction, or that of `replaced`
+    Replaced replaced;
     wire::QuantizedState state;
     motion::KinematicState from;         ///< state, dequantised: what everybody predicts from
     motion::KinematicState settled;      ///< truth that `state` is known to represent exactly
@@ -108,6 +118,8 @@ class StreamTable {
                      const motion::KinematicState& truth,
                      const world::EntityType& type,
                      Report& report);
+    /// Whether truth leaves the newest prediction now; notes the breach, also of the one before.
+    bool note_breach(Stream& stream, Tick now, const motion::KinematicState& truth);
     void publish_state(Stream& stream,
                        Tick now,
                        const motion::KinematicState& truth,
