@@ -14,6 +14,7 @@ constexpr double kBorderReachM = 15.0;  // how far behind the border a bot turns
 constexpr double kShootRangeM = 40.0;
 constexpr double kTouchRangeM = 2.5;
 constexpr float kFullSpeed = 127.0F;
+constexpr std::uint16_t kSprint = motion::kButtonSprint;
 
 std::uint16_t yaw_towards(float x, float z) {
     // Yaw 0 looks along +z and turns about +y: yaw = atan2(x, z).
@@ -36,10 +37,7 @@ Brain::Brain(Behaviour behaviour, std::uint64_t seed, std::uint64_t index, std::
     border_side_ = rng_.below(2) == 0 ? 1 : -1;
 }
 
-motion::InputCommand Brain::decide(const view::View& view,
-                                   Tick tick,
-                                   Voice& voice,
-                                   bool& changed) {
+motion::InputCommand Brain::decide(const view::View& view, Tick tick, Voice& voice, bool& changed) {
     const motion::InputCommand before = wish_;
     wish_.tick = tick;
     wish_.buttons &= static_cast<std::uint16_t>(~motion::kButtonJump);
@@ -75,7 +73,7 @@ void Brain::pick_direction(Tick tick) {
     wish_.move_x = static_cast<std::int8_t>(stand ? 0.0F : x * kFullSpeed);
     wish_.move_z = static_cast<std::int8_t>(stand ? 0.0F : z * kFullSpeed);
     wish_.yaw = yaw_towards(x, z);
-    wish_.buttons = rng_.below(5) == 0 ? motion::kButtonSprint : std::uint16_t{0};
+    wish_.buttons = rng_.below(5) == 0 ? kSprint : std::uint16_t{0};
     if (rng_.below(12) == 0) {
         wish_.buttons |= motion::kButtonJump;
     }
@@ -109,7 +107,7 @@ void Brain::walk_to(const Vec3d& from, double x, double z, bool sprint) {
     wish_.move_x = static_cast<std::int8_t>(std::lround(std::sin(angle) * kFullSpeed));
     wish_.move_z = static_cast<std::int8_t>(std::lround(std::cos(angle) * kFullSpeed));
     wish_.yaw = yaw_towards(dx, dz);
-    wish_.buttons = sprint ? motion::kButtonSprint : std::uint16_t{0};
+    wish_.buttons = sprint ? kSprint : std::uint16_t{0};
 }
 
 void Brain::crowd(const view::View& view) {
@@ -163,10 +161,7 @@ void Brain::border(const view::View& view) {
         border_side_ = -border_side_;
     }
     const double target = border_at_ + border_side_ * (kBorderReachM + 2.0);
-    walk_to(here,
-            border_along_x_ ? target : here.x(),
-            border_along_x_ ? here.z() : target,
-            true);
+    walk_to(here, border_along_x_ ? target : here.x(), border_along_x_ ? here.z() : target, true);
 }
 
 Brain::Target Brain::nearest(const view::View& view, bool character) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "client-sim/view/view.h"
-
 #include "shared/core/result.h"
 #include "shared/core/rng.h"
 #include "shared/motion/input_command.h"

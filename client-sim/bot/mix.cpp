@@ -8,14 +8,16 @@ namespace zoned::bot {
 
 namespace {
 
-constexpr std::array<const char*, kBehaviours> kNames = {
-    "wander", "crowd", "border", "fight", "chat", "idle"};
+constexpr std::array<const char*, kBehaviours> kNames =
+    {"wander", "crowd", "border", "fight", "chat", "idle"};
 
 using Mix = core::Result<std::vector<Share>>;
 
 }  // namespace
 
-const char* name_of(Behaviour behaviour) { return kNames[static_cast<std::size_t>(behaviour)]; }
+const char* name_of(Behaviour behaviour) {
+    return kNames[static_cast<std::size_t>(behaviour)];
+}
 
 std::vector<Share> default_mix() {
     return {{Behaviour::kWander, 60.0},

@@ -75,6 +75,8 @@ class Client {
     /// Handles what came since the last call, then what is due. Cheap when nothing is.
     void advance(double now_s);
 
+    [[nodiscard]] bool has_incoming() const { return !incoming_.empty(); }
+
     /// Numbered and sent again after a resume until the server has acknowledged it.
     void send_command(std::uint32_t kind, std::string payload);
     /// Body of an input packet; sealed and sent now. Ignored unless online.

@@ -17,7 +17,8 @@ constexpr Tick kTombstoneTicks = 1800;
 EntityStore::EntityStore(const World& world, motion::ConvergenceMethod method, bool keep_history)
     : world_(&world),
       method_(method),
-      keep_history_(keep_history) {}
+      keep_history_(keep_history) {
+}
 
 Vec3d EntityStore::origin(ZoneId zone) const {
     const ZoneInfo* info = world_->zone(zone);
@@ -194,9 +195,8 @@ void EntityStore::push_version(Entity& entity, Version version, Tick view_tick) 
 void EntityStore::prune(Tick view_tick) {
     std::erase_if(entities_, [&](const auto& entry) {
         const Entity& entity = entry.second;
-        return !entity.present() &&
-               (entity.versions.empty() ||
-                entity.versions.back().from_tick < view_tick - kTombstoneTicks);
+        return !entity.present() && (entity.versions.empty() || entity.versions.back().from_tick <
+                                                                    view_tick - kTombstoneTicks);
     });
 }
 
@@ -247,23 +247,21 @@ motion::KinematicState EntityStore::local_display(const Version& version, Tick t
         return now;
     }
     const Tick begun = version.from_tick - 1;
-    const float elapsed = static_cast<float>(std::max<Tick>(0, tick - begun)) *
-                          static_cast<float>(world_->tick_s);
+    const float elapsed =
+        static_cast<float>(std::max<Tick>(0, tick - begun)) * static_cast<float>(world_->tick_s);
     return version.convergence.display(method_, now, elapsed);
 }
 
 WorldState EntityStore::predicted(const Version& version, Tick tick) const {
     const motion::KinematicState local = local_prediction(version, tick);
-    return {origin(version.zone) + local.position.cast<double>(),
-            local.orientation,
-            local.velocity};
+    return {
+        origin(version.zone) + local.position.cast<double>(), local.orientation, local.velocity};
 }
 
 WorldState EntityStore::displayed(const Version& version, Tick tick) const {
     const motion::KinematicState local = local_display(version, tick);
-    return {origin(version.zone) + local.position.cast<double>(),
-            local.orientation,
-            local.velocity};
+    return {
+        origin(version.zone) + local.position.cast<double>(), local.orientation, local.velocity};
 }
 
 }  // namespace zoned::view

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "client-sim/view/world.h"
-
 #include "shared/core/ids.h"
 #include "shared/motion/convergence.h"
 #include "shared/wire/publication.h"
@@ -40,10 +39,10 @@ struct Keyframe {
 
 struct Entity {
     TypeIndex type = 0;
-    bool typed = false;  ///< an absolute record has told the type
-    Tick present_since = 0;  ///< first view tick of the present stay
-    double heard_s = 0.0;    ///< local time of the newest record
-    bool confirmed = true;   ///< heard again since the last view reset
+    bool typed = false;             ///< an absolute record has told the type
+    Tick present_since = 0;         ///< first view tick of the present stay
+    double heard_s = 0.0;           ///< local time of the newest record
+    bool confirmed = true;          ///< heard again since the last view reset
     std::vector<Version> versions;  ///< ascending by from_tick; the last one holds now
     std::vector<Keyframe> keyframes;
 

@@ -81,8 +81,7 @@ Correction OwnAvatar::reconcile(const wire::OwnState& own, ZoneId zone) {
     result.applied = true;
     Slot& s = slot(own.input_tick);
     if (!other && known() && s.state_tick == own.input_tick && own.input_tick <= state_tick_) {
-        const Vec3d truth =
-            world_->zone(zone)->origin + own.state.position.cast<double>();
+        const Vec3d truth = world_->zone(zone)->origin + own.state.position.cast<double>();
         result.compared = true;
         result.distance_m = (world_position(s) - truth).norm();
         const bool same = s.zone == zone && s.state.position == own.state.position &&

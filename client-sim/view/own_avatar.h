@@ -3,7 +3,6 @@
 #pragma once
 
 #include "client-sim/view/world.h"
-
 #include "shared/motion/apply_input.h"
 #include "shared/wire/packet.h"
 

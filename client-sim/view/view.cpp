@@ -10,9 +10,12 @@ View::View(std::shared_ptr<const World> world, const ViewSettings& settings, Vie
       settings_(settings),
       listener_(listener),
       store_(*world_, settings.convergence, settings.keep_history),
-      own_(*world_) {}
+      own_(*world_) {
+}
 
-void View::evaluate(Tick tick) { tick_ = std::max(tick_, tick); }
+void View::evaluate(Tick tick) {
+    tick_ = std::max(tick_, tick);
+}
 
 void View::clear() {
     store_ = EntityStore(*world_, settings_.convergence, settings_.keep_history);

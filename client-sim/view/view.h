@@ -5,7 +5,6 @@
 #include "client-sim/view/entity_store.h"
 #include "client-sim/view/own_avatar.h"
 #include "client-sim/view/world.h"
-
 #include "shared/wire/publication.h"
 
 #include <array>

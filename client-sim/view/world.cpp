@@ -1,5 +1,7 @@
 #include "client-sim/view/world.h"
 
+#include "shared/wire/publication.h"
+
 #include <cmath>
 #include <utility>
 

@@ -310,6 +310,17 @@ class Placer {
     Occupied occupied_;
 };
 
+/// Half the height of the tallest character without a mind: what players may be.
+float avatar_half_height(const world::TypeTable& types) {
+    float half = 0.0F;
+    for (const world::EntityType& type : types) {
+        if (type.kind == world::EntityKind::kCharacter && type.mind == 0) {
+            half = std::max(half, type.radius + type.half_segment);
+        }
+    }
+    return half;
+}
+
 }  // namespace
 
 int find_type(const Settings& settings, const std::string& name) {
@@ -339,6 +350,7 @@ void place_spawn_points(const proto::Config& config,
                         Settings& settings,
                         Diagnostics& diagnostics) {
     const auto& world = config.world();
+    const float stand = avatar_half_height(settings.types) + kClearance_m;
     for (int i = 0; i < config.spawn_size(); ++i) {
         const auto& point = config.spawn(i);
         const std::string path = join_path("", "spawn", i);
@@ -359,7 +371,7 @@ void place_spawn_points(const proto::Config& config,
                             "within 0.5 m");
             continue;
         }
-        settings.spawn_points.emplace_back(point.x_m(), terrain.height(x, z), point.z_m());
+        settings.spawn_points.emplace_back(point.x_m(), terrain.height(x, z) + stand, point.z_m());
     }
 }
 

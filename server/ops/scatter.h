@@ -16,7 +16,8 @@ void place_entities(const proto::Config& config,
                     Settings& settings,
                     Diagnostics& diagnostics);
 
-/// Fills settings.spawn_points: y is the height of the surface.
+/// Fills settings.spawn_points: y is where the centre of the tallest mindless character stands.
+/// Needs settings.types.
 void place_spawn_points(const proto::Config& config,
                         const Terrain& terrain,
                         Settings& settings,

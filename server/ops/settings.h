@@ -62,8 +62,8 @@ struct Settings {
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
-    std::vector<Vec3d>
-        spawn_points;  ///< at least one; players are spread over them; y is the surface's height
+    std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
+                                      ///< the centre of the tallest mindless character stands
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;

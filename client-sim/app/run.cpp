@@ -1,0 +1,158 @@
+#include "client-sim/app/run.h"
+
+#include "client-sim/link/socket_transport.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+namespace zoned::app {
+
+namespace {
+
+/// The sockets are served this often; it bounds what polling adds to a measured delay.
+constexpr double kPeriodS = 0.001;
+
+volatile std::sig_atomic_t stop_signal = 0;
+
+void on_signal(int number) {
+    stop_signal = number;
+}
+
+double wall_s() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+double process_cpu_s() {
+    timespec t{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+link::NetworkSettings network_settings(const Options& o) {
+    link::NetworkSettings n;
+    n.host = o.host;
+    n.port = o.port;
+    n.ca_file = o.ca_file;
+    n.udp_sockets = o.udp_sockets;
+    n.conditioner = o.conditioner;
+    asio::error_code not_an_address;
+    const auto address = asio::ip::make_address(o.host, not_an_address);
+    const bool loopback = o.host == "localhost" || (!not_an_address && address.is_loopback());
+    if (!o.pin.empty()) {
+        n.trust.kind = link::Trust::Kind::kPin;
+        n.trust.pin = o.pin;
+    } else if (o.insecure_dev || (loopback && o.ca_file.empty())) {
+        n.trust.kind = link::Trust::Kind::kInsecure;
+    }
+    return n;
+}
+
+void print_progress(const Swarm::Progress& p, bool terminal) {
+    std::fprintf(stderr,
+                 "%s%-8s started %zu online %zu joined %zu, %llu samples, %llu findings, %.0f s "
+                 "left%s",
+                 terminal ? "\r" : "",
+                 p.phase,
+                 p.started,
+                 p.online,
+                 p.joined,
+                 static_cast<unsigned long long>(p.samples),
+                 static_cast<unsigned long long>(p.findings),
+                 p.seconds_left,
+                 terminal ? "   " : "\n");
+    std::fflush(stderr);
+}
+
+void drive(link::SocketNetwork& network, Swarm& swarm, bool quiet) {
+    const bool terminal = ::isatty(STDERR_FILENO) == 1;
+    const double begun = wall_s();
+    double next_progress = 1.0;
+    double next = 0.0;
+    while (!swarm.done()) {
+        const double now = wall_s() - begun;
+        network.poll(now);
+        if (stop_signal != 0) {
+            swarm.stop(now);
+        }
+        swarm.advance(now);
+        network.flush();
+        if (now >= next_progress) {
+            next_progress += 1.0;
+            if (!quiet) {
+                print_progress(swarm.progress(now), terminal);
+            }
+        }
+        next = std::max(next + kPeriodS, wall_s() - begun);
+        std::this_thread::sleep_for(
+            std::chrono::duration<double>(std::max(0.0, next - (wall_s() - begun))));
+    }
+    if (terminal && !quiet) {
+        std::fputc('\n', stderr);
+    }
+}
+
+bool write_report(const std::string& file, const measure::Report& report) {
+    std::ofstream out(file, std::ios::binary | std::ios::trunc);
+    out << measure::to_json(report);
+    out.flush();
+    return static_cast<bool>(out);
+}
+
+}  // namespace
+
+int run(const Options& options) {
+    std::signal(SIGINT, on_signal);
+    std::signal(SIGTERM, on_signal);
+    std::signal(SIGPIPE, SIG_IGN);
+    // The report's file is tried before the run: a minute later is too late to learn of a typo.
+    if (!options.report_file.empty() &&
+        !std::ofstream(options.report_file, std::ios::binary | std::ios::app)) {
+        std::fprintf(stderr,
+                     "client-sim: cannot write %s; choose another --report FILE\n",
+                     options.report_file.c_str());
+        return kEnvironment;
+    }
+    try {
+        link::SocketNetwork network(network_settings(options));
+        SwarmSettings settings = options.swarm;
+        settings.header_bytes = network.header_bytes();
+        Swarm swarm(settings, [&](std::size_t) { return network.make_transport(); });
+        drive(network, swarm, options.quiet);
+        measure::Report report = swarm.report();
+        report.process_cpu_s = process_cpu_s();
+        report.send_drops = network.send_drops();
+        if (!options.report_file.empty() && !write_report(options.report_file, report)) {
+            std::fprintf(stderr, "client-sim: cannot write %s\n", options.report_file.c_str());
+            return kEnvironment;
+        }
+        if (const std::string why = swarm.unreachable(); !why.empty()) {
+            std::fprintf(stderr,
+                         "client-sim: %s:%s: %s; is the server running and is the port its tcp= "
+                         "port?\n",
+                         options.host.c_str(),
+                         options.port.c_str(),
+                         why.c_str());
+            return kEnvironment;
+        }
+        std::fputs(measure::to_table(report).c_str(), stdout);
+        std::string line = report.consistent ? "verdict: consistent" : "verdict: inconsistent: ";
+        for (std::size_t i = 0; i < report.reasons.size(); ++i) {
+            line += (i > 0 ? "; " : "") + report.reasons[i];
+        }
+        std::printf("%s\n", line.c_str());
+        return report.consistent ? kGood : kInconsistent;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "client-sim: %s\n", error.what());
+        return kEnvironment;
+    }
+}
+
+}  // namespace zoned::app

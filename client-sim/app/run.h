@@ -1,0 +1,12 @@
+// run: drives a swarm over real sockets on the wall clock, from the command line to the exit code.
+#pragma once
+
+#include "client-sim/app/options.h"
+
+namespace zoned::app {
+
+/// Prints progress on standard error, the verdict table and one line `verdict: ...` on standard
+/// output, writes the report. Returns the exit code.
+int run(const Options& options);
+
+}  // namespace zoned::app

@@ -1,0 +1,227 @@
+#include "client-sim/bot/bot.h"
+
+#include "shared/clock/tick_clock.h"
+#include "shared/wire/packet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace zoned::bot {
+
+namespace {
+
+/// A bot without a settled clock looks again this often.
+constexpr double kIdlePollS = 0.02;
+/// Until its clock is set a bot sends an empty input packet this often.
+constexpr double kProbeS = 0.05;
+/// Clock and view are given this long to settle before anything is compared.
+constexpr double kSettleS = 0.5;
+/// The lead shrinks when it was larger than needed for this long.
+constexpr double kLeadWindowS = 2.0;
+constexpr int kWantedLead = 2;
+
+}  // namespace
+
+Bot::Bot(link::Transport& transport,
+         view::WorldCache& worlds,
+         Observer& observer,
+         BotSettings settings)
+    : worlds_(worlds),
+      observer_(observer),
+      settings_(std::move(settings)),
+      brain_(settings_.behaviour, settings_.seed, settings_.index, settings_.login.team),
+      client_(transport, *this, settings_.login) {
+}
+
+void Bot::start(double now_s) {
+    now_s_ = now_s;
+    client_.start(now_s);
+}
+
+void Bot::quit(double now_s) {
+    now_s_ = now_s;
+    client_.quit(now_s);
+}
+
+void Bot::advance(double now_s) {
+    if (now_s < next_wake_s_ && !client_.has_incoming()) {
+        return;
+    }
+    now_s_ = now_s;
+    // What was due before this news came is evaluated without it: an audit of tick T must find
+    // what was on the screen at T.
+    evaluate();
+    client_.advance(now_s);
+    next_wake_s_ = now_s + kIdlePollS;
+    if (!view_ || client_.state() != link::SessionState::kOnline) {
+        return;
+    }
+    if (!client_.clock().ready()) {
+        // Without acks there is no clock: an empty input packet starts the exchange.
+        if (now_s >= next_probe_s_) {
+            next_probe_s_ = now_s + kProbeS;
+            body_.clear();
+            client_.send_input(body_, now_s);
+        }
+        return;
+    }
+    evaluate();
+    send_inputs();
+    housekeeping();
+    const double server_s = client_.clock().server_time(now_s);
+    const double next_tick_s = static_cast<double>(view_->tick() + 1) * world_->tick_s;
+    next_wake_s_ = now_s + std::clamp(next_tick_s - server_s, 0.0, kIdlePollS);
+}
+
+void Bot::evaluate() {
+    if (!view_ || !client_.clock().ready()) {
+        return;
+    }
+    const clock::TickClock ticks(1.0 / world_->tick_s);
+    view_->evaluate(ticks.tick_at(client_.clock().server_time(now_s_)));
+    if (settled_tick_ < 0 && joined_ && now_s_ - joined_s_ > kSettleS) {
+        settled_tick_ = view_->tick();
+    }
+}
+
+void Bot::send_inputs() {
+    if (!lead_set_) {
+        lead_set_ = true;
+        lead_ticks_ = kWantedLead +
+                      static_cast<int>(std::ceil(0.5 * client_.clock().rtt_s() / world_->tick_s));
+        lead_ticks_ = std::clamp(lead_ticks_, 1, kMaxLeadTicks);
+    }
+    const Tick target = view_->tick() + lead_ticks_;
+    if (next_input_ < 0 || target - next_input_ > kMaxLeadTicks) {
+        next_input_ = target;  // the beginning, or a stall of this process: the past is over
+    }
+    if (next_input_ > target) {
+        return;
+    }
+    for (; next_input_ <= target; ++next_input_) {
+        motion::InputCommand command;
+        command.tick = next_input_;
+        bool changed = false;
+        if (joined_ && !quiet_ && view_->own().known()) {
+            command = brain_.decide(*view_, next_input_, *this, changed);
+        }
+        view_->own().push(command);
+        if (changed) {
+            observer_.on_changed_course(*this, next_input_);
+        }
+    }
+    body_.clear();
+    wire::write_commands(view_->own().newest_commands(kCommandsPerPacket), body_);
+    client_.send_input(body_, now_s_);
+}
+
+void Bot::adapt_lead(const wire::OwnState& own) {
+    if (own.input_missing) {
+        // Raised once per round trip: the effect of the last raise must show first.
+        const auto wait = static_cast<Tick>(client_.clock().rtt_s() / world_->tick_s) + 4;
+        if (own.input_tick >= lead_raised_ + wait && lead_ticks_ < kMaxLeadTicks) {
+            ++lead_ticks_;
+            lead_raised_ = own.input_tick;
+        }
+        least_lead_ = 127;
+        least_lead_since_s_ = now_s_;
+        return;
+    }
+    least_lead_ = std::min(least_lead_, static_cast<int>(own.input_lead));
+    if (now_s_ - least_lead_since_s_ > kLeadWindowS) {
+        if (least_lead_ > kWantedLead && lead_ticks_ > 1) {
+            --lead_ticks_;
+        }
+        least_lead_ = 127;
+        least_lead_since_s_ = now_s_;
+    }
+}
+
+void Bot::housekeeping() {
+    if (const std::string wish = view_->take_reset_wish(now_s_); !wish.empty()) {
+        client_.reset_view(wish);
+    }
+    if (now_s_ < next_maintenance_s_) {
+        return;
+    }
+    next_maintenance_s_ = now_s_ + 0.25;
+    view_->maintain(now_s_);
+    // Bit 2 of the rights: may receive the truth.
+    if (settings_.audit_every_s > 0.0 && (client_.rights() & 2U) != 0 && joined_ &&
+        now_s_ - last_audit_s_ >= settings_.audit_every_s) {
+        last_audit_s_ = now_s_;
+        client_.request_audit();
+    }
+}
+
+void Bot::on_welcome(const proto::Welcome& welcome) {
+    if (welcome.resumed()) {
+        return;
+    }
+    joined_ = false;
+    settled_tick_ = -1;
+    next_input_ = -1;
+    std::string error = "no world description";
+    auto world = welcome.has_world() ? worlds_.get(welcome.config_digest(), welcome.world(), error)
+                                     : nullptr;
+    if (!world) {
+        ++bad_worlds_;
+        view_.reset();
+        return;
+    }
+    world_ = std::move(world);
+    arrivals_ = {};
+    arrivals_.set_tick_s(world_->tick_s);
+    const bool audited = settings_.audit_every_s > 0.0 && (welcome.rights() & 2U) != 0;
+    view_ = std::make_unique<view::View>(
+        world_, view::ViewSettings{settings_.convergence, audited}, this);
+    // Audit requests of many bots are spread over the interval.
+    last_audit_s_ = now_s_ + settings_.audit_every_s *
+                                 static_cast<double>(core::mix(settings_.index) % 1024) / 1024.0;
+}
+
+void Bot::on_joined(const proto::Joined& joined) {
+    avatar_ = EntityId(joined.avatar());
+    if (!joined_) {
+        joined_ = true;
+        joined_s_ = now_s_;
+        joined_tick_ = joined.tick();
+    }
+    observer_.on_joined(*this, joined);
+}
+
+void Bot::on_event(const proto::Event& event) {
+    observer_.on_event(*this, event);
+}
+
+void Bot::on_audit(const proto::AuditRecord& record) {
+    last_audit_s_ = std::max(last_audit_s_, now_s_);
+    observer_.on_audit(*this, record);
+}
+
+void Bot::on_packet(const link::OpenedPacket& packet) {
+    if (!view_) {
+        return;
+    }
+    if (client_.clock().ready()) {
+        arrivals_.on_packet(packet.sequence, packet.head.tick, client_.clock().server_time(now_s_));
+    }
+    const view::Correction correction = view_->apply(packet, now_s_);
+    if (correction.applied) {
+        adapt_lead(packet.head.own);
+    }
+    if (correction.compared) {
+        observer_.on_correction(*this, correction.distance_m);
+    }
+}
+
+void Bot::on_shown(EntityId entity, Tick publication_tick, Tick from_tick) {
+    observer_.on_shown(*this, entity, publication_tick, from_tick);
+}
+
+void Bot::command(std::uint32_t kind, std::string payload) {
+    client_.send_command(kind, std::move(payload));
+}
+
+}  // namespace zoned::bot

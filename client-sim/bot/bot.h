@@ -1,0 +1,131 @@
+// Bot: one simulated player: session, view and brain, driven by advance(now) on any clock.
+#pragma once
+
+#include "client-sim/bot/behaviour.h"
+#include "client-sim/link/arrival_log.h"
+#include "client-sim/link/client.h"
+#include "client-sim/view/view.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace zoned::bot {
+
+class Bot;
+
+/// Hears what bots experience; measure implements it. Calls come from within Bot::advance.
+class Observer {
+  public:
+    virtual ~Observer() = default;
+    virtual void on_joined(Bot& bot, const proto::Joined& joined) = 0;
+    virtual void on_event(Bot& bot, const proto::Event& event) = 0;
+    virtual void on_audit(Bot& bot, const proto::AuditRecord& record) = 0;
+    /// A publication of another entity shows from view tick `from_tick` on.
+    virtual void on_shown(Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) = 0;
+    /// The bot decided just now that its avatar moves differently from `tick` on.
+    virtual void on_changed_course(Bot& bot, Tick tick) = 0;
+    virtual void on_correction(Bot& bot, double distance_m) = 0;
+};
+
+struct BotSettings {
+    link::Login login;
+    Behaviour behaviour = Behaviour::kWander;
+    std::uint64_t seed = 1;
+    std::size_t index = 0;
+    motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
+    /// Asks for an audit when none came for this long; 0: never asks. Needs the right to audit.
+    double audit_every_s = 1.0;
+};
+
+/// Commands are made for ticks ahead of the server, by a lead that follows what the server reports.
+class Bot final : public link::SessionHandler, public view::ViewListener, public Voice {
+  public:
+    static constexpr std::size_t kCommandsPerPacket = 4;
+    static constexpr int kMaxLeadTicks = 24;
+
+    Bot(link::Transport& transport,
+        view::WorldCache& worlds,
+        Observer& observer,
+        BotSettings settings);
+
+    void start(double now_s);
+    void quit(double now_s);
+    /// Does what is due at `now_s`; cheap when nothing is.
+    void advance(double now_s);
+
+    /// A quiet bot sends no commands of its own any more (the end of a run); acks go on.
+    void set_quiet(bool quiet) { quiet_ = quiet; }
+
+    [[nodiscard]] link::Client& client() { return client_; }
+
+    [[nodiscard]] const link::Client& client() const { return client_; }
+
+    /// nullptr before Welcome.
+    [[nodiscard]] const view::View* view() const { return view_.get(); }
+
+    [[nodiscard]] const link::ArrivalLog& arrivals() const { return arrivals_; }
+
+    [[nodiscard]] const BotSettings& settings() const { return settings_; }
+
+    [[nodiscard]] bool joined() const { return joined_; }
+
+    [[nodiscard]] double joined_s() const { return joined_s_; }
+
+    [[nodiscard]] Tick joined_tick() const { return joined_tick_; }
+
+    [[nodiscard]] EntityId avatar() const { return avatar_; }
+
+    [[nodiscard]] double now_s() const { return now_s_; }
+
+    /// The first view tick after joining for which clock and view were settled; -1 before.
+    [[nodiscard]] Tick settled_tick() const { return settled_tick_; }
+
+    [[nodiscard]] int lead_ticks() const { return lead_ticks_; }
+
+    [[nodiscard]] std::uint64_t bad_worlds() const { return bad_worlds_; }
+
+    void on_welcome(const proto::Welcome& welcome) override;
+    void on_joined(const proto::Joined& joined) override;
+    void on_event(const proto::Event& event) override;
+    void on_audit(const proto::AuditRecord& record) override;
+    void on_packet(const link::OpenedPacket& packet) override;
+    void on_shown(EntityId entity, Tick publication_tick, Tick from_tick) override;
+    void command(std::uint32_t kind, std::string payload) override;
+
+  private:
+    void evaluate();
+    void send_inputs();
+    void adapt_lead(const wire::OwnState& own);
+    void housekeeping();
+
+    view::WorldCache& worlds_;
+    Observer& observer_;
+    BotSettings settings_;
+    Brain brain_;
+    link::Client client_;
+    link::ArrivalLog arrivals_;
+    std::shared_ptr<const view::World> world_;
+    std::unique_ptr<view::View> view_;
+    double now_s_ = 0.0;
+    double next_wake_s_ = 0.0;
+    bool quiet_ = false;
+    bool joined_ = false;
+    double joined_s_ = 0.0;
+    Tick joined_tick_ = 0;
+    EntityId avatar_;
+    Tick settled_tick_ = -1;
+    double next_probe_s_ = 0.0;
+    double next_maintenance_s_ = 0.0;
+    double last_audit_s_ = 0.0;
+    int lead_ticks_ = 3;
+    bool lead_set_ = false;
+    Tick lead_raised_ = 0;
+    int least_lead_ = 127;
+    double least_lead_since_s_ = 0.0;
+    Tick next_input_ = -1;
+    std::vector<std::uint8_t> body_;
+    std::uint64_t bad_worlds_ = 0;
+};
+
+}  // namespace zoned::bot

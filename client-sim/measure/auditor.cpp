@@ -1,0 +1,344 @@
+#include "client-sim/measure/auditor.h"
+
+#include "client-sim/measure/bound.h"
+#include "shared/motion/dead_reckoning.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::measure {
+
+namespace {
+
+/// Wait this long after a record's tick, so that late packets are no longer taken for lost ones.
+constexpr double kHoldS = 0.3;
+
+bool well_formed(const proto::AuditRecord& record, const view::World& world) {
+    for (const proto::AuditEntity& e : record.entities()) {
+        if (e.position_size() != 3 || e.orientation_size() != 4 || e.type() >= world.types.size()) {
+            return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+void Tally::add(const Finding& finding) {
+    switch (finding.kind) {
+        case FindingKind::kPosition:
+            ++position_violations;
+            break;
+        case FindingKind::kOrientation:
+            ++orientation_violations;
+            break;
+        case FindingKind::kMissing:
+            ++missing;
+            break;
+        case FindingKind::kExtra:
+            ++extra;
+            break;
+    }
+    const auto beyond = [](const Finding& f) {
+        return f.error - f.allowed;
+    };
+    const auto place =
+        std::upper_bound(worst.begin(), worst.end(), finding, [&](const auto& a, const auto& b) {
+            return beyond(a) > beyond(b);
+        });
+    worst.insert(place, finding);
+    if (worst.size() > kWorst) {
+        worst.pop_back();
+    }
+}
+
+void Auditor::add(const proto::AuditRecord& record) {
+    // More waiting records than this come from a server that floods: the oldest goes.
+    if (waiting_.size() >= kMaxWaiting) {
+        waiting_.pop_front();
+    }
+    waiting_.push_back(record);
+}
+
+void Auditor::restart() {
+    waiting_.clear();
+    seen_.clear();
+    previous_tick_ = -1;
+}
+
+void Auditor::settle(const bot::Bot& bot, Tally& tally) {
+    const view::View* view = bot.view();
+    if (view == nullptr) {
+        waiting_.clear();
+        return;
+    }
+    const double tick_s = view->world().tick_s;
+    const auto hold =
+        static_cast<Tick>(std::ceil((kHoldS + bot.client().clock().rtt_s()) / tick_s));
+    while (!waiting_.empty()) {
+        const proto::AuditRecord& record = waiting_.front();
+        if (!record.frozen() && view->tick() < record.tick() + hold) {
+            return;
+        }
+        if (!well_formed(record, view->world())) {
+            ++tally.malformed;
+        } else if (record.frozen()) {
+            compare_frozen(bot, record);
+        } else {
+            compare(bot, record, tally);
+        }
+        waiting_.pop_front();
+    }
+}
+
+void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tally& tally) {
+    ++tally.records;
+    const view::View& view = *bot.view();
+    const double rtt_s = bot.client().clock().rtt_s();
+    Context context;
+    context.bot = &bot;
+    context.world = &view.world();
+    context.tick = record.tick();
+    context.age = bot.arrivals().at(record.tick(), rtt_s);
+    context.avatar_discontinuity = record.avatar_discontinuity_tick();
+    // News of appearing or going may take D, and one round trip is granted beside.
+    context.grace =
+        static_cast<Tick>(std::ceil((context.age.age_s + rtt_s) / context.world->tick_s)) + 1;
+    if (bot.settled_tick() < 0 || record.tick() < bot.settled_tick()) {
+        ++tally.skipped_unsettled;
+    } else if (view.tick() - record.tick() > view::EntityStore::kHistoryTicks) {
+        ++tally.skipped_late;
+    } else if (!context.age.measured) {
+        ++tally.skipped_unmeasured;
+    } else {
+        tally.news_age_s.add(context.age.age_s);
+        for (const proto::AuditEntity& truth : record.entities()) {
+            compare_entity(context, truth, tally);
+        }
+        remember(record);
+        find_extra(context, tally);
+        previous_tick_ = record.tick();
+        return;
+    }
+    remember(record);
+    previous_tick_ = record.tick();
+}
+
+void Auditor::compare_entity(const Context& context,
+                             const proto::AuditEntity& truth,
+                             Tally& tally) {
+    const EntityId id(truth.entity());
+    if (id == context.bot->avatar()) {
+        return;
+    }
+    const view::Entity* entity = context.bot->view()->store().find(id);
+    const view::Version* version =
+        entity != nullptr ? view::EntityStore::version_at(*entity, context.tick) : nullptr;
+    if (version != nullptr && version->present) {
+        if (context.tick - truth.discontinuity_tick() <= context.grace &&
+            truth.discontinuity_tick() > 0) {
+            ++tally.skipped_discontinuity;
+            return;
+        }
+        compare_state(context, truth, *version, tally);
+        return;
+    }
+    const auto before = seen_.find(truth.entity());
+    const bool due = truth.must_know() && before != seen_.end() &&
+                     before->second.must_know_since >= 0 &&
+                     context.tick - before->second.must_know_since >= context.grace &&
+                     context.tick - truth.discontinuity_tick() >= context.grace &&
+                     context.tick - context.avatar_discontinuity >= context.grace;
+    if (due) {
+        Finding finding;
+        finding.kind = FindingKind::kMissing;
+        finding.bot = bot_;
+        finding.tick = context.tick;
+        finding.entity = id;
+        finding.type = context.world->types[truth.type()].name;
+        finding.error = static_cast<double>(context.tick - before->second.must_know_since) *
+                        context.world->tick_s;
+        finding.allowed = static_cast<double>(context.grace) * context.world->tick_s;
+        finding.age_s = context.age.age_s;
+        finding.distance_m = static_cast<double>(truth.distance_m());
+        finding.loss = context.age.loss;
+        tally.add(finding);
+    }
+}
+
+double Auditor::promised_bound(const Context& context,
+                               const proto::AuditEntity& truth,
+                               bool orientation) const {
+    const double now = static_cast<double>(orientation ? truth.bound_rad() : truth.bound_m());
+    // What the client holds was promised D ago, when the entity may have been farther away.
+    const auto ago = static_cast<Tick>(std::ceil(context.age.age_s / context.world->tick_s));
+    const Tick then = context.tick - ago;
+    const view::EntityStore& store = context.bot->view()->store();
+    const view::Entity* entity = store.find(EntityId(truth.entity()));
+    const view::Version* version =
+        entity != nullptr ? view::EntityStore::version_at(*entity, then) : nullptr;
+    const auto here = context.bot->view()->own().position_at(then);
+    if (version == nullptr || !version->present || !here) {
+        return now;
+    }
+    const Vec3d apart = store.predicted(*version, then).position - *here;
+    const view::Lod& lod =
+        context.world->lods[lod_at(*context.world, std::hypot(apart.x(), apart.z()))];
+    const double past =
+        static_cast<double>(orientation ? lod.orientation_bound_rad : lod.position_bound_m);
+    return std::max(now, past);
+}
+
+void Auditor::compare_state(const Context& context,
+                            const proto::AuditEntity& truth,
+                            const view::Version& version,
+                            Tally& tally) const {
+    const view::TypeInfo& type = context.world->types[truth.type()];
+    const wire::Quantization& q = context.world->quantization;
+    const view::EntityStore& store = context.bot->view()->store();
+    const view::WorldState predicted = store.predicted(version, context.tick);
+    const view::WorldState displayed = store.displayed(version, context.tick);
+    const Vec3d position(truth.position(0), truth.position(1), truth.position(2));
+    const Quat orientation(
+        truth.orientation(0), truth.orientation(1), truth.orientation(2), truth.orientation(3));
+    const double error_m = (predicted.position - position).norm();
+    const auto error_rad =
+        static_cast<double>(motion::angle_between(predicted.orientation, orientation));
+    ++tally.samples;
+    tally.samples_after_loss += context.age.loss ? 1 : 0;
+    tally.predicted_m.add(error_m);
+    tally.predicted_rad.add(error_rad);
+    tally.displayed_m.add((displayed.position - position).norm());
+    tally.displayed_rad.add(
+        static_cast<double>(motion::angle_between(displayed.orientation, orientation)));
+
+    BoundInputs inputs;
+    inputs.age_s = context.age.age_s;
+    if (truth.breach_tick() > 0) {
+        inputs.since_breach_s =
+            static_cast<double>(context.tick - truth.breach_tick()) * context.world->tick_s;
+    }
+    Finding finding;
+    finding.bot = bot_;
+    finding.tick = context.tick;
+    finding.entity = EntityId(truth.entity());
+    finding.type = type.name;
+    finding.age_s = inputs.age_s;
+    finding.distance_m = static_cast<double>(truth.distance_m());
+    finding.loss = context.age.loss;
+
+    inputs.bound = promised_bound(context, truth, false);
+    inputs.quantum = static_cast<double>(q.position_quantum_m());
+    finding.error = error_m;
+    finding.allowed = allowed_position_error(inputs,
+                                             static_cast<double>(type.max_acceleration_mps2),
+                                             static_cast<double>(type.max_velocity_jump_mps));
+    // Written so that an error that is not a number counts as a violation.
+    if (!(finding.error <= finding.allowed)) {
+        finding.kind = FindingKind::kPosition;
+        tally.add(finding);
+    }
+    inputs.bound = promised_bound(context, truth, true);
+    inputs.quantum = static_cast<double>(q.orientation_quantum_rad(type.upright));
+    finding.error = error_rad;
+    finding.allowed = allowed_orientation_error(inputs, type.character);
+    if (!(finding.error <= finding.allowed)) {
+        finding.kind = FindingKind::kOrientation;
+        tally.add(finding);
+    }
+}
+
+void Auditor::find_extra(const Context& context, Tally& tally) {
+    if (previous_tick_ < 0 || context.tick - previous_tick_ < context.grace ||
+        context.tick - context.avatar_discontinuity < context.grace) {
+        return;
+    }
+    for (const auto& [id, entity] : context.bot->view()->store().entities()) {
+        const view::Version* version = view::EntityStore::version_at(entity, context.tick);
+        // In the view all the time between two records, and in neither of them.
+        if (version == nullptr || !version->present || entity.present_since > previous_tick_ ||
+            id == context.bot->avatar()) {
+            continue;
+        }
+        const auto seen = seen_.find(id.value);
+        if (seen != seen_.end() && seen->second.listed >= previous_tick_) {
+            continue;
+        }
+        Finding finding;
+        finding.kind = FindingKind::kExtra;
+        finding.bot = bot_;
+        finding.tick = context.tick;
+        finding.entity = id;
+        finding.type = entity.typed ? context.world->types[entity.type].name : "?";
+        finding.error = static_cast<double>(context.tick - previous_tick_) * context.world->tick_s;
+        finding.allowed = static_cast<double>(context.grace) * context.world->tick_s;
+        finding.age_s = context.age.age_s;
+        finding.loss = context.age.loss;
+        tally.add(finding);
+    }
+}
+
+void Auditor::remember(const proto::AuditRecord& record) {
+    std::erase_if(seen_, [&](const auto& entry) { return entry.second.listed < previous_tick_; });
+    for (const proto::AuditEntity& truth : record.entities()) {
+        auto [at, fresh] = seen_.try_emplace(truth.entity());
+        Seen& seen = at->second;
+        const bool unbroken = !fresh && seen.listed >= previous_tick_ && seen.must_know_since >= 0;
+        if (!truth.must_know()) {
+            seen.must_know_since = -1;
+        } else if (!unbroken) {
+            seen.must_know_since = record.tick();
+        }
+        seen.listed = record.tick();
+    }
+}
+
+void Auditor::compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record) {
+    frozen_.seen = true;
+    frozen_.converged = false;
+    const view::EntityStore& store = bot.view()->store();
+    std::size_t listed_present = 0;
+    for (const proto::AuditEntity& truth : record.entities()) {
+        const EntityId id(truth.entity());
+        const view::Entity* entity = store.find(id);
+        const bool present = entity != nullptr && entity->present();
+        const std::string name = "entity " + std::to_string(id.value) + " (" +
+                                 bot.view()->world().types[truth.type()].name + ")";
+        if (id == bot.avatar()) {
+            continue;
+        }
+        if (!present) {
+            if (truth.must_know()) {
+                frozen_.difference = name + " is not in the view";
+                return;
+            }
+            continue;
+        }
+        ++listed_present;
+        const view::Version& shown = entity->versions.back();
+        const wire::QuantizedState& s = shown.quantized;
+        const std::int32_t mine[8] = {s.position[0],
+                                      s.position[1],
+                                      s.position[2],
+                                      s.orientation_largest,
+                                      s.orientation[0],
+                                      s.orientation[1],
+                                      s.orientation[2],
+                                      s.appearance};
+        const bool same = truth.quantized_size() == 8 && shown.zone.value == record.zone() &&
+                          std::equal(std::begin(mine), std::end(mine), truth.quantized().begin());
+        if (!same) {
+            frozen_.difference = name + " differs from the server's quantised state";
+            return;
+        }
+    }
+    if (listed_present != store.present_count()) {
+        frozen_.difference = std::to_string(store.present_count() - listed_present) +
+                             " entities are in the view that the server does not list";
+        return;
+    }
+    frozen_.converged = true;
+    frozen_.difference.clear();
+}
+
+}  // namespace zoned::measure

@@ -1,0 +1,123 @@
+// Auditor: compares what one bot predicted and displayed at a tick with the server's truth for it.
+#pragma once
+
+#include "client-sim/bot/bot.h"
+#include "client-sim/measure/histogram.h"
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace zoned::measure {
+
+enum class FindingKind : std::uint8_t {
+    kPosition,     ///< predicted position beyond the promised bound
+    kOrientation,  ///< predicted orientation beyond the promised bound
+    kMissing,      ///< ought to be known, is not in the view
+    kExtra,        ///< in the view, must not be known: a leak
+};
+
+/// One departure from the promise.
+struct Finding {
+    FindingKind kind = FindingKind::kPosition;
+    std::size_t bot = 0;
+    Tick tick = 0;
+    EntityId entity;
+    std::string type;
+    double error = 0.0;    ///< m or rad
+    double allowed = 0.0;  ///< m or rad
+    double age_s = 0.0;    ///< D
+    double distance_m = 0.0;
+    bool loss = false;
+};
+
+/// What all auditors of a run found, together.
+struct Tally {
+    static constexpr std::size_t kWorst = 20;
+
+    Histogram predicted_m;
+    Histogram displayed_m;
+    Histogram predicted_rad;
+    Histogram displayed_rad;
+    Histogram news_age_s;
+    std::uint64_t records = 0;
+    std::uint64_t samples = 0;
+    std::uint64_t samples_after_loss = 0;  ///< of samples: judged with the allowance for a resend
+    std::uint64_t skipped_late = 0;        ///< records older than the history
+    std::uint64_t skipped_unsettled = 0;   ///< records before clock and view had settled
+    std::uint64_t skipped_unmeasured = 0;  ///< records without any packet around
+    std::uint64_t skipped_discontinuity = 0;  ///< samples within D after a spawn or teleport
+    std::uint64_t position_violations = 0;
+    std::uint64_t orientation_violations = 0;
+    std::uint64_t missing = 0;
+    std::uint64_t extra = 0;
+    std::uint64_t malformed = 0;
+    std::vector<Finding> worst;  ///< by how far beyond what was allowed, most first
+
+    void add(const Finding& finding);
+};
+
+/// Outcome of the comparison in a frozen world.
+struct FrozenState {
+    bool seen = false;       ///< a frozen record came
+    bool converged = false;  ///< the newest one matched exactly
+    std::string difference;  ///< the first one of the newest record
+};
+
+/// Audits one bot. A record is compared a little after its tick, when what was lost or late around
+/// it is known.
+class Auditor {
+  public:
+    explicit Auditor(std::size_t bot) : bot_(bot) {}
+
+    void add(const proto::AuditRecord& record);
+    /// Compares every record that is due.
+    void settle(const bot::Bot& bot, Tally& tally);
+
+    [[nodiscard]] const FrozenState& frozen() const { return frozen_; }
+
+    void forget_frozen() { frozen_ = {}; }
+
+    /// A resume or a new session: no entity was known before.
+    void restart();
+
+    static constexpr std::size_t kMaxWaiting = 16;
+
+  private:
+    struct Seen {
+        Tick must_know_since = -1;  ///< first record of an unbroken row of records; -1: not now
+        Tick listed = -1;           ///< newest record that listed it
+    };
+
+    struct Context {
+        const bot::Bot* bot = nullptr;
+        const view::World* world = nullptr;
+        Tick tick = 0;
+        link::NewsAge age;
+        Tick grace = 0;  ///< ticks that news of appearing or going may take
+        Tick avatar_discontinuity = 0;
+    };
+
+    void compare(const bot::Bot& bot, const proto::AuditRecord& record, Tally& tally);
+    void compare_entity(const Context& context, const proto::AuditEntity& truth, Tally& tally);
+    void compare_state(const Context& context,
+                       const proto::AuditEntity& truth,
+                       const view::Version& version,
+                       Tally& tally) const;
+    void find_extra(const Context& context, Tally& tally);
+    void remember(const proto::AuditRecord& record);
+    void compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record);
+    [[nodiscard]] double promised_bound(const Context& context,
+                                        const proto::AuditEntity& truth,
+                                        bool orientation) const;
+
+    std::size_t bot_;
+    std::deque<proto::AuditRecord> waiting_;
+    std::map<std::uint32_t, Seen> seen_;
+    Tick previous_tick_ = -1;
+    FrozenState frozen_;
+};
+
+}  // namespace zoned::measure

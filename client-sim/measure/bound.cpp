@@ -1,0 +1,42 @@
+#include "client-sim/measure/bound.h"
+
+#include <algorithm>
+#include <numbers>
+
+namespace zoned::measure {
+
+namespace {
+
+/// Ticks are compared as seconds: a little slack keeps "exactly D" on the right side.
+constexpr double kSlackS = 1e-6;
+
+bool breach_within(const BoundInputs& inputs) {
+    return inputs.since_breach_s <= inputs.age_s + kSlackS;
+}
+
+}  // namespace
+
+double allowed_position_error(const BoundInputs& inputs, double a_max, double dv_max) {
+    const double d = inputs.age_s;
+    const double sudden = breach_within(inputs) ? dv_max * d : 0.0;
+    return inputs.bound + inputs.quantum + 0.5 * a_max * d * d + sudden;
+}
+
+double allowed_orientation_error(const BoundInputs& inputs, bool character) {
+    double turn = 0.0;
+    if (breach_within(inputs)) {
+        turn = character ? std::numbers::pi : kMaxSpinRps * inputs.age_s;
+    }
+    return std::min(std::numbers::pi, inputs.bound + inputs.quantum + turn);
+}
+
+std::size_t lod_at(const view::World& world, double distance_m) {
+    for (std::size_t i = 0; i + 1 < world.lods.size(); ++i) {
+        if (distance_m <= static_cast<double>(world.lods[i].radius_m)) {
+            return i;
+        }
+    }
+    return world.lods.size() - 1;
+}
+
+}  // namespace zoned::measure

@@ -1,0 +1,33 @@
+// The promised bound: by how much a predicted state may differ from the truth, as a formula.
+#pragma once
+
+#include "client-sim/view/world.h"
+
+#include <limits>
+
+namespace zoned::measure {
+
+/// What the formula depends on.
+struct BoundInputs {
+    double bound = 0.0;    ///< promised at the LOD, m (or rad)
+    double quantum = 0.0;  ///< half a quantisation step along each axis, as a length (or angle)
+    double age_s = 0.0;    ///< D: how old news can be
+    /// Time since the truth last left what its newest publication predicted; infinity: never.
+    double since_breach_s = std::numeric_limits<double>::infinity();
+};
+
+/// allowed = bound + quantum + a_max D^2 / 2 + dv_max D, the last term only within D after a breach
+/// (a sudden change that the client cannot have heard of yet). m.
+double allowed_position_error(const BoundInputs& inputs, double a_max, double dv_max);
+
+/// Orientation likewise. No type declares how fast it may turn, so: a character turns where it
+/// likes (any angle within D after a breach), a prop spins by at most kMaxSpinRps more than it was
+/// predicted to. rad, at most pi.
+double allowed_orientation_error(const BoundInputs& inputs, bool character);
+
+inline constexpr double kMaxSpinRps = 40.0;
+
+/// Index of the LOD promised at a horizontal distance.
+std::size_t lod_at(const view::World& world, double distance_m);
+
+}  // namespace zoned::measure

@@ -1,0 +1,119 @@
+// Collector: gathers what all bots of a run experience and makes the report of it.
+#pragma once
+
+#include "client-sim/bot/bot.h"
+#include "client-sim/measure/auditor.h"
+#include "client-sim/measure/report.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace zoned::measure {
+
+using Bots = std::vector<std::unique_ptr<bot::Bot>>;
+
+class Collector final : public bot::Observer {
+  public:
+    /// `header_bytes`: IP and UDP headers per datagram, counted into the bandwidth.
+    Collector(std::size_t bots, int header_bytes);
+
+    /// Settles audits and events; call at any rate, it works ten times a second.
+    void advance(const Bots& bots, double now_s);
+    /// Ends the measured part of the run: bandwidths stop here, silence is judged.
+    void end_run(const Bots& bots, double now_s);
+    /// The report so far; `asked` bots were wanted.
+    [[nodiscard]] Report report(const Bots& bots, std::size_t asked) const;
+
+    /// How many online bots with the right to audit there are, and how many match a frozen record.
+    struct Convergence {
+        std::size_t online = 0;
+        std::size_t seen = 0;
+        std::size_t converged = 0;
+    };
+
+    [[nodiscard]] Convergence convergence(const Bots& bots) const;
+    void forget_frozen();
+
+    [[nodiscard]] const Tally& tally() const { return tally_; }
+
+    void on_joined(bot::Bot& bot, const proto::Joined& joined) override;
+    void on_event(bot::Bot& bot, const proto::Event& event) override;
+    void on_audit(bot::Bot& bot, const proto::AuditRecord& record) override;
+    void on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) override;
+    void on_changed_course(bot::Bot& bot, Tick tick) override;
+    void on_correction(bot::Bot& bot, double distance_m) override;
+
+  private:
+    /// Counters of one bot at the beginning of its measured time.
+    struct Baseline {
+        bool taken = false;
+        bool ended = false;
+        double at_s = 0.0;
+        std::uint64_t in = 0;
+        std::uint64_t bytes_in = 0;
+        std::uint64_t out = 0;
+        std::uint64_t bytes_out = 0;
+        std::uint64_t frame_bytes_in = 0;
+        std::uint64_t audit_bytes_in = 0;
+        std::uint64_t shown = 0;
+    };
+
+    struct PerBot {
+        Auditor auditor;
+        Baseline baseline;
+        double rate_seconds = 0.0;
+        bool joined = false;
+        bool silent = false;
+    };
+
+    /// An event that several clients hear of.
+    struct Heard {
+        double first_s = 0.0;
+        double last_s = 0.0;
+        std::uint64_t bots = 0;
+        Tick tick = 0;
+        bool world = false;
+    };
+
+    /// A change of course that nobody has seen yet.
+    struct Course {
+        Tick tick = 0;
+        double decided_s = 0.0;
+        bool open = false;
+    };
+
+    void sample_clocks(const Bots& bots, double now_s);
+    void take_baselines(const Bots& bots, double now_s);
+    void close_events(const Bots& bots, double now_s, double open_s);
+    void count_bot(const bot::Bot& bot, Report& report) const;
+
+    int header_bytes_;
+    std::vector<PerBot> per_bot_;
+    Tally tally_;
+    std::map<std::uint64_t, Heard> heard_;
+    std::unordered_map<std::uint32_t, Course> courses_;
+    double next_s_ = 0.0;
+    double next_clock_s_ = 0.0;
+    bool ended_ = false;
+    Histogram spread_ms_;
+    Histogram display_ms_;
+    std::uint64_t unseen_ = 0;
+    std::uint64_t unheard_ = 0;
+    Histogram rtt_ms_;
+    Histogram clock_error_ms_;
+    double clock_bound_ms_ = 0.0;
+    Histogram correction_m_;
+    Histogram lead_ticks_;
+    Histogram down_;
+    Histogram up_;
+    Histogram stream_;
+    Histogram audit_bytes_;
+    double updates_ = 0.0;
+    double update_seconds_ = 0.0;
+};
+
+}  // namespace zoned::measure

@@ -1,0 +1,90 @@
+// Report: all that a run of bots measured, with its verdict, as JSON and as a table.
+#pragma once
+
+#include "client-sim/measure/auditor.h"
+#include "client-sim/measure/histogram.h"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace zoned::measure {
+
+struct Report {
+    std::string behaviour;
+    std::string convergence;
+    std::uint64_t seed = 0;
+    std::uint64_t bots_asked = 0;
+    std::uint64_t bots_joined = 0;
+    std::uint64_t bots_lost = 0;                    ///< joined, but closed before the end
+    std::map<std::string, std::uint64_t> troubles;  ///< why bots did not join or were lost
+    double seconds = 0.0;
+
+    Histogram down_bytes_per_s;  ///< datagrams per bot, IP and UDP headers counted
+    Histogram up_bytes_per_s;
+    Histogram down_stream_bytes_per_s;  ///< frames without audits, per bot
+    Histogram audit_bytes_per_s;        ///< audits, per bot
+    double updates_per_s = 0.0;         ///< publications displayed, mean per bot
+
+    Tally audit;
+    bool audits_expected = true;
+
+    std::uint64_t events_sent = 0;  ///< numbered by the server for these clients
+    std::uint64_t events_delivered = 0;
+    std::uint64_t events_lost = 0;     ///< numbers passed over
+    std::uint64_t events_unheard = 0;  ///< to everybody, yet not heard by somebody
+    std::uint64_t events_duplicated = 0;
+    std::uint64_t events_out_of_order = 0;
+    std::uint64_t commands_sent = 0;
+    std::uint64_t commands_resent = 0;
+    Histogram event_spread_ms;
+    Histogram input_to_remote_display_ms;
+    std::uint64_t input_changes_unseen = 0;
+    Histogram rtt_ms;
+    Histogram clock_error_ms;
+    double clock_bound_ms = 0.0;  ///< largest error that the round trips admit
+    Histogram own_correction_m;
+    Histogram lead_ticks;
+
+    std::uint64_t packets_lost = 0;
+    std::uint64_t packets_received = 0;
+    std::uint64_t replayed = 0;
+    std::uint64_t unauthenticated = 0;
+    std::uint64_t malformed = 0;
+    std::uint64_t server_silences = 0;
+    std::uint64_t silent_bots = 0;  ///< heard nothing in the last seconds of the run
+    std::uint64_t tunnelled_bots = 0;
+    std::uint64_t streams_lost = 0;
+    std::uint64_t resumed = 0;
+    std::uint64_t sessions_lost = 0;
+    std::uint64_t view_resets = 0;
+    std::uint64_t unknown_keyframes = 0;
+    std::uint64_t malformed_records = 0;
+    std::uint64_t zone_changes = 0;  ///< handoffs that clients saw
+    std::uint64_t input_missing = 0;
+    std::uint64_t publications_absolute = 0;
+    std::array<std::uint64_t, motion::kPredictorOrders> publications_by_order{};
+    std::uint64_t send_drops = 0;
+    double process_cpu_s = 0.0;
+
+    bool freeze_asked = false;
+    std::uint64_t auditing_bots = 0;   ///< online at the end, with the right to audit
+    std::uint64_t frozen_bots = 0;     ///< got a record of the frozen world
+    std::uint64_t converged_bots = 0;  ///< of them: matched exactly
+    std::string frozen_difference;     ///< of the first bot that did not
+
+    bool consistent = false;
+    std::vector<std::string> reasons;
+};
+
+/// Fills `consistent` and `reasons` from everything else.
+void judge(Report& report);
+
+/// JSON object with the fields of the command line's contract, and more.
+[[nodiscard]] std::string to_json(const Report& report);
+/// A table for people.
+[[nodiscard]] std::string to_table(const Report& report);
+
+}  // namespace zoned::measure

@@ -1,0 +1,136 @@
+#include "client-sim/measure/report.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace zoned::measure {
+
+namespace {
+
+/// Room for what the error bound of the clocks does not cover: the granularity of polling.
+constexpr double kClockSlackMs = 5.0;
+
+std::string number(double value) {
+    char text[40];
+    std::snprintf(text, sizeof(text), "%.4g", value);
+    return text;
+}
+
+std::string count_of(std::uint64_t n, const std::string& one, const std::string& many) {
+    return std::to_string(n) + " " + (n == 1 ? one : many);
+}
+
+/// The worst finding of a kind, in words.
+std::string worst_of(const Tally& tally, FindingKind kind) {
+    for (const Finding& f : tally.worst) {
+        if (f.kind == kind) {
+            return " (worst: bot " + std::to_string(f.bot) + ", tick " + std::to_string(f.tick) +
+                   ", entity " + std::to_string(f.entity.value) + " " + f.type + ": " +
+                   number(f.error) + ", allowed " + number(f.allowed) + ")";
+        }
+    }
+    return {};
+}
+
+void judge_audit(Report& r) {
+    const Tally& t = r.audit;
+    if (r.audits_expected && t.samples == 0) {
+        r.reasons.push_back(
+            "nothing was compared: no audit came (does the ticket carry the right to audit, are "
+            "audits on?)");
+    }
+    if (t.position_violations > 0) {
+        r.reasons.push_back("bound: " + count_of(t.position_violations, "position", "positions") +
+                            " beyond the promised bound" + worst_of(t, FindingKind::kPosition));
+    }
+    if (t.orientation_violations > 0) {
+        r.reasons.push_back(
+            "bound: " + count_of(t.orientation_violations, "orientation", "orientations") +
+            " beyond the promised bound" + worst_of(t, FindingKind::kOrientation));
+    }
+    if (t.missing > 0) {
+        r.reasons.push_back("missing: " + count_of(t.missing, "entity", "entities") +
+                            " that ought to be known" + worst_of(t, FindingKind::kMissing));
+    }
+    if (t.extra > 0) {
+        r.reasons.push_back("leak: " + count_of(t.extra, "entity", "entities") +
+                            " in a view that must not know them" +
+                            worst_of(t, FindingKind::kExtra));
+    }
+    if (t.malformed > 0) {
+        r.reasons.push_back(count_of(t.malformed, "malformed audit", "malformed audits"));
+    }
+}
+
+void judge_events(Report& r) {
+    if (r.events_lost > 0) {
+        r.reasons.push_back("events: " + std::to_string(r.events_lost) + " lost");
+    }
+    if (r.events_unheard > 0) {
+        r.reasons.push_back("events: " + std::to_string(r.events_unheard) +
+                            " to everybody not heard by somebody");
+    }
+    if (r.events_duplicated > 0) {
+        r.reasons.push_back("events: " + std::to_string(r.events_duplicated) + " delivered twice");
+    }
+    if (r.events_out_of_order > 0) {
+        r.reasons.push_back("events: " + std::to_string(r.events_out_of_order) + " out of order");
+    }
+}
+
+void judge_frozen(Report& r) {
+    if (!r.freeze_asked) {
+        return;
+    }
+    if (r.frozen_bots == 0) {
+        r.reasons.push_back("frozen: no record of the frozen world came");
+    } else if (r.converged_bots < r.auditing_bots) {
+        r.reasons.push_back(
+            "frozen: " + count_of(r.auditing_bots - r.converged_bots, "view", "views") +
+            " did not converge to the server's state" +
+            (r.frozen_difference.empty() ? "" : " (" + r.frozen_difference + ")"));
+    }
+}
+
+}  // namespace
+
+void judge(Report& r) {
+    r.reasons.clear();
+    if (r.bots_joined < r.bots_asked || r.bots_joined == 0) {
+        r.reasons.push_back("joined: " + std::to_string(r.bots_joined) + " of " +
+                            std::to_string(r.bots_asked) + " bots" +
+                            (r.troubles.empty() ? "" : " (" + r.troubles.begin()->first + ")"));
+    }
+    if (r.bots_lost > 0) {
+        r.reasons.push_back("lost: " + count_of(r.bots_lost, "session", "sessions") +
+                            " ended before the run" +
+                            (r.troubles.empty() ? "" : " (" + r.troubles.begin()->first + ")"));
+    }
+    judge_audit(r);
+    judge_events(r);
+    if (r.server_silences > 0) {
+        r.reasons.push_back("stall: the server was silent for too long " +
+                            count_of(r.server_silences, "time", "times"));
+    }
+    if (r.silent_bots > 0) {
+        r.reasons.push_back("stall: " + count_of(r.silent_bots, "client", "clients") +
+                            " heard nothing at the end of the run");
+    }
+    if (r.sessions_lost > 0) {
+        r.reasons.push_back("sessions: " + std::to_string(r.sessions_lost) +
+                            " could not be resumed");
+    }
+    if (r.malformed > 0 || r.malformed_records > 0) {
+        r.reasons.push_back("wire: " + std::to_string(r.malformed + r.malformed_records) +
+                            " malformed packets or records");
+    }
+    const double clock_ms = r.clock_error_ms.percentile(0.99);
+    if (clock_ms > r.clock_bound_ms + kClockSlackMs) {
+        r.reasons.push_back("clock: error of " + number(clock_ms) + " ms at p99, " +
+                            number(r.clock_bound_ms) + " ms are possible by the round trips");
+    }
+    judge_frozen(r);
+    r.consistent = r.reasons.empty();
+}
+
+}  // namespace zoned::measure
