@@ -163,7 +163,7 @@ class Server {
                 throw std::runtime_error(closed.error());
             }
         }
-        const ServeFigures figures{settings_, *loop_, network_, seconds};
+        const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
         log_summary(figures);
         if (!arguments_.report.empty()) {
             write_serve_report(arguments_.report, figures);

@@ -141,29 +141,43 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.entities = 0;
     s.awake_bodies = 0;
     s.zone_hashes.clear();
-    for (const auto& zone : world_.zones()) {
-        const zone::StepReport& r = zone->report();
-        for (std::size_t p = 0; p < zone::kPasses; ++p) {
-            PassTotals& total = s.passes[p];
-            total.ran += r.passes[p].ran ? 1 : 0;
-            total.skipped += r.passes[p].ran ? 0 : 1;
-            total.ns += r.passes[p].ns;
-            total.count += r.passes[p].count;
-            total.last_reason = r.plan.reason[p];
-        }
-        s.entities += r.census.entities;
-        s.awake_bodies += r.census.awake_bodies;
-        s.limit_exceeded += r.replication.limit_exceeded;
-        s.over_budget += r.replication.over_budget;
-        s.records_sent += r.replication.records_sent;
-        s.records_resent += r.replication.records_resent;
-        s.publications += r.replication.publications;
-        s.out_of_world += r.out_of_world;
-        s.quarantined += r.physics.quarantined;
-        s.broadcast_ticks += r.interest.broadcast ? 1 : 0;
-        s.zone_hashes.push_back(zone->state_hash());
+    s.zone_entities.clear();
+    zone_ran_.resize(world_.zones().size());
+    for (std::size_t i = 0; i < world_.zones().size(); ++i) {
+        count_zone(i);
     }
     s.state_hash = world_.state_hash();
+}
+
+void TickLoop::count_zone(std::size_t index) {
+    LoopStats& s = stats_;
+    const zone::Zone& zone = *world_.zones()[index];
+    const zone::StepReport& r = zone.report();
+    for (std::size_t p = 0; p < zone::kPasses; ++p) {
+        PassTotals& total = s.passes[p];
+        const bool ran = r.passes[p].ran;
+        total.zones += ran && !zone_ran_[index][p] ? 1 : 0;
+        zone_ran_[index][p] = zone_ran_[index][p] || ran;
+        total.ran += ran ? 1 : 0;
+        total.skipped += ran ? 0 : 1;
+        total.ns += r.passes[p].ns;
+        total.count += r.passes[p].count;
+        if (!ran) {
+            total.skip_reason = r.stalled ? "stalled on purpose" : r.plan.reason[p];
+        }
+    }
+    s.entities += r.census.entities;
+    s.awake_bodies += r.census.awake_bodies;
+    s.limit_exceeded += r.replication.limit_exceeded;
+    s.over_budget += r.replication.over_budget;
+    s.records_sent += r.replication.records_sent;
+    s.records_resent += r.replication.records_resent;
+    s.publications += r.replication.publications;
+    s.out_of_world += r.out_of_world;
+    s.quarantined += r.physics.quarantined;
+    s.broadcast_ticks += r.interest.broadcast ? 1 : 0;
+    s.zone_hashes.push_back(zone.state_hash());
+    s.zone_entities.push_back(r.census.entities);
 }
 
 }  // namespace zoned::app

@@ -40,7 +40,8 @@ struct PassTotals {
     std::uint64_t skipped = 0;
     std::uint64_t ns = 0;
     std::uint64_t count = 0;
-    std::string last_reason;
+    std::uint64_t zones = 0;  ///< that ran it at least once
+    std::string skip_reason;  ///< of the last skip; empty when it always ran
 };
 
 struct LoopStats {
@@ -70,6 +71,7 @@ struct LoopStats {
     std::uint32_t awake_bodies = 0;
     std::uint64_t state_hash = 0;
     std::vector<std::uint64_t> zone_hashes;
+    std::vector<std::uint64_t> zone_entities;
 };
 
 struct LoopSettings {
@@ -102,6 +104,7 @@ class TickLoop {
     void run_tick(double due_s);
     void record_tick();
     void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
+    void count_zone(std::size_t index);
     void wait_until(double time_s);
 
     World& world_;
@@ -113,7 +116,7 @@ class TickLoop {
     std::vector<mailbox::InboxItem> items_;
     std::atomic<bool> stop_{false};
     std::thread thread_;
-    std::uint64_t pool_cpu_before_ = 0;
+    std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
     mutable std::mutex stats_mutex_;
     LoopStats stats_;
 };

@@ -49,6 +49,12 @@ bool Scene::contains(BodyId body) const {
     return impl_->bodies.row_of(body) != kNoIndex;
 }
 
+std::uint32_t Scene::user(BodyId body) const {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "user() of a body that is not in the scene");
+    return impl_->bodies.user[row];
+}
+
 BodyState Scene::state(BodyId body) const {
     const Bodies& bodies = impl_->bodies;
     const std::uint32_t row = bodies.row_of(body);

@@ -28,21 +28,51 @@ bool same(const EntityState& a, const world::Entities& e, world::Row row, const 
            a.discontinuity_tick == e.discontinuity_tick[row];
 }
 
+/// A body this far off its owner's truth is put there at once; less is made up within the next
+/// step, m.
+constexpr float kTeleport = 1.0F;
+constexpr float kStill = 1e-4F;
+
+/// The angular velocity that turns `from` into `to` within `dt`.
+Vec3 turn_rate(const Quat& from, const Quat& to, float dt) {
+    Eigen::AngleAxisf turn(Eigen::Quaternionf((to * from.conjugate()).coeffs()));
+    if (turn.angle() > static_cast<float>(EIGEN_PI)) {
+        turn.angle() -= 2.0F * static_cast<float>(EIGEN_PI);
+    }
+    return turn.axis() * (turn.angle() / dt);
+}
+
+/// Gives the kinematic body the velocity that leads it, within the next step, to where its owner's
+/// entity will then be.
+void lead_body(ZoneState& state, world::Row row) {
+    const world::Entities& e = state.entities;
+    const float dt = state.settings.dt;
+    const physics::BodyState body = state.scene.state(e.body[row]);
+    const Vec3 error = e.position[row] - body.position;
+    if (error.squaredNorm() > kTeleport * kTeleport) {
+        state.scene.set_state(
+            e.body[row],
+            {e.position[row], e.orientation[row], e.velocity[row], e.angular_velocity[row], false});
+        return;
+    }
+    const Vec3 turn = turn_rate(body.orientation, e.orientation[row], dt);
+    const bool still = e.has(row, world::kAtRest) && error.squaredNorm() < kStill * kStill &&
+                       turn.squaredNorm() * dt * dt < kStill * kStill;
+    state.scene.set_velocity(e.body[row],
+                             still ? Vec3(Vec3::Zero()) : Vec3(e.velocity[row] + error / dt),
+                             still ? Vec3(Vec3::Zero()) : Vec3(e.angular_velocity[row] + turn));
+}
+
 /// Ghosts near the border are solid: they follow their owner's motion as kinematic bodies.
 void update_body(ZoneState& state, world::Row row, double outside_m) {
-    world::Entities& e = state.entities;
+    const world::Entities& e = state.entities;
     const bool wanted = outside_m <= kContactMargin && !e.has(row, world::kHidden);
-    if (wanted && !e.body[row]) {
-        add_body(state, row, false);
-    } else if (!wanted) {
+    if (!wanted) {
         remove_body(state, row);
     } else if (e.body[row]) {
-        state.scene.set_state(e.body[row],
-                              {e.position[row],
-                               e.orientation[row],
-                               e.velocity[row],
-                               e.angular_velocity[row],
-                               e.has(row, world::kAtRest)});
+        lead_body(state, row);
+    } else {
+        add_body(state, row, false);
     }
 }
 
@@ -137,6 +167,9 @@ std::uint32_t import_ghosts(ZoneState& state, std::span<ZoneState* const> zones)
             row = e.add(arrival.state->id, arrival.state->type);
             e.set(row, world::kGhost, true);
         } else if (same(*arrival.state, e, row, arrival.shift)) {
+            if (e.body[row]) {
+                lead_body(state, row);
+            }
             continue;
         }
         write_entity(*arrival.state, arrival.shift, e, row);
