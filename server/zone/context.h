@@ -15,6 +15,8 @@ class ZoneContext final : public RulesContext {
 
     [[nodiscard]] ZoneId zone() const override { return state_->settings.id; }
 
+    [[nodiscard]] Vec3d origin() const override { return state_->settings.region().origin(); }
+
     [[nodiscard]] const world::Entities& entities() const override { return state_->entities; }
 
     [[nodiscard]] const world::TypeTable& types() const override { return *state_->settings.types; }
