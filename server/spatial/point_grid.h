@@ -4,6 +4,8 @@
 
 #include "shared/math/types.h"
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -26,10 +28,14 @@ class PointGrid {
             return;
         }
         const float r2 = radius * radius;
-        const int x0 = cell(x - radius, min_x_, cells_x_);
-        const int x1 = cell(x + radius, min_x_, cells_x_);
-        const int z0 = cell(z - radius, min_z_, cells_z_);
-        const int z1 = cell(z + radius, min_z_, cells_z_);
+        // A little wider than the radius: the differences below are rounded, so that a point may
+        // count as within the radius that lies a rounding outside it, in the next cell.
+        const float reach_x = radius + 1e-6F * (radius + std::abs(x));
+        const float reach_z = radius + 1e-6F * (radius + std::abs(z));
+        const int x0 = cell(x - reach_x, min_x_, cells_x_);
+        const int x1 = cell(x + reach_x, min_x_, cells_x_);
+        const int z0 = cell(z - reach_z, min_z_, cells_z_);
+        const int z1 = cell(z + reach_z, min_z_, cells_z_);
         for (int cz = z0; cz <= z1; ++cz) {
             const std::size_t line =
                 static_cast<std::size_t>(cz) * static_cast<std::size_t>(cells_x_);
@@ -50,7 +56,8 @@ class PointGrid {
   private:
     [[nodiscard]] int cell(float coordinate, float origin, int cells) const {
         const float c = (coordinate - origin) * inverse_cell_;
-        return c <= 0.0F ? 0 : (c >= static_cast<float>(cells) ? cells - 1 : static_cast<int>(c));
+        // Also zero for what is not a number: a query there finds nothing.
+        return !(c > 0.0F) ? 0 : (c >= static_cast<float>(cells) ? cells - 1 : static_cast<int>(c));
     }
 
     std::vector<std::uint32_t> start_;  // first sorted index of each cell, plus one past the end

@@ -12,7 +12,10 @@ enum class ConvergenceMethod : std::uint8_t {
     kSnap,                ///< displays the prediction at once
     kLinear,              ///< the offset to the prediction falls linearly to zero
     kProjectiveVelocity,  ///< projective velocity blending (Murphy, "Believable Dead Reckoning for
-                          ///< Networked Games", 2011)
+                          ///< Networked Games", in Game Engine Gems 2, 2011): starts with the shown
+                          ///< velocity, ends with the predicted one. The weight of the prediction
+                          ///< is 3 s^2 - 2 s^3 instead of Murphy's s = elapsed / period, which
+                          ///< jumps in velocity at both ends.
 };
 
 /// Smooths one entity. `begin` is called when a new publication changes the prediction, `display`
@@ -23,18 +26,23 @@ class Convergence {
     /// blending takes.
     void begin(const KinematicState& shown, float period_s);
 
-    /// What to display: `predicted` is the prediction for now from the newest publication,
-    /// `elapsed_s` the time since begin(). Equal to `predicted` from period_s on.
+    /// What to display: `predicted` is the prediction for now from the newest publication, as
+    /// predict() returns it (so that it describes its own motion: blending needs where it was at
+    /// begin()), `elapsed_s` the time since begin(). Equal to `predicted` from period_s on.
+    /// Velocity and angular velocity are those of the displayed motion.
     [[nodiscard]] KinematicState display(ConvergenceMethod method,
                                          const KinematicState& predicted,
                                          float elapsed_s) const;
 
     /// Upper bound of |displayed - predicted| in metres at `elapsed_s`: the jump that begin()
-    /// absorbed, falling as the method declares. `jump_m` is |shown - predicted| at begin.
+    /// absorbed, falling as the method declares. `jump_m` is |shown - predicted| at begin, in
+    /// position; `velocity_jump_mps` the same in velocity, which only kProjectiveVelocity takes
+    /// over: there the bound holds only when it is given.
     [[nodiscard]] static float owed(ConvergenceMethod method,
                                     float jump_m,
                                     float elapsed_s,
-                                    float period_s);
+                                    float period_s,
+                                    float velocity_jump_mps = 0.0F);
 
   private:
     KinematicState shown_;

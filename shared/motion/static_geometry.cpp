@@ -2,12 +2,15 @@
 
 #include "shared/core/assert.h"
 
-#include <cmath>
+#include <algorithm>
 #include <utility>
 
 namespace zoned::motion {
 
 namespace {
+
+/// A world may be wide and hold little: never more cells than this.
+constexpr int kMaxCells = 1'000'000;
 
 Aabb bounds_of(const StaticBox& box, const Mat3& axes) {
     // Half extents of a rotated box along the axes: |R| h (Ericson, Real-Time Collision
@@ -38,22 +41,22 @@ StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes, float ground_height
         lower = lower.cwiseMin(b.lower);
         upper = upper.cwiseMax(b.upper);
     }
-    // A world may be wide and hold little: never more than a million cells.
-    while ((upper.x() - lower.x()) / cell_m_ * ((upper.z() - lower.z()) / cell_m_) > 1e6F) {
+    while ((upper.x() - lower.x()) / cell_m_ * ((upper.z() - lower.z()) / cell_m_) >
+           static_cast<float>(kMaxCells)) {
         cell_m_ *= 2.0F;
     }
     origin_x_ = lower.x();
     origin_z_ = lower.z();
-    cells_x_ = cell_of(upper.x(), origin_x_) + 1;
-    cells_z_ = cell_of(upper.z(), origin_z_) + 1;
+    cells_x_ = cell_of(upper.x(), origin_x_, kMaxCells) + 1;
+    cells_z_ = cell_of(upper.z(), origin_z_, kMaxCells) + 1;
 
     const auto visit_cells = [&](auto&& visit) {
         for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
-            for (int z = cell_of(bounds_[i].lower.z(), origin_z_);
-                 z <= cell_of(bounds_[i].upper.z(), origin_z_);
+            for (int z = cell_of(bounds_[i].lower.z(), origin_z_, cells_z_);
+                 z <= cell_of(bounds_[i].upper.z(), origin_z_, cells_z_);
                  ++z) {
-                for (int x = cell_of(bounds_[i].lower.x(), origin_x_);
-                     x <= cell_of(bounds_[i].upper.x(), origin_x_);
+                for (int x = cell_of(bounds_[i].lower.x(), origin_x_, cells_x_);
+                     x <= cell_of(bounds_[i].upper.x(), origin_x_, cells_x_);
                      ++x) {
                     visit(static_cast<std::size_t>(z * cells_x_ + x), i);
                 }
@@ -71,8 +74,10 @@ StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes, float ground_height
     visit_cells([&](std::size_t cell, std::uint32_t i) { cell_items_[fill[cell]++] = i; });
 }
 
-int StaticGeometry::cell_of(float coordinate, float origin) const {
-    return static_cast<int>(std::floor((coordinate - origin) / cell_m_));
+int StaticGeometry::cell_of(float coordinate, float origin, int cells) const {
+    // Clamped before the conversion, which is undefined for what an int cannot hold.
+    const float cell = (coordinate - origin) / cell_m_;
+    return cell > 0.0F ? static_cast<int>(std::min(cell, static_cast<float>(cells - 1))) : 0;
 }
 
 }  // namespace zoned::motion

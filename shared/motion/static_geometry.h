@@ -42,7 +42,7 @@ class StaticGeometry {
     void for_each_near(const Aabb& area, Visit&& visit) const;
 
   private:
-    [[nodiscard]] int cell_of(float coordinate, float origin) const;
+    [[nodiscard]] int cell_of(float coordinate, float origin, int cells) const;
 
     std::vector<StaticBox> boxes_;
     std::vector<Aabb> bounds_;

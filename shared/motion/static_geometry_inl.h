@@ -10,10 +10,10 @@ void StaticGeometry::for_each_near(const Aabb& area, Visit&& visit) const {
     if (boxes_.empty()) {
         return;
     }
-    const int x0 = std::clamp(cell_of(area.lower.x(), origin_x_), 0, cells_x_ - 1);
-    const int x1 = std::clamp(cell_of(area.upper.x(), origin_x_), 0, cells_x_ - 1);
-    const int z0 = std::clamp(cell_of(area.lower.z(), origin_z_), 0, cells_z_ - 1);
-    const int z1 = std::clamp(cell_of(area.upper.z(), origin_z_), 0, cells_z_ - 1);
+    const int x0 = cell_of(area.lower.x(), origin_x_, cells_x_);
+    const int x1 = cell_of(area.upper.x(), origin_x_, cells_x_);
+    const int z0 = cell_of(area.lower.z(), origin_z_, cells_z_);
+    const int z1 = cell_of(area.upper.z(), origin_z_, cells_z_);
     // Merge the few sorted cell lists by repeatedly taking the smallest index: no memory,
     // ascending, no doubles.
     std::uint32_t next = 0;

@@ -285,7 +285,7 @@ TEST(ApplyInput, ClimbsAFlightOfStairs) {
     const CharacterState up = run(standing_at(0, 0, 0), go(127, 0), world, 60);
     EXPECT_NEAR(up.position.y(), kStand + 2.0F, 0.002F);
     CharacterState down = up;
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < 90; ++i) {
         down = apply_input(down, go(-127, 0), kLimits, world, kDt);
         ASSERT_TRUE(down.grounded) << i;
     }

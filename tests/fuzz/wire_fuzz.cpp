@@ -1,0 +1,178 @@
+// Fuzzing of all that reads datagrams: an entry for libFuzzer, called by the unit test as well.
+//
+// Whatever the bytes are: no reader crashes or reads outside them, and what a reader accepts
+// encodes to the same bytes again. The first byte chooses the reader, the rest is its input. Build
+// for libFuzzer with: clang++ -fsanitize=fuzzer,address,undefined and the sources of shared/wire.
+
+#include "shared/core/assert.h"
+#include "shared/wire/packet.h"
+#include "shared/wire/publication.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::wire::fuzz {
+
+using Input = std::span<const std::uint8_t>;
+using Bytes = std::vector<std::uint8_t>;
+
+inline bool same_bytes(Input a, Input b) {
+    return std::ranges::equal(a, b);
+}
+
+inline Quantization quantization_for(std::uint8_t choice) {
+    Quantization q;
+    if ((choice & 1) != 0) {
+        q.position_step_m = 1.0F;
+        q.horizontal_extent_m = 100.0F;
+        q.vertical_extent_m = 10.0F;
+        q.orientation_bits = 5;
+        q.yaw_bits = 5;
+        q.max_speed_mps = 8.0F;
+        q.velocity_step_mps = 0.5F;
+    }
+    return q;
+}
+
+/// Keyframes against which deltas are read: one of each kind of entity.
+inline QuantizedState keyframe_for(bool upright, const Quantization& q) {
+    motion::KinematicState s;
+    s.position = Vec3(12.5F, 3.0F, -20.0F);
+    s.velocity = Vec3(3.0F, 0.0F, -4.0F);
+    s.orientation = upright ? Quat(0.8F, 0.0F, 0.6F, 0.0F) : Quat(0.5F, -0.5F, 0.1F, 0.7F);
+    s.angular_velocity = Vec3(0.5F, 1.0F, -1.5F);
+    return quantize(s, motion::PredictorOrder::kLinear, upright, false, 7, q);
+}
+
+/// Reads one record and returns what it encodes to again; empty when it was refused or skipped.
+inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantization& q) {
+    Bytes out;
+    const auto head = reader.next_head();
+    if (!head.ok()) {
+        return out;
+    }
+    if (head->kind == RecordKind::kRemove) {
+        encode_remove(head->entity, out);
+    } else if (head->kind == RecordKind::kAbsolute) {
+        const auto state = reader.read_absolute(head->upright);
+        if (state.ok()) {
+            const QuantizedState again = quantize(dequantize(*state, head->upright, q),
+                                                  state->order,
+                                                  head->upright,
+                                                  state->at_rest,
+                                                  state->appearance,
+                                                  q);
+            ZONED_ASSERT(again == *state, "an accepted state survives the way through floats");
+            encode_absolute(*head, *state, head->upright, q, out);
+        }
+    } else if (skip) {
+        (void)reader.skip_delta(head->upright);
+    } else {
+        const QuantizedState keyframe = keyframe_for(head->upright, q);
+        const auto state = reader.read_delta(keyframe, head->upright);
+        if (state.ok()) {
+            encode_delta(*head, *state, keyframe, head->upright, q, out);
+        }
+    }
+    return out;
+}
+
+/// Returns how many records were accepted.
+inline std::size_t try_records(Input input, std::uint8_t choice) {
+    const Quantization q = quantization_for(choice);
+    const bool skip = (choice & 2) != 0;
+    RecordReader reader(input, q);
+    std::size_t accepted = 0;
+    std::size_t offset = 0;
+    bool comparing = true;
+    while (!reader.done()) {
+        const Bytes again = reencoded_record(reader, skip, q);
+        // After a skipped record the offset is not known any more.
+        comparing = comparing && !again.empty();
+        if (comparing) {
+            ZONED_ASSERT(offset + again.size() <= input.size() &&
+                             same_bytes(again, input.subspan(offset, again.size())),
+                         "an accepted record encodes to the same bytes");
+            offset += again.size();
+            ++accepted;
+        }
+    }
+    return accepted;
+}
+
+inline std::size_t try_commands(Input input) {
+    std::vector<motion::InputCommand> commands;
+    if (!read_commands(input, commands).ok()) {
+        ZONED_ASSERT(commands.empty(), "refused commands are not handed out");
+        return 0;
+    }
+    Bytes again;
+    write_commands(commands, again);
+    ZONED_ASSERT(same_bytes(again, input), "accepted commands encode to the same bytes");
+    return 1;
+}
+
+inline std::size_t try_down_head(Input input) {
+    const auto parsed = read_down_head(input);
+    if (!parsed.ok()) {
+        return 0;
+    }
+    ZONED_ASSERT(parsed->records_offset <= input.size(), "records begin inside the body");
+    Bytes again;
+    write_down_head(parsed->head, again);
+    ZONED_ASSERT(same_bytes(again, input.first(parsed->records_offset)),
+                 "an accepted head encodes to the same bytes");
+    return 1;
+}
+
+inline std::size_t try_fixed_headers(Input input) {
+    std::size_t accepted = 0;
+    if (const auto header = read_datagram_header(input); header.ok()) {
+        Bytes again(kDatagramHeaderBytes);
+        write_datagram_header(*header, again.data());
+        ZONED_ASSERT(same_bytes(again, input.first(again.size())), "headers give back their bytes");
+        ++accepted;
+    }
+    if (const auto down = read_down_transport(input); down.ok()) {
+        Bytes again(kDownTransportBytes);
+        write_transport(*down, again.data());
+        ZONED_ASSERT(same_bytes(again, input.first(again.size())), "headers give back their bytes");
+        ++accepted;
+    }
+    if (const auto up = read_up_transport(input); up.ok()) {
+        Bytes again(kUpTransportBytes);
+        write_transport(*up, again.data());
+        ZONED_ASSERT(same_bytes(again, input.first(again.size())), "headers give back their bytes");
+        ++accepted;
+    }
+    return accepted;
+}
+
+/// Number of things that were accepted; aborts when a promise is broken.
+inline std::size_t try_wire(Input input) {
+    if (input.empty()) {
+        return 0;
+    }
+    const std::uint8_t choice = input[0];
+    const Input rest = input.subspan(1);
+    switch (choice % 4) {
+        case 0:
+            return try_records(rest, static_cast<std::uint8_t>(choice / 4));
+        case 1:
+            return try_commands(rest);
+        case 2:
+            return try_down_head(rest);
+        default:
+            return try_fixed_headers(rest);
+    }
+}
+
+}  // namespace zoned::wire::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    (void)zoned::wire::fuzz::try_wire({data, size});
+    return 0;
+}

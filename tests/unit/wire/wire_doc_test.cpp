@@ -1,0 +1,391 @@
+// proto/WIRE.md says what the code does: its examples are encoded and decoded, its table of fields
+// is compared.
+#include "shared/wire/field_table.h"
+#include "shared/wire/packet.h"
+#include "shared/wire/publication.h"
+#include "shared/wire/seal.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace zoned::wire {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// One ```wire block: its name and its `key = value` lines; `command` may occur several times.
+struct Example {
+    std::string name;
+    int line = 0;
+    std::multimap<std::string, std::string> values;
+
+    [[nodiscard]] bool has(const std::string& key) const { return values.contains(key); }
+
+    [[nodiscard]] std::string text(const std::string& key) const {
+        const auto it = values.find(key);
+        return it == values.end() ? std::string() : it->second;
+    }
+
+    /// All numbers of a line; an absent line is no numbers.
+    [[nodiscard]] std::vector<double> numbers(const std::string& key) const {
+        std::istringstream in(text(key));
+        std::vector<double> out;
+        for (double d = 0; in >> d;) {
+            out.push_back(d);
+        }
+        return out;
+    }
+
+    [[nodiscard]] std::int64_t number(const std::string& key) const {
+        const auto all = numbers(key);
+        return all.empty() ? 0 : static_cast<std::int64_t>(all[0]);
+    }
+
+    [[nodiscard]] Bytes bytes(const std::string& key) const {
+        std::istringstream in(text(key));
+        Bytes out;
+        for (unsigned b = 0; in >> std::hex >> b;) {
+            out.push_back(static_cast<std::uint8_t>(b));
+        }
+        return out;
+    }
+};
+
+std::vector<std::string> document_lines() {
+    std::ifstream in(ZONED_SOURCE_DIR "/proto/WIRE.md");
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) {
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+std::vector<Example> examples() {
+    std::vector<Example> out;
+    bool inside = false;
+    int number = 0;
+    for (const std::string& line : document_lines()) {
+        ++number;
+        if (line.starts_with("```wire ")) {
+            inside = true;
+            out.push_back({line.substr(8), number, {}});
+        } else if (line.starts_with("```")) {
+            inside = false;
+        } else if (inside) {
+            const std::size_t equals = line.find(" = ");
+            EXPECT_NE(equals, std::string::npos) << "line " << number;
+            out.back().values.emplace(line.substr(0, equals), line.substr(equals + 3));
+        }
+    }
+    return out;
+}
+
+std::array<std::int32_t, 3> triple(const Example& e, const std::string& key) {
+    const auto all = e.numbers(key);
+    std::array<std::int32_t, 3> out{};
+    for (std::size_t i = 0; i < all.size() && i < 3; ++i) {
+        out[i] = static_cast<std::int32_t>(all[i]);
+    }
+    return out;
+}
+
+Vec3 vector(const Example& e, const std::string& key) {
+    const auto all = e.numbers(key);
+    EXPECT_EQ(all.size(), 3u) << e.line;
+    return {static_cast<float>(all[0]), static_cast<float>(all[1]), static_cast<float>(all[2])};
+}
+
+QuantizedState state_in(const Example& e, const std::string& prefix) {
+    QuantizedState s;
+    const std::int64_t motion = e.number(prefix + "motion");
+    s.at_rest = motion == 0;
+    s.order = static_cast<motion::PredictorOrder>(std::max<std::int64_t>(motion - 1, 0));
+    s.position = triple(e, prefix + "position");
+    s.velocity = triple(e, prefix + "velocity");
+    s.acceleration = triple(e, prefix + "acceleration");
+    s.orientation = triple(e, prefix + "orientation");
+    s.orientation_largest = static_cast<std::int32_t>(e.number(prefix + "orientation_largest"));
+    s.angular_velocity = triple(e, prefix + "angular_velocity");
+    s.appearance = static_cast<std::uint16_t>(e.number(prefix + "appearance"));
+    return s;
+}
+
+void check_record(const Example& e) {
+    const Quantization q;
+    const bool upright = e.number("upright") != 0;
+    const QuantizedState state = state_in(e, "");
+    const QuantizedState reference = state_in(e, "reference.");
+    RecordHead head;
+    head.entity = EntityId(static_cast<std::uint32_t>(e.number("entity")));
+    head.type = static_cast<TypeIndex>(e.number("type"));
+    head.lod = static_cast<std::uint8_t>(e.number("lod"));
+    head.keyframe = static_cast<std::uint8_t>(e.number("keyframe"));
+    head.tick_low = static_cast<std::uint8_t>(e.number("tick_low"));
+    Bytes out;
+    if (e.name == "absolute") {
+        encode_absolute(head, state, upright, q, out);
+    } else if (e.name == "delta") {
+        encode_delta(head, state, reference, upright, q, out);
+    } else {
+        encode_remove(head.entity, out);
+    }
+    EXPECT_EQ(out, e.bytes("hex"));
+
+    RecordReader reader(out, q);
+    const auto back = reader.next_head();
+    ASSERT_TRUE(back.ok());
+    EXPECT_EQ(back->entity, head.entity);
+    if (back->kind != RecordKind::kRemove) {
+        EXPECT_EQ(back->keyframe, head.keyframe);
+        EXPECT_EQ(back->lod, head.lod);
+        EXPECT_EQ(back->tick_low, head.tick_low);
+        EXPECT_EQ(back->type, head.type);
+        const auto read = back->kind == RecordKind::kAbsolute
+                              ? reader.read_absolute(upright)
+                              : reader.read_delta(reference, upright);
+        ASSERT_TRUE(read.ok());
+        EXPECT_EQ(*read, state);
+    }
+    EXPECT_TRUE(reader.done());
+}
+
+void check_commands(const Example& e) {
+    std::vector<motion::InputCommand> commands;
+    const auto [first, last] = e.values.equal_range("command");
+    for (auto it = first; it != last; ++it) {
+        std::istringstream in(it->second);
+        std::array<int, 5> v{};
+        for (int& x : v) {
+            in >> x;
+        }
+        commands.push_back({e.number("tick") + static_cast<Tick>(commands.size()),
+                            static_cast<std::int8_t>(v[0]),
+                            static_cast<std::int8_t>(v[1]),
+                            static_cast<std::uint16_t>(v[2]),
+                            static_cast<std::int16_t>(v[3]),
+                            static_cast<std::uint16_t>(v[4])});
+    }
+    Bytes out;
+    write_commands(commands, out);
+    EXPECT_EQ(out, e.bytes("hex"));
+    std::vector<motion::InputCommand> back;
+    ASSERT_TRUE(read_commands(out, back).ok());
+    EXPECT_EQ(back, commands);
+}
+
+void check_down_head(const Example& e) {
+    DownHead head;
+    head.tick = e.number("tick");
+    head.zone = ZoneId(static_cast<std::uint16_t>(e.number("zone")));
+    head.has_own = e.has("avatar");
+    if (head.has_own) {
+        head.own.avatar = EntityId(static_cast<std::uint32_t>(e.number("avatar")));
+        head.own.input_tick = head.tick - e.number("age");
+        head.own.input_missing = e.number("input_missing") != 0;
+        head.own.input_lead = static_cast<std::int8_t>(e.number("input_lead"));
+        head.own.state.grounded = e.number("grounded") != 0;
+        head.own.state.yaw = static_cast<std::uint16_t>(e.number("yaw"));
+        head.own.state.position = vector(e, "position");
+        head.own.state.velocity = vector(e, "velocity");
+    }
+    Bytes out;
+    write_down_head(head, out);
+    EXPECT_EQ(out, e.bytes("hex"));
+    const auto back = read_down_head(out);
+    ASSERT_TRUE(back.ok());
+    EXPECT_EQ(back->head.zone, head.zone);
+    EXPECT_EQ(back->head.own.input_tick, head.own.input_tick);
+    EXPECT_EQ(back->records_offset, out.size());
+}
+
+void check_transport(const Example& e) {
+    const auto ack = static_cast<std::uint16_t>(e.number("ack"));
+    const auto bits = static_cast<std::uint32_t>(e.number("ack_bits"));
+    const auto delay = static_cast<std::uint16_t>(e.number("ack_delay_10us"));
+    Bytes out;
+    if (e.name == "down-transport") {
+        out.resize(kDownTransportBytes);
+        const auto time = static_cast<std::uint32_t>(e.number("send_time_us"));
+        write_transport(DownTransport{time, ack, bits, delay}, out.data());
+    } else {
+        out.resize(kUpTransportBytes);
+        write_transport(UpTransport{ack, bits, delay}, out.data());
+    }
+    EXPECT_EQ(out, e.bytes("hex"));
+}
+
+void check_datagram(const Example& e) {
+    const auto sequence = static_cast<std::uint64_t>(e.number("sequence"));
+    Bytes out(kDatagramHeaderBytes);
+    write_datagram_header(
+        {static_cast<std::uint32_t>(e.number("connection")), static_cast<std::uint16_t>(sequence)},
+        out.data());
+    if (e.name == "sealed-datagram") {
+        SealKey key;
+        const Bytes key_bytes = e.bytes("key");
+        const Bytes salt_bytes = e.bytes("salt");
+        ASSERT_EQ(key_bytes.size(), key.key.size());
+        ASSERT_EQ(salt_bytes.size(), key.salt.size());
+        std::copy(key_bytes.begin(), key_bytes.end(), key.key.begin());
+        std::copy(salt_bytes.begin(), salt_bytes.end(), key.salt.begin());
+        const Bytes header = out;
+        Seal(key).seal(sequence, header, e.bytes("plain"), out);
+    }
+    EXPECT_EQ(out, e.bytes("hex"));
+}
+
+/// `value/width ...` packed as section "bit streams" says.
+Bytes packed(const std::string& bits) {
+    BitWriter writer;
+    std::istringstream in(bits);
+    std::uint32_t value = 0;
+    char slash = 0;
+    int width = 0;
+    while (in >> value >> slash >> width) {
+        writer.write(value, width);
+    }
+    Bytes out;
+    writer.finish(out);
+    return out;
+}
+
+TEST(WireDocument, HasExamplesThatTheCodeEncodesAndDecodesByteForByte) {
+    const std::map<std::string, void (*)(const Example&)> checks{
+        {"absolute", check_record},
+        {"delta", check_record},
+        {"remove", check_record},
+        {"commands", check_commands},
+        {"down-head", check_down_head},
+        {"down-transport", check_transport},
+        {"up-transport", check_transport},
+        {"datagram-header", check_datagram},
+        {"sealed-datagram", check_datagram}};
+    std::map<std::string, int> seen;
+    for (const Example& e : examples()) {
+        SCOPED_TRACE("WIRE.md:" + std::to_string(e.line) + " " + e.name);
+        ASSERT_TRUE(checks.contains(e.name));
+        ASSERT_FALSE(e.bytes("hex").empty());
+        checks.at(e.name)(e);
+        if (e.has("bits")) {
+            EXPECT_EQ(packed(e.text("bits")), e.bytes("hex"));
+        }
+        ++seen[e.name];
+    }
+    EXPECT_EQ(seen.size(), checks.size()) << "a kind of example is missing from the document";
+}
+
+std::string presence_text(Presence presence) {
+    switch (presence) {
+        case Presence::kAlways:
+            return "always";
+        case Presence::kMoving:
+            return "moving";
+        case Presence::kQuadratic:
+            return "quadratic";
+        case Presence::kUpright:
+            return "upright";
+        case Presence::kUprightMoving:
+            return "upright, moving";
+        case Presence::kTumbling:
+            return "not upright";
+        case Presence::kTumblingMoving:
+            return "not upright, moving";
+    }
+    return "?";
+}
+
+std::string range_text(Range range) {
+    switch (range) {
+        case Range::kMotion:
+        case Range::kLeftOut:
+            return "0..3";
+        case Range::kHorizontal:
+            return "±horizontal";
+        case Range::kVertical:
+            return "±vertical";
+        case Range::kVelocity:
+            return "±velocity";
+        case Range::kAcceleration:
+            return "±acceleration";
+        case Range::kAngularVelocity:
+            return "±angular";
+        case Range::kYaw:
+            return "0..2^yaw_bits-1, wraps";
+        case Range::kSmallestThree:
+            return "±limit";
+        case Range::kAppearance:
+            return "0..65535";
+    }
+    return "?";
+}
+
+std::string classes_text(const SizeClasses& classes) {
+    std::string out;
+    for (int k = 0; k < classes.count; ++k) {
+        out += (k == 0 ? "" : " ");
+        out += classes.bits[k] == kFull ? "full" : std::to_string(classes.bits[k]);
+    }
+    return out;
+}
+
+TEST(WireDocument, PrintsTheTableOfFieldsThatTheCodeFollows) {
+    std::vector<std::string> expected{
+        "| field | components | unit | present | range | absolute classes | delta classes | full "
+        "bits |",
+        "|---|---|---|---|---|---|---|---|"};
+    const FieldLayout layout{Quantization{}};
+    for (const Field& f : kFields) {
+        std::ostringstream row;
+        row << "| " << f.name << " | " << int{f.components} << " | " << f.unit << " | "
+            << presence_text(f.presence) << " | " << range_text(f.range) << " | "
+            << classes_text(f.absolute) << " | " << classes_text(f.delta) << " | "
+            << layout[f.range].full_bits << " |";
+        expected.push_back(row.str());
+    }
+    std::vector<std::string> printed;
+    bool inside = false;
+    for (const std::string& line : document_lines()) {
+        if (line.starts_with("<!-- fields")) {
+            inside = true;
+        } else if (inside && line.starts_with("|")) {
+            printed.push_back(line);
+        } else {
+            inside = false;
+        }
+    }
+    EXPECT_EQ(printed, expected);
+}
+
+TEST(FieldTable, IsFitForTheCodec) {
+    ASSERT_EQ(kFields[0].range, Range::kMotion) << "the others ask for it";
+    std::array<int, kColumns> upright{};
+    std::array<int, kColumns> tumbling{};
+    for (const Field& f : kFields) {
+        for (const SizeClasses& c : {f.absolute, f.delta}) {
+            EXPECT_TRUE(c.count == 1 || c.count == 2 || c.count == 4) << f.name;
+            EXPECT_EQ(c.bits[c.count - 1], kFull) << f.name;
+            for (int k = 1; k < c.count; ++k) {
+                EXPECT_LT(c.bits[k - 1], c.bits[k]) << f.name;
+            }
+        }
+        for (int c = f.first; c < f.first + f.components; ++c) {
+            upright[c] += is_present(f.presence, Motion::kQuadratic, true) ? 1 : 0;
+            tumbling[c] += is_present(f.presence, Motion::kQuadratic, false) ? 1 : 0;
+        }
+    }
+    // A tumbling body sends every column once, an upright one all but the rest of its orientation
+    // and the turn about x and z.
+    for (int c = 0; c < kColumns; ++c) {
+        EXPECT_EQ(tumbling[c], 1) << c;
+        const bool left_out = c == 11 || c == 12 || c == 13 || c == 14 || c == 15;
+        EXPECT_EQ(upright[c], left_out ? 0 : 1) << c;
+    }
+}
+
+}  // namespace
+}  // namespace zoned::wire
