@@ -10,9 +10,12 @@ namespace zoned::net {
 
 /// A std::system_error whose text names protocol ("TCP", "UDP"), address and port, and says what to
 /// do.
-[[nodiscard]] inline std::system_error bind_error(const std::error_code& code,
+[[nodiscard]] inline std::system_error bind_error(const std::error_code& error,
                                                   const std::string& protocol,
                                                   const Address& address) {
+    // Asio has a category of its own, whose codes the standard's conditions do not know; on Linux
+    // both hold errno.
+    const std::error_code code(error.value(), std::generic_category());
     std::string hint;
     if (code == std::errc::address_in_use) {
         hint =

@@ -25,7 +25,8 @@ double largest(const proto::Config::Radii& radii) {
 /// What is heard across a border must be a ghost there: a viewer may stand handoff_hysteresis_m
 /// behind the border and keeps what it hears up to (1 + hysteresis) x the radius.
 void check_margin(const proto::Config& config, Diagnostics& diagnostics) {
-    const double margin = config.zones().ghost_margin_m();
+    // A nanometre of tolerance: 1.1 x 50 m is a little more than 55 m in binary.
+    const double margin = config.zones().ghost_margin_m() + 1e-9;
     const double grow = 1.0 + config.interest().hysteresis();
     const double behind = config.zones().handoff_hysteresis_m();
     double nimbus = 0.0;
@@ -200,12 +201,15 @@ void check_replication(const proto::Config& config,
     check_extent(config, zones, diagnostics);
     const double silence = config.replication().silence_ticks() / config.world().tick_rate_hz();
     if (silence > 0.5) {
-        diagnostics.add("replication.silence_ticks",
-                        text_of("%g ticks are %.3g s at world.tick_rate_hz %g; clients need a sign "
-                                "of life every 0.5 s",
-                                config.replication().silence_ticks(),
-                                silence,
-                                config.world().tick_rate_hz()));
+        diagnostics.add(
+            config.replication().has_silence_ticks() ? "replication.silence_ticks"
+                                                     : "world.tick_rate_hz",
+            text_of(
+                "silence_ticks: %g ticks are %.3g s at world.tick_rate_hz %g; clients need a sign "
+                "of life every 0.5 s",
+                config.replication().silence_ticks(),
+                silence,
+                config.world().tick_rate_hz()));
     }
 }
 

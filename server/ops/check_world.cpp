@@ -157,7 +157,7 @@ bool check_name(const std::string& name,
                 const std::string& path,
                 Diagnostics& diagnostics) {
     if (name.empty()) {
-        diagnostics.add(path, what + " needs a name");
+        diagnostics.add(path + ".name", what + " needs a name");
         return false;
     }
     const bool plain = std::all_of(name.begin(), name.end(), [](char c) {

@@ -23,6 +23,22 @@ Vec3 any_perpendicular(const Vec3& n) {
     return n.cross(Vec3::Unit(axis)).normalized();
 }
 
+/// With which body the point of contact travels within a step, as b's share. A round body takes it
+/// along wherever it rolls; between two round ones it lies on the line of centres; on the unmoving
+/// world it goes with the body that moves. Any choice conserves momentum: the point is one and the
+/// same for both bodies.
+float share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves) {
+    const bool a_round = a.kind == ShapeKind::kSphere || a.kind == ShapeKind::kCapsule;
+    const bool b_round = b.kind == ShapeKind::kSphere || b.kind == ShapeKind::kCapsule;
+    if (a_round && b_round) {
+        return a.radius / (a.radius + b.radius);
+    }
+    if (a_round != b_round) {
+        return b_round ? 1.0F : 0.0F;
+    }
+    return a_moves == b_moves ? 0.5F : (b_moves ? 1.0F : 0.0F);
+}
+
 float angular_mass(const Mat3& inv_inertia, const Vec3& moment) {
     return moment.dot(inv_inertia * moment);
 }
@@ -85,6 +101,8 @@ void ContactSolver::prepare(const Bodies& bodies,
         c.restitution = std::max(ma.restitution, mb.restitution);
         c.watched = c.restitution > 0.0F || !contact.touching;
         c.impact = false;
+        c.follow_b = share_of_b(
+            bodies.shape[contact.a], bodies.shape[contact.b], a.inv_mass > 0.0F, b.inv_mass > 0.0F);
         // What rests on the unmoving world is held by it twice as stiffly.
         soften(c, a.inv_mass == 0.0F || b.inv_mass == 0.0F ? 2.0F * hertz : hertz);
         for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {

@@ -45,9 +45,10 @@ ContactSolver::Drift ContactSolver::drift_of(const Constraint& c,
     Drift drift;
     drift.offset = c.lead + b.shift - a.shift;
     drift.closing = c.normal.dot(drift.offset);
-    // The arms to the point halfway between where the two bodies carried it grow by half of the
-    // offset for a and shrink by it for b.
-    drift.moment = 0.5F * drift.offset.cross(c.normal);
+    drift.shift_a = c.follow_b * drift.offset;
+    drift.shift_b = drift.shift_a - drift.offset;
+    drift.moment_a = drift.shift_a.cross(c.normal);
+    drift.moment_b = drift.shift_b.cross(c.normal);
     return drift;
 }
 
@@ -61,7 +62,7 @@ void ContactSolver::integrate_velocities() {
     }
 }
 
-void ContactSolver::integrate_positions(Bodies& bodies) {
+void ContactSolver::integrate_positions(const Bodies& bodies) {
     for (SolverBody& body : moving_) {
         body.shift += h_ * body.velocity;
         if (body.spin.isZero(0.0F)) {
@@ -73,11 +74,9 @@ void ContactSolver::integrate_positions(Bodies& bodies) {
             body.turn += turn;
             continue;
         }
-        Mat3& rotation = bodies.rotation[body.row];
-        const Vec3& inverse = bodies.inv_inertia[body.row];
-        body.turn += rotate_freely(
-            bodies.inertia[body.row], inverse, h_, body.orientation, rotation, body.spin);
-        body.inv_inertia = rotated_tensor(rotation, inverse);
+        body.turn += rotate_freely(bodies.inertia[body.row], h_, body.orientation, body.spin);
+        body.inv_inertia =
+            rotated_tensor(body.orientation.toRotationMatrix(), bodies.inv_inertia[body.row]);
     }
 }
 
@@ -106,8 +105,8 @@ void ContactSolver::watch_impacts(Constraint& c) const {
                        ((b.inv_mass > 0.0F ? 1.0F : 0.0F) - (a.inv_mass > 0.0F ? 1.0F : 0.0F));
     for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
         Point& p = c.points[i];
-        const Vec3 moment_a = p.moment_a + drift.moment;
-        const Vec3 moment_b = p.moment_b - drift.moment;
+        const Vec3 moment_a = p.moment_a + drift.moment_a;
+        const Vec3 moment_b = p.moment_b + drift.moment_b;
         const float s = p.separation + drift.closing + moment_b.dot(b.turn) - moment_a.dot(a.turn);
         const float speed = speed_along(a, b, c.normal, moment_a, moment_b);
         if (p.impact > 0.0F || speed >= 0.0F || s + h_ * speed > 0.0F) {
@@ -138,11 +137,12 @@ void ContactSolver::warm_start(Constraint& c) {
         moment_b += p.impulse * p.moment_b;
     }
     impulse += push * c.normal;
-    const Vec3 moved = push * drift.moment + 0.5F * drift.offset.cross(shear);
+    moment_a += push * drift.moment_a + drift.shift_a.cross(shear);
+    moment_b += push * drift.moment_b + drift.shift_b.cross(shear);
     a.velocity -= a.inv_mass * impulse;
     b.velocity += b.inv_mass * impulse;
-    a.spin -= a.inv_inertia * (moment_a + moved);
-    b.spin += b.inv_inertia * (moment_b - moved);
+    a.spin -= a.inv_inertia * moment_a;
+    b.spin += b.inv_inertia * moment_b;
 }
 
 void ContactSolver::solve_friction(Constraint& c,
@@ -164,13 +164,10 @@ void ContactSolver::solve_friction(Constraint& c,
         a.spin -= a.inv_inertia * (change * c.normal);
         b.spin += b.inv_inertia * (change * c.normal);
     }
-    const Vec3 half = 0.5F * drift.offset;
-    const Vec3 lift1 = half.cross(c.tangent1);
-    const Vec3 lift2 = half.cross(c.tangent2);
-    const Vec3 m1a = c.moment1_a + lift1;
-    const Vec3 m1b = c.moment1_b - lift1;
-    const Vec3 m2a = c.moment2_a + lift2;
-    const Vec3 m2b = c.moment2_b - lift2;
+    const Vec3 m1a = c.moment1_a + drift.shift_a.cross(c.tangent1);
+    const Vec3 m1b = c.moment1_b + drift.shift_b.cross(c.tangent1);
+    const Vec3 m2a = c.moment2_a + drift.shift_a.cross(c.tangent2);
+    const Vec3 m2b = c.moment2_b + drift.shift_b.cross(c.tangent2);
     const float v1 = speed_along(a, b, c.tangent1, m1a, m1b);
     const float v2 = speed_along(a, b, c.tangent2, m2a, m2b);
     float f1 = c.impulse1 - (c.inv11 * v1 + c.inv12 * v2);
@@ -198,13 +195,16 @@ void ContactSolver::solve_constraint(Constraint& c) {
     const float inv_h = 1.0F / h_;
     for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
         Point& p = c.points[i];
-        const Vec3 moment_a = p.moment_a + drift.moment;
-        const Vec3 moment_b = p.moment_b - drift.moment;
+        const Vec3 moment_a = p.moment_a + drift.moment_a;
+        const Vec3 moment_b = p.moment_b + drift.moment_b;
         const float s = p.separation + drift.closing + moment_b.dot(b.turn) - moment_a.dot(a.turn);
         float bias = 0.0F;
         float mass_scale = 1.0F;
         float impulse_scale = 0.0F;
         if (s > 0.0F) {
+            if (!kSoft && p.impulse == 0.0F) {
+                continue;  // positions were moved already: this gap is the next substep's affair
+            }
             bias = s * inv_h;  // may come as far as the surface within this substep
         } else if (kSoft) {
             bias = std::max(c.bias_rate * s, -kPushSpeed);
@@ -236,7 +236,7 @@ void ContactSolver::end_substep(Constraint& c) const {
     }
 }
 
-void ContactSolver::substep(Bodies& bodies) {
+void ContactSolver::substep(const Bodies& bodies) {
     integrate_velocities();
     for (Constraint& c : constraints_) {
         if (c.watched) {
@@ -293,8 +293,8 @@ void ContactSolver::restitute() {
                 if (p.total <= 0.0F) {
                     continue;
                 }
-                const Vec3 moment_a = p.moment_a + drift.moment;
-                const Vec3 moment_b = p.moment_b - drift.moment;
+                const Vec3 moment_a = p.moment_a + drift.moment_a;
+                const Vec3 moment_b = p.moment_b + drift.moment_b;
                 const float speed = speed_along(a, b, c.normal, moment_a, moment_b);
                 const float wanted = p.impulse - p.mass * (speed - c.restitution * p.impact);
                 const float impulse = std::max(wanted, 0.0F);

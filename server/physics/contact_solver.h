@@ -65,6 +65,7 @@ class ContactSolver {
         int count;
         Vec3 normal, tangent1, tangent2, lead;
         float friction, restitution;
+        float follow_b;  ///< 1: the point of contact travels with b, 0: with a
         float bias_rate, mass_scale, impulse_scale;
         Vec3 moment1_a, moment1_b, moment2_a, moment2_b;  // friction anchor's arm x tangent
         float inv11, inv12, inv22;                        // inverse of the 2 x 2 friction mass
@@ -75,11 +76,13 @@ class ContactSolver {
         std::array<Point, kMaxManifoldPoints> points;
     };
 
-    /// Where the two bodies' common frame stands now.
+    /// How far the bodies have drifted apart from where they stand at the contact. Arms that
+    /// started at one point end at one point again: a's grows by `shift_a`, b's by `shift_b`.
     struct Drift {
-        Vec3 offset;    // of b relative to a, from the configuration of the contact
-        float closing;  // its part along the normal
-        Vec3 moment;    // half of it x normal
+        Vec3 offset;              ///< of b relative to a
+        float closing;            ///< its part along the normal
+        Vec3 shift_a, shift_b;    ///< their difference is the offset
+        Vec3 moment_a, moment_b;  ///< shift x normal
     };
 
     void gather(Bodies& bodies);
@@ -91,8 +94,8 @@ class ContactSolver {
                           const SolverBody& b,
                           const Contact& contact) const;
     void integrate_velocities();
-    void integrate_positions(Bodies& bodies);
-    void substep(Bodies& bodies);
+    void integrate_positions(const Bodies& bodies);
+    void substep(const Bodies& bodies);
     void follow_mean_velocity();
     void watch_impacts(Constraint& c) const;
     void warm_start(Constraint& c);

@@ -54,11 +54,16 @@ float collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, 
         const Placed at_a{a.shape, a.position + time * motion.velocity_a, a.rotation};
         const Placed at_b{b.shape, b.position + time * motion.velocity_b, b.rotation};
         collide(at_a, at_b, margin, out);
+        const float closing = -out.normal.dot(relative);
         if (out.separation <= gap_of_impact) {
+            if (time > 0.0F && closing > 0.0F) {
+                // Points that will follow within the step hold the body too: with the first one
+                // alone it would spin about it and through the other surface.
+                collide(at_a, at_b, margin + closing * (motion.dt - time), out);
+            }
             return time;
         }
         // Along the separating axis they cannot meet before the gap is closed at this rate.
-        const float closing = -out.normal.dot(relative);
         if (closing * (motion.dt - time) < out.separation - gap_of_impact) {
             break;
         }

@@ -12,6 +12,21 @@ namespace {
 // connection that is as good as lost.
 constexpr Tick kWatchTicks = 30;
 
+/// The promise lets a subscriber be wrong by dv_max times the age of its news, so a prediction must
+/// not be wrong by more than dv_max in velocity, even while its position is still within the bound.
+/// Order 0 predicts no velocity.
+bool leaves_velocity(const Stream& stream,
+                     float elapsed_s,
+                     const motion::KinematicState& truth,
+                     float allowed_mps) {
+    if (stream.state.order == motion::PredictorOrder::kStatic) {
+        return false;
+    }
+    // Publications of order 1 carry no acceleration.
+    const Vec3 predicted = stream.from.velocity + stream.from.acceleration * elapsed_s;
+    return (predicted - truth.velocity).squaredNorm() > allowed_mps * allowed_mps;
+}
+
 bool same_place(const motion::KinematicState& a, const motion::KinematicState& b) {
     return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
@@ -168,7 +183,7 @@ void StreamTable::step_stream(Stream& stream,
         stream.alive_tick = now;
         return;
     }
-    const bool breach = note_breach(stream, now, truth);
+    const bool breach = note_breach(stream, now, truth, type);
     if (at_rest) {
         // Rest is published exactly, so that a world that has come to rest is the same everywhere.
         const wire::QuantizedState rest = wire::quantize(truth,
@@ -194,18 +209,21 @@ void StreamTable::step_stream(Stream& stream,
     }
 }
 
-bool StreamTable::note_breach(Stream& stream, Tick now, const motion::KinematicState& truth) {
+bool StreamTable::note_breach(Stream& stream,
+                              Tick now,
+                              const motion::KinematicState& truth,
+                              const world::EntityType& type) {
     const LodBound& bound = settings_.lods[stream.lod];
-    const auto left =
-        [&](const motion::KinematicState& from, motion::PredictorOrder order, Tick tick) {
-            return leaves_bound(
-                from, order, elapsed_seconds(tick, now, settings_.tick_s), truth, bound);
-        };
-    const bool breach = left(stream.from, stream.state.order, stream.tick);
+    const float elapsed = elapsed_seconds(stream.tick, now, settings_.tick_s);
+    // A step of quantisation on top: rounding alone must never be news.
+    const float allowed_mps = type.max_velocity_jump_mps + settings_.quantization.velocity_step_mps;
+    const bool breach = leaves_bound(stream.from, stream.state.order, elapsed, truth, bound) ||
+                        leaves_velocity(stream, elapsed, truth, allowed_mps);
     Replaced& old = stream.replaced;
     bool old_breach = false;
     if (old.watched_until != 0) {
-        old_breach = left(old.from, old.order, old.tick);
+        const float old_elapsed = elapsed_seconds(old.tick, now, settings_.tick_s);
+        old_breach = leaves_bound(old.from, old.order, old_elapsed, truth, bound);
         if (breach || old_breach || now >= old.watched_until) {
             old.watched_until = 0;
         }

@@ -119,7 +119,10 @@ class StreamTable {
                      const world::EntityType& type,
                      Report& report);
     /// Whether truth leaves the newest prediction now; notes the breach, also of the one before.
-    bool note_breach(Stream& stream, Tick now, const motion::KinematicState& truth);
+    bool note_breach(Stream& stream,
+                     Tick now,
+                     const motion::KinematicState& truth,
+                     const world::EntityType& type);
     void publish_state(Stream& stream,
                        Tick now,
                        const motion::KinematicState& truth,

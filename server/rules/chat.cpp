@@ -1,6 +1,6 @@
 #include "server/rules/chat.h"
 
-#include <algorithm>
+#include "server/rules/utf8.h"
 
 namespace zoned::rules {
 
@@ -8,15 +8,6 @@ namespace {
 
 bool is_own_team(const Actor& actor, const std::string& topic) {
     return !actor.record->team.empty() && topic == team_topic(actor.record->team);
-}
-
-/// Control characters could play tricks on a terminal or a log; that the text is UTF-8 has been
-/// checked by the parser (proto3 `string`).
-bool printable(const std::string& text) {
-    return std::none_of(text.begin(), text.end(), [](char c) {
-        const auto byte = static_cast<unsigned char>(c);
-        return byte < 0x20 || byte == 0x7F;
-    });
 }
 
 }  // namespace
@@ -32,7 +23,7 @@ std::string zone_topic(ZoneId zone) {
 void chat(Game& game, RulesContext& context, const Actor& actor, Payload payload) {
     sandbox::Chat chat;
     if (!chat.ParseFromArray(payload.data(), static_cast<int>(payload.size())) ||
-        chat.text().empty() || chat.text().size() > kMaxChatBytes || !printable(chat.text())) {
+        chat.text().empty() || chat.text().size() > kMaxChatBytes || !is_plain_utf8(chat.text())) {
         deny_malformed(game, context, actor);
         return;
     }

@@ -22,7 +22,9 @@ bool is_character(const RulesContext& context, world::Row row) {
 }
 
 Tick ticks(const RulesContext& context, float seconds) {
-    return std::max<Tick>(1, std::lround(seconds / context.dt()));
+    // Rounded up: nothing is sooner than promised. A thousandth absorbs the rounding of whole
+    // numbers of ticks.
+    return std::max<Tick>(1, static_cast<Tick>(std::ceil(seconds / context.dt() - 1e-3F)));
 }
 
 Vec3d to_world(const RulesContext& context, const Vec3& local) {

@@ -66,7 +66,7 @@ struct Actor {
 world::Row owned_row(const RulesContext& context, EntityId entity);
 bool is_character(const RulesContext& context, world::Row row);
 
-/// Seconds as ticks, >= 1.
+/// Seconds as ticks, rounded up, >= 1.
 Tick ticks(const RulesContext& context, float seconds);
 Vec3d to_world(const RulesContext& context, const Vec3& local);
 Vec3 to_local(const RulesContext& context, const Vec3d& world);

@@ -56,16 +56,20 @@ core::Result<std::optional<DatagramPath::AckNews>, Reject> DatagramPath::take_ac
         return std::optional<AckNews>();  // the client has received nothing yet
     }
     const std::uint64_t newest = wire::expand_sequence(transport.ack_low, last_sent_);
-    if (newest > last_sent_) {
+    if (newest == 0 || newest > last_sent_) {
         return Out::failure(Reject::kAckAhead);
     }
-    if (newest < acked_.newest || (newest == acked_.newest && transport.ack_bits == acked_.bits)) {
+    // Bit i speaks of newest - 1 - i, and there is nothing before sequence 1.
+    const std::uint32_t bits = newest > 32
+                                   ? transport.ack_bits
+                                   : transport.ack_bits & ((std::uint32_t{1} << (newest - 1)) - 1);
+    if (newest < acked_.newest || (newest == acked_.newest && bits == acked_.bits)) {
         return std::optional<AckNews>();  // overtaken by a later datagram, or a repetition
     }
     if (newest > acked_.newest) {
         measure(newest, transport, now_s);
     }
-    acked_ = {newest, transport.ack_bits};
+    acked_ = {newest, bits};
     return std::optional<AckNews>(acked_);
 }
 

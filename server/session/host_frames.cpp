@@ -27,9 +27,8 @@ void SessionHost::Impl::on_frame(StreamId stream,
     }
     Session* session = table.by_stream(stream);
     if (session == nullptr) {
-        const bool parsed = frame.size() <= settings.max_frame_bytes &&
-                            message_in.ParseFromArray(frame.data(), static_cast<int>(frame.size()));
-        if (parsed && message_in.has_hello()) {
+        if (frame.size() <= settings.max_frame_bytes && parse(frame, message_in) &&
+            message_in.has_hello()) {
             on_hello(stream, message_in.hello(), now_s);
         } else {
             refuse(stream,

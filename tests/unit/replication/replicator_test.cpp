@@ -217,7 +217,7 @@ struct Weather {
 class ReplicatorInWeather : public testing::TestWithParam<Weather> {};
 
 TEST_P(ReplicatorInWeather, ConvergesExactlyOnceTheWorldRests) {
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         Session s(seed, test_settings(), GetParam().net, 25, 25, 5, 50.0F);
         s.radius = 35.0F;
         s.near = 15.0F;

@@ -9,7 +9,7 @@ world::TypeTable test_types() {
     world::TypeTable types(3);
     types[kWalker].kind = world::EntityKind::kCharacter;
     types[kWalker].max_acceleration_mps2 = 20.0F;
-    types[kWalker].max_velocity_jump_mps = 4.0F;
+    types[kWalker].max_velocity_jump_mps = 6.0F;
     types[kBody].kind = world::EntityKind::kProp;
     types[kBody].max_acceleration_mps2 = 20.0F;
     types[kBody].max_velocity_jump_mps = 12.0F;

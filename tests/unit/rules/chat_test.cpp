@@ -1,3 +1,4 @@
+#include "server/rules/utf8.h"
 #include "tests/unit/rules/fake_zone.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +89,8 @@ TEST_F(Chatting, AllowsFiveLinesAtOnceAndThenTwoASecond) {
         say("world", "again");
         zone.tick();
     }
-    EXPECT_EQ(lines(), 6u + 200u);
+    // Due after 15, 30, ..., 2985 ticks.
+    EXPECT_EQ(lines(), 6u + 199u);
 }
 
 TEST_F(Chatting, RefusesTextThatIsEmptyTooLongOrNotText) {
@@ -101,6 +103,28 @@ TEST_F(Chatting, RefusesTextThatIsEmptyTooLongOrNotText) {
     EXPECT_EQ(lines(), 0u);
     say("world", std::string(200, 'x'));
     EXPECT_EQ(lines(), 1u);
+}
+
+TEST(Utf8, TellsTextFromOtherBytes) {
+    for (const char* good :
+         {"", "plain", "gr\xc3\xbc\xc3\x9f", "\xe2\x82\xac", "\xf0\x9f\x98\x80"}) {
+        EXPECT_TRUE(is_plain_utf8(good)) << good;
+    }
+    // Control characters (also the C1 set), a lone continuation, a cut sequence, overlong forms, a
+    // surrogate, beyond U+10FFFF, a byte that never occurs.
+    for (const char* bad : {"\x1b[31m",
+                            "\x7f",
+                            "\xc2\x85",
+                            "\x80",
+                            "\xe2\x82",
+                            "\xc0\xaf",
+                            "\xe0\x80\xaf",
+                            "\xed\xa0\x80",
+                            "\xf4\x90\x80\x80",
+                            "\xff"}) {
+        EXPECT_FALSE(is_plain_utf8(bad)) << bad;
+    }
+    EXPECT_FALSE(is_plain_utf8(std::string_view("\0", 1)));
 }
 
 TEST_F(Chatting, SubscribesToTheWorldAndTheOwnTeamOnly) {
