@@ -1,5 +1,5 @@
 #include "server/app/world.h"
-#include "tests/integration/plain_log.h"
+#include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
 #include "shared/core/rng.h"
 

@@ -1,4 +1,4 @@
-#include "tests/integration/plain_log.h"
+#include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/plain_rules.h"
 
 namespace zoned {
