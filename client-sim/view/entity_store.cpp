@@ -50,11 +50,11 @@ void EntityStore::store_keyframe(Entity& entity,
                                  const Record& record,
                                  const wire::QuantizedState& state) {
     const Keyframe fresh{
-        record.zone, record.head.lod, record.head.keyframe, record.packet_tick, state};
+        record.zone, record.head.lod, record.head.keyframe, record.sequence, state};
     for (Keyframe& k : entity.keyframes) {
         if (k.number == fresh.number && k.lod == fresh.lod && k.zone == fresh.zone) {
             // Numbers come round: a packet that was late must not bring an older one back.
-            if (fresh.tick >= k.tick) {
+            if (fresh.sequence >= k.sequence) {
                 k = fresh;
             }
             return;
@@ -64,19 +64,20 @@ void EntityStore::store_keyframe(Entity& entity,
         entity.keyframes.push_back(fresh);
         return;
     }
-    *std::min_element(entity.keyframes.begin(),
-                      entity.keyframes.end(),
-                      [](const Keyframe& a, const Keyframe& b) { return a.tick < b.tick; }) = fresh;
+    *std::min_element(
+        entity.keyframes.begin(), entity.keyframes.end(), [](const Keyframe& a, const Keyframe& b) {
+            return a.sequence < b.sequence;
+        }) = fresh;
 }
 
 bool EntityStore::newer(const Version& shown, const Record& record) {
     if (!shown.present) {
-        return record.packet_tick > shown.packet_tick;
+        return record.sequence > shown.sequence;
     }
     if (shown.zone == record.zone && shown.lod == record.head.lod) {
         return record.publication_tick > shown.publication_tick;
     }
-    return record.packet_tick > shown.packet_tick;
+    return record.sequence > shown.sequence;
 }
 
 Applied EntityStore::apply(const Record& record, const wire::QuantizedState& state) {
@@ -100,7 +101,7 @@ Applied EntityStore::apply(const Record& record, const wire::QuantizedState& sta
                                shown.lod == record.head.lod &&
                                shown.publication_tick == record.publication_tick;
             if (again) {
-                shown.packet_tick = std::max(shown.packet_tick, record.packet_tick);
+                shown.sequence = std::max(shown.sequence, record.sequence);
                 entity.heard_s = record.now_s;
                 entity.confirmed = true;
             }
@@ -118,7 +119,7 @@ void EntityStore::show(Entity& entity, const Record& record, const wire::Quantiz
     next.zone = record.zone;
     next.lod = record.head.lod;
     next.publication_tick = record.publication_tick;
-    next.packet_tick = record.packet_tick;
+    next.sequence = record.sequence;
     next.quantized = state;
     next.state = wire::dequantize(state, upright(entity.type), world_->quantization);
     if (entity.present()) {
@@ -140,7 +141,7 @@ void EntityStore::show(Entity& entity, const Record& record, const wire::Quantiz
     push_version(entity, next, record.view_tick);
 }
 
-bool EntityStore::remove(EntityId id, Tick packet_tick, Tick view_tick) {
+bool EntityStore::remove(EntityId id, std::uint64_t sequence, Tick view_tick) {
     const auto found = entities_.find(id);
     if (found == entities_.end()) {
         // The remove overtook the first record: remembered, so that the late record stays out.
@@ -149,7 +150,7 @@ bool EntityStore::remove(EntityId id, Tick packet_tick, Tick view_tick) {
         }
         Version gone;
         gone.from_tick = view_tick + 1;
-        gone.packet_tick = packet_tick;
+        gone.sequence = sequence;
         entities_[id].versions.push_back(gone);
         return false;
     }
@@ -158,16 +159,16 @@ bool EntityStore::remove(EntityId id, Tick packet_tick, Tick view_tick) {
         return false;
     }
     Version& shown = entity.versions.back();
-    if (packet_tick <= shown.packet_tick) {
+    if (sequence <= shown.sequence) {
         return false;
     }
     if (!shown.present) {
-        shown.packet_tick = packet_tick;
+        shown.sequence = sequence;
         return false;
     }
     Version gone;
     gone.from_tick = view_tick + 1;
-    gone.packet_tick = packet_tick;
+    gone.sequence = sequence;
     --present_count_;
     push_version(entity, gone, view_tick);
     return true;
@@ -211,7 +212,11 @@ std::size_t EntityStore::end_reset(Tick view_tick) {
     std::size_t gone = 0;
     for (auto& [id, entity] : entities_) {
         if (!entity.confirmed && entity.present()) {
-            remove(id, entity.versions.back().packet_tick + 1, view_tick);
+            Version end;
+            end.from_tick = view_tick + 1;
+            end.sequence = entity.versions.back().sequence;
+            --present_count_;
+            push_version(entity, end, view_tick);
             ++gone;
         }
         entity.confirmed = true;

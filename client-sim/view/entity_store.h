@@ -22,7 +22,7 @@ struct Version {
     ZoneId zone;           ///< whose local coordinates `state` uses
     std::uint8_t lod = 0;
     Tick publication_tick = 0;
-    Tick packet_tick = 0;  ///< newest packet that carried it (or removed the entity)
+    std::uint64_t sequence = 0;  ///< of the newest packet that carried it (or removed the entity)
     wire::QuantizedState quantized;
     motion::KinematicState state;     ///< dequantised
     motion::Convergence convergence;  ///< from what was displayed at `from_tick` - 1
@@ -33,7 +33,7 @@ struct Keyframe {
     ZoneId zone;
     std::uint8_t lod = 0;
     std::uint8_t number = 0;
-    Tick tick = 0;  ///< of the packet that brought it
+    std::uint64_t sequence = 0;  ///< of the packet that brought it
     wire::QuantizedState state;
 };
 
@@ -63,9 +63,9 @@ enum class Applied : std::uint8_t {
 };
 
 /// Publications are ordered as follows. Within a stream (zone, LOD) by publication tick; between
-/// streams by the tick of the packet, because the server changes streams for a reason. A remove
-/// wins only over what older packets said. Keyframes are kept in any case: the server may refer to
-/// whatever this client has acknowledged.
+/// streams by the sequence of the packet, because the server changes streams for a reason. A
+/// remove wins only over what older packets said. Keyframes are kept in any case: the server may
+/// refer to whatever this client has acknowledged.
 class EntityStore {
   public:
     static constexpr Tick kHistoryTicks = 160;
@@ -77,7 +77,7 @@ class EntityStore {
 
     struct Record {
         wire::RecordHead head;
-        Tick packet_tick = 0;
+        std::uint64_t sequence = 0;  ///< of the packet; ascends per client, across zones
         Tick publication_tick = 0;
         ZoneId zone;
         Tick view_tick = 0;  ///< newest tick evaluated: the record shows from the next one on
@@ -92,7 +92,7 @@ class EntityStore {
 
     /// An absolute record becomes a keyframe; both kinds become the shown publication if newest.
     Applied apply(const Record& record, const wire::QuantizedState& state);
-    bool remove(EntityId entity, Tick packet_tick, Tick view_tick);
+    bool remove(EntityId entity, std::uint64_t sequence, Tick view_tick);
     /// A removed entity keeps its keyframes for a while; forgets the stale ones.
     void prune(Tick view_tick);
     /// All that is shown must be heard again ...

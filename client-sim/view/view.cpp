@@ -21,7 +21,7 @@ void View::clear() {
     store_ = EntityStore(*world_, settings_.convergence, settings_.keep_history);
     own_ = OwnAvatar(*world_);
     zone_ = {};
-    zone_tick_ = -1;
+    newest_sequence_ = 0;
     wish_.clear();
     resetting_ = false;
 }
@@ -39,12 +39,12 @@ Correction View::apply(const link::OpenedPacket& packet, double now_s) {
         diverged("a packet names an unknown zone");
         return correction;
     }
-    if (packet.head.tick >= zone_tick_) {
+    if (packet.sequence > newest_sequence_) {
         if (zone_ && zone_ != packet.head.zone) {
             ++stats_.zone_changes;
         }
         zone_ = packet.head.zone;
-        zone_tick_ = packet.head.tick;
+        newest_sequence_ = packet.sequence;
     }
     if (packet.head.has_own) {
         correction = own_.reconcile(packet.head.own, packet.head.zone);
@@ -73,12 +73,12 @@ bool View::apply_record(wire::RecordReader& reader,
     ++stats_.records;
     if (head->kind == wire::RecordKind::kRemove) {
         ++stats_.removes;
-        store_.remove(head->entity, packet.head.tick, tick_);
+        store_.remove(head->entity, packet.sequence, tick_);
         return true;
     }
     EntityStore::Record record;
     record.head = *head;
-    record.packet_tick = packet.head.tick;
+    record.sequence = packet.sequence;
     record.publication_tick = wire::expand_tick(head->tick_low, packet.head.tick);
     record.zone = packet.head.zone;
     record.view_tick = tick_;

@@ -93,7 +93,7 @@ class View {
     ViewStats stats_;
     Tick tick_ = 0;
     ZoneId zone_;
-    Tick zone_tick_ = -1;
+    std::uint64_t newest_sequence_ = 0;
     std::string wish_;
     double reset_until_s_ = -1.0;
     bool resetting_ = false;

@@ -1,0 +1,122 @@
+// FakeServer: a small truthful server for one client on virtual time, with faults on request.
+#pragma once
+
+#include "client-sim/link/conditioner.h"
+#include "client-sim/link/link.h"
+#include "shared/motion/apply_input.h"
+#include "shared/wire/packet.h"
+#include "shared/wire/publication.h"
+#include "shared/wire/seal.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace zoned::test {
+
+/// An entity that moves with constant velocity until told otherwise.
+struct FakeEntity {
+    motion::KinematicState truth;
+    Tick published_tick = -1;
+    motion::KinematicState published;
+    Tick breach_tick = 0;
+    Tick discontinuity_tick = 1;
+    bool hidden_from_client = false;  ///< not sent, though audits list it
+    bool leaked = false;              ///< sent, though audits do not list it
+    Vec3 lie = Vec3::Zero();          ///< added to what is published
+    std::uint64_t removed_sequence = 0;
+    bool sent = false;
+};
+
+/// Both the transport and the server behind it. Call advance(now) before the client's advance.
+class FakeServer final : public link::Transport {
+  public:
+    explicit FakeServer(const link::ConditionerSettings& path = {});
+
+    void set_events(link::TransportEvents events) override { events_ = std::move(events); }
+
+    void open() override;
+    void send_frame(link::Bytes frame) override;
+
+    void set_udp(std::uint16_t, std::uint32_t) override {}
+
+    void send_datagram(link::Bytes datagram) override;
+    void close() override;
+
+    /// Runs ticks and delivers what is due.
+    void advance(double now_s);
+    /// Cuts the stream; the client learns of it at once.
+    void cut();
+
+    void send_event(std::uint64_t event_id, bool confirm = false, const std::string& topic = {});
+    void send_raw_event(std::uint64_t number, std::uint64_t event_id);
+    void send(const proto::ServerMessage& message);
+    void send_audit();
+    void send_raw_datagram(link::Bytes datagram);
+    /// Seals a body as the next state packet.
+    link::Bytes seal_packet(const std::vector<std::uint8_t>& body);
+
+    [[nodiscard]] proto::WorldDescription world() const;
+
+    static constexpr double kTickS = 1.0 / 30.0;
+    /// The server's clock is this much ahead of the test's.
+    static constexpr double kClockOffsetS = 100.0;
+    static constexpr std::uint32_t kConnection = 77;
+    static constexpr std::uint32_t kAvatar = 9000;
+
+    std::map<std::uint32_t, FakeEntity> entities;
+    Tick tick = 0;
+    bool accept_resume = true;
+    bool refuse = false;
+    bool udp_blocked = false;
+    bool stalled = false;
+    bool frozen = false;
+    bool states = true;
+    std::uint32_t rights = 7;
+    bool audit_on_request = true;
+    std::vector<proto::ClientMessage> received;
+    std::map<std::uint64_t, std::string> commands;  ///< by number, as carried out
+    std::uint64_t acked_events = 0;
+    std::set<std::uint64_t> confirmed;
+    int opens = 0;
+    int input_packets = 0;
+    int tunnelled_packets = 0;
+    std::optional<motion::CharacterState> avatar;
+    bool ack_commands = true;
+
+  private:
+    void step(double now_s);
+    void publish(std::vector<std::uint8_t>& body);
+    void on_frame(const link::Bytes& frame);
+    void on_datagram(const link::Bytes& datagram, bool tunnel);
+    void hello(const proto::Hello& hello);
+
+    link::TransportEvents events_;
+    link::Conditioner up_datagrams_;
+    link::Conditioner down_datagrams_;
+    link::Conditioner up_frames_;
+    link::Conditioner down_frames_;
+    bool stream_ = false;
+    bool opening_ = false;
+    bool session_ = false;
+    double now_s_ = 0.0;
+    std::uint64_t key_turn_ = 0;
+    std::optional<wire::Seal> down_;
+    std::optional<wire::Seal> up_;
+    std::uint64_t next_sequence_ = 1;
+    wire::ReplayWindow replay_;
+    wire::AckTracker acks_;
+    double newest_received_s_ = 0.0;
+    std::vector<proto::Event> sent_events_;
+    std::map<Tick, motion::InputCommand> inputs_;
+    motion::InputCommand last_input_;
+    Tick first_tick_ = 0;
+    std::uint64_t last_command_ = 0;
+    std::uint8_t keyframe_ = 0;
+    bool tunnel_ = false;
+};
+
+}  // namespace zoned::test
