@@ -12,6 +12,8 @@ namespace {
 constexpr std::uint64_t kReorderTolerance = 3;  // packets, as RFC 9002, section 6.1.1
 constexpr double kDefaultRtt_us = 100e3;        // before the session has measured one
 constexpr double kLossWeight = 1.0 / 64.0;
+// A new client's network is taken for a poor one until its acks tell otherwise.
+constexpr double kLossAtFirst = 0.02;
 constexpr double kNegligibleLoss = 1e-3;
 constexpr int kMaxCopies = 8;
 constexpr double kSmallestBurstBytes = 256.0;
@@ -35,7 +37,7 @@ ClientState::ClientState(const ClientTransfer& transfer, const Settings& setting
       next_sequence_(transfer.next_sequence),
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
-      loss_estimate_(transfer.loss_estimate),
+      loss_estimate_(transfer.next_sequence == 1 ? kLossAtFirst : transfer.loss_estimate),
       rtt_us_(transfer.rtt_us) {
     // Whatever turns out to be in view takes its removal back in the first sync().
     for (const EntityId entity : transfer.known) {
@@ -113,6 +115,7 @@ Subscription ClientState::subscribe(const world::Visible& visible,
     s.stream = streams.subscribe(visible.entity, visible.lod);
     s.stamp = next_stamp_++;
     s.known = known;
+    s.switched_tick = known ? now : 0;
     s.delivery.owed_tick = now;
     return s;
 }
@@ -125,6 +128,11 @@ bool ClientState::cancel_removal(EntityId entity) {
     }
     removals.erase(it);
     return true;
+}
+
+Tick ClientState::switch_tick(EntityId entity) const {
+    const auto it = lower_bound_entity(subscriptions, entity);
+    return it != subscriptions.end() && it->entity == entity ? it->switched_tick : 0;
 }
 
 void ClientState::add_removal(EntityId entity, Tick now) {

@@ -26,6 +26,8 @@ struct Subscription {
     Delivery delivery;
     std::uint8_t lod = 0;
     bool known = false;  ///< the client may hold the entity, so its leaving must be told
+    Tick switched_tick =
+        0;  ///< when it took over from another stream that the client still follows
 };
 
 /// An entity that the client may hold and must forget; owed until acknowledged.
@@ -77,6 +79,10 @@ class ClientState {
     /// Tokens for one more tick; they never exceed a quarter of a second's worth (or what one small
     /// packet needs).
     void refill(const Settings& settings);
+
+    /// When the client passed to the present stream of an entity from another level of detail or
+    /// zone; 0 = never.
+    [[nodiscard]] Tick switch_tick(EntityId entity) const;
 
     void hash(core::StateHash& hash) const;
 

@@ -172,6 +172,11 @@ Tick Replicator::breach_tick(EntityId entity, std::uint8_t lod) const {
     return index == kNoStream ? 0 : impl_->streams[index].breach_tick;
 }
 
+Tick Replicator::switch_tick(ClientId client, EntityId entity) const {
+    const auto it = impl_->find(client);
+    return it == impl_->clients.end() ? 0 : (*it)->switch_tick(entity);
+}
+
 void Replicator::hash(core::StateHash& hash) const {
     impl_->streams.hash(hash);
     for (const auto& client : impl_->clients) {

@@ -116,6 +116,11 @@ class Replicator {
     /// never or no such stream. For audits.
     [[nodiscard]] Tick breach_tick(EntityId entity, std::uint8_t lod) const;
 
+    /// When this client passed from one stream of the entity to another (level of detail, zone), 0
+    /// = never. Until news of the new stream has come it still predicts from the old one, whose
+    /// breaches nobody watches any more: for an audit that is a breach of its own.
+    [[nodiscard]] Tick switch_tick(ClientId client, EntityId entity) const;
+
     void hash(core::StateHash& hash) const;
 
   private:

@@ -46,7 +46,10 @@ std::vector<std::int32_t> frozen_integers(const ZoneState& state, world::Row row
             static_cast<std::int32_t>(q.appearance)};
 }
 
-mailbox::AuditEntity audit_entity(const ZoneState& state, world::Row row, const Vec3& viewer) {
+mailbox::AuditEntity audit_entity(const ZoneState& state,
+                                  world::Row row,
+                                  ClientId client,
+                                  const Vec3& viewer) {
     const world::Entities& e = state.entities;
     const Vec3d origin = state.settings.region().origin();
     mailbox::AuditEntity a;
@@ -63,6 +66,7 @@ mailbox::AuditEntity audit_entity(const ZoneState& state, world::Row row, const 
     a.bound_m = state.settings.replication.lods[lod].position_m;
     a.bound_rad = state.settings.replication.lods[lod].orientation_rad;
     a.discontinuity_tick = e.discontinuity_tick[row];
+    a.breach_tick = state.replicator.switch_tick(client, a.entity);
     for (std::size_t k = 0; k < state.settings.replication.lods.size(); ++k) {
         a.breach_tick = std::max(
             a.breach_tick, state.replicator.breach_tick(a.entity, static_cast<std::uint8_t>(k)));
@@ -106,7 +110,7 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
                           inner,
                           outer);
     for (const world::Row row : outer) {
-        mailbox::AuditEntity entity = audit_entity(state, row, viewer);
+        mailbox::AuditEntity entity = audit_entity(state, row, client.client, viewer);
         entity.must_know = std::find(inner.begin(), inner.end(), row) != inner.end();
         record.entities.push_back(std::move(entity));
     }

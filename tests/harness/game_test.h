@@ -31,7 +31,7 @@ namespace zoned::harness {
 class GameTest : public ::testing::Test {
   protected:
     GameTest() {
-        server.config = std::string(ZONED_SOURCE_DIR) + "/config/minimal.txtpb";
+        server.config = ZONED_SOURCE_DIR "/config/minimal.txtpb";
         bots.bots = 8;
         bots.seconds = 5.0;
     }
@@ -40,6 +40,7 @@ class GameTest : public ::testing::Test {
     /// ...); it gets the virtual time in seconds. Gives up, and fails the test, after ten virtual
     /// minutes beyond the run.
     measure::Report run(const std::function<void(VirtualServer&, double)>& each_step = {}) {
+        swarm.reset();  // its transports lead to the world before
         world = std::make_unique<VirtualServer>(server);
         swarm =
             std::make_unique<app::Swarm>(bots, [this](std::size_t) { return world->connect(); });

@@ -47,7 +47,7 @@ TEST_F(Faults, FindsEventsThatAreDoubled) {
     const auto report = run_with({"testing.double_event.probability=0.2"});
     EXPECT_FALSE(report.consistent);
     EXPECT_GT(report.events_duplicated, 0u);
-    EXPECT_TRUE(has_reason(report, "doubled")) << reasons(report);
+    EXPECT_TRUE(has_reason(report, "twice")) << reasons(report);
 }
 
 TEST_F(Faults, FindsAZoneThatStalls) {
