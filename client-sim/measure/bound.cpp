@@ -9,6 +9,7 @@ namespace {
 
 /// Ticks are compared as seconds: a little slack keeps "exactly D" on the right side.
 constexpr double kSlackS = 1e-6;
+constexpr double kAngleSlack = 1e-5;
 
 bool breach_within(const BoundInputs& inputs) {
     return inputs.since_breach_s <= inputs.age_s + kSlackS;
@@ -27,7 +28,8 @@ double allowed_orientation_error(const BoundInputs& inputs, bool character) {
     if (breach_within(inputs)) {
         turn = character ? std::numbers::pi : kMaxSpinRps * inputs.age_s;
     }
-    return std::min(std::numbers::pi, inputs.bound + inputs.quantum + turn);
+    // Half a turn is the largest angle there is; the slack absorbs that angles are measured in float.
+    return std::min(std::numbers::pi + kAngleSlack, inputs.bound + inputs.quantum + turn);
 }
 
 std::size_t lod_at(const view::World& world, double distance_m) {

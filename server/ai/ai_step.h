@@ -37,7 +37,17 @@ struct Mind {
     std::uint8_t corner = 0;
     EntityId prey;  ///< nearest player noticed at the last decision
     core::Rng rng;
+    bool entered = true;       ///< the state is new: its action has not begun yet
+    bool fresh = true;         ///< decided since it steered last
+    bool far = false;          ///< no player within far_m at the last decision
+    motion::InputCommand aim;  ///< what it repeats until steering changes it (its tick is not used)
+    Vec3 anchor = Vec3::Zero();  ///< where it last made progress
+    Tick anchor_since = 0;       ///< when that was
+    Tick detour_until = 0;       ///< until then it walks around what blocked it
 };
+
+/// Moves all positions of a mind by `offset`, m: for a zone with another origin.
+void shift(Mind& mind, const Vec3& offset);
 
 struct Report {
     std::uint32_t minds = 0;
@@ -62,13 +72,24 @@ class Minds {
 
     void hash(core::StateHash& hash) const;
 
+    /// Working memory of step(), kept so that a tick allocates nothing; holds no state.
+    struct Scratch {
+        std::vector<world::Row> rows;    ///< row of each mind, kNoRow = leave it alone
+        std::vector<std::uint32_t> due;  ///< minds that want to decide
+    };
+
+    [[nodiscard]] Scratch& scratch() { return scratch_; }
+
   private:
     std::vector<Mind> minds_;
+    Scratch scratch_;
 };
 
 /// Writes `command`, `behaviour` of the rows that have a mind. `grid` indexes entities.position by
 /// row; `dt` in s. Players are the rows with a client and without kHidden. Rows of hidden or
-/// removed entities are left alone.
+/// removed entities and of ghosts are left alone. With n minds and a budget of b decisions none
+/// waits longer than ceil(n / b) ticks. Results depend neither on the order of rows nor on the
+/// history of add() and take(). A budget of 0 counts as 1.
 Report step(Minds& minds,
             world::Entities& entities,
             const world::TypeTable& types,

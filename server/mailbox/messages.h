@@ -37,6 +37,9 @@ struct Join {
     std::string name;  ///< validated UTF-8, 1..32 bytes
     std::string team;  ///< topic "team/<team>"; may be empty
     std::uint32_t rights = kRightPlay;
+    double spawn[3] = {0,
+                       0,
+                       0};  ///< world coordinates, m; filled in where the join is routed to a zone
 };
 
 struct Leave {

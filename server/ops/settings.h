@@ -45,6 +45,7 @@ struct InitialEntity {
     Vec3d position = Vec3d::Zero();  ///< world coordinates, m
     Quat orientation = Quat::Identity();
     std::uint16_t yaw = 0;
+    bool asleep = false;  ///< props: sleeps until it is touched
 };
 
 /// Everything that a server needs to know, checked.
@@ -61,7 +62,8 @@ struct Settings {
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
-    std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them
+    std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
+                                      ///< the centre of the tallest mindless character stands
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;

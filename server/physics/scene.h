@@ -22,7 +22,10 @@ struct Settings {
     float sleep_spin_rps = 0.05F;                ///< ... in both senses ...
     float sleep_after_s =
         0.5F;  ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
-    float cell_m = 4.0F;  ///< broadphase cell size
+    float cell_m = 4.0F;  ///< broadphase cell size of one level; the others are doublings of it
+    int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
+    float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce
+    float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
 };
 
 /// Times are measured by the caller (no clock in here); counts of one step.
@@ -80,6 +83,8 @@ class Scene {
     core::Result<BodyId> add(const BodyDef& def);
     void remove(BodyId body);  ///< wakes what touched it
     [[nodiscard]] bool contains(BodyId body) const;
+    /// The tag that the body was added with.
+    [[nodiscard]] std::uint32_t user(BodyId body) const;
 
     [[nodiscard]] BodyState state(BodyId body) const;
     /// Teleports; wakes the body and what touched it.

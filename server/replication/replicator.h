@@ -75,6 +75,15 @@ struct ClientTransfer {
 
 /// Replication state of one zone. Deterministic; no wall clock: round trips and losses come in with
 /// the acks.
+///
+/// What it relies on in clients: records are ordered by the packets that carried them (tick or
+/// sequence), whatever zone or level of detail they belong to; within a stream the publication tick
+/// says the same. A remove ends the entity and its keyframes for all older packets, and is itself
+/// void when a newer packet has named the entity. A keyframe is stored even when its state is old
+/// news, unless a newer one with its number is there. Acknowledged means stored.
+///
+/// A stream's numbering starts anew when it is created again; that is safe because deltas refer
+/// only to keyframes that were acknowledged within the present subscription.
 class Replicator {
   public:
     explicit Replicator(const Settings& settings);
@@ -89,7 +98,10 @@ class Replicator {
     void reset_view(ClientId client);
 
     /// One tick. `visibility` and `own` ascend by client id. Packets are appended to `out`,
-    /// ascending by client. A removed entity is announced through VisibleSet::left.
+    /// ascending by client. A removed entity is announced by its absence from VisibleSet::visible.
+    /// A client without a set hears only that the connection lives. Orientation is taken from
+    /// Entities::orientation, also of upright entities. Accelerations above a type's a_max are
+    /// impacts and are not extrapolated.
     Report step(Tick now,
                 ZoneId zone,
                 const world::Entities& entities,
@@ -98,8 +110,10 @@ class Replicator {
                 std::span<const OwnInput> own,
                 std::vector<mailbox::StatePacket>& out);
 
-    /// When truth last left the prediction of the stream (entity, lod); 0 = never or no such
-    /// stream. For audits.
+    /// When truth last left the prediction of the stream (entity, lod): in position or orientation
+    /// by more than the bound, or in velocity by more than dv_max; within a second after a
+    /// publication that replaced a good one (rest, heartbeat) also when truth left that one. 0 =
+    /// never or no such stream. For audits.
     [[nodiscard]] Tick breach_tick(EntityId entity, std::uint8_t lod) const;
 
     void hash(core::StateHash& hash) const;

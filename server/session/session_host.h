@@ -7,6 +7,9 @@
 #include "shared/core/ids.h"
 #include "shared/wire/seal.h"
 
+#include <array>
+#include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -31,6 +34,13 @@ struct PeerAddress {
     friend auto operator<=>(const PeerAddress&, const PeerAddress&) = default;
 };
 
+/// Faults on purpose, so that what checks clients can be checked.
+struct Faults {
+    double drop_event_probability = 0.0;    ///< uses up an event's number and never sends it
+    double double_event_probability = 0.0;  ///< sends an event twice, under consecutive numbers
+    std::uint64_t seed = 1;
+};
+
 struct HostSettings {
     std::uint32_t max_sessions = 20000;
     double grace_s = 30.0;  ///< how long a session waits for its client to come back
@@ -42,6 +52,11 @@ struct HostSettings {
     std::uint32_t max_commands_per_s =
         20;  ///< reliable commands per client; flood limit (burst: 2 s worth)
     std::uint32_t max_datagrams_per_s = 120;
+    std::uint32_t max_frames_per_s = 400;  ///< of any kind; more than twice that at once: closed
+    std::size_t max_command_bytes = 4096;  ///< payload of one reliable command
+    std::size_t max_tunnel_backlog_bytes =
+        65536;  ///< no state packet goes into a stream in which more than this waits
+    std::size_t max_remembered_tickets = 1'000'000;  ///< used, not yet expired
     bool dev_mode_loopback =
         false;  ///< lets in loopback addresses without a ticket, with all rights in dev_rights
     std::uint32_t dev_rights = mailbox::kRightPlay;
@@ -52,7 +67,9 @@ struct HostSettings {
     proto::WorldDescription world;
     double tick_rate_hz = 30.0;
     Tick input_window_ticks =
-        32;  ///< commands farther ahead of the current tick are refused; older than 8 ticks too
+        32;  ///< commands farther ahead of the current tick are refused; older than 8 ticks too;
+             ///< at most kMaxInputWindowTicks (input_gate.h)
+    Faults testing;
 };
 
 /// What goes out. The host calls these from within its own calls; they must not call back.
@@ -62,6 +79,15 @@ struct Output {
     std::function<void(StreamId)> close_stream;  ///< after all frames before it have been sent
     std::function<void(const PeerAddress&, Bytes datagram)> send_datagram;
     std::function<void(mailbox::InboxItem)> to_zones;
+    std::function<std::size_t(StreamId)>
+        stream_backlog;  ///< bytes that wait in a stream; may be empty: never any
+};
+
+/// Round trips over all sessions that have measured one.
+struct RttPercentiles {
+    double p50_ms = 0.0;
+    double p99_ms = 0.0;
+    std::size_t sessions = 0;
 };
 
 struct HostStats {
@@ -75,16 +101,20 @@ struct HostStats {
     std::uint64_t frame_bytes_out = 0;
     std::uint32_t sessions = 0;
     std::uint32_t sessions_max = 0;
+    std::uint64_t tunnelled = 0;  ///< state packets that took the stream; not in packets_out
     std::uint64_t address_changes = 0;
     std::uint64_t resumed = 0;
     std::map<std::string, std::uint64_t>
         rejected;  ///< reason -> count: nothing from outside is dropped without a count
 };
 
+/// A session is a login; it outlives its streams. Where a stream ends without Quit, the session
+/// waits for grace_s; state packets and inputs go on by UDP as long as the client is heard there.
 /// Not thread-safe: one thread drives it. Times are seconds of one monotonic clock, server_time_s
 /// is the tick clock's time (tick * dt).
 class SessionHost {
   public:
+    /// Throws std::invalid_argument when a setting is outside its range.
     SessionHost(HostSettings settings, Output output);
     ~SessionHost();
 
@@ -106,13 +136,25 @@ class SessionHost {
     /// feeds the input gate.
     void tick(double now_s, Tick current_tick);
 
-    /// Tells every client that the server closes, and closes the streams.
+    /// The Unix time that belongs to `now_s`: tickets are checked by it. Call at start and once a
+    /// minute or so; without it Unix time is taken to be `now_s` itself.
+    void set_unix_time(double unix_s, double now_s);
+
+    /// Takes back the buffer of a datagram that was sent, to be used again. Optional; the only call
+    /// that is allowed from within Output.
+    void recycle(Bytes datagram);
+
+    /// Tells every client that the server closes, and closes the streams. Whoever comes later is
+    /// refused.
     void shutdown(const std::string& text);
 
     void set_udp_port(std::uint16_t port);
     [[nodiscard]] const HostStats& stats() const;
     /// Sessions with a live stream whose ticket allows audits, ascending.
     [[nodiscard]] std::vector<ClientId> auditable() const;
+    /// All sessions, those in their grace time included, ascending.
+    [[nodiscard]] std::vector<ClientId> sessions() const;
+    [[nodiscard]] RttPercentiles rtt_percentiles() const;
 
   private:
     struct Impl;

@@ -75,6 +75,9 @@ class RulesContext {
     [[nodiscard]] virtual Tick now() const = 0;
     [[nodiscard]] virtual float dt() const = 0;
     [[nodiscard]] virtual ZoneId zone() const = 0;
+    /// World coordinates of this zone's local (0, 0, 0), m. What rules remember across handoffs (a
+    /// spawn position, say) they keep in world coordinates.
+    [[nodiscard]] virtual Vec3d origin() const = 0;
     [[nodiscard]] virtual const world::Entities& entities() const = 0;
     [[nodiscard]] virtual const world::TypeTable& types() const = 0;
     /// Index of the type with this name; aborts when there is none (rules check their types in

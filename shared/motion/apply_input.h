@@ -39,7 +39,7 @@ struct CharacterState {
 ///   a grounded character has no effect: clear `grounded` to throw it.
 /// - In the air the vertical motion is the exact parabola; steep slopes are slid down.
 /// - A grounded character without input and velocity keeps its state bit for bit, only the yaw
-///   follows the command. With friction of shoes there is no creep on a slope that carries.
+///   follows the command: there is no creep on a slope that carries.
 /// - Nothing tunnels at any speed: moves are swept, and keep about a millimetre of air to boxes. A
 ///   capsule that begins inside a box is moved out by the shortest way.
 /// Deterministic: same arguments, same bits. No allocation.

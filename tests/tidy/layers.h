@@ -93,7 +93,7 @@ inline constexpr std::array kRestrictedIncludes{
     RestrictedInclude{"shared_mutex", kLastPureRow, {"server/mailbox/", "server/compute/"}},
     RestrictedInclude{"atomic", kLastPureRow, {"server/mailbox/", "server/compute/"}},
     RestrictedInclude{"chrono", kLastPureRow, {}},
-    RestrictedInclude{"ctime", kLastPureRow, {}},
+    RestrictedInclude{"ctime", kLastPureRow, {"server/compute"}},
     RestrictedInclude{"time.h", kLastPureRow, {}},
     RestrictedInclude{"sys/", kLastPureRow, {}},
     RestrictedInclude{"random", kLastPureRow, {}},

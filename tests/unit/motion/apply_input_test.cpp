@@ -89,7 +89,7 @@ double axis_distance(const Vec3& position, const StaticBox& b) {
     double lo = -kLimits.half_segment;
     double hi = kLimits.half_segment;
     const double g = 1.0 / std::numbers::phi;
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < 40; ++i) {
         const double a = hi - g * (hi - lo);
         const double c = lo + g * (hi - lo);
         (at(a) < at(c) ? hi : lo) = at(a) < at(c) ? c : a;
@@ -100,7 +100,7 @@ double axis_distance(const Vec3& position, const StaticBox& b) {
 /// How deep the capsule is inside the worst box or the ground, m (negative: free).
 double penetration(const Vec3& position, const StaticGeometry& world) {
     double worst = static_cast<double>(world.ground_height()) + kStand - position.y();
-    const Aabb near = Aabb{position, position}.grown(2.0F);
+    const Aabb near = Aabb{position, position}.grown(kStand + 0.1F);
     world.for_each_near(near, [&](std::uint32_t i) {
         worst = std::max(worst, kLimits.radius - axis_distance(position, world.boxes()[i]));
     });

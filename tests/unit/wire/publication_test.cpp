@@ -17,7 +17,7 @@ RecordHead random_head(core::Rng& rng) {
     head.lod = static_cast<std::uint8_t>(rng.below(kLods));
     head.keyframe = static_cast<std::uint8_t>(rng.below(kKeyframeNumbers));
     head.tick_low = static_cast<std::uint8_t>(rng.below(256));
-    head.type = static_cast<TypeIndex>(rng.next() >> (16 + rng.below(17)));
+    head.type = static_cast<TypeIndex>((rng.next() >> 16) >> rng.below(17));
     return head;
 }
 

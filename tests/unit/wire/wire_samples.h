@@ -48,7 +48,7 @@ inline QuantizedState random_quantized(core::Rng& rng, bool upright, const Quant
         s.velocity.setZero();
         s.angular_velocity.setZero();
     }
-    const auto appearance = static_cast<std::uint16_t>(rng.next() >> (16 + rng.below(17)));
+    const auto appearance = static_cast<std::uint16_t>((rng.next() >> 16) >> rng.below(17));
     return quantize(s, order, upright, at_rest, appearance, q);
 }
 

@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# Installs what is missing (config/packages.txt), configures build/ and builds the targets given as arguments ("all" is one).
+# Used by server/run.sh and tests/run.sh. Works from any folder; touches no network when nothing is missing.
+set -euo pipefail
+
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+build="${ZONED_BUILD:-$root/build}"
+
+say() { printf '%s\n' "zoned: $*" >&2; }
+fail() { say "$*"; exit 3; }
+
+missing_packages() {
+    local package
+    while read -r package; do
+        if [[ "$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null)" != "install ok installed" ]]; then
+            printf '%s\n' "$package"
+        fi
+    done < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$root/config/packages.txt")
+}
+
+install_missing() {
+    local -a missing as_root=()
+    command -v dpkg-query >/dev/null || fail "this is no Debian system; install what config/packages.txt lists and run cmake by hand"
+    mapfile -t missing < <(missing_packages)
+    if ((${#missing[@]} == 0)); then
+        return
+    fi
+    say "installing ${missing[*]}"
+    if ((EUID != 0)); then
+        command -v sudo >/dev/null || fail "packages are missing and neither root nor sudo is at hand; as root: apt-get install ${missing[*]}"
+        as_root=(sudo)
+    fi
+    "${as_root[@]}" apt-get update -q || fail "apt-get update failed; is there a network?"
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}" ||
+        fail "apt-get install failed; the reason stands above"
+}
+
+# Memory decides as well as cores: a compiler process needs up to 1.5 GB.
+parallel_jobs() {
+    local cores memory_kb by_memory
+    cores="$(nproc)"
+    memory_kb="$(sed -n 's/^MemAvailable: *\([0-9]*\) kB/\1/p' /proc/meminfo 2>/dev/null || true)"
+    by_memory=$((${memory_kb:-4000000} / 1500000))
+    ((by_memory >= 1)) || by_memory=1
+    printf '%s\n' "$((cores < by_memory ? cores : by_memory))"
+}
+
+build_targets() {
+    if [[ ! -f "$build/build.ninja" ]]; then
+        say "configuring $build"
+        cmake -S "$root" -B "$build" -G Ninja >"$build.configure.log" 2>&1 || {
+            cat "$build.configure.log" >&2
+            fail "cmake failed; the reason stands above"
+        }
+        rm -f "$build.configure.log"
+    fi
+    say "building: $*"
+    cmake --build "$build" --parallel "$(parallel_jobs)" --target "$@" >&2 || fail "the build failed; the reason stands above"
+}
+
+if [[ "${1:-}" == "--help" || $# -eq 0 ]]; then
+    cat <<'HELP'
+usage: config/prepare.sh TARGET...
+Installs missing Debian packages (as root or through sudo) and builds TARGETs ("all" for everything) into build/.
+ZONED_BUILD=DIR builds somewhere else.
+HELP
+    exit 0
+fi
+install_missing
+build_targets "$@"

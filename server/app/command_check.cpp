@@ -1,0 +1,39 @@
+#include "server/app/commands.h"
+#include "server/app/load.h"
+
+#include <cstdio>
+
+namespace zoned::app {
+
+bool load_or_complain(const std::string& config,
+                      const std::vector<std::string>& sets,
+                      ops::Settings& settings) {
+    std::vector<ops::ConfigError> errors;
+    if (ops::load_settings(config, sets, settings, errors)) {
+        return true;
+    }
+    std::fputs(ops::format_errors(config, errors).c_str(), stderr);
+    std::fprintf(stderr,
+                 "zoned: %zu mistake%s in %s; nothing was started\n",
+                 errors.size(),
+                 errors.size() == 1 ? "" : "s",
+                 config.c_str());
+    return false;
+}
+
+int check(const std::string& config, const std::vector<std::string>& sets) {
+    ops::Settings settings;
+    if (!load_or_complain(config, sets, settings)) {
+        return kUsage;
+    }
+    std::printf("%s: good: %zu zones, %zu types, %zu static boxes, %zu entities, digest %.16s\n",
+                config.c_str(),
+                settings.zones.size(),
+                settings.types.size(),
+                settings.boxes.size(),
+                settings.initial.size(),
+                settings.digest.c_str());
+    return kGood;
+}
+
+}  // namespace zoned::app

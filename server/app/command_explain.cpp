@@ -1,0 +1,108 @@
+#include "server/app/commands.h"
+#include "server/app/load.h"
+#include "server/app/tick_loop.h"
+#include "server/app/world.h"
+
+#include <cstdio>
+#include <string>
+
+namespace zoned::app {
+
+namespace {
+
+void join_viewers(unsigned viewers, std::vector<mailbox::InboxItem>& items) {
+    for (unsigned i = 1; i <= viewers; ++i) {
+        mailbox::Join join;
+        join.client = ClientId(i);
+        join.name = "viewer" + std::to_string(i);
+        items.emplace_back(std::move(join));
+    }
+}
+
+/// Sums of one zone over all ticks that were measured.
+struct ZoneCost {
+    std::array<PassTotals, zone::kPasses> passes;
+
+    void add(const zone::StepReport& report) {
+        for (std::size_t p = 0; p < zone::kPasses; ++p) {
+            passes[p].ran += report.passes[p].ran ? 1 : 0;
+            passes[p].ns += report.passes[p].ns;
+            passes[p].count += report.passes[p].count;
+        }
+    }
+};
+
+void print_zone(const ops::ZoneRegion& region,
+                const zone::StepReport& last,
+                const ZoneCost& cost,
+                unsigned ticks) {
+    const zone::Census& c = last.census;
+    std::printf("\nzone %u %s  x %.0f..%.0f  z %.0f..%.0f m\n",
+                static_cast<unsigned>(region.id.value),
+                region.name.c_str(),
+                region.min_x,
+                region.max_x,
+                region.min_z,
+                region.max_z);
+    std::printf(
+        "  census: %u entities, %u ghosts, %u characters (%u moving), %u minds, %u bodies awake, "
+        "%u viewers\n",
+        c.entities,
+        c.ghosts,
+        c.characters,
+        c.moving_characters,
+        c.minds,
+        c.awake_bodies,
+        c.viewers);
+    std::printf("  %-12s %-5s %10s %10s %8s  %s\n",
+                "pass",
+                "plan",
+                "ran/ticks",
+                "us/tick",
+                "units",
+                "because");
+    for (std::size_t p = 0; p < zone::kPasses; ++p) {
+        const PassTotals& t = cost.passes[p];
+        const std::string name(zone::pass_name(static_cast<zone::Pass>(p)));
+        const std::string reason(last.plan.reason[p]);
+        std::printf("  %-12s %-5s %5llu/%-4u %10.1f %8.1f  %s\n",
+                    name.c_str(),
+                    last.plan.runs[p] ? "run" : "skip",
+                    static_cast<unsigned long long>(t.ran),
+                    ticks,
+                    static_cast<double>(t.ns) * 1e-3 / ticks,
+                    static_cast<double>(t.count) / ticks,
+                    reason.c_str());
+    }
+}
+
+}  // namespace
+
+int explain(const ExplainArguments& arguments) {
+    ops::Settings settings;
+    if (!load_or_complain(arguments.config, arguments.sets, settings)) {
+        return kUsage;
+    }
+    World world(settings, 1, &thread_cpu_ns);
+    std::vector<mailbox::InboxItem> items;
+    std::vector<mailbox::OutboxItem> out;
+    join_viewers(arguments.viewers, items);
+    std::vector<ZoneCost> costs(settings.zones.size());
+    for (unsigned t = 0; t < arguments.ticks; ++t) {
+        world.tick(items, out);
+        items.clear();
+        out.clear();
+        for (std::size_t z = 0; z < costs.size(); ++z) {
+            costs[z].add(world.zones()[z]->report());
+        }
+    }
+    std::printf("plan of the last of %u ticks, with mean thread CPU time per tick (%u viewers)\n",
+                arguments.ticks,
+                arguments.viewers);
+    for (std::size_t z = 0; z < costs.size(); ++z) {
+        print_zone(settings.zones[z], world.zones()[z]->report(), costs[z], arguments.ticks);
+    }
+    return kGood;
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,149 @@
+#include "server/app/commands.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <system_error>
+
+namespace zoned::app {
+
+namespace {
+
+void add_sets(CLI::App& command, std::vector<std::string>& sets) {
+    command.add_option("--set", sets, "Override a setting: path.to.field=value (repeatable)")
+        ->type_name("PATH=VALUE");
+}
+
+void add_serve(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
+    CLI::App* c = app.add_subcommand("serve", "Run a server until SIGTERM, SIGINT or --seconds");
+    c->add_option("--config", a.config, "World and server settings, protobuf text format")
+        ->required();
+    add_sets(*c, a.sets);
+    c->add_option("--seconds", a.seconds, "Stop by itself after this long; 0: never")
+        ->check(CLI::NonNegativeNumber);
+    c->add_option("--report", a.report, "Write a JSON report here on exit");
+    c->footer(
+        "Prints one line on standard output once it listens:\n"
+        "  ready tcp=PORT udp=PORT admin=PORT zones=N\n"
+        "Example:\n"
+        "  zoned serve --config config/valley.txtpb --set network.tcp_port=7777 --report "
+        "server.json");
+    c->callback([&] {
+        run = [&a] {
+            return serve(a);
+        };
+    });
+}
+
+void add_check(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
+    CLI::App* c =
+        app.add_subcommand("check", "Report every mistake in a config, with line and column");
+    c->add_option("FILE", a.config)->required();
+    add_sets(*c, a.sets);
+    c->footer("Example:\n  zoned check config/valley.txtpb");
+    c->callback([&] {
+        run = [&a] {
+            return check(a.config, a.sets);
+        };
+    });
+}
+
+void add_explain(CLI::App& app, ExplainArguments& a, std::function<int()>& run) {
+    CLI::App* c = app.add_subcommand(
+        "explain", "Print each zone's plan: which passes run, why, and what they cost");
+    c->add_option("FILE", a.config)->required();
+    add_sets(*c, a.sets);
+    c->add_option("--viewers", a.viewers, "Let this many players stand in the world")
+        ->check(CLI::Range(0U, 10000U));
+    c->add_option("--ticks", a.ticks, "Measure over this many ticks")
+        ->check(CLI::Range(1U, 100000U));
+    c->footer("Example:\n  zoned explain config/valley.txtpb --viewers 200");
+    c->callback([&] {
+        run = [&a] {
+            return explain(a);
+        };
+    });
+}
+
+void add_keys(CLI::App& app, std::string& base, TicketArguments& a, std::function<int()>& run) {
+    CLI::App* k = app.add_subcommand("keygen", "Make an Ed25519 key pair for login tickets");
+    k->add_option("BASE", base, "Writes BASE.key (private, mode 0600) and BASE.pub")->required();
+    k->footer(
+        "Example:\n  zoned keygen operator   # then: session { ticket_public_key_file: "
+        "\"operator.pub\" }");
+    k->callback([&] {
+        run = [&base] {
+            return keygen(base);
+        };
+    });
+
+    CLI::App* t = app.add_subcommand("ticket", "Sign a login ticket");
+    t->add_option("--key", a.key, "Private key file made by keygen")->required();
+    t->add_option("--account", a.account, "Account, 1..64 bytes")->required();
+    t->add_option("--name", a.name, "Name shown to others; default: the account");
+    t->add_option("--team", a.team, "Team; default: none");
+    t->add_option("--right", a.rights, "play, audit, freeze or admin (repeatable); default: play")
+        ->check(CLI::IsMember({"play", "audit", "freeze", "admin"}));
+    t->add_option("--hours", a.hours, "Valid from now for this long")->check(CLI::PositiveNumber);
+    t->add_option("--out", a.out, "Ticket file; default: standard output in hex");
+    t->footer(
+        "Example:\n  zoned ticket --key operator.key --account ann --right play --out ann.ticket");
+    t->callback([&] {
+        run = [&a] {
+            return ticket(a);
+        };
+    });
+}
+
+void add_replay(CLI::App& app, ReplayArguments& a, std::function<int()>& run) {
+    CLI::App* c =
+        app.add_subcommand("replay", "Re-simulate a recording and compare every tick's state hash");
+    c->add_option("FILE", a.file)->required();
+    c->add_option("--threads", a.threads, "Threads that step zones")->check(CLI::Range(1U, 256U));
+    c->footer(
+        "Example:\n  zoned serve --config world.txtpb --set recording.file=run.zrec --seconds 60\n"
+        "  zoned replay run.zrec --threads 4");
+    c->callback([&] {
+        run = [&a] {
+            return replay(a);
+        };
+    });
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv) {
+    CLI::App app("zoned: a dedicated authoritative multiplayer game server", "zoned");
+    app.require_subcommand(1);
+    app.set_version_flag("--version", std::string("zoned 0.1.0, built for ") + ZONED_TARGET_NAME);
+    ServeArguments serve_arguments;
+    ServeArguments check_arguments;
+    ExplainArguments explain_arguments;
+    TicketArguments ticket_arguments;
+    ReplayArguments replay_arguments;
+    std::string key_base;
+    std::function<int()> run;
+    add_serve(app, serve_arguments, run);
+    add_check(app, check_arguments, run);
+    add_explain(app, explain_arguments, run);
+    add_keys(app, key_base, ticket_arguments, run);
+    add_replay(app, replay_arguments, run);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? kGood : kUsage;
+    }
+    try {
+        return run();
+    } catch (const std::system_error& error) {
+        std::fprintf(stderr, "zoned: %s\n", error.what());
+        return kEnvironment;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "zoned: %s\n", error.what());
+        return kEnvironment;
+    }
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,198 @@
+#include "server/app/commands.h"
+#include "server/app/host_settings.h"
+#include "server/app/load.h"
+#include "server/app/network.h"
+#include "server/app/serve_report.h"
+#include "server/app/tick_loop.h"
+#include "server/app/world.h"
+
+#include <asio/post.hpp>
+#include <asio/signal_set.hpp>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+namespace zoned::app {
+
+namespace {
+
+constexpr auto kFarewell = std::chrono::seconds(2);
+
+unsigned thread_count(const ops::Settings& settings) {
+    const unsigned asked = settings.config.run().threads();
+    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    const auto zones = static_cast<unsigned>(settings.zones.size());
+    return asked > 0 ? asked : std::min(cores, zones);
+}
+
+void set_up_log(const ops::Settings& settings) {
+    static constexpr spdlog::level::level_enum kLevels[] = {
+        spdlog::level::debug, spdlog::level::info, spdlog::level::warn, spdlog::level::err};
+    auto logger = spdlog::get("zoned");
+    if (!logger) {
+        logger = spdlog::stderr_color_mt("zoned");
+    }
+    spdlog::set_default_logger(logger);
+    spdlog::set_level(kLevels[settings.config.run().log_level()]);
+}
+
+ops::RecordHeader record_header(const ops::Settings& settings) {
+    ops::RecordHeader header = ops::RecordHeader::of_this_build();
+    header.config_text = settings.text;
+    header.config_digest = settings.digest;
+    header.seed = settings.seed;
+    return header;
+}
+
+/// One run of the server: world, loop, network, signals; all wiring and nothing else.
+class Server {
+  public:
+    Server(const ServeArguments& arguments, const ops::Settings& settings)
+        : arguments_(arguments),
+          settings_(settings),
+          signals_(io_, SIGINT, SIGTERM),
+          stop_timer_(io_),
+          world_(settings, thread_count(settings), &thread_cpu_ns),
+          network_(io_, settings, arguments.config, [this](mailbox::InboxItem item) {
+              loop_->post(std::move(item));
+          }) {
+        open_recording();
+        LoopSettings loop;
+        loop.rate_hz = settings.tick_rate_hz;
+        loop.max_catch_up = settings.config.run().max_catch_up_ticks();
+        loop.mailbox_capacity = settings.config.run().mailbox_capacity() * settings.zones.size();
+        loop_ = std::make_unique<TickLoop>(
+            world_,
+            loop,
+            [this](TickResult result) {
+                asio::post(io_, [this, moved = std::make_shared<TickResult>(std::move(result))] {
+                    network_.deliver(std::move(*moved));
+                });
+            },
+            recorder_.get());
+    }
+
+    int run() {
+        const double begin = steady_seconds();
+        signals_.async_wait([this](const asio::error_code& error, int signal) {
+            if (!error) {
+                stop(signal == SIGINT ? "interrupted" : "asked to stop");
+            }
+        });
+        if (arguments_.seconds > 0.0) {
+            stop_timer_.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                std::chrono::duration<double>(arguments_.seconds)));
+            stop_timer_.async_wait([this](const asio::error_code& error) {
+                if (!error) {
+                    stop("its time is over");
+                }
+            });
+        }
+        network_.start();
+        loop_->start();
+        announce();
+        io_.run();
+        return finish(steady_seconds() - begin);
+    }
+
+  private:
+    void open_recording() {
+        const auto& recording = settings_.config.recording();
+        if (!recording.has_file()) {
+            return;
+        }
+        recorder_ = std::make_unique<ops::RecordWriter>();
+        const auto opened = recorder_->open(recording.file(), record_header(settings_));
+        if (!opened.ok()) {
+            throw std::runtime_error(opened.error());
+        }
+    }
+
+    void announce() {
+        spdlog::info("world {}: {} zones, {} entities, {} threads, certificate sha256 {}",
+                     settings_.config.world().name(),
+                     settings_.zones.size(),
+                     settings_.initial.size(),
+                     world_.pool().threads(),
+                     network_.fingerprint());
+        std::printf("ready tcp=%u udp=%u admin=%u zones=%zu\n",
+                    static_cast<unsigned>(network_.tcp_port()),
+                    static_cast<unsigned>(network_.udp_port()),
+                    0U,
+                    settings_.zones.size());
+        std::fflush(stdout);
+    }
+
+    /// First the clients hear why, then the sockets close; a second signal does not wait.
+    void stop(const std::string& why) {
+        spdlog::info("stopping: {}", why);
+        stop_timer_.cancel();
+        network_.shutdown("the server closes: " + why);
+        farewell_end_ = std::chrono::steady_clock::now() + kFarewell;
+        signals_.async_wait([this](const asio::error_code& error, int) {
+            if (!error) {
+                farewell_end_ = std::chrono::steady_clock::now();
+            }
+        });
+        say_farewell();
+    }
+
+    void say_farewell() {
+        if (network_.connections() == 0 || std::chrono::steady_clock::now() >= farewell_end_) {
+            loop_->stop();
+            network_.close();
+            signals_.cancel();
+            return;
+        }
+        stop_timer_.expires_after(std::chrono::milliseconds(20));
+        stop_timer_.async_wait([this](const asio::error_code& error) {
+            if (!error) {
+                say_farewell();
+            }
+        });
+    }
+
+    int finish(double seconds) {
+        if (recorder_) {
+            const auto closed = recorder_->close();
+            if (!closed.ok()) {
+                throw std::runtime_error(closed.error());
+            }
+        }
+        const ServeFigures figures{settings_, *loop_, network_, world_.pool().threads(), seconds};
+        log_summary(figures);
+        if (!arguments_.report.empty()) {
+            write_serve_report(arguments_.report, figures);
+        }
+        return kGood;
+    }
+
+    ServeArguments arguments_;
+    const ops::Settings& settings_;
+    asio::io_context io_;
+    asio::signal_set signals_;
+    asio::steady_timer stop_timer_;
+    std::chrono::steady_clock::time_point farewell_end_;
+    World world_;
+    Network network_;
+    std::unique_ptr<ops::RecordWriter> recorder_;
+    std::unique_ptr<TickLoop> loop_;
+};
+
+}  // namespace
+
+int serve(const ServeArguments& arguments) {
+    ops::Settings settings;
+    if (!load_or_complain(arguments.config, arguments.sets, settings)) {
+        return kUsage;
+    }
+    set_up_log(settings);
+    Server server(arguments, settings);
+    return server.run();
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,57 @@
+// The commands of the zoned program, each a function from its arguments to an exit code.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::app {
+
+/// Exit codes of all programs.
+enum ExitCode : int {
+    kGood = 0,
+    kFailed = 1,       ///< a verdict or comparison failed
+    kUsage = 2,        ///< bad usage or config
+    kEnvironment = 3,  ///< port in use, no such file, no permission, ...
+};
+
+struct ServeArguments {
+    std::string config;
+    std::vector<std::string> sets;
+    double seconds = 0.0;  ///< 0: until a signal
+    std::string report;
+};
+
+struct ExplainArguments {
+    std::string config;
+    std::vector<std::string> sets;
+    unsigned viewers = 0;
+    unsigned ticks = 90;
+};
+
+struct TicketArguments {
+    std::string key;  ///< private key file
+    std::string out;  ///< ticket file; empty: standard output, hex
+    std::string account;
+    std::string name;
+    std::string team;
+    std::vector<std::string> rights;
+    double hours = 24.0;
+};
+
+struct ReplayArguments {
+    std::string file;
+    unsigned threads = 1;
+};
+
+int serve(const ServeArguments& arguments);
+int check(const std::string& config, const std::vector<std::string>& sets);
+int explain(const ExplainArguments& arguments);
+int keygen(const std::string& base);
+int ticket(const TicketArguments& arguments);
+int replay(const ReplayArguments& arguments);
+
+/// Parses and dispatches; never throws.
+int run_command_line(int argc, char** argv);
+
+}  // namespace zoned::app

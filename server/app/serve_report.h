@@ -1,0 +1,27 @@
+// The report of a server run: what loop, network and sessions counted, as one JSON file and a few
+// log lines.
+#pragma once
+
+#include "server/app/network.h"
+#include "server/app/tick_loop.h"
+#include "server/ops/settings.h"
+
+#include <string>
+
+namespace zoned::app {
+
+/// Everything that the report is made of; loop and network have stopped.
+struct ServeFigures {
+    const ops::Settings& settings;
+    const TickLoop& loop;
+    const Network& network;
+    unsigned threads = 1;
+    double seconds = 0.0;
+};
+
+void log_summary(const ServeFigures& figures);
+
+/// Throws std::runtime_error when the file cannot be written.
+void write_serve_report(const std::string& file, const ServeFigures& figures);
+
+}  // namespace zoned::app

@@ -1,0 +1,252 @@
+#include "server/app/world.h"
+
+#include "server/app/world_settings.h"
+#include "proto/session.pb.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace zoned::app {
+
+namespace {
+
+std::string zone_topic(ZoneId zone) {
+    return "zone/" + std::to_string(zone.value);
+}
+
+}  // namespace
+
+World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
+    : spawn_points_(settings.spawn_points),
+      regions_(regions_of(settings)),
+      pool_(threads) {
+    const auto types = std::make_shared<const world::TypeTable>(settings.types);
+    for (const zone::Region& region : regions_) {
+        zones_.push_back(std::make_unique<zone::Zone>(zone_settings(settings, region.id, types),
+                                                      zone::make_rules(settings.rules, *types),
+                                                      stopwatch));
+        states_.push_back(&zones_.back()->state());
+    }
+    inboxes_.resize(zones_.size());
+    populate(settings, regions_, zones_);
+}
+
+std::uint64_t World::state_hash() const {
+    core::StateHash hash;
+    for (const auto& zone : zones_) {
+        hash.add(zone->state_hash());
+    }
+    return hash.value();
+}
+
+bool World::idle() const {
+    return std::all_of(zones_.begin(), zones_.end(), [](const auto& zone) {
+        const zone::StepPlan& plan = zone->report().plan;
+        return !plan.has(zone::Pass::kRules) && !plan.has(zone::Pass::kMinds) &&
+               !plan.has(zone::Pass::kMovement) && !plan.has(zone::Pass::kPhysics) &&
+               !plan.has(zone::Pass::kInterest);
+    });
+}
+
+std::size_t World::spawn_zone(mailbox::Join& join) const {
+    // Clients come with consecutive numbers: a stride that is coprime to most list lengths spreads
+    // them over the map.
+    const Vec3d& point = spawn_points_[(join.client.value * 7919ULL) % spawn_points_.size()];
+    join.spawn[0] = point.x();
+    join.spawn[1] = point.y();
+    join.spawn[2] = point.z();
+    for (std::size_t i = 0; i < regions_.size(); ++i) {
+        if (regions_[i].outside(point.x(), point.z()) == 0.0) {
+            return i;
+        }
+    }
+    ZONED_ASSERT(false, "spawn points were checked to lie in a zone");
+    return 0;
+}
+
+void World::route(const mailbox::InboxItem& item) {
+    if (const auto* join = std::get_if<mailbox::Join>(&item)) {
+        mailbox::Join placed = *join;
+        const std::size_t zone = spawn_zone(placed);
+        zone_of_[placed.client] = zone;
+        inboxes_[zone].emplace_back(std::move(placed));
+        return;
+    }
+    if (std::holds_alternative<mailbox::Freeze>(item)) {
+        for (ZoneInbox& inbox : inboxes_) {
+            inbox.push_back(item);
+        }
+        return;
+    }
+    const ClientId client = std::visit(
+        [](const auto& message) {
+            if constexpr (requires { message.client; }) {
+                return message.client;
+            } else {
+                return ClientId();
+            }
+        },
+        item);
+    const auto it = zone_of_.find(client);
+    if (it == zone_of_.end()) {
+        ++undeliverable_;
+        return;
+    }
+    inboxes_[it->second].push_back(item);
+}
+
+void World::tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out) {
+    for (ZoneInbox& inbox : inboxes_) {
+        inbox.clear();
+    }
+    for (const mailbox::InboxItem& item : items) {
+        route(item);
+    }
+    step(out);
+}
+
+void World::replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out) {
+    ZONED_ASSERT(inboxes.size() == inboxes_.size(), "a recording has one inbox for each zone");
+    for (std::size_t i = 0; i < inboxes.size(); ++i) {
+        inboxes_[i] = inboxes[i];
+        for (const mailbox::InboxItem& item : inboxes_[i]) {
+            if (const auto* join = std::get_if<mailbox::Join>(&item)) {
+                zone_of_[join->client] = i;
+            }
+        }
+    }
+    step(out);
+}
+
+void World::for_each_zone(void (World::*work)(std::size_t)) {
+    pool_.run(zones_.size(), [this, work](std::size_t i) { (this->*work)(i); });
+}
+
+void World::step(std::vector<mailbox::OutboxItem>& out) {
+    ++now_;
+    for_each_zone(&World::simulate_zone);
+    carry_handoffs(out);
+    apply_topics();
+    deliver_messages();
+    for (const auto& zone : zones_) {
+        zone->publish_ghosts();
+    }
+    for_each_zone(&World::exchange_zone);
+    for_each_zone(&World::publish_zone);
+    resolve_events(out);
+    for (const auto& zone : zones_) {
+        zone::StepOutput& from = zone->output();
+        for (mailbox::OutboxItem& message : from.messages) {
+            if (const auto* joined = std::get_if<mailbox::Joined>(&message)) {
+                const ClientId client = joined->client;
+                const ZoneId in = joined->zone;
+                out.push_back(std::move(message));
+                enter_zone(client, in, out);
+                continue;
+            }
+            out.push_back(std::move(message));
+        }
+        for (mailbox::StatePacket& packet : from.packets) {
+            out.emplace_back(std::move(packet));
+        }
+        for (const ClientId client : from.departed) {
+            zone_of_.erase(client);
+            topics_.remove(client);
+        }
+    }
+}
+
+void World::simulate_zone(std::size_t index) {
+    zones_[index]->simulate(now_, inboxes_[index]);
+}
+
+void World::exchange_zone(std::size_t index) {
+    zones_[index]->follow_ghosts(states_);
+}
+
+void World::publish_zone(std::size_t index) {
+    zones_[index]->publish();
+}
+
+void World::carry_handoffs(std::vector<mailbox::OutboxItem>& out) {
+    for (const auto& zone : zones_) {
+        for (zone::Handoff& handoff : zone->output().handoffs) {
+            const std::size_t to = handoff.to.value - 1U;
+            zones_[to]->accept_handoff(handoff);
+            ++handoffs_;
+            if (handoff.client) {
+                const ClientId client = handoff.client->client;
+                zone_of_[client] = to;
+                ++client_handoffs_;
+                topics_.unsubscribe(client, zone_topic(handoff.from));
+                enter_zone(client, handoff.to, out);
+            }
+        }
+    }
+}
+
+void World::enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out) {
+    topics_.subscribe(client, zone_topic(zone));
+    proto::ZoneEntered entered;
+    entered.set_zone(zone.value);
+    mailbox::EventOut event;
+    event.event = EventId((++next_event_ << 16U));  // zone 0: the world itself
+    event.tick = now_;
+    event.kind = proto::CORE_EVENT_ZONE_ENTERED;
+    event.payload.resize(entered.ByteSizeLong());
+    entered.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
+    event.recipients.push_back(client);
+    out.emplace_back(std::move(event));
+}
+
+void World::apply_topics() {
+    for (const auto& zone : zones_) {
+        for (const zone::TopicChange& change : zone->output().topics) {
+            if (change.subscribe) {
+                topics_.subscribe(change.client, change.topic);
+            } else {
+                topics_.unsubscribe(change.client, change.topic);
+            }
+        }
+    }
+}
+
+void World::deliver_messages() {
+    for (const auto& zone : zones_) {
+        for (zone::RulesMessage& message : zone->output().rules_messages) {
+            const auto owner = std::find_if(zones_.begin(), zones_.end(), [&](const auto& z) {
+                return z->owns(message.target);
+            });
+            if (owner == zones_.end()) {
+                ++undeliverable_;
+                continue;
+            }
+            (*owner)->deliver(std::move(message));
+        }
+    }
+}
+
+void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
+    for (const auto& zone : zones_) {
+        for (zone::PendingEvent& pending : zone->output().events) {
+            std::vector<ClientId>& recipients = pending.event.recipients;
+            if (pending.audience == zone::Audience::kTopic) {
+                recipients = topics_.subscribers(pending.event.topic);
+            } else if (pending.audience == zone::Audience::kHearers) {
+                for (const auto& other : zones_) {
+                    other->hearers(pending.source, recipients);
+                }
+                std::sort(recipients.begin(), recipients.end());
+                recipients.erase(std::unique(recipients.begin(), recipients.end()),
+                                 recipients.end());
+            }
+            if (!recipients.empty()) {
+                out.emplace_back(std::move(pending.event));
+            }
+        }
+    }
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,86 @@
+// World: all zones of a process stepped tick by tick; messages in, messages out, no sockets and no
+// clock.
+#pragma once
+
+#include "server/compute/worker_pool.h"
+#include "server/interest/topics.h"
+#include "server/mailbox/messages.h"
+#include "server/ops/settings.h"
+#include "server/zone/zone.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::app {
+
+/// One tick of one zone as a recording holds it.
+using ZoneInbox = std::vector<mailbox::InboxItem>;
+
+/// Where clients are and what they listen to; decides the order of everything that crosses zones,
+/// so that a run does not depend on the number of threads.
+class World {
+  public:
+    /// `threads` counts the caller. Throws std::runtime_error when the rules refuse their settings.
+    World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch = nullptr);
+
+    /// One tick: routes `items` to the zones in their order, steps, collects what goes out.
+    void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
+    /// One tick from a recording: the inbox of each zone as inboxes() was.
+    void replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox::OutboxItem>& out);
+
+    [[nodiscard]] Tick now() const { return now_; }
+
+    [[nodiscard]] std::span<const std::unique_ptr<zone::Zone>> zones() const { return zones_; }
+
+    /// What each zone was given in the last tick, for the recorder.
+    [[nodiscard]] std::span<const ZoneInbox> inboxes() const { return inboxes_; }
+
+    /// Hash over all zones' hashes.
+    [[nodiscard]] std::uint64_t state_hash() const;
+
+    [[nodiscard]] std::uint64_t handoffs() const { return handoffs_; }
+
+    [[nodiscard]] std::uint64_t client_handoffs() const { return client_handoffs_; }
+
+    /// Messages for clients or entities that nobody owns (they left meanwhile).
+    [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
+
+    /// True when no zone has anything awake, moving or watched: the next tick will change nothing
+    /// by itself.
+    [[nodiscard]] bool idle() const;
+
+    [[nodiscard]] const compute::WorkerPool& pool() const { return pool_; }
+
+  private:
+    void route(const mailbox::InboxItem& item);
+    void step(std::vector<mailbox::OutboxItem>& out);
+    void for_each_zone(void (World::*work)(std::size_t));
+    void simulate_zone(std::size_t index);
+    void exchange_zone(std::size_t index);
+    void publish_zone(std::size_t index);
+    void carry_handoffs(std::vector<mailbox::OutboxItem>& out);
+    void apply_topics();
+    void deliver_messages();
+    void resolve_events(std::vector<mailbox::OutboxItem>& out);
+    void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
+    [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
+
+    std::vector<Vec3d> spawn_points_;
+    std::vector<zone::Region> regions_;
+    std::vector<std::unique_ptr<zone::Zone>> zones_;
+    std::vector<zone::ZoneState*> states_;
+    std::vector<ZoneInbox> inboxes_;
+    std::map<ClientId, std::size_t> zone_of_;  // index of the zone that a client's avatar lives in
+    interest::Topics topics_;
+    compute::WorkerPool pool_;
+    Tick now_ = 0;
+    std::uint64_t next_event_ = 0;
+    std::uint64_t handoffs_ = 0;
+    std::uint64_t client_handoffs_ = 0;
+    std::uint64_t undeliverable_ = 0;
+};
+
+}  // namespace zoned::app

@@ -1,0 +1,110 @@
+#include "server/app/world_settings.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+
+namespace zoned::app {
+
+namespace {
+
+/// Static boxes that can be touched from within the region: those that overlap it, grown by a
+/// margin for ghosts and reach.
+std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings& settings,
+                                                            const zone::Region& region) {
+    const Vec3d origin = region.origin();
+    const auto margin = static_cast<double>(settings.ghost_margin_m);
+    std::vector<motion::StaticBox> local;
+    for (const motion::StaticBox& box : settings.boxes) {
+        const double reach = box.half_extents.norm();
+        if (region.outside(box.centre.x(), box.centre.z()) <= margin + reach) {
+            motion::StaticBox moved = box;
+            moved.centre = (box.centre.cast<double>() - origin).cast<float>();
+            local.push_back(moved);
+        }
+    }
+    return std::make_shared<const motion::StaticGeometry>(std::move(local),
+                                                          settings.ground_height_m);
+}
+
+zone::FaultSettings faults_of(const ops::Settings& settings, ZoneId id) {
+    zone::FaultSettings faults;
+    if (!settings.config.has_testing()) {
+        return faults;
+    }
+    const proto::Config::Testing& testing = settings.config.testing();
+    if (testing.has_corrupt_position()) {
+        const auto& corrupt = testing.corrupt_position();
+        faults.corrupt = {corrupt.probability(), static_cast<Tick>(corrupt.from_tick())};
+        faults.corrupt_offset_m = static_cast<float>(corrupt.offset_m());
+    }
+    if (testing.has_hide_entity()) {
+        faults.hide = {testing.hide_entity().probability(),
+                       static_cast<Tick>(testing.hide_entity().from_tick())};
+    }
+    if (testing.has_leak_entity()) {
+        faults.leak = {testing.leak_entity().probability(),
+                       static_cast<Tick>(testing.leak_entity().from_tick())};
+    }
+    if (testing.has_stall_zone()) {
+        const auto& stall = testing.stall_zone();
+        const std::string& name = settings.zones[id.value - 1U].name;
+        if (stall.has_zone() ? stall.zone() == name : id.value == 1) {
+            faults.stall_from = static_cast<Tick>(stall.at_tick());
+            faults.stall_ticks = static_cast<Tick>(stall.ticks());
+        }
+    }
+    return faults;
+}
+
+}  // namespace
+
+std::vector<zone::Region> regions_of(const ops::Settings& settings) {
+    std::vector<zone::Region> regions;
+    for (const ops::ZoneRegion& z : settings.zones) {
+        regions.push_back({z.id, z.min_x, z.min_z, z.max_x, z.max_z});
+    }
+    return regions;
+}
+
+zone::ZoneSettings zone_settings(const ops::Settings& settings,
+                                 ZoneId id,
+                                 const std::shared_ptr<const world::TypeTable>& types) {
+    zone::ZoneSettings z;
+    z.id = id;
+    z.regions = regions_of(settings);
+    z.ghost_margin_m = settings.ghost_margin_m;
+    z.handoff_hysteresis_m = settings.handoff_hysteresis_m;
+    z.dt = static_cast<float>(1.0 / settings.tick_rate_hz);
+    z.seed = settings.seed;
+    z.types = types;
+    z.statics = local_statics(settings, z.region());
+    z.physics = settings.physics;
+    z.ai = settings.ai;
+    z.interest = settings.interest;
+    z.replication = settings.replication;
+    z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};
+    z.faults = faults_of(settings, id);
+    return z;
+}
+
+void populate(const ops::Settings& settings,
+              const std::vector<zone::Region>& regions,
+              std::span<const std::unique_ptr<zone::Zone>> zones) {
+    for (const ops::InitialEntity& initial : settings.initial) {
+        const auto region =
+            std::find_if(regions.begin(), regions.end(), [&](const zone::Region& r) {
+                return r.outside(initial.position.x(), initial.position.z()) == 0.0;
+            });
+        ZONED_ASSERT(region != regions.end(), "initial entities were checked to lie in the world");
+        zone::SpawnDef def;
+        def.type = initial.type;
+        def.position = (initial.position - region->origin()).cast<float>();
+        def.orientation = initial.orientation;
+        def.yaw = initial.yaw;
+        def.asleep = initial.asleep;
+        zones[region->id.value - 1U]->spawn(def);
+    }
+}
+
+}  // namespace zoned::app

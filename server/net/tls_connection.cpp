@@ -1,0 +1,315 @@
+#include "server/net/tls_connection.h"
+
+#include <asio/post.hpp>
+#include <asio/write.hpp>
+#include <openssl/crypto.h>
+#include <openssl/ssl.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+namespace zoned::net {
+
+namespace {
+
+constexpr std::size_t kPrefixBytes = 4;
+constexpr std::size_t kFirstBuffer = 2048;
+
+std::size_t read_prefix(const std::uint8_t* p) {
+    return static_cast<std::size_t>(p[0]) | (static_cast<std::size_t>(p[1]) << 8) |
+           (static_cast<std::size_t>(p[2]) << 16) | (static_cast<std::size_t>(p[3]) << 24);
+}
+
+bool export_key(SSL* ssl, const char* label, wire::SealKey& out) {
+    std::array<std::uint8_t, 28> bytes{};
+    if (SSL_export_keying_material(
+            ssl, bytes.data(), bytes.size(), label, std::strlen(label), nullptr, 0, 0) != 1) {
+        return false;
+    }
+    std::copy_n(bytes.begin(), out.key.size(), out.key.begin());
+    std::copy_n(bytes.begin() + out.key.size(), out.salt.size(), out.salt.begin());
+    OPENSSL_cleanse(bytes.data(), bytes.size());
+    return true;
+}
+
+}  // namespace
+
+TlsConnection::TlsConnection(asio::ip::tcp::socket socket,
+                             asio::ssl::context& context,
+                             StreamNumber number,
+                             const Address& peer,
+                             const ConnectionLimits& limits,
+                             std::shared_ptr<ConnectionEvents> events)
+    : stream_(std::move(socket), context),
+      deadline_(stream_.get_executor()),
+      number_(number),
+      peer_(peer),
+      limits_(limits),
+      events_(std::move(events)),
+      in_(kFirstBuffer) {
+}
+
+void TlsConnection::start() {
+    asio::error_code ignored;
+    stream_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
+    arm_deadline(limits_.handshake_timeout_s);
+    stream_.async_handshake(
+        asio::ssl::stream_base::server,
+        [self = shared_from_this()](const asio::error_code& ec) { self->on_handshake(ec); });
+}
+
+void TlsConnection::on_handshake(const asio::error_code& ec) {
+    if (state_ == State::kDone) {
+        return;
+    }
+    DatagramKeys keys;
+    SSL* ssl = stream_.native_handle();
+    if (ec || !export_key(ssl, wire::kExporterLabelDown, keys.down) ||
+        !export_key(ssl, wire::kExporterLabelUp, keys.up)) {
+        ++events_->stats.handshake_failed;
+        finish("the TLS handshake failed");
+        return;
+    }
+    deadline_.cancel();
+    state_ = State::kOpen;
+    opened_ = true;
+    ++events_->stats.opened;
+    if (events_->opened) {
+        events_->opened(*this, keys);
+    }
+    if (state_ == State::kOpen) {
+        read();
+    }
+}
+
+// ---------------------------------------------------------------- reading
+
+void TlsConnection::read() {
+    if (filled_ == in_.size()) {
+        // Grows with what has arrived, not with what a prefix claims.
+        in_.resize(std::min(2 * in_.size(), kPrefixBytes + limits_.max_frame_bytes));
+    }
+    reading_ = true;
+    stream_.async_read_some(
+        asio::buffer(in_.data() + filled_, in_.size() - filled_),
+        [self = shared_from_this()](const asio::error_code& ec, std::size_t bytes) {
+            self->on_read(ec, bytes);
+        });
+}
+
+void TlsConnection::on_read(const asio::error_code& ec, std::size_t bytes) {
+    reading_ = false;
+    if (state_ == State::kDone) {
+        return;
+    }
+    if (state_ == State::kClosing) {
+        if (!write_in_progress_) {
+            shut_down();
+        }
+        return;
+    }
+    if (ec == asio::error::eof) {
+        close();  // the peer ended in order: answer in order
+        return;
+    }
+    if (ec) {
+        finish("the connection was lost: " + ec.message());
+        return;
+    }
+    events_->stats.bytes_in += bytes;
+    filled_ += bytes;
+    if (take_frames()) {
+        read();
+    }
+}
+
+bool TlsConnection::take_frames() {
+    std::size_t at = 0;
+    while (filled_ - at >= kPrefixBytes) {
+        const std::size_t length = read_prefix(in_.data() + at);
+        if (length > limits_.max_frame_bytes) {
+            ++events_->stats.frame_oversize;
+            finish("a frame of " + std::to_string(length) + " bytes was announced; at most " +
+                   std::to_string(limits_.max_frame_bytes) + " are taken");
+            return false;
+        }
+        if (filled_ - at - kPrefixBytes < length) {
+            break;
+        }
+        if (events_->frame) {
+            events_->frame(*this, {in_.data() + at + kPrefixBytes, length});
+        }
+        if (state_ != State::kOpen) {
+            return false;
+        }
+        at += kPrefixBytes + length;
+    }
+    std::copy(in_.begin() + static_cast<std::ptrdiff_t>(at),
+              in_.begin() + static_cast<std::ptrdiff_t>(filled_),
+              in_.begin());
+    filled_ -= at;
+    return true;
+}
+
+// ---------------------------------------------------------------- writing
+
+void TlsConnection::send(std::span<const std::uint8_t> frame) {
+    if (state_ != State::kOpen) {
+        return;
+    }
+    if (backlog() + kPrefixBytes + frame.size() > limits_.max_queue_bytes) {
+        ++events_->stats.queue_overflow;
+        finish("the client is too slow: more than " + std::to_string(limits_.max_queue_bytes) +
+               " bytes wait to be sent");
+        return;
+    }
+    const auto length = static_cast<std::uint32_t>(frame.size());
+    for (int shift = 0; shift < 32; shift += 8) {
+        pending_.push_back(static_cast<std::uint8_t>(length >> shift));
+    }
+    pending_.insert(pending_.end(), frame.begin(), frame.end());
+    if (!write_in_progress_) {
+        // After the caller's turn, so that all its frames share a TLS record and a system call.
+        write_in_progress_ = true;
+        asio::post(stream_.get_executor(), [self = shared_from_this()] { self->write(); });
+    }
+}
+
+void TlsConnection::write() {
+    if (state_ == State::kDone) {
+        return;
+    }
+    writing_.clear();
+    writing_.swap(pending_);
+    asio::async_write(stream_,
+                      asio::buffer(writing_),
+                      [self = shared_from_this()](const asio::error_code& ec, std::size_t) {
+                          self->on_written(ec);
+                      });
+}
+
+void TlsConnection::on_written(const asio::error_code& ec) {
+    if (state_ == State::kDone) {
+        return;
+    }
+    if (ec) {
+        finish("the connection was lost: " + ec.message());
+        return;
+    }
+    events_->stats.bytes_out += writing_.size();
+    writing_.clear();
+    if (!pending_.empty()) {
+        write();
+        return;
+    }
+    write_in_progress_ = false;
+    if (state_ == State::kClosing) {
+        shut_down();
+    }
+}
+
+// ---------------------------------------------------------------- ending
+
+void TlsConnection::close() {
+    if (state_ == State::kHandshake) {
+        finish("closed during the handshake");
+        return;
+    }
+    if (state_ != State::kOpen) {
+        return;
+    }
+    state_ = State::kClosing;
+    arm_deadline(limits_.close_timeout_s);
+    if (!write_in_progress_) {
+        shut_down();
+    }
+}
+
+void TlsConnection::abort(const std::string& reason) {
+    finish(reason);
+}
+
+/// Sends close_notify. No other operation may be under way on the TLS stream, so a read is
+/// cancelled first and its handler comes back here.
+void TlsConnection::shut_down() {
+    if (reading_) {
+        asio::error_code ignored;
+        stream_.next_layer().cancel(ignored);
+        return;
+    }
+    if (std::exchange(shutting_down_, true)) {
+        return;
+    }
+    stream_.async_shutdown([self = shared_from_this()](const asio::error_code& ec) {
+        if (self->state_ == State::kDone) {
+            return;
+        }
+        if (!ec) {
+            self->finish("");
+        } else {
+            self->linger();
+        }
+    });
+}
+
+/// The peer was still sending. Closing now would reset the connection and could destroy our last
+/// frames on their way, so what comes is read and dropped until the peer has ended.
+void TlsConnection::linger() {
+    asio::error_code ec;
+    stream_.next_layer().shutdown(asio::ip::tcp::socket::shutdown_send, ec);
+    if (ec) {
+        finish("");
+        return;
+    }
+    discard();
+}
+
+void TlsConnection::discard() {
+    stream_.next_layer().async_read_some(
+        asio::buffer(in_), [self = shared_from_this()](const asio::error_code& ec, std::size_t) {
+            if (self->state_ == State::kDone) {
+                return;
+            }
+            if (ec) {
+                self->finish("");
+            } else {
+                self->discard();
+            }
+        });
+}
+
+void TlsConnection::arm_deadline(double seconds) {
+    deadline_.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<double>(seconds)));
+    deadline_.async_wait([self = shared_from_this()](const asio::error_code& ec) {
+        if (ec || self->state_ == State::kOpen || self->state_ == State::kDone) {
+            return;
+        }
+        if (self->state_ == State::kHandshake) {
+            ++self->events_->stats.handshake_timeout;
+            self->finish("the TLS handshake took too long");
+        } else {
+            ++self->events_->stats.close_timeout;
+            self->finish("the peer did not end the connection in time");
+        }
+    });
+}
+
+void TlsConnection::finish(const std::string& reason) {
+    if (std::exchange(state_, State::kDone) == State::kDone) {
+        return;
+    }
+    deadline_.cancel();
+    asio::error_code ignored;
+    stream_.next_layer().close(ignored);
+    asio::post(stream_.get_executor(), [self = shared_from_this(), reason] {
+        if (self->events_->closed) {
+            self->events_->closed(*self, reason);
+        }
+    });
+}
+
+}  // namespace zoned::net

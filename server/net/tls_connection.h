@@ -1,0 +1,128 @@
+// TlsConnection: one accepted TLS 1.3 stream of length-prefixed frames (u32, little-endian).
+#pragma once
+
+#include "server/net/address.h"
+#include "shared/wire/seal.h"
+
+#include <asio/ip/tcp.hpp>
+#include <asio/ssl/stream.hpp>
+#include <asio/steady_timer.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::net {
+
+/// Number of an accepted stream, from 1, never used twice.
+using StreamNumber = std::uint64_t;
+
+struct ConnectionLimits {
+    double handshake_timeout_s = 10.0;
+    double close_timeout_s = 3.0;  ///< for an orderly end; after it the socket is just closed
+    std::size_t max_frame_bytes = 65536;     ///< of frames that come in
+    std::size_t max_queue_bytes = 1u << 20;  ///< waiting to be sent; more: the connection is closed
+};
+
+/// Why connections ended, and what went through them.
+struct TlsStats {
+    std::uint64_t accepted = 0;
+    std::uint64_t opened = 0;  ///< finished the handshake
+    std::uint64_t refused_total = 0;
+    std::uint64_t refused_address = 0;
+    std::uint64_t accept_errors = 0;
+    std::uint64_t handshake_failed = 0;
+    std::uint64_t handshake_timeout = 0;
+    std::uint64_t frame_oversize = 0;
+    std::uint64_t queue_overflow = 0;
+    std::uint64_t close_timeout = 0;
+    std::uint64_t bytes_in = 0;  ///< inside TLS
+    std::uint64_t bytes_out = 0;
+};
+
+struct DatagramKeys {
+    wire::SealKey down;
+    wire::SealKey up;
+};
+
+class TlsConnection;
+
+/// What a connection tells its listener; shared, so that handlers under way outlive neither.
+struct ConnectionEvents {
+    std::function<void(TlsConnection&, const DatagramKeys&)> opened;
+    std::function<void(TlsConnection&, std::span<const std::uint8_t>)> frame;
+    std::function<void(TlsConnection&, const std::string&)>
+        closed;  ///< once, whether opened or not
+    TlsStats stats;
+};
+
+/// Not thread-safe: driven by the thread of its io_context. Events never come from within send() or
+/// close(), so their callers need not expect to be called back.
+class TlsConnection : public std::enable_shared_from_this<TlsConnection> {
+  public:
+    TlsConnection(asio::ip::tcp::socket socket,
+                  asio::ssl::context& context,
+                  StreamNumber number,
+                  const Address& peer,
+                  const ConnectionLimits& limits,
+                  std::shared_ptr<ConnectionEvents> events);
+
+    void start();
+    /// Queues a frame; silently nothing once the connection is closing.
+    void send(std::span<const std::uint8_t> frame);
+    /// Ends in order: sends what is queued, then TLS close_notify, then waits for the peer's end.
+    void close();
+    /// Ends at once.
+    void abort(const std::string& reason);
+
+    [[nodiscard]] StreamNumber number() const { return number_; }
+
+    [[nodiscard]] const Address& peer() const { return peer_; }
+
+    [[nodiscard]] bool opened() const { return opened_; }
+
+    /// Bytes that wait to be sent.
+    [[nodiscard]] std::size_t backlog() const { return pending_.size() + writing_.size(); }
+
+  private:
+    enum class State : std::uint8_t {
+        kHandshake,
+        kOpen,
+        kClosing,
+        kDone,
+    };
+
+    void on_handshake(const asio::error_code& ec);
+    void read();
+    void on_read(const asio::error_code& ec, std::size_t bytes);
+    /// Hands over the whole frames in the buffer; false when the connection is no longer open.
+    bool take_frames();
+    void write();
+    void on_written(const asio::error_code& ec);
+    void shut_down();
+    void linger();
+    void discard();
+    void arm_deadline(double seconds);
+    void finish(const std::string& reason);
+
+    asio::ssl::stream<asio::ip::tcp::socket> stream_;
+    asio::steady_timer deadline_;
+    StreamNumber number_;
+    Address peer_;
+    ConnectionLimits limits_;
+    std::shared_ptr<ConnectionEvents> events_;
+    State state_ = State::kHandshake;
+    bool opened_ = false;
+    bool reading_ = false;
+    bool write_in_progress_ = false;
+    bool shutting_down_ = false;
+    std::vector<std::uint8_t> in_;
+    std::size_t filled_ = 0;
+    std::vector<std::uint8_t> pending_;  ///< queued
+    std::vector<std::uint8_t> writing_;  ///< handed to TLS
+};
+
+}  // namespace zoned::net

@@ -1,0 +1,282 @@
+#include "server/net/tls_listener.h"
+
+#include "server/net/bind_error.h"
+
+#include <asio/ip/tcp.hpp>
+#include <asio/ip/v6_only.hpp>
+#include <asio/steady_timer.hpp>
+#include <netinet/in.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <map>
+#include <unordered_map>
+#include <utility>
+
+namespace zoned::net {
+
+namespace {
+
+using asio::ip::tcp;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPauseAfterError = std::chrono::milliseconds(100);
+
+Address address_of(const tcp::endpoint& endpoint) {
+    sockaddr_storage storage{};
+    std::memcpy(&storage, endpoint.data(), endpoint.size());
+    return from_socket_address(storage);
+}
+
+/// What the limit per address counts by: whoever has one IPv6 address has a whole /64.
+std::array<std::uint8_t, 16> network_of(const Address& address) {
+    std::array<std::uint8_t, 16> key{};
+    std::copy_n(address.ip, address.is_v4() ? 16 : 8, key.begin());
+    return key;
+}
+
+}  // namespace
+
+struct TlsListener::Impl : std::enable_shared_from_this<TlsListener::Impl> {
+    Impl(asio::io_context& io, const TlsSettings& settings_in, TlsCallbacks callbacks_in)
+        : settings(settings_in),
+          callbacks(std::move(callbacks_in)),
+          files(prepare_certificate(settings.certificate)),
+          context(make_server_context(files)),
+          fingerprint(certificate_fingerprint(context)),
+          acceptor(io),
+          pause(io),
+          events(std::make_shared<ConnectionEvents>()) {}
+
+    void bind();
+    void connect_events();
+    void accept();
+    void accept_after(Clock::duration delay);
+    void on_accept(const asio::error_code& ec, tcp::socket socket);
+    void admit(tcp::socket socket, const Address& peer);
+    void on_gone(TlsConnection& connection, const std::string& reason);
+    [[nodiscard]] Clock::duration handshake_wait();
+    [[nodiscard]] TlsConnection* find(StreamNumber number) const;
+
+    TlsSettings settings;
+    TlsCallbacks callbacks;
+    CertificateFiles files;
+    asio::ssl::context context;
+    std::string fingerprint;
+    tcp::acceptor acceptor;
+    asio::steady_timer pause;
+    std::shared_ptr<ConnectionEvents> events;
+    std::unordered_map<StreamNumber, std::shared_ptr<TlsConnection>> connections;
+    std::map<std::array<std::uint8_t, 16>, std::size_t> per_network;
+    StreamNumber last_number = 0;
+    std::uint16_t port = 0;
+    /// When the handshakes accepted so far would all be due at the allowed rate; a burst of one
+    /// second's worth may run ahead of it.
+    Clock::time_point next_handshake = Clock::now();
+};
+
+void TlsListener::Impl::bind() {
+    const auto parsed = parse_address(settings.bind_address, settings.port);
+    if (!parsed) {
+        throw std::system_error(std::make_error_code(std::errc::invalid_argument), parsed.error());
+    }
+    const auto check = [&](const asio::error_code& ec) {
+        if (ec) {
+            throw bind_error(ec, "TCP", *parsed);
+        }
+    };
+    const asio::ip::address ip = asio::ip::make_address(settings.bind_address);
+    const tcp::endpoint endpoint(ip, settings.port);
+    asio::error_code ec;
+    acceptor.open(endpoint.protocol(), ec);
+    check(ec);
+    // A restarted server must not wait for the last one's connections to fade away.
+    acceptor.set_option(tcp::acceptor::reuse_address(true), ec);
+    check(ec);
+    if (ip.is_v6()) {
+        acceptor.set_option(asio::ip::v6_only(false), ec);
+        check(ec);
+    }
+    acceptor.bind(endpoint, ec);
+    check(ec);
+    acceptor.listen(4096, ec);
+    check(ec);
+    port = acceptor.local_endpoint(ec).port();
+    check(ec);
+}
+
+void TlsListener::Impl::connect_events() {
+    // The listener outlives none of these: its destructor empties them.
+    events->opened = [this](TlsConnection& c, const DatagramKeys& keys) {
+        callbacks.on_open(c.number(), c.peer(), c.peer().is_loopback(), keys);
+    };
+    events->frame = [this](TlsConnection& c, std::span<const std::uint8_t> frame) {
+        callbacks.on_frame(c.number(), frame);
+    };
+    events->closed = [this](TlsConnection& c, const std::string& reason) {
+        on_gone(c, reason);
+    };
+}
+
+Clock::duration TlsListener::Impl::handshake_wait() {
+    const Clock::time_point now = Clock::now();
+    next_handshake = std::max(next_handshake, now - std::chrono::seconds(1));
+    return next_handshake > now ? next_handshake - now : Clock::duration::zero();
+}
+
+void TlsListener::Impl::accept() {
+    if (!acceptor.is_open()) {
+        return;
+    }
+    if (const Clock::duration wait = handshake_wait(); wait > Clock::duration::zero()) {
+        accept_after(wait);
+        return;
+    }
+    acceptor.async_accept(
+        [self = shared_from_this()](const asio::error_code& ec, tcp::socket socket) {
+            self->on_accept(ec, std::move(socket));
+        });
+}
+
+void TlsListener::Impl::accept_after(Clock::duration delay) {
+    pause.expires_after(delay);
+    pause.async_wait([self = shared_from_this()](const asio::error_code& ec) {
+        if (!ec) {
+            self->accept();
+        }
+    });
+}
+
+void TlsListener::Impl::on_accept(const asio::error_code& ec, tcp::socket socket) {
+    if (!acceptor.is_open()) {
+        return;
+    }
+    if (ec) {
+        // Mostly "too many open files": it would only repeat at once.
+        ++events->stats.accept_errors;
+        accept_after(kPauseAfterError);
+        return;
+    }
+    ++events->stats.accepted;
+    asio::error_code gone;
+    const tcp::endpoint remote = socket.remote_endpoint(gone);
+    if (gone) {
+        ++events->stats.accept_errors;
+    } else {
+        admit(std::move(socket), address_of(remote));
+    }
+    accept();
+}
+
+void TlsListener::Impl::admit(tcp::socket socket, const Address& peer) {
+    if (connections.size() >= settings.max_connections) {
+        ++events->stats.refused_total;
+        return;
+    }
+    std::size_t& count = per_network[network_of(peer)];
+    if (!peer.is_loopback() && count >= settings.max_connections_per_address) {
+        ++events->stats.refused_address;
+        return;
+    }
+    ++count;
+    next_handshake += std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(1.0 / settings.max_handshakes_per_s));
+    const StreamNumber number = ++last_number;
+    auto connection = std::make_shared<TlsConnection>(
+        std::move(socket), context, number, peer, settings.limits, events);
+    connections.emplace(number, connection);
+    connection->start();
+}
+
+void TlsListener::Impl::on_gone(TlsConnection& connection, const std::string& reason) {
+    const auto it = connections.find(connection.number());
+    if (it == connections.end()) {
+        return;
+    }
+    const std::shared_ptr<TlsConnection> keep = it->second;
+    connections.erase(it);
+    const auto network = per_network.find(network_of(connection.peer()));
+    if (network != per_network.end() && --network->second == 0) {
+        per_network.erase(network);
+    }
+    if (connection.opened()) {
+        callbacks.on_closed(connection.number(), reason);
+    }
+}
+
+TlsConnection* TlsListener::Impl::find(StreamNumber number) const {
+    const auto it = connections.find(number);
+    return it == connections.end() ? nullptr : it->second.get();
+}
+
+TlsListener::TlsListener(asio::io_context& io, const TlsSettings& settings, TlsCallbacks callbacks)
+    : impl_(std::make_shared<Impl>(io, settings, std::move(callbacks))) {
+    impl_->bind();
+    impl_->connect_events();
+}
+
+TlsListener::~TlsListener() {
+    stop_accepting();
+    abort_all();
+}
+
+void TlsListener::start() {
+    impl_->accept();
+}
+
+void TlsListener::stop_accepting() {
+    asio::error_code ignored;
+    impl_->acceptor.close(ignored);
+    impl_->pause.cancel();
+}
+
+void TlsListener::abort_all() {
+    impl_->events->opened = nullptr;
+    impl_->events->frame = nullptr;
+    impl_->events->closed = nullptr;
+    for (const auto& [number, connection] : std::exchange(impl_->connections, {})) {
+        connection->abort("the server stops");
+    }
+    impl_->per_network.clear();
+}
+
+void TlsListener::send(StreamNumber stream, std::span<const std::uint8_t> frame) {
+    if (TlsConnection* connection = impl_->find(stream)) {
+        connection->send(frame);
+    }
+}
+
+void TlsListener::close(StreamNumber stream) {
+    if (TlsConnection* connection = impl_->find(stream)) {
+        connection->close();
+    }
+}
+
+std::size_t TlsListener::backlog(StreamNumber stream) const {
+    const TlsConnection* connection = impl_->find(stream);
+    return connection == nullptr ? 0 : connection->backlog();
+}
+
+std::uint16_t TlsListener::port() const {
+    return impl_->port;
+}
+
+const std::string& TlsListener::fingerprint() const {
+    return impl_->fingerprint;
+}
+
+const CertificateFiles& TlsListener::certificate_files() const {
+    return impl_->files;
+}
+
+std::size_t TlsListener::connections() const {
+    return impl_->connections.size();
+}
+
+const TlsStats& TlsListener::stats() const {
+    return impl_->events->stats;
+}
+
+}  // namespace zoned::net

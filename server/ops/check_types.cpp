@@ -1,0 +1,166 @@
+#include "server/ops/config_checks.h"
+
+#include <cstdio>
+#include <map>
+
+namespace zoned::ops {
+
+namespace {
+
+std::string text_of(const char* format, double a, double b) {
+    char text[240];
+    std::snprintf(text, sizeof(text), format, a, b);
+    return text;
+}
+
+/// Whatever moves falls; characters accelerate and jump on their own: the declared limits must
+/// allow it.
+void check_limits(const proto::Config& config,
+                  const proto::Config::Type& type,
+                  const std::string& path,
+                  Diagnostics& diagnostics) {
+    const double declared = type.max_acceleration_mps2();
+    const std::string here = path + ".max_acceleration_mps2";
+    if (declared < config.physics().gravity_mps2()) {
+        diagnostics.add(here,
+                        text_of("%g is less than gravity, %g: a falling body would exceed it",
+                                declared,
+                                config.physics().gravity_mps2()));
+    }
+    if (type.kind() != proto::Config::CHARACTER) {
+        return;
+    }
+    const auto& character = type.character();
+    const double own = std::max(character.acceleration_mps2(), character.air_acceleration_mps2());
+    if (declared < own) {
+        diagnostics.add(
+            here, text_of("%g is less than the character's own acceleration, %g", declared, own));
+    }
+    if (type.max_velocity_jump_mps() < character.jump_speed_mps()) {
+        diagnostics.add(path + ".max_velocity_jump_mps",
+                        text_of("%g is less than the character's jump_speed_mps, %g",
+                                type.max_velocity_jump_mps(),
+                                character.jump_speed_mps()));
+    }
+    const double fastest = character.speed_mps() * character.sprint_factor();
+    const double limit = config.replication().quantization().max_speed_mps();
+    if (fastest > limit) {
+        diagnostics.add(
+            path + ".character.speed_mps",
+            text_of("a sprint of %g m/s exceeds quantization.max_speed_mps, %g", fastest, limit));
+    }
+    for (int h = 0; h < config.statics().hill_size(); ++h) {
+        if (config.statics().hill(h).ramp_slope_deg() > character.max_slope_deg()) {
+            diagnostics.add(path + ".character.max_slope_deg",
+                            text_of("%g is less than a hill's ramp of %g: nobody could walk it",
+                                    character.max_slope_deg(),
+                                    config.statics().hill(h).ramp_slope_deg()));
+        }
+    }
+}
+
+void check_shape(const proto::Config::Type& type,
+                 const std::string& path,
+                 Diagnostics& diagnostics) {
+    const bool character = type.kind() == proto::Config::CHARACTER;
+    if (type.shape_case() == proto::Config::Type::SHAPE_NOT_SET) {
+        diagnostics.add(path,
+                        character ? "a character needs a capsule { ... }"
+                                  : "a prop needs a shape: box, sphere or capsule { ... }");
+    } else if (character && !type.has_capsule()) {
+        diagnostics.add(path, "a character is a capsule { ... }, no other shape");
+    }
+    if (!character && type.has_character()) {
+        diagnostics.add(path + ".character", "belongs to kind: CHARACTER only");
+    }
+    if (!character && type.has_machine()) {
+        diagnostics.add(path + ".machine", "only characters have a mind");
+    }
+}
+
+void check_transition(const proto::Config::Machine& machine,
+                      const proto::Config::Transition& transition,
+                      const std::map<std::string, int>& states,
+                      const std::string& path,
+                      Diagnostics& diagnostics) {
+    if (transition.to().empty()) {
+        diagnostics.add(path, "a transition needs `to`, the name of a state");
+    } else if (states.count(transition.to()) == 0) {
+        diagnostics.add(
+            path + ".to",
+            "machine '" + machine.name() + "' has no state named '" + transition.to() + "'");
+    }
+    if (transition.sensor() == proto::Config::PLAYER_DISTANCE &&
+        transition.threshold() > machine.perception_m()) {
+        diagnostics.add(path + ".threshold",
+                        text_of("%g m is beyond perception_m, %g: players there are not noticed",
+                                transition.threshold(),
+                                machine.perception_m()));
+    }
+    if (transition.sensor() == proto::Config::RANDOM && transition.threshold() > 1.0) {
+        diagnostics.add(path + ".threshold", "RANDOM is drawn from [0, 1)");
+    }
+}
+
+void check_machine(const proto::Config::Machine& machine,
+                   const std::string& path,
+                   Diagnostics& diagnostics) {
+    std::map<std::string, int> states;
+    for (int s = 0; s < machine.state_size(); ++s) {
+        const std::string here = join_path(path, "state", s);
+        if (check_name(machine.state(s).name(), "state", here, diagnostics) &&
+            !states.emplace(machine.state(s).name(), s).second) {
+            diagnostics.add(here + ".name",
+                            "'" + machine.state(s).name() + "' is the name of another state");
+        }
+    }
+    for (int s = 0; s < machine.state_size(); ++s) {
+        for (int t = 0; t < machine.state(s).transition_size(); ++t) {
+            check_transition(machine,
+                             machine.state(s).transition(t),
+                             states,
+                             join_path(join_path(path, "state", s), "transition", t),
+                             diagnostics);
+        }
+    }
+}
+
+}  // namespace
+
+void check_types(const proto::Config& config, Diagnostics& diagnostics) {
+    std::map<std::string, int> names;
+    std::map<std::string, int> machines;
+    for (int m = 0; m < config.machine_size(); ++m) {
+        machines.emplace(config.machine(m).name(), m);
+    }
+    for (int t = 0; t < config.type_size(); ++t) {
+        const auto& type = config.type(t);
+        const std::string path = join_path("", "type", t);
+        if (check_name(type.name(), "type", path, diagnostics) &&
+            !names.emplace(type.name(), t).second) {
+            diagnostics.add(path + ".name", "'" + type.name() + "' is the name of another type");
+        }
+        check_shape(type, path, diagnostics);
+        check_limits(config, type, path, diagnostics);
+        if (type.has_machine() && machines.count(type.machine()) == 0) {
+            diagnostics.add(path + ".machine",
+                            "there is no machine named '" + type.machine() + "'");
+        }
+    }
+}
+
+void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
+    std::map<std::string, int> names;
+    for (int m = 0; m < config.machine_size(); ++m) {
+        const std::string path = join_path("", "machine", m);
+        const auto& machine = config.machine(m);
+        if (check_name(machine.name(), "machine", path, diagnostics) &&
+            !names.emplace(machine.name(), m).second) {
+            diagnostics.add(path + ".name",
+                            "'" + machine.name() + "' is the name of another machine");
+        }
+        check_machine(machine, path, diagnostics);
+    }
+}
+
+}  // namespace zoned::ops

@@ -1,0 +1,204 @@
+#include "server/ops/config_expand.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace zoned::ops {
+
+namespace {
+
+float narrow(double value) {
+    return static_cast<float>(value);
+}
+
+std::array<float, world::kBehaviours> expand_radii(const proto::Config::Radii& radii) {
+    std::array<float, world::kBehaviours> out{};
+    out.fill(narrow(radii.normal()));
+    if (radii.has_idle()) {
+        out[static_cast<std::size_t>(world::Behaviour::kIdle)] = narrow(radii.idle());
+    }
+    if (radii.has_running()) {
+        out[static_cast<std::size_t>(world::Behaviour::kRunning)] = narrow(radii.running());
+    }
+    if (radii.has_riding()) {
+        out[static_cast<std::size_t>(world::Behaviour::kRiding)] = narrow(radii.riding());
+    }
+    return out;
+}
+
+motion::CharacterLimits expand_character(const proto::Config& config,
+                                         const proto::Config::Type& type) {
+    const auto& character = type.character();
+    motion::CharacterLimits out;
+    out.radius = narrow(type.capsule().radius_m());
+    out.half_segment = narrow(0.5 * type.capsule().length_m());
+    out.speed = narrow(character.speed_mps());
+    out.sprint_factor = narrow(character.sprint_factor());
+    out.acceleration = narrow(character.acceleration_mps2());
+    out.air_acceleration = narrow(character.air_acceleration_mps2());
+    out.jump_speed = narrow(character.jump_speed_mps());
+    out.max_slope_cos = narrow(std::cos(character.max_slope_deg() * std::numbers::pi / 180.0));
+    out.step_down = narrow(character.step_down_m());
+    out.gravity = narrow(config.physics().gravity_mps2());
+    return out;
+}
+
+std::uint16_t mind_of(const proto::Config& config, const std::string& machine) {
+    for (int m = 0; m < config.machine_size(); ++m) {
+        if (!machine.empty() && config.machine(m).name() == machine) {
+            return static_cast<std::uint16_t>(m + 1);
+        }
+    }
+    return 0;
+}
+
+world::EntityType expand_type(const proto::Config& config, const proto::Config::Type& type) {
+    world::EntityType out;
+    out.name = type.name();
+    if (type.kind() == proto::Config::CHARACTER) {
+        out.kind = world::EntityKind::kCharacter;
+        out.character = expand_character(config, type);
+    }
+    if (type.has_box()) {
+        out.shape = world::ShapeKind::kBox;
+        out.half_extents = Vec3(narrow(0.5 * type.box().x_m()),
+                                narrow(0.5 * type.box().y_m()),
+                                narrow(0.5 * type.box().z_m()));
+    } else if (type.has_sphere()) {
+        out.shape = world::ShapeKind::kSphere;
+        out.radius = narrow(type.sphere().radius_m());
+    } else {
+        out.shape = world::ShapeKind::kCapsule;
+        out.radius = narrow(type.capsule().radius_m());
+        out.half_segment = narrow(0.5 * type.capsule().length_m());
+    }
+    out.mass = narrow(type.mass_kg());
+    out.friction = narrow(type.friction());
+    out.restitution = narrow(type.restitution());
+    out.aura_m = expand_radii(type.aura_m());
+    out.nimbus_m = expand_radii(type.nimbus_m());
+    out.max_acceleration_mps2 = narrow(type.max_acceleration_mps2());
+    out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
+    out.priority = narrow(type.priority());
+    out.mind = mind_of(config, type.machine());
+    return out;
+}
+
+ai::Transition expand_transition(const proto::Config::Machine& machine,
+                                 const proto::Config::Transition& transition) {
+    ai::Transition out;
+    for (int s = 0; s < machine.state_size(); ++s) {
+        if (machine.state(s).name() == transition.to()) {
+            out.to = static_cast<std::uint16_t>(s);
+        }
+    }
+    out.sensor = static_cast<ai::Sensor>(transition.sensor());
+    out.compare = static_cast<ai::Compare>(transition.compare());
+    out.threshold = narrow(transition.threshold());
+    out.hold_s = narrow(transition.hold_s());
+    return out;
+}
+
+ai::Machine expand_machine(const proto::Config::Machine& machine) {
+    ai::Machine out;
+    out.name = machine.name();
+    out.perception_m = narrow(machine.perception_m());
+    out.decide_every_s = narrow(machine.decide_every_s());
+    for (const auto& state : machine.state()) {
+        ai::State s;
+        s.name = state.name();
+        s.action = static_cast<ai::ActionKind>(state.action());
+        s.speed_factor = narrow(state.speed_factor());
+        s.sprint = state.sprint();
+        s.radius_m = narrow(state.radius_m());
+        s.behaviour = static_cast<std::uint8_t>(state.behaviour());
+        for (const auto& transition : state.transition()) {
+            s.transitions.push_back(expand_transition(machine, transition));
+        }
+        out.states.push_back(std::move(s));
+    }
+    return out;
+}
+
+// The enums of the config and of the stages have the same numbers, so that casts are exact.
+static_assert(static_cast<int>(ai::ActionKind::kReturn) == proto::Config::RETURN);
+static_assert(static_cast<int>(ai::ActionKind::kFlock) == proto::Config::FLOCK);
+static_assert(static_cast<int>(ai::Sensor::kRandom) == proto::Config::RANDOM);
+static_assert(static_cast<int>(ai::Compare::kAbove) == proto::Config::ABOVE);
+static_assert(static_cast<int>(world::Behaviour::kRiding) == proto::Config::RIDING);
+
+wire::Quantization expand_quantization(const proto::Config::Quantization& q) {
+    wire::Quantization out;
+    out.position_step_m = narrow(q.position_step_m());
+    out.velocity_step_mps = narrow(q.velocity_step_mps());
+    out.acceleration_step_mps2 = narrow(q.acceleration_step_mps2());
+    out.angular_velocity_step_rps = narrow(q.angular_velocity_step_rps());
+    out.orientation_bits = static_cast<int>(q.orientation_bits());
+    out.yaw_bits = static_cast<int>(q.yaw_bits());
+    out.horizontal_extent_m = narrow(q.horizontal_extent_m());
+    out.vertical_extent_m = narrow(q.vertical_extent_m());
+    out.max_speed_mps = narrow(q.max_speed_mps());
+    return out;
+}
+
+void expand_replication(const proto::Config& config, replication::Settings& out) {
+    const auto& from = config.replication();
+    out.quantization = expand_quantization(from.quantization());
+    out.lods.clear();
+    for (const auto& lod : config.lod()) {
+        out.lods.push_back({narrow(lod.position_bound_m()), narrow(lod.orientation_bound_rad())});
+    }
+    out.heartbeat_ticks = from.heartbeat_ticks();
+    out.keyframe_every = from.keyframe_every();
+    out.budget_bytes_per_s = from.budget_bytes_per_s();
+    out.own_state_every_ticks = from.own_state_every_ticks();
+    out.silence_ticks = from.silence_ticks();
+    out.tick_s = narrow(1.0 / config.world().tick_rate_hz());
+    out.forced_order = static_cast<int>(from.predictor()) - 1;
+    out.redundancy_target = narrow(from.redundancy_target());
+}
+
+void expand_physics(const proto::Config::Physics& from, physics::Settings& out) {
+    out.gravity = Vec3(0.0F, -narrow(from.gravity_mps2()), 0.0F);
+    out.substeps = static_cast<int>(from.substeps());
+    out.velocity_iterations = static_cast<int>(from.velocity_iterations());
+    out.sleep_speed_mps = narrow(from.sleep_speed_mps());
+    out.sleep_spin_rps = narrow(from.sleep_spin_rps());
+    out.sleep_after_s = narrow(from.sleep_after_s());
+    out.cell_m = narrow(from.broadphase_cell_m());
+}
+
+}  // namespace
+
+void expand_stages(const proto::Config& config, Settings& settings) {
+    settings.tick_rate_hz = config.world().tick_rate_hz();
+    settings.seed = config.world().seed();
+    settings.ground_height_m = narrow(config.world().ground_height_m());
+    settings.ghost_margin_m = narrow(config.zones().ghost_margin_m());
+    settings.handoff_hysteresis_m = narrow(config.zones().handoff_hysteresis_m());
+    settings.types.clear();
+    for (const auto& type : config.type()) {
+        settings.types.push_back(expand_type(config, type));
+    }
+    settings.ai.machines.clear();
+    for (const auto& machine : config.machine()) {
+        settings.ai.machines.push_back(expand_machine(machine));
+    }
+    settings.ai.max_decisions_per_tick = config.ai().max_decisions_per_tick();
+    settings.ai.reduce_far = config.ai().reduce_far();
+    settings.ai.far_m = narrow(config.ai().far_m());
+    settings.interest.hysteresis = narrow(config.interest().hysteresis());
+    settings.interest.lod_lead_m = narrow(config.interest().lod_lead_m());
+    settings.interest.lod_radius_m.clear();
+    for (int l = 0; l + 1 < config.lod_size(); ++l) {
+        settings.interest.lod_radius_m.push_back(narrow(config.lod(l).radius_m()));
+    }
+    expand_replication(config, settings.replication);
+    expand_physics(config.physics(), settings.physics);
+    settings.rules.clear();
+    for (const auto& rule : config.rules()) {
+        settings.rules.emplace_back(rule.name(), rule.value());
+    }
+}
+
+}  // namespace zoned::ops

@@ -1,0 +1,80 @@
+// Report: what `zoned serve --report` writes about a run, as JSON.
+#pragma once
+
+#include "server/ops/json.h"
+#include "shared/core/result.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace zoned::ops {
+
+/// Of a measured time, ms.
+struct Percentiles {
+    double p50 = 0.0;
+    double p99 = 0.0;
+    double p999 = 0.0;
+    double max = 0.0;
+};
+
+/// Nearest-rank percentiles (Hyndman, Fan, "Sample Quantiles in Statistical Packages", 1996,
+/// definition 1). Sorts `samples`; all zero when there are none.
+Percentiles percentiles_of(std::vector<double>& samples);
+
+/// One pass of the step over all ticks and zones.
+struct PassFigures {
+    std::string name;
+    std::uint64_t zones = 0;          ///< that ran it at least once
+    std::uint64_t ticks_run = 0;      ///< (tick, zone) pairs in which it ran
+    std::uint64_t ticks_skipped = 0;  ///< and in which it did not
+    double total_ms = 0.0;
+    std::uint64_t count = 0;  ///< units of work
+    std::string skip_reason;  ///< of the last skip; empty when it always ran
+};
+
+struct ZoneFigures {
+    std::string name;
+    std::uint64_t entities = 0;
+    std::uint64_t state_hash = 0;
+};
+
+/// Figures of one run. Field names in JSON are those of the members, with units; `extra` holds what
+/// else a caller counts, in order of name.
+struct ServerReport {
+    std::string world;
+    std::string config_digest;
+    double seconds = 0.0;
+    std::uint64_t ticks = 0;
+    double tick_rate_hz = 0.0;
+    std::uint64_t threads = 0;
+    Percentiles tick_ms;       ///< by the wall
+    Percentiles tick_cpu_ms;   ///< of all threads that stepped
+    Percentiles tick_late_ms;  ///< from when a tick was due to its start
+    double cpu_cores = 0.0;    ///< CPU time of the process / seconds
+    std::uint64_t overruns = 0;
+    std::map<std::string, std::uint64_t> overruns_by_reason;
+    std::uint64_t dropped_ticks = 0;
+    std::uint64_t entities = 0;
+    std::uint64_t awake_bodies = 0;
+    std::uint64_t sessions_max = 0;
+    std::uint64_t packets_in = 0;
+    std::uint64_t packets_out = 0;
+    std::uint64_t bytes_in = 0;
+    std::uint64_t bytes_out = 0;
+    std::map<std::string, std::uint64_t> rejected;  ///< reason -> count
+    std::uint64_t handoffs = 0;
+    std::uint64_t client_handoffs = 0;
+    std::uint64_t state_hash = 0;  ///< over the zones
+    std::map<std::string, double> extra;
+    std::vector<ZoneFigures> zones;
+    std::vector<PassFigures> passes;
+};
+
+std::string to_json(const ServerReport& report);
+
+/// Writes the report to a file; fails with a reason.
+core::Result<bool> write_report(const std::string& file, const ServerReport& report);
+
+}  // namespace zoned::ops

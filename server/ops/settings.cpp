@@ -1,0 +1,131 @@
+#include "server/ops/settings.h"
+
+#include "server/ops/config_checks.h"
+#include "server/ops/config_expand.h"
+#include "server/ops/config_set.h"
+#include "server/ops/config_text.h"
+#include "server/ops/scatter.h"
+#include "server/ops/statics.h"
+#include "server/ops/terrain.h"
+#include "server/ops/world_description.h"
+
+#include <google/protobuf/text_format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace zoned::ops {
+
+namespace {
+
+/// Files that a config names are relative to the config's own folder.
+void resolve(std::string& file, const std::filesystem::path& folder) {
+    const std::filesystem::path path(file);
+    if (!file.empty() && path.is_relative() && !folder.empty()) {
+        file = (folder / path).lexically_normal().string();
+    }
+}
+
+void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
+    if (config.session().has_tls_certificate_file()) {
+        resolve(*config.mutable_session()->mutable_tls_certificate_file(), folder);
+    }
+    if (config.session().has_tls_key_file()) {
+        resolve(*config.mutable_session()->mutable_tls_key_file(), folder);
+    }
+    for (int k = 0; k < config.session().ticket_public_key_file_size(); ++k) {
+        resolve(*config.mutable_session()->mutable_ticket_public_key_file(k), folder);
+    }
+}
+
+/// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
+void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
+    const proto::Config& config = settings.config;
+    settings.zones = expand_zones(config, diagnostics);
+    check_machines(config, diagnostics);
+    check_types(config, diagnostics);
+    check_replication(config, settings.zones, diagnostics);
+    check_server(config, settings.zones, diagnostics);
+    expand_stages(config, settings);
+    settings.boxes = expand_statics(config, diagnostics);
+    const Terrain terrain(settings.boxes, settings.ground_height_m);
+    settings.spawn_points.clear();
+    settings.initial.clear();
+    place_spawn_points(config, terrain, settings, diagnostics);
+    place_entities(config, terrain, settings, diagnostics);
+}
+
+bool parse_in_folder(const std::string& text,
+                     const std::vector<std::string>& sets,
+                     const std::filesystem::path& folder,
+                     Settings& settings,
+                     std::vector<ConfigError>& errors) {
+    Diagnostics diagnostics;
+    settings = Settings();
+    const bool complete = parse_config_text(text, settings.config, diagnostics);
+    for (const std::string& set : sets) {
+        apply_set(set, settings.config, diagnostics);
+    }
+    resolve_files(folder, settings.config);
+    check_ranges(settings.config, complete, diagnostics);
+    if (complete) {
+        diagnostics.silence_reported_lines();
+        check_and_expand(settings, diagnostics);
+    }
+    errors = diagnostics.sorted();
+    if (!errors.empty()) {
+        return false;
+    }
+    google::protobuf::TextFormat::PrintToString(settings.config, &settings.text);
+    settings.digest = world_digest(settings);
+    return true;
+}
+
+}  // namespace
+
+bool load_settings(const std::string& file,
+                   const std::vector<std::string>& sets,
+                   Settings& settings,
+                   std::vector<ConfigError>& errors) {
+    errno = 0;
+    std::ifstream in(file, std::ios::binary);
+    std::ostringstream text;
+    if (in.good() && !std::filesystem::is_directory(file)) {
+        text << in.rdbuf();
+    }
+    if (!in.good() || std::filesystem::is_directory(file)) {
+        const std::string reason = errno != 0 ? std::strerror(errno) : "it is not a regular file";
+        errors = {{0, 0, "", "cannot read '" + file + "': " + reason}};
+        return false;
+    }
+    return parse_in_folder(
+        text.str(), sets, std::filesystem::path(file).parent_path(), settings, errors);
+}
+
+bool parse_settings(const std::string& text,
+                    const std::vector<std::string>& sets,
+                    Settings& settings,
+                    std::vector<ConfigError>& errors) {
+    return parse_in_folder(text, sets, {}, settings, errors);
+}
+
+std::string format_errors(const std::string& file, const std::vector<ConfigError>& errors) {
+    std::string out;
+    for (const ConfigError& error : errors) {
+        out += file + ":";
+        if (error.line > 0) {
+            out += std::to_string(error.line) + ":" + std::to_string(error.column) + ":";
+        }
+        out += " ";
+        if (!error.path.empty()) {
+            out += error.path + ": ";
+        }
+        out += error.text + "\n";
+    }
+    return out;
+}
+
+}  // namespace zoned::ops

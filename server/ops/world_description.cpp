@@ -1,0 +1,132 @@
+#include "server/ops/world_description.h"
+
+#include <google/protobuf/text_format.h>
+#include <openssl/evp.h>
+
+namespace zoned::ops {
+
+namespace {
+
+void describe_type(const world::EntityType& type, proto::EntityType& out) {
+    out.set_name(type.name);
+    out.set_upright(type.upright());
+    out.set_max_acceleration_mps2(type.max_acceleration_mps2);
+    out.set_max_velocity_jump_mps(type.max_velocity_jump_mps);
+    out.set_character(type.kind == world::EntityKind::kCharacter);
+    if (!out.character()) {
+        return;
+    }
+    const motion::CharacterLimits& from = type.character;
+    proto::CharacterLimits& limits = *out.mutable_limits();
+    limits.set_radius(from.radius);
+    limits.set_half_segment(from.half_segment);
+    limits.set_speed(from.speed);
+    limits.set_sprint_factor(from.sprint_factor);
+    limits.set_acceleration(from.acceleration);
+    limits.set_air_acceleration(from.air_acceleration);
+    limits.set_jump_speed(from.jump_speed);
+    limits.set_max_slope_cos(from.max_slope_cos);
+    limits.set_step_down(from.step_down);
+    limits.set_gravity(from.gravity);
+}
+
+void describe_quantization(const wire::Quantization& from, proto::Quantization& out) {
+    out.set_position_step_m(from.position_step_m);
+    out.set_velocity_step_mps(from.velocity_step_mps);
+    out.set_acceleration_step_mps2(from.acceleration_step_mps2);
+    out.set_angular_velocity_step_rps(from.angular_velocity_step_rps);
+    out.set_orientation_bits(static_cast<std::uint32_t>(from.orientation_bits));
+    out.set_yaw_bits(static_cast<std::uint32_t>(from.yaw_bits));
+    out.set_horizontal_extent_m(from.horizontal_extent_m);
+    out.set_vertical_extent_m(from.vertical_extent_m);
+    out.set_max_speed_mps(from.max_speed_mps);
+}
+
+void describe_box(const motion::StaticBox& from, proto::StaticBox& out) {
+    for (int axis = 0; axis < 3; ++axis) {
+        out.add_centre(from.centre[axis]);
+        out.add_half_extents(from.half_extents[axis]);
+    }
+    if (from.orientation.coeffs() != Quat::Identity().coeffs()) {
+        out.add_orientation(from.orientation.w());
+        out.add_orientation(from.orientation.x());
+        out.add_orientation(from.orientation.y());
+        out.add_orientation(from.orientation.z());
+    }
+}
+
+void describe_zone(const ZoneRegion& from, proto::Zone& out) {
+    out.set_id(from.id.value);
+    const Vec3d origin = from.origin();
+    for (int axis = 0; axis < 3; ++axis) {
+        out.add_origin(origin[axis]);
+    }
+    out.add_lower(from.min_x);
+    out.add_lower(from.min_z);
+    out.add_upper(from.max_x);
+    out.add_upper(from.max_z);
+}
+
+proto::WorldDescription describe_honestly(const Settings& settings) {
+    proto::WorldDescription out;
+    out.set_tick_rate_hz(settings.tick_rate_hz);
+    describe_quantization(settings.replication.quantization, *out.mutable_quantization());
+    for (const world::EntityType& type : settings.types) {
+        describe_type(type, *out.add_types());
+    }
+    for (std::size_t l = 0; l < settings.replication.lods.size(); ++l) {
+        proto::Lod& lod = *out.add_lods();
+        const auto& radii = settings.interest.lod_radius_m;
+        lod.set_radius_m(l < radii.size() ? radii[l] : 0.0F);
+        lod.set_position_bound_m(settings.replication.lods[l].position_m);
+        lod.set_orientation_bound_rad(settings.replication.lods[l].orientation_rad);
+    }
+    for (const ZoneRegion& zone : settings.zones) {
+        describe_zone(zone, *out.add_zones());
+    }
+    for (const motion::StaticBox& box : settings.boxes) {
+        describe_box(box, *out.add_boxes());
+    }
+    out.set_ground_height_m(settings.ground_height_m);
+    out.set_interest_hysteresis(settings.interest.hysteresis);
+    return out;
+}
+
+}  // namespace
+
+proto::WorldDescription describe_world(const Settings& settings) {
+    proto::WorldDescription out = describe_honestly(settings);
+    if (!settings.config.testing().has_wrong_limit()) {
+        return out;
+    }
+    const auto& wrong = settings.config.testing().wrong_limit();
+    for (proto::EntityType& type : *out.mutable_types()) {
+        if (!wrong.has_type() || wrong.type() == type.name()) {
+            type.set_max_acceleration_mps2(static_cast<float>(wrong.max_acceleration_mps2()));
+            type.set_max_velocity_jump_mps(static_cast<float>(wrong.max_velocity_jump_mps()));
+        }
+    }
+    return out;
+}
+
+std::string sha256_hex(std::string_view bytes) {
+    unsigned char digest[EVP_MAX_MD_SIZE];
+    unsigned int size = 0;
+    ZONED_ASSERT(EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr) == 1,
+                 "SHA-256 is part of every OpenSSL");
+    static constexpr char kHex[] = "0123456789abcdef";
+    std::string out;
+    for (unsigned int i = 0; i < size; ++i) {
+        out += kHex[digest[i] >> 4];
+        out += kHex[digest[i] & 15];
+    }
+    return out;
+}
+
+std::string world_digest(const Settings& settings) {
+    std::string text;
+    google::protobuf::TextFormat::PrintToString(describe_honestly(settings), &text);
+    return sha256_hex(text);
+}
+
+}  // namespace zoned::ops

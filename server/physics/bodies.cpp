@@ -1,0 +1,144 @@
+#include "server/physics/bodies.h"
+
+#include "server/physics/bounds.h"
+#include "server/physics/inertia.h"
+
+#include <algorithm>
+
+namespace zoned::physics {
+
+std::uint32_t Bodies::row_of(BodyId id) const {
+    const std::uint32_t number = id.value & 0xFFFFFU;
+    if (number == 0 || number > rows()) {
+        return kNoIndex;
+    }
+    const std::uint32_t row = number - 1;
+    return alive[row] != 0 && generation[row] == (id.value >> 20) ? row : kNoIndex;
+}
+
+std::uint32_t Bodies::append_row() {
+    const std::uint32_t row = rows();
+    generation.push_back(0);
+    alive.push_back(0);
+    kind.push_back(BodyKind::kStatic);
+    user.push_back(0);
+    position.emplace_back(Vec3::Zero());
+    orientation.emplace_back(Quat::Identity());
+    velocity.emplace_back(Vec3::Zero());
+    angular_velocity.emplace_back(Vec3::Zero());
+    still_s.push_back(0.0F);
+    awake.push_back(0);
+    listed.push_back(0);
+    shape.emplace_back();
+    material.emplace_back();
+    inv_mass.push_back(0.0F);
+    inertia.emplace_back(Vec3::Zero());
+    inv_inertia.emplace_back(Vec3::Zero());
+    round.push_back(0);
+    radius.push_back(0.0F);
+    rotation.emplace_back(Mat3::Identity());
+    bounds.emplace_back();
+    fat.emplace_back();
+    first_contact.push_back(kNoIndex);
+    solver_slot.push_back(0);
+    return row;
+}
+
+std::uint32_t Bodies::create(const BodyDef& def) {
+    std::uint32_t row = kNoIndex;
+    if (!free_rows.empty()) {
+        row = free_rows.back();
+        free_rows.pop_back();
+    } else if (rows() < kMaxBodies) {
+        row = append_row();
+    } else {
+        return kNoIndex;
+    }
+    const bool dynamic = def.kind == BodyKind::kDynamic;
+    alive[row] = 1;
+    kind[row] = def.kind;
+    user[row] = def.user;
+    velocity[row] = def.kind == BodyKind::kStatic ? Vec3(Vec3::Zero()) : def.velocity;
+    angular_velocity[row] =
+        def.kind == BodyKind::kStatic ? Vec3(Vec3::Zero()) : def.angular_velocity;
+    still_s[row] = 0.0F;
+    awake[row] = 0;
+    shape[row] = def.shape;
+    material[row] = def.material;
+    inv_mass[row] = dynamic ? 1.0F / def.mass : 0.0F;
+    inertia[row] = dynamic ? principal_inertia(def.shape, def.mass) : Vec3(Vec3::Zero());
+    inv_inertia[row] = dynamic ? Vec3(inertia[row].cwiseInverse()) : Vec3(Vec3::Zero());
+    const Vec3& moments = inertia[row];
+    round[row] = moments.x() == moments.y() && moments.y() == moments.z() ? 1 : 0;
+    radius[row] = bounding_radius(def.shape);
+    first_contact[row] = kNoIndex;
+    set_pose(row, def.position, def.orientation);
+    fat[row] = bounds[row];
+    ++count;
+    return row;
+}
+
+void Bodies::destroy(std::uint32_t row) {
+    mark_asleep(row);
+    alive[row] = 0;
+    generation[row] = static_cast<std::uint16_t>((generation[row] + 1U) & 0xFFFU);
+    free_rows.push_back(row);
+    --count;
+}
+
+void Bodies::set_pose(std::uint32_t row, const Vec3& x, const Quat& q) {
+    position[row] = x;
+    orientation[row] = q.normalized();
+    rotation[row] = orientation[row].toRotationMatrix();
+    bounds[row] = shape_bounds(shape[row], x, rotation[row]);
+}
+
+void Bodies::mark_awake(std::uint32_t row) {
+    if (awake[row] != 0 || kind[row] == BodyKind::kStatic) {
+        return;
+    }
+    awake[row] = 1;
+    const bool dynamic = is_dynamic(row);
+    awake_dynamic += dynamic ? 1 : 0;
+    if (listed[row] == 0) {
+        listed[row] = 1;
+        (dynamic ? awake_list : mover_list).push_back(row);
+    }
+}
+
+void Bodies::mark_asleep(std::uint32_t row) {
+    if (awake[row] == 0) {
+        return;
+    }
+    awake[row] = 0;
+    awake_dynamic -= is_dynamic(row) ? 1 : 0;
+}
+
+void Bodies::compact_lists() {
+    // A row may have been freed and taken again by a body of another kind since it was listed, so
+    // every listed row is looked at anew and put where it belongs now.
+    const auto keep = [this](std::vector<std::uint32_t>& list,
+                             BodyKind wanted,
+                             std::vector<std::uint32_t>& other) {
+        std::size_t kept = 0;
+        for (const std::uint32_t row : list) {
+            if (awake[row] == 0) {
+                listed[row] = 0;
+            } else if (kind[row] == wanted) {
+                list[kept++] = row;
+            } else {
+                other.push_back(row);
+            }
+        }
+        list.resize(kept);
+    };
+    keep(awake_list, BodyKind::kDynamic, mover_list);
+    keep(mover_list, BodyKind::kKinematic, awake_list);
+    for (auto* list : {&awake_list, &mover_list}) {
+        if (!std::is_sorted(list->begin(), list->end())) {
+            std::sort(list->begin(), list->end());
+        }
+    }
+}
+
+}  // namespace zoned::physics

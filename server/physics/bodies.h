@@ -1,0 +1,92 @@
+// Bodies: the columns of all rigid bodies of a scene, and the ids that name their rows.
+#pragma once
+
+#include "server/physics/scene.h"
+#include "server/physics/shape.h"
+#include "shared/math/aabb.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace zoned::physics {
+
+inline constexpr std::uint32_t kNoIndex = 0xFFFFFFFFU;
+inline constexpr std::uint32_t kMaxBodies = (1U << 20) - 2;
+
+/// One row per body; rows of removed bodies are reused with a higher generation. All columns have
+/// the same length.
+struct Bodies {
+    // Identity.
+    std::vector<std::uint16_t> generation;
+    std::vector<std::uint8_t> alive;
+    std::vector<BodyKind> kind;
+    std::vector<std::uint32_t> user;
+    // State.
+    std::vector<Vec3> position;
+    std::vector<Quat> orientation;
+    std::vector<Vec3> velocity;
+    std::vector<Vec3> angular_velocity;
+    std::vector<float> still_s;        ///< how long it has been slower than the sleep speeds
+    std::vector<std::uint8_t> awake;   ///< dynamic: simulated; kinematic: moves
+    std::vector<std::uint8_t> listed;  ///< in `awake_list` or `mover_list`
+    // Constants of the body.
+    std::vector<Shape> shape;
+    std::vector<Material> material;
+    std::vector<float> inv_mass;      ///< 0 unless dynamic
+    std::vector<Vec3> inertia;        ///< principal moments
+    std::vector<Vec3> inv_inertia;    ///< their inverses; 0 unless dynamic
+    std::vector<std::uint8_t> round;  ///< all principal moments equal: its tensor never turns
+    std::vector<float> radius;        ///< bounding radius
+    // Derived from the pose.
+    std::vector<Mat3> rotation;
+    std::vector<Aabb> bounds;  ///< tight
+    std::vector<Aabb> fat;     ///< what the broadphase knows
+    // Links of other structures.
+    std::vector<std::uint32_t> first_contact;  ///< head of the list in ContactGraph
+    std::vector<std::uint32_t> solver_slot;    ///< row in the solver's arrays in this step
+
+    std::vector<std::uint32_t> free_rows;
+    std::uint32_t count = 0;
+    std::uint32_t awake_dynamic = 0;
+    /// Rows of awake dynamic bodies, ascending after `compact_lists`; may hold stale rows between
+    /// steps.
+    std::vector<std::uint32_t> awake_list;
+    std::vector<std::uint32_t> mover_list;  ///< the same for kinematic bodies that move
+
+    [[nodiscard]] std::uint32_t rows() const { return static_cast<std::uint32_t>(alive.size()); }
+
+    [[nodiscard]] BodyId id_of(std::uint32_t row) const {
+        return BodyId((static_cast<std::uint32_t>(generation[row]) << 20) | (row + 1));
+    }
+
+    /// The row of an id, or kNoIndex when no such body lives.
+    [[nodiscard]] std::uint32_t row_of(BodyId id) const;
+
+    [[nodiscard]] bool is_dynamic(std::uint32_t row) const {
+        return kind[row] == BodyKind::kDynamic;
+    }
+
+    [[nodiscard]] bool is_plane(std::uint32_t row) const {
+        return shape[row].kind == ShapeKind::kPlane;
+    }
+
+    /// Awake and dynamic: the solver may move it.
+    [[nodiscard]] bool simulated(std::uint32_t row) const {
+        return awake[row] != 0 && is_dynamic(row);
+    }
+
+    /// A fresh row, not yet awake; kNoIndex when all ids are taken.
+    std::uint32_t create(const BodyDef& def);
+    void destroy(std::uint32_t row);
+
+    void set_pose(std::uint32_t row, const Vec3& x, const Quat& q);
+    void mark_awake(std::uint32_t row);
+    void mark_asleep(std::uint32_t row);
+    /// Drops rows that are asleep or gone from both lists and sorts them.
+    void compact_lists();
+
+  private:
+    std::uint32_t append_row();
+};
+
+}  // namespace zoned::physics

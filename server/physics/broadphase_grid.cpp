@@ -1,0 +1,165 @@
+#include "server/physics/broadphase_grid.h"
+
+#include "shared/core/assert.h"
+
+namespace zoned::physics {
+
+namespace {
+
+constexpr std::size_t kFirstCapacity = 256;
+
+}  // namespace
+
+BroadphaseGrid::BroadphaseGrid(float cell_m)
+    : keys_(kFirstCapacity, kEmptyKey),
+      heads_(kFirstCapacity, kNone),
+      mask_(kFirstCapacity - 1) {
+    for (int i = 0; i < kLevels; ++i) {
+        Level& level = levels_[static_cast<std::size_t>(i)];
+        level.cell = std::ldexp(cell_m, i + kFinestExponent);
+        level.inv_cell = 1.0F / level.cell;
+    }
+}
+
+int BroadphaseGrid::level_for(const Aabb& box) const {
+    const float side = (box.upper - box.lower).maxCoeff();
+    int index = 0;
+    while (index + 1 < kLevels && levels_[static_cast<std::size_t>(index)].cell < side) {
+        ++index;
+    }
+    return index;
+}
+
+std::size_t BroadphaseGrid::slot_for(std::uint64_t key) {
+    for (std::size_t slot = scatter(key) & mask_;; slot = (slot + 1) & mask_) {
+        if (keys_[slot] == key) {
+            return slot;
+        }
+        if (keys_[slot] == kEmptyKey) {
+            if (2 * (used_ + 1) > keys_.size()) {
+                rehash();
+                return slot_for(key);
+            }
+            keys_[slot] = key;
+            heads_[slot] = kNone;
+            ++used_;
+            return slot;
+        }
+    }
+}
+
+/// Drops the cells that became empty; grows only when the cells in use need it, so that bodies that
+/// wander through ever new cells cause no allocation in the long run.
+void BroadphaseGrid::rehash() {
+    std::size_t live = 0;
+    for (const std::uint32_t head : heads_) {
+        live += head != kNone ? 1 : 0;
+    }
+    std::size_t capacity = keys_.size();
+    while (4 * (live + 1) > capacity) {
+        capacity *= 2;
+    }
+    spare_keys_.assign(capacity, kEmptyKey);
+    spare_heads_.assign(capacity, kNone);
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+        if (heads_[i] == kNone) {
+            continue;
+        }
+        std::size_t slot = scatter(keys_[i]) & (capacity - 1);
+        while (spare_keys_[slot] != kEmptyKey) {
+            slot = (slot + 1) & (capacity - 1);
+        }
+        spare_keys_[slot] = keys_[i];
+        spare_heads_[slot] = heads_[i];
+    }
+    keys_.swap(spare_keys_);
+    heads_.swap(spare_heads_);
+    mask_ = capacity - 1;
+    used_ = live;
+}
+
+void BroadphaseGrid::link(std::uint32_t row) {
+    const Entry& entry = entries_[row];
+    Cell at;
+    for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
+        for (at.at[1] = entry.lower.at[1]; at.at[1] <= entry.upper.at[1]; ++at.at[1]) {
+            for (at.at[2] = entry.lower.at[2]; at.at[2] <= entry.upper.at[2]; ++at.at[2]) {
+                const std::size_t slot = slot_for(key_of(entry.level, at));
+                std::uint32_t node = free_node_;
+                if (node != kNone) {
+                    free_node_ = nodes_[node].next;
+                } else {
+                    node = static_cast<std::uint32_t>(nodes_.size());
+                    nodes_.emplace_back();
+                }
+                nodes_[node] = {row, heads_[slot]};
+                heads_[slot] = node;
+            }
+        }
+    }
+}
+
+void BroadphaseGrid::unlink(std::uint32_t row) {
+    const Entry& entry = entries_[row];
+    Cell at;
+    for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
+        for (at.at[1] = entry.lower.at[1]; at.at[1] <= entry.upper.at[1]; ++at.at[1]) {
+            for (at.at[2] = entry.lower.at[2]; at.at[2] <= entry.upper.at[2]; ++at.at[2]) {
+                std::uint32_t* link = &heads_[slot_for(key_of(entry.level, at))];
+                while (*link != kNone && nodes_[*link].row != row) {
+                    link = &nodes_[*link].next;
+                }
+                ZONED_ASSERT(*link != kNone, "a body is missing from a cell that it covers");
+                const std::uint32_t node = *link;
+                *link = nodes_[node].next;
+                nodes_[node] = {kNone, free_node_};
+                free_node_ = node;
+            }
+        }
+    }
+}
+
+void BroadphaseGrid::insert(std::uint32_t row, const Aabb& box) {
+    if (row >= entries_.size()) {
+        entries_.resize(row + 1);
+    }
+    Entry& entry = entries_[row];
+    ZONED_ASSERT(entry.level < 0, "a body was inserted twice");
+    entry.box = box;
+    entry.level = level_for(box);
+    Level& level = levels_[static_cast<std::size_t>(entry.level)];
+    entry.lower = cell_of(level, box.lower);
+    entry.upper = cell_of(level, box.upper);
+    entry.position = static_cast<std::uint32_t>(level.rows.size());
+    level.rows.push_back(row);
+    link(row);
+    ++size_;
+}
+
+void BroadphaseGrid::update(std::uint32_t row, const Aabb& box) {
+    Entry& entry = entries_[row];
+    const int level = level_for(box);
+    const Level& cells = levels_[static_cast<std::size_t>(level)];
+    if (level == entry.level && cell_of(cells, box.lower) == entry.lower &&
+        cell_of(cells, box.upper) == entry.upper) {
+        entry.box = box;
+        return;
+    }
+    remove(row);
+    insert(row, box);
+}
+
+void BroadphaseGrid::remove(std::uint32_t row) {
+    ZONED_ASSERT(row < entries_.size() && entries_[row].level >= 0, "the body is not in the grid");
+    unlink(row);
+    Entry& entry = entries_[row];
+    Level& level = levels_[static_cast<std::size_t>(entry.level)];
+    const std::uint32_t last = level.rows.back();
+    level.rows[entry.position] = last;
+    entries_[last].position = entry.position;
+    level.rows.pop_back();
+    entry.level = -1;
+    --size_;
+}
+
+}  // namespace zoned::physics

@@ -1,0 +1,239 @@
+// BroadphaseGrid: uniform grids of doubling cell size, each body in the one whose cells fit it.
+#pragma once
+
+#include "shared/math/aabb.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace zoned::physics {
+
+/// One uniform grid serves bodies of one size well and a 300 m slab badly: it would lie in
+/// thousands of cells. So there is a stack of uniform grids (Ericson, Real-Time Collision
+/// Detection, 2005, section 7.2.1): a box goes to the finest level whose cells are at least as long
+/// as its longest side, where it lies in at most 2 x 2 x 2 cells. Levels share one hash table;
+/// levels that are empty cost nothing.
+///
+/// A query visits each overlapping box once and needs no marks for it: of the cells that two boxes
+/// share, only the one that holds the lower corner of their intersection reports the pair.
+class BroadphaseGrid {
+  public:
+    /// `cell_m` is the cell size of one of the levels; the others are it times powers of two.
+    explicit BroadphaseGrid(float cell_m);
+
+    void insert(std::uint32_t row, const Aabb& box);
+    void update(std::uint32_t row, const Aabb& box);
+    void remove(std::uint32_t row);
+
+    [[nodiscard]] std::uint32_t size() const { return size_; }
+
+    /// Calls visit(row) once for each box that overlaps `box` (touching counts), in an order that
+    /// depends on the history of calls only.
+    template <class Visit>
+    void query(const Aabb& box, Visit&& visit) const;
+
+    /// Calls visit(row, limit) for boxes near the ray from `origin` along the unit vector
+    /// `direction`, up to `limit` metres; visit returns the new limit. A row may come more than
+    /// once.
+    template <class Visit>
+    float cast(const Vec3& origin, const Vec3& direction, float limit, Visit&& visit) const;
+
+  private:
+    static constexpr int kLevels = 24;
+    static constexpr int kFinestExponent = -3;  // of the cell size relative to cell_m
+    static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+    static constexpr std::uint64_t kEmptyKey = ~std::uint64_t{0};
+
+    struct Cell {
+        std::array<std::int32_t, 3> at{};
+        bool operator==(const Cell&) const = default;
+    };
+
+    struct Entry {
+        Aabb box;
+        Cell lower, upper;           // range of cells, inclusive
+        std::int32_t level = -1;     // -1: not in the grid
+        std::uint32_t position = 0;  // in levels_[level].rows
+    };
+
+    struct Level {
+        float cell = 1.0F;
+        float inv_cell = 1.0F;
+        std::vector<std::uint32_t> rows;
+    };
+
+    struct Node {
+        std::uint32_t row = kNone;
+        std::uint32_t next = kNone;
+    };
+
+    [[nodiscard]] Cell cell_of(const Level& level, const Vec3& point) const {
+        Cell cell;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const float scaled = point[static_cast<int>(i)] * level.inv_cell;
+            cell.at[i] = static_cast<std::int32_t>(std::floor(std::clamp(scaled, -1.0e9F, 1.0e9F)));
+        }
+        return cell;
+    }
+
+    static std::uint64_t key_of(int level, const Cell& cell) {
+        // 19 bits per axis: far apart cells may share a key, which costs a test and no error,
+        // because boxes are compared in the end.
+        constexpr std::uint64_t kMask = (1U << 19) - 1;
+        return (static_cast<std::uint64_t>(level) << 57) |
+               ((static_cast<std::uint64_t>(cell.at[0]) & kMask) << 38) |
+               ((static_cast<std::uint64_t>(cell.at[1]) & kMask) << 19) |
+               (static_cast<std::uint64_t>(cell.at[2]) & kMask);
+    }
+
+    static std::uint64_t scatter(std::uint64_t key) {
+        key *= 0x9E3779B97F4A7C15ull;
+        return key ^ (key >> 32);
+    }
+
+    [[nodiscard]] std::uint32_t find_head(std::uint64_t key) const {
+        for (std::size_t slot = scatter(key) & mask_;; slot = (slot + 1) & mask_) {
+            if (keys_[slot] == key) {
+                return heads_[slot];
+            }
+            if (keys_[slot] == kEmptyKey) {
+                return kNone;
+            }
+        }
+    }
+
+    [[nodiscard]] int level_for(const Aabb& box) const;
+    std::size_t slot_for(std::uint64_t key);
+    void rehash();
+    void link(std::uint32_t row);
+    void unlink(std::uint32_t row);
+    template <class Visit>
+    void query_level(const Level& level, int index, const Aabb& box, Visit&& visit) const;
+    template <class Visit>
+    float cast_level(int index,
+                     const Vec3& origin,
+                     const Vec3& direction,
+                     float limit,
+                     Visit&& visit) const;
+
+    std::array<Level, kLevels> levels_;
+    std::vector<Entry> entries_;  // by row
+    std::vector<Node> nodes_;
+    std::uint32_t free_node_ = kNone;
+    std::vector<std::uint64_t> keys_, spare_keys_;
+    std::vector<std::uint32_t> heads_, spare_heads_;
+    std::size_t mask_ = 0;
+    std::size_t used_ = 0;  // slots with a key, cells that became empty included
+    std::uint32_t size_ = 0;
+};
+
+template <class Visit>
+void BroadphaseGrid::query_level(const Level& level,
+                                 int index,
+                                 const Aabb& box,
+                                 Visit&& visit) const {
+    const Cell lower = cell_of(level, box.lower);
+    const Cell upper = cell_of(level, box.upper);
+    double cells = 1.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        cells *= static_cast<double>(upper.at[i]) - lower.at[i] + 1.0;
+    }
+    if (cells >= static_cast<double>(level.rows.size())) {
+        for (const std::uint32_t row : level.rows) {
+            if (entries_[row].box.overlaps(box)) {
+                visit(row);
+            }
+        }
+        return;
+    }
+    Cell at;
+    for (at.at[0] = lower.at[0]; at.at[0] <= upper.at[0]; ++at.at[0]) {
+        for (at.at[1] = lower.at[1]; at.at[1] <= upper.at[1]; ++at.at[1]) {
+            for (at.at[2] = lower.at[2]; at.at[2] <= upper.at[2]; ++at.at[2]) {
+                for (std::uint32_t n = find_head(key_of(index, at)); n != kNone;
+                     n = nodes_[n].next) {
+                    const Entry& entry = entries_[nodes_[n].row];
+                    if (!entry.box.overlaps(box)) {
+                        continue;
+                    }
+                    const bool reports = at.at[0] == std::max(lower.at[0], entry.lower.at[0]) &&
+                                         at.at[1] == std::max(lower.at[1], entry.lower.at[1]) &&
+                                         at.at[2] == std::max(lower.at[2], entry.lower.at[2]);
+                    if (reports) {
+                        visit(nodes_[n].row);
+                    }
+                }
+            }
+        }
+    }
+}
+
+template <class Visit>
+void BroadphaseGrid::query(const Aabb& box, Visit&& visit) const {
+    for (int index = 0; index < kLevels; ++index) {
+        const Level& level = levels_[static_cast<std::size_t>(index)];
+        if (!level.rows.empty()) {
+            query_level(level, index, box, visit);
+        }
+    }
+}
+
+template <class Visit>
+float BroadphaseGrid::cast_level(int index,
+                                 const Vec3& origin,
+                                 const Vec3& direction,
+                                 float limit,
+                                 Visit&& visit) const {
+    const Level& level = levels_[static_cast<std::size_t>(index)];
+    // A ray through more cells than the level has bodies: the bodies are the shorter list.
+    const double cells = 3.0 * static_cast<double>(limit) * level.inv_cell + 4.0;
+    if (!(cells < static_cast<double>(level.rows.size()))) {
+        for (const std::uint32_t row : level.rows) {
+            limit = visit(row, limit);
+        }
+        return limit;
+    }
+    // Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics 1987.
+    Cell at = cell_of(level, origin);
+    std::array<std::int32_t, 3> step{};
+    std::array<float, 3> next{};
+    std::array<float, 3> delta{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const float d = direction[static_cast<int>(i)];
+        const float o = origin[static_cast<int>(i)];
+        step[i] = d > 0.0F ? 1 : -1;
+        const auto edge = static_cast<float>(at.at[i] + (d > 0.0F ? 1 : 0)) * level.cell;
+        next[i] = d != 0.0F ? (edge - o) / d : INFINITY;
+        delta[i] = d != 0.0F ? level.cell / std::abs(d) : INFINITY;
+    }
+    for (float entered = 0.0F; entered <= limit;) {
+        for (std::uint32_t n = find_head(key_of(index, at)); n != kNone; n = nodes_[n].next) {
+            limit = visit(nodes_[n].row, limit);
+        }
+        const std::size_t axis = next[0] <= next[1] && next[0] <= next[2] ? 0
+                                 : next[1] <= next[2]                     ? 1
+                                                                          : 2;
+        entered = next[axis];
+        next[axis] += delta[axis];
+        at.at[axis] += step[axis];
+    }
+    return limit;
+}
+
+template <class Visit>
+float BroadphaseGrid::cast(const Vec3& origin,
+                           const Vec3& direction,
+                           float limit,
+                           Visit&& visit) const {
+    for (int index = 0; index < kLevels; ++index) {
+        if (!levels_[static_cast<std::size_t>(index)].rows.empty()) {
+            limit = cast_level(index, origin, direction, limit, visit);
+        }
+    }
+    return limit;
+}
+
+}  // namespace zoned::physics

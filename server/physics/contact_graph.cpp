@@ -1,0 +1,150 @@
+#include "server/physics/contact_graph.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+
+namespace zoned::physics {
+
+namespace {
+
+constexpr std::uint64_t kEmpty = ~std::uint64_t{0};
+
+}  // namespace
+
+bool ContactGraph::contains(std::uint32_t a, std::uint32_t b) const {
+    const std::uint64_t key = key_of(a, b);
+    for (std::size_t slot = home_of(key);; slot = (slot + 1) & (keys_.size() - 1)) {
+        if (keys_[slot] == key) {
+            return true;
+        }
+        if (keys_[slot] == kEmpty) {
+            return false;
+        }
+    }
+}
+
+void ContactGraph::insert_key(std::uint64_t key) {
+    if (2 * (static_cast<std::size_t>(size_) + 1) > keys_.size()) {
+        std::vector<std::uint64_t> old(keys_.size() * 2, kEmpty);
+        old.swap(keys_);
+        for (const std::uint64_t k : old) {
+            if (k != kEmpty) {
+                std::size_t slot = home_of(k);
+                while (keys_[slot] != kEmpty) {
+                    slot = (slot + 1) & (keys_.size() - 1);
+                }
+                keys_[slot] = k;
+            }
+        }
+    }
+    std::size_t slot = home_of(key);
+    while (keys_[slot] != kEmpty) {
+        slot = (slot + 1) & (keys_.size() - 1);
+    }
+    keys_[slot] = key;
+}
+
+/// Linear probing without tombstones: keys behind the gap move up (Knuth, TAOCP vol. 3, section
+/// 6.4, algorithm R).
+void ContactGraph::erase_key(std::uint64_t key) {
+    const std::size_t mask = keys_.size() - 1;
+    std::size_t gap = home_of(key);
+    while (keys_[gap] != key) {
+        gap = (gap + 1) & mask;
+    }
+    for (std::size_t slot = (gap + 1) & mask; keys_[slot] != kEmpty; slot = (slot + 1) & mask) {
+        const std::size_t home = home_of(keys_[slot]);
+        if (((slot - home) & mask) >= ((slot - gap) & mask)) {
+            keys_[gap] = keys_[slot];
+            gap = slot;
+        }
+    }
+    keys_[gap] = kEmpty;
+}
+
+void ContactGraph::link(Bodies& bodies,
+                        std::uint32_t contact,
+                        std::uint32_t side,
+                        std::uint32_t row) {
+    const Link head = bodies.first_contact[row];
+    pool_[contact].next[side] = head;
+    pool_[contact].previous[side] = kNoIndex;
+    if (head != kNoIndex) {
+        pool_[head >> 1].previous[head & 1] = contact * 2 + side;
+    }
+    bodies.first_contact[row] = contact * 2 + side;
+}
+
+void ContactGraph::unlink(Bodies& bodies,
+                          std::uint32_t contact,
+                          std::uint32_t side,
+                          std::uint32_t row) {
+    const Link next = pool_[contact].next[side];
+    const Link previous = pool_[contact].previous[side];
+    if (next != kNoIndex) {
+        pool_[next >> 1].previous[next & 1] = previous;
+    }
+    if (previous != kNoIndex) {
+        pool_[previous >> 1].next[previous & 1] = next;
+    } else {
+        bodies.first_contact[row] = next;
+    }
+}
+
+std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_t b) {
+    std::uint32_t index = static_cast<std::uint32_t>(pool_.size());
+    if (!free_.empty()) {
+        index = free_.back();
+        free_.pop_back();
+        pool_[index] = Contact();
+    } else {
+        pool_.emplace_back();
+        // Reserved together with the pool, so that steps that only shuffle contacts about never
+        // allocate.
+        free_.reserve(pool_.capacity());
+        active_.reserve(pool_.capacity());
+    }
+    insert_key(key_of(a, b));
+    ++size_;
+    pool_[index].a = std::min(a, b);
+    pool_[index].b = std::max(a, b);
+    link(bodies, index, 0, pool_[index].a);
+    link(bodies, index, 1, pool_[index].b);
+    if (bodies.simulated(a) || bodies.simulated(b)) {
+        activate(index);
+    }
+    return index;
+}
+
+void ContactGraph::destroy(Bodies& bodies, std::uint32_t contact) {
+    deactivate(contact);
+    const std::uint32_t a = pool_[contact].a;
+    const std::uint32_t b = pool_[contact].b;
+    unlink(bodies, contact, 0, a);
+    unlink(bodies, contact, 1, b);
+    erase_key(key_of(a, b));
+    --size_;
+    free_.push_back(contact);
+}
+
+void ContactGraph::activate(std::uint32_t contact) {
+    if (pool_[contact].active_place == kNoIndex) {
+        pool_[contact].active_place = static_cast<std::uint32_t>(active_.size());
+        active_.push_back(contact);
+    }
+}
+
+void ContactGraph::deactivate(std::uint32_t contact) {
+    const std::uint32_t place = pool_[contact].active_place;
+    if (place == kNoIndex) {
+        return;
+    }
+    const std::uint32_t last = active_.back();
+    active_[place] = last;
+    pool_[last].active_place = place;
+    active_.pop_back();
+    pool_[contact].active_place = kNoIndex;
+}
+
+}  // namespace zoned::physics

@@ -1,0 +1,98 @@
+// ContactGraph: the pairs whose bounding boxes overlap, with what they remember between steps.
+#pragma once
+
+#include "server/physics/bodies.h"
+#include "server/physics/manifold.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace zoned::physics {
+
+/// What one contact point carries from step to step.
+struct ContactPoint {
+    Vec3 arm_a =
+        Vec3::Zero();  ///< from a's centre to the point, world axes, at the time of contact
+    Vec3 arm_b = Vec3::Zero();
+    float separation = 0.0F;
+    float impulse = 0.0F;  ///< normal, per substep, N s: the warm start
+    std::uint32_t feature = 0;
+};
+
+struct Contact {
+    std::uint32_t a = kNoIndex;  ///< body rows, a < b
+    std::uint32_t b = kNoIndex;
+    std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
+    std::array<std::uint32_t, 2> previous{kNoIndex, kNoIndex};
+    std::uint32_t active_place = kNoIndex;  ///< in ContactGraph::active
+    bool touching = false;                  ///< after the last step in which it was looked at
+    bool closing = false;                   ///< touches or will within the step
+    int count = 0;
+    std::array<ContactPoint, kMaxManifoldPoints> points;
+    Vec3 normal = Vec3::UnitY();  ///< from a to b
+    Vec3 lead = Vec3::Zero();  ///< how far b has to move relative to a until the contact, negated
+    Vec3 friction = Vec3::Zero();  ///< impulse per substep, world: the warm start
+    float twist = 0.0F;            ///< friction's moment about the normal, N m s
+    float approach_speed = 0.0F;   ///< m/s, before the solve
+    float step_impulse = 0.0F;     ///< sum of normal impulses in the last step, N s
+};
+
+/// Contacts in a pool with stable indices. Each body has a linked list of its contacts; those in
+/// which an awake dynamic body takes part are listed in `active`.
+class ContactGraph {
+  public:
+    /// Reference to one side of a contact: index * 2 + side.
+    using Link = std::uint32_t;
+
+    [[nodiscard]] bool contains(std::uint32_t a, std::uint32_t b) const;
+    /// The pair must not be there yet. Links it to both bodies; active when one is simulated.
+    std::uint32_t create(Bodies& bodies, std::uint32_t a, std::uint32_t b);
+    void destroy(Bodies& bodies, std::uint32_t contact);
+
+    void activate(std::uint32_t contact);
+    void deactivate(std::uint32_t contact);
+
+    Contact& operator[](std::uint32_t contact) { return pool_[contact]; }
+
+    const Contact& operator[](std::uint32_t contact) const { return pool_[contact]; }
+
+    [[nodiscard]] const std::vector<std::uint32_t>& active() const { return active_; }
+
+    [[nodiscard]] std::uint32_t size() const { return size_; }
+
+    /// Calls visit(contact index, row of the other body) for each contact of a body. The visitor
+    /// may destroy the contact that it is given.
+    template <class Visit>
+    void for_each_of(const Bodies& bodies, std::uint32_t row, Visit&& visit) const {
+        for (Link link = bodies.first_contact[row]; link != kNoIndex;) {
+            const Contact& contact = pool_[link >> 1];
+            const Link next = contact.next[link & 1];
+            visit(link >> 1, (link & 1) == 0 ? contact.b : contact.a);
+            link = next;
+        }
+    }
+
+  private:
+    static std::uint64_t key_of(std::uint32_t a, std::uint32_t b) {
+        return (static_cast<std::uint64_t>(a < b ? a : b) << 32) | (a < b ? b : a);
+    }
+
+    [[nodiscard]] std::size_t home_of(std::uint64_t key) const {
+        key *= 0x9E3779B97F4A7C15ull;
+        return (key ^ (key >> 29)) & (keys_.size() - 1);
+    }
+
+    void insert_key(std::uint64_t key);
+    void erase_key(std::uint64_t key);
+    void link(Bodies& bodies, std::uint32_t contact, std::uint32_t side, std::uint32_t row);
+    void unlink(Bodies& bodies, std::uint32_t contact, std::uint32_t side, std::uint32_t row);
+
+    std::vector<Contact> pool_;
+    std::vector<std::uint32_t> free_;
+    std::vector<std::uint32_t> active_;
+    std::vector<std::uint64_t> keys_ = std::vector<std::uint64_t>(256, ~std::uint64_t{0});
+    std::uint32_t size_ = 0;
+};
+
+}  // namespace zoned::physics

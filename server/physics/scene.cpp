@@ -1,0 +1,181 @@
+#include "server/physics/scene.h"
+
+#include "server/physics/scene_impl.h"
+#include "server/physics/validate.h"
+#include "shared/core/assert.h"
+
+namespace zoned::physics {
+
+Scene::Scene(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {
+}
+
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
+Scene::~Scene() = default;
+
+core::Result<BodyId> Scene::add(const BodyDef& def) {
+    std::string reason = why_unfit(def);
+    if (!reason.empty()) {
+        return core::Result<BodyId>::failure(std::move(reason));
+    }
+    const std::uint32_t row = impl_->bodies.create(def);
+    if (row == kNoIndex) {
+        return core::Result<BodyId>::failure("the scene is full");
+    }
+    impl_->enter_broadphase(row);
+    const bool moves = def.kind == BodyKind::kDynamic
+                           ? !def.asleep
+                           : !(def.velocity.isZero(0.0F) && def.angular_velocity.isZero(0.0F));
+    if (moves) {
+        impl_->bodies.mark_awake(row);
+    } else if (def.kind == BodyKind::kDynamic) {
+        impl_->bodies.velocity[row].setZero();
+        impl_->bodies.angular_velocity[row].setZero();
+    }
+    return impl_->bodies.id_of(row);
+}
+
+void Scene::remove(BodyId body) {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    if (row == kNoIndex) {
+        return;
+    }
+    impl_->drop_contacts(row);
+    impl_->leave_broadphase(row);
+    impl_->bodies.destroy(row);
+}
+
+bool Scene::contains(BodyId body) const {
+    return impl_->bodies.row_of(body) != kNoIndex;
+}
+
+std::uint32_t Scene::user(BodyId body) const {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "user() of a body that is not in the scene");
+    return impl_->bodies.user[row];
+}
+
+BodyState Scene::state(BodyId body) const {
+    const Bodies& bodies = impl_->bodies;
+    const std::uint32_t row = bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "state() of a body that is not in the scene");
+    return {bodies.position[row],
+            bodies.orientation[row],
+            bodies.velocity[row],
+            bodies.angular_velocity[row],
+            bodies.is_dynamic(row) && bodies.awake[row] == 0};
+}
+
+void Scene::set_state(BodyId body, const BodyState& state) {
+    Bodies& bodies = impl_->bodies;
+    const std::uint32_t row = bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "set_state() of a body that is not in the scene");
+    if (!fit_position(state.position) || !fit_orientation(state.orientation) ||
+        !fit_velocity(state.velocity, state.angular_velocity)) {
+        impl_->quarantine(row);
+        return;
+    }
+    impl_->drop_contacts(row);
+    impl_->leave_broadphase(row);
+    bodies.set_pose(row, state.position, state.orientation);
+    impl_->enter_broadphase(row);
+    set_velocity(body, state.velocity, state.angular_velocity);
+    impl_->wake(row);
+    if (state.asleep && bodies.is_dynamic(row)) {
+        put_to_sleep(bodies, impl_->graph, row);
+    }
+}
+
+void Scene::set_velocity(BodyId body, const Vec3& velocity, const Vec3& angular_velocity) {
+    Bodies& bodies = impl_->bodies;
+    const std::uint32_t row = bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "set_velocity() of a body that is not in the scene");
+    if (bodies.kind[row] == BodyKind::kStatic) {
+        return;
+    }
+    if (!fit_velocity(velocity, angular_velocity)) {
+        impl_->quarantine(row);
+        return;
+    }
+    if (bodies.velocity[row] == velocity && bodies.angular_velocity[row] == angular_velocity) {
+        return;
+    }
+    bodies.velocity[row] = velocity;
+    bodies.angular_velocity[row] = angular_velocity;
+    if (bodies.is_dynamic(row)) {
+        impl_->wake(row);
+    } else if (velocity.isZero(0.0F) && angular_velocity.isZero(0.0F)) {
+        bodies.mark_asleep(row);
+    } else {
+        bodies.mark_awake(row);
+    }
+}
+
+void Scene::apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point) {
+    const Bodies& bodies = impl_->bodies;
+    const std::uint32_t row = bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "apply_impulse() to a body that is not in the scene");
+    if (!bodies.is_dynamic(row)) {
+        return;
+    }
+    const Mat3& r = bodies.rotation[row];
+    const Vec3 moment = (point - bodies.position[row]).cross(impulse);
+    const Vec3 spin = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * moment);
+    set_velocity(body,
+                 bodies.velocity[row] + bodies.inv_mass[row] * impulse,
+                 bodies.angular_velocity[row] + spin);
+}
+
+void Scene::wake(BodyId body) {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    if (row != kNoIndex) {
+        impl_->wake(row);
+    }
+}
+
+StepStats Scene::step(float dt) {
+    return impl_->step(dt);
+}
+
+std::span<const BodyId> Scene::moved() const {
+    return impl_->moved;
+}
+
+std::span<const ContactEvent> Scene::contact_events() const {
+    return impl_->events;
+}
+
+std::uint32_t Scene::body_count() const {
+    return impl_->bodies.count;
+}
+
+std::uint32_t Scene::awake_count() const {
+    return impl_->bodies.awake_dynamic;
+}
+
+void Scene::hash(core::StateHash& hash) const {
+    const Bodies& bodies = impl_->bodies;
+    const auto add = [&hash](const Vec3& v) {
+        hash.add(v.x());
+        hash.add(v.y());
+        hash.add(v.z());
+    };
+    hash.add(bodies.count);
+    for (std::uint32_t row = 0; row < bodies.rows(); ++row) {
+        if (bodies.alive[row] == 0) {
+            continue;
+        }
+        hash.add(bodies.id_of(row).value);
+        hash.add((static_cast<std::uint32_t>(bodies.awake[row]) << 8) |
+                 static_cast<std::uint32_t>(bodies.kind[row]));
+        add(bodies.position[row]);
+        const Quat& q = bodies.orientation[row];
+        hash.add(q.w());
+        add(q.vec());
+        add(bodies.velocity[row]);
+        add(bodies.angular_velocity[row]);
+        hash.add(bodies.still_s[row]);
+    }
+}
+
+}  // namespace zoned::physics

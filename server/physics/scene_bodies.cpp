@@ -1,0 +1,59 @@
+// How bodies enter, leave, wake and are stopped.
+#include "server/physics/scene_impl.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+
+namespace zoned::physics {
+
+Scene::Impl::Impl(const Settings& s)
+    : settings(s),
+      grids{BroadphaseGrid(s.cell_m), BroadphaseGrid(s.cell_m), BroadphaseGrid(s.cell_m)} {
+    ZONED_ASSERT(s.substeps >= 1 && s.substeps <= 64, "substeps out of range");
+    ZONED_ASSERT(s.velocity_iterations >= 1 && s.velocity_iterations <= 64,
+                 "velocity_iterations out of range");
+    ZONED_ASSERT(s.relax_iterations >= 1 && s.relax_iterations <= 64,
+                 "relax_iterations out of range");
+    ZONED_ASSERT(s.cell_m > 0.0F && s.gravity.allFinite(), "cell_m or gravity out of range");
+}
+
+void Scene::Impl::enter_broadphase(std::uint32_t row) {
+    if (bodies.is_plane(row)) {
+        planes.push_back(row);
+    } else {
+        // Static bodies need no room to move; the contact margin is part of every box.
+        bodies.fat[row] = bodies.bounds[row].grown(kContactMargin);
+        grid_of(row).insert(row, bodies.fat[row]);
+    }
+    pending.push_back(row);
+}
+
+void Scene::Impl::leave_broadphase(std::uint32_t row) {
+    if (bodies.is_plane(row)) {
+        planes.erase(std::find(planes.begin(), planes.end(), row));
+    } else {
+        grid_of(row).remove(row);
+    }
+    pending.erase(std::remove(pending.begin(), pending.end(), row), pending.end());
+}
+
+void Scene::Impl::drop_contacts(std::uint32_t row) {
+    graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
+        const bool touched = graph[contact].touching;
+        graph.destroy(bodies, contact);
+        if (touched) {
+            waker.wake(bodies, graph, other);
+        }
+    });
+}
+
+void Scene::Impl::quarantine(std::uint32_t row) {
+    put_to_sleep(bodies, graph, row);
+    ++quarantined;
+}
+
+void Scene::Impl::wake(std::uint32_t row) {
+    waker.wake(bodies, graph, row);
+}
+
+}  // namespace zoned::physics

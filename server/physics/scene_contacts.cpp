@@ -1,0 +1,164 @@
+// Narrowphase part of a step: manifolds, who wakes by being touched, and the events.
+#include "server/physics/scene_impl.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::physics {
+
+namespace {
+
+float lowest_gap(const Contact& contact) {
+    float lowest = INFINITY;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
+        lowest = std::min(lowest, contact.points[i].separation);
+    }
+    return lowest;
+}
+
+/// Takes the impulse over from the point of the last step that names the same features.
+void adopt_points(const Manifold& manifold, const Vec3& xa, const Vec3& xb, Contact& contact) {
+    const std::array<ContactPoint, kMaxManifoldPoints> old = contact.points;
+    const auto old_count = static_cast<std::size_t>(contact.count);
+    contact.count = manifold.count;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(manifold.count); ++i) {
+        const ManifoldPoint& from = manifold.points[i];
+        ContactPoint& to = contact.points[i];
+        to = {from.point - xa, from.point - xb, from.separation, 0.0F, from.feature};
+        for (std::size_t k = 0; k < old_count; ++k) {
+            if (old[k].feature == from.feature) {
+                to.impulse = old[k].impulse;
+                break;
+            }
+        }
+    }
+    if (manifold.count == 0) {
+        contact.friction.setZero();
+        contact.twist = 0.0F;
+    }
+}
+
+}  // namespace
+
+/// Finds the contact of a pair for this step, and how it approaches.
+void Scene::Impl::update_contact(std::uint32_t index, float dt) {
+    Contact& contact = graph[index];
+    const std::uint32_t a = contact.a;
+    const std::uint32_t b = contact.b;
+    const auto turn_of = [&](std::uint32_t row) {
+        return bodies.shape[row].kind == ShapeKind::kSphere
+                   ? 0.0F
+                   : bodies.radius[row] * std::min(1.0F, dt * bodies.angular_velocity[row].norm());
+    };
+    PairMotion motion{bodies.velocity[a], bodies.velocity[b], turn_of(a) + turn_of(b), dt};
+    // A long bar that spins would see contacts all around; what is missed so is found next step.
+    motion.turn = std::min(motion.turn, 0.1F);
+    Manifold manifold;
+    const float time = collide_ahead(placed(a), placed(b), motion, manifold);
+    contact.normal = manifold.normal;
+    contact.lead = -time * (motion.velocity_b - motion.velocity_a);
+    adopt_points(manifold,
+                 bodies.position[a] + time * motion.velocity_a,
+                 bodies.position[b] + time * motion.velocity_b,
+                 contact);
+    const float pull = dt * contact.normal.dot(settings.gravity) *
+                       ((bodies.simulated(b) ? 1.0F : 0.0F) - (bodies.simulated(a) ? 1.0F : 0.0F));
+    contact.closing = time > 0.0F && contact.count > 0;
+    contact.approach_speed = 0.0F;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
+        const ContactPoint& p = contact.points[i];
+        const Vec3 at_a = bodies.velocity[a] + bodies.angular_velocity[a].cross(p.arm_a);
+        const Vec3 at_b = bodies.velocity[b] + bodies.angular_velocity[b].cross(p.arm_b);
+        const float closing = contact.normal.dot(at_a - at_b);
+        contact.approach_speed = std::max(contact.approach_speed, closing);
+        contact.closing |= p.separation <= kTouch || p.separation <= dt * closing - pull;
+    }
+}
+
+/// Looks at the pairs of awake bodies and of moving kinematic ones; who is touched wakes, and its
+/// contacts join the list while it is walked.
+void Scene::Impl::update_contacts(float dt) {
+    for (const std::uint32_t mover : bodies.mover_list) {
+        graph.for_each_of(bodies, mover, [&](std::uint32_t index, std::uint32_t other) {
+            if (bodies.simulated(other)) {
+                return;  // is in the active list
+            }
+            const bool held = graph[index].touching;
+            if (!near(mover, other)) {
+                graph.destroy(bodies, index);
+            } else {
+                update_contact(index, dt);
+            }
+            if (held || (near(mover, other) && graph[index].closing)) {
+                waker.wake(bodies, graph, other);
+            }
+        });
+    }
+    const std::vector<std::uint32_t>& active = graph.active();
+    for (std::size_t i = 0; i < active.size();) {
+        const std::uint32_t index = active[i];
+        const std::uint32_t a = graph[index].a;
+        const std::uint32_t b = graph[index].b;
+        if (!near(a, b)) {
+            graph.destroy(bodies, index);  // another one takes its place in the list
+            continue;
+        }
+        update_contact(index, dt);
+        if (graph[index].closing) {
+            for (const std::uint32_t row : {a, b}) {
+                if (bodies.is_dynamic(row) && bodies.awake[row] == 0) {
+                    waker.wake(bodies, graph, row);
+                }
+            }
+        }
+        ++i;
+    }
+    solve_list.clear();
+    for (const std::uint32_t index : active) {
+        if (graph[index].count > 0) {
+            solve_list.push_back(index);
+        }
+    }
+}
+
+/// After the solve: who touches whom now, and what began.
+void Scene::Impl::finish_contacts() {
+    for (const std::uint32_t index : graph.active()) {
+        Contact& contact = graph[index];
+        if (contact.count == 0) {
+            contact.touching = false;
+            contact.step_impulse = 0.0F;
+            continue;
+        }
+        const bool touches = contact.step_impulse > 0.0F ||
+                             (contact.lead.isZero(0.0F) && lowest_gap(contact) <= kTouch);
+        const bool began = touches && !contact.touching;
+        contact.touching = touches;
+        const bool tagged = bodies.user[contact.a] != 0 || bodies.user[contact.b] != 0;
+        if ((began && tagged) || contact.step_impulse >= settings.event_impulse_ns) {
+            report(contact, began);
+        }
+    }
+}
+
+void Scene::Impl::report(const Contact& contact, bool began) {
+    std::size_t deepest = 0;
+    for (std::size_t i = 1; i < static_cast<std::size_t>(contact.count); ++i) {
+        if (contact.points[i].separation < contact.points[deepest].separation) {
+            deepest = i;
+        }
+    }
+    ContactEvent event;
+    event.a = bodies.id_of(contact.a);
+    event.b = bodies.id_of(contact.b);
+    event.user_a = bodies.user[contact.a];
+    event.user_b = bodies.user[contact.b];
+    event.point = bodies.position[contact.a] + contact.points[deepest].arm_a;
+    event.normal = contact.normal;
+    event.impulse = contact.step_impulse;
+    event.approach_speed = contact.approach_speed;
+    event.began = began;
+    events.push_back(event);
+}
+
+}  // namespace zoned::physics

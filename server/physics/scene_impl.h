@@ -1,0 +1,80 @@
+// What a Scene is made of; shared by the files that implement its parts.
+#pragma once
+
+#include "server/physics/bodies.h"
+#include "server/physics/broadphase_grid.h"
+#include "server/physics/contact_graph.h"
+#include "server/physics/contact_solver.h"
+#include "server/physics/islands.h"
+#include "server/physics/narrowphase.h"
+#include "server/physics/scene.h"
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace zoned::physics {
+
+struct Scene::Impl {
+    explicit Impl(const Settings& s);
+
+    Settings settings;
+    Bodies bodies;
+    ContactGraph graph;
+    /// By BodyKind. Static bodies are never inserted again; pairs within the static and within the
+    /// kinematic grid are never looked for.
+    std::array<BroadphaseGrid, 3> grids;
+    std::vector<std::uint32_t> planes;   ///< rows of half-spaces, which are in no grid
+    std::vector<std::uint32_t> pending;  ///< rows whose fat box is new since pairs were last found
+    ContactSolver solver;
+    Islands islands;
+    Waker waker;
+    std::vector<ContactEvent> events;
+    std::vector<BodyId> moved;
+    std::uint32_t quarantined = 0;  ///< since the last step began
+
+    // Scratch of a step, kept for its capacity.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
+    std::vector<std::uint32_t> solve_list;
+    std::vector<std::uint32_t> broken;
+    mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
+
+    [[nodiscard]] BroadphaseGrid& grid_of(std::uint32_t row) {
+        return grids[static_cast<std::size_t>(bodies.kind[row])];
+    }
+
+    [[nodiscard]] Placed placed(std::uint32_t row) const {
+        return {bodies.shape[row], bodies.position[row], bodies.rotation[row]};
+    }
+
+    // scene_bodies.cpp
+    void enter_broadphase(std::uint32_t row);
+    void leave_broadphase(std::uint32_t row);
+    /// Ends all contacts of a body and wakes the bodies that touched it.
+    void drop_contacts(std::uint32_t row);
+    /// Stops a body, puts it to sleep and counts it.
+    void quarantine(std::uint32_t row);
+    void wake(std::uint32_t row);
+
+    // scene_pairs.cpp
+    void refresh_bounds(float dt);
+    void find_pairs(float dt);
+    [[nodiscard]] bool near(std::uint32_t a, std::uint32_t b) const;
+    void follow_bounds();
+
+    // scene_contacts.cpp
+    void update_contacts(float dt);
+    void update_contact(std::uint32_t contact, float dt);
+    void finish_contacts();
+    void report(const Contact& contact, bool began);
+
+    // scene_step.cpp
+    StepStats step(float dt);
+    void list_moved();
+    void solve(float dt);
+    /// Reads and clears the count of quarantined bodies.
+    StepStats stats_of(bool skipped, std::uint32_t island_count);
+};
+
+}  // namespace zoned::physics

@@ -1,0 +1,79 @@
+// The step of a scene, as a table of contents.
+#include "server/physics/scene_impl.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace zoned::physics {
+
+StepStats Scene::Impl::step(float dt) {
+    ZONED_ASSERT(dt > 0.0F && std::isfinite(dt), "a step needs a positive length of time");
+    events.clear();
+    moved.clear();
+    bodies.compact_lists();
+    if (bodies.awake_list.empty() && bodies.mover_list.empty()) {
+        return stats_of(true, 0);
+    }
+    refresh_bounds(dt);
+    find_pairs(dt);
+    update_contacts(dt);
+    solve(dt);
+    finish_contacts();
+    follow_bounds();
+    list_moved();
+    const std::uint32_t island_count = islands.update(
+        bodies,
+        graph,
+        {settings.sleep_speed_mps, settings.sleep_spin_rps, settings.sleep_after_s, dt});
+    return stats_of(false, island_count);
+}
+
+void Scene::Impl::solve(float dt) {
+    bodies.compact_lists();  // bodies that were touched have joined
+    ContactSolver::Parameters parameters;
+    parameters.gravity = settings.gravity;
+    parameters.dt = dt;
+    parameters.substeps = settings.substeps;
+    parameters.iterations = settings.velocity_iterations;
+    parameters.relax_iterations = settings.relax_iterations;
+    parameters.restitution_speed = settings.restitution_speed_mps;
+    broken.clear();
+    solver.solve(bodies, graph, solve_list, parameters, broken);
+    for (const std::uint32_t row : broken) {
+        quarantine(row);
+    }
+    if (!broken.empty()) {
+        bodies.compact_lists();
+    }
+}
+
+void Scene::Impl::list_moved() {
+    for (const auto* list : {&bodies.awake_list, &bodies.mover_list}) {
+        for (const std::uint32_t row : *list) {
+            moved.push_back(bodies.id_of(row));
+        }
+    }
+    if (!std::is_sorted(moved.begin(), moved.end())) {
+        std::sort(moved.begin(), moved.end());
+    }
+}
+
+StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
+    StepStats stats;
+    stats.bodies = bodies.count;
+    stats.awake = bodies.awake_dynamic;
+    stats.quarantined = std::exchange(quarantined, 0);
+    stats.skipped = skipped;
+    if (!skipped) {
+        stats.pairs = graph.size();
+        stats.islands = island_count;
+        for (const std::uint32_t index : solve_list) {
+            stats.contacts += static_cast<std::uint32_t>(graph[index].count);
+        }
+    }
+    return stats;
+}
+
+}  // namespace zoned::physics

@@ -1,0 +1,87 @@
+#include "server/physics/validate.h"
+
+#include <cmath>
+
+namespace zoned::physics {
+
+namespace {
+
+/// Written so that NaN fails: every comparison with it is false.
+bool within(float value, float lower, float upper) {
+    return value >= lower && value <= upper;
+}
+
+std::string why_unfit_shape(const Shape& shape, BodyKind kind) {
+    switch (shape.kind) {
+        case ShapeKind::kSphere:
+            if (!within(shape.radius, kMinSize, kMaxSize)) {
+                return "sphere: radius out of range";
+            }
+            return {};
+        case ShapeKind::kBox:
+            for (int i = 0; i < 3; ++i) {
+                if (!within(shape.half_extents[i], kMinSize, kMaxSize)) {
+                    return "box: half extent out of range";
+                }
+            }
+            return {};
+        case ShapeKind::kCapsule:
+            if (!within(shape.radius, kMinSize, kMaxSize)) {
+                return "capsule: radius out of range";
+            }
+            if (!within(shape.half_segment, kMinSize, kMaxSize)) {
+                return "capsule: half segment out of range";
+            }
+            return {};
+        case ShapeKind::kPlane:
+            return kind == BodyKind::kStatic ? std::string() : "plane: only for static bodies";
+    }
+    return "unknown shape kind";
+}
+
+}  // namespace
+
+bool fit_position(const Vec3& position) {
+    return (position.array().abs() <= kMaxCoordinate).all();
+}
+
+bool fit_velocity(const Vec3& velocity, const Vec3& angular_velocity) {
+    return velocity.squaredNorm() <= kMaxSpeed * kMaxSpeed &&
+           angular_velocity.squaredNorm() <= kMaxSpin * kMaxSpin;
+}
+
+bool fit_orientation(const Quat& orientation) {
+    return within(orientation.coeffs().norm(), 0.99F, 1.01F);
+}
+
+std::string why_unfit(const BodyDef& def) {
+    if (def.kind != BodyKind::kStatic && def.kind != BodyKind::kKinematic &&
+        def.kind != BodyKind::kDynamic) {
+        return "unknown body kind";
+    }
+    std::string reason = why_unfit_shape(def.shape, def.kind);
+    if (!reason.empty()) {
+        return reason;
+    }
+    if (def.kind == BodyKind::kDynamic && !within(def.mass, kMinMass, kMaxMass)) {
+        return "mass out of range";
+    }
+    if (!within(def.material.friction, 0.0F, 100.0F)) {
+        return "friction out of range";
+    }
+    if (!within(def.material.restitution, 0.0F, 1.0F)) {
+        return "restitution out of range";
+    }
+    if (!fit_position(def.position)) {
+        return "position out of range";
+    }
+    if (!fit_orientation(def.orientation)) {
+        return "orientation is not a unit quaternion";
+    }
+    if (!fit_velocity(def.velocity, def.angular_velocity)) {
+        return "velocity out of range";
+    }
+    return {};
+}
+
+}  // namespace zoned::physics

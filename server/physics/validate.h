@@ -1,0 +1,27 @@
+// What the engine accepts: finite, positive, within the ranges that float arithmetic can carry.
+#pragma once
+
+#include "server/physics/scene.h"
+
+#include <string>
+
+namespace zoned::physics {
+
+inline constexpr float kMaxCoordinate = 1.0e6F;  ///< m from the zone origin along each axis
+inline constexpr float kMaxSpeed = 1.0e4F;       ///< m/s
+inline constexpr float kMaxSpin = 1.0e4F;        ///< rad/s
+inline constexpr float kMinSize = 1.0e-3F;       ///< m
+inline constexpr float kMaxSize = 1.0e5F;        ///< m
+inline constexpr float kMinMass = 1.0e-6F;       ///< kg
+inline constexpr float kMaxMass = 1.0e9F;        ///< kg
+
+/// Empty when the definition is fit for the scene, otherwise the reason.
+std::string why_unfit(const BodyDef& def);
+
+/// Finite and within the limits above; false for NaN.
+bool fit_position(const Vec3& position);
+bool fit_velocity(const Vec3& velocity, const Vec3& angular_velocity);
+/// Length within 1 % of one.
+bool fit_orientation(const Quat& orientation);
+
+}  // namespace zoned::physics

@@ -1,0 +1,307 @@
+#include "server/replication/client_state.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::replication {
+
+namespace {
+
+constexpr std::uint64_t kReorderTolerance = 3;  // packets, as RFC 9002, section 6.1.1
+constexpr double kDefaultRtt_us = 100e3;        // before the session has measured one
+constexpr double kLossWeight = 1.0 / 64.0;
+constexpr double kNegligibleLoss = 1e-3;
+constexpr int kMaxCopies = 8;
+constexpr double kSmallestBurstBytes = 256.0;
+
+template <class List>
+auto lower_bound_entity(List& list, EntityId entity) {
+    return std::lower_bound(list.begin(), list.end(), entity, [](const auto& item, EntityId e) {
+        return item.entity < e;
+    });
+}
+
+}  // namespace
+
+double burst_bytes(const Settings& settings) {
+    return std::max(kSmallestBurstBytes, 0.25 * settings.budget_bytes_per_s);
+}
+
+ClientState::ClientState(const ClientTransfer& transfer, const Settings& settings)
+    : client(transfer.client),
+      tokens(transfer.next_sequence == 1 ? burst_bytes(settings) : transfer.budget_bytes),
+      next_sequence_(transfer.next_sequence),
+      oldest_open_(transfer.next_sequence),
+      newest_acked_(transfer.next_sequence - 1),
+      loss_estimate_(transfer.loss_estimate),
+      rtt_us_(transfer.rtt_us) {
+    // Whatever turns out to be in view takes its removal back in the first sync().
+    for (const EntityId entity : transfer.known) {
+        add_removal(entity, 0);
+    }
+}
+
+ClientTransfer ClientState::transfer() const {
+    ClientTransfer t;
+    t.client = client;
+    t.next_sequence = next_sequence_;
+    t.loss_estimate = loss_estimate_;
+    t.budget_bytes = tokens;
+    t.rtt_us = rtt_us_;
+    for (const Subscription& s : subscriptions) {
+        if (s.known) {
+            t.known.push_back(s.entity);
+        }
+    }
+    for (const Removal& r : removals) {
+        t.known.push_back(r.entity);
+    }
+    std::sort(t.known.begin(), t.known.end());
+    return t;
+}
+
+// ---------------------------------------------------------------- what the client hears of
+
+void ClientState::sync(const std::vector<world::Visible>& visible,
+                       Tick now,
+                       StreamTable& streams,
+                       std::vector<Subscription>& scratch) {
+    const bool unchanged = std::equal(subscriptions.begin(),
+                                      subscriptions.end(),
+                                      visible.begin(),
+                                      visible.end(),
+                                      [](const Subscription& s, const world::Visible& v) {
+                                          return s.entity == v.entity && s.lod == v.lod;
+                                      });
+    if (unchanged) {
+        return;
+    }
+    scratch.clear();
+    auto old = subscriptions.begin();
+    const auto drop_before = [&](EntityId end, bool all) {
+        for (; old != subscriptions.end() && (all || old->entity < end); ++old) {
+            streams.unsubscribe(old->stream);
+            if (old->known) {
+                add_removal(old->entity, now);
+            }
+        }
+    };
+    for (const world::Visible& v : visible) {
+        drop_before(v.entity, false);
+        if (old == subscriptions.end() || old->entity != v.entity) {
+            scratch.push_back(subscribe(v, now, cancel_removal(v.entity), streams));
+        } else if (old->lod == v.lod) {
+            scratch.push_back(*old++);
+        } else {
+            streams.unsubscribe(old->stream);
+            scratch.push_back(subscribe(v, now, (old++)->known, streams));
+        }
+    }
+    drop_before(EntityId(), true);
+    subscriptions.assign(scratch.begin(), scratch.end());
+}
+
+Subscription ClientState::subscribe(const world::Visible& visible,
+                                    Tick now,
+                                    bool known,
+                                    StreamTable& streams) {
+    Subscription s;
+    s.entity = visible.entity;
+    s.lod = visible.lod;
+    s.stream = streams.subscribe(visible.entity, visible.lod);
+    s.stamp = next_stamp_++;
+    s.known = known;
+    s.delivery.owed_tick = now;
+    return s;
+}
+
+/// True when the client may still hold the entity.
+bool ClientState::cancel_removal(EntityId entity) {
+    const auto it = lower_bound_entity(removals, entity);
+    if (it == removals.end() || it->entity != entity) {
+        return false;
+    }
+    removals.erase(it);
+    return true;
+}
+
+void ClientState::add_removal(EntityId entity, Tick now) {
+    const auto it = lower_bound_entity(removals, entity);
+    if (it == removals.end() || it->entity != entity) {
+        Removal r;
+        r.entity = entity;
+        r.stamp = next_stamp_++;
+        r.delivery.owed_tick = now;
+        removals.insert(it, r);
+    }
+}
+
+void ClientState::reset_view() {
+    for (Subscription& s : subscriptions) {
+        s.stamp = next_stamp_++;
+        s.sent_version = 0;
+        s.delivered_version = 0;
+        s.held_keyframe = 0;
+        s.delivery = Delivery{};
+    }
+    for (Removal& r : removals) {
+        r.stamp = next_stamp_++;
+        r.delivery = Delivery{};
+    }
+    own.sent_tick = -1;
+}
+
+// ---------------------------------------------------------------- fate of packets
+
+SentPacket& ClientState::begin_packet(Tick now) {
+    // A packet that is still open after kCapacity newer ones can't be acknowledged any more.
+    SentPacket* displaced = next_sequence_ > SentLog::kCapacity
+                                ? log_.find(next_sequence_ - SentLog::kCapacity)
+                                : nullptr;
+    if (displaced != nullptr) {
+        if (displaced->fate == Fate::kOpen) {
+            for (const SentEntry& entry : displaced->entries) {
+                lose(entry);
+            }
+        }
+        sample_loss(*displaced, displaced->fate != Fate::kAcked);
+    }
+    packet_tick = now;
+    return log_.add(next_sequence_++, now);
+}
+
+void ClientState::on_acks(const mailbox::Acks& acks) {
+    if (acks.rtt_us != 0) {
+        rtt_us_ = acks.rtt_us;
+    }
+    if (acks.newest >= next_sequence_) {
+        return;  // nothing like that was ever sent
+    }
+    for (std::uint64_t back = 0; back <= 32 && back < acks.newest; ++back) {
+        if (back != 0 && ((acks.bits >> (back - 1)) & 1u) == 0) {
+            continue;
+        }
+        // What another zone sent before the handoff is not in this log.
+        SentPacket* packet = log_.find(acks.newest - back);
+        if (packet == nullptr || packet->fate == Fate::kAcked) {
+            continue;
+        }
+        packet->fate = Fate::kAcked;
+        sample_loss(*packet, false);
+        own.acked_stamp = std::max(own.acked_stamp, packet->own_stamp);
+        for (const SentEntry& entry : packet->entries) {
+            deliver(entry);
+        }
+    }
+    newest_acked_ = std::max(newest_acked_, acks.newest);
+}
+
+/// A packet is given up when one sent three packets later has arrived, or after one and a half
+/// round trips and two ticks. It counts as lost only after twice that: what was merely late must
+/// not raise the estimate.
+void ClientState::expire(Tick now, float tick_s) {
+    const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
+    const Tick patience = 2 + static_cast<Tick>(std::ceil(1.5e-6 * rtt_us / tick_s));
+    bool resolved_so_far = true;
+    for (std::uint64_t sequence = oldest_open_; sequence < next_sequence_; ++sequence) {
+        SentPacket* packet = log_.find(sequence);
+        if (packet != nullptr) {
+            const Tick age = now - packet->tick;
+            if (packet->fate == Fate::kOpen &&
+                (newest_acked_ >= sequence + kReorderTolerance || age > patience)) {
+                packet->fate = Fate::kLost;
+                for (const SentEntry& entry : packet->entries) {
+                    lose(entry);
+                }
+            }
+            if (packet->fate == Fate::kLost && age > 2 * patience) {
+                sample_loss(*packet, true);
+            }
+            resolved_so_far = resolved_so_far && packet->counted;
+        }
+        if (resolved_so_far) {
+            oldest_open_ = sequence + 1;
+        }
+    }
+}
+
+void ClientState::sample_loss(SentPacket& packet, bool lost) {
+    if (!packet.counted) {
+        packet.counted = true;
+        loss_estimate_ += kLossWeight * ((lost ? 1.0 : 0.0) - loss_estimate_);
+    }
+}
+
+Subscription* ClientState::find(const SentEntry& entry) {
+    const auto it = lower_bound_entity(subscriptions, entry.entity);
+    const bool same =
+        it != subscriptions.end() && it->entity == entry.entity && it->stamp == entry.stamp;
+    return same ? &*it : nullptr;
+}
+
+void ClientState::deliver(const SentEntry& entry) {
+    if (entry.version == 0) {
+        const auto it = lower_bound_entity(removals, entry.entity);
+        if (it != removals.end() && it->entity == entry.entity && it->stamp == entry.stamp) {
+            removals.erase(it);
+        }
+    } else if (Subscription* s = find(entry)) {
+        s->delivered_version = std::max(s->delivered_version, entry.version);
+        s->held_keyframe = std::max(s->held_keyframe, entry.keyframe);
+    }
+}
+
+void ClientState::lose(const SentEntry& entry) {
+    Delivery* delivery = nullptr;
+    if (entry.version == 0) {
+        const auto it = lower_bound_entity(removals, entry.entity);
+        if (it != removals.end() && it->entity == entry.entity && it->stamp == entry.stamp) {
+            delivery = &it->delivery;
+        }
+    } else if (Subscription* s = find(entry); s != nullptr && s->sent_version == entry.version) {
+        delivery = &s->delivery;  // an older version is not missed: a newer one is under way
+    }
+    if (delivery != nullptr && delivery->in_flight > 0) {
+        --delivery->in_flight;
+    }
+}
+
+// ---------------------------------------------------------------- rates
+
+int ClientState::copies_wanted(float target) const {
+    if (loss_estimate_ <= kNegligibleLoss) {
+        return 1;
+    }
+    int copies = 1;
+    for (double all_lost = loss_estimate_; all_lost >= target && copies < kMaxCopies; ++copies) {
+        all_lost *= loss_estimate_;
+    }
+    return copies;
+}
+
+void ClientState::refill(const Settings& settings) {
+    tokens = std::min(burst_bytes(settings),
+                      tokens + static_cast<double>(settings.budget_bytes_per_s) * settings.tick_s);
+}
+
+void ClientState::hash(core::StateHash& hash) const {
+    hash.add(client.value);
+    hash.add(next_sequence_);
+    hash.add(newest_acked_);
+    hash.add(loss_estimate_);
+    hash.add(tokens);
+    for (const Subscription& s : subscriptions) {
+        hash.add(s.entity.value);
+        hash.add(s.lod);
+        hash.add(s.sent_version);
+        hash.add(s.delivered_version);
+        hash.add(s.held_keyframe);
+    }
+    for (const Removal& r : removals) {
+        hash.add(r.entity.value);
+    }
+}
+
+}  // namespace zoned::replication

@@ -1,0 +1,115 @@
+// ClientState: what one client hears of, what it has acknowledged and what it is still owed.
+#pragma once
+
+#include "server/replication/sent_log.h"
+#include "server/replication/stream_table.h"
+#include "shared/motion/apply_input.h"
+
+namespace zoned::replication {
+
+/// How often the newest copy of something was sent and what became of it.
+struct Delivery {
+    Tick sent_tick = 0;          ///< of the newest copy
+    Tick owed_tick = 0;          ///< since when something is unsent; 0 = nothing noticed yet
+    std::uint8_t copies = 0;     ///< sent
+    std::uint8_t in_flight = 0;  ///< of these, neither acknowledged nor given up
+};
+
+/// A subscription of one client.
+struct Subscription {
+    EntityId entity;
+    StreamIndex stream = kNoStream;
+    std::uint32_t stamp = 0;  ///< names this subscription: what belongs to an earlier one is void
+    std::uint32_t sent_version = 0;       ///< newest version sent, 0 = none
+    std::uint32_t delivered_version = 0;  ///< newest version acknowledged
+    std::uint32_t held_keyframe = 0;      ///< newest keyframe acknowledged, by serial
+    Delivery delivery;
+    std::uint8_t lod = 0;
+    bool known = false;  ///< the client may hold the entity, so its leaving must be told
+};
+
+/// An entity that the client may hold and must forget; owed until acknowledged.
+struct Removal {
+    EntityId entity;
+    std::uint32_t stamp = 0;
+    Delivery delivery;
+};
+
+/// The client's own avatar as last sent.
+struct OwnTrack {
+    motion::CharacterState sent;
+    Tick sent_tick = -1;            ///< -1: never
+    std::uint32_t stamp = 0;        ///< counts different states sent
+    std::uint32_t acked_stamp = 0;  ///< newest of them that arrived
+    bool input_missing = false;     ///< as of the last tick
+};
+
+/// Everything kept per client. Entities are identified by id; rows change between ticks.
+class ClientState {
+  public:
+    ClientState(const ClientTransfer& transfer, const Settings& settings);
+
+    [[nodiscard]] ClientTransfer transfer() const;
+
+    /// Brings subscriptions in line with what the client hears of now; both ascend by entity.
+    void sync(const std::vector<world::Visible>& visible,
+              Tick now,
+              StreamTable& streams,
+              std::vector<Subscription>& scratch);
+
+    /// Drops all subscriptions; what the client may hold becomes owed removals.
+    void detach(Tick now, StreamTable& streams, std::vector<Subscription>& scratch) {
+        sync({}, now, streams, scratch);
+    }
+
+    void on_acks(const mailbox::Acks& acks);
+    /// Gives up packets that must be lost by now.
+    void expire(Tick now, float tick_s);
+    /// Everything is owed anew, absolute.
+    void reset_view();
+
+    /// Begins the log entry of a packet and counts the sequence up.
+    SentPacket& begin_packet(Tick now);
+
+    /// Copies of news to send so that the chance to lose them all is below `target`, 1..8.
+    [[nodiscard]] int copies_wanted(float target) const;
+
+    /// Tokens for one more tick; they never exceed a quarter of a second's worth (or what one small
+    /// packet needs).
+    void refill(const Settings& settings);
+
+    void hash(core::StateHash& hash) const;
+
+    ClientId client;
+    std::vector<Subscription> subscriptions;  ///< ascending by entity
+    std::vector<Removal> removals;            ///< ascending by entity
+    OwnTrack own;
+    double tokens = 0.0;     ///< bytes that may be sent now; heartbeats may drive them below 0
+    Tick packet_tick = -1;   ///< of the newest packet; -1: none yet
+    bool is_viewer = false;  ///< in this tick; only viewers are told of entities
+
+  private:
+    Subscription subscribe(const world::Visible& visible,
+                           Tick now,
+                           bool known,
+                           StreamTable& streams);
+    bool cancel_removal(EntityId entity);
+    void add_removal(EntityId entity, Tick now);
+    void deliver(const SentEntry& entry);
+    void lose(const SentEntry& entry);
+    void sample_loss(SentPacket& packet, bool lost);
+    Subscription* find(const SentEntry& entry);
+
+    SentLog log_;
+    std::uint64_t next_sequence_ = 1;
+    std::uint64_t oldest_open_ = 1;  // all packets before it are resolved
+    std::uint64_t newest_acked_ = 0;
+    double loss_estimate_ = 0.0;
+    std::uint32_t rtt_us_ = 0;
+    std::uint32_t next_stamp_ = 1;
+};
+
+/// Bytes of budget that may gather while nothing is sent.
+double burst_bytes(const Settings& settings);
+
+}  // namespace zoned::replication

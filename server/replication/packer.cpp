@@ -1,0 +1,253 @@
+#include "server/replication/packer.h"
+
+#include <algorithm>
+
+namespace zoned::replication {
+
+namespace {
+
+// A removal is small and ends a wrong picture; what the client has never seen comes before what it
+// merely predicts a little wrong; further copies come last.
+constexpr float kRemovalWeight = 4.0F;
+constexpr float kUnknownWeight = 2.0F;
+constexpr float kRepeatWeight = 0.25F;
+
+// Where the budget is short, packets wait until headers are no more than a fifth of them.
+constexpr double kWorthwhileBytes = 5.0 * kPacketOverheadBytes;
+// What a head and a record take, about; only for the decision to wait.
+constexpr double kTypicalHeadBytes = 10.0;
+constexpr double kTypicalRecordBytes = 24.0;
+
+bool same_state(const motion::CharacterState& a, const motion::CharacterState& b) {
+    return a.position == b.position && a.velocity == b.velocity && a.yaw == b.yaw &&
+           a.grounded == b.grounded;
+}
+
+}  // namespace
+
+void Packer::pack(Tick now,
+                  ZoneId zone,
+                  const OwnNow& own,
+                  ClientState& client,
+                  StreamTable& streams,
+                  Report& report,
+                  std::vector<mailbox::StatePacket>& out) {
+    client.refill(settings_);
+    gather(now, client, streams);
+    OwnTrack& track = client.own;
+    const bool silence = client.packet_tick < 0 ||
+                         now - client.packet_tick >= static_cast<Tick>(settings_.silence_ticks);
+    // Own state and signs of life may go into debt; the records then wait until it is paid.
+    const bool due = silence || (own_due(now, own, track) && client.tokens >= 0.0);
+    track.input_missing = own.present && own.state.input_missing;
+    if (candidates_.empty() && !due) {
+        return;
+    }
+    const double need = static_cast<double>(kPacketOverheadBytes) + kTypicalHeadBytes +
+                        kTypicalRecordBytes * static_cast<double>(candidates_.size());
+    const bool wait = client.tokens < std::min(need, kWorthwhileBytes);
+    if (wait && !due) {
+        ++report.over_budget;
+        return;
+    }
+    const bool own_is_known = track.sent_tick >= 0 && same_state(track.sent, own.state.state) &&
+                              track.acked_stamp == track.stamp && !own.state.input_missing;
+    // A packet that goes out anyway takes the own state along, but not more often than needed.
+    const bool own_is_recent =
+        track.sent_tick >= 0 &&
+        2 * (now - track.sent_tick) < static_cast<Tick>(settings_.own_state_every_ticks);
+    begin(
+        now, zone, own.present && (due || !(own_is_known || own_is_recent)) ? &own.state : nullptr);
+    const std::size_t packets_before = out.size();
+    write_records(now, zone, client, streams, report, out);
+    if (!entries_.empty() || (due && out.size() == packets_before)) {
+        finish(now, client, report, out);
+    }
+    report.over_budget += candidates_.empty() ? 0 : 1;
+}
+
+/// Leaves in candidates_ what did not fit into the budget.
+void Packer::write_records(Tick now,
+                           ZoneId zone,
+                           ClientState& client,
+                           StreamTable& streams,
+                           Report& report,
+                           std::vector<mailbox::StatePacket>& out) {
+    std::size_t done = 0;
+    while (done < candidates_.size()) {
+        const double allowed = client.tokens - static_cast<double>(kPacketOverheadBytes);
+        if (add(now, candidates_[done], allowed, client, streams, report)) {
+            ++done;
+        } else if (entries_.empty() || allowed < static_cast<double>(wire::kMaxDownBodyBytes)) {
+            break;  // the budget ended
+        } else {
+            finish(now, client, report, out);
+            begin(now, zone, nullptr);
+        }
+    }
+    candidates_.erase(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(done));
+}
+
+// ---------------------------------------------------------------- what to send
+
+/// Fills candidates_ with everything that should be sent now, most urgent first; ties go by entity.
+void Packer::gather(Tick now, ClientState& client, const StreamTable& streams) {
+    candidates_.clear();
+    if (!client.is_viewer) {
+        return;
+    }
+    copies_wanted_ = client.copies_wanted(settings_.redundancy_target);
+    Candidate candidate;
+    candidate.removal = true;
+    for (std::uint32_t i = 0; i < client.removals.size(); ++i) {
+        Removal& r = client.removals[i];
+        if (consider(now, r.delivery.copies == 0, r.delivery, kRemovalWeight, candidate)) {
+            candidate.index = i;
+            candidates_.push_back(candidate);
+        }
+    }
+    candidate.removal = false;
+    for (std::uint32_t i = 0; i < client.subscriptions.size(); ++i) {
+        Subscription& s = client.subscriptions[i];
+        const Stream& stream = streams[s.stream];
+        if (stream.version == s.delivered_version) {
+            continue;
+        }
+        const float weight =
+            stream.priority * (s.known ? 1.0F : kUnknownWeight) / static_cast<float>(1 + s.lod);
+        if (consider(now, s.sent_version != stream.version, s.delivery, weight, candidate)) {
+            candidate.index = i;
+            candidates_.push_back(candidate);
+        }
+    }
+    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+        if (a.score != b.score) {
+            return a.score > b.score;
+        }
+        return a.removal != b.removal ? a.removal : a.index < b.index;
+    });
+}
+
+/// True when something is to be sent now; says why and how urgent it is: weight times the ticks for
+/// which it has been owed.
+bool Packer::consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate) {
+    if (news) {
+        candidate.reason = Reason::kNews;
+    } else if (delivery.in_flight == 0) {
+        candidate.reason = Reason::kLost;
+    } else if (delivery.copies < copies_wanted_ && delivery.sent_tick < now) {
+        candidate.reason = Reason::kRepeat;
+        weight *= kRepeatWeight;
+    } else {
+        return false;
+    }
+    if (delivery.owed_tick == 0) {
+        delivery.owed_tick = now;
+    }
+    candidate.score = weight * static_cast<float>(1 + now - delivery.owed_tick);
+    return true;
+}
+
+bool Packer::own_due(Tick now, const OwnNow& own, const OwnTrack& track) const {
+    if (!own.present) {
+        return false;
+    }
+    if (track.sent_tick < 0 || own.discontinuity_tick > track.sent_tick ||
+        (own.state.input_missing && !track.input_missing)) {
+        return true;
+    }
+    const bool settled =
+        same_state(track.sent, own.state.state) && track.acked_stamp == track.stamp;
+    return (!settled || own.state.input_missing) &&
+           now - track.sent_tick >= static_cast<Tick>(settings_.own_state_every_ticks);
+}
+
+// ---------------------------------------------------------------- writing
+
+void Packer::begin(Tick now, ZoneId zone, const wire::OwnState* own) {
+    head_ = wire::DownHead{};
+    head_.tick = now;
+    head_.zone = zone;
+    if (own != nullptr) {
+        head_.has_own = true;
+        head_.own = *own;
+    }
+    body_.clear();
+    entries_.clear();
+    wire::write_down_head(head_, body_);
+}
+
+/// Appends one record; false when it fits neither into the packet nor into the allowed bytes.
+bool Packer::add(Tick now,
+                 const Candidate& candidate,
+                 double allowed_bytes,
+                 ClientState& client,
+                 StreamTable& streams,
+                 Report& report) {
+    SentEntry entry;
+    Encoded encoded;
+    Subscription* s = nullptr;
+    if (candidate.removal) {
+        const Removal& r = client.removals[candidate.index];
+        entry = {r.entity, r.stamp, 0, 0};
+        remove_record_.clear();
+        wire::encode_remove(r.entity, remove_record_);
+        encoded.bytes = &remove_record_;
+    } else {
+        s = &client.subscriptions[candidate.index];
+        encoded = streams.encode(s->stream, s->held_keyframe);
+        entry = {s->entity, s->stamp, streams[s->stream].version, encoded.keyframe};
+    }
+    const std::size_t size = body_.size() + encoded.bytes->size();
+    if (size > wire::kMaxDownBodyBytes || static_cast<double>(size) > allowed_bytes) {
+        return false;
+    }
+    body_.insert(body_.end(), encoded.bytes->begin(), encoded.bytes->end());
+    entries_.push_back(entry);
+    Delivery& delivery = s != nullptr ? s->delivery : client.removals[candidate.index].delivery;
+    if (s != nullptr) {
+        if (encoded.keyframe != 0 && streams.sent_absolute(s->stream)) {
+            ++report.keyframes;
+        }
+        if (s->sent_version != entry.version) {
+            s->sent_version = entry.version;
+            delivery.copies = 0;
+            delivery.in_flight = 0;
+        }
+        s->known = true;
+    }
+    delivery.copies = static_cast<std::uint8_t>(std::min(delivery.copies + 1, 255));
+    delivery.in_flight = static_cast<std::uint8_t>(std::min(delivery.in_flight + 1, 255));
+    delivery.sent_tick = now;
+    delivery.owed_tick = 0;
+    ++report.records_sent;
+    report.records_resent += candidate.reason == Reason::kNews ? 0 : 1;
+    return true;
+}
+
+void Packer::finish(Tick now,
+                    ClientState& client,
+                    Report& report,
+                    std::vector<mailbox::StatePacket>& out) {
+    SentPacket& packet = client.begin_packet(now);
+    if (head_.has_own) {
+        OwnTrack& track = client.own;
+        if (track.sent_tick < 0 || !same_state(track.sent, head_.own.state)) {
+            track.sent = head_.own.state;
+            ++track.stamp;
+        }
+        track.sent_tick = now;
+        packet.own_stamp = track.stamp;
+    }
+    packet.entries.assign(entries_.begin(), entries_.end());
+    entries_.clear();
+    mailbox::StatePacket& datagram = out.emplace_back();
+    datagram.client = client.client;
+    datagram.sequence = packet.sequence;
+    datagram.body.assign(body_.begin(), body_.end());
+    client.tokens -= static_cast<double>(body_.size() + kPacketOverheadBytes);
+    ++report.packets;
+    report.bytes += body_.size();
+}
+
+}  // namespace zoned::replication

@@ -1,0 +1,78 @@
+// Packer: chooses what one client is sent in a tick, by priority within its byte budget, and writes
+// the packets.
+#pragma once
+
+#include "server/replication/client_state.h"
+#include "shared/wire/packet.h"
+
+namespace zoned::replication {
+
+/// Bytes that travel with every body: IPv4 and UDP headers, datagram header, seal, transport.
+inline constexpr std::size_t kPacketOverheadBytes =
+    28 + wire::kDatagramHeaderBytes + wire::kSealTagBytes + wire::kDownTransportBytes;
+
+/// The viewer's own avatar at this tick; `present` is false when the zone has no row for it.
+struct OwnNow {
+    bool present = false;
+    Tick discontinuity_tick = 0;
+    wire::OwnState state;
+};
+
+class Packer {
+  public:
+    explicit Packer(const Settings& settings) : settings_(settings) {}
+
+    /// Appends the packets of this tick for one client to `out`: none when nothing is owed.
+    void pack(Tick now,
+              ZoneId zone,
+              const OwnNow& own,
+              ClientState& client,
+              StreamTable& streams,
+              Report& report,
+              std::vector<mailbox::StatePacket>& out);
+
+  private:
+    enum class Reason : std::uint8_t {
+        kNews,
+        kLost,    // all copies were given up
+        kRepeat,  // one more copy, because the network loses packets
+    };
+
+    struct Candidate {
+        float score = 0.0F;
+        std::uint32_t index = 0;  // in removals or subscriptions
+        bool removal = false;
+        Reason reason = Reason::kNews;
+    };
+
+    void gather(Tick now, ClientState& client, const StreamTable& streams);
+    bool consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate);
+    [[nodiscard]] bool own_due(Tick now, const OwnNow& own, const OwnTrack& track) const;
+    void begin(Tick now, ZoneId zone, const wire::OwnState* own);
+    void finish(Tick now,
+                ClientState& client,
+                Report& report,
+                std::vector<mailbox::StatePacket>& out);
+    bool add(Tick now,
+             const Candidate& candidate,
+             double allowed_bytes,
+             ClientState& client,
+             StreamTable& streams,
+             Report& report);
+    void write_records(Tick now,
+                       ZoneId zone,
+                       ClientState& client,
+                       StreamTable& streams,
+                       Report& report,
+                       std::vector<mailbox::StatePacket>& out);
+
+    Settings settings_;
+    std::vector<Candidate> candidates_;
+    wire::DownHead head_;  // of the packet being written, as are body_ and entries_
+    std::vector<std::uint8_t> body_;
+    std::vector<std::uint8_t> remove_record_;
+    std::vector<SentEntry> entries_;
+    int copies_wanted_ = 1;
+};
+
+}  // namespace zoned::replication

@@ -1,0 +1,182 @@
+#include "server/replication/replicator.h"
+
+#include "server/replication/client_state.h"
+#include "server/replication/packer.h"
+#include "server/replication/stream_table.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::replication {
+
+struct Replicator::Impl {
+    explicit Impl(const Settings& s) : settings(s), streams(s), packer(s) {}
+
+    auto find(ClientId client) {
+        const auto it = std::lower_bound(
+            clients.begin(), clients.end(), client, [](const auto& state, ClientId id) {
+                return state->client < id;
+            });
+        return it != clients.end() && (*it)->client == client ? it : clients.end();
+    }
+
+    void sync_subscriptions(Tick now, const world::Visibility& visibility);
+    void list_avatars(const world::Entities& entities);
+    OwnNow own_state(Tick now,
+                     ClientId client,
+                     const world::Entities& entities,
+                     std::span<const OwnInput> own) const;
+
+    Settings settings;
+    StreamTable streams;
+    Packer packer;
+    std::vector<std::unique_ptr<ClientState>> clients;  // ascending by id
+    std::vector<Subscription> scratch;
+    std::vector<std::pair<ClientId, world::Row>> avatars;  // ascending by client, this tick
+};
+
+Replicator::Replicator(const Settings& settings) {
+    ZONED_ASSERT(!settings.lods.empty() && settings.lods.size() <= wire::kLods, "1..4 LODs");
+    ZONED_ASSERT(settings.tick_s > 0.0F, "a tick has a length");
+    impl_ = std::make_unique<Impl>(settings);
+}
+
+Replicator::Replicator(Replicator&&) noexcept = default;
+Replicator& Replicator::operator=(Replicator&&) noexcept = default;
+Replicator::~Replicator() = default;
+
+void Replicator::add_client(const ClientTransfer& transfer) {
+    auto& clients = impl_->clients;
+    const auto at = std::lower_bound(
+        clients.begin(), clients.end(), transfer.client, [](const auto& state, ClientId id) {
+            return state->client < id;
+        });
+    ZONED_ASSERT(at == clients.end() || (*at)->client != transfer.client,
+                 "a client is in a zone once");
+    clients.insert(at, std::make_unique<ClientState>(transfer, impl_->settings));
+}
+
+ClientTransfer Replicator::remove_client(ClientId client) {
+    const auto it = impl_->find(client);
+    ZONED_ASSERT(it != impl_->clients.end(), "only a client that is here can be removed");
+    ClientTransfer transfer = (*it)->transfer();
+    for (const Subscription& s : (*it)->subscriptions) {
+        impl_->streams.unsubscribe(s.stream);
+    }
+    impl_->clients.erase(it);
+    return transfer;
+}
+
+void Replicator::on_acks(const mailbox::Acks& acks) {
+    // Acks of a client that has just moved away are no mistake: they are nothing to us any more.
+    const auto it = impl_->find(acks.client);
+    if (it != impl_->clients.end()) {
+        (*it)->on_acks(acks);
+    }
+}
+
+void Replicator::reset_view(ClientId client) {
+    const auto it = impl_->find(client);
+    if (it != impl_->clients.end()) {
+        (*it)->reset_view();
+    }
+}
+
+Report Replicator::step(Tick now,
+                        ZoneId zone,
+                        const world::Entities& entities,
+                        const world::TypeTable& types,
+                        const world::Visibility& visibility,
+                        std::span<const OwnInput> own,
+                        std::vector<mailbox::StatePacket>& out) {
+    Report report;
+    Impl& z = *impl_;
+    z.sync_subscriptions(now, visibility);
+    z.streams.collect();
+    report.skipped = visibility.empty();
+    if (!report.skipped) {
+        z.streams.publish(now, entities, types, report);
+        z.list_avatars(entities);
+    }
+    for (const auto& client : z.clients) {
+        client->expire(now, z.settings.tick_s);
+        const OwnNow own_now =
+            report.skipped ? OwnNow{} : z.own_state(now, client->client, entities, own);
+        z.packer.pack(now, zone, own_now, *client, z.streams, report, out);
+    }
+    return report;
+}
+
+/// Clients without a set (not viewers at the moment) hear of nothing.
+void Replicator::Impl::sync_subscriptions(Tick now, const world::Visibility& visibility) {
+    auto set = visibility.begin();
+    for (const auto& client : clients) {
+        while (set != visibility.end() && set->client < client->client) {
+            ++set;
+        }
+        client->is_viewer = set != visibility.end() && set->client == client->client;
+        if (client->is_viewer) {
+            client->sync(set->visible, now, streams, scratch);
+        } else {
+            client->detach(now, streams, scratch);
+        }
+    }
+}
+
+void Replicator::Impl::list_avatars(const world::Entities& entities) {
+    avatars.clear();
+    for (world::Row row = 0; row < entities.size(); ++row) {
+        if (entities.client[row] && !entities.has(row, world::kGhost)) {
+            avatars.emplace_back(entities.client[row], row);
+        }
+    }
+    std::sort(avatars.begin(), avatars.end());
+}
+
+OwnNow Replicator::Impl::own_state(Tick now,
+                                   ClientId client,
+                                   const world::Entities& entities,
+                                   std::span<const OwnInput> own) const {
+    OwnNow result;
+    const auto avatar = std::lower_bound(
+        avatars.begin(), avatars.end(), client, [](const auto& entry, ClientId id) {
+            return entry.first < id;
+        });
+    if (avatar == avatars.end() || avatar->first != client) {
+        return result;
+    }
+    const world::Row row = avatar->second;
+    result.present = true;
+    result.discontinuity_tick = entities.discontinuity_tick[row];
+    result.state.avatar = entities.id[row];
+    result.state.input_tick = now;
+    result.state.state = {entities.position[row],
+                          entities.velocity[row],
+                          entities.yaw[row],
+                          entities.has(row, world::kGrounded)};
+    const auto input =
+        std::lower_bound(own.begin(), own.end(), client, [](const OwnInput& i, ClientId id) {
+            return i.client < id;
+        });
+    if (input != own.end() && input->client == client) {
+        result.state.input_tick = input->input_tick;
+        result.state.input_missing = input->input_missing;
+        result.state.input_lead = input->input_lead;
+    }
+    return result;
+}
+
+Tick Replicator::breach_tick(EntityId entity, std::uint8_t lod) const {
+    const StreamIndex index = impl_->streams.find(entity, lod);
+    return index == kNoStream ? 0 : impl_->streams[index].breach_tick;
+}
+
+void Replicator::hash(core::StateHash& hash) const {
+    impl_->streams.hash(hash);
+    for (const auto& client : impl_->clients) {
+        client->hash(hash);
+    }
+}
+
+}  // namespace zoned::replication

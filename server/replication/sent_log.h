@@ -1,0 +1,64 @@
+// SentLog: what each of the newest packets to one client carried, until its fate is known.
+#pragma once
+
+#include "shared/core/ids.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace zoned::replication {
+
+/// One record in a packet.
+struct SentEntry {
+    EntityId entity;
+    std::uint32_t stamp = 0;     ///< the subscription or removal that it belongs to
+    std::uint32_t version = 0;   ///< of the publication; 0 for a removal
+    std::uint32_t keyframe = 0;  ///< serial that the receiver will hold; 0 for deltas and removals
+};
+
+enum class Fate : std::uint8_t {
+    kOpen,
+    kLost,  ///< given up for sending again; an acknowledgement may still come
+    kAcked,
+};
+
+struct SentPacket {
+    std::uint64_t sequence = 0;
+    Tick tick = 0;
+    Fate fate = Fate::kOpen;
+    bool counted = false;         ///< as a sample of the loss estimate
+    std::uint32_t own_stamp = 0;  ///< the own state that it carried; 0: none
+    std::vector<SentEntry> entries;
+};
+
+/// The newest kCapacity packets. Acknowledgements reach back 33 packets, so nothing older matters.
+class SentLog {
+  public:
+    static constexpr std::uint64_t kCapacity = 64;
+
+    SentLog() : packets_(kCapacity) {}
+
+    /// Begins the entry of a packet; sequences are consecutive. The packet that it displaces must
+    /// be resolved.
+    SentPacket& add(std::uint64_t sequence, Tick now) {
+        SentPacket& packet = packets_[sequence % kCapacity];
+        packet.sequence = sequence;
+        packet.tick = now;
+        packet.fate = Fate::kOpen;
+        packet.counted = false;
+        packet.own_stamp = 0;
+        packet.entries.clear();
+        return packet;
+    }
+
+    /// nullptr when it was never sent from here or is too old.
+    SentPacket* find(std::uint64_t sequence) {
+        SentPacket& packet = packets_[sequence % kCapacity];
+        return packet.sequence == sequence && sequence != 0 ? &packet : nullptr;
+    }
+
+  private:
+    std::vector<SentPacket> packets_;
+};
+
+}  // namespace zoned::replication

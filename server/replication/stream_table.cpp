@@ -1,0 +1,334 @@
+#include "server/replication/stream_table.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+
+namespace zoned::replication {
+
+namespace {
+
+// How long a replaced publication is watched: news that is older than this (a second) belongs to a
+// connection that is as good as lost.
+constexpr Tick kWatchTicks = 30;
+
+/// The promise lets a subscriber be wrong by dv_max times the age of its news, so a prediction must
+/// not be wrong by more than dv_max in velocity, even while its position is still within the bound.
+/// Order 0 predicts no velocity.
+bool leaves_velocity(const Stream& stream,
+                     float elapsed_s,
+                     const motion::KinematicState& truth,
+                     float allowed_mps) {
+    if (stream.state.order == motion::PredictorOrder::kStatic) {
+        return false;
+    }
+    // Publications of order 1 carry no acceleration.
+    const Vec3 predicted = stream.from.velocity + stream.from.acceleration * elapsed_s;
+    return (predicted - truth.velocity).squaredNorm() > allowed_mps * allowed_mps;
+}
+
+bool same_place(const motion::KinematicState& a, const motion::KinematicState& b) {
+    return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------- subscriptions
+
+StreamTable::Slot& StreamTable::slot_of(EntityId entity) {
+    const auto [it, is_new] = slot_index_.try_emplace(entity, 0);
+    if (is_new) {
+        if (free_slots_.empty()) {
+            free_slots_.push_back(static_cast<std::uint32_t>(slots_.size()));
+            slots_.emplace_back();
+        }
+        it->second = free_slots_.back();
+        free_slots_.pop_back();
+        slots_[it->second] = Slot{};
+        slots_[it->second].entity = entity;
+        slots_[it->second].stream.fill(kNoStream);
+    }
+    return slots_[it->second];
+}
+
+StreamIndex StreamTable::find(EntityId entity, std::uint8_t lod) const {
+    const auto it = slot_index_.find(entity);
+    return it == slot_index_.end() || lod >= wire::kLods ? kNoStream
+                                                         : slots_[it->second].stream[lod];
+}
+
+StreamIndex StreamTable::subscribe(EntityId entity, std::uint8_t lod) {
+    ZONED_ASSERT(lod < settings_.lods.size(), "every level of detail has a bound");
+    Slot& slot = slot_of(entity);
+    StreamIndex& index = slot.stream[lod];
+    if (index == kNoStream) {
+        if (free_streams_.empty()) {
+            free_streams_.push_back(static_cast<StreamIndex>(streams_.size()));
+            streams_.emplace_back();
+        }
+        index = free_streams_.back();
+        free_streams_.pop_back();
+        Stream& stream = streams_[index];
+        stream.entity = entity;
+        stream.lod = lod;
+        ++used_;
+        // Whoever comes from another level of detail still predicts from that one's publication:
+        // its breach is theirs.
+        for (const StreamIndex other : slot.stream) {
+            if (other != kNoStream) {
+                stream.breach_tick = std::max(stream.breach_tick, streams_[other].breach_tick);
+            }
+        }
+    }
+    ++streams_[index].subscribers;
+    return index;
+}
+
+void StreamTable::unsubscribe(StreamIndex index) {
+    ZONED_ASSERT(streams_[index].subscribers > 0, "a subscriber leaves once");
+    if (--streams_[index].subscribers == 0) {
+        abandoned_.push_back(index);
+    }
+}
+
+void StreamTable::collect() {
+    for (const StreamIndex index : abandoned_) {
+        // It may have been taken up again, or be listed twice.
+        if (streams_[index].subscribers == 0 && streams_[index].entity) {
+            free_stream(index);
+        }
+    }
+    abandoned_.clear();
+}
+
+/// Resets the stream for its next life; only the room of its byte vectors is kept.
+void StreamTable::free_stream(StreamIndex index) {
+    Stream& old = streams_[index];
+    const auto it = slot_index_.find(old.entity);
+    Slot& slot = slots_[it->second];
+    slot.stream[old.lod] = kNoStream;
+    const bool unused = std::all_of(
+        slot.stream.begin(), slot.stream.end(), [](StreamIndex s) { return s == kNoStream; });
+    if (unused) {
+        slot.entity = EntityId();
+        free_slots_.push_back(it->second);
+        slot_index_.erase(it);
+    }
+    Stream fresh;
+    fresh.absolute.swap(old.absolute);
+    fresh.absolute.clear();
+    for (std::size_t k = 0; k < kKeyframesKept; ++k) {
+        fresh.keyframes[k].delta.swap(old.keyframes[k].delta);
+    }
+    old = std::move(fresh);
+    free_streams_.push_back(index);
+    --used_;
+}
+
+// ---------------------------------------------------------------- publications
+
+void StreamTable::publish(Tick now,
+                          const world::Entities& entities,
+                          const world::TypeTable& types,
+                          Report& report) {
+    report.streams = used_;
+    for (Slot& slot : slots_) {
+        const world::Row row = slot.entity ? entities.find(slot.entity) : world::kNoRow;
+        if (row == world::kNoRow) {
+            continue;
+        }
+        const world::EntityType& type = types[entities.type[row]];
+        motion::KinematicState truth = entities.kinematic(row);
+        if (!(truth.acceleration.norm() <= 1.001F * type.max_acceleration_mps2)) {
+            // An impact, spread over a tick: it does not last, so nobody shall extrapolate it.
+            truth.acceleration.setZero();
+        }
+        if (!entities.has(row, world::kGhost) &&
+            slot.limits.exceeded(
+                now, entities.discontinuity_tick[row], truth.velocity, type, settings_.tick_s)) {
+            ++report.limit_exceeded;
+        }
+        for (const StreamIndex index : slot.stream) {
+            if (index != kNoStream) {
+                step_stream(streams_[index], now, entities, row, truth, type, report);
+            }
+        }
+    }
+}
+
+void StreamTable::step_stream(Stream& stream,
+                              Tick now,
+                              const world::Entities& entities,
+                              world::Row row,
+                              const motion::KinematicState& truth,
+                              const world::EntityType& type,
+                              Report& report) {
+    const bool at_rest = entities.has(row, world::kAtRest);
+    const std::uint16_t appearance = entities.appearance[row];
+    const LodBound& bound = settings_.lods[stream.lod];
+    if (stream.version == 0 || stream.type != entities.type[row]) {
+        // Nobody holds anything that a delta could refer to; `upright` may have changed as well.
+        for (Keyframe& keyframe : stream.keyframes) {
+            keyframe.serial = 0;
+        }
+        stream.type = entities.type[row];
+        stream.upright = type.upright();
+        stream.priority = type.priority;
+        stream.volatility.restart(now, truth);
+        publish_state(stream, now, truth, at_rest, appearance, report);
+        return;
+    }
+    if (at_rest && stream.at_rest && stream.replaced.watched_until == 0 &&
+        same_place(stream.settled, truth) && stream.state.appearance == appearance) {
+        stream.alive_tick = now;
+        return;
+    }
+    const bool breach = note_breach(stream, now, truth, type);
+    if (at_rest) {
+        // Rest is published exactly, so that a world that has come to rest is the same everywhere.
+        const wire::QuantizedState rest = wire::quantize(truth,
+                                                         motion::PredictorOrder::kStatic,
+                                                         stream.upright,
+                                                         true,
+                                                         appearance,
+                                                         settings_.quantization);
+        if (rest == stream.state) {
+            stream.settled = truth;
+            stream.alive_tick = now;
+        } else {
+            publish_state(stream, now, truth, true, appearance, report);
+        }
+        return;
+    }
+    stream.volatility.observe(now, truth, stream.upright, bound, settings_);
+    // What wakes up is published when it has left the bound, not at once: it moves steadily by
+    // then.
+    if (breach || appearance != stream.state.appearance ||
+        now - stream.alive_tick >= static_cast<Tick>(settings_.heartbeat_ticks)) {
+        publish_state(stream, now, truth, false, appearance, report);
+    }
+}
+
+bool StreamTable::note_breach(Stream& stream,
+                              Tick now,
+                              const motion::KinematicState& truth,
+                              const world::EntityType& type) {
+    const LodBound& bound = settings_.lods[stream.lod];
+    const float elapsed = elapsed_seconds(stream.tick, now, settings_.tick_s);
+    // A step of quantisation on top: rounding alone must never be news.
+    const float allowed_mps = type.max_velocity_jump_mps + settings_.quantization.velocity_step_mps;
+    const bool breach = leaves_bound(stream.from, stream.state.order, elapsed, truth, bound) ||
+                        leaves_velocity(stream, elapsed, truth, allowed_mps);
+    Replaced& old = stream.replaced;
+    bool old_breach = false;
+    if (old.watched_until != 0) {
+        const float old_elapsed = elapsed_seconds(old.tick, now, settings_.tick_s);
+        old_breach = leaves_bound(old.from, old.order, old_elapsed, truth, bound);
+        if (breach || old_breach || now >= old.watched_until) {
+            old.watched_until = 0;
+        }
+    }
+    if (breach || old_breach) {
+        stream.breach_tick = now;
+    }
+    return breach;
+}
+
+void StreamTable::publish_state(Stream& stream,
+                                Tick now,
+                                const motion::KinematicState& truth,
+                                bool at_rest,
+                                std::uint16_t appearance,
+                                Report& report) {
+    motion::PredictorOrder order = stream.volatility.best();
+    if (settings_.forced_order >= 0) {
+        order = static_cast<motion::PredictorOrder>(settings_.forced_order);
+    }
+    if (at_rest) {
+        order = motion::PredictorOrder::kStatic;
+    }
+    if (stream.version > 0 && stream.breach_tick != now && stream.replaced.watched_until == 0) {
+        stream.replaced = {stream.from, stream.state.order, stream.tick, now + kWatchTicks};
+    }
+    stream.state =
+        wire::quantize(truth, order, stream.upright, at_rest, appearance, settings_.quantization);
+    stream.from = wire::dequantize(stream.state, stream.upright, settings_.quantization);
+    stream.settled = truth;
+    stream.at_rest = at_rest;
+    stream.tick = now;
+    stream.alive_tick = now;
+    ++stream.version;
+    stream.keyframe_due = ++stream.since_keyframe >= settings_.keyframe_every;
+    stream.is_keyframe = false;
+    stream.absolute.clear();
+    for (Keyframe& keyframe : stream.keyframes) {
+        keyframe.delta_ready = false;
+    }
+    ++report.publications;
+}
+
+// ---------------------------------------------------------------- encoding
+
+Encoded StreamTable::encode(StreamIndex index, std::uint32_t held) {
+    Stream& stream = streams_[index];
+    ZONED_ASSERT(stream.version > 0, "only what was published is encoded");
+    wire::RecordHead head;
+    head.entity = stream.entity;
+    head.lod = stream.lod;
+    head.tick_low = static_cast<std::uint8_t>(stream.tick & 0xFF);
+    head.type = stream.type;
+    const std::uint32_t serial = stream.last_serial + (stream.is_keyframe ? 0 : 1);
+    if (stream.absolute.empty()) {
+        head.kind = wire::RecordKind::kAbsolute;
+        head.keyframe = static_cast<std::uint8_t>(serial % wire::kKeyframeNumbers);
+        wire::encode_absolute(
+            head, stream.state, stream.upright, settings_.quantization, stream.absolute);
+    }
+    Keyframe& base = stream.keyframes[held % kKeyframesKept];
+    if (held != 0 && base.serial == held && !stream.keyframe_due) {
+        if (!base.delta_ready) {
+            head.kind = wire::RecordKind::kDelta;
+            head.keyframe = static_cast<std::uint8_t>(held % wire::kKeyframeNumbers);
+            base.delta.clear();
+            wire::encode_delta(
+                head, stream.state, base.state, stream.upright, settings_.quantization, base.delta);
+            base.delta_ready = true;
+        }
+        if (base.delta.size() < stream.absolute.size()) {
+            return {&base.delta, 0};
+        }
+    }
+    return {&stream.absolute, serial};
+}
+
+bool StreamTable::sent_absolute(StreamIndex index) {
+    Stream& stream = streams_[index];
+    if (stream.is_keyframe) {
+        return false;
+    }
+    stream.is_keyframe = true;
+    stream.since_keyframe = 0;
+    ++stream.last_serial;
+    Keyframe& keyframe = stream.keyframes[stream.last_serial % kKeyframesKept];
+    keyframe.serial = stream.last_serial;
+    keyframe.state = stream.state;
+    keyframe.delta_ready = false;
+    return true;
+}
+
+void StreamTable::hash(core::StateHash& hash) const {
+    for (const Stream& stream : streams_) {
+        if (stream.entity) {
+            hash.add(stream.entity.value);
+            hash.add(stream.lod);
+            hash.add(stream.version);
+            hash.add(stream.last_serial);
+            hash.add(stream.tick);
+            for (const std::int32_t p : stream.state.position) {
+                hash.add(p);
+            }
+        }
+    }
+}
+
+}  // namespace zoned::replication

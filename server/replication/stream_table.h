@@ -1,0 +1,144 @@
+// StreamTable: the publications of a zone, one stream per (entity, level of detail) that somebody
+// subscribes to; each publication is encoded once for all its subscribers.
+#pragma once
+
+#include "server/replication/limit_check.h"
+#include "server/replication/replicator.h"
+#include "server/replication/volatility.h"
+#include "shared/wire/publication.h"
+
+#include <array>
+#include <unordered_map>
+
+namespace zoned::replication {
+
+/// Keyframes of a stream that deltas may still refer to. Their serials are consecutive, so their
+/// numbers on the wire (serial modulo 16) never clash.
+inline constexpr std::uint32_t kKeyframesKept = 4;
+static_assert(kKeyframesKept < wire::kKeyframeNumbers);
+
+using StreamIndex = std::uint32_t;
+inline constexpr StreamIndex kNoStream = 0xFFFFFFFFu;
+
+/// A publication that was sent absolute; whoever received it holds it under its number.
+struct Keyframe {
+    std::uint32_t serial = 0;  ///< counted from 1 in the life of a stream; 0 = none
+    wire::QuantizedState state;
+    std::vector<std::uint8_t> delta;  ///< the newest publication against this keyframe
+    bool delta_ready = false;
+};
+
+/// A publication that was replaced while truth was still within its bound (a heartbeat, an entity
+/// that came to rest). Subscribers far away follow it a little longer, and truth may leave it then.
+struct Replaced {
+    motion::KinematicState from;
+    motion::PredictorOrder order = motion::PredictorOrder::kStatic;
+    Tick tick = 0;
+    Tick watched_until = 0;  ///< 0: nothing to watch
+};
+
+/// The newest publication of one entity at one level of detail.
+struct Stream {
+    EntityId entity;
+    std::uint8_t lod = 0;
+    TypeIndex type = 0;
+    bool upright = false;
+    bool at_rest = false;
+    bool keyframe_due = false;  ///< everybody gets this publication absolute
+    bool is_keyframe = false;   ///< this publication was sent absolute: it is keyframe last_serial
+    float priority = 1.0F;
+    std::uint32_t subscribers = 0;
+    std::uint32_t version = 0;  ///< counts publications; 0 = nothing published yet
+    std::uint32_t last_serial = 0;
+    std::uint32_t since_keyframe = 0;
+    Tick tick = 0;         ///< of the publication
+    Tick alive_tick = 0;   ///< of the publication, or when truth was last seen to rest as published
+    Tick breach_tick = 0;  ///< when truth last left the prediction, or that of `replaced`
+    Replaced replaced;
+    wire::QuantizedState state;
+    motion::KinematicState from;         ///< state, dequantised: what everybody predicts from
+    motion::KinematicState settled;      ///< truth that `state` is known to represent exactly
+    std::vector<std::uint8_t> absolute;  ///< encoded when first needed; empty before
+    std::array<Keyframe, kKeyframesKept> keyframes;
+    Volatility volatility;
+};
+
+/// Bytes of the newest publication for one subscriber.
+struct Encoded {
+    const std::vector<std::uint8_t>* bytes = nullptr;
+    std::uint32_t keyframe = 0;  ///< absolute: the serial that the receiver will hold; delta: 0
+};
+
+class StreamTable {
+  public:
+    explicit StreamTable(const Settings& settings) : settings_(settings) {}
+
+    /// Finds or creates the stream and counts a subscriber.
+    StreamIndex subscribe(EntityId entity, std::uint8_t lod);
+    void unsubscribe(StreamIndex index);
+    /// Frees streams that have had no subscriber since the last call.
+    void collect();
+
+    /// Tests every stream against truth and publishes where the promise asks for it.
+    void publish(Tick now,
+                 const world::Entities& entities,
+                 const world::TypeTable& types,
+                 Report& report);
+
+    [[nodiscard]] const Stream& operator[](StreamIndex index) const { return streams_[index]; }
+
+    [[nodiscard]] std::uint32_t size() const { return used_; }
+
+    /// The newest publication for a subscriber that holds keyframe `held` (0: none) of this stream:
+    /// a delta where that keyframe is still kept and the delta is smaller, else absolute. Version
+    /// must not be 0. The bytes stay valid until the next publish().
+    Encoded encode(StreamIndex index, std::uint32_t held);
+    /// Must follow an encode() whose absolute bytes are really sent. True when that made the
+    /// publication a keyframe.
+    bool sent_absolute(StreamIndex index);
+
+    /// kNoStream when nobody subscribes.
+    [[nodiscard]] StreamIndex find(EntityId entity, std::uint8_t lod) const;
+
+    void hash(core::StateHash& hash) const;
+
+  private:
+    /// One entity with its streams by level of detail.
+    struct Slot {
+        EntityId entity;  // none: free
+        std::array<StreamIndex, wire::kLods> stream{};
+        LimitCheck limits;
+    };
+
+    Slot& slot_of(EntityId entity);
+    void step_stream(Stream& stream,
+                     Tick now,
+                     const world::Entities& entities,
+                     world::Row row,
+                     const motion::KinematicState& truth,
+                     const world::EntityType& type,
+                     Report& report);
+    /// Whether truth leaves the newest prediction now; notes the breach, also of the one before.
+    bool note_breach(Stream& stream,
+                     Tick now,
+                     const motion::KinematicState& truth,
+                     const world::EntityType& type);
+    void publish_state(Stream& stream,
+                       Tick now,
+                       const motion::KinematicState& truth,
+                       bool at_rest,
+                       std::uint16_t appearance,
+                       Report& report);
+    void free_stream(StreamIndex index);
+
+    Settings settings_;
+    std::vector<Stream> streams_;
+    std::vector<StreamIndex> free_streams_;
+    std::vector<StreamIndex> abandoned_;  // reached zero subscribers since the last collect()
+    std::vector<Slot> slots_;
+    std::vector<std::uint32_t> free_slots_;
+    std::unordered_map<EntityId, std::uint32_t> slot_index_;  // looked up, never iterated
+    std::uint32_t used_ = 0;
+};
+
+}  // namespace zoned::replication

@@ -1,0 +1,97 @@
+// Records: what the sandbox game remembers of characters and props; one list of fields drives
+// saving, loading and hashing.
+#pragma once
+
+#include "shared/core/ids.h"
+#include "shared/math/types.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::rules {
+
+/// A prop in somebody's inventory. The entity itself is gone; its id is the handle by which the
+/// owner names the item.
+struct Item {
+    EntityId id;
+    TypeIndex type = 0;
+    std::uint16_t appearance = 0;
+
+    template <class Archive, class Self>
+    static void fields(Archive& archive, Self& self) {
+        archive(self.id);
+        archive(self.type);
+        archive(self.appearance);
+    }
+};
+
+enum class Life : std::uint8_t {
+    kAlive,
+    kDying,  ///< killed, waits until `life_until` for its client to confirm
+    kDead,   ///< hidden until `life_until`
+    kBack,   ///< respawned; to be announced when those around hear of it, one tick later
+};
+inline constexpr Life kLastLife = Life::kBack;
+
+struct CharacterRecord {
+    ClientId client;  ///< none for characters that nobody plays
+    std::string name;
+    std::string team;
+    Vec3d spawn = Vec3d::Zero();  ///< world coordinates, m
+    std::uint32_t health = 0;
+    Life life = Life::kAlive;
+    EntityId killer;
+    EventId kill_event;  ///< that the killed client has to confirm
+    Tick life_until = 0;
+    Tick next_shot = 0;
+    Tick next_throw = 0;
+    Tick next_push = 0;
+    Tick next_bite = 0;
+    Tick chat_due = 0;    ///< theoretical arrival time of the rate limit
+    Tick denial_due = 0;  ///< the same for denials
+    Tick moved_at = 0;    ///< last tick with a wish to move
+    std::vector<Item> inventory;
+
+    template <class Archive, class Self>
+    static void fields(Archive& archive, Self& self) {
+        archive(self.client);
+        archive(self.name);
+        archive(self.team);
+        archive(self.spawn);
+        archive(self.health);
+        archive(self.life);
+        archive(self.killer);
+        archive(self.kill_event);
+        archive(self.life_until);
+        archive(self.next_shot);
+        archive(self.next_throw);
+        archive(self.next_push);
+        archive(self.next_bite);
+        archive(self.chat_due);
+        archive(self.denial_due);
+        archive(self.moved_at);
+        archive(self.inventory);
+    }
+
+    [[nodiscard]] bool can_act() const { return life == Life::kAlive || life == Life::kBack; }
+
+    [[nodiscard]] bool pending() const { return life != Life::kAlive; }
+};
+
+struct PropRecord {
+    EntityId thrown_by;  ///< flies since a throw and has hit nobody yet
+    Tick thrown_until = 0;
+    EntityId reserved_for;  ///< hidden, on its way into the inventory of somebody in another zone
+    Tick reserved_until = 0;
+
+    template <class Archive, class Self>
+    static void fields(Archive& archive, Self& self) {
+        archive(self.thrown_by);
+        archive(self.thrown_until);
+        archive(self.reserved_for);
+        archive(self.reserved_until);
+    }
+};
+
+}  // namespace zoned::rules

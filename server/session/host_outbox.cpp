@@ -1,0 +1,132 @@
+#include "server/session/host_impl.h"
+#include "server/session/server_messages.h"
+
+namespace zoned::session {
+
+namespace {
+
+/// Without a stream a client is still sent states while it is heard by UDP; this long after it was
+/// last heard.
+constexpr double kStatesAfterSilence_s = 1.0;
+
+}  // namespace
+
+void SessionHost::Impl::on_state(const mailbox::StatePacket& packet,
+                                 double now_s,
+                                 double server_time_s) {
+    Session* session = table.by_client(packet.client);
+    if (session == nullptr) {
+        reject(Reject::kOutNoSession);  // it left while the packet was made
+        return;
+    }
+    if (!session->path.may_send(packet.sequence)) {
+        reject(Reject::kOutSequence);
+        return;
+    }
+    if (packet.body.size() > wire::kMaxDownBodyBytes) {
+        reject(Reject::kOutOversize);
+        return;
+    }
+    const bool tunnel = session->route == Route::kStream;
+    if (!session->stream && (tunnel || now_s - session->last_datagram_s > kStatesAfterSilence_s)) {
+        reject(Reject::kOutSuspended);
+        return;
+    }
+    if (tunnel && output.stream_backlog &&
+        output.stream_backlog(session->stream) > settings.max_tunnel_backlog_bytes) {
+        // States grow stale in a queue; acks will show that this one is missing.
+        reject(Reject::kOutTunnelBacklog);
+        return;
+    }
+    Bytes datagram = take_buffer();
+    session->path.seal(
+        session->connection, packet.sequence, packet.body, now_s, server_time_s, plain, datagram);
+    if (tunnel) {
+        ++stats.tunnelled;
+        send(session->stream, datagram_frame(datagram));
+        spare_buffers.push_back(std::move(datagram));
+    } else {
+        ++stats.packets_out;
+        stats.bytes_out += datagram.size();
+        output.send_datagram(session->address, std::move(datagram));
+    }
+}
+
+void SessionHost::Impl::on_event(const mailbox::EventOut& event) {
+    const EventBody body = encode_event_body(event);
+    const auto chance = [&](double probability) {
+        return probability > 0.0 && fault_rng.unit() < static_cast<float>(probability);
+    };
+    for (const ClientId client : event.recipients) {
+        Session* session = table.by_client(client);
+        if (session == nullptr) {
+            reject(Reject::kOutNoSession);
+        } else if (chance(settings.testing.drop_event_probability)) {
+            session->events.skip_number();
+        } else if (queue_event(*session, event, body) &&
+                   chance(settings.testing.double_event_probability)) {
+            queue_event(*session, event, body);
+        }
+    }
+}
+
+bool SessionHost::Impl::queue_event(Session& session,
+                                    const mailbox::EventOut& event,
+                                    const EventBody& body) {
+    if (session.events.waiting().size() >= settings.max_unacked_events ||
+        session.unconfirmed.size() >= settings.max_unacked_events) {
+        // An event may not be lost and may not wait for ever: the session ends.
+        reject(Reject::kEventsOverflow);
+        end(session,
+            proto::CLOSING_PROTOCOL,
+            "more than " + std::to_string(settings.max_unacked_events) +
+                " events wait for the client's acknowledgement or confirmation",
+            mailbox::LeaveReason::kTimeout);
+        return false;
+    }
+    const std::uint64_t number = session.events.push(body);
+    if (event.confirm) {
+        session.unconfirmed.insert(event.event.value);
+    }
+    if (session.stream) {
+        send(session.stream, event_frame(number, body));
+    }
+    return true;
+}
+
+void SessionHost::Impl::on_joined(const mailbox::Joined& joined) {
+    Session* session = table.by_client(joined.client);
+    if (session == nullptr) {
+        reject(Reject::kOutNoSession);
+        return;
+    }
+    session->joined = joined;
+    if (session->stream) {
+        send(session->stream, joined_frame(joined));
+    }
+}
+
+void SessionHost::Impl::on_kick(const mailbox::Kick& kick) {
+    Session* session = table.by_client(kick.client);
+    if (session == nullptr) {
+        reject(Reject::kOutNoSession);
+        return;
+    }
+    end(*session, proto::CLOSING_KICKED, kick.reason, mailbox::LeaveReason::kKicked);
+}
+
+void SessionHost::Impl::on_audit(const mailbox::AuditRecord& record) {
+    Session* session = table.by_client(record.client);
+    if (session == nullptr) {
+        reject(Reject::kOutNoSession);
+    } else if (!session->may(mailbox::kRightAudit)) {
+        // The truth never leaves the server without the right to it, whatever the zones say.
+        reject(Reject::kOutAuditNoRight);
+    } else if (!session->stream) {
+        reject(Reject::kOutSuspended);
+    } else {
+        send(session->stream, audit_frame(record));
+    }
+}
+
+}  // namespace zoned::session

@@ -1,0 +1,83 @@
+// Reasons for which something was refused, and their counters: cheap enough to count a flood.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace zoned::session {
+
+/// Why something that came from outside, or from the zones, was not carried out. Datagrams first,
+/// then frames, then what goes out.
+enum class Reject : std::uint8_t {
+    kDatagramShort,
+    kDatagramLong,
+    kConnectionUnknown,
+    kReplayed,
+    kNotAuthentic,
+    kTransportMalformed,
+    kDatagramFlood,
+    kAckAhead,
+    kBodyMalformed,
+    kInputRange,
+    kInputAhead,
+    kInputLate,
+    kFrameOversize,
+    kFrameMalformed,
+    kFrameEmpty,
+    kFrameNoStream,
+    kFrameFlood,
+    kHelloMissing,
+    kHelloAgain,
+    kLoginTimeout,
+    kLoginMalformed,
+    kLoginVersion,
+    kLoginDigest,
+    kLoginTicket,
+    kLoginFull,
+    kLoginResume,
+    kLoginShutdown,
+    kCommandGap,
+    kCommandDuplicate,
+    kCommandFlood,
+    kCommandKind,
+    kCommandSize,
+    kEventAckAhead,
+    kConfirmUnknown,
+    kViewResetFlood,
+    kFreezeNoRight,
+    kAuditNoRight,
+    kAuditFlood,
+    kSilence,
+    kEventsOverflow,
+    kOutNoSession,
+    kOutSequence,
+    kOutOversize,
+    kOutSuspended,
+    kOutTunnelBacklog,
+    kOutAuditNoRight,
+    kCount,
+};
+
+/// Name of a reason in reports and metrics, e.g. "not_authentic".
+[[nodiscard]] const char* reject_name(Reject reason);
+
+/// One counter per reason.
+class RejectCounters {
+  public:
+    void count(Reject reason) { ++counts_[static_cast<std::size_t>(reason)]; }
+
+    [[nodiscard]] std::uint64_t of(Reject reason) const {
+        return counts_[static_cast<std::size_t>(reason)];
+    }
+
+    /// Reasons that occurred, by name.
+    [[nodiscard]] std::map<std::string, std::uint64_t> by_name() const;
+
+  private:
+    std::array<std::uint64_t, static_cast<std::size_t>(Reject::kCount)> counts_{};
+};
+
+}  // namespace zoned::session

@@ -1,0 +1,35 @@
+// Secrets: unguessable numbers, comparison without a timing leak, keys as hexadecimal text.
+#pragma once
+
+#include "shared/core/result.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace zoned::session {
+
+/// Fills `out` from the operating system's random source; throws std::runtime_error when there is
+/// none.
+void random_bytes(std::span<std::uint8_t> out);
+
+/// A random number that is not zero.
+[[nodiscard]] std::uint32_t random_nonzero_u32();
+
+/// Takes the same time wherever the first difference lies. Different lengths are unequal at once.
+[[nodiscard]] bool equal_in_constant_time(std::span<const std::uint8_t> a,
+                                          std::span<const std::uint8_t> b);
+
+/// First 64 bits of SHA-256: an index for secrets. What a look-up leaks by its timing is of the
+/// hash, which says nothing about the secret.
+[[nodiscard]] std::uint64_t hash_prefix(std::span<const std::uint8_t> secret);
+
+/// Lower-case hexadecimal, two digits a byte.
+[[nodiscard]] std::string to_hex(std::span<const std::uint8_t> bytes);
+
+/// 32 bytes from 64 hexadecimal digits; white space around them is ignored.
+[[nodiscard]] core::Result<std::array<std::uint8_t, 32>> parse_key_hex(std::string_view text);
+
+}  // namespace zoned::session

@@ -1,0 +1,25 @@
+// Server messages: frames to clients, built from what the zones and the host have to say.
+#pragma once
+
+#include "server/mailbox/messages.h"
+#include "proto/session.pb.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::session {
+
+/// Serialises a message into a frame, without the length prefix.
+[[nodiscard]] std::vector<std::uint8_t> serialise(const proto::ServerMessage& message);
+
+[[nodiscard]] std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason,
+                                                      const std::string& text);
+[[nodiscard]] std::vector<std::uint8_t> joined_frame(const mailbox::Joined& joined);
+[[nodiscard]] std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record);
+[[nodiscard]] std::vector<std::uint8_t> command_ack_frame(std::uint64_t through);
+/// A datagram that takes the stream because UDP does not get through.
+[[nodiscard]] std::vector<std::uint8_t> datagram_frame(std::span<const std::uint8_t> sealed);
+
+}  // namespace zoned::session

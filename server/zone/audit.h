@@ -1,0 +1,16 @@
+// Audit: the truth of what one client ought to know, by brute force over raw state, apart from the
+// tables that it checks.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+namespace zoned::zone {
+
+/// True when this client's record is due: periodically (spread over the clients), or because it
+/// asked.
+bool audit_due(const ZoneState& state, const ZoneClient& client);
+
+/// The record for one client at state.now; entities ascend by id.
+mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client);
+
+}  // namespace zoned::zone

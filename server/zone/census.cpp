@@ -1,0 +1,39 @@
+#include "server/zone/census.h"
+
+#include "server/zone/movement.h"
+
+namespace zoned::zone {
+
+Census take_census(const ZoneState& state, std::size_t inbox_items) {
+    Census census;
+    const world::Entities& e = state.entities;
+    const world::TypeTable& types = *state.settings.types;
+    for (world::Row row = 0; row < e.size(); ++row) {
+        if (e.has(row, world::kGhost)) {
+            ++census.ghosts;
+            continue;
+        }
+        ++census.entities;
+        if (types[e.type[row]].kind == world::EntityKind::kCharacter &&
+            !e.has(row, world::kHidden)) {
+            ++census.characters;
+            census.moving_characters +=
+                !e.has(row, world::kAtRest) || wants_to_move(e, row) ? 1U : 0U;
+        }
+    }
+    census.minds = static_cast<std::uint32_t>(state.minds.size());
+    census.awake_bodies = state.scene.awake_count();
+    census.viewers = static_cast<std::uint32_t>(state.clients.size());
+    for (const ZoneClient& client : state.clients) {
+        const bool audited = (client.rights & mailbox::kRightAudit) != 0;
+        census.audited += audited && state.settings.audit.enabled ? 1U : 0U;
+    }
+    census.inbox = static_cast<std::uint32_t>(inbox_items + state.messages_in.size());
+    census.neighbours = static_cast<std::uint32_t>(state.settings.regions.size() - 1);
+    census.rules_busy = state.rules->busy();
+    census.ghosts_moved = state.ghosts_moved;
+    census.frozen = state.frozen;
+    return census;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,194 @@
+#include "server/zone/context.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+
+namespace zoned::zone {
+
+world::Row ZoneContext::owned(EntityId entity) const {
+    const world::Row row = state_->entities.find(entity);
+    return row != world::kNoRow && !state_->entities.has(row, world::kGhost) ? row : world::kNoRow;
+}
+
+TypeIndex ZoneContext::type_named(std::string_view name) const {
+    const world::TypeTable& table = types();
+    const auto it = std::find_if(
+        table.begin(), table.end(), [&](const world::EntityType& t) { return t.name == name; });
+    ZONED_ASSERT(it != table.end(), "rules check the names of their types when they are made");
+    return static_cast<TypeIndex>(it - table.begin());
+}
+
+EntityId ZoneContext::spawn(const SpawnDef& def) {
+    return spawn_entity(*state_, def);
+}
+
+void ZoneContext::despawn(EntityId entity) {
+    const world::Row row = owned(entity);
+    if (row != world::kNoRow) {
+        despawn_entity(*state_, row);
+    }
+}
+
+void ZoneContext::place(world::Row row, const Vec3& position, const Vec3& velocity) {
+    world::Entities& e = state_->entities;
+    e.position[row] = position;
+    e.velocity[row] = velocity;
+    e.angular_velocity[row].setZero();
+    e.acceleration[row].setZero();
+    e.discontinuity_tick[row] = state_->now;
+    e.set(row, world::kAtRest, false);
+    e.set(row, world::kGrounded, false);
+    state_->grid_valid = false;
+}
+
+void ZoneContext::teleport(EntityId entity, const Vec3& position) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    place(row, position, Vec3::Zero());
+    const world::Entities& e = state_->entities;
+    if (e.body[row]) {
+        state_->scene.set_state(e.body[row],
+                                {position, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
+    }
+}
+
+void ZoneContext::add_velocity(EntityId entity, const Vec3& change) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    world::Entities& e = state_->entities;
+    e.set(row, world::kAtRest, false);
+    const world::EntityType& type = types()[e.type[row]];
+    if (type.kind == world::EntityKind::kCharacter) {
+        e.velocity[row] += change;
+        // Feet leave the ground, else friction would eat the knock within a tick.
+        if (change.y() > 0.0F) {
+            e.set(row, world::kGrounded, false);
+        }
+    } else if (e.body[row]) {
+        const physics::BodyState body = state_->scene.state(e.body[row]);
+        state_->scene.set_velocity(e.body[row], body.velocity + change, body.angular_velocity);
+        state_->scene.wake(e.body[row]);
+        e.velocity[row] = body.velocity + change;
+    }
+}
+
+void ZoneContext::hide(EntityId entity) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    world::Entities& e = state_->entities;
+    remove_body(*state_, row);
+    e.set(row, world::kHidden, true);
+    e.set(row, world::kAtRest, true);
+    e.velocity[row].setZero();
+    e.angular_velocity[row].setZero();
+    e.acceleration[row].setZero();
+}
+
+void ZoneContext::show(EntityId entity, const Vec3& position, const Vec3& velocity) {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow) {
+        return;
+    }
+    world::Entities& e = state_->entities;
+    e.set(row, world::kHidden, false);
+    remove_body(*state_, row);
+    place(row, position, velocity);
+    add_body(*state_, row, false);
+}
+
+void ZoneContext::set_appearance(EntityId entity, std::uint16_t appearance) {
+    const world::Row row = owned(entity);
+    if (row != world::kNoRow) {
+        state_->entities.appearance[row] = appearance;
+    }
+}
+
+void ZoneContext::set_behaviour(EntityId entity, world::Behaviour behaviour) {
+    const world::Row row = owned(entity);
+    if (row != world::kNoRow) {
+        state_->entities.behaviour[row] = static_cast<std::uint8_t>(behaviour);
+    }
+}
+
+RayResult ZoneContext::ray_cast(const Vec3& origin,
+                                const Vec3& direction,
+                                float max_distance,
+                                EntityId ignore) const {
+    physics::RayHit hit;
+    RayResult result;
+    result.hit = state_->scene.ray_cast(origin, direction, max_distance, ignore.value, hit);
+    if (result.hit) {
+        result.entity = EntityId(hit.user);
+        result.distance = hit.distance;
+        result.point = hit.point;
+        result.normal = hit.normal;
+    }
+    return result;
+}
+
+void ZoneContext::near(const Vec3& point, float radius, std::vector<EntityId>& out) const {
+    out.clear();
+    const world::Entities& e = state_->entities;
+    current_grid(*state_).for_each_within(
+        point.x(), point.z(), radius, [&](std::uint32_t row, float) {
+            if (!e.has(row, world::kHidden)) {
+                out.push_back(e.id[row]);
+            }
+        });
+    std::sort(out.begin(), out.end());
+}
+
+PendingEvent& ZoneContext::queue_event(const RulesEvent& event, Audience audience) {
+    ZONED_ASSERT(event.kind >= kFirstRulesEvent, "kinds below belong to the server");
+    PendingEvent& pending = state_->out.events.emplace_back();
+    pending.event.event = EventId((++state_->next_event << 16U) | state_->settings.id.value);
+    pending.event.tick = state_->now;
+    pending.event.kind = event.kind;
+    pending.event.confirm = event.confirm;
+    pending.event.payload = event.payload;
+    pending.audience = audience;
+    return pending;
+}
+
+EventId ZoneContext::send(ClientId client, const RulesEvent& event) {
+    PendingEvent& pending = queue_event(event, Audience::kClient);
+    pending.event.recipients.push_back(client);
+    return pending.event.event;
+}
+
+EventId ZoneContext::publish(std::string_view topic, const RulesEvent& event) {
+    PendingEvent& pending = queue_event(event, Audience::kTopic);
+    pending.event.topic = topic;
+    return pending.event.event;
+}
+
+EventId ZoneContext::announce(EntityId source, const RulesEvent& event) {
+    PendingEvent& pending = queue_event(event, Audience::kHearers);
+    pending.source = source;
+    return pending.event.event;
+}
+
+void ZoneContext::subscribe(ClientId client, std::string_view topic) {
+    state_->out.topics.push_back({client, std::string(topic), true});
+}
+
+void ZoneContext::unsubscribe(ClientId client, std::string_view topic) {
+    state_->out.topics.push_back({client, std::string(topic), false});
+}
+
+void ZoneContext::message(EntityId target, Bytes payload) {
+    state_->out.rules_messages.push_back({target, std::move(payload)});
+}
+
+void ZoneContext::kick(ClientId client, std::string_view reason) {
+    state_->out.messages.emplace_back(mailbox::Kick{client, std::string(reason)});
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,60 @@
+// ZoneContext: what the rules see and do, implemented over a zone's state.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+namespace zoned::zone {
+
+class ZoneContext final : public RulesContext {
+  public:
+    explicit ZoneContext(ZoneState& state) : state_(&state) {}
+
+    [[nodiscard]] Tick now() const override { return state_->now; }
+
+    [[nodiscard]] float dt() const override { return state_->settings.dt; }
+
+    [[nodiscard]] ZoneId zone() const override { return state_->settings.id; }
+
+    [[nodiscard]] Vec3d origin() const override { return state_->settings.region().origin(); }
+
+    [[nodiscard]] const world::Entities& entities() const override { return state_->entities; }
+
+    [[nodiscard]] const world::TypeTable& types() const override { return *state_->settings.types; }
+
+    [[nodiscard]] TypeIndex type_named(std::string_view name) const override;
+
+    [[nodiscard]] core::Rng& rng() override { return state_->rng; }
+
+    EntityId spawn(const SpawnDef& def) override;
+    void despawn(EntityId entity) override;
+    void teleport(EntityId entity, const Vec3& position) override;
+    void add_velocity(EntityId entity, const Vec3& change) override;
+    void hide(EntityId entity) override;
+    void show(EntityId entity, const Vec3& position, const Vec3& velocity) override;
+    void set_appearance(EntityId entity, std::uint16_t appearance) override;
+    void set_behaviour(EntityId entity, world::Behaviour behaviour) override;
+
+    [[nodiscard]] RayResult ray_cast(const Vec3& origin,
+                                     const Vec3& direction,
+                                     float max_distance,
+                                     EntityId ignore) const override;
+    void near(const Vec3& point, float radius, std::vector<EntityId>& out) const override;
+
+    EventId send(ClientId client, const RulesEvent& event) override;
+    EventId publish(std::string_view topic, const RulesEvent& event) override;
+    EventId announce(EntityId source, const RulesEvent& event) override;
+    void subscribe(ClientId client, std::string_view topic) override;
+    void unsubscribe(ClientId client, std::string_view topic) override;
+    void message(EntityId target, Bytes payload) override;
+    void kick(ClientId client, std::string_view reason) override;
+
+  private:
+    /// Row of an entity that this zone owns, or kNoRow.
+    [[nodiscard]] world::Row owned(EntityId entity) const;
+    PendingEvent& queue_event(const RulesEvent& event, Audience audience);
+    void place(world::Row row, const Vec3& position, const Vec3& velocity);
+
+    ZoneState* state_;
+};
+
+}  // namespace zoned::zone

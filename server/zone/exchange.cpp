@@ -1,0 +1,41 @@
+#include "server/zone/exchange.h"
+
+namespace zoned::zone {
+
+EntityState read_entity(const world::Entities& entities, world::Row row) {
+    EntityState s;
+    s.id = entities.id[row];
+    s.type = entities.type[row];
+    s.flags = entities.flags[row];
+    s.behaviour = entities.behaviour[row];
+    s.yaw = entities.yaw[row];
+    s.appearance = entities.appearance[row];
+    s.position = entities.position[row];
+    s.orientation = entities.orientation[row];
+    s.velocity = entities.velocity[row];
+    s.angular_velocity = entities.angular_velocity[row];
+    s.acceleration = entities.acceleration[row];
+    s.client = entities.client[row];
+    s.discontinuity_tick = entities.discontinuity_tick[row];
+    return s;
+}
+
+void write_entity(const EntityState& state,
+                  const Vec3& shift,
+                  world::Entities& entities,
+                  world::Row row) {
+    entities.type[row] = state.type;
+    entities.flags[row] = state.flags;
+    entities.behaviour[row] = state.behaviour;
+    entities.yaw[row] = state.yaw;
+    entities.appearance[row] = state.appearance;
+    entities.position[row] = state.position + shift;
+    entities.orientation[row] = state.orientation;
+    entities.velocity[row] = state.velocity;
+    entities.angular_velocity[row] = state.angular_velocity;
+    entities.acceleration[row] = state.acceleration;
+    entities.client[row] = state.client;
+    entities.discontinuity_tick[row] = state.discontinuity_tick;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,92 @@
+// What zones exchange between the two halves of a tick: ghosts, handoffs, messages of the rules,
+// events to resolve.
+#pragma once
+
+#include "server/ai/ai_step.h"
+#include "server/mailbox/messages.h"
+#include "server/physics/scene.h"
+#include "server/replication/replicator.h"
+#include "server/world/entities.h"
+#include "server/zone/input_ring.h"
+#include "shared/core/ids.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::zone {
+
+/// The columns of one entity; positions are in the coordinates of the zone that wrote it.
+struct EntityState {
+    EntityId id;
+    TypeIndex type = 0;
+    std::uint8_t flags = 0;
+    std::uint8_t behaviour = 0;
+    std::uint16_t yaw = 0;
+    std::uint16_t appearance = 0;
+    Vec3 position = Vec3::Zero();
+    Quat orientation = Quat::Identity();
+    Vec3 velocity = Vec3::Zero();
+    Vec3 angular_velocity = Vec3::Zero();
+    Vec3 acceleration = Vec3::Zero();
+    ClientId client;
+    Tick discontinuity_tick = 0;
+};
+
+EntityState read_entity(const world::Entities& entities, world::Row row);
+/// Everything but the id and the body; `shift` is added to the position (source origin minus own
+/// origin).
+void write_entity(const EntityState& state,
+                  const Vec3& shift,
+                  world::Entities& entities,
+                  world::Row row);
+
+/// A client whose avatar lives in the zone.
+struct ZoneClient {
+    ClientId client;
+    EntityId avatar;
+    std::uint32_t rights = 0;
+    InputRing inputs;
+    replication::OwnInput own;
+    bool audit_due = false;
+    std::uint16_t buttons_before = 0;  ///< of the tick before
+};
+
+/// An entity on its way to another zone: all that makes it what it is.
+struct Handoff {
+    ZoneId from;
+    ZoneId to;
+    EntityState state;
+    std::optional<ai::Mind> mind;
+    std::vector<std::uint8_t> rules;
+    std::optional<ZoneClient> client;
+    replication::ClientTransfer transfer;  ///< where client is set
+};
+
+/// A message of the rules to an entity, wherever it lives.
+struct RulesMessage {
+    EntityId target;
+    std::vector<std::uint8_t> payload;
+};
+
+enum class Audience : std::uint8_t {
+    kClient,
+    kTopic,
+    kHearers
+};
+
+/// An event whose recipients the world resolves once all zones have stepped.
+struct PendingEvent {
+    mailbox::EventOut event;
+    Audience audience = Audience::kClient;
+    EntityId source;  ///< kHearers
+};
+
+struct TopicChange {
+    ClientId client;
+    std::string topic;
+    bool subscribe = true;
+};
+
+}  // namespace zoned::zone

@@ -1,0 +1,220 @@
+#include "server/zone/handoff.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::zone {
+
+namespace {
+
+/// Contact keeps an island together only this far beyond the border, m.
+constexpr double kReach = 20.0;
+/// An entity this far below the ground or outside the world has fallen out of it, m.
+constexpr double kLost = 50.0;
+constexpr double kWorldSlack = 4.0;
+
+Vec3d world_position(const ZoneState& state, world::Row row) {
+    return state.settings.region().origin() + state.entities.position[row].cast<double>();
+}
+
+/// The zone that a point lies in; none outside the world.
+ZoneId zone_at(const ZoneState& state, const Vec3d& at) {
+    for (const Region& region : state.settings.regions) {
+        if (region.outside(at.x(), at.z()) == 0.0) {
+            return region.id;
+        }
+    }
+    return {};
+}
+
+bool is_owned_prop(const ZoneState& state, world::Row row) {
+    return (*state.settings.types)[state.entities.type[row]].kind == world::EntityKind::kProp &&
+           !state.entities.has(row, world::kGhost);
+}
+
+/// Rows of the owned props that touch `row` through contacts, itself included.
+std::vector<world::Row> island_rows(const ZoneState& state, world::Row row) {
+    std::vector<world::Row> rows;
+    if (!is_owned_prop(state, row) || !state.entities.body[row]) {
+        return {row};
+    }
+    std::vector<BodyId> bodies;
+    state.scene.island_of(state.entities.body[row], bodies);
+    for (const BodyId body : bodies) {
+        const world::Row member = state.entities.find(EntityId(state.scene.user(body)));
+        if (member != world::kNoRow && is_owned_prop(state, member)) {
+            rows.push_back(member);
+        }
+    }
+    return rows;
+}
+
+Handoff take(ZoneState& state, world::Row row, ZoneId to) {
+    world::Entities& e = state.entities;
+    Handoff h;
+    h.from = state.settings.id;
+    h.to = to;
+    h.state = read_entity(e, row);
+    h.rules = state.rules->take_entity(h.state.id);
+    if (state.minds.find(h.state.id) != nullptr) {
+        h.mind = state.minds.take(h.state.id);
+    }
+    const int index = h.state.client ? find_client(state, h.state.client) : -1;
+    if (index >= 0) {
+        h.client = state.clients[static_cast<std::size_t>(index)];
+        h.transfer = state.replicator.remove_client(h.state.client);
+        state.clients.erase(state.clients.begin() + index);
+    }
+    remove_body(state, row);
+    e.remove(row);
+    state.grid_valid = false;
+    return h;
+}
+
+/// An entity that fell out of the world is put back on the ground, just inside.
+void put_back(ZoneState& state, world::Row row) {
+    world::Entities& e = state.entities;
+    const Region& region = state.settings.region();
+    const Vec3d origin = region.origin();
+    const auto half_x = static_cast<float>(region.max_x - origin.x()) - 2.0F;
+    const auto half_z = static_cast<float>(region.max_z - origin.z()) - 2.0F;
+    Vec3& p = e.position[row];
+    p.x() = std::clamp(p.x(), -half_x, half_x);
+    p.z() = std::clamp(p.z(), -half_z, half_z);
+    p.y() = state.settings.statics->ground_height() + 2.0F;
+    e.velocity[row].setZero();
+    e.angular_velocity[row].setZero();
+    e.discontinuity_tick[row] = state.now;
+    e.set(row, world::kAtRest, false);
+    if (e.body[row]) {
+        state.scene.set_state(e.body[row],
+                              {p, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
+    }
+    state.grid_valid = false;
+    ++state.report.out_of_world;
+}
+
+bool is_lost(const ZoneState& state, const Vec3d& at) {
+    if (!at.allFinite() || at.y() < state.settings.statics->ground_height() - kLost) {
+        return true;
+    }
+    for (const Region& region : state.settings.regions) {
+        if (region.outside(at.x(), at.z()) <= kWorldSlack) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// The zone that the island of `row` has to go to, or none.
+ZoneId destination(const ZoneState& state,
+                   const std::vector<world::Row>& island,
+                   ZoneId ghost_owner) {
+    Vec3d mean = Vec3d::Zero();
+    for (const world::Row row : island) {
+        mean += world_position(state, row);
+    }
+    mean /= static_cast<double>(island.size());
+    const double outside = state.settings.region().outside(mean.x(), mean.z());
+    if (ghost_owner && ghost_owner < state.settings.id &&
+        state.settings.regions[ghost_owner.value - 1U].outside(mean.x(), mean.z()) < kReach) {
+        return ghost_owner;
+    }
+    return outside > state.settings.handoff_hysteresis_m ? zone_at(state, mean) : ZoneId();
+}
+
+void leave_together(ZoneState& state, const std::vector<world::Row>& island, ZoneId to) {
+    std::vector<EntityId> ids;
+    for (const world::Row row : island) {
+        ids.push_back(state.entities.id[row]);
+    }
+    std::sort(ids.begin(), ids.end());
+    for (const EntityId id : ids) {
+        state.out.handoffs.push_back(take(state, state.entities.find(id), to));
+    }
+}
+
+/// Props that touched a ghost of a zone with a lower number this tick: their island belongs there.
+void follow_ghost_contacts(ZoneState& state) {
+    for (const GhostContact& contact : state.ghost_contacts) {
+        const world::Row row = state.entities.find(contact.prop);
+        if (row == world::kNoRow || !is_owned_prop(state, row)) {
+            continue;
+        }
+        const std::vector<world::Row> island = island_rows(state, row);
+        const ZoneId to = destination(state, island, contact.owner);
+        if (to && to != state.settings.id) {
+            leave_together(state, island, to);
+        }
+    }
+    state.ghost_contacts.clear();
+}
+
+}  // namespace
+
+std::uint32_t hand_off(ZoneState& state) {
+    follow_ghost_contacts(state);
+    const world::Entities& e = state.entities;
+    for (world::Row row = 0; row < e.size();) {
+        if (e.has(row, world::kGhost) || e.has(row, world::kHidden) || e.has(row, world::kAtRest)) {
+            ++row;
+            continue;
+        }
+        const Vec3d at = world_position(state, row);
+        if (is_lost(state, at)) {
+            put_back(state, row);
+        } else if (state.settings.region().outside(at.x(), at.z()) >
+                   state.settings.handoff_hysteresis_m) {
+            const std::vector<world::Row> island = island_rows(state, row);
+            const ZoneId to = destination(state, island, ZoneId());
+            if (to && to != state.settings.id) {
+                leave_together(state, island, to);
+                continue;  // another row has moved into this place
+            }
+        }
+        ++row;
+    }
+    return static_cast<std::uint32_t>(state.out.handoffs.size());
+}
+
+void accept(ZoneState& state, Handoff& handoff) {
+    world::Entities& e = state.entities;
+    const EntityId id = handoff.state.id;
+    const Vec3 shift = (state.settings.regions[handoff.from.value - 1U].origin() -
+                        state.settings.region().origin())
+                           .cast<float>();
+    const world::Row ghost = e.find(id);
+    if (ghost != world::kNoRow) {
+        ZONED_ASSERT(e.has(ghost, world::kGhost), "an entity has one owner");
+        remove_body(state, ghost);
+        e.remove(ghost);
+    }
+    const world::Row row = e.add(id, handoff.state.type);
+    write_entity(handoff.state, shift, e, row);
+    e.set(row, world::kGhost, false);
+    if (!e.has(row, world::kHidden)) {
+        add_body(state, row, e.has(row, world::kAtRest));
+    }
+    if (handoff.mind) {
+        handoff.mind->home += shift;
+        handoff.mind->target += shift;
+        state.minds.add(*handoff.mind);
+    }
+    if (handoff.client) {
+        const auto at = std::lower_bound(
+            state.clients.begin(),
+            state.clients.end(),
+            handoff.client->client,
+            [](const ZoneClient& c, ClientId wanted) { return c.client < wanted; });
+        e.command[row] = handoff.client->inputs.last();
+        state.clients.insert(at, *handoff.client);
+        state.replicator.add_client(handoff.transfer);
+    }
+    state.rules->load_entity(id, handoff.rules);
+    state.accepted = true;
+    state.grid_valid = false;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,152 @@
+#include "server/zone/inbox.h"
+
+#include "server/zone/context.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+
+namespace zoned::zone {
+
+namespace {
+
+ZoneClient* client_of(ZoneState& state, ClientId client) {
+    const int index = find_client(state, client);
+    if (index < 0) {
+        ++state.report.refused_items;
+        return nullptr;
+    }
+    return &state.clients[static_cast<std::size_t>(index)];
+}
+
+void freeze(ZoneState& state, bool on) {
+    state.frozen = on;
+    world::Entities& e = state.entities;
+    if (!on) {
+        // Nobody knows any more who was moving: all owned entities are looked at once and come to
+        // rest again by themselves.
+        for (world::Row row = 0; row < e.size(); ++row) {
+            e.set(row, world::kAtRest, e.has(row, world::kHidden));
+            if (e.body[row]) {
+                state.scene.wake(e.body[row]);
+            }
+        }
+        return;
+    }
+    for (world::Row row = 0; row < e.size(); ++row) {
+        e.velocity[row].setZero();
+        e.angular_velocity[row].setZero();
+        e.acceleration[row].setZero();
+        e.set(row, world::kAtRest, true);
+    }
+}
+
+/// Applies one item; one overload per kind.
+struct Apply {
+    ZoneState& state;
+
+    void operator()(const mailbox::Join& join) const {
+        ZoneContext context(state);
+        JoinRequest request;
+        request.client = join.client;
+        request.name = join.name;
+        request.team = join.team;
+        const Vec3d spawn(join.spawn[0], join.spawn[1], join.spawn[2]);
+        request.spawn_position = (spawn - state.settings.region().origin()).cast<float>();
+
+        ZoneClient client;
+        client.client = join.client;
+        client.rights = join.rights;
+        client.avatar = state.rules->on_join(context, request);
+        ZONED_ASSERT(state.entities.find(client.avatar) != world::kNoRow,
+                     "rules spawn an avatar for who joins");
+        client.own.client = join.client;
+        const auto at = std::lower_bound(
+            state.clients.begin(),
+            state.clients.end(),
+            join.client,
+            [](const ZoneClient& c, ClientId wanted) { return c.client < wanted; });
+        state.clients.insert(at, client);
+        replication::ClientTransfer transfer;
+        transfer.client = join.client;
+        state.replicator.add_client(transfer);
+        state.out.messages.emplace_back(
+            mailbox::Joined{join.client, client.avatar, state.settings.id, state.now});
+    }
+
+    void operator()(const mailbox::Leave& leave) const {
+        const ZoneClient* client = client_of(state, leave.client);
+        if (client == nullptr) {
+            return;
+        }
+        ZoneContext context(state);
+        const EntityId avatar = client->avatar;
+        state.replicator.remove_client(leave.client);
+        state.clients.erase(state.clients.begin() + find_client(state, leave.client));
+        const world::Row row = state.entities.find(avatar);
+        if (row != world::kNoRow) {
+            state.entities.client[row] = ClientId();
+        }
+        state.rules->on_leave(context, leave.client, avatar);
+        state.out.departed.push_back(leave.client);
+    }
+
+    void operator()(const mailbox::Input& input) const {
+        if (ZoneClient* client = client_of(state, input.client)) {
+            for (const motion::InputCommand& command : input.commands) {
+                client->inputs.store(command, state.now);
+            }
+        }
+    }
+
+    void operator()(const mailbox::Acks& acks) const {
+        if (client_of(state, acks.client) != nullptr) {
+            state.replicator.on_acks(acks);
+        }
+    }
+
+    void operator()(const mailbox::Command& command) const {
+        if (const ZoneClient* client = client_of(state, command.client)) {
+            ZoneContext context(state);
+            state.rules->on_command(
+                context, command.client, client->avatar, command.kind, command.payload);
+        }
+    }
+
+    void operator()(const mailbox::Confirm& confirm) const {
+        if (client_of(state, confirm.client) != nullptr) {
+            ZoneContext context(state);
+            state.rules->on_confirm(context, confirm.client, confirm.event);
+        }
+    }
+
+    void operator()(const mailbox::ViewReset& reset) const {
+        if (client_of(state, reset.client) != nullptr) {
+            state.replicator.reset_view(reset.client);
+        }
+    }
+
+    void operator()(const mailbox::Freeze& item) const { freeze(state, item.on); }
+
+    void operator()(const mailbox::AuditRequest& request) const {
+        if (ZoneClient* client = client_of(state, request.client)) {
+            client->audit_due = true;
+        }
+    }
+};
+
+}  // namespace
+
+std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> inbox) {
+    for (const mailbox::InboxItem& item : inbox) {
+        std::visit(Apply{state}, item);
+    }
+    ZoneContext context(state);
+    for (const RulesMessage& message : state.messages_in) {
+        state.rules->on_message(context, message.target, message.payload);
+    }
+    const auto count = static_cast<std::uint32_t>(inbox.size() + state.messages_in.size());
+    state.messages_in.clear();
+    return count;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,14 @@
+// Inbox: what clients asked for, applied to the zone in the recorded order.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+#include <span>
+
+namespace zoned::zone {
+
+/// Applies all items and the rules' messages from other zones. Items for clients that are not here
+/// are counted, not obeyed.
+std::uint32_t apply_inbox(ZoneState& state, std::span<const mailbox::InboxItem> inbox);
+
+}  // namespace zoned::zone

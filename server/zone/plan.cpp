@@ -1,0 +1,70 @@
+#include "server/zone/plan.h"
+
+namespace zoned::zone {
+
+std::string_view pass_name(Pass pass) {
+    static constexpr std::array<std::string_view, kPasses> kNames = {"inbox",
+                                                                     "rules",
+                                                                     "minds",
+                                                                     "movement",
+                                                                     "physics",
+                                                                     "contacts",
+                                                                     "handoff",
+                                                                     "ghosts",
+                                                                     "interest",
+                                                                     "replication",
+                                                                     "audit",
+                                                                     "hash"};
+    return kNames[static_cast<std::size_t>(pass)];
+}
+
+StepPlan plan_for(const Census& census) {
+    StepPlan plan;
+    const auto decide =
+        [&](Pass pass, bool run, std::string_view why_run, std::string_view why_not) {
+            plan.runs[static_cast<std::size_t>(pass)] = run;
+            plan.reason[static_cast<std::size_t>(pass)] = run ? why_run : why_not;
+        };
+    const bool live = !census.frozen;
+    const std::string_view frozen = "the world is frozen";
+    const bool simulated_change = census.awake_bodies > 0 || census.moving_characters > 0;
+
+    decide(Pass::kInbox, census.inbox > 0, "messages wait", "no message waits");
+    decide(Pass::kRules,
+           live && (census.rules_busy || census.viewers > 0),
+           census.viewers > 0 ? "players are here" : "the rules have something pending",
+           census.frozen ? frozen : "no player, nothing pending in the rules");
+    decide(Pass::kMinds,
+           live && census.minds > 0,
+           "minds live here",
+           census.frozen ? frozen : "no minds");
+    // A mind or a player may set somebody moving in this very tick: the movement pass looks at all
+    // characters.
+    decide(Pass::kMovement,
+           live && census.characters > 0 &&
+               (census.moving_characters > 0 || census.minds > 0 || census.viewers > 0),
+           "characters move or may begin to",
+           census.frozen ? frozen : "no character moves");
+    const bool physics =
+        live && (census.awake_bodies > 0 || census.moving_characters > 0 || census.minds > 0 ||
+                 census.viewers > 0 || census.ghosts_moved || census.rules_busy);
+    decide(Pass::kPhysics,
+           physics,
+           census.awake_bodies > 0 ? "bodies are awake" : "somebody may touch a body",
+           census.frozen ? frozen : "all bodies sleep");
+    decide(
+        Pass::kContacts, physics, "physics runs", census.frozen ? frozen : "physics does not run");
+    decide(Pass::kHandoff,
+           live && census.neighbours > 0 &&
+               (simulated_change || census.minds > 0 || census.viewers > 0),
+           "something moves and there are neighbours",
+           census.frozen ? frozen : (census.neighbours == 0 ? "no neighbour" : "nothing moves"));
+    decide(Pass::kGhosts, census.neighbours > 0, "there are neighbours", "no neighbour");
+    decide(Pass::kInterest, census.viewers > 0, "viewers listen", "no viewer");
+    decide(Pass::kReplication, census.viewers > 0, "viewers listen", "no viewer");
+    decide(Pass::kAudit, census.audited > 0, "audits are on", "nobody is audited");
+    decide(Pass::kHash, true, "always", "");
+    return plan;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,69 @@
+// Census and plan: what the scene holds, and therefore which passes of the step run.
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <string_view>
+
+namespace zoned::zone {
+
+/// The passes of a step in their order.
+enum class Pass : std::uint8_t {
+    kInbox,
+    kRules,
+    kMinds,
+    kMovement,
+    kPhysics,
+    kContacts,
+    kHandoff,
+    kGhosts,
+    kInterest,
+    kReplication,
+    kAudit,
+    kHash,
+};
+
+inline constexpr std::size_t kPasses = 12;
+
+std::string_view pass_name(Pass pass);
+
+/// What the scene holds at the beginning of a tick (all counts).
+struct Census {
+    std::uint32_t entities = 0;  ///< owned
+    std::uint32_t ghosts = 0;
+    std::uint32_t characters = 0;         ///< owned characters that are not hidden
+    std::uint32_t moving_characters = 0;  ///< of these: not at rest, or with a command that moves
+    std::uint32_t minds = 0;
+    std::uint32_t awake_bodies = 0;  ///< dynamic
+    std::uint32_t viewers = 0;
+    std::uint32_t audited = 0;  ///< viewers whose ticket allows audits
+    std::uint32_t inbox = 0;
+    std::uint32_t neighbours = 0;
+    bool rules_busy = false;
+    bool ghosts_moved = false;  ///< a neighbour's ghost changed in the last tick
+    bool frozen = false;
+};
+
+/// Which passes run and, for those that do not, why.
+struct StepPlan {
+    std::bitset<kPasses> runs;
+    std::array<std::string_view, kPasses> reason{};  ///< static text, for running passes too
+
+    [[nodiscard]] bool has(Pass pass) const { return runs[static_cast<std::size_t>(pass)]; }
+};
+
+/// Compiles the plan. A pass runs only when the census holds something for it to do.
+StepPlan plan_for(const Census& census);
+
+/// One pass in a step's report.
+struct PassReport {
+    bool ran = false;
+    std::uint64_t ns = 0;  ///< thread time as the caller's stopwatch tells it; 0 without one
+    std::uint32_t count =
+        0;  ///< units of work: items, decisions, characters, contacts, pairs, packets, ...
+};
+
+using PassReports = std::array<PassReport, kPasses>;
+
+}  // namespace zoned::zone

@@ -1,0 +1,246 @@
+#include "server/zone/zone.h"
+
+#include "server/zone/audit.h"
+#include "server/zone/census.h"
+#include "server/zone/context.h"
+#include "server/zone/faults.h"
+#include "server/zone/ghosts.h"
+#include "server/zone/handoff.h"
+#include "server/zone/inbox.h"
+#include "server/zone/movement.h"
+#include "server/zone/sync.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::zone {
+
+namespace {
+
+/// Lets the rules see the commands of players, then runs their tick.
+std::uint32_t run_rules(ZoneState& state) {
+    ZoneContext context(state);
+    for (std::size_t i = 0; i < state.clients.size(); ++i) {
+        const ZoneClient& client = state.clients[i];
+        const world::Row row = state.entities.find(client.avatar);
+        if (row == world::kNoRow) {
+            continue;
+        }
+        const motion::InputCommand command = state.entities.command[row];
+        const auto pressed =
+            static_cast<std::uint16_t>(command.buttons & ~state.clients[i].buttons_before);
+        state.clients[i].buttons_before = command.buttons;
+        state.rules->on_input(context, client.avatar, command, pressed);
+    }
+    state.rules->on_tick(context);
+    return static_cast<std::uint32_t>(state.clients.size());
+}
+
+void collect_viewers(ZoneState& state) {
+    state.viewers.clear();
+    for (const ZoneClient& client : state.clients) {
+        state.viewers.push_back({client.client, client.avatar});
+    }
+}
+
+std::uint32_t replicate(ZoneState& state) {
+    const FaultSettings& faults = state.settings.faults;
+    const bool altered = faults.hide.share > 0.0 || faults.leak.share > 0.0;
+    if (altered) {
+        corrupt_visibility(state);
+    }
+    std::vector<replication::OwnInput>& own = state.own_inputs;
+    own.clear();
+    for (const ZoneClient& client : state.clients) {
+        own.push_back(client.own);
+    }
+    corrupt_positions(state, 1.0F);
+    state.report.replication = state.replicator.step(state.now,
+                                                     state.settings.id,
+                                                     state.entities,
+                                                     *state.settings.types,
+                                                     altered ? state.replicated : state.visibility,
+                                                     own,
+                                                     state.out.packets);
+    corrupt_positions(state, -1.0F);
+    return state.report.replication.packets;
+}
+
+std::uint32_t audit_clients(ZoneState& state) {
+    std::uint32_t records = 0;
+    for (ZoneClient& client : state.clients) {
+        if (audit_due(state, client)) {
+            state.out.messages.emplace_back(audit(state, client));
+            client.audit_due = false;
+            ++records;
+        }
+    }
+    return records;
+}
+
+/// Chains what changed in this tick into the zone's hash: rows at rest were hashed when they came
+/// to rest.
+std::uint32_t hash_tick(ZoneState& state) {
+    const world::Entities& e = state.entities;
+    std::uint32_t hashed = 0;
+    const auto add = [&](const auto& vector) {
+        for (Eigen::Index i = 0; i < vector.size(); ++i) {
+            state.hash.add(vector[i]);
+        }
+    };
+    for (world::Row row = 0; row < e.size(); ++row) {
+        if (e.has(row, world::kAtRest) && e.discontinuity_tick[row] != state.now) {
+            continue;
+        }
+        state.hash.add(e.id[row].value);
+        state.hash.add(e.flags[row]);
+        add(e.position[row]);
+        add(e.orientation[row].coeffs());
+        add(e.velocity[row]);
+        add(e.angular_velocity[row]);
+        state.hash.add(e.yaw[row]);
+        state.hash.add(e.appearance[row]);
+        ++hashed;
+    }
+    state.hash.add(e.size());
+    if (state.report.plan.has(Pass::kMinds)) {
+        state.minds.hash(state.hash);
+    }
+    if (state.report.plan.has(Pass::kRules)) {
+        state.rules->hash(state.hash);
+    }
+    return hashed;
+}
+
+}  // namespace
+
+Zone::Zone(ZoneSettings settings, std::unique_ptr<Rules> rules, Stopwatch stopwatch)
+    : state_(std::make_unique<ZoneState>(std::move(settings), std::move(rules))),
+      stopwatch_(stopwatch) {
+}
+
+template <class Work>
+void Zone::pass(Pass which, Work&& work) {
+    if (!state_->report.plan.has(which) || state_->report.stalled) {
+        return;
+    }
+    PassReport& report = state_->report.passes[static_cast<std::size_t>(which)];
+    const std::uint64_t begin = stopwatch_ != nullptr ? stopwatch_() : 0;
+    report.count += work();
+    report.ran = true;
+    report.ns += stopwatch_ != nullptr ? stopwatch_() - begin : 0;
+}
+
+void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
+    ZoneState& s = *state_;
+    s.now = now;
+    s.out.clear();
+    s.report = StepReport{};
+    s.report.tick = now;
+    s.report.stalled = stalled(s);
+    s.report.census = take_census(s, inbox.size());
+    // Messages may freeze the world or bring the first viewer, so the plan is compiled after they
+    // were read.
+    s.report.plan = plan_for(s.report.census);
+    pass(Pass::kInbox, [&] { return apply_inbox(s, inbox); });
+    if (s.report.plan.has(Pass::kInbox)) {
+        s.report.census = take_census(s, inbox.size());
+        s.report.plan = plan_for(s.report.census);
+    }
+    if (!s.frozen && !s.report.stalled) {
+        take_inputs(s);
+    }
+    pass(Pass::kRules, [&] { return run_rules(s); });
+    pass(Pass::kMinds, [&] {
+        s.report.ai = ai::step(s.minds,
+                               s.entities,
+                               *s.settings.types,
+                               current_grid(s),
+                               s.settings.ai,
+                               now,
+                               s.settings.dt);
+        return s.report.ai.decisions;
+    });
+    pass(Pass::kMovement, [&] { return move_characters(s); });
+    pass(Pass::kPhysics, [&] {
+        s.report.physics = s.scene.step(s.settings.dt);
+        return copy_moved_bodies(s);
+    });
+    pass(Pass::kContacts, [&] { return report_contacts(s); });
+    pass(Pass::kHandoff, [&] { return s.report.handoffs_out = hand_off(s); });
+}
+
+void Zone::accept_handoff(Handoff& handoff) {
+    accept(*state_, handoff);
+}
+
+void Zone::publish_ghosts() {
+    const StepReport& r = state_->report;
+    const bool changed = r.plan.has(Pass::kMovement) || r.plan.has(Pass::kPhysics) ||
+                         r.plan.has(Pass::kInbox) || r.plan.has(Pass::kRules) ||
+                         r.handoffs_out > 0 || state_->accepted || state_->now <= 1;
+    state_->accepted = false;
+    pass(Pass::kGhosts, [&] {
+        export_ghosts(*state_, changed);
+        return 0U;
+    });
+}
+
+void Zone::follow_ghosts(std::span<ZoneState* const> zones) {
+    pass(Pass::kGhosts, [&] { return import_ghosts(*state_, zones); });
+}
+
+void Zone::publish() {
+    ZoneState& s = *state_;
+    // A handoff may have brought the first viewer or taken the last one.
+    const auto viewers = static_cast<std::uint32_t>(s.clients.size());
+    if (viewers != s.report.census.viewers) {
+        s.report.census = take_census(s, 0);
+        const StepPlan plan = plan_for(s.report.census);
+        for (const Pass p : {Pass::kInterest, Pass::kReplication, Pass::kAudit}) {
+            const auto i = static_cast<std::size_t>(p);
+            s.report.plan.runs[i] = plan.runs[i];
+            s.report.plan.reason[i] = plan.reason[i];
+        }
+    }
+    collect_viewers(s);
+    pass(Pass::kInterest, [&] {
+        s.report.interest = s.matcher.step(s.entities,
+                                           *s.settings.types,
+                                           s.viewers,
+                                           current_grid(s),
+                                           s.settings.interest,
+                                           s.visibility);
+        return s.report.interest.visible_pairs;
+    });
+    pass(Pass::kReplication, [&] { return replicate(s); });
+    pass(Pass::kAudit, [&] { return audit_clients(s); });
+    pass(Pass::kHash, [&] { return hash_tick(s); });
+}
+
+void Zone::hearers(EntityId source, std::vector<ClientId>& out) const {
+    for (std::size_t i = 0; i < state_->visibility.size(); ++i) {
+        const world::VisibleSet& set = state_->visibility[i];
+        const auto it =
+            std::lower_bound(set.visible.begin(),
+                             set.visible.end(),
+                             source,
+                             [](const world::Visible& v, EntityId id) { return v.entity < id; });
+        if (it != set.visible.end() && it->entity == source &&
+            find_client(*state_, set.client) >= 0) {
+            out.push_back(set.client);
+        }
+    }
+    for (const ZoneClient& client : state_->clients) {
+        if (client.avatar == source) {
+            out.push_back(client.client);
+        }
+    }
+}
+
+bool Zone::owns(EntityId entity) const {
+    const world::Row row = state_->entities.find(entity);
+    return row != world::kNoRow && !state_->entities.has(row, world::kGhost);
+}
+
+}  // namespace zoned::zone

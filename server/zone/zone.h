@@ -1,0 +1,65 @@
+// Zone: one region of the world with its full simulation; the step of this class is the table of
+// contents of the server.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace zoned::zone {
+
+/// Monotonic nanoseconds for the pass timers of a report; the simulation never reads it.
+using Stopwatch = std::uint64_t (*)();
+
+/// A tick has two halves. Between them the world carries handoffs and ghosts from zone to zone, so
+/// that what is published for a tick is the truth of that very tick, whichever zone owns an entity.
+/// One zone is never stepped by two threads at once, but different zones may be stepped in
+/// parallel: the result does not depend on it.
+class Zone {
+  public:
+    Zone(ZoneSettings settings, std::unique_ptr<Rules> rules, Stopwatch stopwatch = nullptr);
+
+    /// Spawns what is there when the world begins; only before the first tick.
+    EntityId spawn(const SpawnDef& def) { return spawn_entity(*state_, def); }
+
+    /// First half: inbox -> rules -> minds -> movement -> physics -> contacts -> handoffs out.
+    void simulate(Tick now, std::span<const mailbox::InboxItem> inbox);
+
+    /// Between the halves, in this order: all handoffs, then every export, then every import.
+    void accept_handoff(Handoff& handoff);
+    void publish_ghosts();
+    void follow_ghosts(std::span<ZoneState* const> zones);
+
+    /// Second half: interest -> replication -> audit -> hash.
+    void publish();
+
+    /// Appends the clients of this zone that hear of an entity, its own client included.
+    void hearers(EntityId source, std::vector<ClientId>& out) const;
+
+    /// A message of the rules for an entity of this zone; handled in the next tick's first half.
+    void deliver(RulesMessage message) { state_->messages_in.push_back(std::move(message)); }
+
+    [[nodiscard]] bool owns(EntityId entity) const;
+
+    [[nodiscard]] ZoneState& state() { return *state_; }
+
+    [[nodiscard]] const ZoneState& state() const { return *state_; }
+
+    [[nodiscard]] StepOutput& output() { return state_->out; }
+
+    [[nodiscard]] const StepReport& report() const { return state_->report; }
+
+    /// Hash over all ticks so far: equal hashes mean equal histories.
+    [[nodiscard]] std::uint64_t state_hash() const { return state_->hash.value(); }
+
+  private:
+    template <class Work>
+    void pass(Pass which, Work&& work);
+
+    std::unique_ptr<ZoneState> state_;
+    Stopwatch stopwatch_;
+};
+
+}  // namespace zoned::zone

@@ -1,0 +1,86 @@
+// ZoneSettings: what one zone needs to know of the world, itself and its neighbours.
+#pragma once
+
+#include "server/ai/ai_step.h"
+#include "server/interest/interest_step.h"
+#include "server/physics/scene.h"
+#include "server/replication/replicator.h"
+#include "server/world/entity_type.h"
+#include "shared/core/rng.h"
+#include "shared/motion/static_geometry.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace zoned::zone {
+
+/// A rectangle of the world, m, world coordinates; half-open [min, max) except at the world's own
+/// edge.
+struct Region {
+    ZoneId id;
+    double min_x = 0.0;
+    double min_z = 0.0;
+    double max_x = 0.0;
+    double max_z = 0.0;
+
+    /// World coordinates of the zone's local (0, 0, 0).
+    [[nodiscard]] Vec3d origin() const {
+        return {0.5 * (min_x + max_x), 0.0, 0.5 * (min_z + max_z)};
+    }
+
+    /// How far a point lies outside, m; 0 inside.
+    [[nodiscard]] double outside(double x, double z) const {
+        const double dx = x < min_x ? min_x - x : (x > max_x ? x - max_x : 0.0);
+        const double dz = z < min_z ? min_z - z : (z > max_z ? z - max_z : 0.0);
+        return dx > dz ? dx : dz;
+    }
+};
+
+struct AuditSettings {
+    bool enabled = false;
+    std::uint32_t period_ticks = 15;  ///< an audited client gets a record this often
+};
+
+/// A fault that hits a fixed share of the entities or clients, chosen by a hash of their id.
+struct ShareFault {
+    double share = 0.0;  ///< [0, 1]; 0 = off
+    Tick from_tick = 0;
+
+    [[nodiscard]] bool hits(std::uint32_t id, Tick now) const {
+        return share > 0.0 && now >= from_tick &&
+               static_cast<double>(core::mix(id) >> 11U) * 0x1.0p-53 < share;
+    }
+};
+
+/// Faults on purpose, to check the checkers. All off by default.
+struct FaultSettings {
+    ShareFault corrupt;             ///< these entities' replicated positions are off ...
+    float corrupt_offset_m = 0.0F;  ///< ... by this much
+    ShareFault hide;                ///< these entities are kept from everybody
+    ShareFault leak;                ///< these viewers hear of one entity beyond their radii
+    Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
+    Tick stall_ticks = 0;           ///< ... for this many
+};
+
+struct ZoneSettings {
+    ZoneId id;
+    std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
+    float ghost_margin_m = 120.0F;
+    float handoff_hysteresis_m = 2.0F;
+    float dt = 1.0F / 30.0F;  ///< s
+    std::uint64_t seed = 1;
+    std::shared_ptr<const world::TypeTable> types;
+    std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
+    physics::Settings physics;
+    ai::Settings ai;
+    interest::Settings interest;
+    replication::Settings replication;
+    AuditSettings audit;
+    FaultSettings faults;
+
+    [[nodiscard]] const Region& region() const { return regions[id.value - 1U]; }
+};
+
+}  // namespace zoned::zone

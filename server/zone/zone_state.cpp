@@ -1,0 +1,164 @@
+#include "server/zone/zone_state.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::zone {
+
+namespace {
+
+constexpr float kGridCell = 32.0F;
+
+physics::Shape body_shape(const world::EntityType& type) {
+    switch (type.shape) {
+        case world::ShapeKind::kSphere:
+            return physics::Shape::sphere(type.radius);
+        case world::ShapeKind::kBox:
+            return physics::Shape::box(type.half_extents);
+        case world::ShapeKind::kCapsule:
+            return physics::Shape::capsule(type.radius, type.half_segment);
+    }
+    return {};
+}
+
+void add_static_bodies(ZoneState& state) {
+    physics::BodyDef ground;
+    ground.kind = physics::BodyKind::kStatic;
+    ground.shape = physics::Shape::plane();
+    ground.position = Vec3(0.0F, state.settings.statics->ground_height(), 0.0F);
+    ground.material.friction = 0.6F;
+    const auto added = state.scene.add(ground);
+    ZONED_ASSERT(added.ok(), "the ground is a valid body");
+    for (const motion::StaticBox& box : state.settings.statics->boxes()) {
+        physics::BodyDef def;
+        def.kind = physics::BodyKind::kStatic;
+        def.shape = physics::Shape::box(box.half_extents);
+        def.position = box.centre;
+        def.orientation = box.orientation;
+        def.material = {box.friction, box.restitution};
+        const auto body = state.scene.add(def);
+        ZONED_ASSERT(body.ok(), "static boxes were checked when the config was read");
+    }
+}
+
+}  // namespace
+
+void StepOutput::clear() {
+    packets.clear();
+    messages.clear();
+    events.clear();
+    topics.clear();
+    rules_messages.clear();
+    handoffs.clear();
+    departed.clear();
+}
+
+ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules)
+    : settings(std::move(zone_settings)),
+      scene(settings.physics),
+      rules(std::move(game_rules)),
+      rng(settings.seed, settings.id.value),
+      replicator(settings.replication) {
+    add_static_bodies(*this);
+}
+
+int find_client(const ZoneState& state, ClientId client) {
+    const auto it = std::lower_bound(
+        state.clients.begin(), state.clients.end(), client, [](const ZoneClient& c, ClientId id) {
+            return c.client < id;
+        });
+    return it != state.clients.end() && it->client == client
+               ? static_cast<int>(it - state.clients.begin())
+               : -1;
+}
+
+EntityId next_entity_id(ZoneState& state) {
+    const auto zones = static_cast<std::uint32_t>(state.settings.regions.size());
+    const std::uint32_t id = state.settings.id.value + zones * state.next_entity++;
+    return EntityId(id);
+}
+
+void add_body(ZoneState& state, world::Row row, bool asleep) {
+    world::Entities& e = state.entities;
+    const world::EntityType& type = (*state.settings.types)[e.type[row]];
+    const bool dynamic = type.kind == world::EntityKind::kProp && !e.has(row, world::kGhost);
+    physics::BodyDef def;
+    def.kind = dynamic ? physics::BodyKind::kDynamic : physics::BodyKind::kKinematic;
+    def.shape = body_shape(type);
+    def.material = {type.friction, type.restitution};
+    def.mass = type.mass;
+    def.position = e.position[row];
+    def.orientation = e.orientation[row];
+    def.velocity = e.velocity[row];
+    def.angular_velocity = e.angular_velocity[row];
+    def.user = e.id[row].value;
+    def.asleep = asleep && dynamic;
+    const auto body = state.scene.add(def);
+    ZONED_ASSERT(body.ok(), "entity types and states are valid bodies");
+    e.body[row] = *body;
+}
+
+void remove_body(ZoneState& state, world::Row row) {
+    if (state.entities.body[row]) {
+        state.scene.remove(state.entities.body[row]);
+        state.entities.body[row] = BodyId();
+    }
+}
+
+void add_mind(ZoneState& state, world::Row row) {
+    const world::Entities& e = state.entities;
+    const world::EntityType& type = (*state.settings.types)[e.type[row]];
+    if (type.mind == 0) {
+        return;
+    }
+    ai::Mind mind;
+    mind.entity = e.id[row];
+    mind.machine = static_cast<std::uint16_t>(type.mind - 1);
+    mind.state_since = state.now;
+    mind.home = e.position[row];
+    mind.target = e.position[row];
+    mind.rng = core::Rng(state.settings.seed, e.id[row].value);
+    state.minds.add(mind);
+}
+
+EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
+    const EntityId id = next_entity_id(state);
+    world::Entities& e = state.entities;
+    const world::Row row = e.add(id, def.type);
+    const bool character = (*state.settings.types)[def.type].kind == world::EntityKind::kCharacter;
+    e.position[row] = def.position;
+    e.orientation[row] = character ? motion::orientation_from_yaw(def.yaw) : def.orientation;
+    e.velocity[row] = def.velocity;
+    e.angular_velocity[row] = def.angular_velocity;
+    e.yaw[row] = def.yaw;
+    e.command[row].yaw = def.yaw;
+    e.appearance[row] = def.appearance;
+    e.client[row] = def.client;
+    e.discontinuity_tick[row] = state.now;
+    e.set(row, world::kAtRest, def.asleep && !character);
+    add_body(state, row, def.asleep);
+    add_mind(state, row);
+    state.grid_valid = false;
+    return id;
+}
+
+void despawn_entity(ZoneState& state, world::Row row) {
+    remove_body(state, row);
+    if (state.minds.find(state.entities.id[row]) != nullptr) {
+        state.minds.take(state.entities.id[row]);
+    }
+    state.entities.remove(row);
+    state.grid_valid = false;
+}
+
+const spatial::PointGrid& current_grid(ZoneState& state) {
+    if (!state.grid_valid) {
+        state.grid.build(state.entities.position, kGridCell);
+        state.grid_valid = true;
+    }
+    return state.grid;
+}
+
+}  // namespace zoned::zone

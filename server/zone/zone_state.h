@@ -1,0 +1,123 @@
+// ZoneState: all data of one zone; the stages of the step are functions over it.
+#pragma once
+
+#include "server/ai/ai_step.h"
+#include "server/interest/interest_step.h"
+#include "server/physics/scene.h"
+#include "server/replication/replicator.h"
+#include "server/spatial/point_grid.h"
+#include "server/world/entities.h"
+#include "server/world/visibility.h"
+#include "server/zone/exchange.h"
+#include "server/zone/plan.h"
+#include "server/zone/rules.h"
+#include "server/zone/zone_settings.h"
+#include "shared/core/rng.h"
+#include "shared/core/state_hash.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::zone {
+
+/// What a tick sends out. Cleared at the beginning of each tick.
+struct StepOutput {
+    std::vector<mailbox::StatePacket> packets;
+    std::vector<mailbox::OutboxItem> messages;  ///< Joined, Kick, AuditRecord
+    std::vector<PendingEvent> events;
+    std::vector<TopicChange> topics;
+    std::vector<RulesMessage> rules_messages;
+    std::vector<Handoff> handoffs;
+    std::vector<ClientId> departed;  ///< clients that left the world for good
+
+    void clear();
+};
+
+/// What a tick did, for metrics; never read by the simulation.
+struct StepReport {
+    Tick tick = 0;
+    Census census;
+    StepPlan plan;
+    PassReports passes{};
+    physics::StepStats physics;
+    ai::Report ai;
+    interest::Report interest;
+    replication::Report replication;
+    std::uint32_t handoffs_out = 0;
+    std::uint32_t out_of_world = 0;   ///< entities that left the world and were put back
+    std::uint32_t refused_items = 0;  ///< inbox items for clients or entities that are not here
+    bool stalled = false;
+};
+
+/// An owned prop touched a neighbour's ghost.
+struct GhostContact {
+    EntityId prop;
+    ZoneId owner;  ///< of the ghost
+};
+
+struct ZoneState {
+    ZoneSettings settings;
+    Tick now = 0;
+    bool frozen = false;
+    std::uint32_t next_entity = 0;  ///< counter of ids handed out
+    std::uint64_t next_event = 0;
+
+    world::Entities entities;
+    physics::Scene scene;
+    ai::Minds minds;
+    std::unique_ptr<Rules> rules;
+    core::Rng rng;
+    std::vector<ZoneClient> clients;  ///< ascending by client id
+
+    spatial::PointGrid grid;
+    bool grid_valid = false;  ///< grid matches entities.position of this moment
+    interest::Matcher matcher;
+    std::vector<world::Viewer> viewers;
+    world::Visibility visibility;
+    world::Visibility
+        replicated;  ///< what replication is told; differs from visibility under faults only
+    replication::Replicator replicator;
+
+    std::vector<EntityState> ghosts_out;  ///< this tick's export, ascending by id
+    bool ghosts_out_changed = true;
+    std::vector<EntityId> ghost_ids;   ///< imported, ascending
+    std::vector<ZoneId> ghost_owners;  ///< of ghost_ids, in their order
+    std::vector<GhostContact> ghost_contacts;
+    bool accepted = false;                          ///< a handoff came in during this tick
+    std::vector<replication::OwnInput> own_inputs;  ///< scratch of the replication pass
+    std::vector<Contact> contacts;                  ///< scratch of the contacts pass
+    bool ghosts_moved = false;  ///< some imported ghost changed in the last tick
+    std::vector<RulesMessage> messages_in;
+
+    core::StateHash hash;
+    StepOutput out;
+    StepReport report;
+
+    ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules);
+};
+
+/// Index of the client in state.clients, or -1.
+int find_client(const ZoneState& state, ClientId client);
+
+/// World-wide unique id, see EntityId.
+EntityId next_entity_id(ZoneState& state);
+
+/// Adds the body that an owned, visible entity's type asks for and remembers it in the columns.
+void add_body(ZoneState& state, world::Row row, bool asleep);
+/// Removes the body if there is one.
+void remove_body(ZoneState& state, world::Row row);
+/// Gives an owned entity the mind of its type, if the type has one.
+void add_mind(ZoneState& state, world::Row row);
+
+/// Spawns an owned entity: row, body, mind. Works before the first tick as well.
+EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
+/// Removes row, body and mind of an owned entity.
+void despawn_entity(ZoneState& state, world::Row row);
+
+/// The grid over all rows' positions, rebuilt if something moved since.
+const spatial::PointGrid& current_grid(ZoneState& state);
+
+}  // namespace zoned::zone

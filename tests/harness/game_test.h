@@ -1,0 +1,81 @@
+// GameTest: a GoogleTest fixture with a server, bots and a bad network in one process, on virtual
+// time.
+//
+// A studio's netcode test in a few lines (link the test with your own rules):
+//
+//   #include "tests/harness/game_test.h"
+//
+//   TEST_F(GameTest, StaysConsistentOnABadNetwork) {
+//       server.config = "config/my_world.txtpb";
+//       server.network.loss = 0.05;
+//       server.network.delay_s = 0.06;
+//       bots.bots = 20;
+//       bots.seconds = 10;
+//       const auto report = run();
+//       EXPECT_TRUE(report.consistent) << reasons(report);
+//       EXPECT_EQ(report.events_lost, 0u);
+//   }
+#pragma once
+
+#include "client-sim/app/swarm.h"
+#include "tests/harness/virtual_server.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace zoned::harness {
+
+class GameTest : public ::testing::Test {
+  protected:
+    GameTest() {
+        server.config = std::string(ZONED_SOURCE_DIR) + "/config/minimal.txtpb";
+        bots.bots = 8;
+        bots.seconds = 5.0;
+    }
+
+    /// Runs the swarm to its verdict. `each_step` may interfere (cut streams, look into the world,
+    /// ...); it gets the virtual time in seconds. Gives up, and fails the test, after ten virtual
+    /// minutes beyond the run.
+    measure::Report run(const std::function<void(VirtualServer&, double)>& each_step = {}) {
+        world = std::make_unique<VirtualServer>(server);
+        swarm =
+            std::make_unique<app::Swarm>(bots, [this](std::size_t) { return world->connect(); });
+        while (!swarm->done()) {
+            world->step();
+            if (each_step) {
+                each_step(*world, world->now_s());
+            }
+            swarm->advance(world->client_time_s());
+            if (world->now_s() > bots.seconds + 600.0) {
+                ADD_FAILURE() << "the swarm does not come to its end";
+                break;
+            }
+        }
+        return swarm->report();
+    }
+
+    static std::string reasons(const measure::Report& report) {
+        std::string text;
+        for (const std::string& reason : report.reasons) {
+            text += reason + "\n";
+        }
+        return text;
+    }
+
+    /// True when some reason of the verdict contains `word`.
+    static bool has_reason(const measure::Report& report, const std::string& word) {
+        return reasons(report).find(word) != std::string::npos;
+    }
+
+    VirtualServerSettings server;  ///< config, overrides, network
+    app::SwarmSettings bots;       ///< how many, how long, what they do
+    std::unique_ptr<VirtualServer> world;
+    std::unique_ptr<app::Swarm> swarm;
+};
+
+}  // namespace zoned::harness
+
+using zoned::harness::GameTest;

@@ -1,0 +1,116 @@
+#include "tests/harness/virtual_server.h"
+
+#include "server/app/host_settings.h"
+#include "tests/harness/virtual_transport.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace zoned::harness {
+
+namespace {
+
+ops::Settings load(const VirtualServerSettings& settings) {
+    ops::Settings config;
+    std::vector<ops::ConfigError> errors;
+    const bool good = settings.config_is_text
+                          ? ops::parse_settings(settings.config, settings.sets, config, errors)
+                          : ops::load_settings(settings.config, settings.sets, config, errors);
+    if (!good) {
+        throw std::runtime_error(ops::format_errors("config", errors));
+    }
+    return config;
+}
+
+}  // namespace
+
+VirtualServer::VirtualServer(const VirtualServerSettings& settings)
+    : settings_(settings),
+      config_(load(settings)),
+      world_(std::make_unique<app::World>(config_, settings.threads)),
+      host_(std::make_unique<session::SessionHost>(
+          app::host_settings(config_, settings.config_is_text ? "" : settings.config),
+          output())) {
+    host_->set_udp_port(1);
+}
+
+VirtualServer::~VirtualServer() = default;
+
+std::unique_ptr<link::Transport> VirtualServer::connect() {
+    return std::make_unique<VirtualTransport>(*this, ++next_address_);
+}
+
+session::Output VirtualServer::output() {
+    session::Output out;
+    out.send_frame = [this](session::StreamId stream, session::Bytes frame) {
+        const auto it = streams_.find(stream);
+        if (it != streams_.end()) {
+            it->second->push_frame(now_s_, std::move(frame));
+        }
+    };
+    out.close_stream = [this](session::StreamId stream) {
+        const auto it = streams_.find(stream);
+        if (it != streams_.end()) {
+            it->second->end_stream();
+        }
+    };
+    out.send_datagram = [this](const session::PeerAddress& to, session::Bytes datagram) {
+        const auto it = addresses_.find(to);
+        if (it != addresses_.end()) {
+            it->second->push_datagram(now_s_, std::move(datagram));
+        }
+    };
+    out.to_zones = [this](mailbox::InboxItem item) {
+        inbox_.push_back(std::move(item));
+    };
+    return out;
+}
+
+void VirtualServer::step() {
+    ++steps_;
+    // A product, not a sum: time must not drift from the tick clock over long runs.
+    now_s_ = static_cast<double>(steps_) * settings_.step_s;
+    deliver_up();
+    while (static_cast<double>(world_->now() + 1) / config_.tick_rate_hz <= now_s_ + 1e-9) {
+        tick();
+    }
+    deliver_down();
+}
+
+void VirtualServer::deliver_up() {
+    // A copy: a client that closes or opens changes the list.
+    const std::vector<VirtualTransport*> transports = transports_;
+    for (VirtualTransport* transport : transports) {
+        transport->deliver_up(now_s_);
+    }
+}
+
+void VirtualServer::deliver_down() {
+    const std::vector<VirtualTransport*> transports = transports_;
+    for (VirtualTransport* transport : transports) {
+        transport->deliver_down(now_s_);
+    }
+}
+
+void VirtualServer::tick() {
+    host_->tick(now_s_, world_->now());
+    outbox_.clear();
+    const std::vector<mailbox::InboxItem> items = std::exchange(inbox_, {});
+    world_->tick(items, outbox_);
+    for (const mailbox::OutboxItem& item : outbox_) {
+        host_->on_outbox(item, now_s_, now_s_);
+    }
+}
+
+void VirtualServer::cut_streams() {
+    const std::vector<VirtualTransport*> transports = transports_;
+    for (VirtualTransport* transport : transports) {
+        transport->cut();
+    }
+}
+
+void VirtualServer::shutdown() {
+    host_->shutdown("the test is over");
+}
+
+}  // namespace zoned::harness

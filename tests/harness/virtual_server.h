@@ -1,0 +1,84 @@
+// VirtualServer: a whole server - zones and sessions - without sockets, on virtual time, with a bad
+// network in front of it.
+#pragma once
+
+#include "client-sim/link/conditioner.h"
+#include "client-sim/link/link.h"
+#include "server/app/world.h"
+#include "server/ops/settings.h"
+#include "server/session/session_host.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace zoned::harness {
+
+class VirtualTransport;
+
+struct VirtualServerSettings {
+    std::string config;  ///< file of a config, or its text
+    bool config_is_text = false;
+    std::vector<std::string> sets;      ///< "path.to.field=value"
+    link::ConditionerSettings network;  ///< both directions alike; every client draws its own fate
+    unsigned threads = 1;
+    double step_s = 1.0 / 480.0;  ///< resolution of virtual time
+    double skew_s = 0.0;          ///< by how much clients' clocks run ahead of the server's
+};
+
+/// Same settings and calls, same run, bit for bit. Not thread-safe.
+class VirtualServer {
+  public:
+    /// Throws std::runtime_error with all mistakes of the config.
+    explicit VirtualServer(const VirtualServerSettings& settings);
+    ~VirtualServer();
+
+    /// A new client's path to this server.
+    std::unique_ptr<link::Transport> connect();
+
+    /// One step of virtual time: what is due arrives, and the world ticks when its period is over.
+    /// Call the clients' own advance(client_time_s()) after it.
+    void step();
+
+    [[nodiscard]] double now_s() const { return now_s_; }
+
+    /// What the clients' clocks show.
+    [[nodiscard]] double client_time_s() const { return now_s_ + settings_.skew_s; }
+
+    /// Cuts all TCP streams (the UDP path stays): clients come back and resume.
+    void cut_streams();
+    /// Tells all clients that the server closes.
+    void shutdown();
+
+    [[nodiscard]] app::World& world() { return *world_; }
+
+    [[nodiscard]] session::SessionHost& host() { return *host_; }
+
+    [[nodiscard]] const ops::Settings& settings() const { return config_; }
+
+  private:
+    friend class VirtualTransport;
+
+    void deliver_up();
+    void deliver_down();
+    void tick();
+    session::Output output();
+
+    VirtualServerSettings settings_;
+    ops::Settings config_;
+    std::unique_ptr<app::World> world_;
+    std::unique_ptr<session::SessionHost> host_;
+    std::vector<VirtualTransport*> transports_;  // in order of connection
+    std::map<session::StreamId, VirtualTransport*> streams_;
+    std::map<session::PeerAddress, VirtualTransport*> addresses_;
+    std::vector<mailbox::InboxItem> inbox_;
+    std::vector<mailbox::OutboxItem> outbox_;
+    std::uint64_t next_stream_ = 0;
+    std::uint32_t next_address_ = 0;
+    double now_s_ = 0.0;
+    std::int64_t steps_ = 0;
+};
+
+}  // namespace zoned::harness

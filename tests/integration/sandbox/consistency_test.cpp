@@ -1,0 +1,69 @@
+#include "tests/harness/game_test.h"
+
+namespace zoned::harness {
+namespace {
+
+class Consistency : public GameTest {};
+
+TEST_F(Consistency, HoldsOnACleanNetwork) {
+    const measure::Report report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_EQ(report.bots_joined, 8u);
+    EXPECT_GT(report.audit.samples, 200u);
+    EXPECT_EQ(report.converged_bots, 8u);
+}
+
+TEST_F(Consistency, HoldsOnABadNetwork) {
+    server.network.loss = 0.05;
+    server.network.delay_s = 0.06;
+    server.network.jitter_s = 0.02;
+    server.network.duplicate = 0.02;
+    server.network.reorder = 0.05;
+    bots.seconds = 10.0;
+    const measure::Report report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GT(report.packets_lost, 10u);
+    EXPECT_EQ(report.events_lost, 0u);
+    EXPECT_EQ(report.events_duplicated, 0u);
+}
+
+TEST_F(Consistency, HoldsWhenClientClocksAreOff) {
+    server.skew_s = 12345.678;
+    const measure::Report report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+}
+
+TEST_F(Consistency, DeliversEventsExactlyOnceWhenStreamsAreCut) {
+    bots.bots = 6;
+    bots.seconds = 8.0;
+    bots.mix = bot::parse_mix("chat:1,fight:1").value();
+    double next_cut = 2.0;
+    const measure::Report report = run([&](VirtualServer& server_now, double now_s) {
+        if (now_s >= next_cut && now_s < 7.0) {
+            server_now.cut_streams();
+            next_cut += 1.5;
+        }
+    });
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GE(report.resumed, 12u);
+    EXPECT_EQ(report.events_lost, 0u);
+    EXPECT_EQ(report.events_duplicated, 0u);
+    EXPECT_EQ(report.events_out_of_order, 0u);
+    EXPECT_GT(report.events_delivered, 20u);
+}
+
+TEST_F(Consistency, GivesTheSameRunTwice) {
+    const auto once = [this] {
+        const measure::Report report = run();
+        return std::make_pair(world->world().state_hash(), measure::to_json(report));
+    };
+    server.network.loss = 0.1;
+    server.network.delay_s = 0.03;
+    bots.seconds = 3.0;
+    const auto first = once();
+    const auto second = once();
+    EXPECT_EQ(first.first, second.first);
+}
+
+}  // namespace
+}  // namespace zoned::harness

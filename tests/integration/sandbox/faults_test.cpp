@@ -1,0 +1,73 @@
+#include "tests/harness/game_test.h"
+
+namespace zoned::harness {
+namespace {
+
+/// The checker is checked: each fault on purpose turns the verdict, for the right reason.
+class Faults : public GameTest {
+  protected:
+    measure::Report run_with(std::initializer_list<std::string> sets) {
+        server.sets.assign(sets);
+        return run();
+    }
+};
+
+TEST_F(Faults, FindsPositionsThatAreCorrupted) {
+    const auto report = run_with(
+        {"testing.corrupt_position.probability=0.2", "testing.corrupt_position.offset_m=3"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.audit.position_violations, 0u);
+    EXPECT_TRUE(has_reason(report, "position")) << reasons(report);
+}
+
+TEST_F(Faults, FindsEntitiesThatAreHidden) {
+    const auto report = run_with({"testing.hide_entity.probability=0.3"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.audit.missing, 0u);
+    EXPECT_TRUE(has_reason(report, "missing")) << reasons(report);
+}
+
+TEST_F(Faults, FindsEntitiesThatAreLeaked) {
+    // Radii of 15 m, so that something lies beyond them.
+    const auto report =
+        run_with({"type[0].nimbus_m.normal=15", "testing.leak_entity.probability=1"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.audit.extra, 0u);
+    EXPECT_TRUE(has_reason(report, "leak")) << reasons(report);
+}
+
+TEST_F(Faults, FindsEventsThatAreDropped) {
+    const auto report = run_with({"testing.drop_event.probability=0.2"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.events_lost + report.events_unheard, 0u);
+    EXPECT_TRUE(has_reason(report, "event")) << reasons(report);
+}
+
+TEST_F(Faults, FindsEventsThatAreDoubled) {
+    const auto report = run_with({"testing.double_event.probability=0.2"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.events_duplicated, 0u);
+    EXPECT_TRUE(has_reason(report, "doubled")) << reasons(report);
+}
+
+TEST_F(Faults, FindsAZoneThatStalls) {
+    const auto report = run_with({"testing.stall_zone.at_tick=90", "testing.stall_zone.ticks=60"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_TRUE(has_reason(report, "silen") || has_reason(report, "stall")) << reasons(report);
+}
+
+TEST_F(Faults, FindsLimitsThatTheWorldDoesNotKeep) {
+    server.network.delay_s = 0.1;
+    const auto report = run_with({"testing.wrong_limit.max_acceleration_mps2=0.1",
+                                  "testing.wrong_limit.max_velocity_jump_mps=0"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.audit.position_violations, 0u);
+}
+
+TEST_F(Faults, FindsNoneWithoutAny) {
+    const auto report = run_with({});
+    EXPECT_TRUE(report.consistent) << reasons(report);
+}
+
+}  // namespace
+}  // namespace zoned::harness

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds everything and runs all tests. Arguments go to ctest, such as -R unit_ops.
+set -euo pipefail
+
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+build="${ZONED_BUILD:-$root/build}"
+
+if [[ "${1:-}" == "--help" || "${1:-}" == "-h" ]]; then
+    cat <<'HELP'
+usage: tests/run.sh [CTEST-OPTION...]
+Installs missing Debian packages (as root or through sudo), builds into build/ and runs all tests through ctest.
+ZONED_BUILD=DIR builds somewhere else.
+HELP
+    exit 0
+fi
+"$root/config/prepare.sh" all
+exec ctest --test-dir "$build" --output-on-failure -j2 "$@"

@@ -1,0 +1,95 @@
+// PlainRules: the least that rules must do - who joins gets an avatar of the first type - with a
+// count of all calls.
+#pragma once
+
+#include "server/zone/rules.h"
+
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace zoned::scenario {
+
+/// What PlainRules saw; shared by all zones of a test (tests step zones on one thread).
+struct PlainLog {
+    std::map<ClientId, EntityId> avatars;
+    std::vector<zone::Contact> contacts;
+    std::vector<std::pair<EntityId, zone::Bytes>> messages;
+    std::vector<std::uint16_t> commands;
+};
+
+class PlainRules final : public zone::Rules {
+  public:
+    explicit PlainRules(std::shared_ptr<PlainLog> log) : log_(std::move(log)) {}
+
+    EntityId on_join(zone::RulesContext& context, const zone::JoinRequest& request) override {
+        zone::SpawnDef def;
+        def.type = 0;
+        def.position = request.spawn_position;
+        def.client = request.client;
+        const EntityId avatar = context.spawn(def);
+        log_->avatars[request.client] = avatar;
+        return avatar;
+    }
+
+    void on_leave(zone::RulesContext& context, ClientId client, EntityId avatar) override {
+        log_->avatars.erase(client);
+        context.despawn(avatar);
+    }
+
+    void on_command(zone::RulesContext& context,
+                    ClientId,
+                    EntityId avatar,
+                    std::uint16_t kind,
+                    std::span<const std::uint8_t> payload) override {
+        log_->commands.push_back(kind);
+        zone::RulesEvent event;
+        event.payload.assign(payload.begin(), payload.end());
+        context.announce(avatar, event);
+    }
+
+    void on_input(zone::RulesContext&,
+                  EntityId,
+                  const motion::InputCommand&,
+                  std::uint16_t) override {}
+
+    void on_contact(zone::RulesContext&, const zone::Contact& contact) override {
+        log_->contacts.push_back(contact);
+    }
+
+    void on_tick(zone::RulesContext&) override {}
+
+    void on_confirm(zone::RulesContext&, ClientId, EventId) override {}
+
+    void on_message(zone::RulesContext&,
+                    EntityId target,
+                    std::span<const std::uint8_t> payload) override {
+        log_->messages.emplace_back(target, zone::Bytes(payload.begin(), payload.end()));
+    }
+
+    /// Each entity carries a counter that rises with every handoff: proof that state travels along.
+    zone::Bytes take_entity(EntityId entity) override {
+        const std::uint8_t moves = moves_[entity];
+        moves_.erase(entity);
+        return {static_cast<std::uint8_t>(moves + 1)};
+    }
+
+    void load_entity(EntityId entity, std::span<const std::uint8_t> state) override {
+        moves_[entity] = state.empty() ? 0 : state[0];
+    }
+
+    [[nodiscard]] bool busy() const override { return false; }
+
+    void hash(core::StateHash& hash) const override { hash.add(moves_.size()); }
+
+    [[nodiscard]] std::uint8_t moves(EntityId entity) const {
+        const auto it = moves_.find(entity);
+        return it == moves_.end() ? 0 : it->second;
+    }
+
+  private:
+    std::shared_ptr<PlainLog> log_;
+    std::map<EntityId, std::uint8_t> moves_;
+};
+
+}  // namespace zoned::scenario

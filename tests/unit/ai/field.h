@@ -1,0 +1,149 @@
+// Field: an open plain with minds and players and the simplest movement there is, for tests of AI.
+#pragma once
+
+#include "server/ai/ai_step.h"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace zoned::ai::test {
+
+inline constexpr float kDt = 1.0F / 30.0F;
+inline constexpr TypeIndex kPlayer = 0;
+inline constexpr TypeIndex kGuard = 1;
+inline constexpr TypeIndex kSheep = 2;
+
+class Field {
+  public:
+    Field() {
+        for (const char* name : {"player", "guard", "sheep"}) {
+            world::EntityType type;
+            type.name = name;
+            type.kind = world::EntityKind::kCharacter;
+            types.push_back(type);
+        }
+        types[kPlayer].character.speed = 5.0F;
+        types[kGuard].character.speed = 4.0F;
+        types[kSheep].character.speed = 2.0F;
+    }
+
+    world::Row add_player(std::uint32_t id, const Vec3& position) {
+        const world::Row row = entities.add(EntityId(id), kPlayer);
+        entities.position[row] = position;
+        entities.client[row] = ClientId(id);
+        return row;
+    }
+
+    /// A character with a mind whose home is where it stands.
+    void add_npc(std::uint32_t id, TypeIndex type, std::uint16_t machine, const Vec3& position) {
+        const world::Row row = entities.add(EntityId(id), type);
+        entities.position[row] = position;
+        Mind mind;
+        mind.entity = EntityId(id);
+        mind.machine = machine;
+        mind.state_since = now;
+        mind.home = position;
+        mind.rng = core::Rng(7, id);
+        minds.add(mind);
+    }
+
+    [[nodiscard]] Vec3& position(std::uint32_t id) {
+        return entities.position[entities.find(EntityId(id))];
+    }
+
+    [[nodiscard]] const motion::InputCommand& command(std::uint32_t id) const {
+        return entities.command[entities.find(EntityId(id))];
+    }
+
+    [[nodiscard]] std::uint16_t state(std::uint32_t id) const {
+        return minds.find(EntityId(id))->state;
+    }
+
+    [[nodiscard]] float distance(std::uint32_t a, std::uint32_t b) {
+        return (position(a) - position(b)).norm();
+    }
+
+    /// One tick: minds, then position += wanted velocity * dt. `wall` may undo a move.
+    Report step() {
+        grid.build(entities.position, 8.0F);
+        const Report report = ai::step(minds, entities, types, grid, settings, now, kDt);
+        for (world::Row row = 0; row < entities.size(); ++row) {
+            const motion::InputCommand& c = entities.command[row];
+            const motion::CharacterLimits& limits = types[entities.type[row]].character;
+            const float speed =
+                limits.speed *
+                ((c.buttons & motion::kButtonSprint) != 0 ? limits.sprint_factor : 1.0F);
+            const Vec3 velocity =
+                Vec3(static_cast<float>(c.move_x), 0.0F, static_cast<float>(c.move_z)) *
+                (speed / 127.0F);
+            const Vec3 next = entities.position[row] + velocity * kDt;
+            if (!wall || !wall(next)) {
+                entities.position[row] = next;
+                entities.velocity[row] = velocity;
+            } else {
+                entities.velocity[row] = Vec3::Zero();
+            }
+            entities.yaw[row] = c.yaw;
+        }
+        ++now;
+        return report;
+    }
+
+    void run(float seconds) {
+        const Tick end = now + static_cast<Tick>(seconds / kDt);
+        while (now < end) {
+            step();
+        }
+    }
+
+    world::Entities entities;
+    world::TypeTable types;
+    spatial::PointGrid grid;
+    Minds minds;
+    Settings settings;
+    Tick now = 0;
+    std::function<bool(const Vec3&)> wall;
+};
+
+/// One state, no transitions.
+inline Machine single(ActionKind action, float radius = 20.0F) {
+    Machine machine;
+    machine.name = "single";
+    machine.states.emplace_back();
+    machine.states[0].action = action;
+    machine.states[0].radius_m = radius;
+    return machine;
+}
+
+enum GuardState : std::uint16_t {
+    kOnPatrol = 0,
+    kOnChase = 1,
+    kOnReturn = 2
+};
+
+/// Patrols; chases a player nearer than 15 m; gives up beyond 20 m (both held for 0.4 s); walks
+/// home; patrols.
+inline Machine guard_machine() {
+    Machine machine;
+    machine.name = "guard";
+    machine.perception_m = 40.0F;
+    machine.states.resize(3);
+    State& patrol = machine.states[kOnPatrol];
+    patrol.action = ActionKind::kPatrol;
+    patrol.radius_m = 8.0F;
+    patrol.speed_factor = 0.5F;
+    patrol.transitions = {{kOnChase, Sensor::kPlayerDistance, Compare::kBelow, 15.0F, 0.4F}};
+    State& chase = machine.states[kOnChase];
+    chase.action = ActionKind::kChase;
+    chase.sprint = true;
+    chase.behaviour = 2;
+    chase.transitions = {{kOnReturn, Sensor::kPlayerDistance, Compare::kAbove, 20.0F, 0.4F}};
+    State& back = machine.states[kOnReturn];
+    back.action = ActionKind::kReturn;
+    back.transitions = {{kOnChase, Sensor::kPlayerDistance, Compare::kBelow, 15.0F, 0.4F},
+                        {kOnPatrol, Sensor::kHomeDistance, Compare::kBelow, 2.0F, 0.0F}};
+    return machine;
+}
+
+}  // namespace zoned::ai::test

@@ -1,0 +1,423 @@
+#include "server/net/tls_listener.h"
+#include "tests/unit/net/tls_client.h"
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/post.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <thread>
+
+namespace zoned::net {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A folder that goes with the test.
+class StateDir {
+  public:
+    StateDir() {
+        std::string pattern = testing::TempDir() + "zoned-net-XXXXXX";
+        path = mkdtemp(pattern.data());
+    }
+
+    ~StateDir() { std::filesystem::remove_all(path); }
+
+    StateDir(const StateDir&) = delete;
+    StateDir& operator=(const StateDir&) = delete;
+
+    std::string path;
+};
+
+TlsSettings settings_in(const StateDir& dir, const std::string& address = "127.0.0.1") {
+    TlsSettings settings;
+    settings.bind_address = address;
+    settings.certificate.state_dir = dir.path;
+    return settings;
+}
+
+/// A listener in a thread of its own, and what it reported.
+class Server {
+  public:
+    explicit Server(const TlsSettings& settings) {
+        TlsCallbacks callbacks;
+        callbacks.on_open = [this](StreamNumber n, const Address&, bool loopback, const auto& k) {
+            record([&] {
+                opened.push_back(n);
+                keys[n] = k;
+                all_loopback = all_loopback && loopback;
+            });
+        };
+        callbacks.on_frame = [this](StreamNumber n, std::span<const std::uint8_t> frame) {
+            const std::string text(frame.begin(), frame.end());
+            record([&] { frames.push_back(text); });
+            if (text == "echo") {
+                listener->send(n, frame);
+            } else if (text == "close") {
+                const std::string last = "last words";
+                for (int i = 0; i < 100; ++i) {
+                    listener->send(n, {reinterpret_cast<const std::uint8_t*>(last.data()), 10});
+                }
+                listener->close(n);
+            } else if (text == "flood") {
+                const std::vector<std::uint8_t> big(60'000, 1);
+                for (int i = 0; i < 1000; ++i) {
+                    listener->send(n, big);
+                }
+            }
+        };
+        callbacks.on_closed = [this](StreamNumber, const std::string& reason) {
+            record([&] { closed.push_back(reason); });
+        };
+        listener = std::make_unique<TlsListener>(io, settings, callbacks);
+        port = listener->port();
+        fingerprint = listener->fingerprint();
+        listener->start();
+        thread = std::thread([this] { io.run(); });
+    }
+
+    ~Server() { stop(); }
+
+    Server(const Server&) = delete;
+    Server& operator=(const Server&) = delete;
+
+    void stop() {
+        if (thread.joinable()) {
+            asio::post(io, [this] { listener.reset(); });
+            work.reset();
+            thread.join();
+        }
+    }
+
+    /// Statistics as they are once the listener's thread has stopped touching them.
+    TlsStats stats() {
+        TlsStats out;
+        on_thread([&] { out = listener->stats(); });
+        return out;
+    }
+
+    std::size_t connections() {
+        std::size_t out = 0;
+        on_thread([&] { out = listener->connections(); });
+        return out;
+    }
+
+    template <class Condition>
+    bool wait(Condition condition) {
+        std::unique_lock lock(mutex);
+        return changed.wait_for(lock, 5s, condition);
+    }
+
+    asio::io_context io;
+    asio::executor_work_guard<asio::io_context::executor_type> work{io.get_executor()};
+    std::unique_ptr<TlsListener> listener;
+    std::thread thread;
+    std::uint16_t port = 0;
+    std::string fingerprint;
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::vector<StreamNumber> opened;
+    std::map<StreamNumber, DatagramKeys> keys;
+    bool all_loopback = true;
+    std::vector<std::string> frames;
+    std::vector<std::string> closed;
+
+  private:
+    template <class F>
+    void record(F f) {
+        const std::lock_guard lock(mutex);
+        f();
+        changed.notify_all();
+    }
+
+    template <class F>
+    void on_thread(F f) {
+        std::unique_lock lock(mutex);
+        bool done = false;
+        asio::post(io, [&] {
+            const std::lock_guard inner(mutex);
+            f();
+            done = true;
+            changed.notify_all();
+        });
+        ASSERT_TRUE(changed.wait_for(lock, 5s, [&] { return done; }));
+    }
+};
+
+TEST(TlsListener, GivesBothEndsTheSameKeysForDatagrams) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient a;
+    TlsClient b;
+    ASSERT_TRUE(a.connect(server.port)) << a.error.message();
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
+    ASSERT_TRUE(b.connect(server.port)) << b.error.message();
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 2; }));
+    const DatagramKeys& keys = server.keys[1];
+    EXPECT_EQ(keys.down.key, a.exported(wire::kExporterLabelDown).key);
+    EXPECT_EQ(keys.down.salt, a.exported(wire::kExporterLabelDown).salt);
+    EXPECT_EQ(keys.up.key, a.exported(wire::kExporterLabelUp).key);
+    EXPECT_EQ(keys.up.salt, a.exported(wire::kExporterLabelUp).salt);
+    EXPECT_NE(keys.down.key, keys.up.key);
+    EXPECT_NE(server.keys[2].down.key, keys.down.key);
+    EXPECT_TRUE(server.all_loopback);
+}
+
+TEST(TlsListener, CarriesFramesOfAnySizeHoweverTheyAreCut) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient client;
+    ASSERT_TRUE(client.connect(server.port));
+    std::string stream;
+    std::vector<std::string> sent;
+    for (const std::size_t size :
+         {std::size_t{0}, std::size_t{1}, std::size_t{65536}, std::size_t{3}, std::size_t{5000}}) {
+        sent.emplace_back(size, static_cast<char>('a' + sent.size()));
+        stream += TlsClient::prefix(size) + sent.back();
+    }
+    for (std::size_t at = 0; at < stream.size();) {
+        const std::size_t piece = at < 20 ? 1 : 4097;
+        client.send_raw(stream.substr(at, piece));
+        at += piece;
+    }
+    ASSERT_TRUE(server.wait([&] { return server.frames.size() == sent.size(); }));
+    EXPECT_EQ(server.frames, sent);
+    client.send("echo");
+    EXPECT_EQ(client.receive(), "echo");
+    client.close();
+    ASSERT_TRUE(server.wait([&] { return server.closed.size() == 1; }));
+    EXPECT_EQ(server.closed[0], "");
+}
+
+TEST(TlsListener, EndsAStreamThatAnnouncesAFrameTooLong) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient client;
+    ASSERT_TRUE(client.connect(server.port));
+    client.send_raw(TlsClient::prefix(65537));
+    EXPECT_EQ(client.receive(), "");
+    EXPECT_TRUE(client.error);
+    ASSERT_TRUE(server.wait([&] { return server.closed.size() == 1; }));
+    EXPECT_THAT(server.closed[0], testing::HasSubstr("65537 bytes was announced"));
+    EXPECT_EQ(server.stats().frame_oversize, 1U);
+    EXPECT_EQ(server.connections(), 0U);
+}
+
+TEST(TlsListener, SendsAllThatIsQueuedBeforeItClosesEvenWhileThePeerSends) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    for (int round = 0; round < 10; ++round) {
+        TlsClient client;
+        ASSERT_TRUE(client.connect(server.port));
+        client.send("close");
+        for (int i = 0; i < 50; ++i) {
+            client.send("still talking");
+        }
+        for (int i = 0; i < 100; ++i) {
+            ASSERT_EQ(client.receive(), "last words") << i << " " << client.error.message();
+        }
+        EXPECT_EQ(client.receive(), "");
+        EXPECT_EQ(client.error, asio::error::eof);  // close_notify, not a cut
+        client.close();
+        client.vanish();
+    }
+    ASSERT_TRUE(server.wait([&] { return server.closed.size() == 10; }));
+    EXPECT_EQ(server.stats().close_timeout, 0U);
+}
+
+TEST(TlsListener, DropsAClientThatDoesNotReadAndCountsIt) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient client;
+    ASSERT_TRUE(client.connect(server.port));
+    client.send("flood");
+    ASSERT_TRUE(server.wait([&] { return server.closed.size() == 1; }));
+    EXPECT_THAT(server.closed[0], testing::HasSubstr("too slow"));
+    EXPECT_EQ(server.stats().queue_overflow, 1U);
+}
+
+TEST(TlsListener, NoticesAPeerThatVanishes) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient client;
+    ASSERT_TRUE(client.connect(server.port));
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
+    client.vanish();
+    ASSERT_TRUE(server.wait([&] { return server.closed.size() == 1; }));
+    EXPECT_THAT(server.closed[0], testing::HasSubstr("lost"));
+}
+
+TEST(TlsListener, SpeaksTls13OnlyAndSurvivesNoise) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient old;
+    old.allow_at_most(TLS1_2_VERSION);
+    EXPECT_FALSE(old.connect(server.port));
+    asio::io_context io;
+    asio::ip::tcp::socket noise(io);
+    noise.connect({asio::ip::make_address("127.0.0.1"), server.port});
+    asio::write(noise, asio::buffer(std::string("GET / HTTP/1.1\r\n\r\n")));
+    std::array<char, 100> answer{};
+    asio::error_code ec;
+    while (!ec) {
+        noise.read_some(asio::buffer(answer), ec);
+    }
+    TlsClient good;
+    EXPECT_TRUE(good.connect(server.port));
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
+    EXPECT_EQ(server.stats().handshake_failed, 2U);
+    EXPECT_TRUE(server.closed.empty());  // they were never opened
+}
+
+TEST(TlsListener, GivesUpOnAHandshakeThatDoesNotCome) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.limits.handshake_timeout_s = 0.05;
+    Server server(settings);
+    asio::io_context io;
+    asio::ip::tcp::socket silent(io);
+    silent.connect({asio::ip::make_address("127.0.0.1"), server.port});
+    std::array<char, 10> answer{};
+    asio::error_code ec;
+    silent.read_some(asio::buffer(answer), ec);
+    EXPECT_TRUE(ec);
+    EXPECT_EQ(server.stats().handshake_timeout, 1U);
+}
+
+TEST(TlsListener, TakesNoMoreConnectionsThanItMay) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.max_connections = 2;
+    Server server(settings);
+    TlsClient a;
+    TlsClient b;
+    TlsClient c;
+    EXPECT_TRUE(a.connect(server.port));
+    EXPECT_TRUE(b.connect(server.port));
+    EXPECT_FALSE(c.connect(server.port));
+    EXPECT_EQ(server.stats().refused_total, 1U);
+    a.close();
+    ASSERT_TRUE(server.wait([&] { return server.closed.size() == 1; }));
+    TlsClient d;
+    EXPECT_TRUE(d.connect(server.port));
+}
+
+TEST(TlsListener, LetsWhoComesTooFastWait) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.max_handshakes_per_s = 20.0;
+    Server server(settings);
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < 25; ++i) {
+        TlsClient client;
+        ASSERT_TRUE(client.connect(server.port));
+    }
+    // At most a second's worth runs ahead: 25 at 20 a second take at least (25 - 1 - 20) / 20 s.
+    EXPECT_GE(std::chrono::steady_clock::now() - begin, 190ms);
+    EXPECT_EQ(server.stats().accepted, 25U);
+}
+
+TEST(TlsListener, ServesBothFamiliesAndNamesAPortInUse) {
+    const StateDir dir;
+    Server server(settings_in(dir, "::"));
+    TlsClient v4;
+    TlsClient v6;
+    EXPECT_TRUE(v4.connect(server.port, "127.0.0.1"));
+    EXPECT_TRUE(v6.connect(server.port, "::1"));
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 2; }));
+    EXPECT_TRUE(server.all_loopback);
+    TlsSettings taken = settings_in(dir, "::");
+    taken.port = server.port;
+    asio::io_context io;
+    try {
+        const TlsListener second(io, taken, {});
+        FAIL() << "the port was given out twice";
+    } catch (const std::system_error& e) {
+        EXPECT_EQ(e.code(), std::errc::address_in_use);
+        EXPECT_THAT(e.what(), testing::HasSubstr("TCP [::]:" + std::to_string(server.port)));
+    }
+}
+
+TEST(TlsListener, StopsWithOpenStreams) {
+    const StateDir dir;
+    Server server(settings_in(dir));
+    TlsClient client;
+    ASSERT_TRUE(client.connect(server.port));
+    ASSERT_TRUE(server.wait([&] { return server.opened.size() == 1; }));
+    server.stop();
+    EXPECT_EQ(client.receive(), "");
+    EXPECT_TRUE(client.error);
+}
+
+TEST(Certificate, IsMadeOncePrivatelyAndUsedAgain) {
+    const StateDir dir;
+    TlsSettings settings = settings_in(dir);
+    settings.certificate.state_dir = dir.path + "/deeper/still";
+    std::string first;
+    {
+        Server server(settings);
+        TlsClient client;
+        ASSERT_TRUE(client.connect(server.port));
+        first = server.fingerprint;
+        EXPECT_EQ(first.size(), 64U);
+        EXPECT_EQ(client.fingerprint(), first);
+    }
+
+    struct stat info {};
+
+    for (const char* name : {"key.pem", "certificate.pem"}) {
+        const std::string path = settings.certificate.state_dir + "/" + name;
+        ASSERT_EQ(::stat(path.c_str(), &info), 0) << path;
+        EXPECT_EQ(info.st_mode & 0777, 0600) << path;
+    }
+    Server again(settings);
+    EXPECT_EQ(again.fingerprint, first);
+    const StateDir other;
+    Server different(settings_in(other));
+    EXPECT_NE(different.fingerprint, first);
+}
+
+void expect_complaint(const CertificateSettings& settings, const std::string& text) {
+    try {
+        const auto context = make_server_context(prepare_certificate(settings));
+        FAIL() << "expected: " << text;
+    } catch (const std::runtime_error& e) {
+        EXPECT_THAT(e.what(), testing::HasSubstr(text));
+    }
+}
+
+TEST(Certificate, SaysWhatIsWrongWithConfiguredFiles) {
+    const StateDir one;
+    const StateDir two;
+    const auto pair = prepare_certificate({"", "", one.path});
+    const auto other = prepare_certificate({"", "", two.path});
+    EXPECT_TRUE(pair.self_signed);
+    EXPECT_NO_THROW(static_cast<void>(
+        make_server_context(prepare_certificate({pair.certificate, pair.key, ""}))));
+    expect_complaint({pair.certificate, "", ""}, "must be configured together");
+    expect_complaint({one.path + "/none.pem", pair.key, ""}, "none.pem does not exist");
+    expect_complaint({pair.certificate, one.path + "/none.pem", ""}, "the key file");
+    expect_complaint({pair.certificate, other.key, ""}, "does not belong to the certificate");
+    expect_complaint({pair.key, pair.key, ""}, "holds no certificate");
+    expect_complaint({pair.certificate, pair.certificate, ""}, "holds no private key");
+    std::filesystem::remove(one.path + "/key.pem");
+    expect_complaint({"", "", one.path}, "but not key.pem");
+    std::ofstream(two.path + "/file") << "x";
+    expect_complaint({"", "", two.path + "/file"}, "state folder");
+    if (geteuid() != 0) {
+        std::filesystem::permissions(other.key, std::filesystem::perms::none);
+        expect_complaint({other.certificate, other.key, ""}, "cannot be read");
+    }
+}
+
+}  // namespace
+}  // namespace zoned::net

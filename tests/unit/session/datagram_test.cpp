@@ -1,0 +1,292 @@
+#include "tests/unit/session/fake_client.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace zoned::session {
+namespace {
+
+class Datagrams : public testing::Test {
+  protected:
+    Datagrams() {
+        EXPECT_TRUE(client.log_in());
+        host.advance(0.1);
+    }
+
+    std::vector<Tick> input_ticks() {
+        std::vector<Tick> out;
+        for (const auto& input : host.take<mailbox::Input>()) {
+            for (const auto& command : input.commands) {
+                out.push_back(command.tick);
+            }
+        }
+        return out;
+    }
+
+    void deliver(const Bytes& bytes, std::uint16_t port = 1) {
+        host.host.on_datagram(test_address(port), bytes, host.now_s);
+    }
+
+    TestHost host{dev_settings()};
+    FakeClient client{host};
+    std::uint64_t state_sequence_ = 0;
+};
+
+TEST_F(Datagrams, CarryCommandsToTheZonesOnce) {
+    host.advance(0.1);
+    client.send_datagram(commands_at(host.tick, 3));
+    client.send_datagram(commands_at(host.tick + 1, 4));
+    const Tick t = host.tick;
+    EXPECT_EQ(input_ticks(), (std::vector<Tick>{t, t + 1, t + 2, t + 3, t + 4}));
+    EXPECT_TRUE(host.host.stats().rejected.empty());
+    EXPECT_EQ(host.host.stats().packets_in, 2U);
+}
+
+TEST_F(Datagrams, AreRefusedWhenReplayed) {
+    const Bytes first = client.make_datagram(1, commands_at(host.tick, 1));
+    deliver(first);
+    deliver(first);
+    deliver(first, 2);
+    EXPECT_EQ(host.rejected("replayed"), 2U);
+    // The window is 1,024 wide: what is older is refused although it was never seen.
+    deliver(client.make_datagram(2000, {}));
+    deliver(client.make_datagram(2000 - 1023, {}));
+    EXPECT_EQ(host.rejected("replayed"), 2U);
+    deliver(client.make_datagram(2000 - 1024, {}));
+    EXPECT_EQ(host.rejected("replayed"), 3U);
+}
+
+TEST_F(Datagrams, AreRefusedWhenAnyBitWasChanged) {
+    host.advance(0.1);
+    const Bytes good = client.make_datagram(1, commands_at(host.tick, 2));
+    for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
+        Bytes bad = good;
+        bad[bit / 8] = static_cast<std::uint8_t>(bad[bit / 8] ^ (1u << (bit % 8)));
+        deliver(bad, 666);
+    }
+    EXPECT_TRUE(host.take<mailbox::Input>().empty());
+    EXPECT_EQ(host.rejected("connection_unknown"), 32U);
+    // One of the 16 bits of the sequence makes it 0, which is never valid.
+    EXPECT_EQ(host.rejected("replayed") + host.rejected("not_authentic"), good.size() * 8 - 32);
+    // Nobody was answered, and the good one still counts as fresh.
+    EXPECT_TRUE(host.datagrams.empty());
+    deliver(good);
+    EXPECT_EQ(input_ticks().size(), 2U);
+}
+
+TEST_F(Datagrams, AreRefusedWhenShortLongOrOfNoSession) {
+    deliver(Bytes(21, 1));
+    EXPECT_EQ(host.rejected("datagram_short"), 1U);
+    deliver(Bytes());
+    EXPECT_EQ(host.rejected("datagram_short"), 2U);
+    deliver(Bytes(1201, 1));
+    EXPECT_EQ(host.rejected("datagram_long"), 1U);
+    Bytes stranger = client.make_datagram(1, {});
+    stranger[0] = static_cast<std::uint8_t>(stranger[0] ^ 1u);
+    deliver(stranger);
+    EXPECT_EQ(host.rejected("connection_unknown"), 1U);
+}
+
+TEST_F(Datagrams, AreCountedWhenTheyAuthenticateButMakeNoSense) {
+    deliver(client.seal(1, Bytes(3, 0)));
+    EXPECT_EQ(host.rejected("transport_malformed"), 1U);
+    deliver(client.seal(2, Bytes(wire::kUpTransportBytes + 1, 0xFF)));
+    EXPECT_EQ(host.rejected("body_malformed") + host.rejected("ack_ahead"), 2U);
+}
+
+TEST_F(Datagrams, MoveASessionToANewAddressOnlyWhenNewestAndAuthentic) {
+    const auto target = [&] {
+        client.state(++state_sequence_);
+        EXPECT_FALSE(host.datagrams.empty());
+        return host.datagrams.empty() ? 0 : host.datagrams.back().to.port;
+    };
+    deliver(client.make_datagram(5, {}), 10);
+    EXPECT_EQ(target(), 10);
+    deliver(client.make_datagram(4, {}), 20);  // authentic, but older
+    EXPECT_EQ(target(), 10);
+    Bytes forged = client.make_datagram(6, {});
+    forged.back() = static_cast<std::uint8_t>(forged.back() ^ 1u);
+    deliver(forged, 30);
+    EXPECT_EQ(target(), 10);
+    EXPECT_EQ(host.host.stats().address_changes, 0U);
+    deliver(client.make_datagram(6, {}), 40);
+    EXPECT_EQ(target(), 40);
+    EXPECT_EQ(host.host.stats().address_changes, 1U);
+    deliver(client.make_datagram(5, {}), 10);  // replayed
+    EXPECT_EQ(target(), 40);
+}
+
+TEST_F(Datagrams, GoThroughTheStreamUntilOneCameByUdpAndAgainWhenTheClientSaysSo) {
+    client.state(1);
+    EXPECT_TRUE(host.datagrams.empty());
+    ASSERT_FALSE(host.frames[client.stream].empty());
+    const std::string tunnelled = host.frames[client.stream].back().datagram().sealed();
+    EXPECT_TRUE(client.open(Bytes(tunnelled.begin(), tunnelled.end()), 1));
+    EXPECT_EQ(host.host.stats().tunnelled, 1U);
+
+    client.send_datagram({});
+    client.state(2);
+    ASSERT_EQ(host.datagrams.size(), 1U);
+    EXPECT_TRUE(client.open(host.datagrams[0].bytes, 2));
+    EXPECT_EQ(host.host.stats().packets_out, 1U);
+
+    const Bytes up = client.make_datagram(++client.sequence, commands_at(host.tick, 1));
+    proto::ClientMessage message;
+    message.mutable_datagram()->set_sealed(up.data(), up.size());
+    host.advance(0.1);
+    host.send(client.stream, message);
+    EXPECT_EQ(input_ticks().size(), 1U);
+    client.state(3);
+    EXPECT_EQ(host.datagrams.size(), 1U);
+    EXPECT_EQ(host.host.stats().tunnelled, 2U);
+
+    host.backlog = 1'000'000;
+    client.state(4);
+    EXPECT_EQ(host.host.stats().tunnelled, 2U);
+    EXPECT_EQ(host.rejected("out_tunnel_backlog"), 1U);
+}
+
+TEST_F(Datagrams, AreNeverSealedTwiceUnderOneSequence) {
+    client.send_datagram({});
+    for (const std::uint64_t sequence : {1U, 2U, 2U, 1U, 5U, 4U, 5U, 6U}) {
+        client.state(sequence);
+    }
+    EXPECT_EQ(host.datagrams.size(), 4U);
+    EXPECT_EQ(host.rejected("out_sequence"), 4U);
+    client.drop();
+    ASSERT_TRUE(client.resume(0));
+    client.send_datagram({});
+    client.state(6);
+    EXPECT_EQ(host.datagrams.size(), 4U);
+    client.state(7);
+    ASSERT_EQ(host.datagrams.size(), 5U);
+    EXPECT_TRUE(client.open(host.datagrams.back().bytes, 7));
+}
+
+TEST_F(Datagrams, TooLongForOneDatagramAreNotSent) {
+    client.send_datagram({});
+    client.state(1, wire::kMaxDownBodyBytes);
+    ASSERT_EQ(host.datagrams.size(), 1U);
+    EXPECT_EQ(host.datagrams[0].bytes.size(), wire::kMaxDatagramBytes);
+    client.state(2, wire::kMaxDownBodyBytes + 1);
+    EXPECT_EQ(host.datagrams.size(), 1U);
+    EXPECT_EQ(host.rejected("out_oversize"), 1U);
+}
+
+TEST_F(Datagrams, TellTheClockAndWhatArrived) {
+    client.send_datagram({});
+    client.sequence = 3;  // 2 and 3 are lost
+    client.send_datagram({});
+    host.now_s += 0.005;
+    const double server_time_s = 5000.25;  // past 2^32 us
+    host.host.on_outbox(
+        mailbox::StatePacket{client.client, 1, Bytes(4, 0)}, host.now_s, server_time_s);
+    const auto transport = client.open(host.datagrams.at(0).bytes, 1);
+    ASSERT_TRUE(transport);
+    EXPECT_EQ(transport->send_time_us, static_cast<std::uint32_t>(5000250000ULL));
+    EXPECT_EQ(transport->ack_low, 4);
+    EXPECT_EQ(transport->ack_bits, 0b100U);  // 4 - 1 - 2 = 1
+    // 5 ms in steps of 10 us; the time is a double near 1000, exact to far below a step.
+    EXPECT_NEAR(transport->ack_delay_10us, 500, 1);
+}
+
+TEST_F(Datagrams, BringAcksWithARoundTripThatLeavesOutTheClientsDelay) {
+    client.send_datagram({});
+    client.state(1);
+    host.now_s += 0.010;
+    client.state(2);
+    host.now_s += 0.080;
+    wire::UpTransport transport;
+    transport.ack_low = 2;
+    transport.ack_bits = 1;
+    transport.ack_delay_10us = 2000;  // 20 ms of the 80
+    client.send_datagram({}, 1, transport);
+    const auto acks = host.take<mailbox::Acks>();
+    ASSERT_EQ(acks.size(), 1U);
+    EXPECT_EQ(acks[0].newest, 2U);
+    EXPECT_EQ(acks[0].bits, 1U);
+    EXPECT_NEAR(acks[0].rtt_us, 60'000.0, 1.0);
+    EXPECT_NEAR(host.host.rtt_percentiles().p50_ms, 60.0, 0.001);
+    EXPECT_EQ(host.host.rtt_percentiles().sessions, 1U);
+    EXPECT_EQ(host.rejected("ack_ahead"), 0U);
+    // Said again, it is no news; said of a packet that was never sent, it is refused.
+    client.send_datagram({}, 1, transport);
+    EXPECT_TRUE(host.take<mailbox::Acks>().empty());
+    transport.ack_low = 3;
+    client.send_datagram({}, 1, transport);
+    EXPECT_TRUE(host.take<mailbox::Acks>().empty());
+    EXPECT_EQ(host.rejected("ack_ahead"), 1U);
+}
+
+TEST_F(Datagrams, AcknowledgeNothingBeforeTheFirst) {
+    wire::UpTransport transport;
+    transport.ack_bits = 1;
+    client.send_datagram({}, 1, transport);
+    EXPECT_EQ(host.rejected("ack_ahead"), 1U);
+    client.state(1);
+    client.state(2);
+    transport.ack_low = 2;
+    transport.ack_bits = 0xFFFFFFFF;
+    client.send_datagram({}, 1, transport);
+    const auto acks = host.take<mailbox::Acks>();
+    ASSERT_EQ(acks.size(), 1U);
+    EXPECT_EQ(acks[0].bits, 1U);
+}
+
+TEST_F(Datagrams, KeepTheirSequencesBeyondSixteenBits) {
+    for (std::uint64_t s = 1; s < 200'000; s += 700) {
+        deliver(client.make_datagram(s, {}));
+        client.state(s);
+        ASSERT_FALSE(host.datagrams.empty());
+        ASSERT_TRUE(client.open(host.datagrams.back().bytes, s));
+        wire::UpTransport transport;
+        transport.ack_low = static_cast<std::uint16_t>(s);
+        deliver(client.make_datagram(s + 1, {}, transport));
+        const auto acks = host.take<mailbox::Acks>();
+        ASSERT_EQ(acks.size(), 1U) << s;
+        ASSERT_EQ(acks[0].newest, s);
+        host.advance(0.05);
+    }
+}
+
+TEST_F(Datagrams, AreLimitedPerSecondOnlyAfterTheyAuthenticated) {
+    Bytes forged = client.make_datagram(1, {});
+    forged.back() = static_cast<std::uint8_t>(forged.back() ^ 1u);
+    for (int i = 0; i < 1000; ++i) {
+        deliver(forged);
+    }
+    EXPECT_EQ(host.rejected("datagram_flood"), 0U);  // a forger cannot use up the client's share
+    for (int i = 0; i < 200; ++i) {
+        client.send_datagram({});
+    }
+    EXPECT_EQ(host.rejected("datagram_flood"), 80U);  // 120 are the burst
+}
+
+TEST_F(Datagrams, GoOnWithoutAStreamAsLongAsTheClientIsHeard) {
+    client.send_datagram({});
+    client.drop();
+    client.state(1);
+    EXPECT_EQ(host.datagrams.size(), 1U);
+    host.advance(1.5);
+    client.state(2);
+    EXPECT_EQ(host.datagrams.size(), 1U);
+    EXPECT_EQ(host.rejected("out_suspended"), 1U);
+    client.send_datagram(commands_at(host.tick, 1), 9);
+    EXPECT_EQ(input_ticks().size(), 1U);
+    client.state(3);
+    ASSERT_EQ(host.datagrams.size(), 2U);
+    EXPECT_EQ(host.datagrams[1].to.port, 9);
+}
+
+TEST_F(Datagrams, OfTheOldKeysNoLongerOpenAfterTheClientCameBack) {
+    const Bytes old = client.make_datagram(++client.sequence, commands_at(host.tick, 1));
+    client.drop();
+    ASSERT_TRUE(client.resume(0));
+    deliver(old);
+    EXPECT_EQ(host.rejected("not_authentic"), 1U);
+    client.send_datagram(commands_at(host.tick, 1));
+    EXPECT_EQ(input_ticks().size(), 1U);
+}
+
+}  // namespace
+}  // namespace zoned::session
