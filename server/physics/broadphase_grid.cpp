@@ -56,7 +56,7 @@ void BroadphaseGrid::rehash() {
         live += head != kNone ? 1 : 0;
     }
     std::size_t capacity = keys_.size();
-    while (4 * (live + 1) > capacity) {
+    while (4 * (live + 1) > capacity || capacity < reserved_cells_) {
         capacity *= 2;
     }
     spare_keys_.assign(capacity, kEmptyKey);
@@ -117,6 +117,21 @@ void BroadphaseGrid::unlink(std::uint32_t row) {
             }
         }
     }
+}
+
+void BroadphaseGrid::reserve(std::size_t boxes) {
+    // A box lies in at most eight cells, in three or four on average; rehashing keeps the table at
+    // most a quarter full of cells in use.
+    nodes_.reserve(8 * boxes);
+    for (Level& level : levels_) {
+        level.rows.reserve(boxes);
+    }
+    while (keys_.size() < 16 * boxes) {
+        reserved_cells_ = 16 * boxes;
+        rehash();
+    }
+    spare_keys_.reserve(keys_.size());
+    spare_heads_.reserve(keys_.size());
 }
 
 void BroadphaseGrid::insert(std::uint32_t row, const Aabb& box) {

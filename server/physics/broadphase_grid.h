@@ -28,6 +28,9 @@ class BroadphaseGrid {
     void update(std::uint32_t row, const Aabb& box);
     void remove(std::uint32_t row);
 
+    /// Makes room for `boxes` boxes, so that they move about without allocation.
+    void reserve(std::size_t boxes);
+
     [[nodiscard]] std::uint32_t size() const { return size_; }
 
     /// Calls visit(row) once for each box that overlaps `box` (touching counts), in an order that
@@ -127,6 +130,7 @@ class BroadphaseGrid {
     std::vector<std::uint32_t> heads_, spare_heads_;
     std::size_t mask_ = 0;
     std::size_t used_ = 0;  // slots with a key, cells that became empty included
+    std::size_t reserved_cells_ = 0;
     std::uint32_t size_ = 0;
 };
 

@@ -126,12 +126,10 @@ bool add_face_contact(const Placed& box,
         return false;
     }
     out.normal = side * box.rotation.col(axis);
-    out.separation = INFINITY;
     std::uint32_t feature = 0;
     for (const float t : {lower, upper}) {
         const Vec3 p = c + t * e;
         const float gap = side * p[axis] - half[axis] - radius;
-        out.separation = std::min(out.separation, gap);
         if (gap <= margin) {
             Vec3 middle = p;
             middle[axis] = side * (half[axis] + 0.5F * gap);
@@ -197,6 +195,7 @@ void collide_box_capsule(const Placed& a, const Placed& b, float margin, Manifol
     } else {
         normal = least_overlap_axis(c, e, half, core_gap);
     }
+    out.separation = core_gap - r;
     int axis = 0;
     const float steep = normal.cwiseAbs().maxCoeff(&axis);
     // Along a face: the normal is the face's and the core is within about 8 degrees of it.
@@ -205,7 +204,6 @@ void collide_box_capsule(const Placed& a, const Placed& b, float margin, Manifol
         return;
     }
     out.normal = a.rotation * normal;
-    out.separation = core_gap - r;
     if (out.separation <= margin) {
         // The end of the core that reaches deepest stands for it when the core cuts the box.
         const float end = distance > 1.0e-5F ? t : (e.dot(normal) > 0.0F ? -1.0F : 1.0F);

@@ -24,19 +24,32 @@ bool ContactGraph::contains(std::uint32_t a, std::uint32_t b) const {
     }
 }
 
+void ContactGraph::grow_keys() {
+    std::vector<std::uint64_t> old(keys_.size() * 2, kEmpty);
+    old.swap(keys_);
+    for (const std::uint64_t key : old) {
+        if (key != kEmpty) {
+            std::size_t slot = home_of(key);
+            while (keys_[slot] != kEmpty) {
+                slot = (slot + 1) & (keys_.size() - 1);
+            }
+            keys_[slot] = key;
+        }
+    }
+}
+
+void ContactGraph::reserve(std::size_t contacts) {
+    pool_.reserve(contacts);
+    free_.reserve(contacts);
+    active_.reserve(contacts);
+    while (keys_.size() < 2 * contacts) {
+        grow_keys();
+    }
+}
+
 void ContactGraph::insert_key(std::uint64_t key) {
     if (2 * (static_cast<std::size_t>(size_) + 1) > keys_.size()) {
-        std::vector<std::uint64_t> old(keys_.size() * 2, kEmpty);
-        old.swap(keys_);
-        for (const std::uint64_t k : old) {
-            if (k != kEmpty) {
-                std::size_t slot = home_of(k);
-                while (keys_[slot] != kEmpty) {
-                    slot = (slot + 1) & (keys_.size() - 1);
-                }
-                keys_[slot] = k;
-            }
-        }
+        grow_keys();
     }
     std::size_t slot = home_of(key);
     while (keys_[slot] != kEmpty) {

@@ -50,6 +50,9 @@ class ContactGraph {
     std::uint32_t create(Bodies& bodies, std::uint32_t a, std::uint32_t b);
     void destroy(Bodies& bodies, std::uint32_t contact);
 
+    /// Makes room for that many contacts.
+    void reserve(std::size_t contacts);
+
     void activate(std::uint32_t contact);
     void deactivate(std::uint32_t contact);
 
@@ -83,6 +86,7 @@ class ContactGraph {
         return (key ^ (key >> 29)) & (keys_.size() - 1);
     }
 
+    void grow_keys();
     void insert_key(std::uint64_t key);
     void erase_key(std::uint64_t key);
     void link(Bodies& bodies, std::uint32_t contact, std::uint32_t side, std::uint32_t row);

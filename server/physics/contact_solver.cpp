@@ -39,6 +39,11 @@ float speed_along(const SolverBody& a,
 
 }  // namespace
 
+void ContactSolver::reserve(std::size_t bodies, std::size_t contacts) {
+    moving_.reserve(bodies + 1);
+    constraints_.reserve(contacts);
+}
+
 ContactSolver::Drift ContactSolver::drift_of(const Constraint& c,
                                              const SolverBody& a,
                                              const SolverBody& b) const {

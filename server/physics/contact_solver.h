@@ -44,6 +44,9 @@ class ContactSolver {
         float restitution_speed = 0.5F;  ///< slower impacts do not bounce, m/s
     };
 
+    /// Makes room for that many bodies and contacts.
+    void reserve(std::size_t bodies, std::size_t contacts);
+
     /// Takes the simulated bodies of `awake_list`, the kinematic ones of `mover_list` and the
     /// contacts in `list`; writes poses, velocities and impulses back. A
     /// body whose result is not finite or out of range keeps its pose, stops, and is appended to

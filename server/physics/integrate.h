@@ -36,7 +36,7 @@ Eigen::Quaternion<Real, kOptions> turned(const Eigen::Quaternion<Real, kOptions>
 /// angular momentum held: the momentum is exact (to rounding), the spin is bounded by |L| over the
 /// smallest moment whatever the step, and the error in energy is of second order and does not
 /// accumulate. Semi-implicit Euler with an explicit gyroscopic term would gain energy without
-/// bound. Turns of more than a quarter radian are cut into several.
+/// bound. Turns of more than an eighth of a radian are cut into several.
 ///
 /// In doubles, because a float rotation matrix is orthonormal to 1e-7 only, and this error enters
 /// the momentum four times per call and always with the same sign.
@@ -49,8 +49,8 @@ inline Vec3 rotate_freely(const Vec3& moments, float h, Quat& orientation, Vec3&
     Vec3d w = spin.cast<double>();
     const Eigen::Matrix3d start = q.toRotationMatrix();
     const Vec3d momentum = start * principal.cwiseProduct(start.transpose() * w);
-    constexpr double kLongestTurn = 0.25;
-    constexpr int kMostPieces = 64;
+    constexpr double kLongestTurn = 0.125;
+    constexpr int kMostPieces = 128;
     const auto spin_at = [&](const Quatd& at) -> Vec3d {
         const Eigen::Matrix3d r = at.toRotationMatrix();
         return r * inverse.cwiseProduct(r.transpose() * momentum);

@@ -13,6 +13,8 @@ namespace zoned::physics {
 /// of a good but not linear set union algorithm", JACM 22, 1975).
 class DisjointSets {
   public:
+    void reserve(std::size_t n) { parent_.reserve(n); }
+
     void reset(std::size_t n);
     std::uint32_t root(std::uint32_t i);
     void join(std::uint32_t a, std::uint32_t b);
@@ -24,6 +26,8 @@ class DisjointSets {
 /// Wakes a dynamic body and all that it touches, directly or through others.
 class Waker {
   public:
+    void reserve(std::size_t bodies) { stack_.reserve(bodies); }
+
     void wake(Bodies& bodies, ContactGraph& graph, std::uint32_t row);
 
   private:
@@ -40,6 +44,11 @@ class Islands {
         float after_s = 0.0F;  ///< 0: nothing ever sleeps
         float dt = 0.0F;
     };
+
+    void reserve(std::size_t bodies) {
+        sets_.reserve(bodies);
+        still_s_.reserve(bodies);
+    }
 
     /// Returns how many islands there were before any fell asleep.
     std::uint32_t update(Bodies& bodies, ContactGraph& graph, const Limits& limits);

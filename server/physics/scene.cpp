@@ -22,6 +22,7 @@ core::Result<BodyId> Scene::add(const BodyDef& def) {
     if (row == kNoIndex) {
         return core::Result<BodyId>::failure("the scene is full");
     }
+    impl_->make_room(def.kind);
     impl_->enter_broadphase(row);
     const bool moves = def.kind == BodyKind::kDynamic
                            ? !def.asleep

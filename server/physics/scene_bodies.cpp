@@ -6,6 +6,13 @@
 
 namespace zoned::physics {
 
+namespace {
+
+/// In a pile each body has some twelve neighbours within the margins and shares each with another.
+constexpr std::size_t kContactsPerBody = 8;
+
+}  // namespace
+
 Scene::Impl::Impl(const Settings& s)
     : settings(s),
       grids{BroadphaseGrid(s.cell_m), BroadphaseGrid(s.cell_m), BroadphaseGrid(s.cell_m)} {
@@ -17,6 +24,32 @@ Scene::Impl::Impl(const Settings& s)
     ZONED_ASSERT(s.cell_m > 0.0F && s.gravity.allFinite(), "cell_m or gravity out of range");
 }
 
+void Scene::Impl::make_room(BodyKind kind) {
+    const auto k = static_cast<std::size_t>(kind);
+    if (population[k] < room[k]) {
+        return;
+    }
+    room[k] = std::max<std::size_t>(16, 2 * room[k]);
+    grids[k].reserve(room[k]);
+    if (kind == BodyKind::kStatic) {
+        return;
+    }
+    const std::size_t movers = room[1] + room[2];
+    const std::size_t contacts = kContactsPerBody * movers;
+    graph.reserve(contacts);
+    solver.reserve(movers, contacts);
+    islands.reserve(movers);
+    waker.reserve(movers);
+    bodies.awake_list.reserve(movers);
+    bodies.mover_list.reserve(movers);
+    moved.reserve(movers);
+    events.reserve(contacts);
+    new_pairs.reserve(2 * contacts);
+    solve_list.reserve(contacts);
+    broken.reserve(movers);
+    pending.reserve(4 * movers);
+}
+
 void Scene::Impl::enter_broadphase(std::uint32_t row) {
     if (bodies.is_plane(row)) {
         planes.push_back(row);
@@ -26,6 +59,7 @@ void Scene::Impl::enter_broadphase(std::uint32_t row) {
         grid_of(row).insert(row, bodies.fat[row]);
     }
     pending.push_back(row);
+    ++population[static_cast<std::size_t>(bodies.kind[row])];
 }
 
 void Scene::Impl::leave_broadphase(std::uint32_t row) {
@@ -34,6 +68,7 @@ void Scene::Impl::leave_broadphase(std::uint32_t row) {
     } else {
         grid_of(row).remove(row);
     }
+    --population[static_cast<std::size_t>(bodies.kind[row])];
     pending.erase(std::remove(pending.begin(), pending.end(), row), pending.end());
 }
 

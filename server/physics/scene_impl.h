@@ -34,6 +34,9 @@ struct Scene::Impl {
     std::vector<BodyId> moved;
     std::uint32_t quarantined = 0;  ///< since the last step began
 
+    std::array<std::size_t, 3> population{};  ///< bodies by kind
+    std::array<std::size_t, 3> room{};        ///< for how many of them there is room
+
     // Scratch of a step, kept for its capacity.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
     std::vector<std::uint32_t> solve_list;
@@ -49,6 +52,9 @@ struct Scene::Impl {
     }
 
     // scene_bodies.cpp
+    /// Makes room, as bodies are added, for what steps will need: then steps allocate only where
+    /// bodies are packed closer than kContactsPerBody says.
+    void make_room(BodyKind kind);
     void enter_broadphase(std::uint32_t row);
     void leave_broadphase(std::uint32_t row);
     /// Ends all contacts of a body and wakes the bodies that touched it.

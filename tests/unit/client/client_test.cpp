@@ -235,6 +235,7 @@ TEST_F(ClientTest, SurvivesHostileFramesAndDatagrams) {
             junk[1] = junk[2] = junk[3] = 0;
         }
         server->send_raw_datagram(junk);
+        server->send_raw_frame(junk);
         // An authentic packet with a damaged body.
         std::vector<std::uint8_t> body(rng.below(60));
         for (auto& b : body) {

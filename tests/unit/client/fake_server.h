@@ -56,6 +56,9 @@ class FakeServer final : public link::Transport {
     void send(const proto::ServerMessage& message);
     void send_audit();
     void send_raw_datagram(link::Bytes datagram);
+
+    void send_raw_frame(link::Bytes frame) { down_frames_.push(now_s_, std::move(frame)); }
+
     /// Seals a body as the next state packet.
     link::Bytes seal_packet(const std::vector<std::uint8_t>& body);
 

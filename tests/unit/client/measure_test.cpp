@@ -1,0 +1,181 @@
+#include "client-sim/link/arrival_log.h"
+#include "client-sim/measure/bound.h"
+#include "client-sim/measure/histogram.h"
+#include "client-sim/measure/json.h"
+#include "client-sim/measure/report.h"
+#include "shared/core/rng.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+#include <vector>
+
+namespace zoned::measure {
+namespace {
+
+constexpr double kTick = 1.0 / 30.0;
+
+TEST(AllowedPositionError, IsBoundAndQuantumAndAcceleratedDriftOnly) {
+    BoundInputs in{0.05, 0.01, 0.1};
+    EXPECT_DOUBLE_EQ(allowed_position_error(in, 20.0, 5.0), 0.05 + 0.01 + 0.5 * 20.0 * 0.01);
+}
+
+TEST(AllowedPositionError, CountsASuddenChangeExactlyWithinTheAgeOfNews) {
+    BoundInputs in{0.05, 0.01, 0.1};
+    const double without = allowed_position_error(in, 20.0, 5.0);
+    in.since_breach_s = 0.1;
+    EXPECT_DOUBLE_EQ(allowed_position_error(in, 20.0, 5.0), without + 0.5);
+    in.since_breach_s = 0.1 + kTick;
+    EXPECT_DOUBLE_EQ(allowed_position_error(in, 20.0, 5.0), without);
+    in.since_breach_s = 0.0;
+    EXPECT_DOUBLE_EQ(allowed_position_error(in, 20.0, 5.0), without + 0.5);
+}
+
+TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfNews) {
+    BoundInputs in{0.1, 0.01, 0.1};
+    EXPECT_DOUBLE_EQ(allowed_orientation_error(in, true), 0.11);
+    in.since_breach_s = 0.05;
+    EXPECT_DOUBLE_EQ(allowed_orientation_error(in, true), std::numbers::pi);
+    EXPECT_DOUBLE_EQ(allowed_orientation_error({0.1, 0.01, 0.02, 0.0}, false),
+                     0.11 + kMaxSpinRps * 0.02);
+}
+
+/// Packets of consecutive ticks, each `delay` old when it comes.
+link::ArrivalLog steady(std::uint64_t count, double delay, std::vector<std::uint64_t> missing) {
+    link::ArrivalLog log;
+    log.set_tick_s(kTick);
+    for (std::uint64_t s = 1; s <= count; ++s) {
+        if (std::find(missing.begin(), missing.end(), s) == missing.end()) {
+            log.on_packet(s, static_cast<Tick>(s), static_cast<double>(s) * kTick + delay);
+        }
+    }
+    return log;
+}
+
+TEST(ArrivalLog, AddsOneTickToTheLargestDelayAround) {
+    link::ArrivalLog log = steady(200, 0.040, {});
+    const link::NewsAge age = log.at(150, 0.08);
+    EXPECT_TRUE(age.measured);
+    EXPECT_FALSE(age.loss);
+    EXPECT_NEAR(age.delay_s, 0.040, 1e-12);
+    EXPECT_NEAR(age.age_s, 0.040 + kTick, 1e-12);
+}
+
+TEST(ArrivalLog, AddsAResendOnlyNearALostPacket) {
+    link::ArrivalLog log = steady(200, 0.040, {150});
+    EXPECT_EQ(log.missing(), 1U);
+    const double rtt = 0.08;
+    EXPECT_FALSE(log.at(149, rtt).loss);
+    EXPECT_TRUE(log.at(151, rtt).loss);
+    EXPECT_NEAR(log.at(152, rtt).age_s, 0.040 + kTick + rtt + kTick, 1e-12);
+    // The hole closed at tick 151 + 40 ms; a resend and a tick later all is known again.
+    EXPECT_FALSE(log.at(160, rtt).loss);
+}
+
+TEST(ArrivalLog, TakesALatePacketForLateNotForLost) {
+    link::ArrivalLog log = steady(200, 0.040, {150});
+    log.on_packet(150, 150, 150 * kTick + 0.120);
+    EXPECT_EQ(log.missing(), 0U);
+    const link::NewsAge age = log.at(152, 0.08);
+    EXPECT_FALSE(age.loss);
+    EXPECT_NEAR(age.age_s, 0.120 + kTick, 1e-12) << "its delay counts instead";
+}
+
+TEST(ArrivalLog, TakesNewsAsOldAsAnOutage) {
+    std::vector<std::uint64_t> gone;
+    for (std::uint64_t s = 100; s < 160; ++s) {
+        gone.push_back(s);
+    }
+    link::ArrivalLog log = steady(200, 0.040, gone);
+    EXPECT_NEAR(log.at(150, 0.08).age_s, 51 * kTick, 1e-9);
+}
+
+TEST(ArrivalLog, SaysWhenNothingWasMeasured) {
+    EXPECT_FALSE(steady(10, 0.04, {}).at(1000, 0.08).measured);
+}
+
+TEST(Histogram, GivesPercentilesWithinHalfABucket) {
+    core::Rng rng(1);
+    std::vector<double> all;
+    Histogram h;
+    for (int i = 0; i < 20000; ++i) {
+        const double v = std::exp(static_cast<double>(rng.range(-8.0F, 8.0F)));
+        all.push_back(v);
+        h.add(v);
+    }
+    std::sort(all.begin(), all.end());
+    for (const double p : {0.01, 0.5, 0.9, 0.99, 0.999}) {
+        const double exact = all[static_cast<std::size_t>(std::ceil(p * 20000.0)) - 1];
+        // Buckets are 1/32 of a power of two wide, so at most 1/32 of a value; half of it.
+        EXPECT_NEAR(h.percentile(p), exact, exact / 64.0 * 1.0001);
+    }
+    EXPECT_EQ(h.max(), all.back());
+    EXPECT_EQ(Histogram().percentile(0.5), 0.0);
+}
+
+TEST(Histogram, CountsWhatIsNotANumberAsHuge) {
+    Histogram h;
+    h.add(std::numeric_limits<double>::quiet_NaN());
+    EXPECT_GT(h.max(), 1e6);
+}
+
+TEST(JsonWriter, EscapesSeparatesAndNests) {
+    JsonWriter json;
+    json.begin_object();
+    json.field("a", 1.5);
+    json.field("b \"quoted\"\n", std::string_view("x\\y\x01"));
+    json.begin_array("c");
+    json.element("one");
+    json.begin_object();
+    json.field("d", true);
+    json.end_object();
+    json.end_array();
+    json.field("nan", std::numeric_limits<double>::quiet_NaN());
+    json.end_object();
+    EXPECT_EQ(json.text(),
+              "{\n  \"a\": 1.5,\n  \"b \\\"quoted\\\"\\u000a\": \"x\\\\y\\u0001\",\n  \"c\": [\n"
+              "    \"one\",\n    {\n      \"d\": true\n    }\n  ],\n  \"nan\": null\n}\n");
+}
+
+TEST(Report, HoldsEveryFieldOfTheContract) {
+    Report r;
+    judge(r);
+    const std::string json = to_json(r);
+    for (const char* name : {"bots_asked",
+                             "bots_joined",
+                             "seconds",
+                             "down_bytes_per_s_p50",
+                             "down_bytes_per_s_p99",
+                             "up_bytes_per_s_p50",
+                             "up_bytes_per_s_p99",
+                             "updates_per_s",
+                             "position_error_m_p50",
+                             "position_error_m_p99",
+                             "position_error_m_max",
+                             "predicted_error_m_p50",
+                             "predicted_error_m_p99",
+                             "predicted_error_m_max",
+                             "bound_violations",
+                             "samples",
+                             "missing_entities",
+                             "extra_entities",
+                             "events_sent",
+                             "events_delivered",
+                             "events_duplicated",
+                             "events_out_of_order",
+                             "event_spread_ms_p99",
+                             "input_to_remote_display_ms_p50",
+                             "input_to_remote_display_ms_p99",
+                             "rtt_ms_p50",
+                             "rtt_ms_p99",
+                             "clock_error_ms_p99",
+                             "verdict",
+                             "reasons"}) {
+        EXPECT_NE(json.find("\"" + std::string(name) + "\":"), std::string::npos) << name;
+    }
+    EXPECT_FALSE(r.consistent) << "a run without bots shows nothing";
+}
+
+}  // namespace
+}  // namespace zoned::measure
