@@ -140,6 +140,10 @@ void Auditor::compare_entity(const Context& context,
             ++tally.skipped_discontinuity;
             return;
         }
+        if (is_leaving(context, truth, *entity)) {
+            ++tally.skipped_leaving;
+            return;
+        }
         compare_state(context, truth, *version, tally);
         return;
     }
@@ -164,6 +168,20 @@ void Auditor::compare_entity(const Context& context,
         finding.loss = context.age.loss;
         tally.add(finding);
     }
+}
+
+/// Between the radii and the radii with hysteresis an entity may be known or not, and an entity
+/// that is no longer heard is promised nothing: where word of its leaving came within the time that
+/// news may take, it had left.
+bool Auditor::is_leaving(const Context& context,
+                         const proto::AuditEntity& truth,
+                         const view::Entity& entity) const {
+    if (truth.must_know()) {
+        return false;
+    }
+    const view::Version* later =
+        view::EntityStore::version_at(entity, context.tick + context.grace);
+    return later != nullptr && !later->present;
 }
 
 double Auditor::promised_bound(const Context& context,

@@ -49,6 +49,7 @@ struct Tally {
     std::uint64_t skipped_unsettled = 0;   ///< records before clock and view had settled
     std::uint64_t skipped_unmeasured = 0;  ///< records without any packet around
     std::uint64_t skipped_discontinuity = 0;  ///< samples within D after a spawn or teleport
+    std::uint64_t skipped_leaving = 0;        ///< samples of entities whose leaving was under way
     std::uint64_t position_violations = 0;
     std::uint64_t orientation_violations = 0;
     std::uint64_t missing = 0;
@@ -106,6 +107,9 @@ class Auditor {
                        const proto::AuditEntity& truth,
                        const view::Version& version,
                        Tally& tally) const;
+    [[nodiscard]] bool is_leaving(const Context& context,
+                                  const proto::AuditEntity& truth,
+                                  const view::Entity& entity) const;
     void find_extra(const Context& context, Tally& tally);
     void remember(const proto::AuditRecord& record);
     void compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record);

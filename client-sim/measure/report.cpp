@@ -46,6 +46,7 @@ void write_audit(JsonWriter& json, const Tally& t) {
     json.field("audits_skipped_unsettled", t.skipped_unsettled);
     json.field("audits_skipped_unmeasured", t.skipped_unmeasured);
     json.field("samples_skipped_discontinuity", t.skipped_discontinuity);
+    json.field("samples_skipped_leaving", t.skipped_leaving);
     write_range(json, "news_age_s", t.news_age_s, true);
     json.field("missing_entities", t.missing);
     json.field("extra_entities", t.extra);

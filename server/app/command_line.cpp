@@ -1,6 +1,7 @@
 #include "server/app/commands.h"
 
 #include <CLI/CLI.hpp>
+#include <google/protobuf/stubs/logging.h>
 
 #include <cstdio>
 #include <exception>
@@ -115,6 +116,9 @@ void add_replay(CLI::App& app, ReplayArguments& a, std::function<int()>& run) {
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
+    // protobuf would write a line for every malformed string that a client sends; the sessions
+    // count them instead.
+    google::protobuf::SetLogHandler(nullptr);
     CLI::App app("zoned: a dedicated authoritative multiplayer game server", "zoned");
     app.require_subcommand(1);
     app.set_version_flag("--version", std::string("zoned 0.1.0, built for ") + ZONED_TARGET_NAME);

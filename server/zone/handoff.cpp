@@ -198,8 +198,7 @@ void accept(ZoneState& state, Handoff& handoff) {
         add_body(state, row, e.has(row, world::kAtRest));
     }
     if (handoff.mind) {
-        handoff.mind->home += shift;
-        handoff.mind->target += shift;
+        ai::shift(*handoff.mind, shift);
         state.minds.add(*handoff.mind);
     }
     if (handoff.client) {
