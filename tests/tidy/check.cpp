@@ -217,10 +217,11 @@ std::vector<Finding> check_header(const SourceFile& file) {
         findings.push_back(
             {file.path, 1, "a header begins with a // comment that says what it is for"});
     }
-    const auto end = lines.begin() + static_cast<std::ptrdiff_t>(std::min(
-                                         lines.size(), static_cast<std::size_t>(kPragmaWithin)));
-    if (std::find(lines.begin(), end, "#pragma once") == end) {
-        findings.push_back({file.path, 1, "#pragma once is missing from the first lines"});
+    const auto first = std::find_if(lines.begin(), lines.end(), [](std::string_view line) {
+        return !line.empty() && !starts_with(line, "//");
+    });
+    if (first == lines.end() || *first != "#pragma once") {
+        findings.push_back({file.path, 1, "#pragma once is missing after the opening comment"});
     }
     return findings;
 }

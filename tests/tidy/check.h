@@ -21,14 +21,13 @@ struct Finding {
 
 /// Longest source file of the two programs, lines.
 inline constexpr int kMaxLines = 600;
-/// Where `#pragma once` has to be found, lines.
-inline constexpr int kPragmaWithin = 8;
 
 /// Includes go up the layer order only, are written from the repository root, and the rows that
 /// replay bit for bit include nothing that could spoil that.
 std::vector<Finding> check_includes(const SourceFile& file);
 
-/// A header begins with a `// ` comment that says what it is for, and has `#pragma once`.
+/// A header begins with a `// ` comment that says what it is for; `#pragma once` is the first line
+/// after that comment.
 std::vector<Finding> check_header(const SourceFile& file);
 
 /// No file of server, client-sim or shared is longer than kMaxLines.

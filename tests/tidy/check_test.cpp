@@ -111,7 +111,9 @@ TEST(CheckIncludes, LetsQueuesLockComputeThreadAndTheSealEncrypt) {
     expect_refused("server/mailbox/bounded_queue.h", "<chrono>");
     expect_allowed("server/compute/workers.cpp", "<thread>");
     expect_allowed("server/compute/workers.cpp", "<mutex>");
+    expect_allowed("server/compute/workers.cpp", "<ctime>");
     expect_refused("server/compute/workers.cpp", "<chrono>");
+    expect_refused("server/mailbox/bounded_queue.h", "<ctime>");
     expect_allowed("shared/wire/seal.cpp", "<openssl/evp.h>");
     expect_refused("shared/wire/seal.h", "<openssl/evp.h>");
 }
@@ -150,7 +152,9 @@ TEST(CheckHeader, AsksForAPurposeAndAPragma) {
     EXPECT_EQ(check_header({"shared/core/a.h", "//\n#pragma once\n"}).size(), 1U);
     EXPECT_EQ(check_header({"shared/core/a.h", "// What it is for.\n"}).size(), 1U);
     EXPECT_EQ(check_header({"shared/core/a.h", ""}).size(), 2U);
-    const std::string late = "// What it is for.\n" + std::string(20, '\n') + "#pragma once\n";
+    const std::string example = "// What it is for.\n//\n//   example();\n\n#pragma once\n";
+    EXPECT_TRUE(check_header({"shared/core/a.h", example}).empty());
+    const std::string late = "// What it is for.\n#include <vector>\n#pragma once\n";
     EXPECT_EQ(check_header({"shared/core/a.h", late}).size(), 1U);
 }
 

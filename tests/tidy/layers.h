@@ -93,7 +93,9 @@ inline constexpr std::array kRestrictedIncludes{
     RestrictedInclude{"shared_mutex", kLastPureRow, {"server/mailbox/", "server/compute/"}},
     RestrictedInclude{"atomic", kLastPureRow, {"server/mailbox/", "server/compute/"}},
     RestrictedInclude{"chrono", kLastPureRow, {}},
-    RestrictedInclude{"ctime", kLastPureRow, {"server/compute"}},
+    RestrictedInclude{"ctime",
+                      kLastPureRow,
+                      {"server/compute/"}},  // CPU time of workers, for reports
     RestrictedInclude{"time.h", kLastPureRow, {}},
     RestrictedInclude{"sys/", kLastPureRow, {}},
     RestrictedInclude{"random", kLastPureRow, {}},
