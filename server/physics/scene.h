@@ -17,7 +17,7 @@ namespace zoned::physics {
 struct Settings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
     int substeps = 4;                            ///< 1..64
-    int velocity_iterations = 4;                 ///< per substep, 1..64
+    int velocity_iterations = 2;                 ///< per substep, 1..64
     float sleep_speed_mps = 0.05F;               ///< a body slower than this ...
     float sleep_spin_rps = 0.05F;                ///< ... in both senses ...
     float sleep_after_s =

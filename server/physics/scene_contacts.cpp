@@ -16,20 +16,48 @@ float lowest_gap(const Contact& contact) {
     return lowest;
 }
 
-/// Takes the impulse over from the point of the last step that names the same features.
+/// Two points of one contact that lie closer than this in successive steps are one, m.
+constexpr float kSamePoint = 0.05F;
+
+/// Takes the impulses over from the points of the last step: from the one that names the same
+/// features, else from the nearest. Boxes that lie corner on corner change the names of their
+/// points with every breath, and a stack that forgets its load each time sags and walks.
 void adopt_points(const Manifold& manifold, const Vec3& xa, const Vec3& xb, Contact& contact) {
     const std::array<ContactPoint, kMaxManifoldPoints> old = contact.points;
+    std::array<bool, kMaxManifoldPoints> taken{};
+    std::array<bool, kMaxManifoldPoints> served{};
     const auto old_count = static_cast<std::size_t>(contact.count);
+    const auto count = static_cast<std::size_t>(manifold.count);
     contact.count = manifold.count;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(manifold.count); ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         const ManifoldPoint& from = manifold.points[i];
         ContactPoint& to = contact.points[i];
         to = {from.point - xa, from.point - xb, from.separation, 0.0F, from.feature};
         for (std::size_t k = 0; k < old_count; ++k) {
-            if (old[k].feature == from.feature) {
+            if (!taken[k] && old[k].feature == from.feature) {
                 to.impulse = old[k].impulse;
+                taken[k] = true;
+                served[i] = true;
                 break;
             }
+        }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        if (served[i]) {
+            continue;
+        }
+        std::size_t best = kMaxManifoldPoints;
+        float least = kSamePoint * kSamePoint;
+        for (std::size_t k = 0; k < old_count; ++k) {
+            const float d = (old[k].arm_a - contact.points[i].arm_a).squaredNorm();
+            if (!taken[k] && d < least) {
+                least = d;
+                best = k;
+            }
+        }
+        if (best < kMaxManifoldPoints) {
+            contact.points[i].impulse = old[best].impulse;
+            taken[best] = true;
         }
     }
     if (manifold.count == 0) {

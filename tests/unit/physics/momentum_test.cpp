@@ -230,7 +230,7 @@ TEST(FreeBody, DoesNotBlowUpWhenItSpinsWildly) {
         // Pieces of second order in turns of at most an eighth of a radian: the energy swings by
         // some 0.125^2 of itself with the phase of the tumble, and does not drift.
         ASSERT_LT((now.angular - before.angular).norm(), 1e-3 * before.angular.norm()) << i;
-        ASSERT_NEAR(now.energy / before.energy, 1.0, 0.05) << i;
+        ASSERT_NEAR(now.energy / before.energy, 1.0, 0.02) << i;
     }
 }
 
