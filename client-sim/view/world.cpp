@@ -54,6 +54,7 @@ TypeInfo read_type(const proto::EntityType& t) {
         type.limits.jump_speed = l.jump_speed();
         type.limits.max_slope_cos = l.max_slope_cos();
         type.limits.step_down = l.step_down();
+        type.limits.step_up = l.step_up();
         type.limits.gravity = l.gravity();
     }
     return type;

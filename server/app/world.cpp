@@ -121,6 +121,13 @@ void World::replay_tick(std::span<const ZoneInbox> inboxes, std::vector<mailbox:
 }
 
 void World::for_each_zone(void (World::*work)(std::size_t)) {
+    if (idle()) {
+        // Waking the workers would cost more than there is to do.
+        for (std::size_t i = 0; i < zones_.size(); ++i) {
+            (this->*work)(i);
+        }
+        return;
+    }
     pool_.run(zones_.size(), [this, work](std::size_t i) { (this->*work)(i); });
 }
 

@@ -39,6 +39,7 @@ motion::CharacterLimits expand_character(const proto::Config& config,
     out.jump_speed = narrow(character.jump_speed_mps());
     out.max_slope_cos = narrow(std::cos(character.max_slope_deg() * std::numbers::pi / 180.0));
     out.step_down = narrow(character.step_down_m());
+    out.step_up = narrow(character.step_up_m());
     out.gravity = narrow(config.physics().gravity_mps2());
     return out;
 }

@@ -35,6 +35,9 @@ struct ToRecord {
         r.set_name(m.name);
         r.set_team(m.team);
         r.set_rights(m.rights);
+        for (const double coordinate : m.spawn) {
+            r.add_spawn(coordinate);
+        }
     }
 
     void operator()(const mailbox::Leave& m) const {
@@ -130,7 +133,14 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
     switch (record.item_case()) {
         case RecordedItem::kJoin: {
             const RecordedItem::Join& r = record.join();
-            out = mailbox::Join{ClientId(r.client()), r.name(), r.team(), r.rights()};
+            if (r.spawn_size() != 3) {
+                return false;
+            }
+            out = mailbox::Join{ClientId(r.client()),
+                                r.name(),
+                                r.team(),
+                                r.rights(),
+                                {r.spawn(0), r.spawn(1), r.spawn(2)}};
             return true;
         }
         case RecordedItem::kLeave:

@@ -27,6 +27,7 @@ void describe_type(const world::EntityType& type, proto::EntityType& out) {
     limits.set_jump_speed(from.jump_speed);
     limits.set_max_slope_cos(from.max_slope_cos);
     limits.set_step_down(from.step_down);
+    limits.set_step_up(from.step_up);
     limits.set_gravity(from.gravity);
 }
 

@@ -43,7 +43,8 @@ std::vector<InboxItem> every_item() {
     motion::InputCommand high;
     high.tick = INT64_C(1) << 60;
     high.pitch = 16384;
-    return {mailbox::Join{ClientId(7), "n\xC3\xA4me", std::string("\0x", 2), 0xFFFFFFFFu},
+    return {mailbox::Join{
+                ClientId(7), "n\xC3\xA4me", std::string("\0x", 2), 0xFFFFFFFFu, {-1.5, 2.25, 1e6}},
             mailbox::Join{},
             mailbox::Leave{ClientId(8), mailbox::LeaveReason::kShutdown},
             mailbox::Input{ClientId(9), {low, high}},
@@ -60,7 +61,8 @@ std::vector<InboxItem> every_item() {
 
 struct Equal {
     bool operator()(const mailbox::Join& a, const mailbox::Join& b) const {
-        return a.client == b.client && a.name == b.name && a.team == b.team && a.rights == b.rights;
+        return a.client == b.client && a.name == b.name && a.team == b.team &&
+               a.rights == b.rights && std::equal(a.spawn, a.spawn + 3, b.spawn);
     }
 
     bool operator()(const mailbox::Leave& a, const mailbox::Leave& b) const {
