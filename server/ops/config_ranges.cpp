@@ -49,7 +49,7 @@ double number_of(const Message& message, const FieldDescriptor& field, int index
     }
 }
 
-/// Moves a number into its range.
+/// Replaces a number.
 void set_number(Message& message, const FieldDescriptor& field, int index, double value) {
     const Reflection& r = *message.GetReflection();
     const bool repeated = field.is_repeated();
@@ -72,6 +72,24 @@ void set_number(Message& message, const FieldDescriptor& field, int index, doubl
         }
         default:
             break;  // the schema uses no other numbers
+    }
+}
+
+/// What stands in for a value out of range, so that the checks of relations find no mistakes that
+/// are only its consequence: the default, or else `nearest`.
+double substitute(const FieldDescriptor& field, double nearest) {
+    if (!field.has_default_value()) {
+        return nearest;
+    }
+    switch (field.cpp_type()) {
+        case FieldDescriptor::CPPTYPE_DOUBLE:
+            return field.default_value_double();
+        case FieldDescriptor::CPPTYPE_UINT32:
+            return field.default_value_uint32();
+        case FieldDescriptor::CPPTYPE_UINT64:
+            return static_cast<double>(field.default_value_uint64());
+        default:
+            return nearest;
     }
 }
 
@@ -122,10 +140,13 @@ class RangeCheck {
         const double value = number_of(message, field, index);
         if (!std::isfinite(value)) {
             diagnostics_.add(path, "is not a finite number; it must lie in " + wish);
-            set_number(message, field, index, range.min());
+            set_number(message, field, index, substitute(field, range.min()));
         } else if (value < range.min() || value > range.max()) {
             diagnostics_.add(path, number_text(value) + " is out of range; it must lie in " + wish);
-            set_number(message, field, index, std::clamp(value, range.min(), range.max()));
+            set_number(message,
+                       field,
+                       index,
+                       substitute(field, std::clamp(value, range.min(), range.max())));
         }
     }
 

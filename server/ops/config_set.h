@@ -15,9 +15,10 @@ namespace zoned::ops {
 void apply_set(const std::string& assignment, proto::Config& config, Diagnostics& diagnostics);
 
 /// Reports every number, string length and list length outside the range that proto/config.proto
-/// states for it, and every number that is not finite. What it reports it also moves into the range
-/// (numbers to the nearest end, lists to the largest length), so that the checks of relations can
-/// go on. `complete`: the text was read to its end; otherwise lists may be short without a mistake.
+/// states for it, and every number that is not finite. What it reports it also
+/// replaces (numbers by their default or the nearest end, lists that are too long are cut), so that
+/// the checks of relations can go on. `complete`: the text was read to its end; otherwise lists may
+/// be short without a mistake.
 void check_ranges(proto::Config& config, bool complete, Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

@@ -432,6 +432,10 @@ TEST(Settings, CountsColumnsBehindTabsAsTheParserDoes) {
     const Outcome out = parse(text);
     ASSERT_EQ(out.errors.size(), 1u) << format_errors("test", out.errors);
     EXPECT_EQ(out.errors[0].line, place_of(text, "ghost_margin_m").first);
+    EXPECT_EQ(out.errors[0].column, 9) << "two spaces and a tab lead to the ninth column";
+    const Outcome range = parse(with("ghost_margin_m: 60", "\tghost_margin_m: 0"));
+    ASSERT_EQ(range.errors.size(), 1u) << format_errors("test", range.errors);
+    EXPECT_EQ(range.errors[0].column, 9) << "the same for what is found after parsing";
     EXPECT_NE(out.errors[0].text.find("Expected double"), std::string::npos);
 }
 
