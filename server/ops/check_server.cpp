@@ -159,9 +159,6 @@ void check_session(const proto::Config::Session& session, Diagnostics& diagnosti
                    "`zoned keygen` makes a pair of keys",
                    diagnostics);
     }
-    if (session.dev_rights_size() > 0 && !session.dev_mode_loopback()) {
-        diagnostics.add("session.dev_rights[0]", "has no effect without dev_mode_loopback: true");
-    }
 }
 
 void check_testing(const proto::Config& config,

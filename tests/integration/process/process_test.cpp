@@ -1,0 +1,192 @@
+#include "tests/integration/process/child.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace zoned::testing_process {
+namespace {
+
+// Sanitizer builds on a busy machine start slowly: waits are generous, and cost nothing when all
+// goes well.
+constexpr double kPatience = 60.0;
+
+std::string minimal() {
+    return ZONED_SOURCE_DIR "/config/minimal.txtpb";
+}
+
+std::string state_set() {
+    return "session.state_folder=\"" + scratch_folder() + "\"";
+}
+
+std::string read(const std::string& path) {
+    std::ifstream file(path);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+/// A server on the minimal world with free ports.
+class Process : public ::testing::Test {
+  protected:
+    std::unique_ptr<Child> start_server(std::vector<std::string> more = {}) {
+        std::vector<std::string> arguments{"serve", "--config", minimal(), "--set", state_set()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        auto server = std::make_unique<Child>("zoned", arguments);
+        EXPECT_TRUE(server->wait_for_output("ready ", kPatience)) << server->errors();
+        tcp_port = number_after(server->output(), "tcp=");
+        return server;
+    }
+
+    std::vector<std::string> play(int bots, int seconds) const {
+        return {"--connect",
+                "127.0.0.1:" + std::to_string(tcp_port),
+                "--bots",
+                std::to_string(bots),
+                "--seconds",
+                std::to_string(seconds)};
+    }
+
+    int tcp_port = -1;
+};
+
+TEST_F(Process, PlaysOverRealSocketsToAConsistentVerdictAndStopsOnSigterm) {
+    const std::string server_report = scratch_folder() + "/server.json";
+    const std::string client_report = scratch_folder() + "/client.json";
+    const auto server = start_server({"--report", server_report});
+    std::vector<std::string> arguments = play(6, 3);
+    arguments.insert(arguments.end(), {"--report", client_report});
+    Child client("client-sim", arguments);
+    EXPECT_EQ(client.wait(kPatience), 0) << client.output() << client.errors();
+    EXPECT_NE(client.output().find("verdict: consistent"), std::string::npos) << client.output();
+    server->signal(SIGTERM);
+    EXPECT_EQ(server->wait(kPatience), 0) << server->errors();
+    EXPECT_NE(read(server_report).find("\"sessions_max\": 6"), std::string::npos)
+        << read(server_report);
+    for (const char* field : {"bots_asked",
+                              "bots_joined",
+                              "position_error_m_p50",
+                              "bound_violations",
+                              "missing_entities",
+                              "extra_entities",
+                              "events_delivered",
+                              "event_spread_ms_p99",
+                              "input_to_remote_display_ms_p50",
+                              "rtt_ms_p99",
+                              "clock_error_ms_p99",
+                              "verdict",
+                              "reasons"}) {
+        EXPECT_NE(read(client_report).find("\"" + std::string(field) + "\""), std::string::npos)
+            << field;
+    }
+}
+
+TEST_F(Process, TellsItsClientsWhyItCloses) {
+    const auto server = start_server();
+    Child client("client-sim", play(2, 30));
+    EXPECT_TRUE(server->wait(2.0) == -1);
+    server->signal(SIGINT);
+    EXPECT_EQ(server->wait(kPatience), 0);
+    // The run was cut short: that is a failed verdict, and its reason names the server's farewell.
+    EXPECT_EQ(client.wait(kPatience), 1) << client.output();
+    EXPECT_NE(client.output().find("server closes"), std::string::npos) << client.output();
+}
+
+TEST_F(Process, RecordsARunThatReplaysToTheSameHashesWithAnyNumberOfThreads) {
+    const std::string file = scratch_folder() + "/run.zrec";
+    const auto server = start_server({"--set", "recording.file=\"" + file + "\""});
+    Child client("client-sim", play(4, 2));
+    EXPECT_EQ(client.wait(kPatience), 0) << client.output();
+    server->signal(SIGTERM);
+    ASSERT_EQ(server->wait(kPatience), 0);
+    for (const char* threads : {"1", "2", "4"}) {
+        Child replay("zoned", {"replay", file, "--threads", threads});
+        EXPECT_EQ(replay.wait(kPatience), 0) << replay.errors();
+    }
+    // A replay that could not fail would be worthless: one changed byte must show.
+    std::string bytes = read(file);
+    bytes[bytes.size() * 3 / 4] = static_cast<char>(bytes[bytes.size() * 3 / 4] ^ 1);
+    std::ofstream(file, std::ios::binary) << bytes;
+    Child damaged("zoned", {"replay", file});
+    EXPECT_NE(damaged.wait(kPatience), 0);
+}
+
+TEST_F(Process, SaysWhichPortIsInUse) {
+    const auto server = start_server();
+    Child second("zoned",
+                 {"serve",
+                  "--config",
+                  minimal(),
+                  "--set",
+                  state_set(),
+                  "--set",
+                  "network.tcp_port=" + std::to_string(tcp_port)});
+    EXPECT_EQ(second.wait(kPatience), 3);
+    EXPECT_NE(second.errors().find(std::to_string(tcp_port)), std::string::npos) << second.errors();
+    EXPECT_NE(second.errors().find("another program uses the port"), std::string::npos);
+}
+
+TEST_F(Process, ReportsEveryMistakeOfAConfigAndExitsWithTwo) {
+    const std::string file = scratch_folder() + "/bad.txtpb";
+    std::ofstream(file)
+        << "world { tick_rate_hz: 9999 }\nspawn { x_m: 0 z_m: 0 }\nlod { }\nno_such_field: 1\n";
+    Child check("zoned", {"check", file});
+    EXPECT_EQ(check.wait(kPatience), 2);
+    EXPECT_NE(check.errors().find(":1:"), std::string::npos) << check.errors();
+    EXPECT_NE(check.errors().find(":4:"), std::string::npos) << check.errors();
+}
+
+TEST_F(Process, NamesACertificateThatIsMissing) {
+    Child server("zoned",
+                 {"serve",
+                  "--config",
+                  minimal(),
+                  "--set",
+                  "session.tls_certificate_file=\"/nonexistent/cert.pem\"",
+                  "--set",
+                  "session.tls_key_file=\"/nonexistent/key.pem\""});
+    const int code = server.wait(kPatience);
+    EXPECT_TRUE(code == 2 || code == 3) << code;
+    EXPECT_NE(server.errors().find("/nonexistent/cert.pem"), std::string::npos) << server.errors();
+}
+
+TEST_F(Process, SaysThatAHostCannotBeReached) {
+    Child client("client-sim", {"--connect", "127.0.0.1:1", "--bots", "1", "--seconds", "1"});
+    EXPECT_EQ(client.wait(kPatience), 3) << client.output();
+    EXPECT_NE(client.errors().find("127.0.0.1:1"), std::string::npos) << client.errors();
+}
+
+TEST_F(Process, LetsInWhoHoldsATicketAndNobodyElse) {
+    const std::string base = scratch_folder() + "/operator";
+    Child keygen("zoned", {"keygen", base});
+    ASSERT_EQ(keygen.wait(kPatience), 0) << keygen.errors();
+    Child ticket("zoned",
+                 {"ticket", "--key", base + ".key", "--account", "ann", "--out", base + ".ticket"});
+    ASSERT_EQ(ticket.wait(kPatience), 0) << ticket.errors();
+    const auto server = start_server({"--set",
+                                      "session.dev_mode_loopback=false",
+                                      "--set",
+                                      "session.ticket_public_key_file=\"" + base + ".pub\""});
+    Child stranger("client-sim", play(1, 1));
+    EXPECT_NE(stranger.wait(kPatience), 0) << stranger.output();
+    std::vector<std::string> arguments = play(1, 1);
+    arguments.insert(arguments.end(), {"--ticket", base + ".ticket"});
+    Child ann("client-sim", arguments);
+    EXPECT_EQ(ann.wait(kPatience), 0) << ann.output() << ann.errors();
+}
+
+TEST_F(Process, ExplainsThePlanAndShowsHelp) {
+    Child explain("zoned", {"explain", minimal(), "--ticks", "5"});
+    EXPECT_EQ(explain.wait(kPatience), 0) << explain.errors();
+    EXPECT_NE(explain.output().find("no viewer"), std::string::npos) << explain.output();
+    Child help("zoned", {"--help"});
+    EXPECT_EQ(help.wait(kPatience), 0);
+    Child nonsense("zoned", {"serve", "--no-such-option"});
+    EXPECT_EQ(nonsense.wait(kPatience), 2);
+}
+
+}  // namespace
+}  // namespace zoned::testing_process
