@@ -17,6 +17,9 @@ namespace {
 
 constexpr std::size_t kPrefixBytes = 4;
 constexpr std::size_t kFirstBuffer = 2048;
+/// A buffer that grew beyond this for once (a login's world, say) is given back: there are
+/// thousands of connections.
+constexpr std::size_t kKeptBuffer = 16384;
 
 std::size_t read_prefix(const std::uint8_t* p) {
     return static_cast<std::size_t>(p[0]) | (static_cast<std::size_t>(p[1]) << 8) |
@@ -151,6 +154,9 @@ bool TlsConnection::take_frames() {
               in_.begin() + static_cast<std::ptrdiff_t>(filled_),
               in_.begin());
     filled_ -= at;
+    if (filled_ == 0 && in_.size() > kKeptBuffer) {
+        in_ = std::vector<std::uint8_t>(kFirstBuffer);
+    }
     return true;
 }
 
@@ -206,6 +212,11 @@ void TlsConnection::on_written(const asio::error_code& ec) {
         return;
     }
     write_in_progress_ = false;
+    for (std::vector<std::uint8_t>* buffer : {&pending_, &writing_}) {
+        if (buffer->capacity() > kKeptBuffer) {
+            *buffer = std::vector<std::uint8_t>();
+        }
+    }
     if (state_ == State::kClosing) {
         shut_down();
     }

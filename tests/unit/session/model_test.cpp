@@ -307,7 +307,7 @@ TEST(HostileBytes, InDatagramsNeverHarmTheHostOrTheClientThatTheyPretendToBe) {
         Bytes bytes;
         if (rng.below(3) == 0) {
             bytes = random_bytes_of(rng, 100);
-            if (bytes.size() > 4) {
+            if (bytes.size() >= wire::kDatagramHeaderBytes) {
                 wire::write_datagram_header({client.connection, 0}, bytes.data());
             }
         } else {
