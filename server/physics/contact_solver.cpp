@@ -212,9 +212,9 @@ void ContactSolver::solve_constraint(Constraint& c) {
             }
             bias = s * inv_h;  // may come as far as the surface within this substep
         } else if (kSoft) {
-            bias = std::max(c.bias_rate * s, -kPushSpeed);
-            mass_scale = c.mass_scale;
-            impulse_scale = c.impulse_scale;
+            bias = std::max(softness_.bias_rate * s, -kPushSpeed);
+            mass_scale = softness_.mass_scale;
+            impulse_scale = softness_.impulse_scale;
         }
         const float speed = speed_along(a, b, c.normal, moment_a, moment_b);
         const float wanted =
