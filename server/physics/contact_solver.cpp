@@ -17,23 +17,30 @@ constexpr float kPushSpeed = 3.0F;
 /// Passes over the contacts that bounce.
 constexpr int kRestitutionIterations = 8;
 
-void apply(SolverBody& a,
-           SolverBody& b,
-           const Vec3& direction,
-           const Vec3& moment_a,
-           const Vec3& moment_b,
-           float impulse) {
-    a.velocity -= (impulse * a.inv_mass) * direction;
-    b.velocity += (impulse * b.inv_mass) * direction;
-    a.spin -= a.inv_inertia * (impulse * moment_a);
-    b.spin += b.inv_inertia * (impulse * moment_b);
+/// Written out: the compiler leaves Eigen's product as a call, and this is the innermost loop.
+[[gnu::always_inline]] inline Vec3 times(const Mat3& m, const Vec3& v) {
+    return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(),
+            m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
+            m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
 }
 
-float speed_along(const SolverBody& a,
-                  const SolverBody& b,
-                  const Vec3& direction,
-                  const Vec3& moment_a,
-                  const Vec3& moment_b) {
+[[gnu::always_inline]] inline void apply(SolverBody& a,
+                                         SolverBody& b,
+                                         const Vec3& direction,
+                                         const Vec3& moment_a,
+                                         const Vec3& moment_b,
+                                         float impulse) {
+    a.velocity -= (impulse * a.inv_mass) * direction;
+    b.velocity += (impulse * b.inv_mass) * direction;
+    a.spin -= times(a.inv_inertia, impulse * moment_a);
+    b.spin += times(b.inv_inertia, impulse * moment_b);
+}
+
+[[gnu::always_inline]] inline float speed_along(const SolverBody& a,
+                                                const SolverBody& b,
+                                                const Vec3& direction,
+                                                const Vec3& moment_a,
+                                                const Vec3& moment_b) {
     return direction.dot(b.velocity - a.velocity) + moment_b.dot(b.spin) - moment_a.dot(a.spin);
 }
 
@@ -146,8 +153,8 @@ void ContactSolver::warm_start(Constraint& c) {
     moment_b += push * drift.moment_b + drift.shift_b.cross(shear);
     a.velocity -= a.inv_mass * impulse;
     b.velocity += b.inv_mass * impulse;
-    a.spin -= a.inv_inertia * moment_a;
-    b.spin += b.inv_inertia * moment_b;
+    a.spin -= times(a.inv_inertia, moment_a);
+    b.spin += times(b.inv_inertia, moment_b);
 }
 
 void ContactSolver::solve_friction(Constraint& c,
@@ -166,8 +173,8 @@ void ContactSolver::solve_friction(Constraint& c,
         const float twist = std::clamp(c.twist - c.twist_mass * rate, -limit, limit);
         const float change = twist - c.twist;
         c.twist = twist;
-        a.spin -= a.inv_inertia * (change * c.normal);
-        b.spin += b.inv_inertia * (change * c.normal);
+        a.spin -= times(a.inv_inertia, change * c.normal);
+        b.spin += times(b.inv_inertia, change * c.normal);
     }
     const Vec3 m1a = c.moment1_a + drift.shift_a.cross(c.tangent1);
     const Vec3 m1b = c.moment1_b + drift.shift_b.cross(c.tangent1);
@@ -212,9 +219,9 @@ void ContactSolver::solve_constraint(Constraint& c) {
             }
             bias = s * inv_h;  // may come as far as the surface within this substep
         } else if (kSoft) {
-            bias = std::max(c.bias_rate * s, -kPushSpeed);
-            mass_scale = c.mass_scale;
-            impulse_scale = c.impulse_scale;
+            bias = std::max(softness_.bias_rate * s, -kPushSpeed);
+            mass_scale = softness_.mass_scale;
+            impulse_scale = softness_.impulse_scale;
         }
         const float speed = speed_along(a, b, c.normal, moment_a, moment_b);
         const float wanted =

@@ -69,7 +69,6 @@ class ContactSolver {
         Vec3 normal, tangent1, tangent2, lead;
         float friction, restitution;
         float follow_b;  ///< 1: the point of contact travels with b, 0: with a
-        float bias_rate, mass_scale, impulse_scale;
         Vec3 moment1_a, moment1_b, moment2_a, moment2_b;  // friction anchor's arm x tangent
         float inv11, inv12, inv22;                        // inverse of the 2 x 2 friction mass
         float twist_mass;
@@ -112,7 +111,13 @@ class ContactSolver {
                                  const SolverBody& a,
                                  const SolverBody& b) const;
 
+    /// The contact spring of this step.
+    struct Softness {
+        float bias_rate, mass_scale, impulse_scale;
+    };
+
     Parameters parameters_;
+    Softness softness_{};
     float h_ = 0.0F;
     std::vector<SolverBody> moving_;
     std::vector<Constraint> constraints_;

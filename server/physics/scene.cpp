@@ -76,10 +76,7 @@ void Scene::set_state(BodyId body, const BodyState& state) {
         impl_->quarantine(row);
         return;
     }
-    impl_->drop_contacts(row);
-    impl_->leave_broadphase(row);
-    bodies.set_pose(row, state.position, state.orientation);
-    impl_->enter_broadphase(row);
+    impl_->teleport(row, state.position, state.orientation);
     set_velocity(body, state.velocity, state.angular_velocity);
     impl_->wake(row);
     if (state.asleep && bodies.is_dynamic(row)) {

@@ -82,6 +82,27 @@ void Scene::Impl::drop_contacts(std::uint32_t row) {
     });
 }
 
+void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
+    graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
+        if (graph[contact].touching) {
+            waker.wake(bodies, graph, other);
+        }
+    });
+    bodies.set_pose(row, x, q);
+    if (!bodies.is_plane(row)) {
+        bodies.fat[row] = bodies.bounds[row].grown(kContactMargin);
+        grid_of(row).update(row, bodies.fat[row]);
+    }
+    if (std::find(pending.begin(), pending.end(), row) == pending.end()) {
+        pending.push_back(row);
+    }
+    graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
+        if (!near(row, other)) {
+            graph.destroy(bodies, contact);
+        }
+    });
+}
+
 void Scene::Impl::quarantine(std::uint32_t row) {
     put_to_sleep(bodies, graph, row);
     ++quarantined;

@@ -59,6 +59,9 @@ struct Scene::Impl {
     void leave_broadphase(std::uint32_t row);
     /// Ends all contacts of a body and wakes the bodies that touched it.
     void drop_contacts(std::uint32_t row);
+    /// Moves a body at once. Wakes the bodies that it touched; contacts live on where the bodies
+    /// stay near each other, so that a small correction is no new touch.
+    void teleport(std::uint32_t row, const Vec3& x, const Quat& q);
     /// Stops a body, puts it to sleep and counts it.
     void quarantine(std::uint32_t row);
     void wake(std::uint32_t row);

@@ -187,6 +187,31 @@ TEST(Kinematic, LiftCarriesASleepingBox) {
     EXPECT_NEAR(scene.state(box).position.y(), 2.6F, 0.02F);
 }
 
+TEST(Teleport, WakesWhatWasTouchedAndFindsNewPartners) {
+    Scene scene{Settings()};
+    add_floor(scene);
+    const BodyId lower = *scene.add(box_at(Vec3(0, 0.5F, 0), 1));
+    const BodyId upper = *scene.add(box_at(Vec3(0, 1.5F, 0), 2));
+    steps(scene, 90);
+    ASSERT_EQ(scene.awake_count(), 0U);
+    BodyState state = scene.state(lower);
+    state.asleep = false;
+    state.position = Vec3(20, 3, 0);
+    scene.set_state(lower, state);
+    EXPECT_EQ(scene.awake_count(), 2U);
+    steps(scene, 90);
+    EXPECT_NEAR(scene.state(upper).position.y(), 0.5F, 0.01F);
+    EXPECT_NEAR(scene.state(lower).position.y(), 0.5F, 0.01F);
+    EXPECT_NEAR(scene.state(lower).position.x(), 20.0F, 0.01F);
+    // A small correction of a body that touches is no new touch.
+    state = scene.state(lower);
+    state.position.x() += 0.01F;
+    state.asleep = false;
+    scene.set_state(lower, state);
+    scene.step(kDt);
+    EXPECT_TRUE(scene.contact_events().empty());
+}
+
 TEST(Kinematic, NeverPairsWithStaticOrKinematic) {
     Scene scene{Settings()};
     add_floor(scene);
