@@ -90,10 +90,10 @@ TEST(Handoff, LosesAndDoublesNobodyInAHundredThousandRandomWalksOverBorders) {
     // second.
     ops::Settings settings = small_world(4, 4, 8.0);
     settings.handoff_hysteresis_m = 0.1F;
-    settings.ghost_margin_m = 6.0F;
+    settings.ghost_margin_m = 3.0F;
     for (world::EntityType& type : settings.types) {
-        type.aura_m.fill(5.0F);
-        type.nimbus_m.fill(5.0F);
+        type.aura_m.fill(2.5F);
+        type.nimbus_m.fill(2.5F);
     }
     constexpr int kClients = 300;
     World world(settings, 1);

@@ -164,7 +164,17 @@ TEST_F(Process, LetsInWhoHoldsATicketAndNobodyElse) {
     Child keygen("zoned", {"keygen", base});
     ASSERT_EQ(keygen.wait(kPatience), 0) << keygen.errors();
     Child ticket("zoned",
-                 {"ticket", "--key", base + ".key", "--account", "ann", "--out", base + ".ticket"});
+                 {"ticket",
+                  "--key",
+                  base + ".key",
+                  "--account",
+                  "ann",
+                  "--right",
+                  "play",
+                  "--right",
+                  "audit",
+                  "--out",
+                  base + ".ticket"});
     ASSERT_EQ(ticket.wait(kPatience), 0) << ticket.errors();
     const auto server = start_server({"--set",
                                       "session.dev_mode_loopback=false",
@@ -172,7 +182,7 @@ TEST_F(Process, LetsInWhoHoldsATicketAndNobodyElse) {
                                       "session.ticket_public_key_file=\"" + base + ".pub\""});
     Child stranger("client-sim", play(1, 1));
     EXPECT_NE(stranger.wait(kPatience), 0) << stranger.output();
-    std::vector<std::string> arguments = play(1, 1);
+    std::vector<std::string> arguments = play(1, 3);
     arguments.insert(arguments.end(), {"--ticket", base + ".ticket"});
     Child ann("client-sim", arguments);
     EXPECT_EQ(ann.wait(kPatience), 0) << ann.output() << ann.errors();
