@@ -118,6 +118,9 @@ TEST(Handoff, LosesAndDoublesNobodyInAHundredThousandRandomWalksOverBorders) {
     while (world.handoffs() < 100000 && world.now() < 40000) {
         items.clear();
         out.clear();
+        for (const auto& [client, sequence] : last_sequence) {
+            items.emplace_back(mailbox::Acks{client, sequence, 0xFFFFFFFFU, 1000});
+        }
         for (int i = 0; i < kClients; ++i) {
             items.emplace_back(walk(ClientId(static_cast<std::uint32_t>(i + 1)),
                                     world.now() + 1,
