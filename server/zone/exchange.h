@@ -7,6 +7,7 @@
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"
 #include "server/world/entities.h"
+#include "server/world/visibility.h"
 #include "server/zone/input_ring.h"
 #include "shared/core/ids.h"
 
@@ -61,6 +62,7 @@ struct Handoff {
     std::optional<ai::Mind> mind;
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;
+    std::vector<world::Visible> visible;   ///< what the client heard of, so that hysteresis goes on
     replication::ClientTransfer transfer;  ///< where client is set
 };
 

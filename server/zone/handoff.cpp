@@ -51,6 +51,31 @@ std::vector<world::Row> island_rows(const ZoneState& state, world::Row row) {
     return rows;
 }
 
+std::vector<world::Visible> heard_by(const ZoneState& state, ClientId client) {
+    const auto it = std::find_if(
+        state.visibility.begin(), state.visibility.end(), [&](const world::VisibleSet& set) {
+            return set.client == client;
+        });
+    return it != state.visibility.end() ? it->visible : std::vector<world::Visible>();
+}
+
+/// The matcher of this zone goes on from what the client heard of in the zone before.
+void continue_hearing(ZoneState& state, ClientId client, std::vector<world::Visible> visible) {
+    const auto at = std::lower_bound(
+        state.visibility.begin(),
+        state.visibility.end(),
+        client,
+        [](const world::VisibleSet& set, ClientId wanted) { return set.client < wanted; });
+    if (at != state.visibility.end() && at->client == client) {
+        at->visible = std::move(visible);
+        return;
+    }
+    world::VisibleSet set;
+    set.client = client;
+    set.visible = std::move(visible);
+    state.visibility.insert(at, std::move(set));
+}
+
 Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     world::Entities& e = state.entities;
     Handoff h;
@@ -65,6 +90,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     if (index >= 0) {
         h.client = state.clients[static_cast<std::size_t>(index)];
         h.transfer = state.replicator.remove_client(h.state.client);
+        h.visible = heard_by(state, h.state.client);
         state.clients.erase(state.clients.begin() + index);
     }
     remove_body(state, row);
@@ -210,6 +236,7 @@ void accept(ZoneState& state, Handoff& handoff) {
         e.command[row] = handoff.client->inputs.last();
         state.clients.insert(at, *handoff.client);
         state.replicator.add_client(handoff.transfer);
+        continue_hearing(state, handoff.client->client, std::move(handoff.visible));
     }
     state.rules->load_entity(id, handoff.rules);
     state.accepted = true;

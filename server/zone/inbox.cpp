@@ -22,13 +22,12 @@ void freeze(ZoneState& state, bool on) {
     state.frozen = on;
     world::Entities& e = state.entities;
     if (!on) {
-        // Nobody knows any more who was moving: all owned entities are looked at once and come to
-        // rest again by themselves.
+        // Bodies kept their motion; characters are looked at once and come to rest again by
+        // themselves.
         for (world::Row row = 0; row < e.size(); ++row) {
-            e.set(row, world::kAtRest, e.has(row, world::kHidden));
-            if (e.body[row]) {
-                state.scene.wake(e.body[row]);
-            }
+            const bool sleeps =
+                e.body[row] && !e.has(row, world::kGhost) && state.scene.state(e.body[row]).asleep;
+            e.set(row, world::kAtRest, sleeps || e.has(row, world::kHidden));
         }
         return;
     }
