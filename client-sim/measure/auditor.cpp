@@ -150,6 +150,8 @@ void Auditor::compare_entity(const Context& context,
     const auto before = seen_.find(truth.entity());
     const bool due = truth.must_know() && before != seen_.end() &&
                      before->second.must_know_since >= 0 &&
+                     truth.discontinuity_tick() <= previous_tick_ &&
+                     context.avatar_discontinuity <= previous_tick_ &&
                      context.tick - before->second.must_know_since >= context.grace &&
                      context.tick - truth.discontinuity_tick() >= context.grace &&
                      context.tick - context.avatar_discontinuity >= context.grace;
@@ -301,7 +303,11 @@ void Auditor::remember(const proto::AuditRecord& record) {
     for (const proto::AuditEntity& truth : record.entities()) {
         auto [at, fresh] = seen_.try_emplace(truth.entity());
         Seen& seen = at->second;
-        const bool unbroken = !fresh && seen.listed >= previous_tick_ && seen.must_know_since >= 0;
+        // Whoever was away or elsewhere between two records became known anew.
+        const bool jumped = truth.discontinuity_tick() > previous_tick_ ||
+                            record.avatar_discontinuity_tick() > previous_tick_;
+        const bool unbroken =
+            !fresh && !jumped && seen.listed >= previous_tick_ && seen.must_know_since >= 0;
         if (!truth.must_know()) {
             seen.must_know_since = -1;
         } else if (!unbroken) {
