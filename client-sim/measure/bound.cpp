@@ -28,7 +28,8 @@ double allowed_orientation_error(const BoundInputs& inputs, bool character) {
     if (breach_within(inputs)) {
         turn = character ? std::numbers::pi : kMaxSpinRps * inputs.age_s;
     }
-    // Half a turn is the largest angle there is; the slack absorbs that angles are measured in float.
+    // Half a turn is the largest angle there is; the slack absorbs that angles are measured in
+    // float.
     return std::min(std::numbers::pi + kAngleSlack, inputs.bound + inputs.quantum + turn);
 }
 
