@@ -148,13 +148,14 @@ void Auditor::compare_entity(const Context& context,
         return;
     }
     const auto before = seen_.find(truth.entity());
-    const bool due = truth.must_know() && before != seen_.end() &&
-                     before->second.must_know_since >= 0 &&
-                     truth.discontinuity_tick() <= previous_tick_ &&
-                     context.avatar_discontinuity <= previous_tick_ &&
-                     context.tick - before->second.must_know_since >= context.grace &&
-                     context.tick - truth.discontinuity_tick() >= context.grace &&
-                     context.tick - context.avatar_discontinuity >= context.grace;
+    // Only an unbroken row of records counts: the one before must have listed the entity as well.
+    const bool due =
+        truth.must_know() && before != seen_.end() && before->second.listed >= previous_tick_ &&
+        before->second.must_know_since >= 0 && truth.discontinuity_tick() <= previous_tick_ &&
+        context.avatar_discontinuity <= previous_tick_ &&
+        context.tick - before->second.must_know_since >= context.grace &&
+        context.tick - truth.discontinuity_tick() >= context.grace &&
+        context.tick - context.avatar_discontinuity >= context.grace;
     if (due) {
         Finding finding;
         finding.kind = FindingKind::kMissing;
