@@ -41,6 +41,7 @@ struct Scene::Impl {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
     std::vector<std::uint32_t> solve_list;
     std::vector<std::uint32_t> broken;
+    std::vector<std::uint8_t> in_contact;     ///< by row: a contact holds it in this step
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
     [[nodiscard]] BroadphaseGrid& grid_of(std::uint32_t row) {
