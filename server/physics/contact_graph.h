@@ -16,8 +16,18 @@ struct ContactPoint {
         Vec3::Zero();  ///< from a's centre to the point, world axes, at the time of contact
     Vec3 arm_b = Vec3::Zero();
     float separation = 0.0F;
-    float impulse = 0.0F;  ///< normal, per substep, N s: the warm start
+    float found_separation = 0.0F;  ///< when the narrowphase last looked
+    float impulse = 0.0F;           ///< normal, per substep, N s: the warm start
     std::uint32_t feature = 0;
+};
+
+/// The poses that a manifold was found at: while neither body has moved to speak of relative to the
+/// other, nor turned, it holds.
+struct FoundAt {
+    float margin = -1.0F;          ///< up to which points were found, m; negative: not at all
+    Vec3 between = Vec3::Zero();   ///< from a's centre to b's
+    Quat orientation_a = Quat::Identity();
+    Quat orientation_b = Quat::Identity();
 };
 
 struct Contact {
@@ -30,6 +40,7 @@ struct Contact {
     bool closing = false;                   ///< touches or will within the step
     int count = 0;
     std::array<ContactPoint, kMaxManifoldPoints> points;
+    FoundAt found;
     Vec3 normal = Vec3::UnitY();  ///< from a to b
     Vec3 lead = Vec3::Zero();  ///< how far b has to move relative to a until the contact, negated
     Vec3 friction = Vec3::Zero();  ///< impulse per substep, world: the warm start

@@ -89,8 +89,9 @@ void ContactSolver::prepare(Bodies& bodies,
         }
     }
     coloring_.build(bodies, graph, list, moving_.size());
-    batches_.resize(coloring_.groups().size(), ContactBatch::none());
+    batches_.resize(coloring_.groups().size());
     points_.clear();
+    couplings_.clear();
     watches_.clear();
     for (std::size_t g = 0; g < batches_.size(); ++g) {
         const ContactColoring::Group group = coloring_.groups()[g];
@@ -105,12 +106,15 @@ void ContactSolver::fill_batch(std::uint32_t index,
                                const Bodies& bodies,
                                const ContactGraph& graph) {
     ContactBatch& batch = batches_[index];
-    batch = ContactBatch::none();
+    batch = ContactBatch();
+    batch.contact.fill(kNoIndex);
     batch.points = static_cast<std::uint32_t>(points_.size());
     for (const std::uint32_t contact : contacts) {
         batch.count = std::max(batch.count, static_cast<std::uint32_t>(graph[contact].count));
     }
-    points_.resize(points_.size() + batch.count, PointLanes::none());
+    batch.couplings = static_cast<std::uint32_t>(couplings_.size());
+    points_.resize(points_.size() + batch.count);
+    couplings_.resize(couplings_.size() + coupling_of(batch.count, 0));
     std::size_t lane = 0;
     for (const std::uint32_t contact : contacts) {
         batch.contact[lane] = contact;
@@ -171,7 +175,15 @@ void ContactSolver::fill_masses(ContactBatch& batch, std::size_t used, const Con
     };
     for (std::size_t k = 0; k < batch.count; ++k) {
         PointLanes& p = points_[batch.points + k];
-        p.mass = lanes(1.0F) / mass(p.arm, batch.normal);
+        const Lanes3 response_a = a.inverse * cross(p.arm, batch.normal);
+        const Lanes3 response_b = b.inverse * cross(p.arm - batch.between, batch.normal);
+        for (std::size_t j = 0; j <= k; ++j) {
+            const Lanes3& arm = points_[batch.points + j].arm;
+            couplings_[batch.couplings + coupling_of(j, k)] =
+                linear + dot(cross(arm, batch.normal), response_a) +
+                dot(cross(arm - batch.between, batch.normal), response_b);
+        }
+        p.mass = lanes(1.0F) / couplings_[batch.couplings + coupling_of(k, k)];
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
             if (lane >= used || k >= static_cast<std::size_t>(graph[batch.contact[lane]].count)) {
                 p.mass[lane] = 0.0F;

@@ -84,7 +84,7 @@ class ContactSolver {
     void substep(const Bodies& bodies);
     template <bool kSoft>
     void solve_all();
-    template <bool kSoft>
+    template <bool kSoft, std::size_t kCount>
     void solve_batch(ContactBatch& batch);
     void solve_friction(ContactBatch& batch,
                         LaneBody& a,
@@ -111,6 +111,7 @@ class ContactSolver {
     ContactColoring coloring_;
     std::vector<ContactBatch> batches_;
     std::vector<PointLanes> points_;
+    std::vector<Lanes> couplings_;
     std::vector<Watch> watches_;
 };
 

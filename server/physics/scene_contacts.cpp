@@ -19,6 +19,21 @@ float lowest_gap(const Contact& contact) {
 /// Two points of one contact that lie closer than this in successive steps are one, m.
 constexpr float kSamePoint = 0.05F;
 
+/// A pair whose surfaces have moved less than this against each other since its manifold was found
+/// keeps it, m.
+constexpr float kSamePose = 2.0e-4F;
+
+/// The rotation vector from one orientation to a nearby one, to first order. Large where they are
+/// not near, or where the signs of the quaternions differ.
+Vec3 small_turn(const Quat& from, const Quat& to) {
+    const Vec3 u = from.vec();
+    const Vec3 v = to.vec();
+    if (from.w() * to.w() + u.dot(v) < 0.5F) {
+        return Vec3::Constant(1.0e6F);
+    }
+    return 2.0F * (from.w() * v - to.w() * u - v.cross(u));
+}
+
 /// Takes the impulses over from the points of the last step: from the one that names the same
 /// features, else from the nearest. Boxes that lie corner on corner change the names of their
 /// points with every breath, and a stack that forgets its load each time sags and walks.
@@ -32,7 +47,7 @@ void adopt_points(const Manifold& manifold, const Vec3& xa, const Vec3& xb, Cont
     for (std::size_t i = 0; i < count; ++i) {
         const ManifoldPoint& from = manifold.points[i];
         ContactPoint& to = contact.points[i];
-        to = {from.point - xa, from.point - xb, from.separation, 0.0F, from.feature};
+        to = {from.point - xa, from.point - xb, from.separation, from.separation, 0.0F, from.feature};
         for (std::size_t k = 0; k < old_count; ++k) {
             if (!taken[k] && old[k].feature == from.feature) {
                 to.impulse = old[k].impulse;
@@ -68,30 +83,76 @@ void adopt_points(const Manifold& manifold, const Vec3& xa, const Vec3& xb, Cont
 
 }  // namespace
 
-/// Finds the contact of a pair for this step, and how it approaches.
-void Scene::Impl::update_contact(std::uint32_t index, float dt) {
-    Contact& contact = graph[index];
-    const std::uint32_t a = contact.a;
-    const std::uint32_t b = contact.b;
+/// How the pair moves in the coming step.
+PairMotion Scene::Impl::motion_of(std::uint32_t a, std::uint32_t b, float dt) const {
     const auto turn_of = [&](std::uint32_t row) {
         return bodies.shape[row].kind == ShapeKind::kSphere
                    ? 0.0F
                    : bodies.radius[row] * std::min(1.0F, dt * bodies.angular_velocity[row].norm());
     };
-    PairMotion motion{bodies.velocity[a], bodies.velocity[b], turn_of(a) + turn_of(b), dt};
     // A long bar that spins would see contacts all around; what is missed so is found next step.
-    motion.turn = std::min(motion.turn, 0.1F);
+    const float turn = std::min(turn_of(a) + turn_of(b), 0.1F);
+    return {bodies.velocity[a], bodies.velocity[b], turn, dt};
+}
+
+/// Most pairs of a pile at rest stand as they stood. The points then stay where they are, and the
+/// gaps follow to first order; what that leaves out is of the order of the square of kSamePose.
+/// False when the pair has moved, or may within the step come nearer than was looked at.
+bool Scene::Impl::reuse_manifold(Contact& contact, const PairMotion& motion) const {
+    const std::uint32_t a = contact.a;
+    const std::uint32_t b = contact.b;
+    const FoundAt& found = contact.found;
+    const Vec3 shift = bodies.position[b] - bodies.position[a] - found.between;
+    if (!(shift.squaredNorm() < kSamePose * kSamePose)) {
+        return false;
+    }
+    const Vec3 turn_a = small_turn(found.orientation_a, bodies.orientation[a]);
+    const Vec3 turn_b = small_turn(found.orientation_b, bodies.orientation[b]);
+    const float sweep = std::max(turn_a.squaredNorm() * bodies.radius[a] * bodies.radius[a],
+                                 turn_b.squaredNorm() * bodies.radius[b] * bodies.radius[b]);
+    const float travel = motion.dt * (motion.velocity_b - motion.velocity_a).norm();
+    if (!(sweep < kSamePose * kSamePose) ||
+        !(kContactMargin + travel + motion.turn <= found.margin)) {
+        return false;
+    }
+    const float closing = contact.normal.dot(shift);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
+        ContactPoint& p = contact.points[i];
+        p.separation = p.found_separation + closing +
+                       contact.normal.dot(turn_b.cross(p.arm_b) - turn_a.cross(p.arm_a));
+    }
+    return true;
+}
+
+void Scene::Impl::find_manifold(Contact& contact, const PairMotion& motion) const {
+    const std::uint32_t a = contact.a;
+    const std::uint32_t b = contact.b;
     Manifold manifold;
-    const float time = collide_ahead(placed(a), placed(b), motion, manifold);
+    const Impact impact = collide_ahead(placed(a), placed(b), motion, manifold);
     contact.normal = manifold.normal;
-    contact.lead = -time * (motion.velocity_b - motion.velocity_a);
+    contact.lead = -impact.time * (motion.velocity_b - motion.velocity_a);
     adopt_points(manifold,
-                 bodies.position[a] + time * motion.velocity_a,
-                 bodies.position[b] + time * motion.velocity_b,
+                 bodies.position[a] + impact.time * motion.velocity_a,
+                 bodies.position[b] + impact.time * motion.velocity_b,
                  contact);
+    contact.found.margin = impact.time > 0.0F ? -1.0F : impact.margin;
+    contact.found.between = bodies.position[b] - bodies.position[a];
+    contact.found.orientation_a = bodies.orientation[a];
+    contact.found.orientation_b = bodies.orientation[b];
+}
+
+/// Finds the contact of a pair for this step, and how it approaches.
+void Scene::Impl::update_contact(std::uint32_t index, float dt) {
+    Contact& contact = graph[index];
+    const std::uint32_t a = contact.a;
+    const std::uint32_t b = contact.b;
+    const PairMotion motion = motion_of(a, b, dt);
+    if (!reuse_manifold(contact, motion)) {
+        find_manifold(contact, motion);
+    }
     const float pull = dt * contact.normal.dot(settings.gravity) *
                        ((bodies.simulated(b) ? 1.0F : 0.0F) - (bodies.simulated(a) ? 1.0F : 0.0F));
-    contact.closing = time > 0.0F && contact.count > 0;
+    contact.closing = !contact.lead.isZero(0.0F) && contact.count > 0;
     contact.approach_speed = 0.0F;
     for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
         const ContactPoint& p = contact.points[i];

@@ -76,6 +76,9 @@ struct Scene::Impl {
     // scene_contacts.cpp
     void update_contacts(float dt);
     void update_contact(std::uint32_t contact, float dt);
+    [[nodiscard]] PairMotion motion_of(std::uint32_t a, std::uint32_t b, float dt) const;
+    bool reuse_manifold(Contact& contact, const PairMotion& motion) const;
+    void find_manifold(Contact& contact, const PairMotion& motion) const;
     void finish_contacts();
     void report(const Contact& contact, bool began);
 
