@@ -40,6 +40,7 @@ struct ContactBatch {
     Lanes inv11{}, inv12{}, inv22{};  ///< inverse of the 2 x 2 friction mass
     Lanes twist_mass{};
     Lanes impulse1{}, impulse2{}, twist{};
+    Lanes carried{};  ///< what each point has carried of late, N s
 };
 
 }  // namespace zoned::physics

@@ -24,8 +24,8 @@ struct ContactPoint {
 /// The poses that a manifold was found at: while neither body has moved to speak of relative to the
 /// other, nor turned, it holds.
 struct FoundAt {
-    float margin = -1.0F;          ///< up to which points were found, m; negative: not at all
-    Vec3 between = Vec3::Zero();   ///< from a's centre to b's
+    float margin = -1.0F;         ///< up to which points were found, m; negative: not at all
+    Vec3 between = Vec3::Zero();  ///< from a's centre to b's
     Quat orientation_a = Quat::Identity();
     Quat orientation_b = Quat::Identity();
 };
@@ -44,6 +44,7 @@ struct Contact {
     Vec3 normal = Vec3::UnitY();  ///< from a to b
     Vec3 lead = Vec3::Zero();  ///< how far b has to move relative to a until the contact, negated
     Vec3 friction = Vec3::Zero();  ///< impulse per substep, world: the warm start
+    float carried = 0.0F;          ///< normal impulse per point and substep, low-passed, N s
     float twist = 0.0F;            ///< friction's moment about the normal, N m s
     float approach_speed = 0.0F;   ///< m/s, before the solve
     float step_impulse = 0.0F;     ///< sum of normal impulses in the last step, N s

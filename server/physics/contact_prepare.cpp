@@ -11,11 +11,9 @@ namespace zoned::physics {
 
 namespace {
 
-/// Contacts are springs of this frequency at most. A column of boxes buckles when its contacts are
-/// too soft for its height: 30 Hz carries some fifteen unit boxes, 60 Hz some twenty-five.
-constexpr float kContactHertz = 60.0F;
-/// More than a quarter of the substep rate cannot be resolved.
-constexpr float kContactRateShare = 0.25F;
+/// Contacts are springs whose frequency is this share of the substep rate. More cannot be carried
+/// by one pass over the contacts: at a quarter, a pyramid of twenty rows trembles and walks.
+constexpr float kContactRateShare = 0.125F;
 constexpr float kContactDamping = 10.0F;
 
 Vec3 any_perpendicular(const Vec3& n) {
@@ -68,8 +66,7 @@ Lanes angular_mass(const LanesTensor& inverse, const Lanes3& moment) {
 /// Soft constraint coefficients (E. Catto, "Soft Constraints", GDC 2011): an implicit spring and
 /// damper over a substep as a bias velocity and a scaled impulse.
 ContactSolver::Softness ContactSolver::contact_softness(float h) {
-    const float hertz = std::min(kContactHertz, kContactRateShare / h);
-    const float omega = 2.0F * std::numbers::pi_v<float> * hertz;
+    const float omega = 2.0F * std::numbers::pi_v<float> * kContactRateShare / h;
     const float a1 = 2.0F * kContactDamping + h * omega;
     const float a2 = h * omega * a1;
     const float a3 = 1.0F / (1.0F + a2);
@@ -151,6 +148,7 @@ void ContactSolver::fill_lane(ContactBatch& batch,
     batch.impulse1[lane] = contact.friction.dot(tangent1);
     batch.impulse2[lane] = contact.friction.dot(tangent2);
     batch.twist[lane] = contact.twist;
+    batch.carried[lane] = contact.carried;
     const Vec3 grip = grip_of(contact);
     batch.grip.set(lane, grip);
     for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {

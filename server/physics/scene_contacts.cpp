@@ -47,7 +47,8 @@ void adopt_points(const Manifold& manifold, const Vec3& xa, const Vec3& xb, Cont
     for (std::size_t i = 0; i < count; ++i) {
         const ManifoldPoint& from = manifold.points[i];
         ContactPoint& to = contact.points[i];
-        to = {from.point - xa, from.point - xb, from.separation, from.separation, 0.0F, from.feature};
+        to = {
+            from.point - xa, from.point - xb, from.separation, from.separation, 0.0F, from.feature};
         for (std::size_t k = 0; k < old_count; ++k) {
             if (!taken[k] && old[k].feature == from.feature) {
                 to.impulse = old[k].impulse;

@@ -9,7 +9,7 @@ namespace zoned::physics {
 namespace {
 
 /// How far a body may go before the grid hears of it again, m.
-constexpr float kFatMargin = 0.1F;
+constexpr float kFatMargin = 0.05F;
 
 /// True when some part of the box lies below the plane.
 bool dips_into(const Aabb& box, const Vec3& origin, const Vec3& up) {
