@@ -2,12 +2,12 @@
 #pragma once
 
 #include "server/physics/bodies.h"
-#include "server/physics/broadphase_grid.h"
 #include "server/physics/contact_graph.h"
 #include "server/physics/contact_solver.h"
 #include "server/physics/islands.h"
 #include "server/physics/narrowphase.h"
 #include "server/physics/scene.h"
+#include "server/spatial/box_index.h"
 
 #include <array>
 #include <cstdint>
@@ -22,11 +22,13 @@ struct Scene::Impl {
     Settings settings;
     Bodies bodies;
     ContactGraph graph;
-    /// By BodyKind. Static bodies are never inserted again; pairs within the static and within the
-    /// kinematic grid are never looked for.
-    std::array<BroadphaseGrid, 3> grids;
-    std::vector<std::uint32_t> planes;   ///< rows of half-spaces, which are in no grid
-    std::vector<std::uint32_t> pending;  ///< rows whose fat box is new since pairs were last found
+    /// Fat boxes by BodyKind. Pairs within the static and within the kinematic ones are never
+    /// looked for.
+    std::array<spatial::BoxIndex, 3> boxes;
+    std::vector<std::uint32_t> planes;       ///< rows of half-spaces, which have no box
+    std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
+    std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
+    std::uint32_t unpaired = 0;  ///< bodies still pending, because there are too many pairs
     ContactSolver solver;
     Islands islands;
     Waker waker;
@@ -41,10 +43,11 @@ struct Scene::Impl {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
     std::vector<std::uint32_t> solve_list;
     std::vector<std::uint32_t> broken;
+    std::vector<std::uint32_t> refitted;  ///< rows whose fat box is new, on their way to `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
-    [[nodiscard]] BroadphaseGrid& grid_of(std::uint32_t row) {
-        return grids[static_cast<std::size_t>(bodies.kind[row])];
+    [[nodiscard]] spatial::BoxIndex& boxes_of(std::uint32_t row) {
+        return boxes[static_cast<std::size_t>(bodies.kind[row])];
     }
 
     [[nodiscard]] Placed placed(std::uint32_t row) const {
@@ -69,6 +72,14 @@ struct Scene::Impl {
     // scene_pairs.cpp
     void refresh_bounds(float dt);
     void find_pairs(float dt);
+    void sort_pending();
+    void meet(std::uint32_t row, std::uint32_t other);
+    void meet_fixed(std::uint32_t row);
+    void meet_dynamic(std::uint32_t row);
+    template <class Meet>
+    std::size_t meet_each(std::size_t count, std::size_t most, Meet&& meet_all);
+    void mark_pending(std::uint32_t row);
+    void hand_over_boxes(BodyKind kind);
     [[nodiscard]] bool near(std::uint32_t a, std::uint32_t b) const;
     void follow_bounds();
 

@@ -8,7 +8,7 @@ namespace zoned::physics {
 
 namespace {
 
-/// How far a body may go before the grid hears of it again, m.
+/// How far a body may go before the broadphase hears of it again, m.
 constexpr float kFatMargin = 0.1F;
 
 /// True when some part of the box lies below the plane.
@@ -19,6 +19,25 @@ bool dips_into(const Aabb& box, const Vec3& origin, const Vec3& up) {
 }
 
 }  // namespace
+
+void Scene::Impl::mark_pending(std::uint32_t row) {
+    if (row >= pending_mark.size()) {
+        pending_mark.resize(bodies.rows(), 0);
+    }
+    if (pending_mark[row] == 0) {
+        pending_mark[row] = 1;
+        pending.push_back(row);
+    }
+}
+
+/// Tells the broadphase about the fat boxes that are new.
+void Scene::Impl::hand_over_boxes(BodyKind kind) {
+    boxes[static_cast<std::size_t>(kind)].update(refitted, bodies.fat);
+    for (const std::uint32_t row : refitted) {
+        mark_pending(row);
+    }
+    refitted.clear();
+}
 
 /// Sees to it that the fat box of each body that may move holds all that it can reach in the step.
 void Scene::Impl::refresh_bounds(float dt) {
@@ -31,30 +50,33 @@ void Scene::Impl::refresh_bounds(float dt) {
         const Aabb reach = swept(bodies.bounds[row].grown(spread), travel);
         if (!encloses(bodies.fat[row], reach)) {
             bodies.fat[row] = reach.grown(kFatMargin);
-            grid_of(row).update(row, bodies.fat[row]);
-            pending.push_back(row);
+            refitted.push_back(row);
         }
     };
     for (const std::uint32_t row : bodies.awake_list) {
         refresh(row, settings.gravity);
     }
+    hand_over_boxes(BodyKind::kDynamic);
     for (const std::uint32_t row : bodies.mover_list) {
         refresh(row, Vec3::Zero());
     }
+    hand_over_boxes(BodyKind::kKinematic);
 }
 
-/// The grids answer ray casts and boxes between steps too, so their boxes must hold the bodies
-/// wherever the solver put them.
+/// The broadphase answers queries between steps too, so its boxes must hold the bodies wherever the
+/// solver put them.
 void Scene::Impl::follow_bounds() {
-    for (const auto* list : {&bodies.awake_list, &bodies.mover_list}) {
-        for (const std::uint32_t row : *list) {
+    const auto follow = [&](const std::vector<std::uint32_t>& list, BodyKind kind) {
+        for (const std::uint32_t row : list) {
             if (!encloses(bodies.fat[row], bodies.bounds[row])) {
                 bodies.fat[row] = bodies.bounds[row].grown(kContactMargin + kFatMargin);
-                grid_of(row).update(row, bodies.fat[row]);
-                pending.push_back(row);
+                refitted.push_back(row);
             }
         }
-    }
+        hand_over_boxes(kind);
+    };
+    follow(bodies.awake_list, BodyKind::kDynamic);
+    follow(bodies.mover_list, BodyKind::kKinematic);
 }
 
 bool Scene::Impl::near(std::uint32_t a, std::uint32_t b) const {
@@ -67,38 +89,92 @@ bool Scene::Impl::near(std::uint32_t a, std::uint32_t b) const {
     return bodies.fat[a].overlaps(bodies.fat[b]);
 }
 
-/// Looks for partners of the bodies whose box is new. At least one of a pair is dynamic.
-void Scene::Impl::find_pairs(float dt) {
-    new_pairs.clear();
-    for (const std::uint32_t row : pending) {
-        const auto meet = [&](std::uint32_t other) {
-            if (other != row && !graph.contains(row, other)) {
-                new_pairs.emplace_back(std::min(row, other), std::max(row, other));
+/// Drops stale rows, and rows that came twice because another body took a row over.
+void Scene::Impl::sort_pending() {
+    std::erase_if(pending, [&](std::uint32_t row) { return pending_mark[row] == 0; });
+    if (!std::is_sorted(pending.begin(), pending.end())) {
+        std::sort(pending.begin(), pending.end());
+    }
+    pending.erase(std::unique(pending.begin(), pending.end()), pending.end());
+}
+
+/// Adds the pair of a body whose box is new with another one, unless it is known.
+void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
+    // Of two bodies whose boxes are new, the one that was looked at first has found the pair.
+    const bool found = pending_mark[other] != 0 && other <= row;
+    if (!found && !graph.contains(row, other)) {
+        new_pairs.emplace_back(std::min(row, other), std::max(row, other));
+    }
+}
+
+/// Pairs of a body whose box is new in which only one of the two is dynamic.
+void Scene::Impl::meet_fixed(std::uint32_t row) {
+    const auto visit = [&](std::uint32_t other) {
+        meet(row, other);
+    };
+    if (bodies.is_plane(row)) {
+        for (std::uint32_t other = 0; other < bodies.rows(); ++other) {
+            if (bodies.alive[other] != 0 && bodies.is_dynamic(other) && near(row, other)) {
+                meet(row, other);
             }
-        };
-        if (bodies.is_plane(row)) {
-            for (std::uint32_t other = 0; other < bodies.rows(); ++other) {
-                if (bodies.alive[other] != 0 && bodies.is_dynamic(other) && near(row, other)) {
-                    meet(other);
-                }
-            }
-            continue;
         }
-        grids[static_cast<std::size_t>(BodyKind::kDynamic)].query(bodies.fat[row], meet);
-        if (bodies.is_dynamic(row)) {
-            grids[static_cast<std::size_t>(BodyKind::kStatic)].query(bodies.fat[row], meet);
-            grids[static_cast<std::size_t>(BodyKind::kKinematic)].query(bodies.fat[row], meet);
-            for (const std::uint32_t plane : planes) {
-                if (near(row, plane)) {
-                    meet(plane);
-                }
+    } else if (!bodies.is_dynamic(row)) {
+        boxes[static_cast<std::size_t>(BodyKind::kDynamic)].query(bodies.fat[row], visit);
+    } else {
+        boxes[static_cast<std::size_t>(BodyKind::kStatic)].query(bodies.fat[row], visit);
+        boxes[static_cast<std::size_t>(BodyKind::kKinematic)].query(bodies.fat[row], visit);
+        for (const std::uint32_t plane : planes) {
+            if (near(row, plane)) {
+                meet(row, plane);
             }
         }
     }
-    pending.clear();
-    // Two new boxes find each other twice; the order must not depend on the grid's history.
+}
+
+/// Pairs of a body whose box is new in which both are dynamic.
+void Scene::Impl::meet_dynamic(std::uint32_t row) {
+    if (bodies.is_dynamic(row) && !bodies.is_plane(row)) {
+        boxes[static_cast<std::size_t>(BodyKind::kDynamic)].query(
+            bodies.fat[row], [&](std::uint32_t other) { meet(row, other); });
+    }
+}
+
+/// Looks for partners of the first `count` pending bodies until there are more than `most` pairs:
+/// then the lowest pairs of the last body are kept. Returns for how many bodies all were found.
+template <class Meet>
+std::size_t Scene::Impl::meet_each(std::size_t count, std::size_t most, Meet&& meet_all) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t before = new_pairs.size();
+        meet_all(pending[i]);
+        if (new_pairs.size() > most) {
+            std::sort(new_pairs.begin() + static_cast<std::ptrdiff_t>(before), new_pairs.end());
+            new_pairs.resize(std::max(before, most));
+            return i;
+        }
+    }
+    return count;
+}
+
+/// Looks for partners of the bodies whose box is new, by ascending rows. Pairs with what holds the
+/// dynamic bodies up come first and have room of their own: a crowd must not make others fall
+/// through the floor. Who finds no room waits for the next step.
+void Scene::Impl::find_pairs(float dt) {
+    new_pairs.clear();
+    sort_pending();
+    const auto room_within = [&](std::size_t limit) {
+        return limit - std::min<std::size_t>(limit, graph.size());
+    };
+    const std::size_t limit = settings.max_pairs;
+    std::size_t done = meet_each(
+        pending.size(), room_within(2 * limit), [&](std::uint32_t row) { meet_fixed(row); });
+    done = meet_each(done, room_within(limit), [&](std::uint32_t row) { meet_dynamic(row); });
+    for (std::size_t i = 0; i < done; ++i) {
+        pending_mark[pending[i]] = 0;
+    }
+    pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(done));
+    unpaired = static_cast<std::uint32_t>(pending.size());
+    // The order of contacts must not depend on the structure that found them.
     std::sort(new_pairs.begin(), new_pairs.end());
-    new_pairs.erase(std::unique(new_pairs.begin(), new_pairs.end()), new_pairs.end());
     for (const auto& [a, b] : new_pairs) {
         const std::uint32_t contact = graph.create(bodies, a, b);
         if (graph[contact].active_place == kNoIndex) {
