@@ -68,8 +68,7 @@ void Scene::Impl::enter_broadphase(std::uint32_t row) {
     if (bodies.is_plane(row)) {
         planes.push_back(row);
     } else {
-        // Static bodies need no room to move; the contact margin is part of every box.
-        bodies.fat[row] = bodies.bounds[row].grown(kContactMargin);
+        fit_bounds_at_rest(row);
         boxes_of(row).insert(row, bodies.fat[row]);
     }
     mark_pending(row);
@@ -104,7 +103,7 @@ void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     });
     bodies.set_pose(row, x, q);
     if (!bodies.is_plane(row)) {
-        bodies.fat[row] = bodies.bounds[row].grown(kContactMargin);
+        fit_bounds_at_rest(row);
         boxes_of(row).update({&row, 1}, bodies.fat);
     }
     mark_pending(row);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/bodies.h"
+#include "server/physics/bounds.h"
 #include "server/physics/contact_graph.h"
 #include "server/physics/contact_solver.h"
 #include "server/physics/islands.h"
@@ -22,6 +23,9 @@ struct Scene::Impl {
     Settings settings;
     Bodies bodies;
     ContactGraph graph;
+    /// By row: holds the body in the same way as its fat box does. Boxes about round or slanting
+    /// bodies overlap at their corners where no body is: in a pile a third of all pairs.
+    std::vector<Ball> fat_balls;
     /// Fat boxes by BodyKind. Pairs within the static and within the kinematic ones are never
     /// looked for.
     std::array<spatial::BoxIndex, 3> boxes;
@@ -75,9 +79,10 @@ struct Scene::Impl {
     void sort_pending();
     void meet(std::uint32_t row, std::uint32_t other);
     void meet_fixed(std::uint32_t row);
-    void meet_dynamic(std::uint32_t row);
+    void meet_kind(std::uint32_t row, BodyKind kind);
     template <class Meet>
     std::size_t meet_each(std::size_t count, std::size_t most, Meet&& meet_all);
+    void fit_bounds_at_rest(std::uint32_t row);
     void mark_pending(std::uint32_t row);
     void hand_over_boxes(BodyKind kind);
     [[nodiscard]] bool near(std::uint32_t a, std::uint32_t b) const;

@@ -9,7 +9,7 @@ namespace zoned::physics {
 namespace {
 
 /// How far a body may go before the broadphase hears of it again, m.
-constexpr float kFatMargin = 0.1F;
+constexpr float kFatMargin = 0.05F;
 
 /// True when some part of the box lies below the plane.
 bool dips_into(const Aabb& box, const Vec3& origin, const Vec3& up) {
@@ -18,7 +18,45 @@ bool dips_into(const Aabb& box, const Vec3& origin, const Vec3& up) {
     return up.dot(centre - origin) <= up.cwiseAbs().dot(half);
 }
 
+/// Where a body may be in the coming step.
+struct Reach {
+    Aabb box;
+    Ball ball;
+};
+
+Reach reach_of(const Aabb& bounds,
+               const Vec3& position,
+               float radius,
+               const Vec3& travel,
+               float turn) {
+    // Turning carries no point farther than the arc, nor out of the bounding sphere.
+    const Aabb turned = bounds.grown(kContactMargin + turn * radius);
+    const Vec3 most = Vec3::Constant(radius + kContactMargin);
+    const Aabb held{turned.lower.cwiseMax(position - most), turned.upper.cwiseMin(position + most)};
+    return {swept(held, travel),
+            {position + 0.5F * travel, radius + kContactMargin + 0.5F * travel.norm()}};
+}
+
+bool encloses(const Ball& outer, const Ball& inner) {
+    const float slack = outer.radius - inner.radius;
+    return slack >= 0.0F && (outer.centre - inner.centre).squaredNorm() <= slack * slack;
+}
+
 }  // namespace
+
+/// Bounds of a body that stays where it is; the contact margin is part of all bounds.
+void Scene::Impl::fit_bounds_at_rest(std::uint32_t row) {
+    if (row >= fat_balls.size()) {
+        fat_balls.resize(bodies.rows());
+    }
+    const Aabb box = bodies.bounds[row].grown(kContactMargin);
+    bodies.fat[row] = box;
+    // Static bodies may lie anywhere about their position.
+    const bool fixed = bodies.kind[row] == BodyKind::kStatic;
+    fat_balls[row] =
+        fixed ? Ball{0.5F * (box.lower + box.upper), 0.5F * (box.upper - box.lower).norm()}
+              : Ball{bodies.position[row], bodies.radius[row] + kContactMargin};
+}
 
 void Scene::Impl::mark_pending(std::uint32_t row) {
     if (row >= pending_mark.size()) {
@@ -43,13 +81,12 @@ void Scene::Impl::hand_over_boxes(BodyKind kind) {
 void Scene::Impl::refresh_bounds(float dt) {
     const auto refresh = [&](std::uint32_t row, const Vec3& pull) {
         const Vec3 travel = dt * bodies.velocity[row] + dt * dt * pull;
-        // Turning carries no point farther than the arc, nor out of the bounding sphere.
         const float turn = std::min(1.0F, dt * bodies.angular_velocity[row].norm());
-        const bool turns = bodies.shape[row].kind != ShapeKind::kSphere;
-        const float spread = kContactMargin + (turns ? turn * bodies.radius[row] : 0.0F);
-        const Aabb reach = swept(bodies.bounds[row].grown(spread), travel);
-        if (!encloses(bodies.fat[row], reach)) {
-            bodies.fat[row] = reach.grown(kFatMargin);
+        const Reach reach =
+            reach_of(bodies.bounds[row], bodies.position[row], bodies.radius[row], travel, turn);
+        if (!encloses(bodies.fat[row], reach.box) || !encloses(fat_balls[row], reach.ball)) {
+            bodies.fat[row] = reach.box.grown(kFatMargin);
+            fat_balls[row] = {reach.ball.centre, reach.ball.radius + kFatMargin};
             refitted.push_back(row);
         }
     };
@@ -69,7 +106,7 @@ void Scene::Impl::follow_bounds() {
     const auto follow = [&](const std::vector<std::uint32_t>& list, BodyKind kind) {
         for (const std::uint32_t row : list) {
             if (!encloses(bodies.fat[row], bodies.bounds[row])) {
-                bodies.fat[row] = bodies.bounds[row].grown(kContactMargin + kFatMargin);
+                fit_bounds_at_rest(row);
                 refitted.push_back(row);
             }
         }
@@ -86,7 +123,7 @@ bool Scene::Impl::near(std::uint32_t a, std::uint32_t b) const {
     if (bodies.is_plane(b)) {
         return dips_into(bodies.fat[a], bodies.position[b], bodies.rotation[b].col(1));
     }
-    return bodies.fat[a].overlaps(bodies.fat[b]);
+    return fat_balls[a].overlaps(fat_balls[b]) && bodies.fat[a].overlaps(bodies.fat[b]);
 }
 
 /// Drops stale rows, and rows that came twice because another body took a row over.
@@ -107,11 +144,18 @@ void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
     }
 }
 
+/// Meets the bodies of one kind that are near.
+void Scene::Impl::meet_kind(std::uint32_t row, BodyKind kind) {
+    const Ball ball = fat_balls[row];
+    boxes[static_cast<std::size_t>(kind)].query(bodies.fat[row], [&](std::uint32_t other) {
+        if (ball.overlaps(fat_balls[other])) {
+            meet(row, other);
+        }
+    });
+}
+
 /// Pairs of a body whose box is new in which only one of the two is dynamic.
 void Scene::Impl::meet_fixed(std::uint32_t row) {
-    const auto visit = [&](std::uint32_t other) {
-        meet(row, other);
-    };
     if (bodies.is_plane(row)) {
         for (std::uint32_t other = 0; other < bodies.rows(); ++other) {
             if (bodies.alive[other] != 0 && bodies.is_dynamic(other) && near(row, other)) {
@@ -119,23 +163,15 @@ void Scene::Impl::meet_fixed(std::uint32_t row) {
             }
         }
     } else if (!bodies.is_dynamic(row)) {
-        boxes[static_cast<std::size_t>(BodyKind::kDynamic)].query(bodies.fat[row], visit);
+        meet_kind(row, BodyKind::kDynamic);
     } else {
-        boxes[static_cast<std::size_t>(BodyKind::kStatic)].query(bodies.fat[row], visit);
-        boxes[static_cast<std::size_t>(BodyKind::kKinematic)].query(bodies.fat[row], visit);
+        meet_kind(row, BodyKind::kStatic);
+        meet_kind(row, BodyKind::kKinematic);
         for (const std::uint32_t plane : planes) {
             if (near(row, plane)) {
                 meet(row, plane);
             }
         }
-    }
-}
-
-/// Pairs of a body whose box is new in which both are dynamic.
-void Scene::Impl::meet_dynamic(std::uint32_t row) {
-    if (bodies.is_dynamic(row) && !bodies.is_plane(row)) {
-        boxes[static_cast<std::size_t>(BodyKind::kDynamic)].query(
-            bodies.fat[row], [&](std::uint32_t other) { meet(row, other); });
     }
 }
 
@@ -167,7 +203,11 @@ void Scene::Impl::find_pairs(float dt) {
     const std::size_t limit = settings.max_pairs;
     std::size_t done = meet_each(
         pending.size(), room_within(2 * limit), [&](std::uint32_t row) { meet_fixed(row); });
-    done = meet_each(done, room_within(limit), [&](std::uint32_t row) { meet_dynamic(row); });
+    done = meet_each(done, room_within(limit), [&](std::uint32_t row) {
+        if (bodies.is_dynamic(row)) {
+            meet_kind(row, BodyKind::kDynamic);
+        }
+    });
     for (std::size_t i = 0; i < done; ++i) {
         pending_mark[pending[i]] = 0;
     }
