@@ -6,6 +6,17 @@
 
 namespace zoned::physics {
 
+/// A sphere in space.
+struct Ball {
+    Vec3 centre = Vec3::Zero();
+    float radius = 0.0F;
+
+    [[nodiscard]] bool overlaps(const Ball& other) const {
+        const float reach = radius + other.radius;
+        return (centre - other.centre).squaredNorm() <= reach * reach;
+    }
+};
+
 /// The tight axis-aligned box of a shape at a pose. A plane has none: it gets the point at its
 /// origin.
 Aabb shape_bounds(const Shape& shape, const Vec3& position, const Mat3& rotation);

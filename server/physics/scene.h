@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/shape.h"
+#include "server/spatial/broadphase_kind.h"
 #include "shared/core/result.h"
 #include "shared/core/state_hash.h"
 #include "shared/math/aabb.h"
@@ -14,6 +15,8 @@
 
 namespace zoned::physics {
 
+using spatial::BroadphaseKind;
+
 struct Settings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
     int substeps = 4;                            ///< 1..64
@@ -22,7 +25,14 @@ struct Settings {
     float sleep_spin_rps = 0.05F;                ///< ... in both senses ...
     float sleep_after_s =
         0.5F;  ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
-    float cell_m = 4.0F;  ///< broadphase cell size of one level; the others are doublings of it
+    /// Which structure finds the pairs of bodies; the results are the same for all.
+    BroadphaseKind broadphase = BroadphaseKind::kAutomatic;
+    float cell_m = 4.0F;     ///< grid: cell size of one level; the others are doublings of it
+    int cell_depth = 16;     ///< octree, quadtree: levels below the root, 1..30
+    int boxes_per_cell = 8;  ///< octree, quadtree: a cell with more of them splits, 1..1000
+    /// Limit on the pairs of dynamic bodies, and as many again with static and kinematic ones, at
+    /// about 0.5 kB each. Bodies with the highest ids wait for theirs until others part.
+    std::uint32_t max_pairs = 1U << 18;
     int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
     float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce
     float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
@@ -36,6 +46,7 @@ struct StepStats {
     std::uint32_t contacts = 0;  ///< contact points
     std::uint32_t islands = 0;
     std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
+    std::uint32_t unpaired = 0;     ///< bodies whose pairs wait because of Settings::max_pairs
     bool skipped = false;           ///< nothing was awake: no pass ran
 };
 

@@ -11,11 +11,17 @@ namespace {
 /// In a pile each body has some twelve neighbours within the margins and shares each with another.
 constexpr std::size_t kContactsPerBody = 8;
 
+spatial::BoxIndex make_index(const Settings& s) {
+    const auto kind =
+        s.broadphase == BroadphaseKind::kAutomatic ? spatial::choose_kind(0) : s.broadphase;
+    return {kind, {s.cell_m, s.cell_depth, s.boxes_per_cell}};
+}
+
 }  // namespace
 
 Scene::Impl::Impl(const Settings& s)
     : settings(s),
-      grids{BroadphaseGrid(s.cell_m), BroadphaseGrid(s.cell_m), BroadphaseGrid(s.cell_m)} {
+      boxes{make_index(s), make_index(s), make_index(s)} {
     ZONED_ASSERT(s.substeps >= 1 && s.substeps <= 64, "substeps out of range");
     ZONED_ASSERT(s.velocity_iterations >= 1 && s.velocity_iterations <= 64,
                  "velocity_iterations out of range");
@@ -30,7 +36,14 @@ void Scene::Impl::make_room(BodyKind kind) {
         return;
     }
     room[k] = std::max<std::size_t>(16, 2 * room[k]);
-    grids[k].reserve(room[k]);
+    const auto cheapest = settings.broadphase == BroadphaseKind::kAutomatic
+                              ? spatial::choose_kind(static_cast<std::uint32_t>(room[k]))
+                              : settings.broadphase;
+    if (cheapest != boxes[k].kind()) {
+        boxes[k].change_to(cheapest, room[k]);
+    } else {
+        boxes[k].reserve(room[k]);
+    }
     if (kind == BodyKind::kStatic) {
         return;
     }
@@ -48,17 +61,17 @@ void Scene::Impl::make_room(BodyKind kind) {
     solve_list.reserve(contacts);
     broken.reserve(movers);
     pending.reserve(4 * movers);
+    refitted.reserve(movers);
 }
 
 void Scene::Impl::enter_broadphase(std::uint32_t row) {
     if (bodies.is_plane(row)) {
         planes.push_back(row);
     } else {
-        // Static bodies need no room to move; the contact margin is part of every box.
-        bodies.fat[row] = bodies.bounds[row].grown(kContactMargin);
-        grid_of(row).insert(row, bodies.fat[row]);
+        fit_bounds_at_rest(row);
+        boxes_of(row).insert(row, bodies.fat[row]);
     }
-    pending.push_back(row);
+    mark_pending(row);
     ++population[static_cast<std::size_t>(bodies.kind[row])];
 }
 
@@ -66,10 +79,10 @@ void Scene::Impl::leave_broadphase(std::uint32_t row) {
     if (bodies.is_plane(row)) {
         planes.erase(std::find(planes.begin(), planes.end(), row));
     } else {
-        grid_of(row).remove(row);
+        boxes_of(row).remove(row);
     }
     --population[static_cast<std::size_t>(bodies.kind[row])];
-    pending.erase(std::remove(pending.begin(), pending.end(), row), pending.end());
+    pending_mark[row] = 0;
 }
 
 void Scene::Impl::drop_contacts(std::uint32_t row) {
@@ -90,12 +103,10 @@ void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     });
     bodies.set_pose(row, x, q);
     if (!bodies.is_plane(row)) {
-        bodies.fat[row] = bodies.bounds[row].grown(kContactMargin);
-        grid_of(row).update(row, bodies.fat[row]);
+        fit_bounds_at_rest(row);
+        boxes_of(row).update({&row, 1}, bodies.fat);
     }
-    if (std::find(pending.begin(), pending.end(), row) == pending.end()) {
-        pending.push_back(row);
-    }
+    mark_pending(row);
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         if (!near(row, other)) {
             graph.destroy(bodies, contact);

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "server/physics/bodies.h"
-#include "server/physics/broadphase_grid.h"
+#include "server/physics/bounds.h"
 #include "server/physics/contact_graph.h"
 #include "server/physics/contact_solver.h"
 #include "server/physics/islands.h"
 #include "server/physics/narrowphase.h"
 #include "server/physics/scene.h"
+#include "server/spatial/box_index.h"
 
 #include <array>
 #include <cstdint>
@@ -22,11 +23,16 @@ struct Scene::Impl {
     Settings settings;
     Bodies bodies;
     ContactGraph graph;
-    /// By BodyKind. Static bodies are never inserted again; pairs within the static and within the
-    /// kinematic grid are never looked for.
-    std::array<BroadphaseGrid, 3> grids;
-    std::vector<std::uint32_t> planes;   ///< rows of half-spaces, which are in no grid
-    std::vector<std::uint32_t> pending;  ///< rows whose fat box is new since pairs were last found
+    /// By row: holds the body in the same way as its fat box does. Boxes about round or slanting
+    /// bodies overlap at their corners where no body is: in a pile a third of all pairs.
+    std::vector<Ball> fat_balls;
+    /// Fat boxes by BodyKind. Pairs within the static and within the kinematic ones are never
+    /// looked for.
+    std::array<spatial::BoxIndex, 3> boxes;
+    std::vector<std::uint32_t> planes;       ///< rows of half-spaces, which have no box
+    std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
+    std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
+    std::uint32_t unpaired = 0;  ///< bodies still pending, because there are too many pairs
     ContactSolver solver;
     Islands islands;
     Waker waker;
@@ -42,10 +48,11 @@ struct Scene::Impl {
     std::vector<std::uint32_t> solve_list;
     std::vector<std::uint32_t> broken;
     std::vector<std::uint8_t> in_contact;     ///< by row: a contact holds it in this step
+    std::vector<std::uint32_t> refitted;  ///< rows whose fat box is new, on their way to `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
-    [[nodiscard]] BroadphaseGrid& grid_of(std::uint32_t row) {
-        return grids[static_cast<std::size_t>(bodies.kind[row])];
+    [[nodiscard]] spatial::BoxIndex& boxes_of(std::uint32_t row) {
+        return boxes[static_cast<std::size_t>(bodies.kind[row])];
     }
 
     [[nodiscard]] Placed placed(std::uint32_t row) const {
@@ -70,6 +77,15 @@ struct Scene::Impl {
     // scene_pairs.cpp
     void refresh_bounds(float dt);
     void find_pairs(float dt);
+    void sort_pending();
+    void meet(std::uint32_t row, std::uint32_t other);
+    void meet_fixed(std::uint32_t row);
+    void meet_kind(std::uint32_t row, BodyKind kind);
+    template <class Meet>
+    std::size_t meet_each(std::size_t count, std::size_t most, Meet&& meet_all);
+    void fit_bounds_at_rest(std::uint32_t row);
+    void mark_pending(std::uint32_t row);
+    void hand_over_boxes(BodyKind kind);
     [[nodiscard]] bool near(std::uint32_t a, std::uint32_t b) const;
     void follow_bounds();
 

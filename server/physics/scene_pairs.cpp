@@ -8,7 +8,7 @@ namespace zoned::physics {
 
 namespace {
 
-/// How far a body may go before the grid hears of it again, m.
+/// How far a body may go before the broadphase hears of it again, m.
 constexpr float kFatMargin = 0.05F;
 
 /// True when some part of the box lies below the plane.
@@ -18,43 +18,102 @@ bool dips_into(const Aabb& box, const Vec3& origin, const Vec3& up) {
     return up.dot(centre - origin) <= up.cwiseAbs().dot(half);
 }
 
+/// Where a body may be in the coming step.
+struct Reach {
+    Aabb box;
+    Ball ball;
+};
+
+Reach reach_of(const Aabb& bounds,
+               const Vec3& position,
+               float radius,
+               const Vec3& travel,
+               float turn) {
+    // Turning carries no point farther than the arc, nor out of the bounding sphere.
+    const Aabb turned = bounds.grown(kContactMargin + turn * radius);
+    const Vec3 most = Vec3::Constant(radius + kContactMargin);
+    const Aabb held{turned.lower.cwiseMax(position - most), turned.upper.cwiseMin(position + most)};
+    return {swept(held, travel),
+            {position + 0.5F * travel, radius + kContactMargin + 0.5F * travel.norm()}};
+}
+
+bool encloses(const Ball& outer, const Ball& inner) {
+    const float slack = outer.radius - inner.radius;
+    return slack >= 0.0F && (outer.centre - inner.centre).squaredNorm() <= slack * slack;
+}
+
 }  // namespace
+
+/// Bounds of a body that stays where it is; the contact margin is part of all bounds.
+void Scene::Impl::fit_bounds_at_rest(std::uint32_t row) {
+    if (row >= fat_balls.size()) {
+        fat_balls.resize(bodies.rows());
+    }
+    const Aabb box = bodies.bounds[row].grown(kContactMargin);
+    bodies.fat[row] = box;
+    // Static bodies may lie anywhere about their position.
+    const bool fixed = bodies.kind[row] == BodyKind::kStatic;
+    fat_balls[row] =
+        fixed ? Ball{0.5F * (box.lower + box.upper), 0.5F * (box.upper - box.lower).norm()}
+              : Ball{bodies.position[row], bodies.radius[row] + kContactMargin};
+}
+
+void Scene::Impl::mark_pending(std::uint32_t row) {
+    if (row >= pending_mark.size()) {
+        pending_mark.resize(bodies.rows(), 0);
+    }
+    if (pending_mark[row] == 0) {
+        pending_mark[row] = 1;
+        pending.push_back(row);
+    }
+}
+
+/// Tells the broadphase about the fat boxes that are new.
+void Scene::Impl::hand_over_boxes(BodyKind kind) {
+    boxes[static_cast<std::size_t>(kind)].update(refitted, bodies.fat);
+    for (const std::uint32_t row : refitted) {
+        mark_pending(row);
+    }
+    refitted.clear();
+}
 
 /// Sees to it that the fat box of each body that may move holds all that it can reach in the step.
 void Scene::Impl::refresh_bounds(float dt) {
     const auto refresh = [&](std::uint32_t row, const Vec3& pull) {
         const Vec3 travel = dt * bodies.velocity[row] + dt * dt * pull;
-        // Turning carries no point farther than the arc, nor out of the bounding sphere.
         const float turn = std::min(1.0F, dt * bodies.angular_velocity[row].norm());
-        const bool turns = bodies.shape[row].kind != ShapeKind::kSphere;
-        const float spread = kContactMargin + (turns ? turn * bodies.radius[row] : 0.0F);
-        const Aabb reach = swept(bodies.bounds[row].grown(spread), travel);
-        if (!encloses(bodies.fat[row], reach)) {
-            bodies.fat[row] = reach.grown(kFatMargin);
-            grid_of(row).update(row, bodies.fat[row]);
-            pending.push_back(row);
+        const Reach reach =
+            reach_of(bodies.bounds[row], bodies.position[row], bodies.radius[row], travel, turn);
+        if (!encloses(bodies.fat[row], reach.box) || !encloses(fat_balls[row], reach.ball)) {
+            bodies.fat[row] = reach.box.grown(kFatMargin);
+            fat_balls[row] = {reach.ball.centre, reach.ball.radius + kFatMargin};
+            refitted.push_back(row);
         }
     };
     for (const std::uint32_t row : bodies.awake_list) {
         refresh(row, settings.gravity);
     }
+    hand_over_boxes(BodyKind::kDynamic);
     for (const std::uint32_t row : bodies.mover_list) {
         refresh(row, Vec3::Zero());
     }
+    hand_over_boxes(BodyKind::kKinematic);
 }
 
-/// The grids answer ray casts and boxes between steps too, so their boxes must hold the bodies
-/// wherever the solver put them.
+/// The broadphase answers queries between steps too, so its boxes must hold the bodies wherever the
+/// solver put them.
 void Scene::Impl::follow_bounds() {
-    for (const auto* list : {&bodies.awake_list, &bodies.mover_list}) {
-        for (const std::uint32_t row : *list) {
+    const auto follow = [&](const std::vector<std::uint32_t>& list, BodyKind kind) {
+        for (const std::uint32_t row : list) {
             if (!encloses(bodies.fat[row], bodies.bounds[row])) {
-                bodies.fat[row] = bodies.bounds[row].grown(kContactMargin + kFatMargin);
-                grid_of(row).update(row, bodies.fat[row]);
-                pending.push_back(row);
+                fit_bounds_at_rest(row);
+                refitted.push_back(row);
             }
         }
-    }
+        hand_over_boxes(kind);
+    };
+    follow(bodies.awake_list, BodyKind::kDynamic);
+    follow(bodies.mover_list, BodyKind::kKinematic);
 }
 
 bool Scene::Impl::near(std::uint32_t a, std::uint32_t b) const {
@@ -64,41 +123,98 @@ bool Scene::Impl::near(std::uint32_t a, std::uint32_t b) const {
     if (bodies.is_plane(b)) {
         return dips_into(bodies.fat[a], bodies.position[b], bodies.rotation[b].col(1));
     }
-    return bodies.fat[a].overlaps(bodies.fat[b]);
+    return fat_balls[a].overlaps(fat_balls[b]) && bodies.fat[a].overlaps(bodies.fat[b]);
 }
 
-/// Looks for partners of the bodies whose box is new. At least one of a pair is dynamic.
-void Scene::Impl::find_pairs(float dt) {
-    new_pairs.clear();
-    for (const std::uint32_t row : pending) {
-        const auto meet = [&](std::uint32_t other) {
-            if (other != row && !graph.contains(row, other)) {
-                new_pairs.emplace_back(std::min(row, other), std::max(row, other));
-            }
-        };
-        if (bodies.is_plane(row)) {
-            for (std::uint32_t other = 0; other < bodies.rows(); ++other) {
-                if (bodies.alive[other] != 0 && bodies.is_dynamic(other) && near(row, other)) {
-                    meet(other);
-                }
-            }
-            continue;
+/// Drops stale rows, and rows that came twice because another body took a row over.
+void Scene::Impl::sort_pending() {
+    std::erase_if(pending, [&](std::uint32_t row) { return pending_mark[row] == 0; });
+    if (!std::is_sorted(pending.begin(), pending.end())) {
+        std::sort(pending.begin(), pending.end());
+    }
+    pending.erase(std::unique(pending.begin(), pending.end()), pending.end());
+}
+
+/// Adds the pair of a body whose box is new with another one, unless it is known.
+void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
+    // Of two bodies whose boxes are new, the one that was looked at first has found the pair.
+    const bool found = pending_mark[other] != 0 && other <= row;
+    if (!found && !graph.contains(row, other)) {
+        new_pairs.emplace_back(std::min(row, other), std::max(row, other));
+    }
+}
+
+/// Meets the bodies of one kind that are near.
+void Scene::Impl::meet_kind(std::uint32_t row, BodyKind kind) {
+    const Ball ball = fat_balls[row];
+    boxes[static_cast<std::size_t>(kind)].query(bodies.fat[row], [&](std::uint32_t other) {
+        if (ball.overlaps(fat_balls[other])) {
+            meet(row, other);
         }
-        grids[static_cast<std::size_t>(BodyKind::kDynamic)].query(bodies.fat[row], meet);
-        if (bodies.is_dynamic(row)) {
-            grids[static_cast<std::size_t>(BodyKind::kStatic)].query(bodies.fat[row], meet);
-            grids[static_cast<std::size_t>(BodyKind::kKinematic)].query(bodies.fat[row], meet);
-            for (const std::uint32_t plane : planes) {
-                if (near(row, plane)) {
-                    meet(plane);
-                }
+    });
+}
+
+/// Pairs of a body whose box is new in which only one of the two is dynamic.
+void Scene::Impl::meet_fixed(std::uint32_t row) {
+    if (bodies.is_plane(row)) {
+        for (std::uint32_t other = 0; other < bodies.rows(); ++other) {
+            if (bodies.alive[other] != 0 && bodies.is_dynamic(other) && near(row, other)) {
+                meet(row, other);
+            }
+        }
+    } else if (!bodies.is_dynamic(row)) {
+        meet_kind(row, BodyKind::kDynamic);
+    } else {
+        meet_kind(row, BodyKind::kStatic);
+        meet_kind(row, BodyKind::kKinematic);
+        for (const std::uint32_t plane : planes) {
+            if (near(row, plane)) {
+                meet(row, plane);
             }
         }
     }
-    pending.clear();
-    // Two new boxes find each other twice; the order must not depend on the grid's history.
+}
+
+/// Looks for partners of the first `count` pending bodies until there are more than `most` pairs:
+/// then the lowest pairs of the last body are kept. Returns for how many bodies all were found.
+template <class Meet>
+std::size_t Scene::Impl::meet_each(std::size_t count, std::size_t most, Meet&& meet_all) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t before = new_pairs.size();
+        meet_all(pending[i]);
+        if (new_pairs.size() > most) {
+            std::sort(new_pairs.begin() + static_cast<std::ptrdiff_t>(before), new_pairs.end());
+            new_pairs.resize(std::max(before, most));
+            return i;
+        }
+    }
+    return count;
+}
+
+/// Looks for partners of the bodies whose box is new, by ascending rows. Pairs with what holds the
+/// dynamic bodies up come first and have room of their own: a crowd must not make others fall
+/// through the floor. Who finds no room waits for the next step.
+void Scene::Impl::find_pairs(float dt) {
+    new_pairs.clear();
+    sort_pending();
+    const auto room_within = [&](std::size_t limit) {
+        return limit - std::min<std::size_t>(limit, graph.size());
+    };
+    const std::size_t limit = settings.max_pairs;
+    std::size_t done = meet_each(
+        pending.size(), room_within(2 * limit), [&](std::uint32_t row) { meet_fixed(row); });
+    done = meet_each(done, room_within(limit), [&](std::uint32_t row) {
+        if (bodies.is_dynamic(row)) {
+            meet_kind(row, BodyKind::kDynamic);
+        }
+    });
+    for (std::size_t i = 0; i < done; ++i) {
+        pending_mark[pending[i]] = 0;
+    }
+    pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(done));
+    unpaired = static_cast<std::uint32_t>(pending.size());
+    // The order of contacts must not depend on the structure that found them.
     std::sort(new_pairs.begin(), new_pairs.end());
-    new_pairs.erase(std::unique(new_pairs.begin(), new_pairs.end()), new_pairs.end());
     for (const auto& [a, b] : new_pairs) {
         const std::uint32_t contact = graph.create(bodies, a, b);
         if (graph[contact].active_place == kNoIndex) {

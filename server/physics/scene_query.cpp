@@ -41,8 +41,8 @@ bool Scene::ray_cast(const Vec3& origin,
     for (const std::uint32_t row : impl_->planes) {
         limit = test(row, limit);
     }
-    for (const BroadphaseGrid& grid : impl_->grids) {
-        limit = grid.cast(origin, along, limit, test);
+    for (const spatial::BoxIndex& boxes : impl_->boxes) {
+        limit = boxes.cast({origin, along, Vec3::Zero()}, limit, test);
     }
     if (best == kNoIndex) {
         return false;
@@ -57,8 +57,8 @@ bool Scene::ray_cast(const Vec3& origin,
 void Scene::overlap(const Aabb& area, std::vector<BodyId>& out) const {
     const Bodies& bodies = impl_->bodies;
     const std::size_t first = out.size();
-    for (const BroadphaseGrid& grid : impl_->grids) {
-        grid.query(area, [&](std::uint32_t row) {
+    for (const spatial::BoxIndex& boxes : impl_->boxes) {
+        boxes.query(area, [&](std::uint32_t row) {
             if (bodies.bounds[row].overlaps(area)) {
                 out.push_back(bodies.id_of(row));
             }

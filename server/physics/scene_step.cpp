@@ -78,6 +78,7 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
     stats.awake = bodies.awake_dynamic;
     stats.quarantined = std::exchange(quarantined, 0);
     stats.skipped = skipped;
+    stats.unpaired = unpaired;
     if (!skipped) {
         stats.pairs = graph.size();
         stats.islands = island_count;

@@ -1,4 +1,4 @@
-#include "server/physics/broadphase_grid.h"
+#include "server/spatial/box_grid.h"
 
 #include "shared/core/rng.h"
 
@@ -6,7 +6,7 @@
 
 #include <set>
 
-namespace zoned::physics {
+namespace zoned::spatial {
 namespace {
 
 Aabb random_box(core::Rng& rng) {
@@ -18,9 +18,9 @@ Aabb random_box(core::Rng& rng) {
     return {centre - half, centre + half};
 }
 
-TEST(BroadphaseGrid, FindsTheSamePairsAsComparingAllUnderRandomChange) {
+TEST(BoxGrid, FindsTheSamePairsAsComparingAllUnderRandomChange) {
     core::Rng rng(3);
-    BroadphaseGrid grid(4.0F);
+    BoxGrid grid(4.0F);
     std::vector<Aabb> boxes(400);
     std::vector<bool> present(400, false);
     std::size_t compared = 0;
@@ -39,7 +39,7 @@ TEST(BroadphaseGrid, FindsTheSamePairsAsComparingAllUnderRandomChange) {
                 boxes[row] = rng.below(5) == 0
                                  ? random_box(rng)
                                  : Aabb{boxes[row].lower + move, boxes[row].upper + move};
-                grid.update(row, boxes[row]);
+                grid.update({&row, 1}, boxes);
             }
         }
         for (std::uint32_t a = 0; a < 400; ++a) {
@@ -61,8 +61,8 @@ TEST(BroadphaseGrid, FindsTheSamePairsAsComparingAllUnderRandomChange) {
     EXPECT_GT(compared, 50000U);
 }
 
-TEST(BroadphaseGrid, HandlesFarCoordinatesThatShareKeys) {
-    BroadphaseGrid grid(4.0F);
+TEST(BoxGrid, HandlesFarCoordinatesThatShareKeys) {
+    BoxGrid grid(4.0F);
     std::uint32_t row = 0;
     for (const float x : {-9.0e5F, 0.0F, 9.0e5F}) {
         for (int i = 0; i < 20; ++i) {
@@ -79,9 +79,9 @@ TEST(BroadphaseGrid, HandlesFarCoordinatesThatShareKeys) {
     EXPECT_EQ(found, 9);  // centres 0, 0.5, ... 4.0 reach down to at most 3.8
 }
 
-TEST(BroadphaseGrid, CastVisitsEveryBoxOnTheRay) {
+TEST(BoxGrid, CastVisitsEveryBoxOnTheRay) {
     core::Rng rng(8);
-    BroadphaseGrid grid(4.0F);
+    BoxGrid grid(4.0F);
     std::vector<Aabb> boxes;
     for (std::uint32_t row = 0; row < 3000; ++row) {
         boxes.push_back(random_box(rng));
@@ -93,7 +93,7 @@ TEST(BroadphaseGrid, CastVisitsEveryBoxOnTheRay) {
             Vec3(rng.range(-1, 1), rng.range(-0.2F, 0.2F), rng.range(-1, 1)).normalized();
         const float length = rng.range(1, 60);
         std::set<std::uint32_t> visited;
-        grid.cast(origin, direction, length, [&](std::uint32_t row, float limit) {
+        grid.cast({origin, direction, Vec3::Zero()}, length, [&](std::uint32_t row, float limit) {
             visited.insert(row);
             return limit;
         });
@@ -110,4 +110,4 @@ TEST(BroadphaseGrid, CastVisitsEveryBoxOnTheRay) {
 }
 
 }  // namespace
-}  // namespace zoned::physics
+}  // namespace zoned::spatial

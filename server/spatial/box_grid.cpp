@@ -1,8 +1,8 @@
-#include "server/physics/broadphase_grid.h"
+#include "server/spatial/box_grid.h"
 
 #include "shared/core/assert.h"
 
-namespace zoned::physics {
+namespace zoned::spatial {
 
 namespace {
 
@@ -10,7 +10,7 @@ constexpr std::size_t kFirstCapacity = 256;
 
 }  // namespace
 
-BroadphaseGrid::BroadphaseGrid(float cell_m)
+BoxGrid::BoxGrid(float cell_m)
     : keys_(kFirstCapacity, kEmptyKey),
       heads_(kFirstCapacity, kNone),
       mask_(kFirstCapacity - 1) {
@@ -21,7 +21,7 @@ BroadphaseGrid::BroadphaseGrid(float cell_m)
     }
 }
 
-int BroadphaseGrid::level_for(const Aabb& box) const {
+int BoxGrid::level_for(const Aabb& box) const {
     const float side = (box.upper - box.lower).maxCoeff();
     int index = 0;
     while (index + 1 < kLevels && levels_[static_cast<std::size_t>(index)].cell < side) {
@@ -30,7 +30,7 @@ int BroadphaseGrid::level_for(const Aabb& box) const {
     return index;
 }
 
-std::size_t BroadphaseGrid::slot_for(std::uint64_t key) {
+std::size_t BoxGrid::slot_for(std::uint64_t key) {
     for (std::size_t slot = scatter(key) & mask_;; slot = (slot + 1) & mask_) {
         if (keys_[slot] == key) {
             return slot;
@@ -50,7 +50,7 @@ std::size_t BroadphaseGrid::slot_for(std::uint64_t key) {
 
 /// Drops the cells that became empty; grows only when the cells in use need it, so that bodies that
 /// wander through ever new cells cause no allocation in the long run.
-void BroadphaseGrid::rehash() {
+void BoxGrid::rehash() {
     std::size_t live = 0;
     for (const std::uint32_t head : heads_) {
         live += head != kNone ? 1 : 0;
@@ -78,7 +78,7 @@ void BroadphaseGrid::rehash() {
     used_ = live;
 }
 
-void BroadphaseGrid::link(std::uint32_t row) {
+void BoxGrid::link(std::uint32_t row) {
     const Entry& entry = entries_[row];
     Cell at;
     for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
@@ -99,7 +99,7 @@ void BroadphaseGrid::link(std::uint32_t row) {
     }
 }
 
-void BroadphaseGrid::unlink(std::uint32_t row) {
+void BoxGrid::unlink(std::uint32_t row) {
     const Entry& entry = entries_[row];
     Cell at;
     for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
@@ -109,7 +109,7 @@ void BroadphaseGrid::unlink(std::uint32_t row) {
                 while (*link != kNone && nodes_[*link].row != row) {
                     link = &nodes_[*link].next;
                 }
-                ZONED_ASSERT(*link != kNone, "a body is missing from a cell that it covers");
+                ZONED_ASSERT(*link != kNone, "a box is missing from a cell that it covers");
                 const std::uint32_t node = *link;
                 *link = nodes_[node].next;
                 nodes_[node] = {kNone, free_node_};
@@ -119,7 +119,7 @@ void BroadphaseGrid::unlink(std::uint32_t row) {
     }
 }
 
-void BroadphaseGrid::reserve(std::size_t boxes) {
+void BoxGrid::reserve(std::size_t boxes) {
     // A box lies in at most eight cells, in three or four on average; rehashing keeps the table at
     // most a quarter full of cells in use.
     nodes_.reserve(8 * boxes);
@@ -130,16 +130,19 @@ void BroadphaseGrid::reserve(std::size_t boxes) {
         reserved_cells_ = 16 * boxes;
         rehash();
     }
+    if (entries_.size() < boxes) {
+        entries_.resize(boxes);
+    }
     spare_keys_.reserve(keys_.size());
     spare_heads_.reserve(keys_.size());
 }
 
-void BroadphaseGrid::insert(std::uint32_t row, const Aabb& box) {
+void BoxGrid::insert(std::uint32_t row, const Aabb& box) {
     if (row >= entries_.size()) {
         entries_.resize(row + 1);
     }
     Entry& entry = entries_[row];
-    ZONED_ASSERT(entry.level < 0, "a body was inserted twice");
+    ZONED_ASSERT(entry.level < 0, "a box was inserted twice");
     entry.box = box;
     entry.level = level_for(box);
     Level& level = levels_[static_cast<std::size_t>(entry.level)];
@@ -151,7 +154,7 @@ void BroadphaseGrid::insert(std::uint32_t row, const Aabb& box) {
     ++size_;
 }
 
-void BroadphaseGrid::update(std::uint32_t row, const Aabb& box) {
+void BoxGrid::update_one(std::uint32_t row, const Aabb& box) {
     Entry& entry = entries_[row];
     const int level = level_for(box);
     const Level& cells = levels_[static_cast<std::size_t>(level)];
@@ -164,8 +167,15 @@ void BroadphaseGrid::update(std::uint32_t row, const Aabb& box) {
     insert(row, box);
 }
 
-void BroadphaseGrid::remove(std::uint32_t row) {
-    ZONED_ASSERT(row < entries_.size() && entries_[row].level >= 0, "the body is not in the grid");
+void BoxGrid::update(std::span<const std::uint32_t> rows, std::span<const Aabb> boxes) {
+    for (const std::uint32_t row : rows) {
+        ZONED_ASSERT(contains(row), "the box is not in the grid");
+        update_one(row, boxes[row]);
+    }
+}
+
+void BoxGrid::remove(std::uint32_t row) {
+    ZONED_ASSERT(contains(row), "the box is not in the grid");
     unlink(row);
     Entry& entry = entries_[row];
     Level& level = levels_[static_cast<std::size_t>(entry.level)];
@@ -177,4 +187,4 @@ void BroadphaseGrid::remove(std::uint32_t row) {
     --size_;
 }
 
-}  // namespace zoned::physics
+}  // namespace zoned::spatial

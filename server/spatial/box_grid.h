@@ -1,17 +1,19 @@
-// BroadphaseGrid: uniform grids of doubling cell size, each body in the one whose cells fit it.
+// BoxGrid: uniform grids of doubling cell size, each box in the one whose cells fit it.
 #pragma once
 
-#include "shared/math/aabb.h"
+#include "server/spatial/box_lanes.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
-namespace zoned::physics {
+namespace zoned::spatial {
 
-/// One uniform grid serves bodies of one size well and a 300 m slab badly: it would lie in
+/// One uniform grid serves boxes of one size well and a 300 m slab badly: it would lie in
 /// thousands of cells. So there is a stack of uniform grids (Ericson, Real-Time Collision
 /// Detection, 2005, section 7.2.1): a box goes to the finest level whose cells are at least as long
 /// as its longest side, where it lies in at most 2 x 2 x 2 cells. Levels share one hash table;
@@ -19,30 +21,52 @@ namespace zoned::physics {
 ///
 /// A query visits each overlapping box once and needs no marks for it: of the cells that two boxes
 /// share, only the one that holds the lower corner of their intersection reports the pair.
-class BroadphaseGrid {
+class BoxGrid {
   public:
     /// `cell_m` is the cell size of one of the levels; the others are it times powers of two.
-    explicit BroadphaseGrid(float cell_m);
+    explicit BoxGrid(float cell_m);
 
-    void insert(std::uint32_t row, const Aabb& box);
-    void update(std::uint32_t row, const Aabb& box);
-    void remove(std::uint32_t row);
-
-    /// Makes room for `boxes` boxes, so that they move about without allocation.
+    /// Makes room for `boxes` boxes with rows below `boxes`, so that they move about without
+    /// allocation.
     void reserve(std::size_t boxes);
 
+    /// The row must not be there yet. Boxes are finite, lower <= upper.
+    void insert(std::uint32_t row, const Aabb& box);
+    void remove(std::uint32_t row);
+    /// Gives the rows, which must be there, new boxes: `boxes[row]`.
+    void update(std::span<const std::uint32_t> rows, std::span<const Aabb> boxes);
+
     [[nodiscard]] std::uint32_t size() const { return size_; }
+
+    [[nodiscard]] bool contains(std::uint32_t row) const {
+        return row < entries_.size() && entries_[row].level >= 0;
+    }
+
+    /// Calls visit(row, box) for all boxes, by row.
+    template <class Visit>
+    void for_each(Visit&& visit) const {
+        for (std::uint32_t row = 0; row < entries_.size(); ++row) {
+            if (entries_[row].level >= 0) {
+                visit(row, entries_[row].box);
+            }
+        }
+    }
 
     /// Calls visit(row) once for each box that overlaps `box` (touching counts), in an order that
     /// depends on the history of calls only.
     template <class Visit>
     void query(const Aabb& box, Visit&& visit) const;
 
-    /// Calls visit(row, limit) for boxes near the ray from `origin` along the unit vector
-    /// `direction`, up to `limit` metres; visit returns the new limit. A row may come more than
-    /// once.
+    /// Calls visit(row, limit) for boxes that the sweep may meet within `limit` metres; visit
+    /// returns the new limit, less than zero to stop. A row may come more than once. Returns the
+    /// last limit.
     template <class Visit>
-    float cast(const Vec3& origin, const Vec3& direction, float limit, Visit&& visit) const;
+    float cast(const Sweep& sweep, float limit, Visit&& visit) const;
+
+    /// Calls visit(row, limit) for boxes within `limit` metres of the point, nearer ones mostly
+    /// first; visit returns the new limit, less than zero to stop. Returns the last limit.
+    template <class Visit>
+    float nearest(const Vec3& point, float limit, Visit&& visit) const;
 
   private:
     static constexpr int kLevels = 24;
@@ -116,11 +140,11 @@ class BroadphaseGrid {
     template <class Visit>
     void query_level(const Level& level, int index, const Aabb& box, Visit&& visit) const;
     template <class Visit>
-    float cast_level(int index,
-                     const Vec3& origin,
-                     const Vec3& direction,
-                     float limit,
-                     Visit&& visit) const;
+    float walk_ray(int index, const Sweep& sweep, float limit, Visit&& visit) const;
+    template <class Visit>
+    float walk_sweep(const Level& level, int index, const Sweep& sweep, float limit, Visit&& visit)
+        const;
+    void update_one(std::uint32_t row, const Aabb& box);
 
     std::array<Level, kLevels> levels_;
     std::vector<Entry> entries_;  // by row
@@ -135,10 +159,7 @@ class BroadphaseGrid {
 };
 
 template <class Visit>
-void BroadphaseGrid::query_level(const Level& level,
-                                 int index,
-                                 const Aabb& box,
-                                 Visit&& visit) const {
+void BoxGrid::query_level(const Level& level, int index, const Aabb& box, Visit&& visit) const {
     const Cell lower = cell_of(level, box.lower);
     const Cell upper = cell_of(level, box.upper);
     double cells = 1.0;
@@ -176,7 +197,7 @@ void BroadphaseGrid::query_level(const Level& level,
 }
 
 template <class Visit>
-void BroadphaseGrid::query(const Aabb& box, Visit&& visit) const {
+void BoxGrid::query(const Aabb& box, Visit&& visit) const {
     for (int index = 0; index < kLevels; ++index) {
         const Level& level = levels_[static_cast<std::size_t>(index)];
         if (!level.rows.empty()) {
@@ -185,29 +206,18 @@ void BroadphaseGrid::query(const Aabb& box, Visit&& visit) const {
     }
 }
 
+/// Cell by cell along a ray (Amanatides and Woo, "A fast voxel traversal algorithm for ray
+/// tracing", Eurographics 1987).
 template <class Visit>
-float BroadphaseGrid::cast_level(int index,
-                                 const Vec3& origin,
-                                 const Vec3& direction,
-                                 float limit,
-                                 Visit&& visit) const {
+float BoxGrid::walk_ray(int index, const Sweep& ray, float limit, Visit&& visit) const {
     const Level& level = levels_[static_cast<std::size_t>(index)];
-    // A ray through more cells than the level has bodies: the bodies are the shorter list.
-    const double cells = 3.0 * static_cast<double>(limit) * level.inv_cell + 4.0;
-    if (!(cells < static_cast<double>(level.rows.size()))) {
-        for (const std::uint32_t row : level.rows) {
-            limit = visit(row, limit);
-        }
-        return limit;
-    }
-    // Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics 1987.
-    Cell at = cell_of(level, origin);
+    Cell at = cell_of(level, ray.origin);
     std::array<std::int32_t, 3> step{};
     std::array<float, 3> next{};
     std::array<float, 3> delta{};
     for (std::size_t i = 0; i < 3; ++i) {
-        const float d = direction[static_cast<int>(i)];
-        const float o = origin[static_cast<int>(i)];
+        const float d = ray.direction[static_cast<int>(i)];
+        const float o = ray.origin[static_cast<int>(i)];
         step[i] = d > 0.0F ? 1 : -1;
         const auto edge = static_cast<float>(at.at[i] + (d > 0.0F ? 1 : 0)) * level.cell;
         next[i] = d != 0.0F ? (edge - o) / d : INFINITY;
@@ -227,17 +237,79 @@ float BroadphaseGrid::cast_level(int index,
     return limit;
 }
 
+/// Piece by piece along the way of a box.
 template <class Visit>
-float BroadphaseGrid::cast(const Vec3& origin,
-                           const Vec3& direction,
-                           float limit,
-                           Visit&& visit) const {
+float BoxGrid::walk_sweep(const Level& level,
+                          int index,
+                          const Sweep& sweep,
+                          float limit,
+                          Visit&& visit) const {
+    const float piece = level.cell;
+    for (float from = 0.0F; from <= limit; from += piece) {
+        const Vec3 a = sweep.origin + from * sweep.direction;
+        const Vec3 b = a + piece * sweep.direction;
+        // A little more than the piece: its ends are rounded.
+        const Vec3 reach =
+            sweep.half_extents + 1.0e-6F * (a.cwiseAbs() + b.cwiseAbs() + sweep.half_extents);
+        query_level(
+            level, index, {a.cwiseMin(b) - reach, a.cwiseMax(b) + reach}, [&](std::uint32_t row) {
+                limit = visit(row, limit);
+            });
+    }
+    return limit;
+}
+
+template <class Visit>
+float BoxGrid::cast(const Sweep& sweep, float limit, Visit&& visit) const {
+    const SweepLanes lanes(sweep);
+    const auto test = [&](std::uint32_t row, float current) -> float {
+        return lanes.meets(entries_[row].box, current) ? visit(row, current) : current;
+    };
     for (int index = 0; index < kLevels; ++index) {
-        if (!levels_[static_cast<std::size_t>(index)].rows.empty()) {
-            limit = cast_level(index, origin, direction, limit, visit);
+        const Level& level = levels_[static_cast<std::size_t>(index)];
+        const double pieces = static_cast<double>(limit) * level.inv_cell + 2.0;
+        const Vec3 span = 2.0F * level.inv_cell * sweep.half_extents + Vec3::Constant(3.0F);
+        const bool ray = sweep.half_extents.isZero(0.0F);
+        const double cells = pieces * (ray ? 3.0 : static_cast<double>(span.prod()));
+        // A way through more cells than the level has boxes: the boxes are the shorter list.
+        if (!(cells < static_cast<double>(level.rows.size()))) {
+            for (const std::uint32_t row : level.rows) {
+                limit = test(row, limit);
+            }
+        } else if (ray) {
+            limit = walk_ray(index, sweep, limit, test);
+        } else {
+            limit = walk_sweep(level, index, sweep, limit, test);
         }
     }
     return limit;
 }
 
-}  // namespace zoned::physics
+/// Looks in boxes about the point that double until they reach as far as asked or hold all.
+template <class Visit>
+float BoxGrid::nearest(const Vec3& point, float limit, Visit&& visit) const {
+    float searched = -1.0F;  // squared
+    std::uint32_t seen = 0;
+    for (float reach = levels_[-kFinestExponent].cell; limit >= 0.0F && seen < size_;
+         reach *= 2.0F) {
+        const float radius = std::min(reach, limit);
+        const float outer = radius * radius;
+        const float room = radius + 1.0e-6F * (radius + point.cwiseAbs().maxCoeff());
+        query(Aabb{point, point}.grown(room), [&](std::uint32_t row) {
+            const float squared = squared_distance(entries_[row].box, point);
+            if (squared > searched && squared <= outer) {
+                ++seen;
+                if (squared <= limit * limit) {
+                    limit = visit(row, limit);
+                }
+            }
+        });
+        searched = outer;
+        if (radius >= limit) {
+            break;
+        }
+    }
+    return limit;
+}
+
+}  // namespace zoned::spatial

@@ -1,0 +1,88 @@
+// BoxIndex: one of the structures over boxes, chosen at run time.
+#pragma once
+
+#include "server/spatial/aabb_tree.h"
+#include "server/spatial/all_pairs.h"
+#include "server/spatial/box_grid.h"
+#include "server/spatial/broadphase_kind.h"
+#include "server/spatial/octree.h"
+#include "server/spatial/sort_and_sweep.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <variant>
+
+namespace zoned::spatial {
+
+/// Which boxes lie where, by row. All kinds answer alike but for the order of visits: who needs an
+/// order that does not depend on the kind sorts what it gets. Questions may be asked from several
+/// threads at once as long as nobody changes anything.
+class BoxIndex {
+  public:
+    /// `kind` is not kAutomatic: see choose_kind.
+    BoxIndex(BroadphaseKind kind, const BroadphaseSettings& settings);
+
+    [[nodiscard]] BroadphaseKind kind() const { return kind_; }
+
+    /// Moves all boxes over to another structure, which gets room for `boxes`.
+    void change_to(BroadphaseKind kind, std::size_t boxes);
+
+    /// Makes room for `boxes` boxes with rows below `boxes`.
+    void reserve(std::size_t boxes);
+    /// The row must not be there yet. Boxes are finite, lower <= upper.
+    void insert(std::uint32_t row, const Aabb& box);
+    void remove(std::uint32_t row);
+    /// Gives the rows, which must be there, new boxes: `boxes[row]`.
+    void update(std::span<const std::uint32_t> rows, std::span<const Aabb> boxes);
+    [[nodiscard]] std::uint32_t size() const;
+
+    /// Calls visit(row) once for each box that overlaps `box` (touching counts).
+    template <class Visit>
+    void query(const Aabb& box, Visit&& visit) const {
+        std::visit([&](const auto& boxes) { boxes.query(box, visit); }, boxes_);
+    }
+
+    /// For each of the rows: visit(row, other) for each `other` whose box overlaps `boxes[row]`.
+    template <class Visit>
+    void query_each(std::span<const std::uint32_t> rows,
+                    std::span<const Aabb> boxes,
+                    Visit&& visit) const {
+        std::visit(
+            [&](const auto& structure) {
+                for (const std::uint32_t row : rows) {
+                    structure.query(boxes[row], [&](std::uint32_t other) { visit(row, other); });
+                }
+            },
+            boxes_);
+    }
+
+    /// Calls visit(row, limit) for boxes that the sweep may meet within `limit` metres; visit
+    /// returns the new limit, less than zero to stop. A row may come more than once. Returns the
+    /// last limit.
+    template <class Visit>
+    float cast(const Sweep& sweep, float limit, Visit&& visit) const {
+        return std::visit([&](const auto& boxes) { return boxes.cast(sweep, limit, visit); },
+                          boxes_);
+    }
+
+    /// Calls visit(row, limit) for boxes within `limit` metres of the point; visit returns the new
+    /// limit, less than zero to stop. Returns the last limit.
+    template <class Visit>
+    float nearest(const Vec3& point, float limit, Visit&& visit) const {
+        return std::visit([&](const auto& boxes) { return boxes.nearest(point, limit, visit); },
+                          boxes_);
+    }
+
+  private:
+    using Structure = std::variant<AllPairs, BoxGrid, Octree, SortAndSweep, AabbTree>;
+
+    static Structure make(BroadphaseKind kind, const BroadphaseSettings& settings);
+
+    BroadphaseKind kind_;
+    BroadphaseSettings settings_;
+    Structure boxes_;
+};
+
+}  // namespace zoned::spatial
