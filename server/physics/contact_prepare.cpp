@@ -40,8 +40,7 @@ float share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves) {
 }
 
 /// Where friction acts: the middle of the points that carry.
-Vec3 grip_of(const Contact& contact) {
-    const auto count = static_cast<std::size_t>(contact.count);
+Vec3 grip_of(const Contact& contact, std::size_t count) {
     float lowest = contact.points[0].separation;
     for (std::size_t i = 1; i < count; ++i) {
         lowest = std::min(lowest, contact.points[i].separation);
@@ -79,7 +78,7 @@ void ContactSolver::prepare(Bodies& bodies,
     softness_ = contact_softness(h_);
     moving_.begin(parameters_.gravity, parameters_.dt, h_);
     for (const std::uint32_t index : list) {
-        for (const std::uint32_t row : {graph[index].a, graph[index].b}) {
+        for (const std::uint32_t row : {graph.pair(index).a, graph.pair(index).b}) {
             if (bodies.awake[row] != 0) {
                 moving_.slot_of(bodies, row);
             }
@@ -107,7 +106,7 @@ void ContactSolver::fill_batch(std::uint32_t index,
     batch.contact.fill(kNoIndex);
     batch.points = static_cast<std::uint32_t>(points_.size());
     for (const std::uint32_t contact : contacts) {
-        batch.count = std::max(batch.count, static_cast<std::uint32_t>(graph[contact].count));
+        batch.count = std::max(batch.count, static_cast<std::uint32_t>(graph.pair(contact).count));
     }
     batch.couplings = static_cast<std::uint32_t>(couplings_.size());
     points_.resize(points_.size() + batch.count);
@@ -115,13 +114,14 @@ void ContactSolver::fill_batch(std::uint32_t index,
     std::size_t lane = 0;
     for (const std::uint32_t contact : contacts) {
         batch.contact[lane] = contact;
-        fill_lane(batch, lane, bodies, graph[contact]);
-        const bool may_bounce = bodies.restitution_of(graph[contact].a, graph[contact].b) > 0.0F;
-        if (may_bounce || !graph[contact].touching) {
+        const Pair& pair = graph.pair(contact);
+        fill_lane(batch, lane, bodies, pair, graph[contact]);
+        const float restitution = bodies.restitution_of(pair.a, pair.b);
+        if (restitution > 0.0F || !pair.touching) {
             watches_.emplace_back();
             watches_.back().batch = index;
             watches_.back().lane = static_cast<std::uint32_t>(lane);
-            watches_.back().restitution = bodies.restitution_of(graph[contact].a, graph[contact].b);
+            watches_.back().restitution = restitution;
         }
         ++lane;
     }
@@ -131,27 +131,28 @@ void ContactSolver::fill_batch(std::uint32_t index,
 void ContactSolver::fill_lane(ContactBatch& batch,
                               std::size_t lane,
                               const Bodies& bodies,
+                              const Pair& pair,
                               const Contact& contact) {
-    batch.a[lane] = bodies.awake[contact.a] != 0 ? bodies.solver_slot[contact.a] : 0;
-    batch.b[lane] = bodies.awake[contact.b] != 0 ? bodies.solver_slot[contact.b] : 0;
+    batch.a[lane] = bodies.awake[pair.a] != 0 ? bodies.solver_slot[pair.a] : 0;
+    batch.b[lane] = bodies.awake[pair.b] != 0 ? bodies.solver_slot[pair.b] : 0;
     batch.normal.set(lane, contact.normal);
     const Vec3 tangent1 = any_perpendicular(contact.normal);
     const Vec3 tangent2 = contact.normal.cross(tangent1);
     batch.tangent.set(lane, tangent1);
     batch.between.set(lane, contact.points[0].arm_a - contact.points[0].arm_b);
     batch.lead.set(lane, contact.lead);
-    batch.follow_b[lane] = share_of_b(bodies.shape[contact.a],
-                                      bodies.shape[contact.b],
+    batch.follow_b[lane] = share_of_b(bodies.shape[pair.a],
+                                      bodies.shape[pair.b],
                                       moving_.moved_by_impulses(batch.a[lane]),
                                       moving_.moved_by_impulses(batch.b[lane]));
-    batch.friction[lane] = bodies.friction_of(contact.a, contact.b);
+    batch.friction[lane] = bodies.friction_of(pair.a, pair.b);
     batch.impulse1[lane] = contact.friction.dot(tangent1);
     batch.impulse2[lane] = contact.friction.dot(tangent2);
     batch.twist[lane] = contact.twist;
     batch.carried[lane] = contact.carried;
-    const Vec3 grip = grip_of(contact);
+    const Vec3 grip = grip_of(contact, pair.points());
     batch.grip.set(lane, grip);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
+    for (std::size_t i = 0; i < pair.points(); ++i) {
         const ContactPoint& from = contact.points[i];
         PointLanes& p = points_[batch.points + i];
         p.arm.set(lane, from.arm_a);
@@ -183,7 +184,7 @@ void ContactSolver::fill_masses(ContactBatch& batch, std::size_t used, const Con
         }
         p.mass = lanes(1.0F) / couplings_[batch.couplings + coupling_of(k, k)];
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            if (lane >= used || k >= static_cast<std::size_t>(graph[batch.contact[lane]].count)) {
+            if (lane >= used || k >= graph.pair(batch.contact[lane]).points()) {
                 p.mass[lane] = 0.0F;
             }
         }

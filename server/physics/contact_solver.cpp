@@ -243,18 +243,19 @@ void ContactSolver::store(Bodies& bodies,
         const Lanes3 shear = batch.impulse1 * batch.tangent + batch.impulse2 * tangent2;
         for (std::size_t lane = 0; lane < kLanes && batch.contact[lane] != kNoIndex; ++lane) {
             Contact& contact = graph[batch.contact[lane]];
+            const std::size_t count = graph.pair(batch.contact[lane]).points();
             contact.friction = shear.get(lane);
             contact.twist = batch.twist[lane];
             contact.step_impulse = 0.0F;
             float mean = 0.0F;
-            for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
+            for (std::size_t k = 0; k < count; ++k) {
                 const PointLanes& p = points_[batch.points + k];
                 contact.points[k].impulse = p.impulse[lane];
                 contact.step_impulse += p.total[lane];
                 mean += p.impulse[lane];
             }
             contact.carried +=
-                follow * (mean / static_cast<float>(contact.count) - contact.carried);
+                follow * (mean / static_cast<float>(count) - contact.carried);
         }
     }
 }

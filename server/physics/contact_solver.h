@@ -78,6 +78,7 @@ class ContactSolver {
     void fill_lane(ContactBatch& batch,
                    std::size_t lane,
                    const Bodies& bodies,
+                   const Pair& pair,
                    const Contact& contact);
     void fill_masses(ContactBatch& batch, std::size_t lanes, const ContactGraph& graph);
     void warm_start();

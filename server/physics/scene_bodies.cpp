@@ -87,7 +87,7 @@ void Scene::Impl::leave_broadphase(std::uint32_t row) {
 
 void Scene::Impl::drop_contacts(std::uint32_t row) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
-        const bool touched = graph[contact].touching;
+        const bool touched = graph.pair(contact).touching;
         graph.destroy(bodies, contact);
         if (touched) {
             waker.wake(bodies, graph, other);
@@ -97,7 +97,7 @@ void Scene::Impl::drop_contacts(std::uint32_t row) {
 
 void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
-        if (graph[contact].touching) {
+        if (graph.pair(contact).touching) {
             waker.wake(bodies, graph, other);
         }
     });

@@ -78,6 +78,7 @@ struct Scene::Impl {
     void refresh_bounds(float dt);
     void find_pairs(float dt);
     void sort_pending();
+    void drop_far_pairs();
     void meet(std::uint32_t row, std::uint32_t other);
     void meet_fixed(std::uint32_t row);
     void meet_kind(std::uint32_t row, BodyKind kind);
@@ -93,10 +94,10 @@ struct Scene::Impl {
     void update_contacts(float dt);
     void update_contact(std::uint32_t contact, float dt);
     [[nodiscard]] PairMotion motion_of(std::uint32_t a, std::uint32_t b, float dt) const;
-    bool reuse_manifold(Contact& contact, const PairMotion& motion) const;
-    void find_manifold(Contact& contact, const PairMotion& motion) const;
+    bool reuse_manifold(std::uint32_t contact, const PairMotion& motion);
+    void find_manifold(std::uint32_t contact, const PairMotion& motion);
     void finish_contacts();
-    void report(const Contact& contact, bool began);
+    void report(std::uint32_t contact, bool began);
 
     // scene_step.cpp
     StepStats step(float dt);

@@ -42,8 +42,8 @@ void Scene::Impl::solve(float dt) {
     broken.clear();
     in_contact.assign(bodies.rows(), 0);
     for (const std::uint32_t index : solve_list) {
-        in_contact[graph[index].a] = 1;
-        in_contact[graph[index].b] = 1;
+        in_contact[graph.pair(index).a] = 1;
+        in_contact[graph.pair(index).b] = 1;
     }
     solver.solve(bodies, graph, solve_list, parameters, broken);
     for (const auto* list : {&bodies.awake_list, &bodies.mover_list}) {
@@ -83,7 +83,7 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
         stats.pairs = graph.size();
         stats.islands = island_count;
         for (const std::uint32_t index : solve_list) {
-            stats.contacts += static_cast<std::uint32_t>(graph[index].count);
+            stats.contacts += graph.pair(index).count;
         }
     }
     return stats;
