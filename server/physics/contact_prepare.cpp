@@ -11,9 +11,6 @@ namespace zoned::physics {
 
 namespace {
 
-/// Contacts are springs whose frequency is this share of the substep rate. More cannot be carried
-/// by one pass over the contacts: at a quarter, a pyramid of twenty rows trembles and walks.
-constexpr float kContactRateShare = 0.125F;
 constexpr float kContactDamping = 10.0F;
 
 Vec3 any_perpendicular(const Vec3& n) {
@@ -146,10 +143,12 @@ void ContactSolver::fill_lane(ContactBatch& batch,
                                       moving_.moved_by_impulses(batch.a[lane]),
                                       moving_.moved_by_impulses(batch.b[lane]));
     batch.friction[lane] = bodies.friction_of(pair.a, pair.b);
-    batch.impulse1[lane] = contact.friction.dot(tangent1);
-    batch.impulse2[lane] = contact.friction.dot(tangent2);
-    batch.twist[lane] = contact.twist;
-    batch.carried[lane] = contact.carried;
+    // Impulses are forces over a substep; the last step's may have had another length.
+    const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
+    batch.impulse1[lane] = scale * contact.friction.dot(tangent1);
+    batch.impulse2[lane] = scale * contact.friction.dot(tangent2);
+    batch.twist[lane] = scale * contact.twist;
+    batch.carried[lane] = scale * contact.carried;
     const Vec3 grip = grip_of(contact, pair.points());
     batch.grip.set(lane, grip);
     for (std::size_t i = 0; i < pair.points(); ++i) {
@@ -157,7 +156,7 @@ void ContactSolver::fill_lane(ContactBatch& batch,
         PointLanes& p = points_[batch.points + i];
         p.arm.set(lane, from.arm_a);
         p.separation[lane] = from.separation;
-        p.impulse[lane] = from.impulse;
+        p.impulse[lane] = scale * from.impulse;
         p.lever[lane] = (from.arm_a - grip).norm();
     }
 }

@@ -247,6 +247,8 @@ void ContactSolver::store(Bodies& bodies,
             contact.friction = shear.get(lane);
             contact.twist = batch.twist[lane];
             contact.step_impulse = 0.0F;
+            const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
+            contact.substep_s = h_;
             float mean = 0.0F;
             for (std::size_t k = 0; k < count; ++k) {
                 const PointLanes& p = points_[batch.points + k];
@@ -254,8 +256,8 @@ void ContactSolver::store(Bodies& bodies,
                 contact.step_impulse += p.total[lane];
                 mean += p.impulse[lane];
             }
-            contact.carried +=
-                follow * (mean / static_cast<float>(count) - contact.carried);
+            const float carried = scale * contact.carried;
+            contact.carried = carried + follow * (mean / static_cast<float>(count) - carried);
         }
     }
 }

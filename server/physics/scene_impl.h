@@ -5,6 +5,7 @@
 #include "server/physics/bounds.h"
 #include "server/physics/contact_graph.h"
 #include "server/physics/contact_solver.h"
+#include "server/physics/effort.h"
 #include "server/physics/islands.h"
 #include "server/physics/narrowphase.h"
 #include "server/physics/scene.h"
@@ -33,11 +34,13 @@ struct Scene::Impl {
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
     std::uint32_t unpaired = 0;  ///< bodies still pending, because there are too many pairs
+    Effort effort;
     ContactSolver solver;
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
     std::vector<BodyId> moved;
+    std::uint32_t substeps = 0;     ///< most that an island got in this step
     std::uint32_t quarantined = 0;  ///< since the last step began
 
     std::array<std::size_t, 3> population{};  ///< bodies by kind
