@@ -32,7 +32,8 @@ struct FoundAt {
     Quat orientation_b = Quat::Identity();
 };
 
-/// What each step asks of each pair. Most pairs are near and do not touch: they cost one cache line.
+/// What each step asks of each pair. Most pairs are near and do not touch: they cost one cache
+/// line.
 struct alignas(64) Pair {
     std::uint32_t a = kNoIndex;  ///< body rows, a < b
     std::uint32_t b = kNoIndex;
@@ -40,6 +41,7 @@ struct alignas(64) Pair {
     std::uint8_t count = 0;                 ///< contact points
     bool touching = false;                  ///< after the last step in which it was looked at
     bool closing = false;                   ///< touches or will within the step
+    std::uint8_t age = 0;  ///< steps in a row that it has had points for, up to 255
     FoundAt found;
 
     [[nodiscard]] std::size_t points() const { return count; }

@@ -12,6 +12,8 @@ namespace {
 
 /// How long an island keeps a level that it no longer needs, s.
 constexpr float kPatience = 0.5F;
+/// A contact of at most so many steps is young.
+constexpr std::uint8_t kYoung = 3;
 /// One contact in this many may be served less well than it asks for ...
 constexpr std::uint32_t kSparedShare = 64;
 /// ... by up to this many levels.
@@ -52,7 +54,7 @@ void Effort::reserve(std::size_t bodies, std::size_t contacts) {
     needs_.reserve(bodies);
     held_.reserve(bodies);
     patience_.reserve(bodies);
-    level_.reserve(contacts);
+    batch_.reserve(contacts);
     sorted_.reserve(contacts);
 }
 
@@ -78,9 +80,7 @@ std::uint8_t Effort::level_for(const Bodies& bodies,
 }
 
 /// Islands of the bodies that contacts hold: sets over their places in `awake_list`.
-void Effort::join(Bodies& bodies,
-                  const ContactGraph& graph,
-                  std::span<const std::uint32_t> list) {
+void Effort::join(Bodies& bodies, const ContactGraph& graph, std::span<const std::uint32_t> list) {
     const auto& awake = bodies.awake_list;
     sets_.reset(awake.size());
     for (std::size_t i = 0; i < awake.size(); ++i) {
@@ -112,7 +112,7 @@ void Effort::settle(Bodies& bodies, float dt) {
         if (sets_.root(static_cast<std::uint32_t>(i)) != i) {
             continue;
         }
-        const std::uint8_t needed = level_of_island(needs_[i]);
+        const std::uint8_t needed = level_of_island(needs_[i].level);
         if (needed >= held_[i]) {
             held_[i] = needed;
             patience_[i] = patience;
@@ -142,26 +142,40 @@ void Effort::plan(Bodies& bodies,
     for (const std::uint32_t index : list) {
         const Pair& pair = graph.pair(index);
         const std::uint32_t row = bodies.simulated(pair.a) ? pair.a : pair.b;
-        ++needs_[sets_.root(bodies.solver_slot[row])]
-                [level_for(bodies, pair, graph[index], budget)];
+        Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
+        ++needs.level[level_for(bodies, pair, graph[index], budget)];
+        needs.young += pair.age <= kYoung ? 1 : 0;
     }
     settle(bodies, budget.dt_s);
+    sort(bodies, graph, list);
     for (const std::uint32_t row : bodies.awake_list) {
         bodies.solver_slot[row] = 0;
     }
-    level_.resize(list.size());
+}
+
+void Effort::sort(const Bodies& bodies,
+                  const ContactGraph& graph,
+                  std::span<const std::uint32_t> list) {
+    batch_.resize(list.size());
     sorted_.resize(list.size());
     first_.fill(0);
     for (std::size_t i = 0; i < list.size(); ++i) {
         const Pair& pair = graph.pair(list[i]);
-        level_[i] = bodies.effort[bodies.simulated(pair.a) ? pair.a : pair.b];
-        ++first_[level_[i] + 2];
+        const std::uint32_t row = bodies.simulated(pair.a) ? pair.a : pair.b;
+        const Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
+        std::uint32_t total = 0;
+        for (const std::uint32_t contacts : needs.level) {
+            total += contacts;
+        }
+        const bool young = 2 * needs.young > total;
+        batch_[i] = static_cast<std::uint8_t>(2 * bodies.effort[row] + (young ? 1 : 0));
+        ++first_[batch_[i] + 2U];
     }
-    for (std::size_t level = 2; level < first_.size(); ++level) {
-        first_[level] += first_[level - 1];
+    for (std::size_t i = 2; i < first_.size(); ++i) {
+        first_[i] += first_[i - 1];
     }
     for (std::size_t i = 0; i < list.size(); ++i) {
-        sorted_[first_[level_[i] + 1]++] = list[i];
+        sorted_[first_[batch_[i] + 1U]++] = list[i];
     }
 }
 

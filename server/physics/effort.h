@@ -27,10 +27,13 @@ namespace zoned::physics {
 class Effort {
   public:
     static constexpr std::size_t kLevels = 7;  ///< 1, 2, 4 ... 64 substeps
+    /// Passes over the contacts of an island most of whose contacts are young: they have no warm
+    /// start that is worth the name, and a stack sinks before its impulses have been found.
+    static constexpr int kYoungIterations = 8;
 
     struct Budget {
-        float error_m = 0.005F;      ///< give of a contact, m
-        float longest_h_s = 0.0F;    ///< substeps are no longer than this
+        float error_m = 0.005F;    ///< give of a contact, m
+        float longest_h_s = 0.0F;  ///< substeps are no longer than this
         float dt_s = 0.0F;
         float gravity_mps2 = 0.0F;
     };
@@ -44,27 +47,44 @@ class Effort {
               std::span<const std::uint32_t> list,
               const Budget& budget);
 
-    /// Contacts of the islands that get 2^level substeps.
-    [[nodiscard]] std::span<const std::uint32_t> contacts(std::size_t level) const {
-        return std::span(sorted_).subspan(first_[level], first_[level + 1] - first_[level]);
+    /// Islands that are solved alike.
+    struct Batch {
+        int substeps = 1;
+        bool young = false;  ///< most contacts are young
+        std::span<const std::uint32_t> contacts;
+    };
+
+    static constexpr std::size_t kBatches = 2 * kLevels;
+
+    /// Empty ones included; i < kBatches.
+    [[nodiscard]] Batch batch(std::size_t i) const {
+        return {1 << (i / 2),
+                i % 2 != 0,
+                std::span(sorted_).subspan(first_[i], first_[i + 1] - first_[i])};
     }
 
   private:
     void join(Bodies& bodies, const ContactGraph& graph, std::span<const std::uint32_t> list);
     void settle(Bodies& bodies, float dt);
+    void sort(const Bodies& bodies, const ContactGraph& graph, std::span<const std::uint32_t> list);
     [[nodiscard]] static std::uint8_t level_for(const Bodies& bodies,
                                                 const Pair& pair,
                                                 const Contact& contact,
                                                 const Budget& budget);
 
     DisjointSets sets_;
-    using Needs = std::array<std::uint32_t, kLevels>;  // contacts of an island by level
-    std::vector<Needs> needs_;               // by place in the list of bodies: of its island's root
-    std::vector<std::uint8_t> held_;         // the level that it had
-    std::vector<std::uint8_t> patience_;     // steps until it may go down
-    std::vector<std::uint8_t> level_;        // by place in the list of contacts
+
+    struct Needs {
+        std::array<std::uint32_t, kLevels> level{};  // contacts of an island by level
+        std::uint32_t young = 0;
+    };
+
+    std::vector<Needs> needs_;            // by place in the list of bodies: of its island's root
+    std::vector<std::uint8_t> held_;      // the level that it had
+    std::vector<std::uint8_t> patience_;  // steps until it may go down
+    std::vector<std::uint8_t> batch_;     // by place in the list of contacts
     std::vector<std::uint32_t> sorted_;
-    std::array<std::uint32_t, kLevels + 2> first_{};
+    std::array<std::uint32_t, kBatches + 2> first_{};
 };
 
 }  // namespace zoned::physics

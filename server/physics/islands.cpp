@@ -42,7 +42,8 @@ void Waker::wake(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
         bodies.still_s[at] = 0.0F;
         graph.for_each_of(bodies, at, [&](std::uint32_t contact, std::uint32_t other) {
             graph.activate(contact);
-            if (graph.pair(contact).touching && bodies.is_dynamic(other) && bodies.awake[other] == 0) {
+            if (graph.pair(contact).touching && bodies.is_dynamic(other) &&
+                bodies.awake[other] == 0) {
                 bodies.mark_awake(other);
                 stack_.push_back(other);
             }

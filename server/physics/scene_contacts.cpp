@@ -169,8 +169,10 @@ void Scene::Impl::update_contact(std::uint32_t index, float dt) {
     }
     pair.closing = false;
     if (pair.count == 0) {
+        pair.age = 0;
         return;
     }
+    pair.age = static_cast<std::uint8_t>(std::min(pair.age + 1, 255));
     Contact& contact = graph[index];
     const float pull = dt * contact.normal.dot(settings.gravity) *
                        ((bodies.simulated(b) ? 1.0F : 0.0F) - (bodies.simulated(a) ? 1.0F : 0.0F));

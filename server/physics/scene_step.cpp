@@ -60,11 +60,14 @@ void Scene::Impl::solve(float dt) {
                     graph,
                     solve_list,
                     {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()});
-        for (std::size_t level = 0; level < Effort::kLevels; ++level) {
-            if (!effort.contacts(level).empty()) {
-                parameters.substeps = 1 << level;
-                substeps = static_cast<std::uint32_t>(parameters.substeps);
-                solver.solve(bodies, graph, effort.contacts(level), parameters, broken);
+        for (std::size_t i = 0; i < Effort::kBatches; ++i) {
+            const Effort::Batch batch = effort.batch(i);
+            if (!batch.contacts.empty()) {
+                parameters.substeps = batch.substeps;
+                parameters.iterations =
+                    batch.young ? Effort::kYoungIterations : settings.velocity_iterations;
+                substeps = static_cast<std::uint32_t>(batch.substeps);
+                solver.solve(bodies, graph, batch.contacts, parameters, broken);
             }
         }
     }
