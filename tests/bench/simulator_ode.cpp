@@ -102,6 +102,8 @@ class OdeSimulator : public Simulator {
 
     void step() override {
         const double dt = description_.dt / settings_.substeps;
+        // Its iterative solver shuffles constraints by one generator of the whole library.
+        dRandSetSeed(++steps_);
         for (int i = 0; i < settings_.substeps; ++i) {
             if (description_.colliding) {
                 dSpaceCollide(space_, this, [](void* self, dGeomID a, dGeomID b) {
@@ -208,6 +210,7 @@ class OdeSimulator : public Simulator {
     dSpaceID space_ = nullptr;
     dJointGroupID contacts_ = nullptr;
     std::vector<dBodyID> bodies_;  // null: static
+    unsigned long steps_ = 0;
 };
 
 /// Most bodies for which a step of the exact solver, cubic in the contacts of an island, ends soon.

@@ -46,9 +46,9 @@ std::vector<PhysicsScene> physics_scenes() {
 }
 
 /// One engine on one scene.
-class PhysicsRun : public Run {
+class PhysicsTrial : public Trial {
   public:
-    PhysicsRun(const Engine& engine, const PhysicsScene& scene)
+    PhysicsTrial(const Engine& engine, const PhysicsScene& scene)
         : simulator_(engine.build(scene.description)),
           meter_(scene.meter(scene.description)),
           steps_per_frame_(static_cast<int>(std::lround(kFrame / scene.description.dt))) {}
@@ -103,7 +103,7 @@ std::vector<Engine> chosen(Session& session, const PhysicsScene& scene) {
 
 Contender contender(const Engine& engine, const PhysicsScene& scene) {
     return {full_name(engine), [&engine, &scene]() {
-                return std::make_unique<PhysicsRun>(engine, scene);
+                return std::make_unique<PhysicsTrial>(engine, scene);
             }};
 }
 
@@ -134,7 +134,7 @@ class Yardstick {
     double measure(const Session& session) {
         const Contender yardstick = contender(engine_, scene_);
         const Plan plan{0, session.quick ? 30 : 200, session.quick ? 1 : session.repeats};
-        return time_interleaved({&yardstick, 1}, plan, [](std::size_t, Run&) {}).front().p50_us;
+        return time_interleaved({&yardstick, 1}, plan, [](std::size_t, Trial&) {}).front().p50_us;
     }
 
   private:
@@ -165,8 +165,8 @@ void run_scene(Session& session, const PhysicsScene& scene, Yardstick& yardstick
         scene.warm_up, steps / per_frame - scene.warm_up, session.quick ? 1 : session.repeats};
     const double before = yardstick.measure(session);
     const std::vector<Timing> timings =
-        time_interleaved(contenders, plan, [&rows](std::size_t i, Run& run) {
-            static_cast<PhysicsRun&>(run).finish(rows[i]);
+        time_interleaved(contenders, plan, [&rows](std::size_t i, Trial& run) {
+            static_cast<PhysicsTrial&>(run).finish(rows[i]);
         });
     const double yardstick_us = 0.5 * (before + yardstick.measure(session));
     for (std::size_t i = 0; i < rows.size(); ++i) {
