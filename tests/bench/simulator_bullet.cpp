@@ -1,5 +1,6 @@
 #include "tests/bench/simulator.h"
 
+#include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <cmath>
@@ -43,6 +44,7 @@ std::unique_ptr<btCollisionShape> shape_of(const scenario::Solid& solid) {
 struct BulletSettings {
     bool continuous = false;  ///< continuous collision detection of what moves
     int substeps = 1;
+    bool exact_rays = false;  ///< rays by GJK, else by its subsimplex cast
 };
 
 /// A world at Bullet's defaults: sequential impulses with 10 iterations, dynamic AABB trees.
@@ -89,6 +91,24 @@ class BulletSimulator : public Simulator {
         m.velocity = from_bullet(b.getLinearVelocity());
         m.spin = from_bullet(b.getAngularVelocity());
         return m;
+    }
+
+    void prepare_queries() override { broadphase_.optimize(); }
+
+    bool cast(std::span<const scenario::Ray> rays, std::span<double> distances) const override {
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const btVector3 from = to_bullet(rays[i].origin);
+            const btVector3 to = from + to_bullet(rays[i].direction * rays[i].length);
+            btCollisionWorld::ClosestRayResultCallback hit(from, to);
+            if (settings_.exact_rays) {
+                hit.m_flags |= btTriangleRaycastCallback::kF_UseGjkConvexCastRaytest;
+            }
+            world_.rayTest(from, to, hit);
+            distances[i] = hit.hasHit()
+                               ? static_cast<double>(hit.m_closestHitFraction) * rays[i].length
+                               : INFINITY;
+        }
+        return true;
     }
 
   private:
@@ -187,6 +207,12 @@ std::vector<Engine> bullet_engines() {
     BulletSettings fine;
     fine.substeps = 4;
     return {engine("default", {}), engine("ccd", continuous), engine("substeps_4", fine)};
+}
+
+std::vector<Engine> bullet_query_engines() {
+    BulletSettings exact;
+    exact.exact_rays = true;
+    return {engine("default", {}), engine("gjk", exact)};
 }
 
 }  // namespace zoned::bench
