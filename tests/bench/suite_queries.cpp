@@ -131,10 +131,11 @@ struct RaySet {
     std::vector<double> exact;
 };
 
-RaySet make_rays(const QueryScene& scene, const scenario::Description& d) {
+RaySet make_rays(const QueryScene& scene, const scenario::Description& d, bool quick) {
     RaySet set;
     RaySource source(17);
-    while (set.rays.size() < kRays * kBatches) {
+    const std::size_t wanted = quick ? kRays : kRays * kBatches;
+    while (set.rays.size() < wanted) {
         const scenario::Ray ray = scene.ray(source);
         if (!inside_a_solid(ray.origin, d)) {
             set.rays.push_back(ray);
@@ -157,7 +158,7 @@ class QueryTrial : public Trial {
         const std::size_t from = batch_ * kRays;
         simulator_->cast(std::span(set_.rays).subspan(from, kRays),
                          std::span(found_).subspan(from, kRays));
-        batch_ = (batch_ + 1) % kBatches;
+        batch_ = (batch_ + 1) % (found_.size() / kRays);
     }
 
     void finish(Row& row) const {
@@ -200,7 +201,7 @@ std::vector<Engine> query_engines() {
 
 void run_scene(Session& session, const QueryScene& scene, const scenario::Description& d) {
     session.progress("queries " + scene.name + " " + scene.parameter);
-    const RaySet set = make_rays(scene, d);
+    const RaySet set = make_rays(scene, d, session.quick);
     std::vector<Engine> engines = query_engines();
     std::erase_if(engines, [&session](const Engine& engine) {
         return !session.wants_method(engine.method, engine.peer);

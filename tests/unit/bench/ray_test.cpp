@@ -62,7 +62,7 @@ TEST(RayDistance, EndsWhereAProbeFirstTouches) {
         const Pose pose{Vec3d(random(), random(), random()),
                         Quatd(Eigen::AngleAxisd(3.0 * random(), axis))};
         const Vec3d from(4.0 * random(), 4.0, 4.0 * random());
-        const Vec3d to(random(), random(), random());
+        const Vec3d to = pose.position + 0.5 * Vec3d(random(), random(), random());
         const Ray ray{from, (to - from).normalized(), 20.0};
         const double t = ray_distance(ray, solid, pose);
         const auto touches = [&](double at) {
