@@ -1,11 +1,15 @@
 // zoned-bench: run time against error, our methods beside their peers.
+#include "tests/bench/commit.h"
 #include "tests/bench/options.h"
+#include "tests/bench/plot.h"
 #include "tests/bench/suite.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
+#include <stdexcept>
 
 namespace {
 
@@ -45,6 +49,14 @@ std::vector<Suite> chosen_suites(const Options& options) {
     return suites;
 }
 
+void write_file(const std::string& path, const std::string& text) {
+    std::ofstream out(path, std::ios::binary);
+    out << text;
+    if (!out.flush()) {
+        throw std::runtime_error("can't write " + path);
+    }
+}
+
 int run(const Options& options) {
     const std::vector<Suite> suites = chosen_suites(options);
     if (suites.empty()) {
@@ -71,12 +83,11 @@ int run(const Options& options) {
         std::fputs(to_metrics_table(session.results).c_str(), stdout);
     }
     if (!options.json_file.empty()) {
-        std::ofstream out(options.json_file);
-        out << to_json(session.results);
-        if (!out.flush()) {
-            std::fprintf(stderr, "zoned-bench: can't write %s\n", options.json_file.c_str());
-            return kEnvironment;
-        }
+        write_file(options.json_file, to_json(session.results));
+    }
+    if (!options.report_folder.empty()) {
+        std::filesystem::create_directories(options.report_folder);
+        write_file(options.report_folder + "/index.html", report_html(session.results));
     }
     return kGood;
 }

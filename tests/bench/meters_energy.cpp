@@ -39,7 +39,7 @@ class SpinMeter : public Meter {
         start.pose = body().pose;
         start.spin = body().spin;
         start_ = turning(body(), start);
-        last_spin_ = start_.body_spin.y();
+        flips_.add(0.0, start_.body_spin.y());
     }
 
     void after_step(const Simulator& simulator) override {
@@ -51,8 +51,7 @@ class SpinMeter : public Meter {
         const double sine = now.momentum.cross(start_.momentum).norm();
         direction_ = std::atan2(sine, now.momentum.dot(start_.momentum)) * 180.0 / std::numbers::pi;
         direction_largest_ = std::max(direction_largest_, direction_);
-        flips_ += (now.body_spin.y() > 0.0) != (last_spin_ > 0.0) ? 1 : 0;
-        last_spin_ = now.body_spin.y();
+        flips_.add(++steps_ * description_.dt, now.body_spin.y());
     }
 
     void finish(const Simulator& /*simulator*/, Row& row) override {
@@ -63,11 +62,13 @@ class SpinMeter : public Meter {
         row.metric("momentum_size_drift_largest", size_largest_);
         row.metric("direction_error_end_deg", direction_);
         row.metric("direction_error_largest_deg", direction_largest_);
-        row.metric("flips", flips_);
-        const double seconds = description_.steps * description_.dt;
+        row.metric("flips", flips_.flips());
+        row.metric("flip_interval_s", flips_.interval_s());
+        const double seconds = steps_ * description_.dt;
         const scenario::SpinReference reference = scenario::free_spin(
             body().mass * body().solid.inertia_per_mass(), body().spin, seconds);
         row.metric("flips_reference", reference.flips);
+        row.metric("flip_interval_reference_s", reference.interval_s);
     }
 
   private:
@@ -75,14 +76,14 @@ class SpinMeter : public Meter {
 
     scenario::Description description_;
     Turning start_;
-    double last_spin_ = 0.0;
     double energy_ = 0.0;
     double energy_largest_ = 0.0;
     double size_ = 0.0;
     double size_largest_ = 0.0;
     double direction_ = 0.0;
     double direction_largest_ = 0.0;
-    int flips_ = 0;
+    scenario::FlipCounter flips_;
+    int steps_ = 0;
 };
 
 class ChainMeter : public Meter {

@@ -11,6 +11,7 @@ constexpr const char* kExamples =
     "  zoned-bench --list\n"
     "  zoned-bench physics --json physics.json\n"
     "  zoned-bench physics --scene S1,S3 --method default,bullet --repeat 5\n"
+    "  zoned-bench --report build/bench-report\n"
     "  zoned-bench --quick\n"
     "Exit codes: 0 good, 2 bad usage, 3 environment (a file can't be written, ...).";
 
@@ -24,6 +25,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     app.add_option("--method", o.methods, "Only these methods or peers, comma-separated")
         ->delimiter(',');
     app.add_option("--json", o.json_file, "Writes the rows as JSON to FILE");
+    app.add_option("--report",
+                   o.report_folder,
+                   "Writes DIR/index.html: plots of time against error, and tables");
     app.add_option("--repeat", o.repeats, "Timed runs of each method; medians count")
         ->check(CLI::Range(1, 1000));
     app.add_flag("--quick", o.quick, "Cuts every scene short: shows that all run, within seconds");

@@ -19,6 +19,7 @@ struct Options {
     std::vector<std::string> scenes;   ///< empty: all
     std::vector<std::string> methods;  ///< empty: all
     std::string json_file;             ///< empty: none
+    std::string report_folder;         ///< empty: none
     int repeats = 3;
     bool quick = false;
     bool list = false;

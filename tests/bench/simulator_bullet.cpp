@@ -1,5 +1,6 @@
 #include "tests/bench/simulator.h"
 
+#include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <cmath>
@@ -40,16 +41,23 @@ std::unique_ptr<btCollisionShape> shape_of(const scenario::Solid& solid) {
     throw std::logic_error("a solid of no form");
 }
 
+struct BulletSettings {
+    bool continuous = false;  ///< continuous collision detection of what moves
+    int substeps = 1;
+    bool exact_rays = false;  ///< rays by GJK, else by its subsimplex cast
+};
+
 /// A world at Bullet's defaults: sequential impulses with 10 iterations, dynamic AABB trees.
 class BulletSimulator : public Simulator {
   public:
-    BulletSimulator(const scenario::Description& description, bool continuous)
+    BulletSimulator(const scenario::Description& description, const BulletSettings& settings)
         : dispatcher_(&configuration_),
           world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
-          dt_(static_cast<btScalar>(description.dt)) {
+          settings_(settings),
+          dt_(static_cast<btScalar>(description.dt / settings.substeps)) {
         world_.setGravity(to_bullet(description.gravity));
         for (const scenario::Body& body : description.bodies) {
-            add(body, description, continuous);
+            add(body, description);
         }
         for (const scenario::BallJoint& joint : description.joints) {
             add(joint);
@@ -68,7 +76,11 @@ class BulletSimulator : public Simulator {
     BulletSimulator(const BulletSimulator&) = delete;
     BulletSimulator& operator=(const BulletSimulator&) = delete;
 
-    void step() override { world_.stepSimulation(dt_, 0); }
+    void step() override {
+        for (int i = 0; i < settings_.substeps; ++i) {
+            world_.stepSimulation(dt_, 0);
+        }
+    }
 
     [[nodiscard]] Motion motion(std::size_t body) const override {
         const btRigidBody& b = *bodies_[body];
@@ -81,17 +93,33 @@ class BulletSimulator : public Simulator {
         return m;
     }
 
+    void prepare_queries() override { broadphase_.optimize(); }
+
+    bool cast(std::span<const scenario::Ray> rays, std::span<double> distances) const override {
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const btVector3 from = to_bullet(rays[i].origin);
+            const btVector3 to = from + to_bullet(rays[i].direction * rays[i].length);
+            btCollisionWorld::ClosestRayResultCallback hit(from, to);
+            if (settings_.exact_rays) {
+                hit.m_flags |= btTriangleRaycastCallback::kF_UseGjkConvexCastRaytest;
+            }
+            world_.rayTest(from, to, hit);
+            distances[i] = hit.hasHit()
+                               ? static_cast<double>(hit.m_closestHitFraction) * rays[i].length
+                               : INFINITY;
+        }
+        return true;
+    }
+
   private:
-    void add(const scenario::Body& body,
-             const scenario::Description& description,
-             bool continuous) {
-        shapes_.push_back(shape_of(body.solid));
+    void add(const scenario::Body& body, const scenario::Description& description) {
+        btCollisionShape* shape = shared_shape(body.solid);
         btVector3 inertia(0, 0, 0);
         const auto mass = static_cast<btScalar>(body.mass);
         if (mass > 0) {
-            shapes_.back()->calculateLocalInertia(mass, inertia);
+            shape->calculateLocalInertia(mass, inertia);
         }
-        btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shapes_.back().get(), inertia);
+        btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
         info.m_startWorldTransform = to_bullet(body.pose);
         // Bullet multiplies the coefficients of a pair: roots give the pair what the scene says.
         info.m_friction = static_cast<btScalar>(std::sqrt(body.friction));
@@ -103,7 +131,7 @@ class BulletSimulator : public Simulator {
         if (!description.sleeping && mass > 0) {
             b.setActivationState(DISABLE_DEACTIVATION);
         }
-        if (continuous && mass > 0) {
+        if (settings_.continuous && mass > 0) {
             b.setCcdMotionThreshold(static_cast<btScalar>(body.solid.radius));
             b.setCcdSweptSphereRadius(static_cast<btScalar>(0.5 * body.solid.radius));
         }
@@ -112,6 +140,18 @@ class BulletSimulator : public Simulator {
         } else {
             world_.addRigidBody(&b, 1, 0);
         }
+    }
+
+    /// Equal bodies share one shape, as Bullet's manual advises.
+    btCollisionShape* shared_shape(const scenario::Solid& solid) {
+        for (std::size_t i = 0; i < solids_.size(); ++i) {
+            if (solids_[i] == solid) {
+                return shapes_[i].get();
+            }
+        }
+        solids_.push_back(solid);
+        shapes_.push_back(shape_of(solid));
+        return shapes_.back().get();
     }
 
     void add(const scenario::BallJoint& joint) {
@@ -133,27 +173,46 @@ class BulletSimulator : public Simulator {
     btDbvtBroadphase broadphase_;
     btSequentialImpulseConstraintSolver solver_;
     btDiscreteDynamicsWorld world_;
-    std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+    std::vector<scenario::Solid> solids_;
+    std::vector<std::unique_ptr<btCollisionShape>> shapes_;  // by solid
     std::vector<std::unique_ptr<btRigidBody>> bodies_;
     std::vector<std::unique_ptr<btTypedConstraint>> joints_;
-    btScalar dt_;
+    BulletSettings settings_;
+    btScalar dt_;  // of a substep
 };
 
-Engine engine(std::string method, bool continuous) {
+/// Scenes up to this size are run with alternatives too.
+constexpr std::size_t kSmall = 300;
+
+Engine engine(std::string method, const BulletSettings& settings) {
     return {std::move(method),
             "bullet",
-            [continuous](const scenario::Description& description) {
-                return std::make_unique<BulletSimulator>(description, continuous);
+            [settings](const scenario::Description& description) {
+                return std::make_unique<BulletSimulator>(description, settings);
             },
-            [continuous](const std::string& scene, const scenario::Description&) {
-                return std::string(continuous && scene != "S9" ? "only for fast bodies" : "");
+            [settings](const std::string& scene, const scenario::Description& description) {
+                if (settings.continuous && scene != "S9") {
+                    return std::string("only for fast bodies");
+                }
+                const bool large = settings.substeps > 1 && description.bodies.size() > kSmall;
+                return std::string(large ? "only for small scenes" : "");
             }};
 }
 
 }  // namespace
 
 std::vector<Engine> bullet_engines() {
-    return {engine("default", false), engine("ccd", true)};
+    BulletSettings continuous;
+    continuous.continuous = true;
+    BulletSettings fine;
+    fine.substeps = 4;
+    return {engine("default", {}), engine("ccd", continuous), engine("substeps_4", fine)};
+}
+
+std::vector<Engine> bullet_query_engines() {
+    BulletSettings exact;
+    exact.exact_rays = true;
+    return {engine("default", {}), engine("gjk", exact)};
 }
 
 }  // namespace zoned::bench

@@ -1,6 +1,7 @@
 #include "server/physics/scene.h"
 #include "tests/bench/simulator.h"
 
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 
@@ -59,6 +60,19 @@ class ZonedSimulator : public Simulator {
         m.velocity = state.velocity.cast<double>();
         m.spin = state.angular_velocity.cast<double>();
         return m;
+    }
+
+    bool cast(std::span<const scenario::Ray> rays, std::span<double> distances) const override {
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            physics::RayHit hit;
+            const bool found = scene_.ray_cast(rays[i].origin.cast<float>(),
+                                               rays[i].direction.cast<float>(),
+                                               static_cast<float>(rays[i].length),
+                                               0,
+                                               hit);
+            distances[i] = found ? static_cast<double>(hit.distance) : INFINITY;
+        }
+        return true;
     }
 
     [[nodiscard]] std::string state_hash() const override {

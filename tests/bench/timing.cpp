@@ -19,7 +19,7 @@ constexpr int kTurns = 12;
 /// A contender while it is being timed.
 struct Lane {
     const Contender* contender = nullptr;
-    std::unique_ptr<Run> run;
+    std::unique_ptr<Trial> run;
     int group = 1;                             ///< frames per reading of the clock
     int done = 0;                              ///< frames done of this run
     std::vector<double> now;                   ///< of this run, us per frame, by group
@@ -110,7 +110,7 @@ Timing summary(const Lane& lane) {
 
 std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
                                      const Plan& plan,
-                                     const std::function<void(std::size_t, Run&)>& finish) {
+                                     const std::function<void(std::size_t, Trial&)>& finish) {
     std::vector<Lane> lanes(contenders.size());
     std::vector<Lane*> due;
     for (std::size_t i = 0; i < lanes.size(); ++i) {

@@ -11,12 +11,12 @@
 namespace zoned::bench {
 
 /// One run of one method on one scene, built afresh for every repeat.
-class Run {
+class Trial {
   public:
-    Run() = default;
-    Run(const Run&) = delete;
-    Run& operator=(const Run&) = delete;
-    virtual ~Run() = default;
+    Trial() = default;
+    Trial(const Trial&) = delete;
+    Trial& operator=(const Trial&) = delete;
+    virtual ~Trial() = default;
     /// The work that is timed: one frame.
     virtual void frame() = 0;
 
@@ -26,7 +26,7 @@ class Run {
 
 struct Contender {
     std::string label;
-    std::function<std::unique_ptr<Run>()> build;
+    std::function<std::unique_ptr<Trial>()> build;
 };
 
 struct Plan {
@@ -47,6 +47,6 @@ struct Timing {
 /// `finish(i, run)` is called with each contender's observed run after its last frame.
 std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
                                      const Plan& plan,
-                                     const std::function<void(std::size_t, Run&)>& finish);
+                                     const std::function<void(std::size_t, Trial&)>& finish);
 
 }  // namespace zoned::bench

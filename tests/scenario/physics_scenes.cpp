@@ -90,7 +90,9 @@ Body fixed_box(const Vec3d& size, const Vec3d& middle, double friction, double r
 
 /// A static box whose top is y = 0.
 Body ground(double width, double friction, double restitution = 0.0) {
-    return fixed_box({width, 2.0, width}, {0.0, -1.0, 0.0}, friction, restitution);
+    Body body = fixed_box({width, 2.0, width}, {0.0, -1.0, 0.0}, friction, restitution);
+    body.ground = true;
+    return body;
 }
 
 Body at(const Solid& solid, double mass, const Vec3d& position, double friction) {

@@ -28,6 +28,8 @@ struct Solid {
     static Solid box(const Vec3d& size);
     static Solid capsule(double radius, double half_segment);
 
+    bool operator==(const Solid&) const = default;
+
     [[nodiscard]] double volume() const;  ///< m3
     /// Principal moments about the centre of mass for uniform density and one kilogram, m2.
     [[nodiscard]] Vec3d inertia_per_mass() const;
@@ -44,6 +46,8 @@ struct Body {
     double mass = 1.0;  ///< kg; 0: static
     double friction = 0.5;
     double restitution = 0.0;
+    /// A level static box that everything stays above: an engine may take it for a half-space.
+    bool ground = false;
     Pose pose;
     Vec3d velocity = Vec3d::Zero();  ///< m/s
     Vec3d spin = Vec3d::Zero();      ///< rad/s, world axes
