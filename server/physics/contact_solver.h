@@ -60,6 +60,7 @@ class ContactSolver {
         std::uint32_t lane = 0;
         float restitution = 0.0F;
         bool impact = false;  ///< in this substep
+        float pull = 0.0F;    ///< acceleration of b relative to a along the normal, m/s2
         std::array<float, kMaxManifoldPoints> speed{};
     };
 
@@ -105,6 +106,7 @@ class ContactSolver {
     void forget_impact(Watch& w);
     void add_totals(const Watch& w);
     void restitute();
+    void aim(Watch& w);
     void bounce(Watch& w);
 
     void store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken) const;

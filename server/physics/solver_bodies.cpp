@@ -213,7 +213,9 @@ void fly_free(Bodies& bodies,
     const bool dynamic = bodies.inv_mass[row] > 0.0F;
     const Vec3 gain = dynamic ? Vec3(dt * gravity) : Vec3(Vec3::Zero());
     const Vec3 velocity = bodies.velocity[row] + gain;
-    const Vec3 position = bodies.position[row] + dt * bodies.velocity[row] + (0.5F * dt) * gain;
+    // The mean of both velocities, rounded as they are: what rises falls back the same way, and
+    // rounding does not add up to energy.
+    const Vec3 position = bodies.position[row] + (0.5F * dt) * (bodies.velocity[row] + velocity);
     Quat orientation = bodies.orientation[row];
     Vec3 spin = bodies.angular_velocity[row];
     if (!spin.isZero(0.0F)) {
