@@ -150,7 +150,8 @@ void Scene::Impl::drop_far_pairs() {
 void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
     // Of two bodies whose boxes are new, the one that was looked at first has found the pair.
     const bool found = pending_mark[other] != 0 && other <= row;
-    if (!found && !graph.contains(row, other)) {
+    if (!found && bodies.may_collide(row, other) && !joints.parts(bodies, row, other) &&
+        !graph.contains(row, other)) {
         new_pairs.emplace_back(std::min(row, other), std::max(row, other));
     }
 }
