@@ -226,7 +226,6 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table) {
         solve_all<true>();
     }
     moving_.integrate_positions(bodies);
-    joints_.update(table, moving_);
     for (int i = 0; i < parameters_.relax_iterations; ++i) {
         joints_.solve(moving_, false);
         solve_all<false>();

@@ -46,10 +46,10 @@ class ContactSolver {
 
     void reserve_joints(std::size_t joints) { joints_.reserve(joints); }
 
-    /// Solves the contacts and joints in the lists and moves the awake bodies that they hold; writes
-    /// poses, velocities and impulses back. A body whose result is not finite or out of range keeps its
-    /// pose, stops, and is appended to `broken`. `solver_slot` of all awake bodies must be 0 and is
-    /// so again afterwards.
+    /// Solves the contacts and joints in the lists and moves the awake bodies that they hold;
+    /// writes poses, velocities and impulses back. A body whose result is not finite or out of
+    /// range keeps its pose, stops, and is appended to `broken`. `solver_slot` of all awake bodies
+    /// must be 0 and is so again afterwards.
     void solve(Bodies& bodies,
                ContactGraph& graph,
                std::span<const std::uint32_t> list,

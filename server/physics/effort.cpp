@@ -12,6 +12,9 @@ namespace {
 
 /// How long an island keeps a level that it no longer needs, s.
 constexpr float kPatience = 0.5F;
+/// A joint may gape by this share of the budget: what it holds swings faster within the step than
+/// when the step began.
+constexpr float kJointShare = 0.02F;
 /// A contact of at most so many steps is young.
 constexpr std::uint8_t kYoung = 3;
 /// One contact in this many may be served less well than it asks for ...
@@ -111,7 +114,8 @@ std::uint8_t Effort::level_of_joint(const Bodies& bodies,
     const auto consider = [&](std::uint32_t row, const Vec3& arm) {
         if (row != kNoIndex) {
             const float rate = bodies.angular_velocity[row].norm();
-            need = std::max(need, rate * std::sqrt(0.5F * arm.norm() / budget.error_m));
+            need = std::max(need,
+                            rate * std::sqrt(0.5F * arm.norm() / (kJointShare * budget.error_m)));
         }
     };
     consider(entry.a, entry.joint.local_a);

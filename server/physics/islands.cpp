@@ -25,10 +25,7 @@ void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
     parent_[std::max(a, b)] = std::min(a, b);
 }
 
-void Waker::wake(Bodies& bodies,
-                 ContactGraph& graph,
-                 const JointTable& joints,
-                 std::uint32_t row) {
+void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row) {
     if (!bodies.is_dynamic(row)) {
         return;
     }

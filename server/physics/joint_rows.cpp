@@ -13,13 +13,19 @@ struct Placement {
     Mat3 axes_a, axes_b;
 };
 
+bool has_axes(JointKind kind) {
+    return kind == JointKind::kHinge || kind == JointKind::kSlider || kind == JointKind::kFixed;
+}
+
 Placement place(const Joint& joint, const JointPose& a, const JointPose& b) {
     Placement p;
     p.arm_a = a.rotation * joint.local_a;
     p.arm_b = b.rotation * joint.local_b;
     p.gap = (b.position - a.position) + (p.arm_b - p.arm_a);
-    p.axes_a = a.rotation * joint.axes_a;
-    p.axes_b = b.rotation * joint.axes_b;
+    if (has_axes(joint.def.kind)) {
+        p.axes_a = a.rotation * joint.axes_a;
+        p.axes_b = b.rotation * joint.axes_b;
+    }
     return p;
 }
 

@@ -37,9 +37,9 @@ struct JointRow {
     Vec3 linear = Vec3::Zero();
     Vec3 angular_a = Vec3::Zero();
     Vec3 angular_b = Vec3::Zero();
-    float error = 0.0F;   ///< C, m or rad
-    float target = 0.0F;  ///< motor: speed wanted
-    float most = 0.0F;    ///< motor: force or torque
+    float error = 0.0F;                ///< C, m or rad
+    float target = 0.0F;               ///< motor: speed wanted
+    float most = 0.0F;                 ///< motor: force or torque
     const JointDef* spring = nullptr;  ///< spring: where its constants are
     RowKind kind = RowKind::kHard;
 };

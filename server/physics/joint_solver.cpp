@@ -200,8 +200,8 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
             to.row = rows.rows[i];
             to.turn_a = moving.inverse_times(item.a, to.row.angular_a);
             to.turn_b = moving.inverse_times(item.b, to.row.angular_b);
-            const float k = linear * to.row.linear.squaredNorm() +
-                            to.turn_a.dot(to.row.angular_a) + to.turn_b.dot(to.row.angular_b);
+            const float k = linear * to.row.linear.squaredNorm() + to.turn_a.dot(to.row.angular_a) +
+                            to.turn_b.dot(to.row.angular_b);
             to.mass = k > 0.0F ? 1.0F / k : 0.0F;
         }
     }

@@ -35,8 +35,8 @@ void Scene::Impl::list_joints() {
     active_joints.clear();
     for (std::uint32_t i = 0; i < joints.rows(); ++i) {
         const JointEntry& entry = joints[i];
-        if (entry.alive && (bodies.simulated(entry.b) ||
-                            (entry.a != kNoIndex && bodies.simulated(entry.a)))) {
+        if (entry.alive &&
+            (bodies.simulated(entry.b) || (entry.a != kNoIndex && bodies.simulated(entry.a)))) {
             active_joints.push_back(i);
         }
     }
@@ -105,8 +105,7 @@ float Scene::joint_position(JointId joint) const {
     const std::uint32_t index = impl_->joints.index_of(joint);
     ZONED_ASSERT(index != kNoIndex, "joint_position() of a joint that is not in the scene");
     const JointEntry& entry = impl_->joints[index];
-    return physics::joint_position(
-        entry.joint, impl_->pose_of(entry.a), impl_->pose_of(entry.b));
+    return physics::joint_position(entry.joint, impl_->pose_of(entry.a), impl_->pose_of(entry.b));
 }
 
 float Scene::joint_force(JointId joint) const {
