@@ -34,6 +34,9 @@ std::uint32_t Bodies::append_row() {
     shape.emplace_back();
     material.emplace_back();
     filter.emplace_back();
+    damping.emplace_back();
+    force.emplace_back(Vec3::Zero());
+    torque.emplace_back(Vec3::Zero());
     inv_mass.push_back(0.0F);
     inertia.emplace_back(Vec3::Zero());
     inv_inertia.emplace_back(Vec3::Zero());
@@ -72,6 +75,9 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     shape[row] = def.shape;
     material[row] = def.material;
     filter[row] = def.filter;
+    damping[row] = def.damping;
+    force[row].setZero();
+    torque[row].setZero();
     inv_mass[row] = dynamic ? 1.0F / def.mass : 0.0F;
     inertia[row] = dynamic ? principal_inertia(def.shape, def.mass) : Vec3(Vec3::Zero());
     inv_inertia[row] = dynamic ? Vec3(inertia[row].cwiseInverse()) : Vec3(Vec3::Zero());
@@ -92,6 +98,22 @@ void Bodies::destroy(std::uint32_t row) {
     generation[row] = static_cast<std::uint16_t>((generation[row] + 1U) & 0xFFFU);
     free_rows.push_back(row);
     --count;
+}
+
+void Bodies::add_force(std::uint32_t row, const Vec3& f, const Vec3& t) {
+    if (force[row].isZero(0.0F) && torque[row].isZero(0.0F)) {
+        forced.push_back(row);
+    }
+    force[row] += f;
+    torque[row] += t;
+}
+
+void Bodies::clear_forces() {
+    for (const std::uint32_t row : forced) {
+        force[row].setZero();
+        torque[row].setZero();
+    }
+    forced.clear();
 }
 
 void Bodies::set_pose(std::uint32_t row, const Vec3& x, const Quat& q) {

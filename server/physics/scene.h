@@ -110,6 +110,14 @@ class Scene {
     void set_velocity(BodyId body, const Vec3& velocity, const Vec3& angular_velocity);
     /// Impulse in N s at a world point; wakes the body. Ignored for static and kinematic bodies.
     void apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point);
+    /// Force in N at a world point, or at the centre of mass, and torque in N m: they act through
+    /// the next step and are gone after it; several add up. Wakes the body. Ignored for static and
+    /// kinematic bodies; one that is not finite stops the body (see StepStats::quarantined).
+    void apply_force(BodyId body, const Vec3& force, const Vec3& point);
+    void apply_force(BodyId body, const Vec3& force);
+    void apply_torque(BodyId body, const Vec3& torque);
+    /// Impulse of rotation in N m s; wakes the body.
+    void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);
 
     /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,

@@ -77,6 +77,9 @@ struct Scene::Impl {
     /// Moves a body at once. Wakes the bodies that it touched; contacts live on where the bodies
     /// stay near each other, so that a small correction is no new touch.
     void teleport(std::uint32_t row, const Vec3& x, const Quat& q);
+    void set_velocity(std::uint32_t row, const Vec3& velocity, const Vec3& spin);
+    void push(std::uint32_t row, const Vec3& impulse, const Vec3& moment);
+    void add_force(std::uint32_t row, const Vec3& force, const Vec3& torque);
     /// Stops a body, puts it to sleep and counts it.
     void quarantine(std::uint32_t row);
     void wake(std::uint32_t row);

@@ -32,6 +32,7 @@ StepStats Scene::Impl::step(float dt) {
     break_joints();
     finish_contacts();
     follow_bounds();
+    bodies.clear_forces();
     list_moved();
     const std::uint32_t island_count = islands.update(
         bodies,

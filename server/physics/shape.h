@@ -42,6 +42,12 @@ struct Filter {
     std::uint32_t mask = 0xFFFFFFFFU;
 };
 
+/// Share of its speed that a body loses per second at low rates: v' = -c v, 1/s.
+struct Damping {
+    float linear = 0.0F;
+    float angular = 0.0F;
+};
+
 enum class BodyKind : std::uint8_t {
     kStatic,     ///< never moves
     kKinematic,  ///< moves with the velocity that it is given, pushes others, is pushed by nobody
@@ -53,6 +59,7 @@ struct BodyDef {
     Shape shape;
     Material material;
     Filter filter;
+    Damping damping;
     float mass = 1.0F;             ///< kg, dynamic only, > 0
     Vec3 position = Vec3::Zero();  ///< centre of mass, m
     Quat orientation = Quat::Identity();

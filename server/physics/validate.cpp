@@ -50,6 +50,10 @@ bool fit_velocity(const Vec3& velocity, const Vec3& angular_velocity) {
            angular_velocity.squaredNorm() <= kMaxSpin * kMaxSpin;
 }
 
+bool fit_force(const Vec3& force, const Vec3& torque) {
+    return (force.array().abs() <= kMaxForce).all() && (torque.array().abs() <= kMaxForce).all();
+}
+
 bool fit_orientation(const Quat& orientation) {
     return within(orientation.coeffs().norm(), 0.99F, 1.01F);
 }
@@ -71,6 +75,9 @@ std::string why_unfit(const BodyDef& def) {
     }
     if (!within(def.material.restitution, 0.0F, 1.0F)) {
         return "restitution out of range";
+    }
+    if (!within(def.damping.linear, 0.0F, 1.0e4F) || !within(def.damping.angular, 0.0F, 1.0e4F)) {
+        return "damping out of range";
     }
     if (!fit_position(def.position)) {
         return "position out of range";
