@@ -5,6 +5,8 @@
 #include "server/physics/shape.h"
 #include "shared/math/aabb.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -73,6 +75,15 @@ struct Bodies {
     /// Awake and dynamic: the solver may move it.
     [[nodiscard]] bool simulated(std::uint32_t row) const {
         return awake[row] != 0 && is_dynamic(row);
+    }
+
+    /// How a pair's coefficients combine: see Material.
+    [[nodiscard]] float friction_of(std::uint32_t a, std::uint32_t b) const {
+        return std::sqrt(material[a].friction * material[b].friction);
+    }
+
+    [[nodiscard]] float restitution_of(std::uint32_t a, std::uint32_t b) const {
+        return std::max(material[a].restitution, material[b].restitution);
     }
 
     /// A fresh row, not yet awake; kNoIndex when all ids are taken.

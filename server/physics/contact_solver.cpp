@@ -1,12 +1,8 @@
 #include "server/physics/contact_solver.h"
 
-#include "server/physics/inertia.h"
-#include "server/physics/integrate.h"
-#include "server/physics/validate.h"
+#include "server/physics/lane_body.h"
 
 #include <algorithm>
-#include <cmath>
-#include <span>
 
 namespace zoned::physics {
 
@@ -14,353 +10,200 @@ namespace {
 
 /// Overlap is undone no faster than this, m/s.
 constexpr float kPushSpeed = 3.0F;
-/// Passes over the contacts that bounce.
-constexpr int kRestitutionIterations = 8;
 
-/// Written out: the compiler leaves Eigen's product as a call, and this is the innermost loop.
-[[gnu::always_inline]] inline Vec3 times(const Mat3& m, const Vec3& v) {
-    return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(),
-            m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
-            m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
-}
-
-[[gnu::always_inline]] inline void apply(SolverBody& a,
-                                         SolverBody& b,
-                                         const Vec3& direction,
-                                         const Vec3& moment_a,
-                                         const Vec3& moment_b,
-                                         float impulse) {
-    a.velocity -= (impulse * a.inv_mass) * direction;
-    b.velocity += (impulse * b.inv_mass) * direction;
-    a.spin -= times(a.inv_inertia, impulse * moment_a);
-    b.spin += times(b.inv_inertia, impulse * moment_b);
-}
-
-[[gnu::always_inline]] inline float speed_along(const SolverBody& a,
-                                                const SolverBody& b,
-                                                const Vec3& direction,
-                                                const Vec3& moment_a,
-                                                const Vec3& moment_b) {
-    return direction.dot(b.velocity - a.velocity) + moment_b.dot(b.spin) - moment_a.dot(a.spin);
+/// Speed of b's point relative to a's along a direction.
+[[gnu::always_inline]] inline Lanes speed_along(const LaneBody& a,
+                                                const LaneBody& b,
+                                                const Lanes3& direction,
+                                                const Lanes3& moment_a,
+                                                const Lanes3& moment_b) {
+    return dot(direction, b.velocity - a.velocity) + dot(moment_b, b.spin) - dot(moment_a, a.spin);
 }
 
 }  // namespace
 
+/// How far the bodies have drifted apart from where they stand at the contact. Arms that started at
+/// one point end at one point again: a's grows by `shift_a`, b's by `shift_b`.
+struct ContactSolver::Arms {
+    Lanes closing;  ///< of b relative to a, along the normal
+    Lanes3 shift_a, shift_b;
+
+    [[gnu::always_inline]] Arms(const ContactBatch& batch, const LaneBody& a, const LaneBody& b) {
+        const Lanes3 offset = batch.lead + (b.shift - a.shift);
+        closing = dot(batch.normal, offset);
+        shift_a = batch.follow_b * offset;
+        shift_b = shift_a - offset - batch.between;
+    }
+};
+
 void ContactSolver::reserve(std::size_t bodies, std::size_t contacts) {
-    moving_.reserve(bodies + 1);
-    constraints_.reserve(contacts);
+    moving_.reserve(bodies);
+    coloring_.reserve(bodies, contacts);
+    batches_.reserve(contacts);
+    points_.reserve(contacts);
+    watches_.reserve(contacts);
 }
 
-ContactSolver::Drift ContactSolver::drift_of(const Constraint& c,
-                                             const SolverBody& a,
-                                             const SolverBody& b) const {
-    Drift drift;
-    drift.offset = c.lead + b.shift - a.shift;
-    drift.closing = c.normal.dot(drift.offset);
-    drift.shift_a = c.follow_b * drift.offset;
-    drift.shift_b = drift.shift_a - drift.offset;
-    drift.moment_a = drift.shift_a.cross(c.normal);
-    drift.moment_b = drift.shift_b.cross(c.normal);
-    return drift;
-}
-
-void ContactSolver::integrate_velocities() {
-    const Vec3 gain = h_ * parameters_.gravity;
-    for (SolverBody& body : moving_) {
-        body.start_velocity = body.velocity;
-        if (body.inv_mass > 0.0F) {
-            body.velocity += gain;
+void ContactSolver::warm_start() {
+    for (ContactBatch& batch : batches_) {
+        LaneBody a(moving_, batch.a);
+        LaneBody b(moving_, batch.b);
+        const Arms arms(batch, a, b);
+        const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
+        const Lanes3 shear = batch.impulse1 * batch.tangent + batch.impulse2 * tangent2;
+        // The points' impulses are parallel: one force at their centre of pressure.
+        Lanes push = lanes(0.0F);
+        Lanes3 lever{push, push, push};
+        for (std::size_t k = 0; k < batch.count; ++k) {
+            const PointLanes& p = points_[batch.points + k];
+            push += p.impulse;
+            lever = lever + p.impulse * p.arm;
         }
+        const Lanes3 thrust = push * batch.normal;
+        const Lanes3 impulse = thrust + shear;
+        const Lanes3 moment =
+            cross(lever, batch.normal) + cross(batch.grip, shear) + batch.twist * batch.normal;
+        a.pull(impulse, moment + cross(arms.shift_a, impulse));
+        b.push(impulse, moment + cross(arms.shift_b, impulse));
+        a.store(moving_, batch.a);
+        b.store(moving_, batch.b);
     }
 }
 
-void ContactSolver::integrate_positions(const Bodies& bodies) {
-    for (SolverBody& body : moving_) {
-        body.shift += h_ * body.velocity;
-        if (body.spin.isZero(0.0F)) {
-            continue;
-        }
-        if (body.inv_mass == 0.0F || bodies.round[body.row] != 0) {
-            const Vec3 turn = h_ * body.spin;
-            body.orientation = turned(body.orientation, turn);
-            body.turn += turn;
-            continue;
-        }
-        body.turn += rotate_freely(bodies.inertia[body.row], h_, body.orientation, body.spin);
-        body.inv_inertia =
-            rotated_tensor(body.orientation.toRotationMatrix(), bodies.inv_inertia[body.row]);
-    }
-}
+[[gnu::always_inline]] inline void ContactSolver::solve_friction(ContactBatch& batch,
+                                                                 LaneBody& a,
+                                                                 LaneBody& b,
+                                                                 const Arms& arms,
+                                                                 const Lanes& push,
+                                                                 const Lanes& leverage) const {
+    const Lanes twist_limit = batch.friction * leverage;
+    const Lanes rate = dot(batch.normal, b.spin - a.spin);
+    const Lanes twist = max(min(batch.twist - batch.twist_mass * rate, twist_limit), -twist_limit);
+    const Lanes3 turn = (twist - batch.twist) * batch.normal;
+    batch.twist = twist;
+    a.spin = a.spin - a.inverse * turn;
+    b.spin = b.spin + b.inverse * turn;
 
-/// A substep moved bodies with the velocity at its end. Where the velocity changed by forces, the
-/// mean of both ends is exact to second order (x += v h + a h^2 / 2), and with it the path of a
-/// thrown body. Where it changed by an impact there is no such mean: what is more than twice what
-/// gravity does is left alone.
-void ContactSolver::follow_mean_velocity() {
-    const float limit = 2.0F * h_ * parameters_.gravity.norm();
-    for (SolverBody& body : moving_) {
-        const Vec3 change = body.velocity - body.start_velocity;
-        if (change.squaredNorm() <= limit * limit) {
-            body.shift -= 0.5F * h_ * change;
-        }
-    }
-}
-
-/// Notes how fast the surfaces will be when they meet, for points that will within this substep.
-/// The velocities hold gravity for the whole substep already, the impact comes after the gap s was
-/// closed: v_impact^2 = v_start^2 - 2 a s with the relative acceleration a along the normal.
-void ContactSolver::watch_impacts(Constraint& c) const {
-    const SolverBody& a = moving_[c.a];
-    const SolverBody& b = moving_[c.b];
-    const Drift drift = drift_of(c, a, b);
-    const float pull = c.normal.dot(parameters_.gravity) *
-                       ((b.inv_mass > 0.0F ? 1.0F : 0.0F) - (a.inv_mass > 0.0F ? 1.0F : 0.0F));
-    for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-        Point& p = c.points[i];
-        const Vec3 moment_a = p.moment_a + drift.moment_a;
-        const Vec3 moment_b = p.moment_b + drift.moment_b;
-        const float s = p.separation + drift.closing + moment_b.dot(b.turn) - moment_a.dot(a.turn);
-        const float speed = speed_along(a, b, c.normal, moment_a, moment_b);
-        if (p.impact > 0.0F || speed >= 0.0F || s + h_ * speed > 0.0F) {
-            continue;
-        }
-        const float start = speed - h_ * pull;
-        const float impact = std::sqrt(std::max(0.0F, start * start - 2.0F * pull * s));
-        if (impact > parameters_.restitution_speed) {
-            p.impact = impact;
-            c.impact = true;
-        }
-    }
-}
-
-void ContactSolver::warm_start(Constraint& c) {
-    SolverBody& a = moving_[c.a];
-    SolverBody& b = moving_[c.b];
-    const Drift drift = drift_of(c, a, b);
-    Vec3 impulse = c.impulse1 * c.tangent1 + c.impulse2 * c.tangent2;
-    const Vec3 shear = impulse;
-    Vec3 moment_a = c.impulse1 * c.moment1_a + c.impulse2 * c.moment2_a + c.twist * c.normal;
-    Vec3 moment_b = c.impulse1 * c.moment1_b + c.impulse2 * c.moment2_b + c.twist * c.normal;
-    float push = 0.0F;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-        const Point& p = c.points[i];
-        push += p.impulse;
-        moment_a += p.impulse * p.moment_a;
-        moment_b += p.impulse * p.moment_b;
-    }
-    impulse += push * c.normal;
-    moment_a += push * drift.moment_a + drift.shift_a.cross(shear);
-    moment_b += push * drift.moment_b + drift.shift_b.cross(shear);
-    a.velocity -= a.inv_mass * impulse;
-    b.velocity += b.inv_mass * impulse;
-    a.spin -= times(a.inv_inertia, moment_a);
-    b.spin += times(b.inv_inertia, moment_b);
-}
-
-void ContactSolver::solve_friction(Constraint& c,
-                                   SolverBody& a,
-                                   SolverBody& b,
-                                   const Drift& drift) const {
-    float push = 0.0F;
-    float leverage = 0.0F;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-        push += c.points[i].impulse;
-        leverage += c.points[i].impulse * c.points[i].lever;
-    }
-    if (leverage > 0.0F || c.twist != 0.0F) {
-        const float rate = c.normal.dot(b.spin - a.spin);
-        const float limit = c.friction * leverage;
-        const float twist = std::clamp(c.twist - c.twist_mass * rate, -limit, limit);
-        const float change = twist - c.twist;
-        c.twist = twist;
-        a.spin -= times(a.inv_inertia, change * c.normal);
-        b.spin += times(b.inv_inertia, change * c.normal);
-    }
-    const Vec3 m1a = c.moment1_a + drift.shift_a.cross(c.tangent1);
-    const Vec3 m1b = c.moment1_b + drift.shift_b.cross(c.tangent1);
-    const Vec3 m2a = c.moment2_a + drift.shift_a.cross(c.tangent2);
-    const Vec3 m2b = c.moment2_b + drift.shift_b.cross(c.tangent2);
-    const float v1 = speed_along(a, b, c.tangent1, m1a, m1b);
-    const float v2 = speed_along(a, b, c.tangent2, m2a, m2b);
-    float f1 = c.impulse1 - (c.inv11 * v1 + c.inv12 * v2);
-    float f2 = c.impulse2 - (c.inv12 * v1 + c.inv22 * v2);
-    const float limit = c.friction * push;
-    const float size2 = f1 * f1 + f2 * f2;
-    if (size2 > limit * limit) {
-        const float scale = limit / std::sqrt(size2);
-        f1 *= scale;
-        f2 *= scale;
-    }
-    apply(a, b, c.tangent1, m1a, m1b, f1 - c.impulse1);
-    apply(a, b, c.tangent2, m2a, m2b, f2 - c.impulse2);
-    c.impulse1 = f1;
-    c.impulse2 = f2;
+    const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
+    const Lanes3 arm_a = batch.grip + arms.shift_a;
+    const Lanes3 arm_b = batch.grip + arms.shift_b;
+    const Lanes3 slip = (b.velocity - a.velocity) + (cross(b.spin, arm_b) - cross(a.spin, arm_a));
+    const Lanes v1 = dot(batch.tangent, slip);
+    const Lanes v2 = dot(tangent2, slip);
+    Lanes f1 = batch.impulse1 - (batch.inv11 * v1 + batch.inv12 * v2);
+    Lanes f2 = batch.impulse2 - (batch.inv12 * v1 + batch.inv22 * v2);
+    // Scaled back onto the cone: limit / max(size, limit) is 1 inside of it. The smallest size
+    // keeps 0 / 0 out.
+    const Lanes limit = batch.friction * push;
+    const Lanes size = sqrt(f1 * f1 + f2 * f2);
+    const Lanes scale = limit / max(max(size, limit), lanes(1.0e-30F));
+    f1 *= scale;
+    f2 *= scale;
+    const Lanes3 impulse = (f1 - batch.impulse1) * batch.tangent + (f2 - batch.impulse2) * tangent2;
+    batch.impulse1 = f1;
+    batch.impulse2 = f2;
+    a.pull(impulse, cross(arm_a, impulse));
+    b.push(impulse, cross(arm_b, impulse));
 }
 
 /// Normals first, then friction within the cone that they allow: after an impact the cone has to
 /// shrink with the push in the same pass.
+///
+/// With springs, a gap s may close as far as the surface within the substep (bias s / h), an
+/// overlap is pushed apart softly. Without them, overlap is left alone, and so is a gap that no
+/// impulse holds open: positions were moved already, it is the next substep's affair.
 template <bool kSoft>
-void ContactSolver::solve_constraint(Constraint& c) {
-    SolverBody& a = moving_[c.a];
-    SolverBody& b = moving_[c.b];
-    const Drift drift = drift_of(c, a, b);
-    const float inv_h = 1.0F / h_;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-        Point& p = c.points[i];
-        const Vec3 moment_a = p.moment_a + drift.moment_a;
-        const Vec3 moment_b = p.moment_b + drift.moment_b;
-        const float s = p.separation + drift.closing + moment_b.dot(b.turn) - moment_a.dot(a.turn);
-        float bias = 0.0F;
-        float mass_scale = 1.0F;
-        float impulse_scale = 0.0F;
-        if (s > 0.0F) {
-            if (!kSoft && p.impulse == 0.0F) {
-                continue;  // positions were moved already: this gap is the next substep's affair
-            }
-            bias = s * inv_h;  // may come as far as the surface within this substep
-        } else if (kSoft) {
-            bias = std::max(softness_.bias_rate * s, -kPushSpeed);
-            mass_scale = softness_.mass_scale;
-            impulse_scale = softness_.impulse_scale;
+[[gnu::always_inline]] inline void ContactSolver::solve_batch(ContactBatch& batch) {
+    LaneBody a(moving_, batch.a);
+    LaneBody b(moving_, batch.b);
+    const Arms arms(batch, a, b);
+    const Lanes zero = lanes(0.0F);
+    const Lanes inv_h = lanes(1.0F / h_);
+    Lanes push = zero;
+    Lanes leverage = zero;
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        PointLanes& p = points_[batch.points + k];
+        const Lanes3 moment_a = cross(p.arm + arms.shift_a, batch.normal);
+        const Lanes3 moment_b = cross(p.arm + arms.shift_b, batch.normal);
+        const Lanes s = p.separation + arms.closing + dot(moment_b, b.turn) - dot(moment_a, a.turn);
+        const Lanes speed = speed_along(a, b, batch.normal, moment_a, moment_b);
+        const Lanes gap = max(s, zero) * inv_h;
+        Lanes impulse;
+        if constexpr (kSoft) {
+            const Lanes bias = gap + max(softness_.bias_rate * min(s, zero), lanes(-kPushSpeed));
+            const Lanes stiff = p.mass * (speed + bias);
+            const Lanes give =
+                softness_.impulse_scale * p.impulse - (1.0F - softness_.mass_scale) * stiff;
+            impulse = max(p.impulse - stiff - where_not_positive(s, give), zero);
+        } else {
+            const Lanes held = (p.impulse + max(-s, zero)) * lanes(1.0e30F);
+            impulse = min(max(p.impulse - p.mass * (speed + gap), zero), held);
         }
-        const float speed = speed_along(a, b, c.normal, moment_a, moment_b);
-        const float wanted =
-            p.impulse - p.mass * mass_scale * (speed + bias) - impulse_scale * p.impulse;
-        const float impulse = std::max(wanted, 0.0F);
-        apply(a, b, c.normal, moment_a, moment_b, impulse - p.impulse);
+        const Lanes change = impulse - p.impulse;
         p.impulse = impulse;
+        a.pull(change * batch.normal, change * moment_a);
+        b.push(change * batch.normal, change * moment_b);
+        push += impulse;
+        leverage += impulse * p.lever;
     }
-    solve_friction(c, a, b, drift);
+    solve_friction(batch, a, b, arms, push, leverage);
+    a.store(moving_, batch.a);
+    b.store(moving_, batch.b);
 }
 
-void ContactSolver::end_substep(Constraint& c) const {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-        Point& p = c.points[i];
-        p.total += p.impulse;
-        p.impulse = c.impact ? 0.0F : p.impulse;
-    }
-    if (c.impact) {
-        // What stopped an impact is no force that goes on.
-        c.impulse1 = 0.0F;
-        c.impulse2 = 0.0F;
-        c.twist = 0.0F;
-        c.impact = false;
+template <bool kSoft>
+void ContactSolver::solve_all() {
+    for (ContactBatch& batch : batches_) {
+        solve_batch<kSoft>(batch);
     }
 }
 
 void ContactSolver::substep(const Bodies& bodies) {
-    integrate_velocities();
-    for (Constraint& c : constraints_) {
-        if (c.watched) {
-            watch_impacts(c);
-        }
-    }
-    for (Constraint& c : constraints_) {
-        warm_start(c);
-    }
+    moving_.integrate_velocities();
+    watch_impacts();
+    warm_start();
     for (int i = 0; i < parameters_.iterations; ++i) {
-        for (Constraint& c : constraints_) {
-            solve_constraint<true>(c);
-        }
+        solve_all<true>();
     }
-    integrate_positions(bodies);
+    moving_.integrate_positions(bodies);
     for (int i = 0; i < parameters_.relax_iterations; ++i) {
-        for (Constraint& c : constraints_) {
-            solve_constraint<false>(c);
-        }
+        solve_all<false>();
     }
-    follow_mean_velocity();
-    for (Constraint& c : constraints_) {
-        end_substep(c);
+    for (PointLanes& p : points_) {
+        p.total += p.impulse;
     }
-}
-
-/// Newton's restitution: points that met faster than the threshold and carried an impulse leave
-/// with e times the speed of impact; friction of the second half of the impact comes with it.
-void ContactSolver::restitute() {
-    const auto bounces = [](const Constraint& c) {
-        const auto points = std::span(c.points).first(static_cast<std::size_t>(c.count));
-        return c.restitution > 0.0F &&
-               std::any_of(points.begin(), points.end(), [](const Point& p) {
-                   return p.impact > 0.0F && p.total > 0.0F;
-               });
-    };
-    for (Constraint& c : constraints_) {
-        if (bounces(c)) {
-            c.impact = true;
-            end_substep(c);
-            c.impact = true;
-        }
-    }
-    for (int i = 0; i < kRestitutionIterations; ++i) {
-        for (Constraint& c : constraints_) {
-            if (!c.impact) {
-                continue;
-            }
-            SolverBody& a = moving_[c.a];
-            SolverBody& b = moving_[c.b];
-            const Drift drift = drift_of(c, a, b);
-            for (std::size_t k = 0; k < static_cast<std::size_t>(c.count); ++k) {
-                Point& p = c.points[k];
-                if (p.total <= 0.0F) {
-                    continue;
-                }
-                const Vec3 moment_a = p.moment_a + drift.moment_a;
-                const Vec3 moment_b = p.moment_b + drift.moment_b;
-                const float speed = speed_along(a, b, c.normal, moment_a, moment_b);
-                const float wanted = p.impulse - p.mass * (speed - c.restitution * p.impact);
-                const float impulse = std::max(wanted, 0.0F);
-                apply(a, b, c.normal, moment_a, moment_b, impulse - p.impulse);
-                p.impulse = impulse;
-            }
-            solve_friction(c, a, b, drift);
-        }
-    }
-    for (Constraint& c : constraints_) {
-        if (c.impact) {
-            end_substep(c);
-        }
-    }
+    moving_.follow_mean_velocity();
+    forget_impacts();
 }
 
 void ContactSolver::store(Bodies& bodies,
                           ContactGraph& graph,
                           std::vector<std::uint32_t>& broken) const {
-    for (std::size_t i = 1; i < moving_.size(); ++i) {
-        const SolverBody& body = moving_[i];
-        const Vec3 position = bodies.position[body.row] + body.shift;
-        if (!fit_position(position) || !fit_velocity(body.velocity, body.spin) ||
-            !fit_orientation(body.orientation)) {
-            broken.push_back(body.row);
-            bodies.set_pose(body.row, bodies.position[body.row], bodies.orientation[body.row]);
-            bodies.velocity[body.row].setZero();
-            bodies.angular_velocity[body.row].setZero();
-            continue;
-        }
-        bodies.set_pose(body.row, position, body.orientation);
-        bodies.velocity[body.row] = body.velocity;
-        bodies.angular_velocity[body.row] = body.spin;
-    }
-    for (const Constraint& c : constraints_) {
-        Contact& contact = graph[c.contact];
-        contact.friction = c.impulse1 * c.tangent1 + c.impulse2 * c.tangent2;
-        contact.twist = c.twist;
-        contact.step_impulse = 0.0F;
-        for (std::size_t i = 0; i < static_cast<std::size_t>(c.count); ++i) {
-            contact.points[i].impulse = c.points[i].impulse;
-            contact.step_impulse += c.points[i].total;
+    moving_.store(bodies, broken);
+    for (const ContactBatch& batch : batches_) {
+        const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
+        const Lanes3 shear = batch.impulse1 * batch.tangent + batch.impulse2 * tangent2;
+        for (std::size_t lane = 0; lane < kLanes && batch.contact[lane] != kNoIndex; ++lane) {
+            Contact& contact = graph[batch.contact[lane]];
+            contact.friction = shear.get(lane);
+            contact.twist = batch.twist[lane];
+            contact.step_impulse = 0.0F;
+            for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
+                const PointLanes& p = points_[batch.points + k];
+                contact.points[k].impulse = p.impulse[lane];
+                contact.step_impulse += p.total[lane];
+            }
         }
     }
 }
 
 void ContactSolver::solve(Bodies& bodies,
                           ContactGraph& graph,
-                          const std::vector<std::uint32_t>& list,
+                          std::span<const std::uint32_t> list,
                           const Parameters& parameters,
                           std::vector<std::uint32_t>& broken) {
     parameters_ = parameters;
     h_ = parameters.dt / static_cast<float>(parameters.substeps);
-    gather(bodies);
     prepare(bodies, graph, list);
     for (int i = 0; i < parameters.substeps; ++i) {
         substep(bodies);

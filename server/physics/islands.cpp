@@ -98,6 +98,9 @@ std::uint32_t Islands::update(Bodies& bodies, ContactGraph& graph, const Limits&
             }
         }
     }
+    for (const std::uint32_t row : list) {
+        bodies.solver_slot[row] = 0;
+    }
     return islands;
 }
 

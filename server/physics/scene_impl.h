@@ -47,7 +47,8 @@ struct Scene::Impl {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
     std::vector<std::uint32_t> solve_list;
     std::vector<std::uint32_t> broken;
-    std::vector<std::uint32_t> refitted;  ///< rows whose fat box is new, on their way to `boxes`
+    std::vector<std::uint32_t> refitted;   ///< rows whose fat box is new, on their way to `boxes`
+    std::vector<std::uint8_t> in_contact;  ///< by row: a contact holds it in this step
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
     [[nodiscard]] spatial::BoxIndex& boxes_of(std::uint32_t row) {

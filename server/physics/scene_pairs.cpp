@@ -201,9 +201,11 @@ void Scene::Impl::find_pairs(float dt) {
         return limit - std::min<std::size_t>(limit, graph.size());
     };
     const std::size_t limit = settings.max_pairs;
+    const std::size_t room_for_dynamic = room_within(limit);
     std::size_t done = meet_each(
         pending.size(), room_within(2 * limit), [&](std::uint32_t row) { meet_fixed(row); });
-    done = meet_each(done, room_within(limit), [&](std::uint32_t row) {
+    const std::size_t most = new_pairs.size() + room_for_dynamic;
+    done = meet_each(done, most, [&](std::uint32_t row) {
         if (bodies.is_dynamic(row)) {
             meet_kind(row, BodyKind::kDynamic);
         }

@@ -40,7 +40,19 @@ void Scene::Impl::solve(float dt) {
     parameters.relax_iterations = settings.relax_iterations;
     parameters.restitution_speed = settings.restitution_speed_mps;
     broken.clear();
+    in_contact.assign(bodies.rows(), 0);
+    for (const std::uint32_t index : solve_list) {
+        in_contact[graph[index].a] = 1;
+        in_contact[graph[index].b] = 1;
+    }
     solver.solve(bodies, graph, solve_list, parameters, broken);
+    for (const auto* list : {&bodies.awake_list, &bodies.mover_list}) {
+        for (const std::uint32_t row : *list) {
+            if (in_contact[row] == 0) {
+                fly_free(bodies, row, settings.gravity, dt, broken);
+            }
+        }
+    }
     for (const std::uint32_t row : broken) {
         quarantine(row);
     }

@@ -1,0 +1,139 @@
+// Lanes: eight numbers at once, and the moves between rows of eight and lanes; the arithmetic of
+// the wide solver.
+#pragma once
+
+#include "shared/math/types.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace zoned::physics {
+
+inline constexpr std::size_t kLanes = 8;
+
+/// One number of each of eight constraints, as the vector type of both compilers: they turn it into
+/// whatever registers the target has. Fixed-size Eigen arrays in structures as large as the
+/// solver's stay in memory between operations (measured: four times slower).
+typedef float Lanes __attribute__((vector_size(32)));
+
+#define ZONED_INLINE [[gnu::always_inline]] inline
+
+ZONED_INLINE Lanes lanes(float value) {
+    return Lanes{value, value, value, value, value, value, value, value};
+}
+
+ZONED_INLINE Lanes min(const Lanes& a, const Lanes& b) {
+    return a < b ? a : b;
+}
+
+ZONED_INLINE Lanes max(const Lanes& a, const Lanes& b) {
+    return a > b ? a : b;
+}
+
+ZONED_INLINE Lanes sqrt(const Lanes& a) {
+    Lanes out;
+    Eigen::Map<Eigen::Array<float, kLanes, 1>>(reinterpret_cast<float*>(&out)) =
+        Eigen::Map<const Eigen::Array<float, kLanes, 1>>(reinterpret_cast<const float*>(&a)).sqrt();
+    return out;
+}
+
+/// `value` in the lanes where `s` is not positive, zero in the others.
+ZONED_INLINE Lanes where_not_positive(const Lanes& s, const Lanes& value) {
+    return s <= lanes(0.0F) ? value : lanes(0.0F);
+}
+
+/// One vector of each of eight constraints.
+struct Lanes3 {
+    Lanes x, y, z;
+
+    void set(std::size_t lane, const Vec3& v) {
+        x[lane] = v.x();
+        y[lane] = v.y();
+        z[lane] = v.z();
+    }
+
+    [[nodiscard]] Vec3 get(std::size_t lane) const { return {x[lane], y[lane], z[lane]}; }
+};
+
+ZONED_INLINE Lanes3 operator+(const Lanes3& a, const Lanes3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+ZONED_INLINE Lanes3 operator-(const Lanes3& a, const Lanes3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+ZONED_INLINE Lanes3 operator*(const Lanes& s, const Lanes3& v) {
+    return {s * v.x, s * v.y, s * v.z};
+}
+
+ZONED_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+ZONED_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Eight symmetric 3 x 3 matrices.
+struct LanesTensor {
+    Lanes xx, xy, xz, yy, yz, zz;
+};
+
+ZONED_INLINE Lanes3 operator*(const LanesTensor& m, const Lanes3& v) {
+    return {m.xx * v.x + m.xy * v.y + m.xz * v.z,
+            m.xy * v.x + m.yy * v.y + m.yz * v.z,
+            m.xz * v.x + m.yz * v.y + m.zz * v.z};
+}
+
+/// Eight numbers of one body. What a constraint needs of it comes in whole rows, so that eight rows
+/// become eight lanes by one transposition.
+struct Row8 {
+    Lanes at = lanes(0.0F);
+};
+
+using LaneRows = std::array<std::uint32_t, kLanes>;
+
+/// Eight times eight numbers.
+struct Block8 {
+    Lanes row[kLanes];
+};
+
+/// Rows become columns.
+ZONED_INLINE void transpose(Block8& m) {
+    Block8 t;
+    for (std::size_t i = 0; i < kLanes; i += 2) {
+        const Lanes& a = m.row[i];
+        const Lanes& b = m.row[i + 1];
+        t.row[i] = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+        t.row[i + 1] = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+    }
+    Block8 u;
+    for (std::size_t i = 0; i < kLanes; i += 4) {
+        u.row[i] = __builtin_shufflevector(t.row[i], t.row[i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+        u.row[i + 1] = __builtin_shufflevector(t.row[i], t.row[i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+        u.row[i + 2] =
+            __builtin_shufflevector(t.row[i + 1], t.row[i + 3], 0, 1, 8, 9, 4, 5, 12, 13);
+        u.row[i + 3] =
+            __builtin_shufflevector(t.row[i + 1], t.row[i + 3], 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+        m.row[i] = __builtin_shufflevector(u.row[i], u.row[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+        m.row[i + 4] = __builtin_shufflevector(u.row[i], u.row[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+    }
+}
+
+/// Row `rows[i]` of the table becomes lane i of the eight results.
+ZONED_INLINE Block8 gather(const Row8* table, const LaneRows& rows) {
+    Block8 block;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        block.row[i] = table[rows[i]].at;
+    }
+    transpose(block);
+    return block;
+}
+
+#undef ZONED_INLINE
+
+}  // namespace zoned::physics
