@@ -29,7 +29,7 @@ struct Settings {
     BroadphaseKind broadphase = BroadphaseKind::kAutomatic;
     float cell_m = 4.0F;     ///< grid: cell size of one level; the others are doublings of it
     int cell_depth = 16;     ///< octree, quadtree: levels below the root, 1..30
-    int boxes_per_cell = 8;  ///< octree, quadtree: a cell with more of them splits, 1..1000
+    int boxes_per_cell = 16;  ///< octree, quadtree: a cell with more of them splits, 1..1000
     /// While there are so many pairs (about 0.5 kB each), no new ones of dynamic bodies are looked
     /// for, and from twice as many on no others either: those with the highest ids wait.
     std::uint32_t max_pairs = 1U << 18;
