@@ -78,6 +78,7 @@ struct Scene::Impl {
     void refresh_bounds(float dt);
     void find_pairs(float dt);
     void sort_pending();
+    [[nodiscard]] bool found_before(std::uint32_t row, std::uint32_t other) const;
     void meet(std::uint32_t row, std::uint32_t other);
     void meet_fixed(std::uint32_t row);
     void meet_kind(std::uint32_t row, BodyKind kind);
