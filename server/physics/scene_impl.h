@@ -89,6 +89,7 @@ struct Scene::Impl {
     void find_pairs(float dt);
     void sort_pending();
     void drop_far_pairs();
+    [[nodiscard]] bool found_before(std::uint32_t row, std::uint32_t other) const;
     void meet(std::uint32_t row, std::uint32_t other);
     void meet_fixed(std::uint32_t row);
     void meet_kind(std::uint32_t row, BodyKind kind);

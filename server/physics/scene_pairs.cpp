@@ -18,28 +18,26 @@ bool dips_into(const Aabb& box, const Vec3& origin, const Vec3& up) {
     return up.dot(centre - origin) <= up.cwiseAbs().dot(half);
 }
 
-/// Where a body may be in the coming step.
-struct Reach {
-    Aabb box;
-    Ball ball;
-};
-
-Reach reach_of(const Aabb& bounds,
-               const Vec3& position,
-               float radius,
-               const Vec3& travel,
-               float turn) {
+/// The box of all that a body may reach in the coming step, margin included.
+Aabb reach_of(const Aabb& bounds,
+              const Vec3& position,
+              float radius,
+              const Vec3& travel,
+              float turn) {
     // Turning carries no point farther than the arc, nor out of the bounding sphere.
-    const Aabb turned = bounds.grown(kContactMargin + turn * radius);
     const Vec3 most = Vec3::Constant(radius + kContactMargin);
-    const Aabb held{turned.lower.cwiseMax(position - most), turned.upper.cwiseMin(position + most)};
-    return {swept(held, travel),
-            {position + 0.5F * travel, radius + kContactMargin + 0.5F * travel.norm()}};
+    const Vec3 spread = Vec3::Constant(kContactMargin + turn * radius);
+    const Aabb turned{(bounds.lower - spread).cwiseMax(position - most),
+                      (bounds.upper + spread).cwiseMin(position + most)};
+    return swept(turned, travel);
 }
 
-bool encloses(const Ball& outer, const Ball& inner) {
-    const float slack = outer.radius - inner.radius;
-    return slack >= 0.0F && (outer.centre - inner.centre).squaredNorm() <= slack * slack;
+/// Whether a ball of that radius stays inside `outer` all along a straight move.
+bool encloses(const Ball& outer, const Vec3& from, const Vec3& travel, float radius) {
+    const float slack = outer.radius - radius;
+    const Vec3 off = from - outer.centre;
+    const float far = std::max(off.squaredNorm(), (off + travel).squaredNorm());
+    return slack >= 0.0F && far <= slack * slack;
 }
 
 }  // namespace
@@ -82,11 +80,12 @@ void Scene::Impl::refresh_bounds(float dt) {
     const auto refresh = [&](std::uint32_t row, const Vec3& pull) {
         const Vec3 travel = dt * bodies.velocity[row] + dt * dt * pull;
         const float turn = std::min(1.0F, dt * bodies.angular_velocity[row].norm());
-        const Reach reach =
-            reach_of(bodies.bounds[row], bodies.position[row], bodies.radius[row], travel, turn);
-        if (!encloses(bodies.fat[row], reach.box) || !encloses(fat_balls[row], reach.ball)) {
-            bodies.fat[row] = reach.box.grown(kFatMargin);
-            fat_balls[row] = {reach.ball.centre, reach.ball.radius + kFatMargin};
+        const Vec3& x = bodies.position[row];
+        const float radius = bodies.radius[row] + kContactMargin;
+        const Aabb reach = reach_of(bodies.bounds[row], x, bodies.radius[row], travel, turn);
+        if (!encloses(bodies.fat[row], reach) || !encloses(fat_balls[row], x, travel, radius)) {
+            bodies.fat[row] = reach.grown(kFatMargin);
+            fat_balls[row] = {x + 0.5F * travel, radius + 0.5F * travel.norm() + kFatMargin};
             refitted.push_back(row);
         }
     };
@@ -146,11 +145,14 @@ void Scene::Impl::drop_far_pairs() {
     }
 }
 
-/// Adds the pair of a body whose box is new with another one, unless it is known.
+/// Of two bodies whose boxes are new, the one that is looked at first finds the pair.
+bool Scene::Impl::found_before(std::uint32_t row, std::uint32_t other) const {
+    return pending_mark[other] != 0 && other <= row;
+}
+
+/// Adds a pair, unless it is known or must not collide.
 void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
-    // Of two bodies whose boxes are new, the one that was looked at first has found the pair.
-    const bool found = pending_mark[other] != 0 && other <= row;
-    if (!found && bodies.may_collide(row, other) && !joints.parts(bodies, row, other) &&
+    if (bodies.may_collide(row, other) && !joints.parts(bodies, row, other) &&
         !graph.contains(row, other)) {
         new_pairs.emplace_back(std::min(row, other), std::max(row, other));
     }
@@ -160,7 +162,7 @@ void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
 void Scene::Impl::meet_kind(std::uint32_t row, BodyKind kind) {
     const Ball ball = fat_balls[row];
     boxes[static_cast<std::size_t>(kind)].query(bodies.fat[row], [&](std::uint32_t other) {
-        if (ball.overlaps(fat_balls[other])) {
+        if (!found_before(row, other) && ball.overlaps(fat_balls[other])) {
             meet(row, other);
         }
     });
@@ -170,7 +172,8 @@ void Scene::Impl::meet_kind(std::uint32_t row, BodyKind kind) {
 void Scene::Impl::meet_fixed(std::uint32_t row) {
     if (bodies.is_plane(row)) {
         for (std::uint32_t other = 0; other < bodies.rows(); ++other) {
-            if (bodies.alive[other] != 0 && bodies.is_dynamic(other) && near(row, other)) {
+            if (bodies.alive[other] != 0 && bodies.is_dynamic(other) && !found_before(row, other) &&
+                near(row, other)) {
                 meet(row, other);
             }
         }
@@ -180,7 +183,7 @@ void Scene::Impl::meet_fixed(std::uint32_t row) {
         meet_kind(row, BodyKind::kStatic);
         meet_kind(row, BodyKind::kKinematic);
         for (const std::uint32_t plane : planes) {
-            if (near(row, plane)) {
+            if (!found_before(row, plane) && near(row, plane)) {
                 meet(row, plane);
             }
         }
@@ -214,9 +217,11 @@ void Scene::Impl::find_pairs(float dt) {
         return limit - std::min<std::size_t>(limit, graph.size());
     };
     const std::size_t limit = settings.max_pairs;
+    const std::size_t room_for_dynamic = room_within(limit);
     std::size_t done = meet_each(
         pending.size(), room_within(2 * limit), [&](std::uint32_t row) { meet_fixed(row); });
-    done = meet_each(done, room_within(limit), [&](std::uint32_t row) {
+    const std::size_t most = new_pairs.size() + room_for_dynamic;
+    done = meet_each(done, most, [&](std::uint32_t row) {
         if (bodies.is_dynamic(row)) {
             meet_kind(row, BodyKind::kDynamic);
         }

@@ -78,45 +78,48 @@ void BoxGrid::rehash() {
     used_ = live;
 }
 
+/// Adds a box to the list of each cell that it covers.
 void BoxGrid::link(std::uint32_t row) {
-    const Entry& entry = entries_[row];
-    Cell at;
-    for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
-        for (at.at[1] = entry.lower.at[1]; at.at[1] <= entry.upper.at[1]; ++at.at[1]) {
-            for (at.at[2] = entry.lower.at[2]; at.at[2] <= entry.upper.at[2]; ++at.at[2]) {
-                const std::size_t slot = slot_for(key_of(entry.level, at));
-                std::uint32_t node = free_node_;
-                if (node != kNone) {
-                    free_node_ = nodes_[node].next;
-                } else {
-                    node = static_cast<std::uint32_t>(nodes_.size());
-                    nodes_.emplace_back();
-                }
-                nodes_[node] = {row, heads_[slot]};
-                heads_[slot] = node;
-            }
+    Entry& entry = entries_[row];
+    std::uint32_t before = kNone;
+    for_each_cell(entry, [&](const Cell& at) {
+        const std::size_t slot = slot_for(key_of(entry.level, at));
+        std::uint32_t node = free_node_;
+        if (node != kNone) {
+            free_node_ = nodes_[node].next;
+        } else {
+            node = static_cast<std::uint32_t>(nodes_.size());
+            nodes_.emplace_back();
         }
-    }
+        nodes_[node] = {row, heads_[slot], kNone, kNone};
+        if (heads_[slot] != kNone) {
+            nodes_[heads_[slot]].previous = node;
+        }
+        heads_[slot] = node;
+        (before == kNone ? entry.first_node : nodes_[before].sibling) = node;
+        before = node;
+    });
 }
 
+/// Takes a box out of its cells, which are the ones that link() found, in the same order.
 void BoxGrid::unlink(std::uint32_t row) {
-    const Entry& entry = entries_[row];
-    Cell at;
-    for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
-        for (at.at[1] = entry.lower.at[1]; at.at[1] <= entry.upper.at[1]; ++at.at[1]) {
-            for (at.at[2] = entry.lower.at[2]; at.at[2] <= entry.upper.at[2]; ++at.at[2]) {
-                std::uint32_t* link = &heads_[slot_for(key_of(entry.level, at))];
-                while (*link != kNone && nodes_[*link].row != row) {
-                    link = &nodes_[*link].next;
-                }
-                ZONED_ASSERT(*link != kNone, "a box is missing from a cell that it covers");
-                const std::uint32_t node = *link;
-                *link = nodes_[node].next;
-                nodes_[node] = {kNone, free_node_};
-                free_node_ = node;
-            }
+    Entry& entry = entries_[row];
+    std::uint32_t node = entry.first_node;
+    for_each_cell(entry, [&](const Cell& at) {
+        const Node gone = nodes_[node];
+        if (gone.previous != kNone) {
+            nodes_[gone.previous].next = gone.next;
+        } else {
+            heads_[slot_for(key_of(entry.level, at))] = gone.next;
         }
-    }
+        if (gone.next != kNone) {
+            nodes_[gone.next].previous = gone.previous;
+        }
+        nodes_[node] = {kNone, free_node_, kNone, kNone};
+        free_node_ = node;
+        node = gone.sibling;
+    });
+    entry.first_node = kNone;
 }
 
 void BoxGrid::reserve(std::size_t boxes) {

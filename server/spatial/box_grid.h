@@ -84,6 +84,7 @@ class BoxGrid {
         Cell lower, upper;           // range of cells, inclusive
         std::int32_t level = -1;     // -1: not in the grid
         std::uint32_t position = 0;  // in levels_[level].rows
+        std::uint32_t first_node = kNone;
     };
 
     struct Level {
@@ -94,7 +95,9 @@ class BoxGrid {
 
     struct Node {
         std::uint32_t row = kNone;
-        std::uint32_t next = kNone;
+        std::uint32_t next = kNone;  // of the cell
+        std::uint32_t previous = kNone;
+        std::uint32_t sibling = kNone;  // of the box, in the next of its cells
     };
 
     [[nodiscard]] Cell cell_of(const Level& level, const Vec3& point) const {
@@ -135,6 +138,20 @@ class BoxGrid {
     [[nodiscard]] int level_for(const Aabb& box) const;
     std::size_t slot_for(std::uint64_t key);
     void rehash();
+
+    /// Calls visit(cell) for each cell that a box covers.
+    template <class Visit>
+    static void for_each_cell(const Entry& entry, Visit&& visit) {
+        Cell at;
+        for (at.at[0] = entry.lower.at[0]; at.at[0] <= entry.upper.at[0]; ++at.at[0]) {
+            for (at.at[1] = entry.lower.at[1]; at.at[1] <= entry.upper.at[1]; ++at.at[1]) {
+                for (at.at[2] = entry.lower.at[2]; at.at[2] <= entry.upper.at[2]; ++at.at[2]) {
+                    visit(at);
+                }
+            }
+        }
+    }
+
     void link(std::uint32_t row);
     void unlink(std::uint32_t row);
     template <class Visit>
