@@ -174,6 +174,7 @@ void run_scene(Session& session, const PhysicsScene& scene, Yardstick& yardstick
         rows[i].time_us_p50 = timings[i].p50_us;
         rows[i].time_us_p99 = timings[i].p99_us;
         rows[i].metric("time_us_mean", timings[i].mean_us);
+        rows[i].metric("wall_us_p50", timings[i].wall_p50_us);
         rows[i].metric("frames", plan.frames);
     }
     add_ratios(rows, timings, yardstick_us);
