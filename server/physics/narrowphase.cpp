@@ -10,11 +10,16 @@ namespace {
 using Collide = void (*)(const Placed&, const Placed&, float, Manifold&);
 
 // [kind of a][kind of b] for a's kind <= b's kind, in the order of ShapeKind.
-constexpr Collide kTests[4][4] = {
-    {collide_sphere_sphere, collide_sphere_box, collide_sphere_capsule, collide_sphere_plane},
-    {nullptr, collide_box_box, collide_box_capsule, collide_box_plane},
-    {nullptr, nullptr, collide_capsule_capsule, collide_capsule_plane},
-    {nullptr, nullptr, nullptr, nullptr},
+constexpr Collide kTests[kShapeKinds][kShapeKinds] = {
+    {collide_sphere_sphere,
+     collide_sphere_box,
+     collide_sphere_capsule,
+     collide_sphere_plane,
+     collide_sphere_hull},
+    {nullptr, collide_box_box, collide_box_capsule, collide_box_plane, collide_box_hull},
+    {nullptr, nullptr, collide_capsule_capsule, collide_capsule_plane, collide_capsule_hull},
+    {nullptr, nullptr, nullptr, nullptr, collide_plane_hull},
+    {nullptr, nullptr, nullptr, nullptr, collide_hull_hull},
 };
 
 /// A pair that moves less than this within a step is looked at where it stands.

@@ -1,5 +1,9 @@
 #include "server/physics/shape.h"
 
+#include "server/physics/hull.h"
+
+#include <utility>
+
 namespace zoned::physics {
 
 Shape Shape::sphere(float radius) {
@@ -27,6 +31,13 @@ Shape Shape::capsule(float radius, float half_segment) {
 Shape Shape::plane() {
     Shape shape;
     shape.kind = ShapeKind::kPlane;
+    return shape;
+}
+
+Shape Shape::hull(std::shared_ptr<const ConvexHull> hull) {
+    Shape shape;
+    shape.kind = ShapeKind::kHull;
+    shape.geometry = std::move(hull);
     return shape;
 }
 

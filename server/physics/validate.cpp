@@ -11,6 +11,13 @@ bool within(float value, float lower, float upper) {
     return value >= lower && value <= upper;
 }
 
+std::string why_unfit_geometry(const Shape& shape, const std::string& name) {
+    if (shape.geometry == nullptr) {
+        return name + ": no geometry";
+    }
+    return shape.geometry->kind == shape.kind ? std::string() : name + ": geometry of another kind";
+}
+
 std::string why_unfit_shape(const Shape& shape, BodyKind kind) {
     switch (shape.kind) {
         case ShapeKind::kSphere:
@@ -33,6 +40,8 @@ std::string why_unfit_shape(const Shape& shape, BodyKind kind) {
                 return "capsule: half segment out of range";
             }
             return {};
+        case ShapeKind::kHull:
+            return why_unfit_geometry(shape, "hull");
         case ShapeKind::kPlane:
             return kind == BodyKind::kStatic ? std::string() : "plane: only for static bodies";
     }
