@@ -1,6 +1,9 @@
 #include "server/physics/bounds.h"
 
+#include "server/physics/compound.h"
+#include "server/physics/heightfield.h"
 #include "server/physics/hull.h"
+#include "server/physics/mesh.h"
 
 namespace zoned::physics {
 
@@ -15,6 +18,13 @@ Aabb hull_bounds(const PointsView& points, const Vec3& position, const Mat3& rot
         box.upper[i] -= lowest(points, -axis);
     }
     return box;
+}
+
+/// The box of a turned box.
+Aabb turned(const Aabb& box, const Vec3& position, const Mat3& rotation) {
+    const Vec3 centre = position + rotation * (0.5F * (box.lower + box.upper));
+    const Vec3 reach = rotation.cwiseAbs() * (0.5F * (box.upper - box.lower));
+    return {centre - reach, centre + reach};
 }
 
 }  // namespace
@@ -33,6 +43,12 @@ Aabb shape_bounds(const Shape& shape, const Vec3& position, const Mat3& rotation
             break;
         case ShapeKind::kHull:
             return hull_bounds(hull_of(shape).view().points, position, rotation);
+        case ShapeKind::kMesh:
+            return turned(mesh_of(shape).box(), position, rotation);
+        case ShapeKind::kHeightfield:
+            return turned(field_of(shape).box(), position, rotation);
+        case ShapeKind::kCompound:
+            return turned(compound_of(shape).tree().box(), position, rotation);
         case ShapeKind::kPlane:
             break;
     }

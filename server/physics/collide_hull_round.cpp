@@ -43,10 +43,10 @@ bool over_face(const HullView& hull, const HullFace& face, const Vec3& p) {
 
 /// A segment as two corners, padded.
 struct SegmentColumns {
-    std::array<float, kLanes> x, y, z;
+    std::array<float, kGroup> x, y, z;
 
     SegmentColumns(const Vec3& a, const Vec3& b) {
-        for (std::size_t i = 0; i < kLanes; ++i) {
+        for (std::size_t i = 0; i < kGroup; ++i) {
             const Vec3& p = i == 0 ? a : b;
             x[i] = p.x();
             y[i] = p.y();
@@ -54,7 +54,7 @@ struct SegmentColumns {
         }
     }
 
-    [[nodiscard]] PointsView view() const { return {x.data(), y.data(), z.data(), kLanes}; }
+    [[nodiscard]] PointsView view() const { return {x.data(), y.data(), z.data(), kGroup}; }
 };
 
 /// How the core of a capsule, from c - e to c + e, lies to the hull; all in the hull's frame.

@@ -1,5 +1,7 @@
 #include "server/physics/hull_axis.h"
 
+#include "server/physics/lanes.h"
+
 #include <cmath>
 
 namespace zoned::physics {
@@ -54,8 +56,7 @@ struct EdgeColumns {
 };
 
 Lanes dot(const float* x, const float* y, const float* z, const Vec3& v) {
-    using Map = Eigen::Map<const Lanes>;
-    return Map(x) * v.x() + Map(y) * v.y() + Map(z) * v.z();
+    return load(x) * lanes(v.x()) + load(y) * lanes(v.y()) + load(z) * lanes(v.z());
 }
 
 /// Compares the axis of one pair of edges with the best so far.
@@ -90,18 +91,19 @@ void test_edges(const HullView& a, const HullView& b, HullAxis& best) {
         const Vec3 direction = a.points[edge.to] - a.points[edge.from];
         const Vec3& left = a.faces[edge.left].normal;
         const Vec3& right = a.faces[edge.right].normal;
-        for (int j = 0; j < columns.count; j += kLanes) {
+        for (int j = 0; j < columns.count; j += kGroup) {
             const auto k = static_cast<std::size_t>(j);
             const Lanes cba = dot(&columns.lx[k], &columns.ly[k], &columns.lz[k], direction);
             const Lanes dba = dot(&columns.rx[k], &columns.ry[k], &columns.rz[k], direction);
             const Lanes adc = dot(&columns.dx[k], &columns.dy[k], &columns.dz[k], left);
             const Lanes bdc = dot(&columns.dx[k], &columns.dy[k], &columns.dz[k], right);
-            const auto crosses = (cba * dba < 0.0F) && (adc * bdc < 0.0F) && (cba * bdc < 0.0F);
-            if (!crosses.any()) {
+            const Lanes zero = lanes(0.0F);
+            const auto crosses = (cba * dba < zero) & (adc * bdc < zero) & (cba * bdc < zero);
+            if (!any(crosses)) {
                 continue;
             }
-            for (int lane = 0; lane < kLanes; ++lane) {
-                if (crosses[lane]) {
+            for (int lane = 0; lane < kGroup; ++lane) {
+                if (crosses[lane] != 0) {
                     try_edges(a, b, i, j + lane, best);
                 }
             }

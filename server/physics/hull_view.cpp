@@ -1,5 +1,7 @@
 #include "server/physics/hull_view.h"
 
+#include "server/physics/lanes.h"
+
 namespace zoned::physics {
 
 namespace {
@@ -22,10 +24,6 @@ constexpr std::array<HullEdge, 12> kBoxEdges = {{{0, 1, 2, 4},
                                                  {1, 5, 2, 1},
                                                  {2, 6, 3, 0},
                                                  {3, 7, 1, 3}}};
-
-Eigen::Map<const Lanes> lanes(const float* p) {
-    return Eigen::Map<const Lanes>(p);
-}
 
 }  // namespace
 
@@ -52,20 +50,21 @@ HullView BoxHull::view() const {
 }
 
 int support(const PointsView& points, const Vec3& direction) {
-    Lanes best = Lanes::Constant(-INFINITY);
-    Lanes where = Lanes::Zero();
-    for (int i = 0; i < points.count; i += kLanes) {
-        const Lanes along = lanes(points.x + i) * direction.x() +
-                            lanes(points.y + i) * direction.y() +
-                            lanes(points.z + i) * direction.z();
-        const auto better = along > best;
-        where = better.select(Lanes::Constant(static_cast<float>(i)), where);
-        best = best.max(along);
+    const Lanes dx = lanes(direction.x());
+    const Lanes dy = lanes(direction.y());
+    const Lanes dz = lanes(direction.z());
+    Lanes best = lanes(-INFINITY);
+    Lanes where = lanes(0.0F);
+    for (int i = 0; i < points.count; i += kGroup) {
+        const Lanes along =
+            load(points.x + i) * dx + load(points.y + i) * dy + load(points.z + i) * dz;
+        where = along > best ? lanes(static_cast<float>(i)) : where;
+        best = max(along, best);
     }
-    int lane = 0;
+    std::size_t lane = 0;
     int index = static_cast<int>(where[0]);
-    for (int k = 1; k < kLanes; ++k) {
-        const int i = static_cast<int>(where[k]) + k;
+    for (std::size_t k = 1; k < kLanes; ++k) {
+        const int i = static_cast<int>(where[k]) + static_cast<int>(k);
         if (best[k] > best[lane] || (best[k] == best[lane] && i < index)) {
             lane = k;
             index = i;
@@ -75,12 +74,16 @@ int support(const PointsView& points, const Vec3& direction) {
 }
 
 float lowest(const PointsView& points, const Vec3& normal) {
-    Lanes least = Lanes::Constant(INFINITY);
-    for (int i = 0; i < points.count; i += kLanes) {
-        least = least.min(lanes(points.x + i) * normal.x() + lanes(points.y + i) * normal.y() +
-                          lanes(points.z + i) * normal.z());
+    const Lanes nx = lanes(normal.x());
+    const Lanes ny = lanes(normal.y());
+    const Lanes nz = lanes(normal.z());
+    Lanes least = lanes(INFINITY);
+    for (int i = 0; i < points.count; i += kGroup) {
+        const Lanes along =
+            load(points.x + i) * nx + load(points.y + i) * ny + load(points.z + i) * nz;
+        least = min(along, least);
     }
-    return least.minCoeff();
+    return lowest_of(least);
 }
 
 }  // namespace zoned::physics

@@ -13,14 +13,13 @@ inline constexpr int kMaxHullVertices = 64;
 inline constexpr int kMaxHullFaces = 2 * kMaxHullVertices - 4;
 inline constexpr int kMaxHullEdges = 3 * kMaxHullVertices - 6;
 /// Corners come in groups of so many, the last one repeated.
-inline constexpr int kLanes = 8;
-using Lanes = Eigen::Array<float, kLanes, 1>;
+inline constexpr int kGroup = 8;
 
 constexpr int padded(int n) {
-    return (n + kLanes - 1) / kLanes * kLanes;
+    return (n + kGroup - 1) / kGroup * kGroup;
 }
 
-/// Corners as columns; `count` is a multiple of kLanes, what pads it repeats the last corner.
+/// Corners as columns; `count` is a multiple of kGroup, what pads it repeats the last corner.
 struct PointsView {
     const float* x = nullptr;
     const float* y = nullptr;

@@ -67,6 +67,19 @@ struct ContactEvent {
     float impulse = 0.0F;         ///< sum of normal impulses in this step, N s
     float approach_speed = 0.0F;  ///< closing speed along the normal before the solve, m/s
     bool began = false;
+    float depth = 0.0F;  ///< overlap at the point, m
+};
+
+/// A body came into a sensor or left it: they overlap at the start of the step, or no longer do.
+/// One of the two is a sensor or has a part
+/// that is. Sensors sense what a contact would push:
+/// at least one of the two is dynamic. One that flies through within a step is not seen.
+struct SensorEvent {
+    BodyId a;  ///< may have been removed since
+    BodyId b;
+    std::uint32_t user_a = 0;
+    std::uint32_t user_b = 0;
+    bool entered = false;
 };
 
 struct RayHit {
@@ -117,9 +130,11 @@ class Scene {
     /// those that fell asleep in it), ascending.
     [[nodiscard]] std::span<const BodyId> moved() const;
     [[nodiscard]] std::span<const ContactEvent> contact_events() const;
+    /// Of the last step, and of what was done to the bodies before it.
+    [[nodiscard]] std::span<const SensorEvent> sensor_events() const;
 
     /// Nearest hit of a ray within `max_distance`; `ignore_user` is passed through (0 = nobody).
-    /// Static, kinematic and dynamic bodies.
+    /// Static, kinematic and dynamic bodies, no sensors.
     [[nodiscard]] bool ray_cast(const Vec3& origin,
                                 const Vec3& direction,
                                 float max_distance,

@@ -39,6 +39,9 @@ struct Scene::Impl {
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
+    std::vector<SensorEvent> sensor_events;
+    std::vector<SensorEvent> left_sensors;  ///< between steps: reported by the next one
+    ContactSet parts;                       ///< scratch of find_chain
     std::vector<BodyId> moved;
     std::uint32_t substeps = 0;     ///< most that an island got in this step
     std::uint32_t quarantined = 0;  ///< since the last step began
@@ -99,8 +102,21 @@ struct Scene::Impl {
     [[nodiscard]] PairMotion motion_of(std::uint32_t a, std::uint32_t b, float dt) const;
     bool reuse_manifold(std::uint32_t contact, const PairMotion& motion);
     void find_manifold(std::uint32_t contact, const PairMotion& motion);
+    void approach(std::uint32_t record, const PairMotion& motion);
     void finish_contacts();
     void report(std::uint32_t contact, bool began);
+
+    // scene_chains.cpp
+    /// Finds out what sort of pair it is.
+    void classify(std::uint32_t contact);
+    void update_chain(std::uint32_t contact, const PairMotion& motion);
+    void find_chain(std::uint32_t contact, const PairMotion& motion);
+
+    // scene_sensors.cpp
+    void look_into_sensor(std::uint32_t contact);
+    void note_sensing(std::uint32_t contact);
+    void end_sensing(std::uint32_t contact, std::vector<SensorEvent>& out);
+    [[nodiscard]] SensorEvent sensor_event(std::uint32_t contact) const;
 
     // scene_step.cpp
     StepStats step(float dt);

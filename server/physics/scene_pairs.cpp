@@ -1,5 +1,6 @@
 // Broadphase part of a step: which pairs of bodies may touch.
 #include "server/physics/bounds.h"
+#include "server/physics/contact_memory.h"
 #include "server/physics/scene_impl.h"
 
 #include <algorithm>
@@ -140,6 +141,7 @@ void Scene::Impl::drop_far_pairs() {
     for (const std::uint32_t row : pending) {
         graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
             if (!near(row, other)) {
+                end_sensing(contact, sensor_events);
                 graph.destroy(bodies, contact);
             }
         });
@@ -150,7 +152,7 @@ void Scene::Impl::drop_far_pairs() {
 void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
     // Of two bodies whose boxes are new, the one that was looked at first has found the pair.
     const bool found = pending_mark[other] != 0 && other <= row;
-    if (!found && !graph.contains(row, other)) {
+    if (!found && bodies.filter[row].meets(bodies.filter[other]) && !graph.contains(row, other)) {
         new_pairs.emplace_back(std::min(row, other), std::max(row, other));
     }
 }
@@ -229,11 +231,12 @@ void Scene::Impl::find_pairs(float dt) {
     std::sort(new_pairs.begin(), new_pairs.end());
     for (const auto& [a, b] : new_pairs) {
         const std::uint32_t contact = graph.create(bodies, a, b);
+        classify(contact);
         if (graph.pair(contact).active_place == kNoIndex) {
             // Nobody will look at a pair at rest again: it must know now whether it touches.
             update_contact(contact, dt);
-            graph.pair(contact).touching =
-                graph.pair(contact).count > 0 && graph[contact].points[0].separation <= kTouch;
+            note_sensing(contact);
+            graph.pair(contact).touching = lowest_gap(graph, contact) <= kTouch;
         }
     }
 }

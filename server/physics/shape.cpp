@@ -1,6 +1,9 @@
 #include "server/physics/shape.h"
 
+#include "server/physics/compound.h"
+#include "server/physics/heightfield.h"
 #include "server/physics/hull.h"
+#include "server/physics/mesh.h"
 
 #include <utility>
 
@@ -38,6 +41,27 @@ Shape Shape::hull(std::shared_ptr<const ConvexHull> hull) {
     Shape shape;
     shape.kind = ShapeKind::kHull;
     shape.geometry = std::move(hull);
+    return shape;
+}
+
+Shape Shape::mesh(std::shared_ptr<const TriangleMesh> mesh) {
+    Shape shape;
+    shape.kind = ShapeKind::kMesh;
+    shape.geometry = std::move(mesh);
+    return shape;
+}
+
+Shape Shape::heightfield(std::shared_ptr<const Heightfield> field) {
+    Shape shape;
+    shape.kind = ShapeKind::kHeightfield;
+    shape.geometry = std::move(field);
+    return shape;
+}
+
+Shape Shape::compound(std::shared_ptr<const Compound> compound) {
+    Shape shape;
+    shape.kind = ShapeKind::kCompound;
+    shape.geometry = std::move(compound);
     return shape;
 }
 

@@ -1,6 +1,7 @@
 // Shape, material and body definitions of the rigid-body engine.
 #pragma once
 
+#include "server/physics/material.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
 
@@ -15,9 +16,17 @@ enum class ShapeKind : std::uint8_t {
     kCapsule,
     kPlane,
     kHull,
+    kMesh,
+    kHeightfield,
+    kCompound,
 };
 
-inline constexpr std::size_t kShapeKinds = 5;
+/// Kinds up to kHull are convex: the contact of two of them is one manifold.
+inline constexpr std::size_t kConvexKinds = 5;
+
+inline bool is_convex(ShapeKind kind) {
+    return static_cast<std::size_t>(kind) < kConvexKinds;
+}
 
 /// What a few numbers cannot say: built once, never changed, shared by all shapes that use it.
 struct Geometry {
@@ -33,6 +42,9 @@ struct Geometry {
 };
 
 class ConvexHull;
+class TriangleMesh;
+class Heightfield;
+class Compound;
 
 /// Geometry in body coordinates, centred on the body's centre of mass, along its principal axes of
 /// inertia.
@@ -50,6 +62,9 @@ struct Shape {
     static Shape capsule(float radius, float half_segment);
     static Shape plane();
     static Shape hull(std::shared_ptr<const ConvexHull> hull);
+    static Shape mesh(std::shared_ptr<const TriangleMesh> mesh);         ///< static bodies only
+    static Shape heightfield(std::shared_ptr<const Heightfield> field);  ///< static bodies only
+    static Shape compound(std::shared_ptr<const Compound> compound);
 };
 
 /// Where a frame lies in another one.
@@ -63,12 +78,6 @@ inline Frame operator*(const Frame& outer, const Frame& inner) {
     return {outer.position + outer.rotation * inner.position, outer.rotation * inner.rotation};
 }
 
-/// How a pair's coefficients combine: friction sqrt(a b), restitution max(a, b).
-struct Material {
-    float friction = 0.5F;
-    float restitution = 0.0F;
-};
-
 enum class BodyKind : std::uint8_t {
     kStatic,     ///< never moves
     kKinematic,  ///< moves with the velocity that it is given, pushes others, is pushed by nobody
@@ -78,8 +87,12 @@ enum class BodyKind : std::uint8_t {
 struct BodyDef {
     BodyKind kind = BodyKind::kDynamic;
     Shape shape;
-    Material material;
-    float mass = 1.0F;             ///< kg, dynamic only, > 0
+    Material material;  ///< of compounds the parts' own count
+    Filter filter;
+    bool sensor = false;  ///< meets others without pushing them, see SensorEvent
+    float mass = 1.0F;    ///< kg, dynamic only, > 0
+    /// Principal moments of inertia, kg m2; zero: those of the shape filled evenly.
+    Vec3 moments = Vec3::Zero();
     Vec3 position = Vec3::Zero();  ///< centre of mass, m
     Quat orientation = Quat::Identity();
     Vec3 velocity = Vec3::Zero();          ///< m/s

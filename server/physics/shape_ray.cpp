@@ -1,6 +1,7 @@
 #include "server/physics/shape_ray.h"
 
 #include "server/physics/hull.h"
+#include "server/physics/surface_ray.h"
 
 #include <algorithm>
 #include <cmath>
@@ -168,6 +169,15 @@ bool cast_ray(const Placed& shape,
             break;
         case ShapeKind::kHull:
             hit = cast_hull(o, d, hull_of(shape.shape).view(), t, local);
+            break;
+        case ShapeKind::kMesh:
+            hit = cast_mesh(mesh_of(shape.shape), o, d, limit, t, local);
+            break;
+        case ShapeKind::kHeightfield:
+            hit = cast_heightfield(field_of(shape.shape), o, d, limit, t, local);
+            break;
+        case ShapeKind::kCompound:
+            hit = cast_compound(compound_of(shape.shape), o, d, limit, t, local);
             break;
         case ShapeKind::kPlane:
             hit = cast_half_space(o, d, t, local);
