@@ -5,8 +5,6 @@
 #include "server/physics/shape.h"
 #include "shared/math/aabb.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -40,6 +38,7 @@ struct Bodies {
     std::vector<Material> material;
     std::vector<Filter> filter;
     std::vector<Damping> damping;
+    std::vector<std::uint8_t> sensor;
     std::vector<float> inv_mass;      ///< 0 unless dynamic
     std::vector<Vec3> inertia;        ///< principal moments
     std::vector<Vec3> inv_inertia;    ///< their inverses; 0 unless dynamic
@@ -83,21 +82,6 @@ struct Bodies {
     /// Awake and dynamic: the solver may move it.
     [[nodiscard]] bool simulated(std::uint32_t row) const {
         return awake[row] != 0 && is_dynamic(row);
-    }
-
-    /// True when each is in a category that the other collides with.
-    [[nodiscard]] bool may_collide(std::uint32_t a, std::uint32_t b) const {
-        return (filter[a].category & filter[b].mask) != 0 &&
-               (filter[b].category & filter[a].mask) != 0;
-    }
-
-    /// How a pair's coefficients combine: see Material.
-    [[nodiscard]] float friction_of(std::uint32_t a, std::uint32_t b) const {
-        return std::sqrt(material[a].friction * material[b].friction);
-    }
-
-    [[nodiscard]] float restitution_of(std::uint32_t a, std::uint32_t b) const {
-        return std::max(material[a].restitution, material[b].restitution);
     }
 
     /// A fresh row, not yet awake; kNoIndex when all ids are taken.

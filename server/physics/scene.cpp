@@ -141,6 +141,10 @@ std::span<const ContactEvent> Scene::contact_events() const {
     return impl_->events;
 }
 
+std::span<const SensorEvent> Scene::sensor_events() const {
+    return impl_->sensor_events;
+}
+
 std::uint32_t Scene::body_count() const {
     return impl_->bodies.count;
 }

@@ -91,6 +91,7 @@ void Scene::Impl::leave_broadphase(std::uint32_t row) {
 void Scene::Impl::drop_contacts(std::uint32_t row) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         const bool touched = graph.pair(contact).touching;
+        end_sensing(contact, left_sensors);
         graph.destroy(bodies, contact);
         if (touched) {
             waker.wake(bodies, graph, joints, other);
@@ -112,6 +113,7 @@ void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     mark_pending(row);
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         if (!near(row, other)) {
+            end_sensing(contact, left_sensors);
             graph.destroy(bodies, contact);
         }
     });
