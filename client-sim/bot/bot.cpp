@@ -217,7 +217,7 @@ void Bot::on_packet(const link::OpenedPacket& packet) {
         adapt_lead(packet.head.own);
     }
     if (correction.compared) {
-        observer_.on_correction(*this, correction.distance_m);
+        observer_.on_correction(*this, correction.tick, correction.distance_m);
     }
 }
 

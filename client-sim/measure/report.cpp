@@ -41,6 +41,7 @@ void write_audit(JsonWriter& json, const Tally& t) {
     json.field("orientation_violations", t.orientation_violations);
     json.field("samples", t.samples);
     json.field("samples_after_loss", t.samples_after_loss);
+    json.field("samples_stale", t.samples_stale);
     json.field("audit_records", t.records);
     json.field("audits_skipped_late", t.skipped_late);
     json.field("audits_skipped_unsettled", t.skipped_unsettled);
@@ -48,6 +49,7 @@ void write_audit(JsonWriter& json, const Tally& t) {
     json.field("samples_skipped_discontinuity", t.skipped_discontinuity);
     json.field("samples_skipped_leaving", t.skipped_leaving);
     write_range(json, "news_age_s", t.news_age_s, true);
+    write_range(json, "usual_news_age_s", t.usual_age_s, true);
     json.field("missing_entities", t.missing);
     json.field("extra_entities", t.extra);
 }
@@ -155,6 +157,8 @@ std::string to_json(const Report& r) {
     write_range(json, "clock_error_ms", r.clock_error_ms, true);
     json.field("clock_error_bound_ms", r.clock_bound_ms);
     write_range(json, "own_correction_m", r.own_correction_m, true);
+    json.field("own_jumps", r.own_jump_m.count());
+    json.field("own_jump_m_max", r.own_jump_m.max());
     write_range(json, "input_lead_ticks", r.lead_ticks, true);
     write_transport(json, r);
     json.field("freeze_asked", r.freeze_asked);
@@ -170,6 +174,11 @@ std::string to_json(const Report& r) {
     json.begin_array("reasons");
     for (const std::string& reason : r.reasons) {
         json.element(reason);
+    }
+    json.end_array();
+    json.begin_array("warnings");
+    for (const std::string& warning : r.warnings) {
+        json.element(warning);
     }
     json.end_array();
     json.end_object();
@@ -224,6 +233,9 @@ std::string to_table(const Report& r) {
              "  frozen world: %llu of %llu views converged exactly",
              wide(r.converged_bots),
              wide(r.auditing_bots));
+    }
+    for (const std::string& warning : r.warnings) {
+        out += "  WARNING: " + warning + "\n";
     }
     return out;
 }

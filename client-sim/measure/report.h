@@ -45,7 +45,8 @@ struct Report {
     Histogram rtt_ms;
     Histogram clock_error_ms;
     double clock_bound_ms = 0.0;  ///< largest error that the round trips admit
-    Histogram own_correction_m;
+    Histogram own_correction_m;   ///< between prediction and truth of the own avatar
+    Histogram own_jump_m;  ///< likewise where the avatar was put elsewhere: spawned, teleported
     Histogram lead_ticks;
 
     std::uint64_t packets_lost = 0;
@@ -76,10 +77,11 @@ struct Report {
     std::string frozen_difference;     ///< of the first bot that did not
 
     bool consistent = false;
-    std::vector<std::string> reasons;
+    std::vector<std::string> reasons;   ///< why it is not
+    std::vector<std::string> warnings;  ///< what makes a good verdict mean less
 };
 
-/// Fills `consistent` and `reasons` from everything else.
+/// Fills `consistent`, `reasons` and `warnings` from everything else.
 void judge(Report& report);
 
 /// JSON object with the fields of the command line's contract, and more.
