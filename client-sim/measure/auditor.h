@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client-sim/bot/bot.h"
-#include "client-sim/measure/histogram.h"
+#include "shared/core/histogram.h"
 
 #include <cstdint>
 #include <deque>
@@ -38,12 +38,13 @@ struct Finding {
 struct Tally {
     static constexpr std::size_t kWorst = 20;
 
-    Histogram predicted_m;
-    Histogram displayed_m;
-    Histogram predicted_rad;
-    Histogram displayed_rad;
-    Histogram news_age_s;
-    Histogram usual_age_s;  ///< what the age would be on the same path if nothing were in the way
+    core::Histogram predicted_m;
+    core::Histogram displayed_m;
+    core::Histogram predicted_rad;
+    core::Histogram displayed_rad;
+    core::Histogram news_age_s;
+    core::Histogram
+        usual_age_s;  ///< what the age would be on the same path if nothing were in the way
     std::uint64_t records = 0;
     std::uint64_t samples = 0;
     std::uint64_t samples_after_loss = 0;  ///< of samples: judged with the allowance for a resend

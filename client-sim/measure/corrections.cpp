@@ -9,7 +9,10 @@ void Corrections::add(Tick tick, double distance_m) {
     waiting_.push_back({tick, distance_m});
 }
 
-void Corrections::decide(Tick tick, Tick discontinuity_tick, Histogram& errors, Histogram& jumps) {
+void Corrections::decide(Tick tick,
+                         Tick discontinuity_tick,
+                         core::Histogram& errors,
+                         core::Histogram& jumps) {
     audited_ = true;
     while (!waiting_.empty() && waiting_.front().tick <= tick) {
         const Correction& c = waiting_.front();
@@ -23,7 +26,7 @@ void Corrections::decide(Tick tick, Tick discontinuity_tick, Histogram& errors, 
     }
 }
 
-void Corrections::finish(Histogram& errors) {
+void Corrections::finish(core::Histogram& errors) {
     for (const Correction& c : waiting_) {
         if (!audited_) {
             errors.add(c.distance_m);

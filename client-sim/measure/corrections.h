@@ -1,7 +1,7 @@
 // Corrections: tells errors of a client's own prediction from jumps that nobody could predict.
 #pragma once
 
-#include "client-sim/measure/histogram.h"
+#include "shared/core/histogram.h"
 #include "shared/core/ids.h"
 
 #include <deque>
@@ -17,11 +17,14 @@ class Corrections {
     void add(Tick tick, double distance_m);
 
     /// An audit of `tick`: the avatar was last put elsewhere at `discontinuity_tick`.
-    void decide(Tick tick, Tick discontinuity_tick, Histogram& errors, Histogram& jumps);
+    void decide(Tick tick,
+                Tick discontinuity_tick,
+                core::Histogram& errors,
+                core::Histogram& jumps);
 
     /// The end of the run. Where no audit ever came, all are errors; else what the last one left
     /// undecided is not counted.
-    void finish(Histogram& errors);
+    void finish(core::Histogram& errors);
 
     static constexpr std::size_t kMaxWaiting = 4096;
 

@@ -1,10 +1,8 @@
 #include "client-sim/link/arrival_log.h"
 #include "client-sim/measure/bound.h"
 #include "client-sim/measure/corrections.h"
-#include "client-sim/measure/histogram.h"
-#include "client-sim/measure/json.h"
 #include "client-sim/measure/report.h"
-#include "shared/core/rng.h"
+#include "shared/core/histogram.h"
 
 #include <gtest/gtest.h>
 
@@ -100,8 +98,8 @@ TEST(ArrivalLog, SaysWhenNothingWasMeasured) {
 
 TEST(Corrections, AreErrorsButForTheFirstOneAfterAJump) {
     Corrections corrections;
-    Histogram errors;
-    Histogram jumps;
+    core::Histogram errors;
+    core::Histogram jumps;
     for (Tick tick = 100; tick < 200; tick += 10) {
         corrections.add(tick, tick == 150 ? 300.0 : 0.01);
     }
@@ -120,7 +118,7 @@ TEST(Corrections, AreErrorsButForTheFirstOneAfterAJump) {
 
 TEST(Corrections, AreErrorsAllWhereNoAuditComes) {
     Corrections corrections;
-    Histogram errors;
+    core::Histogram errors;
     corrections.add(5, 0.1);
     corrections.add(6, 3.0);
     corrections.finish(errors);
@@ -156,49 +154,6 @@ TEST(Staleness, WarnsAndThenTurnsTheVerdict) {
     EXPECT_EQ(judged(501).reasons[0].rfind("stale: ", 0), 0U);
     EXPECT_NE(to_table(judged(60)).find("WARNING: stale"), std::string::npos);
     EXPECT_NE(to_json(judged(60)).find("\"warnings\": [\n    \"stale: 6 %"), std::string::npos);
-}
-
-TEST(Histogram, GivesPercentilesWithinHalfABucket) {
-    core::Rng rng(1);
-    std::vector<double> all;
-    Histogram h;
-    for (int i = 0; i < 20000; ++i) {
-        const double v = std::exp(static_cast<double>(rng.range(-8.0F, 8.0F)));
-        all.push_back(v);
-        h.add(v);
-    }
-    std::sort(all.begin(), all.end());
-    for (const double p : {0.01, 0.5, 0.9, 0.99, 0.999}) {
-        const double exact = all[static_cast<std::size_t>(std::ceil(p * 20000.0)) - 1];
-        // Buckets are 1/32 of a power of two wide, so at most 1/32 of a value; half of it.
-        EXPECT_NEAR(h.percentile(p), exact, exact / 64.0 * 1.0001);
-    }
-    EXPECT_EQ(h.max(), all.back());
-    EXPECT_EQ(Histogram().percentile(0.5), 0.0);
-}
-
-TEST(Histogram, CountsWhatIsNotANumberAsHuge) {
-    Histogram h;
-    h.add(std::numeric_limits<double>::quiet_NaN());
-    EXPECT_GT(h.max(), 1e6);
-}
-
-TEST(JsonWriter, EscapesSeparatesAndNests) {
-    JsonWriter json;
-    json.begin_object();
-    json.field("a", 1.5);
-    json.field("b \"quoted\"\n", std::string_view("x\\y\x01"));
-    json.begin_array("c");
-    json.element("one");
-    json.begin_object();
-    json.field("d", true);
-    json.end_object();
-    json.end_array();
-    json.field("nan", std::numeric_limits<double>::quiet_NaN());
-    json.end_object();
-    EXPECT_EQ(json.text(),
-              "{\n  \"a\": 1.5,\n  \"b \\\"quoted\\\"\\u000a\": \"x\\\\y\\u0001\",\n  \"c\": [\n"
-              "    \"one\",\n    {\n      \"d\": true\n    }\n  ],\n  \"nan\": null\n}\n");
 }
 
 TEST(Report, HoldsEveryFieldOfTheContract) {

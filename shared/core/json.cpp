@@ -1,4 +1,4 @@
-#include "server/ops/json.h"
+#include "shared/core/json.h"
 
 #include "shared/core/assert.h"
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace zoned::ops {
+namespace zoned::core {
 
 namespace {
 
@@ -162,4 +162,4 @@ JsonWriter& JsonWriter::value(double number) {
     return raw(std::string_view(buffer, static_cast<std::size_t>(end.ptr - buffer)));
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::core
