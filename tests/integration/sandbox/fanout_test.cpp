@@ -38,8 +38,8 @@ TEST_F(FanOut, TellsThoseWhoStayOfAllWhoLeft) {
     EXPECT_EQ(report.bots_lost, 20u);
     EXPECT_EQ(report.events_lost, 0u);
     EXPECT_EQ(report.events_unheard, 0u);
-    // Everybody hears of the own arrival and of all later ones (40 * 41 / 2) and enters a zone (40);
-    // those who stay hear of each who left.
+    // Everybody hears of the own arrival and of all later ones (40 * 41 / 2) and enters a zone
+    // (40); those who stay hear of each who left.
     EXPECT_GE(report.events_delivered, 820u + 40u + 20u * 20u);
 }
 

@@ -65,18 +65,5 @@ TEST_F(Overload, OfClientsIsSaidInTheVerdict) {
     EXPECT_TRUE(has_reason(always, "stale: ")) << reasons(always);
 }
 
-TEST_F(Overload, IsNotSeenInABadNetwork) {
-    server.network.loss = 0.05;
-    server.network.delay_s = 0.06;
-    server.network.jitter_s = 0.02;
-    server.network.duplicate = 0.02;
-    server.network.reorder = 0.05;
-    bots.seconds = 10.0;
-    const measure::Report report = run();
-    EXPECT_TRUE(report.consistent) << reasons(report);
-    EXPECT_TRUE(report.warnings.empty()) << report.warnings.front();
-    EXPECT_GT(report.audit.samples_after_loss, 0u);
-}
-
 }  // namespace
 }  // namespace zoned::harness
