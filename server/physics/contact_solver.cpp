@@ -146,7 +146,8 @@ template <bool kSoft, std::size_t kCount>
         before[k] = p.impulse;
         if constexpr (kSoft) {
             bias[k] += max(softness_.bias_rate * min(s, zero), lanes(-kPushSpeed));
-            limit[k] = where_not_positive(s, lanes(1.0F));
+            // Lanes without such a point have no mass, and must not get what others carry.
+            limit[k] = where_not_positive(s, p.mass > zero ? lanes(1.0F) : zero);
         } else {
             limit[k] = (p.impulse + max(-s, zero)) * lanes(1.0e30F);
         }
@@ -159,7 +160,7 @@ template <bool kSoft, std::size_t kCount>
             const Lanes stiff = p.mass * (speed[k] + bias[k]);
             Lanes impulse;
             if constexpr (kSoft) {
-                const Lanes give = softness_.impulse_scale * (p.impulse - batch.carried) -
+                const Lanes give = softness_.impulse_scale * max(p.impulse - batch.carried, zero) -
                                    (1.0F - softness_.mass_scale) * stiff;
                 impulse = max(p.impulse - stiff - limit[k] * give, zero);
             } else {
