@@ -163,6 +163,7 @@ void expand_physics(const proto::Config::Physics& from, physics::Settings& out) 
     out.gravity = Vec3(0.0F, -narrow(from.gravity_mps2()), 0.0F);
     out.substeps = static_cast<int>(from.substeps());
     out.velocity_iterations = static_cast<int>(from.velocity_iterations());
+    out.error_budget_m = narrow(from.error_budget_m());
     out.sleep_speed_mps = narrow(from.sleep_speed_mps());
     out.sleep_spin_rps = narrow(from.sleep_spin_rps());
     out.sleep_after_s = narrow(from.sleep_after_s());

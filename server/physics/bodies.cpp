@@ -27,6 +27,8 @@ std::uint32_t Bodies::append_row() {
     velocity.emplace_back(Vec3::Zero());
     angular_velocity.emplace_back(Vec3::Zero());
     still_s.push_back(0.0F);
+    effort.push_back(0);
+    effort_patience.push_back(0);
     awake.push_back(0);
     listed.push_back(0);
     shape.emplace_back();
@@ -62,6 +64,8 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     angular_velocity[row] =
         def.kind == BodyKind::kStatic ? Vec3(Vec3::Zero()) : def.angular_velocity;
     still_s[row] = 0.0F;
+    effort[row] = 0;
+    effort_patience[row] = 0;
     awake[row] = 0;
     shape[row] = def.shape;
     material[row] = def.material;

@@ -25,7 +25,7 @@ void ContactColoring::build(const Bodies& bodies,
     first_.fill(0);
     constexpr std::uint32_t kWidth = kMaxManifoldPoints + 1;
     for (std::size_t i = 0; i < list.size(); ++i) {
-        const Contact& contact = graph[list[i]];
+        const Pair& contact = graph.pair(list[i]);
         const bool a = bodies.simulated(contact.a);
         const bool b = bodies.simulated(contact.b);
         const std::uint32_t slot_a = a ? bodies.solver_slot[contact.a] : 0;
@@ -36,7 +36,7 @@ void ContactColoring::build(const Bodies& bodies,
         taken_[slot_a] |= a ? bit : 0;
         taken_[slot_b] |= b ? bit : 0;
         const std::uint32_t kind =
-            color * kWidth + static_cast<std::uint32_t>(kMaxManifoldPoints - contact.count);
+            color * kWidth + static_cast<std::uint32_t>(kMaxManifoldPoints) - contact.count;
         class_[i] = static_cast<std::uint16_t>(kind);
         ++first_[kind + 1];
     }

@@ -39,6 +39,7 @@ void ContactGraph::grow_keys() {
 }
 
 void ContactGraph::reserve(std::size_t contacts) {
+    pairs_.reserve(contacts);
     pool_.reserve(contacts);
     free_.reserve(contacts);
     active_.reserve(contacts);
@@ -111,8 +112,10 @@ std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_
         index = free_.back();
         free_.pop_back();
         pool_[index] = Contact();
+        pairs_[index] = Pair();
     } else {
         pool_.emplace_back();
+        pairs_.emplace_back();
         // Reserved together with the pool, so that steps that only shuffle contacts about never
         // allocate.
         free_.reserve(pool_.capacity());
@@ -120,10 +123,10 @@ std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_
     }
     insert_key(key_of(a, b));
     ++size_;
-    pool_[index].a = std::min(a, b);
-    pool_[index].b = std::max(a, b);
-    link(bodies, index, 0, pool_[index].a);
-    link(bodies, index, 1, pool_[index].b);
+    pairs_[index].a = std::min(a, b);
+    pairs_[index].b = std::max(a, b);
+    link(bodies, index, 0, pairs_[index].a);
+    link(bodies, index, 1, pairs_[index].b);
     if (bodies.simulated(a) || bodies.simulated(b)) {
         activate(index);
     }
@@ -132,8 +135,8 @@ std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_
 
 void ContactGraph::destroy(Bodies& bodies, std::uint32_t contact) {
     deactivate(contact);
-    const std::uint32_t a = pool_[contact].a;
-    const std::uint32_t b = pool_[contact].b;
+    const std::uint32_t a = pairs_[contact].a;
+    const std::uint32_t b = pairs_[contact].b;
     unlink(bodies, contact, 0, a);
     unlink(bodies, contact, 1, b);
     erase_key(key_of(a, b));
@@ -142,22 +145,22 @@ void ContactGraph::destroy(Bodies& bodies, std::uint32_t contact) {
 }
 
 void ContactGraph::activate(std::uint32_t contact) {
-    if (pool_[contact].active_place == kNoIndex) {
-        pool_[contact].active_place = static_cast<std::uint32_t>(active_.size());
+    if (pairs_[contact].active_place == kNoIndex) {
+        pairs_[contact].active_place = static_cast<std::uint32_t>(active_.size());
         active_.push_back(contact);
     }
 }
 
 void ContactGraph::deactivate(std::uint32_t contact) {
-    const std::uint32_t place = pool_[contact].active_place;
+    const std::uint32_t place = pairs_[contact].active_place;
     if (place == kNoIndex) {
         return;
     }
     const std::uint32_t last = active_.back();
     active_[place] = last;
-    pool_[last].active_place = place;
+    pairs_[last].active_place = place;
     active_.pop_back();
-    pool_[contact].active_place = kNoIndex;
+    pairs_[contact].active_place = kNoIndex;
 }
 
 }  // namespace zoned::physics

@@ -16,24 +16,50 @@ struct ContactPoint {
         Vec3::Zero();  ///< from a's centre to the point, world axes, at the time of contact
     Vec3 arm_b = Vec3::Zero();
     float separation = 0.0F;
-    float impulse = 0.0F;  ///< normal, per substep, N s: the warm start
+    float found_separation = 0.0F;  ///< when the narrowphase last looked
+    float impulse = 0.0F;           ///< normal, per substep, N s: the warm start
     std::uint32_t feature = 0;
 };
 
-struct Contact {
+/// The poses that a pair was looked at last: while neither body has moved to speak of relative to
+/// the other, nor turned, what was found holds.
+struct FoundAt {
+    /// No point has been left out that the surfaces could bring together by coming nearer by this,
+    /// m; negative: nothing is known.
+    float reach = -1.0F;
+    Vec3 between = Vec3::Zero();  ///< from a's centre to b's
+    Quat orientation_a = Quat::Identity();
+    Quat orientation_b = Quat::Identity();
+};
+
+/// What each step asks of each pair. Most pairs are near and do not touch: they cost one cache
+/// line.
+struct alignas(64) Pair {
     std::uint32_t a = kNoIndex;  ///< body rows, a < b
     std::uint32_t b = kNoIndex;
-    std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
-    std::array<std::uint32_t, 2> previous{kNoIndex, kNoIndex};
     std::uint32_t active_place = kNoIndex;  ///< in ContactGraph::active
+    std::uint8_t count = 0;                 ///< contact points
     bool touching = false;                  ///< after the last step in which it was looked at
     bool closing = false;                   ///< touches or will within the step
-    int count = 0;
+    std::uint8_t age = 0;  ///< steps in a row that it has had points for, up to 255
+    FoundAt found;
+
+    [[nodiscard]] std::size_t points() const { return count; }
+};
+
+static_assert(sizeof(Pair) == 64);
+
+/// What a pair that has contact points carries from step to step.
+struct Contact {
+    std::array<std::uint32_t, 2> next{kNoIndex, kNoIndex};  ///< per side, in the body's list
+    std::array<std::uint32_t, 2> previous{kNoIndex, kNoIndex};
     std::array<ContactPoint, kMaxManifoldPoints> points;
     Vec3 normal = Vec3::UnitY();  ///< from a to b
     Vec3 lead = Vec3::Zero();  ///< how far b has to move relative to a until the contact, negated
     Vec3 friction = Vec3::Zero();  ///< impulse per substep, world: the warm start
+    float carried = 0.0F;          ///< normal impulse per point and substep, low-passed, N s
     float twist = 0.0F;            ///< friction's moment about the normal, N m s
+    float substep_s = 0.0F;        ///< length of the substeps that the impulses are of
     float approach_speed = 0.0F;   ///< m/s, before the solve
     float step_impulse = 0.0F;     ///< sum of normal impulses in the last step, N s
 };
@@ -58,6 +84,10 @@ class ContactGraph {
 
     Contact& operator[](std::uint32_t contact) { return pool_[contact]; }
 
+    Pair& pair(std::uint32_t contact) { return pairs_[contact]; }
+
+    const Pair& pair(std::uint32_t contact) const { return pairs_[contact]; }
+
     const Contact& operator[](std::uint32_t contact) const { return pool_[contact]; }
 
     [[nodiscard]] const std::vector<std::uint32_t>& active() const { return active_; }
@@ -71,7 +101,7 @@ class ContactGraph {
         for (Link link = bodies.first_contact[row]; link != kNoIndex;) {
             const Contact& contact = pool_[link >> 1];
             const Link next = contact.next[link & 1];
-            visit(link >> 1, (link & 1) == 0 ? contact.b : contact.a);
+            visit(link >> 1, (link & 1) == 0 ? pairs_[link >> 1].b : pairs_[link >> 1].a);
             link = next;
         }
     }
@@ -92,6 +122,7 @@ class ContactGraph {
     void link(Bodies& bodies, std::uint32_t contact, std::uint32_t side, std::uint32_t row);
     void unlink(Bodies& bodies, std::uint32_t contact, std::uint32_t side, std::uint32_t row);
 
+    std::vector<Pair> pairs_;
     std::vector<Contact> pool_;
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> active_;

@@ -42,6 +42,14 @@ struct ContactSolver::Single {
                SolverBodies::angular(mb).cross(arm_b) - SolverBodies::angular(ma).cross(arm_a);
     }
 
+    /// Separation now of a point that was `separation` apart at the time of contact.
+    [[nodiscard]] float gap(float separation, const Vec3& arm, const SolverBodies& bodies) const {
+        const Vec3 turn_a = SolverBodies::angular(bodies.drift[a]);
+        const Vec3 turn_b = SolverBodies::angular(bodies.drift[b]);
+        return separation + closing + (arm + shift_b).cross(normal).dot(turn_b) -
+               (arm + shift_a).cross(normal).dot(turn_a);
+    }
+
     void apply(SolverBodies& bodies,
                const Vec3& impulse,
                const Vec3& moment_a,
@@ -68,10 +76,8 @@ void ContactSolver::watch(Watch& w) {
     const ContactBatch& batch = batches_[w.batch];
     const std::uint32_t lane = w.lane;
     const Single at(batch, w.lane, moving_);
-    const Vec3 turn_a = SolverBodies::angular(moving_.drift[at.a]);
-    const Vec3 turn_b = SolverBodies::angular(moving_.drift[at.b]);
     const float gain = at.normal.dot(moving_.gravity_gain(at.b) - moving_.gravity_gain(at.a));
-    const float pull = gain / h_;
+    w.pull = gain / h_;
     for (std::size_t k = 0; k < batch.count; ++k) {
         const PointLanes& p = points_[batch.points + k];
         if (p.mass[lane] == 0.0F || w.speed[k] > 0.0F) {
@@ -79,14 +85,13 @@ void ContactSolver::watch(Watch& w) {
         }
         const Vec3 arm_a = p.arm.get(w.lane) + at.shift_a;
         const Vec3 arm_b = p.arm.get(w.lane) + at.shift_b;
-        const float s = p.separation[lane] + at.closing + arm_b.cross(at.normal).dot(turn_b) -
-                        arm_a.cross(at.normal).dot(turn_a);
+        const float s = at.gap(p.separation[lane], p.arm.get(w.lane), moving_);
         const float speed = at.normal.dot(at.slip(moving_, arm_a, arm_b));
         if (speed >= 0.0F || s + h_ * speed > 0.0F) {
             continue;
         }
         const float start = speed - gain;
-        const float impact = std::sqrt(std::max(0.0F, start * start - 2.0F * pull * s));
+        const float impact = std::sqrt(std::max(0.0F, start * start - 2.0F * w.pull * s));
         if (impact > parameters_.restitution_speed) {
             w.speed[k] = impact;
             w.impact = true;
@@ -124,6 +129,7 @@ void ContactSolver::restitute() {
             bounces |= w.speed[k] > 0.0F && points_[batch.points + k].total[w.lane] > 0.0F;
         }
         if (bounces && w.restitution > 0.0F) {
+            aim(w);
             forget_impact(w);
             w.impact = true;
         }
@@ -143,6 +149,22 @@ void ContactSolver::restitute() {
     }
 }
 
+/// From the speed at which the surfaces met to that with which they have to part here, s from where
+/// they met: v^2 = (e v_met)^2 + 2 a s with the relative acceleration a along the normal. Substeps
+/// after the impact let the bodies sink a little, and that must cost no energy.
+void ContactSolver::aim(Watch& w) {
+    const ContactBatch& batch = batches_[w.batch];
+    const Single at(batch, w.lane, moving_);
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        const PointLanes& p = points_[batch.points + k];
+        if (w.speed[k] > 0.0F) {
+            const float s = at.gap(p.separation[w.lane], p.arm.get(w.lane), moving_);
+            const float part = w.restitution * w.speed[k];
+            w.speed[k] = std::sqrt(std::max(0.0F, part * part + 2.0F * w.pull * s));
+        }
+    }
+}
+
 void ContactSolver::bounce(Watch& w) {
     ContactBatch& batch = batches_[w.batch];
     const std::uint32_t lane = w.lane;
@@ -156,7 +178,7 @@ void ContactSolver::bounce(Watch& w) {
         }
         const Vec3 arm = p.arm.get(w.lane);
         const float speed = at.normal.dot(at.slip(moving_, arm + at.shift_a, arm + at.shift_b));
-        const float wanted = p.impulse[lane] - p.mass[lane] * (speed - w.restitution * w.speed[k]);
+        const float wanted = p.impulse[lane] - p.mass[lane] * (speed - w.speed[k]);
         const float impulse = std::max(wanted, 0.0F);
         at.apply_at(moving_, arm, (impulse - p.impulse[lane]) * at.normal);
         p.impulse[lane] = impulse;

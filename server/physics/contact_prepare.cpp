@@ -11,11 +11,6 @@ namespace zoned::physics {
 
 namespace {
 
-/// Contacts are springs of this frequency at most. A column of boxes buckles when its contacts are
-/// too soft for its height: 30 Hz carries some fifteen unit boxes, 60 Hz some twenty-five.
-constexpr float kContactHertz = 60.0F;
-/// More than a quarter of the substep rate cannot be resolved.
-constexpr float kContactRateShare = 0.25F;
 constexpr float kContactDamping = 10.0F;
 
 Vec3 any_perpendicular(const Vec3& n) {
@@ -42,8 +37,7 @@ float share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves) {
 }
 
 /// Where friction acts: the middle of the points that carry.
-Vec3 grip_of(const Contact& contact) {
-    const auto count = static_cast<std::size_t>(contact.count);
+Vec3 grip_of(const Contact& contact, std::size_t count) {
     float lowest = contact.points[0].separation;
     for (std::size_t i = 1; i < count; ++i) {
         lowest = std::min(lowest, contact.points[i].separation);
@@ -68,8 +62,7 @@ Lanes angular_mass(const LanesTensor& inverse, const Lanes3& moment) {
 /// Soft constraint coefficients (E. Catto, "Soft Constraints", GDC 2011): an implicit spring and
 /// damper over a substep as a bias velocity and a scaled impulse.
 ContactSolver::Softness ContactSolver::contact_softness(float h) {
-    const float hertz = std::min(kContactHertz, kContactRateShare / h);
-    const float omega = 2.0F * std::numbers::pi_v<float> * hertz;
+    const float omega = 2.0F * std::numbers::pi_v<float> * kContactRateShare / h;
     const float a1 = 2.0F * kContactDamping + h * omega;
     const float a2 = h * omega * a1;
     const float a3 = 1.0F / (1.0F + a2);
@@ -82,15 +75,16 @@ void ContactSolver::prepare(Bodies& bodies,
     softness_ = contact_softness(h_);
     moving_.begin(parameters_.gravity, parameters_.dt, h_);
     for (const std::uint32_t index : list) {
-        for (const std::uint32_t row : {graph[index].a, graph[index].b}) {
+        for (const std::uint32_t row : {graph.pair(index).a, graph.pair(index).b}) {
             if (bodies.awake[row] != 0) {
                 moving_.slot_of(bodies, row);
             }
         }
     }
     coloring_.build(bodies, graph, list, moving_.size());
-    batches_.resize(coloring_.groups().size(), ContactBatch::none());
+    batches_.resize(coloring_.groups().size());
     points_.clear();
+    couplings_.clear();
     watches_.clear();
     for (std::size_t g = 0; g < batches_.size(); ++g) {
         const ContactColoring::Group group = coloring_.groups()[g];
@@ -105,22 +99,26 @@ void ContactSolver::fill_batch(std::uint32_t index,
                                const Bodies& bodies,
                                const ContactGraph& graph) {
     ContactBatch& batch = batches_[index];
-    batch = ContactBatch::none();
+    batch = ContactBatch();
+    batch.contact.fill(kNoIndex);
     batch.points = static_cast<std::uint32_t>(points_.size());
     for (const std::uint32_t contact : contacts) {
-        batch.count = std::max(batch.count, static_cast<std::uint32_t>(graph[contact].count));
+        batch.count = std::max(batch.count, static_cast<std::uint32_t>(graph.pair(contact).count));
     }
-    points_.resize(points_.size() + batch.count, PointLanes::none());
+    batch.couplings = static_cast<std::uint32_t>(couplings_.size());
+    points_.resize(points_.size() + batch.count);
+    couplings_.resize(couplings_.size() + coupling_of(batch.count, 0));
     std::size_t lane = 0;
     for (const std::uint32_t contact : contacts) {
         batch.contact[lane] = contact;
-        fill_lane(batch, lane, bodies, graph[contact]);
-        const bool may_bounce = bodies.restitution_of(graph[contact].a, graph[contact].b) > 0.0F;
-        if (may_bounce || !graph[contact].touching) {
+        const Pair& pair = graph.pair(contact);
+        fill_lane(batch, lane, bodies, pair, graph[contact]);
+        const float restitution = bodies.restitution_of(pair.a, pair.b);
+        if (restitution > 0.0F || !pair.touching) {
             watches_.emplace_back();
             watches_.back().batch = index;
             watches_.back().lane = static_cast<std::uint32_t>(lane);
-            watches_.back().restitution = bodies.restitution_of(graph[contact].a, graph[contact].b);
+            watches_.back().restitution = restitution;
         }
         ++lane;
     }
@@ -130,31 +128,35 @@ void ContactSolver::fill_batch(std::uint32_t index,
 void ContactSolver::fill_lane(ContactBatch& batch,
                               std::size_t lane,
                               const Bodies& bodies,
+                              const Pair& pair,
                               const Contact& contact) {
-    batch.a[lane] = bodies.awake[contact.a] != 0 ? bodies.solver_slot[contact.a] : 0;
-    batch.b[lane] = bodies.awake[contact.b] != 0 ? bodies.solver_slot[contact.b] : 0;
+    batch.a[lane] = bodies.awake[pair.a] != 0 ? bodies.solver_slot[pair.a] : 0;
+    batch.b[lane] = bodies.awake[pair.b] != 0 ? bodies.solver_slot[pair.b] : 0;
     batch.normal.set(lane, contact.normal);
     const Vec3 tangent1 = any_perpendicular(contact.normal);
     const Vec3 tangent2 = contact.normal.cross(tangent1);
     batch.tangent.set(lane, tangent1);
     batch.between.set(lane, contact.points[0].arm_a - contact.points[0].arm_b);
     batch.lead.set(lane, contact.lead);
-    batch.follow_b[lane] = share_of_b(bodies.shape[contact.a],
-                                      bodies.shape[contact.b],
+    batch.follow_b[lane] = share_of_b(bodies.shape[pair.a],
+                                      bodies.shape[pair.b],
                                       moving_.moved_by_impulses(batch.a[lane]),
                                       moving_.moved_by_impulses(batch.b[lane]));
-    batch.friction[lane] = bodies.friction_of(contact.a, contact.b);
-    batch.impulse1[lane] = contact.friction.dot(tangent1);
-    batch.impulse2[lane] = contact.friction.dot(tangent2);
-    batch.twist[lane] = contact.twist;
-    const Vec3 grip = grip_of(contact);
+    batch.friction[lane] = bodies.friction_of(pair.a, pair.b);
+    // Impulses are forces over a substep; the last step's may have had another length.
+    const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
+    batch.impulse1[lane] = scale * contact.friction.dot(tangent1);
+    batch.impulse2[lane] = scale * contact.friction.dot(tangent2);
+    batch.twist[lane] = scale * contact.twist;
+    batch.carried[lane] = scale * contact.carried;
+    const Vec3 grip = grip_of(contact, pair.points());
     batch.grip.set(lane, grip);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
+    for (std::size_t i = 0; i < pair.points(); ++i) {
         const ContactPoint& from = contact.points[i];
         PointLanes& p = points_[batch.points + i];
         p.arm.set(lane, from.arm_a);
         p.separation[lane] = from.separation;
-        p.impulse[lane] = from.impulse;
+        p.impulse[lane] = scale * from.impulse;
         p.lever[lane] = (from.arm_a - grip).norm();
     }
 }
@@ -171,9 +173,17 @@ void ContactSolver::fill_masses(ContactBatch& batch, std::size_t used, const Con
     };
     for (std::size_t k = 0; k < batch.count; ++k) {
         PointLanes& p = points_[batch.points + k];
-        p.mass = lanes(1.0F) / mass(p.arm, batch.normal);
+        const Lanes3 response_a = a.inverse * cross(p.arm, batch.normal);
+        const Lanes3 response_b = b.inverse * cross(p.arm - batch.between, batch.normal);
+        for (std::size_t j = 0; j <= k; ++j) {
+            const Lanes3& arm = points_[batch.points + j].arm;
+            couplings_[batch.couplings + coupling_of(j, k)] =
+                linear + dot(cross(arm, batch.normal), response_a) +
+                dot(cross(arm - batch.between, batch.normal), response_b);
+        }
+        p.mass = lanes(1.0F) / couplings_[batch.couplings + coupling_of(k, k)];
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            if (lane >= used || k >= static_cast<std::size_t>(graph[batch.contact[lane]].count)) {
+            if (lane >= used || k >= graph.pair(batch.contact[lane]).points()) {
                 p.mass[lane] = 0.0F;
             }
         }

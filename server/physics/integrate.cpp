@@ -8,8 +8,8 @@ namespace {
 
 using Quatd = Eigen::Quaternion<double, Eigen::DontAlign>;
 
-constexpr double kLongestTurn = 0.125;
-constexpr double kMostPieces = 128.0;
+constexpr double kLongestTurn = 0.02;
+constexpr double kMostPieces = 1024.0;
 
 /// A free body in its own axes.
 struct Spinner {

@@ -36,8 +36,8 @@ Eigen::Quaternion<Real, kOptions> turned(const Eigen::Quaternion<Real, kOptions>
 /// composed symmetrically (Dullweber, Leimkuhler, McLachlan, "Symplectic splitting methods for
 /// rigid body molecular dynamics", J. Chem. Phys. 107, 1997). Angular momentum is exact, the energy
 /// swings by a second-order amount and does not drift, and nothing can blow up; semi-implicit Euler
-/// with an explicit gyroscopic term would gain energy without bound. Turns of more than an eighth
-/// of a radian are cut into several.
+/// with an explicit gyroscopic term would gain energy without bound. Turns of more than a
+/// fiftieth of a radian are cut into several.
 ///
 /// In doubles, because the rounding of a float rotation would enter the momentum several times per
 /// call. In and out: orientation, spin (rad/s, world). Returns the turn, rad, to first order.

@@ -42,7 +42,8 @@ void Waker::wake(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
         bodies.still_s[at] = 0.0F;
         graph.for_each_of(bodies, at, [&](std::uint32_t contact, std::uint32_t other) {
             graph.activate(contact);
-            if (graph[contact].touching && bodies.is_dynamic(other) && bodies.awake[other] == 0) {
+            if (graph.pair(contact).touching && bodies.is_dynamic(other) &&
+                bodies.awake[other] == 0) {
                 bodies.mark_awake(other);
                 stack_.push_back(other);
             }
@@ -73,7 +74,7 @@ std::uint32_t Islands::update(Bodies& bodies, ContactGraph& graph, const Limits&
         bodies.still_s[row] = still ? bodies.still_s[row] + limits.dt : 0.0F;
     }
     for (const std::uint32_t index : graph.active()) {
-        const Contact& contact = graph[index];
+        const Pair& contact = graph.pair(index);
         if (!contact.touching) {
             continue;
         }

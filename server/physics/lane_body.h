@@ -7,7 +7,7 @@ namespace zoned::physics {
 
 struct LaneBody {
     Lanes3 velocity, spin;
-    Lanes inv_mass;
+    Lanes inv_mass{};
     Lanes3 shift, turn;
     LanesTensor inverse;  ///< of inertia
 
@@ -33,6 +33,7 @@ struct LaneBody {
         Block8 motion{
             {velocity.x, velocity.y, velocity.z, inv_mass, spin.x, spin.y, spin.z, lanes(0.0F)}};
         transpose(motion);
+        ZONED_UNROLL
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
             if (motion.row[lane][3] > 0.0F) {
                 bodies.motion[slots[lane]].at = motion.row[lane];

@@ -21,6 +21,8 @@ constexpr Collide kTests[4][4] = {
 constexpr float kSlowMotion = 0.1F;
 /// Close enough to count as the impact, m.
 constexpr float kImpactGap = 0.01F;
+/// Looked farther ahead than a pair at rest needs, m.
+constexpr float kSlack = 0.002F;
 constexpr int kMaxAdvances = 12;
 
 }  // namespace
@@ -40,12 +42,14 @@ void collide(const Placed& a, const Placed& b, float margin, Manifold& out) {
     }
 }
 
-float collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, Manifold& out) {
+Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, Manifold& out) {
     const Vec3 relative = motion.velocity_b - motion.velocity_a;
     const float travel = relative.norm() * motion.dt;
     if (travel <= kSlowMotion) {
-        collide(a, b, kContactMargin + travel + motion.turn, out);
-        return 0.0F;
+        // What rests may start to move a little without being looked at again.
+        const float margin = kContactMargin + std::max(travel + motion.turn, kSlack);
+        collide(a, b, margin, out);
+        return {0.0F, margin};
     }
     const float margin = kContactMargin + motion.turn;
     const float gap_of_impact = kImpactGap + motion.turn;
@@ -61,7 +65,7 @@ float collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, 
                 // alone it would spin about it and through the other surface.
                 collide(at_a, at_b, margin + closing * (motion.dt - time), out);
             }
-            return time;
+            return {time, margin};
         }
         // Along the separating axis they cannot meet before the gap is closed at this rate.
         if (closing * (motion.dt - time) < out.separation - gap_of_impact) {
@@ -72,7 +76,7 @@ float collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, 
     if (out.separation > margin) {
         out.count = 0;
     }
-    return time;
+    return {time, margin};
 }
 
 }  // namespace zoned::physics

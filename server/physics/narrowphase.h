@@ -22,11 +22,17 @@ struct PairMotion {
     float dt = 0.0F;    ///< s
 };
 
+/// When a pair was looked at.
+struct Impact {
+    float time = 0.0F;    ///< s from now
+    float margin = 0.0F;  ///< points up to this gap were looked for, m
+};
+
 /// The contact that the pair will have first within the step. A slow pair is looked at where it
 /// stands. A fast one is advanced along its relative velocity to its time of impact (conservative
 /// advancement: Mirtich, PhD thesis, Berkeley 1996), so that the normal and the points are those of
 /// the impact and not those of a far-off approach, which would make things bounce off empty space.
-/// Returns that time in seconds from now; the manifold holds separations and points at that time.
-float collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, Manifold& out);
+/// The manifold holds separations and points at that time.
+Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, Manifold& out);
 
 }  // namespace zoned::physics

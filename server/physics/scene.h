@@ -19,10 +19,14 @@ using spatial::BroadphaseKind;
 
 struct Settings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
-    int substeps = 4;                            ///< 1..64
-    int velocity_iterations = 2;                 ///< per substep, 1..64
-    float sleep_speed_mps = 0.05F;               ///< a body slower than this ...
-    float sleep_spin_rps = 0.05F;                ///< ... in both senses ...
+    /// 0: each island gets as many as its loads ask for within the error budget; 1..64: this many.
+    int substeps = 0;
+    /// How far a contact may give way under its load, m: what `substeps` 0 goes by. A contact that
+    /// carries the same load for seconds gives way by far less.
+    float error_budget_m = 0.005F;
+    int velocity_iterations = 1;    ///< per substep, 1..64
+    float sleep_speed_mps = 0.05F;  ///< a body slower than this ...
+    float sleep_spin_rps = 0.05F;   ///< ... in both senses ...
     float sleep_after_s =
         0.5F;  ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
     /// Which structure finds the pairs of bodies; the results are the same for all.
@@ -45,6 +49,7 @@ struct StepStats {
     std::uint32_t pairs = 0;     ///< broadphase pairs
     std::uint32_t contacts = 0;  ///< contact points
     std::uint32_t islands = 0;
+    std::uint32_t substeps = 0;     ///< of the island that got most
     std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
     std::uint32_t unpaired = 0;     ///< bodies whose pairs wait because of Settings::max_pairs
     bool skipped = false;           ///< nothing was awake: no pass ran

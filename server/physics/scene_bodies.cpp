@@ -22,7 +22,7 @@ spatial::BoxIndex make_index(const Settings& s) {
 Scene::Impl::Impl(const Settings& s)
     : settings(s),
       boxes{make_index(s), make_index(s), make_index(s)} {
-    ZONED_ASSERT(s.substeps >= 1 && s.substeps <= 64, "substeps out of range");
+    ZONED_ASSERT(s.substeps >= 0 && s.substeps <= 64, "substeps out of range");
     ZONED_ASSERT(s.velocity_iterations >= 1 && s.velocity_iterations <= 64,
                  "velocity_iterations out of range");
     ZONED_ASSERT(s.relax_iterations >= 1 && s.relax_iterations <= 64,
@@ -51,6 +51,7 @@ void Scene::Impl::make_room(BodyKind kind) {
     const std::size_t contacts = kContactsPerBody * movers;
     graph.reserve(contacts);
     solver.reserve(movers, contacts);
+    effort.reserve(movers, contacts);
     islands.reserve(movers);
     waker.reserve(movers);
     bodies.awake_list.reserve(movers);
@@ -87,7 +88,7 @@ void Scene::Impl::leave_broadphase(std::uint32_t row) {
 
 void Scene::Impl::drop_contacts(std::uint32_t row) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
-        const bool touched = graph[contact].touching;
+        const bool touched = graph.pair(contact).touching;
         graph.destroy(bodies, contact);
         if (touched) {
             waker.wake(bodies, graph, other);
@@ -97,7 +98,7 @@ void Scene::Impl::drop_contacts(std::uint32_t row) {
 
 void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
-        if (graph[contact].touching) {
+        if (graph.pair(contact).touching) {
             waker.wake(bodies, graph, other);
         }
     });

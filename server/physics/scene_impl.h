@@ -5,6 +5,7 @@
 #include "server/physics/bounds.h"
 #include "server/physics/contact_graph.h"
 #include "server/physics/contact_solver.h"
+#include "server/physics/effort.h"
 #include "server/physics/islands.h"
 #include "server/physics/narrowphase.h"
 #include "server/physics/scene.h"
@@ -33,11 +34,13 @@ struct Scene::Impl {
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
     std::uint32_t unpaired = 0;  ///< bodies still pending, because there are too many pairs
+    Effort effort;
     ContactSolver solver;
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
     std::vector<BodyId> moved;
+    std::uint32_t substeps = 0;     ///< most that an island got in this step
     std::uint32_t quarantined = 0;  ///< since the last step began
 
     std::array<std::size_t, 3> population{};  ///< bodies by kind
@@ -47,8 +50,8 @@ struct Scene::Impl {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
     std::vector<std::uint32_t> solve_list;
     std::vector<std::uint32_t> broken;
-    std::vector<std::uint32_t> refitted;   ///< rows whose fat box is new, on their way to `boxes`
     std::vector<std::uint8_t> in_contact;  ///< by row: a contact holds it in this step
+    std::vector<std::uint32_t> refitted;   ///< rows whose fat box is new, on their way to `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
     [[nodiscard]] spatial::BoxIndex& boxes_of(std::uint32_t row) {
@@ -79,6 +82,7 @@ struct Scene::Impl {
     void find_pairs(float dt);
     void sort_pending();
     [[nodiscard]] bool found_before(std::uint32_t row, std::uint32_t other) const;
+    void drop_far_pairs();
     void meet(std::uint32_t row, std::uint32_t other);
     void meet_fixed(std::uint32_t row);
     void meet_kind(std::uint32_t row, BodyKind kind);
@@ -93,8 +97,11 @@ struct Scene::Impl {
     // scene_contacts.cpp
     void update_contacts(float dt);
     void update_contact(std::uint32_t contact, float dt);
+    [[nodiscard]] PairMotion motion_of(std::uint32_t a, std::uint32_t b, float dt) const;
+    bool reuse_manifold(std::uint32_t contact, const PairMotion& motion);
+    void find_manifold(std::uint32_t contact, const PairMotion& motion);
     void finish_contacts();
-    void report(const Contact& contact, bool began);
+    void report(std::uint32_t contact, bool began);
 
     // scene_step.cpp
     StepStats step(float dt);

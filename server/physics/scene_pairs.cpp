@@ -134,6 +134,17 @@ void Scene::Impl::sort_pending() {
     pending.erase(std::unique(pending.begin(), pending.end()), pending.end());
 }
 
+/// Ends the pairs of the bodies whose box is new that are not near any more.
+void Scene::Impl::drop_far_pairs() {
+    for (const std::uint32_t row : pending) {
+        graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
+            if (!near(row, other)) {
+                graph.destroy(bodies, contact);
+            }
+        });
+    }
+}
+
 /// Of two bodies whose boxes are new, the one that is looked at first finds the pair.
 bool Scene::Impl::found_before(std::uint32_t row, std::uint32_t other) const {
     return pending_mark[other] != 0 && other <= row;
@@ -200,6 +211,7 @@ std::size_t Scene::Impl::meet_each(std::size_t count, std::size_t most, Meet&& m
 void Scene::Impl::find_pairs(float dt) {
     new_pairs.clear();
     sort_pending();
+    drop_far_pairs();
     const auto room_within = [&](std::size_t limit) {
         return limit - std::min<std::size_t>(limit, graph.size());
     };
@@ -222,11 +234,11 @@ void Scene::Impl::find_pairs(float dt) {
     std::sort(new_pairs.begin(), new_pairs.end());
     for (const auto& [a, b] : new_pairs) {
         const std::uint32_t contact = graph.create(bodies, a, b);
-        if (graph[contact].active_place == kNoIndex) {
+        if (graph.pair(contact).active_place == kNoIndex) {
             // Nobody will look at a pair at rest again: it must know now whether it touches.
             update_contact(contact, dt);
-            graph[contact].touching =
-                graph[contact].count > 0 && graph[contact].points[0].separation <= kTouch;
+            graph.pair(contact).touching =
+                graph.pair(contact).count > 0 && graph[contact].points[0].separation <= kTouch;
         }
     }
 }

@@ -89,7 +89,8 @@ void Scene::island_of(BodyId body, std::vector<BodyId>& out) const {
     for (std::size_t i = first; i < out.size(); ++i) {
         const std::uint32_t row = (out[i].value & 0xFFFFFU) - 1;
         impl_->graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
-            if (impl_->graph[contact].touching && bodies.is_dynamic(other) && marks[other] == 0) {
+            if (impl_->graph.pair(contact).touching && bodies.is_dynamic(other) &&
+                marks[other] == 0) {
                 marks[other] = 1;
                 out.push_back(bodies.id_of(other));
             }

@@ -8,6 +8,13 @@
 
 namespace zoned::physics {
 
+namespace {
+
+/// Substeps are no longer than this, s: friction and rolling are first order in it.
+constexpr float kLongestSubstep = 1.0F / 240.0F;
+
+}  // namespace
+
 StepStats Scene::Impl::step(float dt) {
     ZONED_ASSERT(dt > 0.0F && std::isfinite(dt), "a step needs a positive length of time");
     events.clear();
@@ -35,23 +42,42 @@ void Scene::Impl::solve(float dt) {
     ContactSolver::Parameters parameters;
     parameters.gravity = settings.gravity;
     parameters.dt = dt;
-    parameters.substeps = settings.substeps;
     parameters.iterations = settings.velocity_iterations;
     parameters.relax_iterations = settings.relax_iterations;
     parameters.restitution_speed = settings.restitution_speed_mps;
     broken.clear();
     in_contact.assign(bodies.rows(), 0);
     for (const std::uint32_t index : solve_list) {
-        in_contact[graph[index].a] = 1;
-        in_contact[graph[index].b] = 1;
+        in_contact[graph.pair(index).a] = 1;
+        in_contact[graph.pair(index).b] = 1;
     }
-    solver.solve(bodies, graph, solve_list, parameters, broken);
-    for (const auto* list : {&bodies.awake_list, &bodies.mover_list}) {
-        for (const std::uint32_t row : *list) {
-            if (in_contact[row] == 0) {
-                fly_free(bodies, row, settings.gravity, dt, broken);
+    if (settings.substeps > 0) {
+        parameters.substeps = settings.substeps;
+        substeps = static_cast<std::uint32_t>(settings.substeps);
+        solver.solve(bodies, graph, solve_list, parameters, broken);
+    } else {
+        effort.plan(bodies,
+                    graph,
+                    solve_list,
+                    {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()});
+        for (std::size_t i = 0; i < Effort::kBatches; ++i) {
+            const Effort::Batch batch = effort.batch(i);
+            if (!batch.contacts.empty()) {
+                parameters.substeps = batch.substeps;
+                parameters.iterations =
+                    batch.young ? Effort::kYoungIterations : settings.velocity_iterations;
+                substeps = static_cast<std::uint32_t>(batch.substeps);
+                solver.solve(bodies, graph, batch.contacts, parameters, broken);
             }
         }
+    }
+    for (const std::uint32_t row : bodies.awake_list) {
+        if (in_contact[row] == 0) {
+            fly_free(bodies, row, settings.gravity, dt, broken);
+        }
+    }
+    for (const std::uint32_t row : bodies.mover_list) {
+        fly_free(bodies, row, settings.gravity, dt, broken);
     }
     for (const std::uint32_t row : broken) {
         quarantine(row);
@@ -77,13 +103,14 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
     stats.bodies = bodies.count;
     stats.awake = bodies.awake_dynamic;
     stats.quarantined = std::exchange(quarantined, 0);
+    stats.substeps = std::exchange(substeps, 0);
     stats.skipped = skipped;
     stats.unpaired = unpaired;
     if (!skipped) {
         stats.pairs = graph.size();
         stats.islands = island_count;
         for (const std::uint32_t index : solve_list) {
-            stats.contacts += static_cast<std::uint32_t>(graph[index].count);
+            stats.contacts += graph.pair(index).count;
         }
     }
     return stats;

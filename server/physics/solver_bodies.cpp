@@ -172,16 +172,18 @@ void SolverBodies::store(Bodies& bodies, std::vector<std::uint32_t>& broken) con
     for (std::size_t i = 1; i < row_.size(); ++i) {
         const std::uint32_t row = row_[i];
         bodies.solver_slot[row] = 0;
+        if (!moved_by_impulses(i)) {
+            continue;
+        }
         Quat orientation = bodies.orientation[row];
         Vec3 spin = angular(motion[i]);
         const Vec3 turn = angular(drift[i]);
-        const bool dynamic = motion[i].at[3] > 0.0F;
         if (next_spinner < spinners_.size() && spinners_[next_spinner].slot == i) {
             orientation = spinners_[next_spinner++].orientation;
         } else {
             orientation = turned(orientation, turn);
             const float turn2 = turn.squaredNorm();
-            if (dynamic && bodies.round[row] == 0 && turn2 > kNoTurn * kNoTurn) {
+            if (bodies.round[row] == 0 && turn2 > kNoTurn * kNoTurn) {
                 const Vec3 half = (0.5F * dt_) * bodies.angular_velocity[row];
                 const Mat3 middle =
                     half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
@@ -211,7 +213,9 @@ void fly_free(Bodies& bodies,
     const bool dynamic = bodies.inv_mass[row] > 0.0F;
     const Vec3 gain = dynamic ? Vec3(dt * gravity) : Vec3(Vec3::Zero());
     const Vec3 velocity = bodies.velocity[row] + gain;
-    const Vec3 position = bodies.position[row] + dt * bodies.velocity[row] + (0.5F * dt) * gain;
+    // The mean of both velocities, rounded as they are: what rises falls back the same way, and
+    // rounding does not add up to energy.
+    const Vec3 position = bodies.position[row] + (0.5F * dt) * (bodies.velocity[row] + velocity);
     Quat orientation = bodies.orientation[row];
     Vec3 spin = bodies.angular_velocity[row];
     if (!spin.isZero(0.0F)) {

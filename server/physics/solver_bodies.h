@@ -45,8 +45,8 @@ class SolverBodies {
     /// What gravity adds to the velocity in a substep.
     [[nodiscard]] Vec3 gravity_gain(std::size_t slot) const { return linear(gain_[slot]); }
 
-    /// Writes poses and velocities back. A body whose result is not finite or out of range keeps
-    /// its pose, stops, and is appended to `broken`.
+    /// Writes poses and velocities of the bodies back that impulses move. A body whose result is
+    /// not finite or out of range keeps its pose, stops, and is appended to `broken`.
     void store(Bodies& bodies, std::vector<std::uint32_t>& broken) const;
 
     [[nodiscard]] static Vec3 linear(const Row8& row) { return {row.at[0], row.at[1], row.at[2]}; }

@@ -268,7 +268,7 @@ TEST(CollideAhead, FindsTheImpactOfAFastBallAndNotTheEmptySpaceBesideIt) {
     motion.velocity_a = Vec3(100, 0, 0);
     motion.dt = 1.0F / 30.0F;
     Manifold m;
-    const float time = collide_ahead(ball.placed(), post.placed(), motion, m);
+    const float time = collide_ahead(ball.placed(), post.placed(), motion, m).time;
     ASSERT_EQ(m.count, 1);
     EXPECT_NEAR(time, 0.028F, 1.2e-4F);  // 2.8 m at 100 m/s, up to the gap that counts as impact
     ball.position.y() = 0.25F;           // passes 5 cm beside the post

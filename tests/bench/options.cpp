@@ -1,0 +1,46 @@
+#include "tests/bench/options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace zoned::bench {
+
+namespace {
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  zoned-bench --list\n"
+    "  zoned-bench physics --json physics.json\n"
+    "  zoned-bench physics --scene S1,S3 --method default,bullet --repeat 5\n"
+    "  zoned-bench --report build/bench-report\n"
+    "  zoned-bench --quick\n"
+    "Exit codes: 0 good, 2 bad usage, 3 environment (a file can't be written, ...).";
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
+    Options o;
+    CLI::App app("zoned-bench: run time against error, our methods beside their peers");
+    app.add_option("SUITE", o.suites, "Suites to run; all by default");
+    app.add_option("--scene", o.scenes, "Only these scenes, comma-separated")->delimiter(',');
+    app.add_option("--method", o.methods, "Only these methods or peers, comma-separated")
+        ->delimiter(',');
+    app.add_option("--json", o.json_file, "Writes the rows as JSON to FILE");
+    app.add_option("--report",
+                   o.report_folder,
+                   "Writes DIR/index.html: plots of time against error, and tables");
+    app.add_option("--repeat", o.repeats, "Timed runs of each method; medians count")
+        ->check(CLI::Range(1, 1000));
+    app.add_flag("--quick", o.quick, "Cuts every scene short: shows that all run, within seconds");
+    app.add_flag("--list", o.list, "Lists suites, scenes and methods, and runs nothing");
+    app.add_flag("--metrics", o.metrics, "Prints all metrics below the table");
+    app.footer(kExamples);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        exit_code = app.exit(error) == 0 ? kGood : kBadUsage;
+        return std::nullopt;
+    }
+    return o;
+}
+
+}  // namespace zoned::bench

@@ -1,0 +1,32 @@
+// Options: the command line of zoned-bench.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::bench {
+
+enum ExitCode {
+    kGood = 0,
+    kFailed = 1,
+    kBadUsage = 2,
+    kEnvironment = 3,
+};
+
+struct Options {
+    std::vector<std::string> suites;   ///< empty: all
+    std::vector<std::string> scenes;   ///< empty: all
+    std::vector<std::string> methods;  ///< empty: all
+    std::string json_file;             ///< empty: none
+    std::string report_folder;         ///< empty: none
+    int repeats = 3;
+    bool quick = false;
+    bool list = false;
+    bool metrics = false;
+};
+
+/// Nothing where the program is to end with `exit_code`: help was asked for, or the line is wrong.
+std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code);
+
+}  // namespace zoned::bench

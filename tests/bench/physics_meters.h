@@ -1,0 +1,43 @@
+// Meters: what is measured on each physics scene, from the motions that an engine reports alone.
+#pragma once
+
+#include "tests/bench/results.h"
+#include "tests/bench/simulator.h"
+
+#include <memory>
+
+namespace zoned::bench {
+
+/// Looks at a simulator after each step and fills the error columns of its row at the end.
+class Meter {
+  public:
+    Meter() = default;
+    Meter(const Meter&) = delete;
+    Meter& operator=(const Meter&) = delete;
+    virtual ~Meter() = default;
+    virtual void after_step(const Simulator& simulator) = 0;
+    virtual void finish(const Simulator& simulator, Row& row) = 0;
+};
+
+/// S1, S2, S4: error = largest distance of a body from where it started.
+std::unique_ptr<Meter> drift_meter(const scenario::Description& description);
+/// S2x100, S2x1000: the same metrics; error = how far the last body's height is off.
+std::unique_ptr<Meter> column_meter(const scenario::Description& description);
+/// S3: error = mean penetration of overlapping pairs.
+std::unique_ptr<Meter> pile_meter(const scenario::Description& description);
+/// S5: error = last apex minus the drop height.
+std::unique_ptr<Meter> last_apex_meter(const scenario::Description& description);
+/// S5b: error = relative error of apex 6.
+std::unique_ptr<Meter> apexes_meter(const scenario::Description& description);
+/// S6a: error = distance slid minus the closed form.
+std::unique_ptr<Meter> slide_meter(const scenario::Description& description);
+/// S6b: error = distance crept.
+std::unique_ptr<Meter> creep_meter(const scenario::Description& description);
+/// S7: error = relative drift of kinetic energy, where it is largest.
+std::unique_ptr<Meter> spin_meter(const scenario::Description& description);
+/// S8: error = largest gap of a joint.
+std::unique_ptr<Meter> chain_meter(const scenario::Description& description);
+/// S9: error = how many passed.
+std::unique_ptr<Meter> bullets_meter(const scenario::Description& description);
+
+}  // namespace zoned::bench

@@ -1,0 +1,28 @@
+// Plots: run time against error as SVG, for reports.
+#pragma once
+
+#include "tests/bench/results.h"
+
+#include <string>
+#include <vector>
+
+namespace zoned::bench {
+
+struct Point {
+    std::string label;
+    double x = 0.0;
+    double y = 0.0;
+    bool own = false;  ///< ours: drawn filled, peers hollow
+};
+
+/// A picture with logarithmic axes. The size of a value counts; what is zero or not finite lies on
+/// the lower edge. Labels are escaped.
+std::string scatter_svg(const std::string& title,
+                        const std::string& x_label,
+                        const std::string& y_label,
+                        const std::vector<Point>& points);
+
+/// One page of all rows: a picture of time against error per scene, and the metrics as tables.
+std::string report_html(const Results& results);
+
+}  // namespace zoned::bench

@@ -1,0 +1,126 @@
+#include "server/physics/scene.h"
+#include "tests/bench/simulator.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace zoned::bench {
+
+namespace {
+
+physics::Shape shape_of(const scenario::Solid& solid) {
+    switch (solid.form) {
+        case scenario::Form::kSphere:
+            return physics::Shape::sphere(static_cast<float>(solid.radius));
+        case scenario::Form::kBox:
+            return physics::Shape::box(solid.half_extents.cast<float>());
+        case scenario::Form::kCapsule:
+            return physics::Shape::capsule(static_cast<float>(solid.radius),
+                                           static_cast<float>(solid.half_segment));
+    }
+    throw std::logic_error("a solid of no form");
+}
+
+physics::BodyDef definition(const scenario::Body& body) {
+    physics::BodyDef def;
+    def.kind = body.mass > 0.0 ? physics::BodyKind::kDynamic : physics::BodyKind::kStatic;
+    def.shape = shape_of(body.solid);
+    def.material.friction = static_cast<float>(body.friction);
+    def.material.restitution = static_cast<float>(body.restitution);
+    def.mass = static_cast<float>(body.mass > 0.0 ? body.mass : 1.0);
+    def.position = body.pose.position.cast<float>();
+    def.orientation = body.pose.orientation.cast<float>();
+    def.velocity = body.velocity.cast<float>();
+    def.angular_velocity = body.spin.cast<float>();
+    return def;
+}
+
+class ZonedSimulator : public Simulator {
+  public:
+    ZonedSimulator(const scenario::Description& description, physics::Settings settings)
+        : scene_(with_description(settings, description)),
+          dt_(static_cast<float>(description.dt)) {
+        for (const scenario::Body& body : description.bodies) {
+            auto id = scene_.add(definition(body));
+            if (!id) {
+                throw std::runtime_error("our engine refused a body: " + id.error());
+            }
+            ids_.push_back(*id);
+        }
+    }
+
+    void step() override { scene_.step(dt_); }
+
+    [[nodiscard]] Motion motion(std::size_t body) const override {
+        const physics::BodyState state = scene_.state(ids_[body]);
+        Motion m;
+        m.pose.position = state.position.cast<double>();
+        m.pose.orientation = state.orientation.cast<double>();
+        m.velocity = state.velocity.cast<double>();
+        m.spin = state.angular_velocity.cast<double>();
+        return m;
+    }
+
+    bool cast(std::span<const scenario::Ray> rays, std::span<double> distances) const override {
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            physics::RayHit hit;
+            const bool found = scene_.ray_cast(rays[i].origin.cast<float>(),
+                                               rays[i].direction.cast<float>(),
+                                               static_cast<float>(rays[i].length),
+                                               0,
+                                               hit);
+            distances[i] = found ? static_cast<double>(hit.distance) : INFINITY;
+        }
+        return true;
+    }
+
+    [[nodiscard]] std::string state_hash() const override {
+        core::StateHash hash;
+        scene_.hash(hash);
+        char text[17];
+        std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash.value()));
+        return text;
+    }
+
+  private:
+    static physics::Settings with_description(physics::Settings settings,
+                                              const scenario::Description& description) {
+        settings.gravity = description.gravity.cast<float>();
+        if (!description.sleeping) {
+            settings.sleep_after_s = 0.0F;
+        }
+        return settings;
+    }
+
+    physics::Scene scene_;
+    std::vector<zoned::BodyId> ids_;
+    float dt_;
+};
+
+std::string refusal(const std::string& /*scene*/, const scenario::Description& description) {
+    if (!description.joints.empty()) {
+        return "no joints yet";
+    }
+    if (!description.colliding) {
+        return "no collision filters yet";
+    }
+    return {};
+}
+
+Engine engine(std::string method, const physics::Settings& settings) {
+    return {std::move(method),
+            "",
+            [settings](const scenario::Description& description) {
+                return std::make_unique<ZonedSimulator>(description, settings);
+            },
+            refusal};
+}
+
+}  // namespace
+
+std::vector<Engine> zoned_engines() {
+    return {engine("default", physics::Settings())};
+}
+
+}  // namespace zoned::bench

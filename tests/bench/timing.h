@@ -1,0 +1,52 @@
+// Fair timing: all methods of a scene alternate in short turns, and medians over several runs
+// count.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::bench {
+
+/// One run of one method on one scene, built afresh for every repeat.
+class Trial {
+  public:
+    Trial() = default;
+    Trial(const Trial&) = delete;
+    Trial& operator=(const Trial&) = delete;
+    virtual ~Trial() = default;
+    /// The work that is timed: one frame.
+    virtual void frame() = 0;
+
+    /// Looks at what the frame did; not timed, and only called in the first run.
+    virtual void observe() {}
+};
+
+struct Contender {
+    std::string label;
+    std::function<std::unique_ptr<Trial>()> build;
+};
+
+struct Plan {
+    int warm_up = 0;  ///< frames before those that are timed
+    int frames = 1;   ///< timed frames, > 0
+    int repeats = 3;  ///< timed runs, > 0
+};
+
+/// CPU time of frames in microseconds, over the timed frames of a run. The time of a frame is its
+/// median over the runs, so that a disturbance in one run does not count. Frames that are short
+/// against the clock are timed in groups, and the percentiles are then of the groups' means.
+struct Timing {
+    double p50_us = 0.0;
+    double p99_us = 0.0;
+    double mean_us = 0.0;
+};
+
+/// `finish(i, run)` is called with each contender's observed run after its last frame.
+std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
+                                     const Plan& plan,
+                                     const std::function<void(std::size_t, Trial&)>& finish);
+
+}  // namespace zoned::bench

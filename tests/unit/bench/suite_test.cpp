@@ -1,0 +1,112 @@
+#include "tests/bench/suite.h"
+
+#include "tests/bench/simulator.h"
+
+#include <gmock/gmock.h>
+
+namespace zoned::bench {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const Suite& suite(const std::vector<Suite>& suites, const std::string& name) {
+    for (const Suite& s : suites) {
+        if (s.name == name) {
+            return s;
+        }
+    }
+    throw std::out_of_range(name);
+}
+
+TEST(Suites, NameThePhysicsScenesAsAgreed) {
+    const std::vector<Suite> suites = all_suites();
+    const Suite& physics = suite(suites, "physics");
+    EXPECT_THAT(physics.scenes,
+                ElementsAre("S1",
+                            "S2",
+                            "S2x100",
+                            "S2x1000",
+                            "S3",
+                            "S4",
+                            "S5",
+                            "S5b",
+                            "S6a",
+                            "S6b",
+                            "S7",
+                            "S8",
+                            "S9"));
+    EXPECT_THAT(physics.methods, Contains("default"));
+    EXPECT_THAT(physics.methods, Contains("bullet/default"));
+    EXPECT_THAT(physics.methods, Contains("ode/exact"));
+}
+
+TEST(Suites, AddRowsWithErrorsAndRatios) {
+    Session session;
+    session.quick = true;
+    session.scenes = {"S2"};
+    session.methods = {"default", "bullet"};
+    const std::vector<Suite> suites = all_suites();
+    suite(suites, "physics").run(session);
+    ASSERT_GE(session.results.rows.size(), 2u);
+    const Row& ours = session.results.rows[0];
+    EXPECT_EQ(ours.suite, "physics");
+    EXPECT_EQ(ours.scene, "S2");
+    EXPECT_EQ(ours.method, "default");
+    EXPECT_EQ(ours.peer, "");
+    EXPECT_EQ(ours.error_unit, "m");
+    EXPECT_GT(ours.time_us_p50, 0.0);
+    EXPECT_GE(ours.time_us_p99, ours.time_us_p50);
+    EXPECT_NE(ours.find_metric("bullet_ratio"), nullptr);
+    EXPECT_NE(ours.find_metric("y_ratio"), nullptr);
+    EXPECT_EQ(ours.state_hash.size(), 16u);
+    const Row& theirs = session.results.rows[1];
+    EXPECT_EQ(theirs.peer, "bullet");
+    EXPECT_EQ(*theirs.find_metric("bullet_ratio"), 1.0);
+}
+
+TEST(Session, ChoosesPeersByNameAndMethod) {
+    Session session;
+    EXPECT_TRUE(session.wants_method("exact", "ode"));
+    session.methods = {"default", "ode/exact"};
+    EXPECT_TRUE(session.wants_method("default", ""));
+    EXPECT_FALSE(session.wants_method("default", "bullet"));
+    EXPECT_TRUE(session.wants_method("exact", "ode"));
+    EXPECT_FALSE(session.wants_method("default", "ode"));
+}
+
+/// The same end state twice: what a row says does not depend on when it was measured.
+TEST(Engines, RepeatARunBitForBit) {
+    const scenario::Description scene = scenario::column(5, 1.0);
+    for (const auto& engines : {zoned_engines(), bullet_engines(), ode_engines()}) {
+        std::vector<Vec3d> ends;
+        for (int run = 0; run < 2; ++run) {
+            const auto simulator = engines.front().build(scene);
+            for (int i = 0; i < 60; ++i) {
+                simulator->step();
+            }
+            ends.push_back(simulator->motion(5).pose.position);
+        }
+        EXPECT_EQ(ends[0], ends[1]) << engines.front().peer;
+    }
+}
+
+/// Free fall from rest for one second. A symplectic Euler step is off by g dt t / 2 = 0.082 m, an
+/// exact one by nothing.
+TEST(Engines, AllFallAlike) {
+    scenario::Description scene = scenario::bounce(0.0, 1.0, 1.0 / 60.0);
+    for (const auto& engines : {zoned_engines(), bullet_engines(), ode_engines()}) {
+        const auto simulator = engines.front().build(scene);
+        for (int i = 0; i < 60; ++i) {
+            simulator->step();
+        }
+        const Motion m = simulator->motion(1);
+        EXPECT_NEAR(m.pose.position.y(), 10.5 - 0.5 * 9.81, 0.085) << engines.front().peer;
+        EXPECT_NEAR(m.velocity.y(), -9.81, 1e-4) << engines.front().peer;
+        EXPECT_NEAR(simulator->motion(0).pose.position.y(), -1.0, 1e-6);
+    }
+}
+
+}  // namespace
+}  // namespace zoned::bench
