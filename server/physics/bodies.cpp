@@ -33,6 +33,7 @@ std::uint32_t Bodies::append_row() {
     listed.push_back(0);
     shape.emplace_back();
     material.emplace_back();
+    filter.emplace_back();
     inv_mass.push_back(0.0F);
     inertia.emplace_back(Vec3::Zero());
     inv_inertia.emplace_back(Vec3::Zero());
@@ -42,6 +43,7 @@ std::uint32_t Bodies::append_row() {
     bounds.emplace_back();
     fat.emplace_back();
     first_contact.push_back(kNoIndex);
+    first_joint.push_back(kNoIndex);
     solver_slot.push_back(0);
     return row;
 }
@@ -69,6 +71,7 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     awake[row] = 0;
     shape[row] = def.shape;
     material[row] = def.material;
+    filter[row] = def.filter;
     inv_mass[row] = dynamic ? 1.0F / def.mass : 0.0F;
     inertia[row] = dynamic ? principal_inertia(def.shape, def.mass) : Vec3(Vec3::Zero());
     inv_inertia[row] = dynamic ? Vec3(inertia[row].cwiseInverse()) : Vec3(Vec3::Zero());
@@ -76,6 +79,7 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     round[row] = moments.x() == moments.y() && moments.y() == moments.z() ? 1 : 0;
     radius[row] = bounding_radius(def.shape);
     first_contact[row] = kNoIndex;
+    first_joint[row] = kNoIndex;
     set_pose(row, def.position, def.orientation);
     fat[row] = bounds[row];
     ++count;

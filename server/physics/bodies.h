@@ -36,6 +36,7 @@ struct Bodies {
     // Constants of the body.
     std::vector<Shape> shape;
     std::vector<Material> material;
+    std::vector<Filter> filter;
     std::vector<float> inv_mass;      ///< 0 unless dynamic
     std::vector<Vec3> inertia;        ///< principal moments
     std::vector<Vec3> inv_inertia;    ///< their inverses; 0 unless dynamic
@@ -47,6 +48,7 @@ struct Bodies {
     std::vector<Aabb> fat;     ///< what the broadphase knows
     // Links of other structures.
     std::vector<std::uint32_t> first_contact;  ///< head of the list in ContactGraph
+    std::vector<std::uint32_t> first_joint;    ///< head of the list in JointTable
     std::vector<std::uint32_t> solver_slot;    ///< row in the solver's arrays in this step
 
     std::vector<std::uint32_t> free_rows;
@@ -77,6 +79,12 @@ struct Bodies {
     /// Awake and dynamic: the solver may move it.
     [[nodiscard]] bool simulated(std::uint32_t row) const {
         return awake[row] != 0 && is_dynamic(row);
+    }
+
+    /// True when each is in a category that the other collides with.
+    [[nodiscard]] bool may_collide(std::uint32_t a, std::uint32_t b) const {
+        return (filter[a].category & filter[b].mask) != 0 &&
+               (filter[b].category & filter[a].mask) != 0;
     }
 
     /// How a pair's coefficients combine: see Material.

@@ -71,7 +71,9 @@ ContactSolver::Softness ContactSolver::contact_softness(float h) {
 
 void ContactSolver::prepare(Bodies& bodies,
                             const ContactGraph& graph,
-                            std::span<const std::uint32_t> list) {
+                            std::span<const std::uint32_t> list,
+                            const JointTable& table,
+                            std::span<const std::uint32_t> joints) {
     softness_ = contact_softness(h_);
     moving_.begin(parameters_.gravity, parameters_.dt, h_);
     for (const std::uint32_t index : list) {
@@ -81,6 +83,7 @@ void ContactSolver::prepare(Bodies& bodies,
             }
         }
     }
+    joints_.prepare(bodies, table, joints, moving_, h_);
     coloring_.build(bodies, graph, list, moving_.size());
     batches_.resize(coloring_.groups().size());
     points_.clear();

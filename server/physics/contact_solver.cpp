@@ -215,15 +215,19 @@ void ContactSolver::solve_all() {
     }
 }
 
-void ContactSolver::substep(const Bodies& bodies) {
+void ContactSolver::substep(const Bodies& bodies, const JointTable& table) {
     moving_.integrate_velocities();
     watch_impacts();
+    joints_.update(table, moving_);
+    joints_.warm_start(moving_);
     warm_start();
     for (int i = 0; i < parameters_.iterations; ++i) {
+        joints_.solve(moving_, true);
         solve_all<true>();
     }
     moving_.integrate_positions(bodies);
     for (int i = 0; i < parameters_.relax_iterations; ++i) {
+        joints_.solve(moving_, false);
         solve_all<false>();
     }
     for (PointLanes& p : points_) {
@@ -265,16 +269,19 @@ void ContactSolver::store(Bodies& bodies,
 void ContactSolver::solve(Bodies& bodies,
                           ContactGraph& graph,
                           std::span<const std::uint32_t> list,
+                          JointTable& table,
+                          std::span<const std::uint32_t> joints,
                           const Parameters& parameters,
                           std::vector<std::uint32_t>& broken) {
     parameters_ = parameters;
     h_ = parameters.dt / static_cast<float>(parameters.substeps);
-    prepare(bodies, graph, list);
+    prepare(bodies, graph, list, table, joints);
     for (int i = 0; i < parameters.substeps; ++i) {
-        substep(bodies);
+        substep(bodies, table);
     }
     restitute();
     store(bodies, graph, broken);
+    joints_.store(table);
 }
 
 }  // namespace zoned::physics

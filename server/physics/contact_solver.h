@@ -6,6 +6,7 @@
 #include "server/physics/contact_batch.h"
 #include "server/physics/contact_coloring.h"
 #include "server/physics/contact_graph.h"
+#include "server/physics/joint_solver.h"
 #include "server/physics/lane_body.h"
 #include "server/physics/solver_bodies.h"
 
@@ -43,13 +44,17 @@ class ContactSolver {
     /// Makes room for that many bodies and contacts.
     void reserve(std::size_t bodies, std::size_t contacts);
 
-    /// Solves the contacts in `list` and moves the awake bodies that they hold; writes poses,
-    /// velocities and impulses back. A body whose result is not finite or out of range keeps its
-    /// pose, stops, and is appended to `broken`. `solver_slot` of all awake bodies must be 0 and is
-    /// so again afterwards.
+    void reserve_joints(std::size_t joints) { joints_.reserve(joints); }
+
+    /// Solves the contacts and joints in the lists and moves the awake bodies that they hold;
+    /// writes poses, velocities and impulses back. A body whose result is not finite or out of
+    /// range keeps its pose, stops, and is appended to `broken`. `solver_slot` of all awake bodies
+    /// must be 0 and is so again afterwards.
     void solve(Bodies& bodies,
                ContactGraph& graph,
                std::span<const std::uint32_t> list,
+               JointTable& table,
+               std::span<const std::uint32_t> joints,
                const Parameters& parameters,
                std::vector<std::uint32_t>& broken);
 
@@ -74,7 +79,11 @@ class ContactSolver {
     struct Arms;
     struct Single;
 
-    void prepare(Bodies& bodies, const ContactGraph& graph, std::span<const std::uint32_t> list);
+    void prepare(Bodies& bodies,
+                 const ContactGraph& graph,
+                 std::span<const std::uint32_t> list,
+                 const JointTable& table,
+                 std::span<const std::uint32_t> joints);
     static Softness contact_softness(float h);
     void fill_batch(std::uint32_t index,
                     std::span<const std::uint32_t> contacts,
@@ -87,7 +96,7 @@ class ContactSolver {
                    const Contact& contact);
     void fill_masses(ContactBatch& batch, std::size_t lanes, const ContactGraph& graph);
     void warm_start();
-    void substep(const Bodies& bodies);
+    void substep(const Bodies& bodies, const JointTable& table);
     template <bool kSoft>
     void solve_all();
     template <bool kSoft, std::size_t kCount>
@@ -115,6 +124,7 @@ class ContactSolver {
     Softness softness_;
     float h_ = 0.0F;
     SolverBodies moving_;
+    JointSolver joints_;
     ContactColoring coloring_;
     std::vector<ContactBatch> batches_;
     std::vector<PointLanes> points_;

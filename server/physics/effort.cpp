@@ -12,6 +12,9 @@ namespace {
 
 /// How long an island keeps a level that it no longer needs, s.
 constexpr float kPatience = 0.5F;
+/// A joint may gape by this share of the budget: what it holds swings faster within the step than
+/// when the step began.
+constexpr float kJointShare = 0.02F;
 /// A contact of at most so many steps is young.
 constexpr std::uint8_t kYoung = 3;
 /// One contact in this many may be served less well than it asks for ...
@@ -80,7 +83,11 @@ std::uint8_t Effort::level_for(const Bodies& bodies,
 }
 
 /// Islands of the bodies that contacts hold: sets over their places in `awake_list`.
-void Effort::join(Bodies& bodies, const ContactGraph& graph, std::span<const std::uint32_t> list) {
+void Effort::join(Bodies& bodies,
+                  const ContactGraph& graph,
+                  std::span<const std::uint32_t> list,
+                  const JointTable& table,
+                  std::span<const std::uint32_t> joints) {
     const auto& awake = bodies.awake_list;
     sets_.reset(awake.size());
     for (std::size_t i = 0; i < awake.size(); ++i) {
@@ -92,6 +99,28 @@ void Effort::join(Bodies& bodies, const ContactGraph& graph, std::span<const std
             sets_.join(bodies.solver_slot[pair.a], bodies.solver_slot[pair.b]);
         }
     }
+    for (const std::uint32_t index : joints) {
+        const JointEntry& entry = table[index];
+        if (entry.a != kNoIndex && bodies.simulated(entry.a) && bodies.simulated(entry.b)) {
+            sets_.join(bodies.solver_slot[entry.a], bodies.solver_slot[entry.b]);
+        }
+    }
+}
+
+std::uint8_t Effort::level_of_joint(const Bodies& bodies,
+                                    const JointEntry& entry,
+                                    const Budget& budget) {
+    float need = 1.0F / budget.longest_h_s;
+    const auto consider = [&](std::uint32_t row, const Vec3& arm) {
+        if (row != kNoIndex) {
+            const float rate = bodies.angular_velocity[row].norm();
+            need = std::max(need,
+                            rate * std::sqrt(0.5F * arm.norm() / (kJointShare * budget.error_m)));
+        }
+    };
+    consider(entry.a, entry.joint.local_a);
+    consider(entry.b, entry.joint.local_b);
+    return level_of(budget.dt_s * need);
 }
 
 /// From what each island needs now and had before to what it gets.
@@ -133,35 +162,52 @@ void Effort::settle(Bodies& bodies, float dt) {
 void Effort::plan(Bodies& bodies,
                   const ContactGraph& graph,
                   std::span<const std::uint32_t> list,
+                  const JointTable& table,
+                  std::span<const std::uint32_t> joints,
                   const Budget& budget) {
-    join(bodies, graph, list);
+    join(bodies, graph, list, table, joints);
     const std::size_t count = bodies.awake_list.size();
     needs_.assign(count, Needs{});
     held_.assign(count, 0);
     patience_.assign(count, 0);
+    const auto row_of_contact = [&](std::uint32_t index) {
+        const Pair& pair = graph.pair(index);
+        return bodies.simulated(pair.a) ? pair.a : pair.b;
+    };
+    const auto row_of_joint = [&](std::uint32_t index) {
+        return bodies.simulated(table[index].b) ? table[index].b : table[index].a;
+    };
+    const auto needs_of = [&](std::uint32_t row) -> Needs& {
+        return needs_[sets_.root(bodies.solver_slot[row])];
+    };
     for (const std::uint32_t index : list) {
         const Pair& pair = graph.pair(index);
-        const std::uint32_t row = bodies.simulated(pair.a) ? pair.a : pair.b;
-        Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
+        Needs& needs = needs_of(row_of_contact(index));
         ++needs.level[level_for(bodies, pair, graph[index], budget)];
         needs.young += pair.age <= kYoung ? 1 : 0;
     }
+    for (const std::uint32_t index : joints) {
+        ++needs_of(row_of_joint(index)).level[level_of_joint(bodies, table[index], budget)];
+    }
     settle(bodies, budget.dt_s);
-    sort(bodies, graph, list);
+    sort(bodies, list, row_of_contact, sorted_, first_);
+    sort(bodies, joints, row_of_joint, sorted_joints_, first_joint_);
     for (const std::uint32_t row : bodies.awake_list) {
         bodies.solver_slot[row] = 0;
     }
 }
 
+template <class RowOf>
 void Effort::sort(const Bodies& bodies,
-                  const ContactGraph& graph,
-                  std::span<const std::uint32_t> list) {
+                  std::span<const std::uint32_t> list,
+                  RowOf&& row_of,
+                  std::vector<std::uint32_t>& sorted,
+                  std::array<std::uint32_t, kBatches + 2>& first) {
     batch_.resize(list.size());
-    sorted_.resize(list.size());
-    first_.fill(0);
+    sorted.resize(list.size());
+    first.fill(0);
     for (std::size_t i = 0; i < list.size(); ++i) {
-        const Pair& pair = graph.pair(list[i]);
-        const std::uint32_t row = bodies.simulated(pair.a) ? pair.a : pair.b;
+        const std::uint32_t row = row_of(list[i]);
         const Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
         std::uint32_t total = 0;
         for (const std::uint32_t contacts : needs.level) {
@@ -169,13 +215,13 @@ void Effort::sort(const Bodies& bodies,
         }
         const bool young = 2 * needs.young > total;
         batch_[i] = static_cast<std::uint8_t>(2 * bodies.effort[row] + (young ? 1 : 0));
-        ++first_[batch_[i] + 2U];
+        ++first[batch_[i] + 2U];
     }
-    for (std::size_t i = 2; i < first_.size(); ++i) {
-        first_[i] += first_[i - 1];
+    for (std::size_t i = 2; i < first.size(); ++i) {
+        first[i] += first[i - 1];
     }
     for (std::size_t i = 0; i < list.size(); ++i) {
-        sorted_[first_[batch_[i] + 1U]++] = list[i];
+        sorted[first[batch_[i] + 1U]++] = list[i];
     }
 }
 

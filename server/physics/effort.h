@@ -4,6 +4,7 @@
 #include "server/physics/bodies.h"
 #include "server/physics/contact_graph.h"
 #include "server/physics/islands.h"
+#include "server/physics/joint_table.h"
 
 #include <array>
 #include <cstdint>
@@ -24,6 +25,9 @@ namespace zoned::physics {
 /// power when it needed less for half a second. In a large one, up to one contact in 64 may ask for
 /// up to four times as many: the few chains that carry a pile shall not set the pace for all of it.
 /// Counted, never timed.
+///
+/// A joint's error is of second order: in a substep, an arm r that turns at w leaves its anchor by
+/// r (w h)^2 / 2 before it is put back.
 class Effort {
   public:
     static constexpr std::size_t kLevels = 7;  ///< 1, 2, 4 ... 64 substeps
@@ -45,6 +49,8 @@ class Effort {
     void plan(Bodies& bodies,
               const ContactGraph& graph,
               std::span<const std::uint32_t> list,
+              const JointTable& table,
+              std::span<const std::uint32_t> joints,
               const Budget& budget);
 
     /// Islands that are solved alike.
@@ -52,6 +58,7 @@ class Effort {
         int substeps = 1;
         bool young = false;  ///< most contacts are young
         std::span<const std::uint32_t> contacts;
+        std::span<const std::uint32_t> joints;
     };
 
     static constexpr std::size_t kBatches = 2 * kLevels;
@@ -60,13 +67,28 @@ class Effort {
     [[nodiscard]] Batch batch(std::size_t i) const {
         return {1 << (i / 2),
                 i % 2 != 0,
-                std::span(sorted_).subspan(first_[i], first_[i + 1] - first_[i])};
+                std::span(sorted_).subspan(first_[i], first_[i + 1] - first_[i]),
+                std::span(sorted_joints_)
+                    .subspan(first_joint_[i], first_joint_[i + 1] - first_joint_[i])};
     }
 
   private:
-    void join(Bodies& bodies, const ContactGraph& graph, std::span<const std::uint32_t> list);
+    void join(Bodies& bodies,
+              const ContactGraph& graph,
+              std::span<const std::uint32_t> list,
+              const JointTable& table,
+              std::span<const std::uint32_t> joints);
     void settle(Bodies& bodies, float dt);
-    void sort(const Bodies& bodies, const ContactGraph& graph, std::span<const std::uint32_t> list);
+    /// Sorts `list` into `sorted` by the batch of each member's body.
+    template <class RowOf>
+    void sort(const Bodies& bodies,
+              std::span<const std::uint32_t> list,
+              RowOf&& row_of,
+              std::vector<std::uint32_t>& sorted,
+              std::array<std::uint32_t, kBatches + 2>& first);
+    [[nodiscard]] static std::uint8_t level_of_joint(const Bodies& bodies,
+                                                     const JointEntry& entry,
+                                                     const Budget& budget);
     [[nodiscard]] static std::uint8_t level_for(const Bodies& bodies,
                                                 const Pair& pair,
                                                 const Contact& contact,
@@ -85,6 +107,8 @@ class Effort {
     std::vector<std::uint8_t> batch_;     // by place in the list of contacts
     std::vector<std::uint32_t> sorted_;
     std::array<std::uint32_t, kBatches + 2> first_{};
+    std::vector<std::uint32_t> sorted_joints_;
+    std::array<std::uint32_t, kBatches + 2> first_joint_{};
 };
 
 }  // namespace zoned::physics

@@ -25,7 +25,7 @@ void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
     parent_[std::max(a, b)] = std::min(a, b);
 }
 
-void Waker::wake(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
+void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row) {
     if (!bodies.is_dynamic(row)) {
         return;
     }
@@ -48,6 +48,12 @@ void Waker::wake(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
                 stack_.push_back(other);
             }
         });
+        joints.for_each_of(bodies, at, [&](std::uint32_t, std::uint32_t other) {
+            if (other != kNoIndex && bodies.is_dynamic(other) && bodies.awake[other] == 0) {
+                bodies.mark_awake(other);
+                stack_.push_back(other);
+            }
+        });
     }
 }
 
@@ -62,7 +68,11 @@ void put_to_sleep(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
     });
 }
 
-std::uint32_t Islands::update(Bodies& bodies, ContactGraph& graph, const Limits& limits) {
+std::uint32_t Islands::update(Bodies& bodies,
+                              ContactGraph& graph,
+                              const JointTable& joints,
+                              std::span<const std::uint32_t> active_joints,
+                              const Limits& limits) {
     const auto& list = bodies.awake_list;
     sets_.reset(list.size());
     still_s_.assign(list.size(), INFINITY);
@@ -84,6 +94,19 @@ std::uint32_t Islands::update(Bodies& bodies, ContactGraph& graph, const Limits&
             sets_.join(bodies.solver_slot[contact.a], bodies.solver_slot[contact.b]);
         } else if (bodies.awake[a ? contact.b : contact.a] != 0) {
             bodies.still_s[a ? contact.a : contact.b] = 0.0F;  // on a kinematic body that moves
+        }
+    }
+    for (const std::uint32_t index : active_joints) {
+        const JointEntry& entry = joints[index];
+        if (!entry.alive) {
+            continue;  // broke in this step
+        }
+        const bool a = entry.a != kNoIndex && bodies.simulated(entry.a);
+        const bool b = bodies.simulated(entry.b);
+        if (a && b) {
+            sets_.join(bodies.solver_slot[entry.a], bodies.solver_slot[entry.b]);
+        } else if (entry.a != kNoIndex && bodies.awake[a ? entry.b : entry.a] != 0) {
+            bodies.still_s[a ? entry.a : entry.b] = 0.0F;  // held by a kinematic body that moves
         }
     }
     std::uint32_t islands = 0;

@@ -3,8 +3,10 @@
 
 #include "server/physics/bodies.h"
 #include "server/physics/contact_graph.h"
+#include "server/physics/joint_table.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace zoned::physics {
@@ -23,12 +25,12 @@ class DisjointSets {
     std::vector<std::uint32_t> parent_;
 };
 
-/// Wakes a dynamic body and all that it touches, directly or through others.
+/// Wakes a dynamic body and all that it touches or has joints with, directly or through others.
 class Waker {
   public:
     void reserve(std::size_t bodies) { stack_.reserve(bodies); }
 
-    void wake(Bodies& bodies, ContactGraph& graph, std::uint32_t row);
+    void wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row);
 
   private:
     std::vector<std::uint32_t> stack_;
@@ -51,7 +53,11 @@ class Islands {
     }
 
     /// Returns how many islands there were before any fell asleep.
-    std::uint32_t update(Bodies& bodies, ContactGraph& graph, const Limits& limits);
+    std::uint32_t update(Bodies& bodies,
+                         ContactGraph& graph,
+                         const JointTable& joints,
+                         std::span<const std::uint32_t> active_joints,
+                         const Limits& limits);
 
   private:
     DisjointSets sets_;

@@ -42,6 +42,8 @@ void Scene::remove(BodyId body) {
         return;
     }
     impl_->drop_contacts(row);
+    impl_->joints.for_each_of(
+        impl_->bodies, row, [&](std::uint32_t joint, std::uint32_t) { impl_->drop_joint(joint); });
     impl_->leave_broadphase(row);
     impl_->bodies.destroy(row);
 }

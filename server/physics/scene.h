@@ -1,6 +1,7 @@
 // Scene: the rigid bodies of one zone; add bodies, step, read states, contacts and queries.
 #pragma once
 
+#include "server/physics/joint.h"
 #include "server/physics/shape.h"
 #include "server/spatial/broadphase_kind.h"
 #include "shared/core/result.h"
@@ -97,7 +98,7 @@ class Scene {
     /// Refuses what is not finite, sizes or masses that are not positive, quaternions far from unit
     /// length.
     core::Result<BodyId> add(const BodyDef& def);
-    void remove(BodyId body);  ///< wakes what touched it
+    void remove(BodyId body);  ///< wakes what touched it; its joints go with it
     [[nodiscard]] bool contains(BodyId body) const;
     /// The tag that the body was added with.
     [[nodiscard]] std::uint32_t user(BodyId body) const;
@@ -110,6 +111,20 @@ class Scene {
     /// Impulse in N s at a world point; wakes the body. Ignored for static and kinematic bodies.
     void apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point);
     void wake(BodyId body);
+
+    /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
+    /// and what is not finite or out of range; says what. Wakes both bodies.
+    core::Result<JointId> add_joint(const JointDef& def);
+    void remove_joint(JointId joint);  ///< wakes both bodies
+    [[nodiscard]] bool contains(JointId joint) const;
+    /// Angle of a hinge from where it was made, rad in (-pi, pi]; shift of a slider, m; length of a
+    /// distance or spring, m; gap of a ball or fixed joint, m.
+    [[nodiscard]] float joint_position(JointId joint) const;
+    [[nodiscard]] float joint_force(JointId joint) const;  ///< of the last step, N
+    /// Takes speed and greatest force of a motor; wakes both bodies.
+    void set_motor(JointId joint, float speed, float most);
+    /// Joints that broke in the last step.
+    [[nodiscard]] std::span<const JointBreak> joint_breaks() const;
 
     StepStats step(float dt);
 

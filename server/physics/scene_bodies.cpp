@@ -50,6 +50,7 @@ void Scene::Impl::make_room(BodyKind kind) {
     const std::size_t movers = room[1] + room[2];
     const std::size_t contacts = kContactsPerBody * movers;
     graph.reserve(contacts);
+    breaks.reserve(movers);
     solver.reserve(movers, contacts);
     effort.reserve(movers, contacts);
     islands.reserve(movers);
@@ -91,7 +92,7 @@ void Scene::Impl::drop_contacts(std::uint32_t row) {
         const bool touched = graph.pair(contact).touching;
         graph.destroy(bodies, contact);
         if (touched) {
-            waker.wake(bodies, graph, other);
+            waker.wake(bodies, graph, joints, other);
         }
     });
 }
@@ -99,7 +100,7 @@ void Scene::Impl::drop_contacts(std::uint32_t row) {
 void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         if (graph.pair(contact).touching) {
-            waker.wake(bodies, graph, other);
+            waker.wake(bodies, graph, joints, other);
         }
     });
     bodies.set_pose(row, x, q);
@@ -121,7 +122,7 @@ void Scene::Impl::quarantine(std::uint32_t row) {
 }
 
 void Scene::Impl::wake(std::uint32_t row) {
-    waker.wake(bodies, graph, row);
+    waker.wake(bodies, graph, joints, row);
 }
 
 }  // namespace zoned::physics

@@ -199,7 +199,7 @@ void Scene::Impl::update_contacts(float dt) {
             const bool held = graph.pair(index).touching;
             update_contact(index, dt);
             if (held || graph.pair(index).closing) {
-                waker.wake(bodies, graph, other);
+                waker.wake(bodies, graph, joints, other);
             }
         });
     }
@@ -215,7 +215,7 @@ void Scene::Impl::update_contacts(float dt) {
         if (pair.closing) {
             for (const std::uint32_t row : {pair.a, pair.b}) {
                 if (bodies.is_dynamic(row) && bodies.awake[row] == 0) {
-                    waker.wake(bodies, graph, row);
+                    waker.wake(bodies, graph, joints, row);
                 }
             }
         }

@@ -7,6 +7,7 @@
 #include "server/physics/contact_solver.h"
 #include "server/physics/effort.h"
 #include "server/physics/islands.h"
+#include "server/physics/joint_table.h"
 #include "server/physics/narrowphase.h"
 #include "server/physics/scene.h"
 #include "server/spatial/box_index.h"
@@ -24,6 +25,7 @@ struct Scene::Impl {
     Settings settings;
     Bodies bodies;
     ContactGraph graph;
+    JointTable joints;
     /// By row: holds the body in the same way as its fat box does. Boxes about round or slanting
     /// bodies overlap at their corners where no body is: in a pile a third of all pairs.
     std::vector<Ball> fat_balls;
@@ -39,6 +41,7 @@ struct Scene::Impl {
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
+    std::vector<JointBreak> breaks;
     std::vector<BodyId> moved;
     std::uint32_t substeps = 0;     ///< most that an island got in this step
     std::uint32_t quarantined = 0;  ///< since the last step began
@@ -49,6 +52,7 @@ struct Scene::Impl {
     // Scratch of a step, kept for its capacity.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
     std::vector<std::uint32_t> solve_list;
+    std::vector<std::uint32_t> active_joints;  ///< with an awake dynamic body
     std::vector<std::uint32_t> broken;
     std::vector<std::uint8_t> in_contact;  ///< by row: a contact holds it in this step
     std::vector<std::uint32_t> refitted;   ///< rows whose fat box is new, on their way to `boxes`
@@ -102,6 +106,13 @@ struct Scene::Impl {
     void find_manifold(std::uint32_t contact, const PairMotion& motion);
     void finish_contacts();
     void report(std::uint32_t contact, bool began);
+
+    // scene_joints.cpp
+    [[nodiscard]] JointPose pose_of(std::uint32_t row) const;
+    void drop_joint(std::uint32_t index);
+    void wake_joint(std::uint32_t index);
+    void list_joints();
+    void break_joints();
 
     // scene_step.cpp
     StepStats step(float dt);

@@ -168,7 +168,8 @@ bool Scene::Impl::found_before(std::uint32_t row, std::uint32_t other) const {
 
 /// Adds a pair, unless it is known.
 void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
-    if (!graph.contains(row, other)) {
+    if (bodies.may_collide(row, other) && !joints.parts(bodies, row, other) &&
+        !graph.contains(row, other)) {
         new_pairs.emplace_back(std::min(row, other), std::max(row, other));
     }
 }

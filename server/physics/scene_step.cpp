@@ -18,6 +18,7 @@ constexpr float kLongestSubstep = 1.0F / 240.0F;
 StepStats Scene::Impl::step(float dt) {
     ZONED_ASSERT(dt > 0.0F && std::isfinite(dt), "a step needs a positive length of time");
     events.clear();
+    breaks.clear();
     moved.clear();
     bodies.compact_lists();
     if (bodies.awake_list.empty() && bodies.mover_list.empty()) {
@@ -26,13 +27,17 @@ StepStats Scene::Impl::step(float dt) {
     refresh_bounds(dt);
     find_pairs(dt);
     update_contacts(dt);
+    list_joints();
     solve(dt);
+    break_joints();
     finish_contacts();
     follow_bounds();
     list_moved();
     const std::uint32_t island_count = islands.update(
         bodies,
         graph,
+        joints,
+        active_joints,
         {settings.sleep_speed_mps, settings.sleep_spin_rps, settings.sleep_after_s, dt});
     return stats_of(false, island_count);
 }
@@ -51,23 +56,32 @@ void Scene::Impl::solve(float dt) {
         in_contact[graph.pair(index).a] = 1;
         in_contact[graph.pair(index).b] = 1;
     }
+    for (const std::uint32_t index : active_joints) {
+        if (joints[index].a != kNoIndex) {
+            in_contact[joints[index].a] = 1;
+        }
+        in_contact[joints[index].b] = 1;
+    }
     if (settings.substeps > 0) {
         parameters.substeps = settings.substeps;
         substeps = static_cast<std::uint32_t>(settings.substeps);
-        solver.solve(bodies, graph, solve_list, parameters, broken);
+        solver.solve(bodies, graph, solve_list, joints, active_joints, parameters, broken);
     } else {
         effort.plan(bodies,
                     graph,
                     solve_list,
+                    joints,
+                    active_joints,
                     {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()});
         for (std::size_t i = 0; i < Effort::kBatches; ++i) {
             const Effort::Batch batch = effort.batch(i);
-            if (!batch.contacts.empty()) {
+            if (!batch.contacts.empty() || !batch.joints.empty()) {
                 parameters.substeps = batch.substeps;
                 parameters.iterations =
                     batch.young ? Effort::kYoungIterations : settings.velocity_iterations;
                 substeps = static_cast<std::uint32_t>(batch.substeps);
-                solver.solve(bodies, graph, batch.contacts, parameters, broken);
+                solver.solve(
+                    bodies, graph, batch.contacts, joints, batch.joints, parameters, broken);
             }
         }
     }

@@ -36,6 +36,12 @@ struct Material {
     float restitution = 0.0F;
 };
 
+/// Two bodies collide when each one's mask holds a bit of the other's category.
+struct Filter {
+    std::uint32_t category = 1;
+    std::uint32_t mask = 0xFFFFFFFFU;
+};
+
 enum class BodyKind : std::uint8_t {
     kStatic,     ///< never moves
     kKinematic,  ///< moves with the velocity that it is given, pushes others, is pushed by nobody
@@ -46,6 +52,7 @@ struct BodyDef {
     BodyKind kind = BodyKind::kDynamic;
     Shape shape;
     Material material;
+    Filter filter;
     float mass = 1.0F;             ///< kg, dynamic only, > 0
     Vec3 position = Vec3::Zero();  ///< centre of mass, m
     Quat orientation = Quat::Identity();

@@ -42,6 +42,7 @@ void SolverBodies::reserve(std::size_t bodies) {
     }
     row_.reserve(bodies + 1);
     spinners_.reserve(bodies + 1);
+    spinner_of_.reserve(bodies + 1);
 }
 
 void SolverBodies::begin(const Vec3& gravity, float dt, float h) {
@@ -52,6 +53,7 @@ void SolverBodies::begin(const Vec3& gravity, float dt, float h) {
         table->assign(1, Row8());
     }
     row_.assign(1, kNoIndex);
+    spinner_of_.assign(1, kNoIndex);
     spinners_.clear();
 }
 
@@ -69,6 +71,7 @@ std::uint32_t SolverBodies::slot_of(Bodies& bodies, std::uint32_t row) {
     gain_.push_back(
         row_of(inv_mass > 0.0F ? Vec3(h_ * gravity_) : Vec3(Vec3::Zero()), 0.0F, Vec3::Zero()));
     start_.emplace_back();
+    spinner_of_.push_back(kNoIndex);
     take_spin(bodies, row, slot);
     return slot;
 }
@@ -86,7 +89,8 @@ void SolverBodies::take_spin(const Bodies& bodies, std::uint32_t row, std::uint3
     Mat3 axes = bodies.rotation[row];
     if (bodies.round[row] == 0) {
         if (turn2 > 0.25F * kFastTurn * kFastTurn) {
-            spinners_.push_back({slot, bodies.orientation[row]});
+            spinner_of_[slot] = static_cast<std::uint32_t>(spinners_.size());
+            spinners_.push_back({slot, bodies.orientation[row], true});
         } else if (turn2 > 0.25F * kNoTurn * kNoTurn) {
             axes = turned(bodies.orientation[row], turn).toRotationMatrix();
             const Vec3 mid = spin_after(bodies.rotation[row], axes, bodies.inertia[row], spin);
@@ -120,21 +124,63 @@ void SolverBodies::integrate_positions(const Bodies& bodies) {
         drift[i].at += h_ * motion[i].at;
     }
     for (Spinner& s : spinners_) {
-        auto& m = motion[s.slot].at;
-        auto& d = drift[s.slot].at;
-        Vec3 spin(m[4], m[5], m[6]);
-        const std::uint32_t row = row_[s.slot];
-        const Vec3 plain = h_ * spin;
-        const Vec3 turn = rotate_freely(bodies.inertia[row], h_, s.orientation, spin);
-        set_tensor(s.slot,
-                   rotated_tensor(s.orientation.toRotationMatrix(), bodies.inv_inertia[row]));
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto axis = static_cast<Eigen::Index>(k);
-            d[4 + k] += turn[axis] - plain[axis];
-            start_[s.slot].at[4 + k] += spin[axis] - m[4 + k];  // nobody's impulse
-            m[4 + k] = spin[axis];
+        turn(bodies, s);
+    }
+}
+
+void SolverBodies::turn(const Bodies& bodies, Spinner& s) {
+    Lanes& m = motion[s.slot].at;
+    Lanes& d = drift[s.slot].at;
+    const std::uint32_t row = row_[s.slot];
+    Vec3 spin(m[4], m[5], m[6]);
+    const Vec3 plain = h_ * spin;
+    Vec3 went = plain;
+    const bool round = bodies.round[row] != 0;
+    if (s.fast && !round) {
+        went = rotate_freely(bodies.inertia[row], h_, s.orientation, spin);
+    } else {
+        const Mat3 before = s.orientation.toRotationMatrix();
+        s.orientation = turned(s.orientation, plain);
+        if (!round) {
+            spin = spin_after(before, s.orientation.toRotationMatrix(), bodies.inertia[row], spin);
         }
     }
+    if (!round) {
+        set_tensor(s.slot,
+                   rotated_tensor(s.orientation.toRotationMatrix(), bodies.inv_inertia[row]));
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto axis = static_cast<Eigen::Index>(k);
+        d[4 + k] += went[axis] - plain[axis];
+        start_[s.slot].at[4 + k] += spin[axis] - m[4 + k];  // nobody's impulse
+        m[4 + k] = spin[axis];
+    }
+}
+
+void SolverBodies::track(const Bodies& bodies, std::uint32_t slot) {
+    if (spinner_of_[slot] != kNoIndex || !moved_by_impulses(slot)) {
+        return;
+    }
+    // Inertia starts from where the body is, not from halfway through the step.
+    const std::uint32_t row = row_[slot];
+    const Vec3& spin = bodies.angular_velocity[row];
+    motion[slot] = row_of(bodies.velocity[row], bodies.inv_mass[row], spin);
+    set_tensor(slot, rotated_tensor(bodies.rotation[row], bodies.inv_inertia[row]));
+    spinner_of_[slot] = static_cast<std::uint32_t>(spinners_.size());
+    spinners_.push_back({slot, bodies.orientation[row], false});
+}
+
+Quat SolverBodies::orientation(std::uint32_t slot, const Quat& start) const {
+    const std::uint32_t spinner = spinner_of_[slot];
+    return spinner != kNoIndex ? spinners_[spinner].orientation
+                               : turned(start, Vec3(angular(drift[slot])));
+}
+
+Vec3 SolverBodies::inverse_times(std::uint32_t slot, const Vec3& moment) const {
+    const Lanes& t = tensor[slot].at;
+    return {t[0] * moment.x() + t[1] * moment.y() + t[2] * moment.z(),
+            t[1] * moment.x() + t[3] * moment.y() + t[4] * moment.z(),
+            t[2] * moment.x() + t[4] * moment.y() + t[5] * moment.z()};
 }
 
 /// Positions moved with the velocity at the substep's end. Where the velocity changed by forces,
@@ -154,21 +200,25 @@ void SolverBodies::follow_mean_velocity() {
 }
 
 void SolverBodies::apply(std::uint32_t slot, const Vec3& impulse, const Vec3& moment) {
-    const Lanes& t = tensor[slot].at;
-    Lanes& m = motion[slot].at;
+    change(slot, impulse, inverse_times(slot, moment));
+}
+
+void SolverBodies::change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin) {
     if (!moved_by_impulses(slot)) {
         return;
     }
-    m[0] += m[3] * impulse.x();
-    m[1] += m[3] * impulse.y();
-    m[2] += m[3] * impulse.z();
-    m[4] += t[0] * moment.x() + t[1] * moment.y() + t[2] * moment.z();
-    m[5] += t[1] * moment.x() + t[3] * moment.y() + t[4] * moment.z();
-    m[6] += t[2] * moment.x() + t[4] * moment.y() + t[5] * moment.z();
+    Lanes& m = motion[slot].at;
+    m += Lanes{m[3] * impulse.x(),
+               m[3] * impulse.y(),
+               m[3] * impulse.z(),
+               0.0F,
+               spin.x(),
+               spin.y(),
+               spin.z(),
+               0.0F};
 }
 
 void SolverBodies::store(Bodies& bodies, std::vector<std::uint32_t>& broken) const {
-    std::size_t next_spinner = 0;
     for (std::size_t i = 1; i < row_.size(); ++i) {
         const std::uint32_t row = row_[i];
         bodies.solver_slot[row] = 0;
@@ -178,8 +228,8 @@ void SolverBodies::store(Bodies& bodies, std::vector<std::uint32_t>& broken) con
         Quat orientation = bodies.orientation[row];
         Vec3 spin = angular(motion[i]);
         const Vec3 turn = angular(drift[i]);
-        if (next_spinner < spinners_.size() && spinners_[next_spinner].slot == i) {
-            orientation = spinners_[next_spinner++].orientation;
+        if (spinner_of_[i] != kNoIndex) {
+            orientation = spinners_[spinner_of_[i]].orientation;
         } else {
             orientation = turned(orientation, turn);
             const float turn2 = turn.squaredNorm();

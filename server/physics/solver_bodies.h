@@ -34,6 +34,18 @@ class SolverBodies {
     }
 
     /// Begins a substep: velocities gain what gravity gives.
+    /// From now on the body's orientation and inertia are followed in each substep.
+    void track(const Bodies& bodies, std::uint32_t slot);
+
+    /// Orientation now of a body that stood at `start` when the step began.
+    [[nodiscard]] Quat orientation(std::uint32_t slot, const Quat& start) const;
+
+    /// Inverse inertia times a moment, world; zero for what impulses do not move.
+    [[nodiscard]] Vec3 inverse_times(std::uint32_t slot, const Vec3& moment) const;
+
+    /// Gives a body an impulse and a change of spin.
+    void change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin);
+
     void integrate_velocities();
     void integrate_positions(const Bodies& bodies);
     /// Ends a substep: moves positions on to what the mean velocity would have done.
@@ -54,11 +66,15 @@ class SolverBodies {
     [[nodiscard]] static Vec3 angular(const Row8& row) { return {row.at[4], row.at[5], row.at[6]}; }
 
   private:
-    /// A body that turns so far within a step that its inertia must follow in each substep.
+    /// A body that turns so far within a step, or has joints, that its inertia must follow in each
+    /// substep.
     struct Spinner {
         std::uint32_t slot = 0;
         Quat orientation = Quat::Identity();
+        bool fast = true;  ///< turns far: free rotation is computed with care
     };
+
+    void turn(const Bodies& bodies, Spinner& spinner);
 
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void set_tensor(std::size_t slot, const Mat3& inverse);
@@ -70,6 +86,7 @@ class SolverBodies {
     std::vector<Row8> start_;  // motion when the substep began
     std::vector<std::uint32_t> row_;
     std::vector<Spinner> spinners_;
+    std::vector<std::uint32_t> spinner_of_;  // by slot: place in `spinners_`, or kNoIndex
 };
 
 /// A body that no constraint holds, over dt seconds: exact under constant acceleration, and free

@@ -18,6 +18,8 @@ inline constexpr float kMaxMass = 1.0e9F;        ///< kg
 /// Empty when the definition is fit for the scene, otherwise the reason.
 std::string why_unfit(const BodyDef& def);
 
+std::string why_unfit(const JointDef& def);
+
 /// Finite and within the limits above; false for NaN.
 bool fit_position(const Vec3& position);
 bool fit_velocity(const Vec3& velocity, const Vec3& angular_velocity);

@@ -33,6 +33,8 @@ using ZoneId = StrongId<struct ZoneTag, std::uint16_t>;
 using EventId = StrongId<struct EventTag, std::uint64_t>;
 /// A rigid body of one zone's physics scene: (generation << 20) | (index + 1).
 using BodyId = StrongId<struct BodyTag>;
+/// A joint of one physics scene: (generation << 20) | (index + 1).
+using JointId = StrongId<struct JointTag>;
 /// Index of an entity type in the world's type table (0 is a valid index, so no StrongId).
 using TypeIndex = std::uint16_t;
 

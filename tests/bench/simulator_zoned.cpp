@@ -42,11 +42,24 @@ class ZonedSimulator : public Simulator {
         : scene_(with_description(settings, description)),
           dt_(static_cast<float>(description.dt)) {
         for (const scenario::Body& body : description.bodies) {
-            auto id = scene_.add(definition(body));
+            physics::BodyDef def = definition(body);
+            def.filter.mask = description.colliding ? def.filter.mask : 0;
+            auto id = scene_.add(def);
             if (!id) {
                 throw std::runtime_error("our engine refused a body: " + id.error());
             }
             ids_.push_back(*id);
+        }
+        for (const scenario::BallJoint& joint : description.joints) {
+            physics::JointDef def;
+            def.a = joint.a == scenario::kWorld ? zoned::BodyId()
+                                                : ids_[static_cast<std::size_t>(joint.a)];
+            def.b = ids_[static_cast<std::size_t>(joint.b)];
+            def.anchor = joint.anchor.cast<float>();
+            auto id = scene_.add_joint(def);
+            if (!id) {
+                throw std::runtime_error("our engine refused a joint: " + id.error());
+            }
         }
     }
 
@@ -98,13 +111,7 @@ class ZonedSimulator : public Simulator {
     float dt_;
 };
 
-std::string refusal(const std::string& /*scene*/, const scenario::Description& description) {
-    if (!description.joints.empty()) {
-        return "no joints yet";
-    }
-    if (!description.colliding) {
-        return "no collision filters yet";
-    }
+std::string refusal(const std::string& /*scene*/, const scenario::Description& /*description*/) {
     return {};
 }
 
@@ -120,7 +127,9 @@ Engine engine(std::string method, const physics::Settings& settings) {
 }  // namespace
 
 std::vector<Engine> zoned_engines() {
-    return {engine("default", physics::Settings())};
+    physics::Settings strict;
+    strict.error_budget_m = 0.002F;
+    return {engine("default", physics::Settings()), engine("budget_2mm", strict)};
 }
 
 }  // namespace zoned::bench

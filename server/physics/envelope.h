@@ -1,0 +1,44 @@
+// EnvelopeSolver: linear systems of symmetric positive definite matrices that are narrow.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::physics {
+
+/// Factors A = L D L^T inside the envelope: in row i nothing stands before column start(i), and
+/// nothing will (George, Liu, "Computer Solution of Large Sparse Positive Definite Systems", 1981,
+/// chapter 4). A chain of n joints costs O(n). In doubles: masses of a thousand to one leave a
+/// condition number of a million.
+class EnvelopeSolver {
+  public:
+    /// Takes the shape of the matrix: the first column of each row, start[i] <= i. All entries
+    /// become zero.
+    void shape(std::span<const std::uint32_t> start);
+    /// All entries become zero; the shape stays.
+    void clear();
+
+    /// Entry of row i, column j, start(i) <= j <= i.
+    [[nodiscard]] double& at(std::size_t i, std::size_t j) { return entries_[first_[i] + j]; }
+
+    /// Factors in place. A pivot that is not positive is replaced by one that makes its unknown
+    /// zero.
+    void factor();
+    /// Solves A x = b in place; `factor` must have been called.
+    void solve(std::span<double> b) const;
+
+    [[nodiscard]] std::size_t size() const { return start_.size(); }
+
+    /// Multiplications that a factorisation of this shape takes, at most.
+    [[nodiscard]] static double cost(std::span<const std::uint32_t> start);
+
+  private:
+    std::vector<std::uint32_t> start_;
+    std::vector<std::ptrdiff_t> first_;  // of row i: so that entries_[first_[i] + j] is column j
+    std::vector<double> entries_;
+    std::vector<double> inverse_;  // of the pivots
+};
+
+}  // namespace zoned::physics

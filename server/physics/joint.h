@@ -1,0 +1,54 @@
+// Joint definitions of the rigid-body engine.
+#pragma once
+
+#include "shared/core/ids.h"
+#include "shared/math/types.h"
+
+#include <cstdint>
+#include <limits>
+
+namespace zoned::physics {
+
+enum class JointKind : std::uint8_t {
+    kBall,      ///< a point of a stays on a point of b
+    kHinge,     ///< a ball joint whose bodies turn about one axis only
+    kSlider,    ///< b moves along one axis of a and does not turn against it
+    kFixed,     ///< b stays where it is on a
+    kDistance,  ///< two points keep their distance
+    kSpring,    ///< a spring and damper between two points
+};
+
+struct JointDef {
+    JointKind kind = JointKind::kBall;
+    BodyId a;                      ///< none: the world
+    BodyId b;                      ///< dynamic or kinematic
+    Vec3 anchor = Vec3::Zero();    ///< world point, at the bodies' present poses, m
+    Vec3 anchor_b = Vec3::Zero();  ///< distance and spring: the point on b; `anchor` is on a
+    Vec3 axis = Vec3::UnitY();     ///< hinge and slider: world, any length but zero
+    float length_m = -1.0F;        ///< distance and spring: rest length; negative: as it is now
+    float spring_hz = 2.0F;        ///< spring: natural frequency on the bodies' masses
+    float spring_damping_ratio = 0.5F;  ///< spring: 1 is critical
+    /// Hinge: angle in rad from the present pose; slider: shift in m; lower <= upper.
+    bool limited = false;
+    float lower = 0.0F;
+    float upper = 0.0F;
+    /// Hinge: rad/s, at most motor_max N m; slider: m/s, at most motor_max N.
+    bool motor = false;
+    float motor_speed = 0.0F;
+    float motor_max = 0.0F;
+    /// The joint is gone after a step in which it pulled harder than this, N (its torques, N m, are
+    /// not counted).
+    float break_force_n = std::numeric_limits<float>::infinity();
+    bool collide = false;    ///< a and b collide with each other too
+    std::uint32_t user = 0;  ///< the caller's tag
+};
+
+/// A joint that broke in the last step.
+struct JointBreak {
+    JointId joint;
+    BodyId a, b;
+    std::uint32_t user = 0;
+    float force_n = 0.0F;
+};
+
+}  // namespace zoned::physics
