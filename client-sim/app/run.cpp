@@ -144,6 +144,9 @@ int run(const Options& options) {
         }
         std::fputs(measure::to_table(report).c_str(), stdout);
         std::string line = report.consistent ? "verdict: consistent" : "verdict: inconsistent: ";
+        if (report.consistent && !report.warnings.empty()) {
+            line += ", with a warning: " + report.warnings.front();
+        }
         for (std::size_t i = 0; i < report.reasons.size(); ++i) {
             line += (i > 0 ? "; " : "") + report.reasons[i];
         }

@@ -205,14 +205,19 @@ void Bot::on_packet(const link::OpenedPacket& packet) {
         return;
     }
     if (client_.clock().ready()) {
-        arrivals_.on_packet(packet.sequence, packet.head.tick, client_.clock().server_time(now_s_));
+        // On the view's own clock, which stands still when the estimate of the server's is set
+        // back: what counts is which ticks were shown without this news.
+        const double shown_s = static_cast<double>(view_->tick()) * world_->tick_s;
+        arrivals_.on_packet(packet.sequence,
+                            packet.head.tick,
+                            std::max(client_.clock().server_time(now_s_), shown_s));
     }
     const view::Correction correction = view_->apply(packet, now_s_);
     if (correction.applied) {
         adapt_lead(packet.head.own);
     }
     if (correction.compared) {
-        observer_.on_correction(*this, correction.distance_m);
+        observer_.on_correction(*this, correction.tick, correction.distance_m);
     }
 }
 

@@ -25,7 +25,8 @@ class Observer {
     virtual void on_shown(Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) = 0;
     /// The bot decided just now that its avatar moves differently from `tick` on.
     virtual void on_changed_course(Bot& bot, Tick tick) = 0;
-    virtual void on_correction(Bot& bot, double distance_m) = 0;
+    /// The server's state of the own avatar after `tick` was `distance_m` away from the prediction.
+    virtual void on_correction(Bot& bot, Tick tick, double distance_m) = 0;
 };
 
 struct BotSettings {

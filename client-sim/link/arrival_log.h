@@ -18,7 +18,8 @@ struct NewsAge {
     bool measured = false;  ///< false: no packet around the tick, nothing can be said
 };
 
-/// Times are estimated server time; packet of tick t has the nominal time t * tick_s.
+/// Times are server time as the view shows it (an estimate that never goes back); the packet of
+/// tick t has the nominal time t * tick_s.
 class ArrivalLog {
   public:
     void set_tick_s(double tick_s) { tick_s_ = tick_s; }
@@ -30,6 +31,9 @@ class ArrivalLog {
     /// where a packet whose news could matter at T was lost, plus a round trip and a tick. Across
     /// an outage (a hole in the sequence longer than kOutageTicks) news is as old as the outage.
     [[nodiscard]] NewsAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
+
+    /// Server tick of the newest packet.
+    [[nodiscard]] Tick newest_tick() const { return newest_tick_; }
 
     [[nodiscard]] std::uint64_t received() const { return received_; }
 

@@ -12,14 +12,24 @@ namespace {
 
 /// Wait this long after a record's tick, so that late packets are no longer taken for lost ones.
 constexpr double kHoldS = 0.3;
+/// How old the news at a tick was shows when the next packet comes: wait so long for it.
+constexpr double kPatienceS = 2.0;
+
+/// A thousand years: beyond it arithmetic with ticks could overflow.
+bool is_tick(std::int64_t tick) {
+    return tick >= -(Tick{1} << 40) && tick <= (Tick{1} << 40);
+}
 
 bool well_formed(const proto::AuditRecord& record, const view::World& world) {
-    for (const proto::AuditEntity& e : record.entities()) {
-        if (e.position_size() != 3 || e.orientation_size() != 4 || e.type() >= world.types.size()) {
-            return false;
-        }
+    if (!is_tick(record.tick()) || !is_tick(record.avatar_discontinuity_tick())) {
+        return false;
     }
-    return true;
+    return std::all_of(
+        record.entities().begin(), record.entities().end(), [&](const proto::AuditEntity& e) {
+            return e.position_size() == 3 && e.orientation_size() == 4 &&
+                   e.type() < world.types.size() && is_tick(e.breach_tick()) &&
+                   is_tick(e.discontinuity_tick());
+        });
 }
 
 }  // namespace
@@ -75,14 +85,20 @@ void Auditor::settle(const bot::Bot& bot, Tally& tally) {
     const double tick_s = view->world().tick_s;
     const auto hold =
         static_cast<Tick>(std::ceil((kHoldS + bot.client().clock().rtt_s()) / tick_s));
+    const auto patience = static_cast<Tick>(kPatienceS / tick_s);
     while (!waiting_.empty()) {
         const proto::AuditRecord& record = waiting_.front();
-        if (!record.frozen() && view->tick() < record.tick() + hold) {
-            return;
-        }
         if (!well_formed(record, view->world())) {
             ++tally.malformed;
-        } else if (record.frozen()) {
+            waiting_.pop_front();
+            continue;
+        }
+        const Tick past = view->tick() - record.tick();
+        const bool known = bot.arrivals().newest_tick() >= record.tick() || past >= patience;
+        if (!record.frozen() && (past < hold || !known)) {
+            return;
+        }
+        if (record.frozen()) {
             compare_frozen(bot, record);
         } else {
             compare(bot, record, tally);
@@ -100,6 +116,9 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     context.world = &view.world();
     context.tick = record.tick();
     context.age = bot.arrivals().at(record.tick(), rtt_s);
+    least_rtt_s_ = std::min(least_rtt_s_, bot.client().clock().min_rtt_s());
+    context.stale =
+        is_stale(context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss);
     context.avatar_discontinuity = record.avatar_discontinuity_tick();
     // News of appearing or going may take D, and one round trip is granted beside.
     context.grace =
@@ -108,10 +127,11 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         ++tally.skipped_unsettled;
     } else if (view.tick() - record.tick() > view::EntityStore::kHistoryTicks) {
         ++tally.skipped_late;
-    } else if (!context.age.measured) {
+    } else if (!context.age.measured || bot.arrivals().newest_tick() < record.tick()) {
         ++tally.skipped_unmeasured;
     } else {
         tally.news_age_s.add(context.age.age_s);
+        tally.usual_age_s.add(usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss));
         for (const proto::AuditEntity& truth : record.entities()) {
             compare_entity(context, truth, tally);
         }
@@ -227,6 +247,7 @@ void Auditor::compare_state(const Context& context,
         static_cast<double>(motion::angle_between(predicted.orientation, orientation));
     ++tally.samples;
     tally.samples_after_loss += context.age.loss ? 1 : 0;
+    tally.samples_stale += context.stale ? 1 : 0;
     tally.predicted_m.add(error_m);
     tally.predicted_rad.add(error_rad);
     tally.displayed_m.add((displayed.position - position).norm());

@@ -2,10 +2,11 @@
 #pragma once
 
 #include "client-sim/bot/bot.h"
-#include "client-sim/measure/histogram.h"
+#include "shared/core/histogram.h"
 
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -37,14 +38,17 @@ struct Finding {
 struct Tally {
     static constexpr std::size_t kWorst = 20;
 
-    Histogram predicted_m;
-    Histogram displayed_m;
-    Histogram predicted_rad;
-    Histogram displayed_rad;
-    Histogram news_age_s;
+    core::Histogram predicted_m;
+    core::Histogram displayed_m;
+    core::Histogram predicted_rad;
+    core::Histogram displayed_rad;
+    core::Histogram news_age_s;
+    core::Histogram
+        usual_age_s;  ///< what the age would be on the same path if nothing were in the way
     std::uint64_t records = 0;
     std::uint64_t samples = 0;
     std::uint64_t samples_after_loss = 0;  ///< of samples: judged with the allowance for a resend
+    std::uint64_t samples_stale = 0;       ///< of samples: judged with an age that is_stale()
     std::uint64_t skipped_late = 0;        ///< records older than the history
     std::uint64_t skipped_unsettled = 0;   ///< records before clock and view had settled
     std::uint64_t skipped_unmeasured = 0;  ///< records without any packet around
@@ -97,6 +101,7 @@ class Auditor {
         const view::World* world = nullptr;
         Tick tick = 0;
         link::NewsAge age;
+        bool stale = false;
         Tick grace = 0;  ///< ticks that news of appearing or going may take
         Tick avatar_discontinuity = 0;
     };
@@ -121,6 +126,7 @@ class Auditor {
     std::deque<proto::AuditRecord> waiting_;
     std::map<std::uint32_t, Seen> seen_;
     Tick previous_tick_ = -1;
+    double least_rtt_s_ = std::numeric_limits<double>::infinity();
     FrozenState frozen_;
 };
 

@@ -33,6 +33,14 @@ double allowed_orientation_error(const BoundInputs& inputs, bool character) {
     return std::min(std::numbers::pi + kAngleSlack, inputs.bound + inputs.quantum + turn);
 }
 
+double usual_age_s(double least_rtt_s, double tick_s, bool loss) {
+    return 0.5 * least_rtt_s + tick_s + (loss ? least_rtt_s + tick_s : 0.0);
+}
+
+bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss) {
+    return age_s > 2.0 * usual_age_s(least_rtt_s, tick_s, loss) + 3.0 * tick_s;
+}
+
 std::size_t lod_at(const view::World& world, double distance_m) {
     for (std::size_t i = 0; i + 1 < world.lods.size(); ++i) {
         if (distance_m <= static_cast<double>(world.lods[i].radius_m)) {

@@ -33,7 +33,7 @@ bool online(const bot::Bot& bot) {
 Collector::Collector(std::size_t bots, int header_bytes) : header_bytes_(header_bytes) {
     per_bot_.reserve(bots);
     for (std::size_t i = 0; i < bots; ++i) {
-        per_bot_.push_back({Auditor(i), {}, 0.0, false, false});
+        per_bot_.push_back({Auditor(i), {}, {}, 0.0, false, false});
     }
 }
 
@@ -57,8 +57,13 @@ void Collector::on_event(bot::Bot& bot, const proto::Event& event) {
 }
 
 void Collector::on_audit(bot::Bot& bot, const proto::AuditRecord& record) {
+    PerBot& mine = per_bot_[bot.settings().index];
+    if (!ended_) {
+        mine.corrections.decide(
+            record.tick(), record.avatar_discontinuity_tick(), correction_m_, jump_m_);
+    }
     if (!ended_ || record.frozen()) {
-        per_bot_[bot.settings().index].auditor.add(record);
+        mine.auditor.add(record);
     }
 }
 
@@ -89,9 +94,9 @@ void Collector::on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, 
     display_ms_.add(1e3 * (elapsed + std::max(0.0, wait)));
 }
 
-void Collector::on_correction(bot::Bot&, double distance_m) {
+void Collector::on_correction(bot::Bot& bot, Tick tick, double distance_m) {
     if (!ended_) {
-        correction_m_.add(distance_m);
+        per_bot_[bot.settings().index].corrections.add(tick, distance_m);
     }
 }
 
@@ -185,6 +190,9 @@ void Collector::take_baselines(const Bots& bots, double now_s) {
 
 void Collector::end_run(const Bots& bots, double now_s) {
     ended_ = true;
+    for (PerBot& mine : per_bot_) {
+        mine.corrections.finish(correction_m_);
+    }
     close_events(bots, now_s, kLastEventOpenS);
     for (const auto& bot : bots) {
         PerBot& mine = per_bot_[bot->settings().index];
@@ -298,6 +306,7 @@ Report Collector::report(const Bots& bots, std::size_t asked) const {
     r.clock_error_ms = clock_error_ms_;
     r.clock_bound_ms = clock_bound_ms_;
     r.own_correction_m = correction_m_;
+    r.own_jump_m = jump_m_;
     r.lead_ticks = lead_ticks_;
     r.down_bytes_per_s = down_;
     r.up_bytes_per_s = up_;

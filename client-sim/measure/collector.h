@@ -3,6 +3,7 @@
 
 #include "client-sim/bot/bot.h"
 #include "client-sim/measure/auditor.h"
+#include "client-sim/measure/corrections.h"
 #include "client-sim/measure/report.h"
 
 #include <cstdint>
@@ -45,7 +46,7 @@ class Collector final : public bot::Observer {
     void on_audit(bot::Bot& bot, const proto::AuditRecord& record) override;
     void on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) override;
     void on_changed_course(bot::Bot& bot, Tick tick) override;
-    void on_correction(bot::Bot& bot, double distance_m) override;
+    void on_correction(bot::Bot& bot, Tick tick, double distance_m) override;
 
   private:
     /// Counters of one bot at the beginning of its measured time.
@@ -64,6 +65,7 @@ class Collector final : public bot::Observer {
 
     struct PerBot {
         Auditor auditor;
+        Corrections corrections;
         Baseline baseline;
         double rate_seconds = 0.0;
         bool joined = false;
@@ -99,19 +101,20 @@ class Collector final : public bot::Observer {
     double next_s_ = 0.0;
     double next_clock_s_ = 0.0;
     bool ended_ = false;
-    Histogram spread_ms_;
-    Histogram display_ms_;
+    core::Histogram spread_ms_;
+    core::Histogram display_ms_;
     std::uint64_t unseen_ = 0;
     std::uint64_t unheard_ = 0;
-    Histogram rtt_ms_;
-    Histogram clock_error_ms_;
+    core::Histogram rtt_ms_;
+    core::Histogram clock_error_ms_;
     double clock_bound_ms_ = 0.0;
-    Histogram correction_m_;
-    Histogram lead_ticks_;
-    Histogram down_;
-    Histogram up_;
-    Histogram stream_;
-    Histogram audit_bytes_;
+    core::Histogram correction_m_;
+    core::Histogram jump_m_;
+    core::Histogram lead_ticks_;
+    core::Histogram down_;
+    core::Histogram up_;
+    core::Histogram stream_;
+    core::Histogram audit_bytes_;
     double updates_ = 0.0;
     double update_seconds_ = 0.0;
 };

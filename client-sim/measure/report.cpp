@@ -1,6 +1,6 @@
 #include "client-sim/measure/report.h"
 
-#include "client-sim/measure/json.h"
+#include "shared/core/json.h"
 
 #include <cstdarg>
 #include <cstdio>
@@ -23,7 +23,10 @@ const char* name_of(FindingKind kind) {
     return "?";
 }
 
-void write_range(JsonWriter& json, const std::string& name, const Histogram& h, bool max) {
+void write_range(core::JsonWriter& json,
+                 const std::string& name,
+                 const core::Histogram& h,
+                 bool max) {
     json.field(name + "_p50", h.percentile(0.5));
     json.field(name + "_p99", h.percentile(0.99));
     if (max) {
@@ -31,7 +34,7 @@ void write_range(JsonWriter& json, const std::string& name, const Histogram& h, 
     }
 }
 
-void write_audit(JsonWriter& json, const Tally& t) {
+void write_audit(core::JsonWriter& json, const Tally& t) {
     write_range(json, "position_error_m", t.displayed_m, true);
     write_range(json, "predicted_error_m", t.predicted_m, true);
     write_range(json, "orientation_error_rad", t.displayed_rad, true);
@@ -41,6 +44,7 @@ void write_audit(JsonWriter& json, const Tally& t) {
     json.field("orientation_violations", t.orientation_violations);
     json.field("samples", t.samples);
     json.field("samples_after_loss", t.samples_after_loss);
+    json.field("samples_stale", t.samples_stale);
     json.field("audit_records", t.records);
     json.field("audits_skipped_late", t.skipped_late);
     json.field("audits_skipped_unsettled", t.skipped_unsettled);
@@ -48,19 +52,20 @@ void write_audit(JsonWriter& json, const Tally& t) {
     json.field("samples_skipped_discontinuity", t.skipped_discontinuity);
     json.field("samples_skipped_leaving", t.skipped_leaving);
     write_range(json, "news_age_s", t.news_age_s, true);
+    write_range(json, "usual_news_age_s", t.usual_age_s, true);
     json.field("missing_entities", t.missing);
     json.field("extra_entities", t.extra);
 }
 
-void write_findings(JsonWriter& json, const Tally& t) {
-    json.begin_array("worst");
+void write_findings(core::JsonWriter& json, const Tally& t) {
+    json.key("worst").begin_array();
     for (const Finding& f : t.worst) {
         json.begin_object();
-        json.field("kind", std::string_view(name_of(f.kind)));
+        json.field("kind", name_of(f.kind));
         json.field("bot", static_cast<std::uint64_t>(f.bot));
         json.field("tick", static_cast<std::uint64_t>(f.tick));
         json.field("entity", static_cast<std::uint64_t>(f.entity.value));
-        json.field("type", std::string_view(f.type));
+        json.field("type", f.type);
         json.field("error", f.error);
         json.field("allowed", f.allowed);
         json.field("news_age_s", f.age_s);
@@ -71,7 +76,7 @@ void write_findings(JsonWriter& json, const Tally& t) {
     json.end_array();
 }
 
-void write_transport(JsonWriter& json, const Report& r) {
+void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("packets_received", r.packets_received);
     json.field("packets_lost", r.packets_lost);
     json.field("packets_replayed", r.replayed);
@@ -108,7 +113,7 @@ __attribute__((format(printf, 2, 3))) void line(std::string& out, const char* fo
     out += '\n';
 }
 
-void row(std::string& out, const char* name, const Histogram& h, const char* unit) {
+void row(std::string& out, const char* name, const core::Histogram& h, const char* unit) {
     line(out,
          "  %-30s %10.4g %10.4g %10.4g  %s",
          name,
@@ -125,10 +130,10 @@ unsigned long long wide(std::uint64_t n) {
 }  // namespace
 
 std::string to_json(const Report& r) {
-    JsonWriter json;
+    core::JsonWriter json;
     json.begin_object();
-    json.field("behaviour", std::string_view(r.behaviour));
-    json.field("convergence", std::string_view(r.convergence));
+    json.field("behaviour", r.behaviour);
+    json.field("convergence", r.convergence);
     json.field("seed", r.seed);
     json.field("bots_asked", r.bots_asked);
     json.field("bots_joined", r.bots_joined);
@@ -155,25 +160,32 @@ std::string to_json(const Report& r) {
     write_range(json, "clock_error_ms", r.clock_error_ms, true);
     json.field("clock_error_bound_ms", r.clock_bound_ms);
     write_range(json, "own_correction_m", r.own_correction_m, true);
+    json.field("own_jumps", r.own_jump_m.count());
+    json.field("own_jump_m_max", r.own_jump_m.max());
     write_range(json, "input_lead_ticks", r.lead_ticks, true);
     write_transport(json, r);
     json.field("freeze_asked", r.freeze_asked);
     json.field("frozen_bots", r.frozen_bots);
     json.field("converged_bots", r.converged_bots);
     write_findings(json, r.audit);
-    json.begin_object("troubles");
+    json.key("troubles").begin_object();
     for (const auto& [text, count] : r.troubles) {
         json.field(text, count);
     }
     json.end_object();
-    json.field("verdict", std::string_view(r.consistent ? "consistent" : "inconsistent"));
-    json.begin_array("reasons");
+    json.field("verdict", r.consistent ? "consistent" : "inconsistent");
+    json.key("reasons").begin_array();
     for (const std::string& reason : r.reasons) {
-        json.element(reason);
+        json.value(reason);
+    }
+    json.end_array();
+    json.key("warnings").begin_array();
+    for (const std::string& warning : r.warnings) {
+        json.value(warning);
     }
     json.end_array();
     json.end_object();
-    return json.text();
+    return json.text() + "\n";
 }
 
 std::string to_table(const Report& r) {
@@ -224,6 +236,9 @@ std::string to_table(const Report& r) {
              "  frozen world: %llu of %llu views converged exactly",
              wide(r.converged_bots),
              wide(r.auditing_bots));
+    }
+    for (const std::string& warning : r.warnings) {
+        out += "  WARNING: " + warning + "\n";
     }
     return out;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client-sim/measure/auditor.h"
-#include "client-sim/measure/histogram.h"
+#include "shared/core/histogram.h"
 
 #include <array>
 #include <cstdint>
@@ -22,11 +22,11 @@ struct Report {
     std::map<std::string, std::uint64_t> troubles;  ///< why bots did not join or were lost
     double seconds = 0.0;
 
-    Histogram down_bytes_per_s;  ///< datagrams per bot, IP and UDP headers counted
-    Histogram up_bytes_per_s;
-    Histogram down_stream_bytes_per_s;  ///< frames without audits, per bot
-    Histogram audit_bytes_per_s;        ///< audits, per bot
-    double updates_per_s = 0.0;         ///< publications displayed, mean per bot
+    core::Histogram down_bytes_per_s;  ///< datagrams per bot, IP and UDP headers counted
+    core::Histogram up_bytes_per_s;
+    core::Histogram down_stream_bytes_per_s;  ///< frames without audits, per bot
+    core::Histogram audit_bytes_per_s;        ///< audits, per bot
+    double updates_per_s = 0.0;               ///< publications displayed, mean per bot
 
     Tally audit;
     bool audits_expected = true;
@@ -39,14 +39,16 @@ struct Report {
     std::uint64_t events_out_of_order = 0;
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;
-    Histogram event_spread_ms;
-    Histogram input_to_remote_display_ms;
+    core::Histogram event_spread_ms;
+    core::Histogram input_to_remote_display_ms;
     std::uint64_t input_changes_unseen = 0;
-    Histogram rtt_ms;
-    Histogram clock_error_ms;
-    double clock_bound_ms = 0.0;  ///< largest error that the round trips admit
-    Histogram own_correction_m;
-    Histogram lead_ticks;
+    core::Histogram rtt_ms;
+    core::Histogram clock_error_ms;
+    double clock_bound_ms = 0.0;       ///< largest error that the round trips admit
+    core::Histogram own_correction_m;  ///< between prediction and truth of the own avatar
+    core::Histogram
+        own_jump_m;  ///< likewise where the avatar was put elsewhere: spawned, teleported
+    core::Histogram lead_ticks;
 
     std::uint64_t packets_lost = 0;
     std::uint64_t packets_received = 0;
@@ -76,10 +78,11 @@ struct Report {
     std::string frozen_difference;     ///< of the first bot that did not
 
     bool consistent = false;
-    std::vector<std::string> reasons;
+    std::vector<std::string> reasons;   ///< why it is not
+    std::vector<std::string> warnings;  ///< what makes a good verdict mean less
 };
 
-/// Fills `consistent` and `reasons` from everything else.
+/// Fills `consistent`, `reasons` and `warnings` from everything else.
 void judge(Report& report);
 
 /// JSON object with the fields of the command line's contract, and more.

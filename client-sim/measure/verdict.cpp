@@ -9,6 +9,9 @@ namespace {
 
 /// Room for what the error bound of the clocks does not cover: the granularity of polling.
 constexpr double kClockSlackMs = 5.0;
+/// Above this share of stale samples the verdict warns; where most are stale, it shows nothing.
+constexpr double kStaleWarning = 0.05;
+constexpr double kStaleShare = 0.5;
 
 std::string number(double value) {
     char text[40];
@@ -62,6 +65,25 @@ void judge_audit(Report& r) {
     }
 }
 
+/// An allowance that grew with the age of the news makes a comparison say little.
+void judge_staleness(Report& r) {
+    const Tally& t = r.audit;
+    if (t.samples == 0) {
+        return;
+    }
+    const double share = static_cast<double>(t.samples_stale) / static_cast<double>(t.samples);
+    if (share <= kStaleWarning) {
+        return;
+    }
+    const std::string text =
+        "stale: " + number(100.0 * share) +
+        " % of the samples were compared with news older than the paths explain (" +
+        number(t.news_age_s.percentile(0.99)) + " s at p99, usual were " +
+        number(t.usual_age_s.percentile(0.99)) +
+        " s), so what was allowed is large: is a machine overloaded, or the network cut?";
+    (share > kStaleShare ? r.reasons : r.warnings).push_back(text);
+}
+
 void judge_events(Report& r) {
     if (r.events_lost > 0) {
         r.reasons.push_back("events: " + std::to_string(r.events_lost) + " lost");
@@ -96,6 +118,7 @@ void judge_frozen(Report& r) {
 
 void judge(Report& r) {
     r.reasons.clear();
+    r.warnings.clear();
     if (r.bots_joined < r.bots_asked || r.bots_joined == 0) {
         r.reasons.push_back("joined: " + std::to_string(r.bots_joined) + " of " +
                             std::to_string(r.bots_asked) + " bots" +
@@ -107,6 +130,7 @@ void judge(Report& r) {
                             (r.troubles.empty() ? "" : " (" + r.troubles.begin()->first + ")"));
     }
     judge_audit(r);
+    judge_staleness(r);
     judge_events(r);
     if (r.server_silences > 0) {
         r.reasons.push_back("stall: the server was silent for too long " +

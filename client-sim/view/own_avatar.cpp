@@ -79,6 +79,7 @@ Correction OwnAvatar::reconcile(const wire::OwnState& own, ZoneId zone) {
         return result;
     }
     result.applied = true;
+    result.tick = own.input_tick;
     Slot& s = slot(own.input_tick);
     if (!other && known() && s.state_tick == own.input_tick && own.input_tick <= state_tick_) {
         const Vec3d truth = world_->zone(zone)->origin + own.state.position.cast<double>();

@@ -18,6 +18,7 @@ struct Correction {
     bool applied = false;     ///< the own state was news
     bool compared = false;    ///< there was a prediction for that tick
     double distance_m = 0.0;  ///< between prediction and truth at that tick
+    Tick tick = 0;            ///< which tick that was
 };
 
 class OwnAvatar {

@@ -17,18 +17,15 @@ double process_cpu_seconds() {
     return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec) * 1e-9;
 }
 
-ops::Percentiles percentiles(const core::Histogram& us) {
-    return {static_cast<double>(us.quantile(0.5)) * 1e-3,
-            static_cast<double>(us.quantile(0.99)) * 1e-3,
-            static_cast<double>(us.quantile(0.999)) * 1e-3,
-            static_cast<double>(us.max()) * 1e-3};
+ops::Percentiles percentiles(const core::Histogram& h) {
+    return {h.percentile(0.5), h.percentile(0.99), h.percentile(0.999), h.max()};
 }
 
 void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.ticks = static_cast<std::uint64_t>(loop.ticks);
-    report.tick_ms = percentiles(loop.wall_us);
-    report.tick_cpu_ms = percentiles(loop.cpu_us);
-    report.tick_late_ms = percentiles(loop.late_us);
+    report.tick_ms = percentiles(loop.wall_ms);
+    report.tick_cpu_ms = percentiles(loop.cpu_ms);
+    report.tick_late_ms = percentiles(loop.late_ms);
     report.overruns = loop.overruns;
     report.overruns_by_reason = loop.overrun_causes;
     report.dropped_ticks = loop.dropped_ticks;
@@ -92,9 +89,9 @@ void log_summary(const ServeFigures& figures) {
         "{} ticks, tick p50 {:.2f} ms, p99 {:.2f} ms, CPU p99 {:.2f} ms, {} overruns, {} handoffs, "
         "{:.1f} % of a core",
         loop.ticks,
-        static_cast<double>(loop.wall_us.quantile(0.5)) * 1e-3,
-        static_cast<double>(loop.wall_us.quantile(0.99)) * 1e-3,
-        static_cast<double>(loop.cpu_us.quantile(0.99)) * 1e-3,
+        loop.wall_ms.percentile(0.5),
+        loop.wall_ms.percentile(0.99),
+        loop.cpu_ms.percentile(0.99),
         loop.overruns,
         loop.handoffs,
         100.0 * process_cpu_seconds() / figures.seconds);

@@ -124,9 +124,9 @@ void TickLoop::record_tick() {
 void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     const std::lock_guard lock(stats_mutex_);
     LoopStats& s = stats_;
-    s.wall_us.add(static_cast<std::uint64_t>(wall_s * 1e6));
-    s.cpu_us.add(cpu_ns / 1000);
-    s.late_us.add(static_cast<std::uint64_t>(late_s > 0.0 ? late_s * 1e6 : 0.0));
+    s.wall_ms.add(1e3 * wall_s);
+    s.cpu_ms.add(1e-6 * static_cast<double>(cpu_ns));
+    s.late_ms.add(1e3 * late_s);
     s.cpu_ns += cpu_ns;
     if (wall_s > schedule_.dt_s()) {
         ++s.overruns;

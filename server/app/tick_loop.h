@@ -46,9 +46,9 @@ struct PassTotals {
 
 struct LoopStats {
     Tick ticks = 0;
-    core::Histogram wall_us;     ///< from a tick's start to its end
-    core::Histogram cpu_us;      ///< the same in thread CPU time, all threads of the world
-    core::Histogram late_us;     ///< from when a tick was due to its start
+    core::Histogram wall_ms;     ///< from a tick's start to its end
+    core::Histogram cpu_ms;      ///< the same in thread CPU time, all threads of the world
+    core::Histogram late_ms;     ///< from when a tick was due to its start
     std::uint64_t overruns = 0;  ///< ticks that took longer than their period by the wall
     std::map<std::string, std::uint64_t> overrun_causes;
     std::uint64_t dropped_ticks = 0;  ///< left out because the loop was too far behind

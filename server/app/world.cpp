@@ -218,6 +218,13 @@ void World::apply_topics() {
             }
         }
     }
+    // Whoever left in this tick hears of nothing any more: where many leave at once, telling each
+    // of all the others would be a square of messages that nobody gets.
+    for (const auto& zone : zones_) {
+        for (const ClientId client : zone->output().departed) {
+            topics_.remove(client);
+        }
+    }
 }
 
 void World::deliver_messages() {

@@ -16,14 +16,14 @@ std::string hex(std::uint64_t value) {
     return buffer;
 }
 
-void write_percentiles(JsonWriter& json, const std::string& name, const Percentiles& p) {
+void write_percentiles(core::JsonWriter& json, const std::string& name, const Percentiles& p) {
     json.field(name + "_p50", p.p50)
         .field(name + "_p99", p.p99)
         .field(name + "_p999", p.p999)
         .field(name + "_max", p.max);
 }
 
-void write_counts(JsonWriter& json,
+void write_counts(core::JsonWriter& json,
                   const char* name,
                   const std::map<std::string, std::uint64_t>& counts) {
     json.key(name).begin_object();
@@ -33,7 +33,7 @@ void write_counts(JsonWriter& json,
     json.end_object();
 }
 
-void write_zones(JsonWriter& json, const std::vector<ZoneFigures>& zones) {
+void write_zones(core::JsonWriter& json, const std::vector<ZoneFigures>& zones) {
     json.key("zones").begin_array();
     for (const ZoneFigures& zone : zones) {
         json.begin_object()
@@ -45,7 +45,7 @@ void write_zones(JsonWriter& json, const std::vector<ZoneFigures>& zones) {
     json.end_array();
 }
 
-void write_passes(JsonWriter& json, const std::vector<PassFigures>& passes) {
+void write_passes(core::JsonWriter& json, const std::vector<PassFigures>& passes) {
     json.key("passes").begin_array();
     for (const PassFigures& pass : passes) {
         json.begin_object()
@@ -76,7 +76,7 @@ Percentiles percentiles_of(std::vector<double>& samples) {
 }
 
 std::string to_json(const ServerReport& report) {
-    JsonWriter json;
+    core::JsonWriter json;
     json.begin_object()
         .field("world", report.world)
         .field("config_digest", report.config_digest)

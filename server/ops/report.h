@@ -1,7 +1,7 @@
 // Report: what `zoned serve --report` writes about a run, as JSON.
 #pragma once
 
-#include "server/ops/json.h"
+#include "shared/core/json.h"
 #include "shared/core/result.h"
 
 #include <cstdint>

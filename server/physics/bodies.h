@@ -5,8 +5,6 @@
 #include "server/physics/shape.h"
 #include "shared/math/aabb.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -28,6 +26,8 @@ struct Bodies {
     std::vector<Quat> orientation;
     std::vector<Vec3> velocity;
     std::vector<Vec3> angular_velocity;
+    std::vector<Vec3> force;           ///< of this step at the centre of mass, N, world axes
+    std::vector<Vec3> torque;          ///< of this step, N m, world axes
     std::vector<float> still_s;        ///< how long it has been slower than the sleep speeds
     std::vector<std::uint8_t> effort;  ///< level of its island in the last step
     std::vector<std::uint8_t> effort_patience;  ///< steps until its island may go down a level
@@ -37,6 +37,8 @@ struct Bodies {
     std::vector<Shape> shape;
     std::vector<Material> material;
     std::vector<Filter> filter;
+    std::vector<Damping> damping;
+    std::vector<std::uint8_t> sensor;
     std::vector<float> inv_mass;      ///< 0 unless dynamic
     std::vector<Vec3> inertia;        ///< principal moments
     std::vector<Vec3> inv_inertia;    ///< their inverses; 0 unless dynamic
@@ -52,6 +54,7 @@ struct Bodies {
     std::vector<std::uint32_t> solver_slot;    ///< row in the solver's arrays in this step
 
     std::vector<std::uint32_t> free_rows;
+    std::vector<std::uint32_t> forced;  ///< rows that may have a force or torque
     std::uint32_t count = 0;
     std::uint32_t awake_dynamic = 0;
     /// Rows of awake dynamic bodies, ascending after `compact_lists`; may hold stale rows between
@@ -81,25 +84,12 @@ struct Bodies {
         return awake[row] != 0 && is_dynamic(row);
     }
 
-    /// True when each is in a category that the other collides with.
-    [[nodiscard]] bool may_collide(std::uint32_t a, std::uint32_t b) const {
-        return (filter[a].category & filter[b].mask) != 0 &&
-               (filter[b].category & filter[a].mask) != 0;
-    }
-
-    /// How a pair's coefficients combine: see Material.
-    [[nodiscard]] float friction_of(std::uint32_t a, std::uint32_t b) const {
-        return std::sqrt(material[a].friction * material[b].friction);
-    }
-
-    [[nodiscard]] float restitution_of(std::uint32_t a, std::uint32_t b) const {
-        return std::max(material[a].restitution, material[b].restitution);
-    }
-
     /// A fresh row, not yet awake; kNoIndex when all ids are taken.
     std::uint32_t create(const BodyDef& def);
     void destroy(std::uint32_t row);
 
+    void add_force(std::uint32_t row, const Vec3& f, const Vec3& t);
+    void clear_forces();
     void set_pose(std::uint32_t row, const Vec3& x, const Quat& q);
     void mark_awake(std::uint32_t row);
     void mark_asleep(std::uint32_t row);

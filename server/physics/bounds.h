@@ -17,8 +17,8 @@ struct Ball {
     }
 };
 
-/// The tight axis-aligned box of a shape at a pose. A plane has none: it gets the point at its
-/// origin.
+/// The axis-aligned box of a shape at a pose: tight, but for surfaces and compounds the box of
+/// their turned box. A plane has none: it gets the point at its origin.
 Aabb shape_bounds(const Shape& shape, const Vec3& position, const Mat3& rotation);
 
 /// The box that holds `box` all along a straight move by `motion`.

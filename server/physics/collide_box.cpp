@@ -35,6 +35,8 @@ struct BestAxis {
 /// between descriptions that are equally good, and keeps its warm start.
 constexpr float kFaceBias = 5.0e-4F;
 constexpr float kEdgeBias = 2.0e-3F;
+/// Four edges of the face and four of the planes.
+constexpr int kEdgeBits = 4;
 /// Sine of the angle under which two edges count as parallel: their cross product is then no axis
 /// that the faces do not have already.
 constexpr float kParallel = 5.0e-3F;
@@ -163,27 +165,28 @@ void add_face_contact(const Placed& reference,
     const std::uint32_t incident_name = face.corners[0].feature & 0xF000U;
     const Vec3& half = reference.shape.half_extents;
     std::uint32_t plane = 4;
+    Polygon other;
     for (const int side : {(axis + 1) % 3, (axis + 2) % 3}) {
         const Vec3 normal = reference.rotation.col(side);
         const float centre = normal.dot(reference.position);
-        clip(face, normal, centre + half[side], plane++);
-        clip(face, -normal, half[side] - centre, plane++);
+        clip(face, normal, centre + half[side], plane++, kEdgeBits, other);
+        clip(other, -normal, half[side] - centre, plane++, kEdgeBits, face);
     }
     const float surface = outward.dot(reference.position) + half[axis];
     const bool positive = outward.dot(reference.rotation.col(axis)) > 0.0F;
     const std::uint32_t name = (b_is_reference ? 0x40000000U : 0U) | incident_name |
                                static_cast<std::uint32_t>(axis * 2 + (positive ? 1 : 0)) << 16;
     std::array<ManifoldPoint, 12> near;
-    int count = 0;
+    std::size_t count = 0;
     for (int k = 0; k < face.count; ++k) {
-        const Polygon::Corner& corner = face.corners[static_cast<std::size_t>(k)];
+        const Corner& corner = face[k];
         const float gap = outward.dot(corner.position) - surface;
         if (gap <= margin) {
-            near[static_cast<std::size_t>(count++)] = {
+            near[count++] = {
                 corner.position - 0.5F * gap * outward, gap, name | (corner.feature & 0xFFFU)};
         }
     }
-    keep_four(near, count, out);
+    keep_four({near.data(), count}, out);
 }
 
 }  // namespace

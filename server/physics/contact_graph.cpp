@@ -106,21 +106,26 @@ void ContactGraph::unlink(Bodies& bodies,
     }
 }
 
-std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_t b) {
-    std::uint32_t index = static_cast<std::uint32_t>(pool_.size());
+std::uint32_t ContactGraph::take() {
     if (!free_.empty()) {
-        index = free_.back();
+        const std::uint32_t index = free_.back();
         free_.pop_back();
         pool_[index] = Contact();
         pairs_[index] = Pair();
-    } else {
-        pool_.emplace_back();
-        pairs_.emplace_back();
-        // Reserved together with the pool, so that steps that only shuffle contacts about never
-        // allocate.
-        free_.reserve(pool_.capacity());
-        active_.reserve(pool_.capacity());
+        return index;
     }
+    const auto index = static_cast<std::uint32_t>(pool_.size());
+    pool_.emplace_back();
+    pairs_.emplace_back();
+    // Reserved together with the pool, so that steps that only shuffle contacts about never
+    // allocate.
+    free_.reserve(pool_.capacity());
+    active_.reserve(pool_.capacity());
+    return index;
+}
+
+std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t index = take();
     insert_key(key_of(a, b));
     ++size_;
     pairs_[index].a = std::min(a, b);
@@ -133,8 +138,25 @@ std::uint32_t ContactGraph::create(Bodies& bodies, std::uint32_t a, std::uint32_
     return index;
 }
 
+std::uint32_t ContactGraph::make_link(std::uint32_t contact) {
+    const std::uint32_t index = take();
+    pairs_[index].a = pairs_[contact].a;
+    pairs_[index].b = pairs_[contact].b;
+    return index;
+}
+
+void ContactGraph::drop_chain(std::uint32_t contact) {
+    for (std::uint32_t at = pool_[contact].chain; at != kNoIndex;) {
+        const std::uint32_t next = pool_[at].chain;
+        drop_link(at);
+        at = next;
+    }
+    pool_[contact].chain = kNoIndex;
+}
+
 void ContactGraph::destroy(Bodies& bodies, std::uint32_t contact) {
     deactivate(contact);
+    drop_chain(contact);
     const std::uint32_t a = pairs_[contact].a;
     const std::uint32_t b = pairs_[contact].b;
     unlink(bodies, contact, 0, a);

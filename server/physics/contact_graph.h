@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/bodies.h"
+#include "server/physics/contact_set.h"
 #include "server/physics/manifold.h"
 
 #include <array>
@@ -38,10 +39,14 @@ struct alignas(64) Pair {
     std::uint32_t a = kNoIndex;  ///< body rows, a < b
     std::uint32_t b = kNoIndex;
     std::uint32_t active_place = kNoIndex;  ///< in ContactGraph::active
-    std::uint8_t count = 0;                 ///< contact points
-    bool touching = false;                  ///< after the last step in which it was looked at
-    bool closing = false;                   ///< touches or will within the step
-    std::uint8_t age = 0;  ///< steps in a row that it has had points for, up to 255
+    std::uint8_t count : 4 = 0;             ///< contact points
+    std::uint8_t several : 1 = 0;  ///< its manifolds are in a chain of records; it has no points
+    std::uint8_t sensor : 1 = 0;   ///< one of the two is a sensor: it never has points
+    std::uint8_t senses : 1 = 0;   ///< a sensor has the other within it, as of the last look
+    std::uint8_t inside : 1 = 0;   ///< ... as of the last event
+    bool touching = false;         ///< after the last step in which it was looked at
+    bool closing = false;          ///< touches or will within the step
+    std::uint8_t age = 0;          ///< steps in a row that it has had points for, up to 255
     FoundAt found;
 
     [[nodiscard]] std::size_t points() const { return count; }
@@ -56,16 +61,21 @@ struct Contact {
     std::array<ContactPoint, kMaxManifoldPoints> points;
     Vec3 normal = Vec3::UnitY();  ///< from a to b
     Vec3 lead = Vec3::Zero();  ///< how far b has to move relative to a until the contact, negated
-    Vec3 friction = Vec3::Zero();  ///< impulse per substep, world: the warm start
-    float carried = 0.0F;          ///< normal impulse per point and substep, low-passed, N s
-    float twist = 0.0F;            ///< friction's moment about the normal, N m s
-    float substep_s = 0.0F;        ///< length of the substeps that the impulses are of
-    float approach_speed = 0.0F;   ///< m/s, before the solve
-    float step_impulse = 0.0F;     ///< sum of normal impulses in the last step, N s
+    Vec3 friction = Vec3::Zero();    ///< impulse per substep, world: the warm start
+    float carried = 0.0F;            ///< normal impulse per point and substep, low-passed, N s
+    float twist = 0.0F;              ///< friction's moment about the normal, N m s
+    float substep_s = 0.0F;          ///< length of the substeps that the impulses are of
+    float approach_speed = 0.0F;     ///< m/s, before the solve
+    float step_impulse = 0.0F;       ///< sum of normal impulses in the last step, N s
+    Grip grip;                       ///< of what touches
+    PartKey part = 0;                ///< in a chain: which parts of the shapes meet
+    std::uint32_t chain = kNoIndex;  ///< first record of the chain; in one: the next
 };
 
 /// Contacts in a pool with stable indices. Each body has a linked list of its contacts; those in
-/// which an awake dynamic body takes part are listed in `active`.
+/// which an awake dynamic body takes part are listed in `active`. A pair with several manifolds has
+/// no points itself but a chain of further records, which are in no list; it touches when one of
+/// them does.
 class ContactGraph {
   public:
     /// Reference to one side of a contact: index * 2 + side.
@@ -75,6 +85,22 @@ class ContactGraph {
     /// The pair must not be there yet. Links it to both bodies; active when one is simulated.
     std::uint32_t create(Bodies& bodies, std::uint32_t a, std::uint32_t b);
     void destroy(Bodies& bodies, std::uint32_t contact);
+
+    /// A record for the chain of a contact, not yet in it; drop_link gives it back.
+    std::uint32_t make_link(std::uint32_t contact);
+
+    void drop_link(std::uint32_t link) { free_.push_back(link); }
+
+    /// Calls visit(index of a record) for a contact and its chain.
+    template <class Visit>
+    void for_chain(std::uint32_t contact, Visit&& visit) const {
+        visit(contact);
+        if (pairs_[contact].several != 0) {
+            for (std::uint32_t at = pool_[contact].chain; at != kNoIndex; at = pool_[at].chain) {
+                visit(at);
+            }
+        }
+    }
 
     /// Makes room for that many contacts.
     void reserve(std::size_t contacts);
@@ -116,6 +142,8 @@ class ContactGraph {
         return (key ^ (key >> 29)) & (keys_.size() - 1);
     }
 
+    std::uint32_t take();
+    void drop_chain(std::uint32_t contact);
     void grow_keys();
     void insert_key(std::uint64_t key);
     void erase_key(std::uint64_t key);

@@ -116,7 +116,7 @@ void ContactSolver::fill_batch(std::uint32_t index,
         batch.contact[lane] = contact;
         const Pair& pair = graph.pair(contact);
         fill_lane(batch, lane, bodies, pair, graph[contact]);
-        const float restitution = bodies.restitution_of(pair.a, pair.b);
+        const float restitution = graph[contact].grip.restitution;
         if (restitution > 0.0F || !pair.touching) {
             watches_.emplace_back();
             watches_.back().batch = index;
@@ -145,7 +145,7 @@ void ContactSolver::fill_lane(ContactBatch& batch,
                                       bodies.shape[pair.b],
                                       moving_.moved_by_impulses(batch.a[lane]),
                                       moving_.moved_by_impulses(batch.b[lane]));
-    batch.friction[lane] = bodies.friction_of(pair.a, pair.b);
+    batch.friction[lane] = contact.grip.friction;
     // Impulses are forces over a substep; the last step's may have had another length.
     const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
     batch.impulse1[lane] = scale * contact.friction.dot(tangent1);

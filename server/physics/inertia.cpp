@@ -1,5 +1,8 @@
 #include "server/physics/inertia.h"
 
+#include "server/physics/compound.h"
+#include "server/physics/hull.h"
+
 #include <numbers>
 
 namespace zoned::physics {
@@ -33,7 +36,13 @@ float volume(const Shape& shape) {
         case ShapeKind::kCapsule:
             return kPi * shape.radius * shape.radius *
                    (2.0F * shape.half_segment + 4.0F / 3.0F * shape.radius);
+        case ShapeKind::kHull:
+            return hull_of(shape).volume();
+        case ShapeKind::kCompound:
+            return compound_of(shape).volume();
         case ShapeKind::kPlane:
+        case ShapeKind::kMesh:
+        case ShapeKind::kHeightfield:
             break;
     }
     return 0.0F;
@@ -47,7 +56,13 @@ float bounding_radius(const Shape& shape) {
             return shape.half_extents.norm();
         case ShapeKind::kCapsule:
             return shape.radius + shape.half_segment;
+        case ShapeKind::kHull:
+            return hull_of(shape).radius();
+        case ShapeKind::kCompound:
+            return compound_of(shape).radius();
         case ShapeKind::kPlane:
+        case ShapeKind::kMesh:
+        case ShapeKind::kHeightfield:
             break;
     }
     return 0.0F;
@@ -63,7 +78,13 @@ Vec3 principal_inertia(const Shape& shape, float mass) {
         }
         case ShapeKind::kCapsule:
             return capsule_inertia(shape.radius, shape.half_segment, mass);
+        case ShapeKind::kHull:
+            return mass * hull_of(shape).moments_per_kg();
+        case ShapeKind::kCompound:
+            return mass * compound_of(shape).moments_per_kg();
         case ShapeKind::kPlane:
+        case ShapeKind::kMesh:
+        case ShapeKind::kHeightfield:
             break;
     }
     return Vec3::Zero();

@@ -5,14 +5,15 @@
 
 namespace zoned::physics {
 
-/// Volume in m3; 0 for a plane.
+/// Volume in m3; 0 for planes and surfaces.
 float volume(const Shape& shape);
 
-/// Radius of the smallest sphere about the centre of mass that holds the shape, m; 0 for a plane.
+/// Radius of the smallest sphere about the centre of mass that holds the shape, m; 0 for planes and
+/// surfaces.
 float bounding_radius(const Shape& shape);
 
 /// Principal moments of inertia (diagonal in body axes) of a solid of uniform density, kg m2.
-/// Zero for a plane.
+/// Zero for planes and surfaces.
 Vec3 principal_inertia(const Shape& shape, float mass);
 
 /// World tensor R diag(moments) R^T of principal moments (or of their inverses).

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace zoned::physics {
 
@@ -53,6 +54,27 @@ ZONED_INLINE Lanes sqrt(const Lanes& a) {
     }
     return out;
 #endif
+}
+
+/// Eight numbers in a row, wherever they lie.
+ZONED_INLINE Lanes load(const float* p) {
+    Lanes out;
+    std::memcpy(&out, p, sizeof(out));
+    return out;
+}
+
+ZONED_INLINE float lowest_of(const Lanes& a) {
+    const Lanes b = min(a, __builtin_shufflevector(a, a, 4, 5, 6, 7, 0, 1, 2, 3));
+    const Lanes c = min(b, __builtin_shufflevector(b, b, 2, 3, 0, 1, 6, 7, 4, 5));
+    return c[0] < c[1] ? c[0] : c[1];
+}
+
+/// Whether a comparison holds in any lane.
+template <class Mask>
+ZONED_INLINE bool any(const Mask& mask) {
+    const Mask a = mask | __builtin_shufflevector(mask, mask, 4, 5, 6, 7, 0, 1, 2, 3);
+    const Mask b = a | __builtin_shufflevector(a, a, 2, 3, 0, 1, 6, 7, 4, 5);
+    return (b[0] | b[1]) != 0;
 }
 
 /// `value` in the lanes where `s` is not positive, zero in the others.

@@ -2,29 +2,8 @@
 
 namespace zoned::physics {
 
-void clip(Polygon& polygon, const Vec3& normal, float offset, std::uint32_t plane_edge) {
-    Polygon out;
-    for (int i = 0; i < polygon.count; ++i) {
-        const Polygon::Corner& u = polygon.corners[static_cast<std::size_t>(i)];
-        const Polygon::Corner& v =
-            polygon.corners[static_cast<std::size_t>((i + 1) % polygon.count)];
-        const float du = normal.dot(u.position) - offset;
-        const float dv = normal.dot(v.position) - offset;
-        if (du <= 0.0F) {
-            out.add(u);
-        }
-        if ((du < 0.0F && dv > 0.0F) || (du > 0.0F && dv < 0.0F)) {
-            const Vec3 cut = u.position + (v.position - u.position) * (du / (du - dv));
-            const std::uint32_t feature = 0x100U | (u.edge << 4) | plane_edge;
-            // Leaving the half-space the outline goes on along the plane, entering it goes on along
-            // the edge that was cut.
-            out.add({cut, feature, du < 0.0F ? plane_edge : u.edge});
-        }
-    }
-    polygon = out;
-}
-
-void keep_four(const std::array<ManifoldPoint, 12>& candidates, int count, Manifold& out) {
+void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
+    const auto count = static_cast<int>(candidates.size());
     const auto at = [&](int i) -> const ManifoldPoint& {
         return candidates[static_cast<std::size_t>(i)];
     };

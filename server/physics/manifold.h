@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace zoned::physics {
 
@@ -33,27 +34,66 @@ struct Manifold {
     void flip() { normal = -normal; }
 };
 
-/// A convex polygon in space; clipping a quadrilateral by four planes leaves at most eight corners.
-struct Polygon {
-    struct Corner {
-        Vec3 position = Vec3::Zero();
-        std::uint32_t feature = 0;
-        std::uint32_t edge = 0;  // the edge from this corner to the next
-    };
-
-    std::array<Corner, 12> corners;
-    int count = 0;
-
-    void add(const Corner& corner) { corners[static_cast<std::size_t>(count++)] = corner; }
+/// A corner of a polygon that is being clipped. Without initialisers: polygons live on the stack.
+struct Corner {
+    Vec3 position;
+    std::uint32_t feature;
+    std::uint32_t edge;  ///< the edge from this corner to the next
 };
 
+/// A convex polygon in space. Each clipping adds one corner at most; what rounding may add beyond
+/// the capacity is dropped.
+template <int kCapacity>
+struct PolygonOf {
+    std::array<Corner, static_cast<std::size_t>(kCapacity)> corners;
+    int count = 0;
+
+    void add(const Corner& corner) {
+        if (count < kCapacity) {
+            corners[static_cast<std::size_t>(count++)] = corner;
+        }
+    }
+
+    [[nodiscard]] const Corner& operator[](int i) const {
+        return corners[static_cast<std::size_t>(i)];
+    }
+};
+
+/// A quadrilateral clipped by four planes has at most eight corners.
+using Polygon = PolygonOf<12>;
+
 /// Keeps what lies where normal . x <= offset (Sutherland and Hodgman, "Reentrant polygon
-/// clipping", CACM 17, 1974). New corners are named by the edge that was cut and `plane_edge`.
-void clip(Polygon& polygon, const Vec3& normal, float offset, std::uint32_t plane_edge);
+/// clipping", CACM 17, 1974), in `out`. New corners are named by the edge that was cut, shifted by
+/// `edge_bits`, and `plane_edge`.
+template <int kCapacity>
+void clip(const PolygonOf<kCapacity>& polygon,
+          const Vec3& normal,
+          float offset,
+          std::uint32_t plane_edge,
+          int edge_bits,
+          PolygonOf<kCapacity>& out) {
+    out.count = 0;
+    for (int i = 0; i < polygon.count; ++i) {
+        const Corner& u = polygon[i];
+        const Corner& v = polygon[i + 1 < polygon.count ? i + 1 : 0];
+        const float du = normal.dot(u.position) - offset;
+        const float dv = normal.dot(v.position) - offset;
+        if (du <= 0.0F) {
+            out.add(u);
+        }
+        if ((du < 0.0F && dv > 0.0F) || (du > 0.0F && dv < 0.0F)) {
+            const Vec3 cut = u.position + (v.position - u.position) * (du / (du - dv));
+            const std::uint32_t feature = (((1U << edge_bits) | u.edge) << edge_bits) | plane_edge;
+            // Leaving the half-space the outline goes on along the plane, entering it goes on along
+            // the edge that was cut.
+            out.add({cut, feature, du < 0.0F ? plane_edge : u.edge});
+        }
+    }
+}
 
 /// Adds at most four of the candidates to the manifold: the deepest; the one farthest from it; the
 /// one that spans the largest triangle with these two; the one that adds the most area on the other
 /// side of that triangle. Ties go to the earlier candidate.
-void keep_four(const std::array<ManifoldPoint, 12>& candidates, int count, Manifold& out);
+void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out);
 
 }  // namespace zoned::physics

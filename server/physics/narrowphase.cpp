@@ -10,11 +10,16 @@ namespace {
 using Collide = void (*)(const Placed&, const Placed&, float, Manifold&);
 
 // [kind of a][kind of b] for a's kind <= b's kind, in the order of ShapeKind.
-constexpr Collide kTests[4][4] = {
-    {collide_sphere_sphere, collide_sphere_box, collide_sphere_capsule, collide_sphere_plane},
-    {nullptr, collide_box_box, collide_box_capsule, collide_box_plane},
-    {nullptr, nullptr, collide_capsule_capsule, collide_capsule_plane},
-    {nullptr, nullptr, nullptr, nullptr},
+constexpr Collide kTests[kConvexKinds][kConvexKinds] = {
+    {collide_sphere_sphere,
+     collide_sphere_box,
+     collide_sphere_capsule,
+     collide_sphere_plane,
+     collide_sphere_hull},
+    {nullptr, collide_box_box, collide_box_capsule, collide_box_plane, collide_box_hull},
+    {nullptr, nullptr, collide_capsule_capsule, collide_capsule_plane, collide_capsule_hull},
+    {nullptr, nullptr, nullptr, nullptr, collide_plane_hull},
+    {nullptr, nullptr, nullptr, nullptr, collide_hull_hull},
 };
 
 /// A pair that moves less than this within a step is looked at where it stands.
@@ -77,6 +82,36 @@ Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion,
         out.count = 0;
     }
     return {time, margin};
+}
+
+Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, ContactSet& out) {
+    const Vec3 relative = motion.velocity_b - motion.velocity_a;
+    const float travel = relative.norm() * motion.dt;
+    if (travel <= kSlowMotion) {
+        const float margin = kContactMargin + std::max(travel + motion.turn, kSlack);
+        out.collide(a, b, {margin, Vec3::Zero(), 0.0F});
+        return {0.0F, margin};
+    }
+    Probe probe{kContactMargin + motion.turn, relative, motion.dt};
+    const float gap_of_impact = kImpactGap + motion.turn;
+    float time = 0.0F;
+    for (int i = 0; i < kMaxAdvances; ++i) {
+        const Placed at_a{a.shape, a.position + time * motion.velocity_a, a.rotation};
+        const Placed at_b{b.shape, b.position + time * motion.velocity_b, b.rotation};
+        const float step = earliest_impact(at_a, at_b, probe, gap_of_impact);
+        if (step == INFINITY) {
+            break;
+        }
+        if (step == 0.0F || i == kMaxAdvances - 1) {
+            out.collide(at_a, at_b, probe);
+            return {time, probe.margin};
+        }
+        time = std::min(time + step, motion.dt);
+        probe.time = motion.dt - time;
+    }
+    // They stay apart: what is near all the same is near where they stand.
+    out.collide(a, b, {probe.margin, Vec3::Zero(), 0.0F});
+    return {0.0F, probe.margin};
 }
 
 }  // namespace zoned::physics

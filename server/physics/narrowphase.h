@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/collide.h"
+#include "server/physics/contact_set.h"
 
 namespace zoned::physics {
 
@@ -10,8 +11,8 @@ inline constexpr float kContactMargin = 0.02F;
 /// Surfaces closer than this touch, m.
 inline constexpr float kTouch = 0.005F;
 
-/// Contact of two placed shapes with points up to `margin` metres apart, normal from a to b. Two
-/// planes have no contact. `out` is overwritten.
+/// Contact of two placed convex shapes with points up to `margin` metres apart, normal from a to b.
+/// Two planes have no contact. `out` is overwritten.
 void collide(const Placed& a, const Placed& b, float margin, Manifold& out);
 
 /// How a pair moves in the coming step.
@@ -34,5 +35,9 @@ struct Impact {
 /// the impact and not those of a far-off approach, which would make things bounce off empty space.
 /// The manifold holds separations and points at that time.
 Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, Manifold& out);
+
+/// The same for pairs of which at least one is not convex: all manifolds of the time of the first
+/// impact.
+Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion, ContactSet& out);
 
 }  // namespace zoned::physics

@@ -87,43 +87,39 @@ void Scene::set_state(BodyId body, const BodyState& state) {
 }
 
 void Scene::set_velocity(BodyId body, const Vec3& velocity, const Vec3& angular_velocity) {
-    Bodies& bodies = impl_->bodies;
-    const std::uint32_t row = bodies.row_of(body);
+    const std::uint32_t row = impl_->bodies.row_of(body);
     ZONED_ASSERT(row != kNoIndex, "set_velocity() of a body that is not in the scene");
-    if (bodies.kind[row] == BodyKind::kStatic) {
-        return;
-    }
-    if (!fit_velocity(velocity, angular_velocity)) {
-        impl_->quarantine(row);
-        return;
-    }
-    if (bodies.velocity[row] == velocity && bodies.angular_velocity[row] == angular_velocity) {
-        return;
-    }
-    bodies.velocity[row] = velocity;
-    bodies.angular_velocity[row] = angular_velocity;
-    if (bodies.is_dynamic(row)) {
-        impl_->wake(row);
-    } else if (velocity.isZero(0.0F) && angular_velocity.isZero(0.0F)) {
-        bodies.mark_asleep(row);
-    } else {
-        bodies.mark_awake(row);
-    }
+    impl_->set_velocity(row, velocity, angular_velocity);
 }
 
 void Scene::apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point) {
-    const Bodies& bodies = impl_->bodies;
-    const std::uint32_t row = bodies.row_of(body);
+    const std::uint32_t row = impl_->bodies.row_of(body);
     ZONED_ASSERT(row != kNoIndex, "apply_impulse() to a body that is not in the scene");
-    if (!bodies.is_dynamic(row)) {
-        return;
-    }
-    const Mat3& r = bodies.rotation[row];
-    const Vec3 moment = (point - bodies.position[row]).cross(impulse);
-    const Vec3 spin = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * moment);
-    set_velocity(body,
-                 bodies.velocity[row] + bodies.inv_mass[row] * impulse,
-                 bodies.angular_velocity[row] + spin);
+    impl_->push(row, impulse, (point - impl_->bodies.position[row]).cross(impulse));
+}
+
+void Scene::apply_angular_impulse(BodyId body, const Vec3& impulse) {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "apply_angular_impulse() to a body that is not in the scene");
+    impl_->push(row, Vec3::Zero(), impulse);
+}
+
+void Scene::apply_force(BodyId body, const Vec3& force, const Vec3& point) {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "apply_force() to a body that is not in the scene");
+    impl_->add_force(row, force, (point - impl_->bodies.position[row]).cross(force));
+}
+
+void Scene::apply_force(BodyId body, const Vec3& force) {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "apply_force() to a body that is not in the scene");
+    impl_->add_force(row, force, Vec3::Zero());
+}
+
+void Scene::apply_torque(BodyId body, const Vec3& torque) {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "apply_torque() to a body that is not in the scene");
+    impl_->add_force(row, Vec3::Zero(), torque);
 }
 
 void Scene::wake(BodyId body) {
@@ -143,6 +139,10 @@ std::span<const BodyId> Scene::moved() const {
 
 std::span<const ContactEvent> Scene::contact_events() const {
     return impl_->events;
+}
+
+std::span<const SensorEvent> Scene::sensor_events() const {
+    return impl_->sensor_events;
 }
 
 std::uint32_t Scene::body_count() const {

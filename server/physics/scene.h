@@ -32,8 +32,8 @@ struct Settings {
         0.5F;  ///< ... for this long may sleep, once its whole island may; 0 = sleeping off
     /// Which structure finds the pairs of bodies; the results are the same for all.
     BroadphaseKind broadphase = BroadphaseKind::kAutomatic;
-    float cell_m = 4.0F;     ///< grid: cell size of one level; the others are doublings of it
-    int cell_depth = 16;     ///< octree, quadtree: levels below the root, 1..30
+    float cell_m = 4.0F;      ///< grid: cell size of one level; the others are doublings of it
+    int cell_depth = 16;      ///< octree, quadtree: levels below the root, 1..30
     int boxes_per_cell = 16;  ///< octree, quadtree: a cell with more of them splits, 1..1000
     /// While there are so many pairs (about 0.5 kB each), no new ones of dynamic bodies are looked
     /// for, and from twice as many on no others either: those with the highest ids wait.
@@ -68,6 +68,19 @@ struct ContactEvent {
     float impulse = 0.0F;         ///< sum of normal impulses in this step, N s
     float approach_speed = 0.0F;  ///< closing speed along the normal before the solve, m/s
     bool began = false;
+    float depth = 0.0F;  ///< overlap at the point, m
+};
+
+/// A body came into a sensor or left it: they overlap at the start of the step, or no longer do.
+/// One of the two is a sensor or has a part
+/// that is. Sensors sense what a contact would push:
+/// at least one of the two is dynamic. One that flies through within a step is not seen.
+struct SensorEvent {
+    BodyId a;  ///< may have been removed since
+    BodyId b;
+    std::uint32_t user_a = 0;
+    std::uint32_t user_b = 0;
+    bool entered = false;
 };
 
 struct RayHit {
@@ -110,6 +123,14 @@ class Scene {
     void set_velocity(BodyId body, const Vec3& velocity, const Vec3& angular_velocity);
     /// Impulse in N s at a world point; wakes the body. Ignored for static and kinematic bodies.
     void apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point);
+    /// Force in N at a world point, or at the centre of mass, and torque in N m: they act through
+    /// the next step and are gone after it; several add up. Wakes the body. Ignored for static and
+    /// kinematic bodies; one that is not finite stops the body (see StepStats::quarantined).
+    void apply_force(BodyId body, const Vec3& force, const Vec3& point);
+    void apply_force(BodyId body, const Vec3& force);
+    void apply_torque(BodyId body, const Vec3& torque);
+    /// Impulse of rotation in N m s; wakes the body.
+    void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);
 
     /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
@@ -132,9 +153,11 @@ class Scene {
     /// those that fell asleep in it), ascending.
     [[nodiscard]] std::span<const BodyId> moved() const;
     [[nodiscard]] std::span<const ContactEvent> contact_events() const;
+    /// Of the last step, and of what was done to the bodies before it.
+    [[nodiscard]] std::span<const SensorEvent> sensor_events() const;
 
     /// Nearest hit of a ray within `max_distance`; `ignore_user` is passed through (0 = nobody).
-    /// Static, kinematic and dynamic bodies.
+    /// Static, kinematic and dynamic bodies, no sensors.
     [[nodiscard]] bool ray_cast(const Vec3& origin,
                                 const Vec3& direction,
                                 float max_distance,

@@ -1,5 +1,6 @@
 // How bodies enter, leave, wake and are stopped.
 #include "server/physics/scene_impl.h"
+#include "server/physics/validate.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -90,6 +91,7 @@ void Scene::Impl::leave_broadphase(std::uint32_t row) {
 void Scene::Impl::drop_contacts(std::uint32_t row) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         const bool touched = graph.pair(contact).touching;
+        end_sensing(contact, left_sensors);
         graph.destroy(bodies, contact);
         if (touched) {
             waker.wake(bodies, graph, joints, other);
@@ -111,9 +113,54 @@ void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     mark_pending(row);
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         if (!near(row, other)) {
+            end_sensing(contact, left_sensors);
             graph.destroy(bodies, contact);
         }
     });
+}
+
+void Scene::Impl::set_velocity(std::uint32_t row, const Vec3& velocity, const Vec3& spin) {
+    if (bodies.kind[row] == BodyKind::kStatic) {
+        return;
+    }
+    if (!fit_velocity(velocity, spin)) {
+        quarantine(row);
+        return;
+    }
+    if (bodies.velocity[row] == velocity && bodies.angular_velocity[row] == spin) {
+        return;
+    }
+    bodies.velocity[row] = velocity;
+    bodies.angular_velocity[row] = spin;
+    if (bodies.is_dynamic(row)) {
+        wake(row);
+    } else if (velocity.isZero(0.0F) && spin.isZero(0.0F)) {
+        bodies.mark_asleep(row);
+    } else {
+        bodies.mark_awake(row);
+    }
+}
+
+void Scene::Impl::push(std::uint32_t row, const Vec3& impulse, const Vec3& moment) {
+    if (bodies.is_dynamic(row)) {
+        const Mat3& r = bodies.rotation[row];
+        const Vec3 spin = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * moment);
+        set_velocity(row,
+                     bodies.velocity[row] + bodies.inv_mass[row] * impulse,
+                     bodies.angular_velocity[row] + spin);
+    }
+}
+
+void Scene::Impl::add_force(std::uint32_t row, const Vec3& force, const Vec3& torque) {
+    if (!bodies.is_dynamic(row)) {
+        return;
+    }
+    if (!fit_force(force, torque)) {
+        quarantine(row);
+        return;
+    }
+    bodies.add_force(row, force, torque);
+    wake(row);
 }
 
 void Scene::Impl::quarantine(std::uint32_t row) {

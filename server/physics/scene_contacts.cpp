@@ -1,4 +1,5 @@
 // Narrowphase part of a step: manifolds, who wakes by being touched, and the events.
+#include "server/physics/contact_memory.h"
 #include "server/physics/scene_impl.h"
 
 #include <algorithm>
@@ -7,17 +8,6 @@
 namespace zoned::physics {
 
 namespace {
-
-float lowest_gap(const Contact& contact, std::size_t count) {
-    float lowest = INFINITY;
-    for (std::size_t i = 0; i < count; ++i) {
-        lowest = std::min(lowest, contact.points[i].separation);
-    }
-    return lowest;
-}
-
-/// Two points of one contact that lie closer than this in successive steps are one, m.
-constexpr float kSamePoint = 0.05F;
 
 /// A pair whose surfaces have moved less than this against each other since its manifold was found
 /// keeps it, m.
@@ -32,56 +22,6 @@ Vec3 small_turn(const Quat& from, const Quat& to) {
         return Vec3::Constant(1.0e6F);
     }
     return 2.0F * (from.w() * v - to.w() * u - v.cross(u));
-}
-
-/// Takes the impulses over from the points of the last step: from the one that names the same
-/// features, else from the nearest. Boxes that lie corner on corner change the names of their
-/// points with every breath, and a stack that forgets its load each time sags and walks.
-void adopt_points(const Manifold& manifold,
-                  const Vec3& xa,
-                  const Vec3& xb,
-                  std::size_t old_count,
-                  Contact& contact) {
-    const std::array<ContactPoint, kMaxManifoldPoints> old = contact.points;
-    std::array<bool, kMaxManifoldPoints> taken{};
-    std::array<bool, kMaxManifoldPoints> served{};
-    const auto count = static_cast<std::size_t>(manifold.count);
-    for (std::size_t i = 0; i < count; ++i) {
-        const ManifoldPoint& from = manifold.points[i];
-        ContactPoint& to = contact.points[i];
-        to = {
-            from.point - xa, from.point - xb, from.separation, from.separation, 0.0F, from.feature};
-        for (std::size_t k = 0; k < old_count; ++k) {
-            if (!taken[k] && old[k].feature == from.feature) {
-                to.impulse = old[k].impulse;
-                taken[k] = true;
-                served[i] = true;
-                break;
-            }
-        }
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-        if (served[i]) {
-            continue;
-        }
-        std::size_t best = kMaxManifoldPoints;
-        float least = kSamePoint * kSamePoint;
-        for (std::size_t k = 0; k < old_count; ++k) {
-            const float d = (old[k].arm_a - contact.points[i].arm_a).squaredNorm();
-            if (!taken[k] && d < least) {
-                least = d;
-                best = k;
-            }
-        }
-        if (best < kMaxManifoldPoints) {
-            contact.points[i].impulse = old[best].impulse;
-            taken[best] = true;
-        }
-    }
-    if (manifold.count == 0) {
-        contact.friction.setZero();
-        contact.twist = 0.0F;
-    }
 }
 
 }  // namespace
@@ -106,31 +46,29 @@ PairMotion Scene::Impl::motion_of(std::uint32_t a, std::uint32_t b, float dt) co
 /// nearer than they moved.
 bool Scene::Impl::reuse_manifold(std::uint32_t index, const PairMotion& motion) {
     const Pair& pair = graph.pair(index);
-    const Vec3 shift = bodies.position[pair.b] - bodies.position[pair.a] - pair.found.between;
-    const float moved2 = shift.squaredNorm();
+    PairShift shifted;
+    shifted.shift = bodies.position[pair.b] - bodies.position[pair.a] - pair.found.between;
+    const float moved2 = shifted.shift.squaredNorm();
     const float spare = pair.found.reach - kContactMargin - motion.turn -
                         motion.dt * (motion.velocity_b - motion.velocity_a).norm();
-    const float most = pair.count == 0 ? spare : kSamePose;
+    const bool empty = pair.several != 0 ? graph[index].chain == kNoIndex : pair.count == 0;
+    const float most = empty ? spare : kSamePose;
     if (!(spare >= 0.0F) || !(moved2 < most * most)) {
         return false;
     }
-    const Vec3 turn_a = small_turn(pair.found.orientation_a, bodies.orientation[pair.a]);
-    const Vec3 turn_b = small_turn(pair.found.orientation_b, bodies.orientation[pair.b]);
-    const float sweep =
-        turn_a.norm() * bodies.radius[pair.a] + turn_b.norm() * bodies.radius[pair.b];
-    if (pair.count == 0) {
+    shifted.turn_a = small_turn(pair.found.orientation_a, bodies.orientation[pair.a]);
+    shifted.turn_b = small_turn(pair.found.orientation_b, bodies.orientation[pair.b]);
+    const float sweep = shifted.turn_a.norm() * bodies.radius[pair.a] +
+                        shifted.turn_b.norm() * bodies.radius[pair.b];
+    if (empty) {
         return std::sqrt(moved2) + sweep <= spare;
     }
     if (!(sweep < kSamePose)) {
         return false;
     }
-    Contact& contact = graph[index];
-    const float closing = contact.normal.dot(shift);
-    for (std::size_t i = 0; i < pair.points(); ++i) {
-        ContactPoint& p = contact.points[i];
-        p.separation = p.found_separation + closing +
-                       contact.normal.dot(turn_b.cross(p.arm_b) - turn_a.cross(p.arm_a));
-    }
+    graph.for_chain(index, [&](std::uint32_t record) {
+        follow_gaps(shifted, graph.pair(record).points(), graph[record]);
+    });
     return true;
 }
 
@@ -144,6 +82,7 @@ void Scene::Impl::find_manifold(std::uint32_t index, const PairMotion& motion) {
         Contact& contact = graph[index];
         contact.normal = manifold.normal;
         contact.lead = -impact.time * (motion.velocity_b - motion.velocity_a);
+        contact.grip = combine(bodies.material[a], bodies.material[b]);
         adopt_points(manifold,
                      bodies.position[a] + impact.time * motion.velocity_a,
                      bodies.position[b] + impact.time * motion.velocity_b,
@@ -158,15 +97,12 @@ void Scene::Impl::find_manifold(std::uint32_t index, const PairMotion& motion) {
     pair.found.orientation_b = bodies.orientation[b];
 }
 
-/// Finds the contact of a pair for this step, and how it approaches.
-void Scene::Impl::update_contact(std::uint32_t index, float dt) {
+/// How what was found approaches.
+void Scene::Impl::approach(std::uint32_t index, const PairMotion& motion) {
     Pair& pair = graph.pair(index);
     const std::uint32_t a = pair.a;
     const std::uint32_t b = pair.b;
-    const PairMotion motion = motion_of(a, b, dt);
-    if (!reuse_manifold(index, motion)) {
-        find_manifold(index, motion);
-    }
+    const float dt = motion.dt;
     pair.closing = false;
     if (pair.count == 0) {
         pair.age = 0;
@@ -188,6 +124,22 @@ void Scene::Impl::update_contact(std::uint32_t index, float dt) {
     }
 }
 
+/// Finds the contact of a pair for this step, and how it approaches.
+void Scene::Impl::update_contact(std::uint32_t index, float dt) {
+    const Pair& pair = graph.pair(index);
+    const PairMotion motion = motion_of(pair.a, pair.b, dt);
+    if (pair.sensor != 0) {
+        look_into_sensor(index);
+    } else if (pair.several != 0) {
+        update_chain(index, motion);
+    } else {
+        if (!reuse_manifold(index, motion)) {
+            find_manifold(index, motion);
+        }
+        approach(index, motion);
+    }
+}
+
 /// Looks at the pairs of awake bodies and of moving kinematic ones; who is touched wakes, and its
 /// contacts join the list while it is walked.
 void Scene::Impl::update_contacts(float dt) {
@@ -198,6 +150,7 @@ void Scene::Impl::update_contacts(float dt) {
             }
             const bool held = graph.pair(index).touching;
             update_contact(index, dt);
+            note_sensing(index);
             if (held || graph.pair(index).closing) {
                 waker.wake(bodies, graph, joints, other);
             }
@@ -208,10 +161,13 @@ void Scene::Impl::update_contacts(float dt) {
     for (std::size_t i = 0; i < active.size(); ++i) {
         const std::uint32_t index = active[i];
         update_contact(index, dt);
+        note_sensing(index);
         const Pair& pair = graph.pair(index);
-        if (pair.count > 0) {
-            solve_list.push_back(index);
-        }
+        graph.for_chain(index, [&](std::uint32_t record) {
+            if (graph.pair(record).count > 0) {
+                solve_list.push_back(record);
+            }
+        });
         if (pair.closing) {
             for (const std::uint32_t row : {pair.a, pair.b}) {
                 if (bodies.is_dynamic(row) && bodies.awake[row] == 0) {
@@ -225,43 +181,58 @@ void Scene::Impl::update_contacts(float dt) {
 /// After the solve: who touches whom now, and what began.
 void Scene::Impl::finish_contacts() {
     for (const std::uint32_t index : graph.active()) {
-        Pair& pair = graph.pair(index);
-        if (pair.count == 0) {
+        const bool touched = graph.pair(index).touching;
+        bool touches = false;
+        float impulse = 0.0F;
+        graph.for_chain(index, [&](std::uint32_t record) {
+            Pair& pair = graph.pair(record);
+            const Contact& contact = graph[record];
             pair.touching = false;
+            for (std::size_t i = 0; i < pair.points(); ++i) {
+                pair.touching |=
+                    contact.step_impulse > 0.0F ||
+                    (contact.lead.isZero(0.0F) && contact.points[i].separation <= kTouch);
+            }
+            touches |= pair.touching;
+            impulse += pair.count > 0 ? contact.step_impulse : 0.0F;
+        });
+        Pair& pair = graph.pair(index);
+        pair.touching = touches;
+        if (impulse == 0.0F && !touches) {
             continue;
         }
-        const Contact& contact = graph[index];
-        const bool touches =
-            contact.step_impulse > 0.0F ||
-            (contact.lead.isZero(0.0F) && lowest_gap(contact, pair.points()) <= kTouch);
-        const bool began = touches && !pair.touching;
-        pair.touching = touches;
+        const bool began = touches && !touched;
         const bool tagged = bodies.user[pair.a] != 0 || bodies.user[pair.b] != 0;
-        if ((began && tagged) || contact.step_impulse >= settings.event_impulse_ns) {
+        if ((began && tagged) || impulse >= settings.event_impulse_ns) {
+            graph[index].step_impulse = impulse;
             report(index, began);
         }
     }
 }
 
+/// Point, normal and depth are those of the deepest point of all.
 void Scene::Impl::report(std::uint32_t index, bool began) {
     const Pair& pair = graph.pair(index);
-    const Contact& contact = graph[index];
-    std::size_t deepest = 0;
-    for (std::size_t i = 1; i < pair.points(); ++i) {
-        if (contact.points[i].separation < contact.points[deepest].separation) {
-            deepest = i;
-        }
-    }
     ContactEvent event;
     event.a = bodies.id_of(pair.a);
     event.b = bodies.id_of(pair.b);
     event.user_a = bodies.user[pair.a];
     event.user_b = bodies.user[pair.b];
-    event.point = bodies.position[pair.a] + contact.points[deepest].arm_a;
-    event.normal = contact.normal;
-    event.impulse = contact.step_impulse;
-    event.approach_speed = contact.approach_speed;
+    event.impulse = graph[index].step_impulse;
+    event.approach_speed = graph[index].approach_speed;
     event.began = began;
+    float lowest = INFINITY;
+    graph.for_chain(index, [&](std::uint32_t record) {
+        const Contact& contact = graph[record];
+        for (std::size_t i = 0; i < graph.pair(record).points(); ++i) {
+            if (contact.points[i].separation < lowest) {
+                lowest = contact.points[i].separation;
+                event.point = bodies.position[pair.a] + contact.points[i].arm_a;
+                event.normal = contact.normal;
+                event.depth = std::max(0.0F, -lowest);
+            }
+        }
+    });
     events.push_back(event);
 }
 

@@ -42,6 +42,9 @@ struct Scene::Impl {
     Waker waker;
     std::vector<ContactEvent> events;
     std::vector<JointBreak> breaks;
+    std::vector<SensorEvent> sensor_events;
+    std::vector<SensorEvent> left_sensors;  ///< between steps: reported by the next one
+    ContactSet parts;                       ///< scratch of find_chain
     std::vector<BodyId> moved;
     std::uint32_t substeps = 0;     ///< most that an island got in this step
     std::uint32_t quarantined = 0;  ///< since the last step began
@@ -77,6 +80,9 @@ struct Scene::Impl {
     /// Moves a body at once. Wakes the bodies that it touched; contacts live on where the bodies
     /// stay near each other, so that a small correction is no new touch.
     void teleport(std::uint32_t row, const Vec3& x, const Quat& q);
+    void set_velocity(std::uint32_t row, const Vec3& velocity, const Vec3& spin);
+    void push(std::uint32_t row, const Vec3& impulse, const Vec3& moment);
+    void add_force(std::uint32_t row, const Vec3& force, const Vec3& torque);
     /// Stops a body, puts it to sleep and counts it.
     void quarantine(std::uint32_t row);
     void wake(std::uint32_t row);
@@ -85,8 +91,8 @@ struct Scene::Impl {
     void refresh_bounds(float dt);
     void find_pairs(float dt);
     void sort_pending();
-    [[nodiscard]] bool found_before(std::uint32_t row, std::uint32_t other) const;
     void drop_far_pairs();
+    [[nodiscard]] bool found_before(std::uint32_t row, std::uint32_t other) const;
     void meet(std::uint32_t row, std::uint32_t other);
     void meet_fixed(std::uint32_t row);
     void meet_kind(std::uint32_t row, BodyKind kind);
@@ -104,6 +110,7 @@ struct Scene::Impl {
     [[nodiscard]] PairMotion motion_of(std::uint32_t a, std::uint32_t b, float dt) const;
     bool reuse_manifold(std::uint32_t contact, const PairMotion& motion);
     void find_manifold(std::uint32_t contact, const PairMotion& motion);
+    void approach(std::uint32_t record, const PairMotion& motion);
     void finish_contacts();
     void report(std::uint32_t contact, bool began);
 
@@ -113,6 +120,17 @@ struct Scene::Impl {
     void wake_joint(std::uint32_t index);
     void list_joints();
     void break_joints();
+    // scene_chains.cpp
+    /// Finds out what sort of pair it is.
+    void classify(std::uint32_t contact);
+    void update_chain(std::uint32_t contact, const PairMotion& motion);
+    void find_chain(std::uint32_t contact, const PairMotion& motion);
+
+    // scene_sensors.cpp
+    void look_into_sensor(std::uint32_t contact);
+    void note_sensing(std::uint32_t contact);
+    void end_sensing(std::uint32_t contact, std::vector<SensorEvent>& out);
+    [[nodiscard]] SensorEvent sensor_event(std::uint32_t contact) const;
 
     // scene_step.cpp
     StepStats step(float dt);

@@ -1,5 +1,6 @@
 // Broadphase part of a step: which pairs of bodies may touch.
 #include "server/physics/bounds.h"
+#include "server/physics/contact_memory.h"
 #include "server/physics/scene_impl.h"
 
 #include <algorithm>
@@ -144,6 +145,7 @@ void Scene::Impl::drop_far_pairs() {
         const Pair& pair = graph.pair(contact);
         const bool fresh = pending_mark[pair.a] != 0 || pending_mark[pair.b] != 0;
         if (fresh && !near(pair.a, pair.b)) {
+            end_sensing(contact, sensor_events);
             graph.destroy(bodies, contact);  // another one takes its place in the list
         } else {
             ++i;
@@ -155,6 +157,7 @@ void Scene::Impl::drop_far_pairs() {
         }
         graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
             if (!near(row, other)) {
+                end_sensing(contact, sensor_events);
                 graph.destroy(bodies, contact);
             }
         });
@@ -166,9 +169,9 @@ bool Scene::Impl::found_before(std::uint32_t row, std::uint32_t other) const {
     return pending_mark[other] != 0 && other <= row;
 }
 
-/// Adds a pair, unless it is known.
+/// Adds a pair, unless it is known or must not collide.
 void Scene::Impl::meet(std::uint32_t row, std::uint32_t other) {
-    if (bodies.may_collide(row, other) && !joints.parts(bodies, row, other) &&
+    if (bodies.filter[row].meets(bodies.filter[other]) && !joints.parts(bodies, row, other) &&
         !graph.contains(row, other)) {
         new_pairs.emplace_back(std::min(row, other), std::max(row, other));
     }
@@ -251,11 +254,12 @@ void Scene::Impl::find_pairs(float dt) {
     std::sort(new_pairs.begin(), new_pairs.end());
     for (const auto& [a, b] : new_pairs) {
         const std::uint32_t contact = graph.create(bodies, a, b);
+        classify(contact);
         if (graph.pair(contact).active_place == kNoIndex) {
             // Nobody will look at a pair at rest again: it must know now whether it touches.
             update_contact(contact, dt);
-            graph.pair(contact).touching =
-                graph.pair(contact).count > 0 && graph[contact].points[0].separation <= kTouch;
+            note_sensing(contact);
+            graph.pair(contact).touching = lowest_gap(graph, contact) <= kTouch;
         }
     }
 }

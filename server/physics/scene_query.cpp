@@ -21,7 +21,7 @@ bool Scene::ray_cast(const Vec3& origin,
     const Vec3 along = direction / length;
     std::uint32_t best = kNoIndex;
     const auto test = [&](std::uint32_t row, float limit) {
-        if (ignore_user != 0 && bodies.user[row] == ignore_user) {
+        if (bodies.sensor[row] != 0 || (ignore_user != 0 && bodies.user[row] == ignore_user)) {
             return limit;
         }
         float t = 0.0F;

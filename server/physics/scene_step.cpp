@@ -19,6 +19,8 @@ StepStats Scene::Impl::step(float dt) {
     ZONED_ASSERT(dt > 0.0F && std::isfinite(dt), "a step needs a positive length of time");
     events.clear();
     breaks.clear();
+    sensor_events.clear();
+    sensor_events.swap(left_sensors);
     moved.clear();
     bodies.compact_lists();
     if (bodies.awake_list.empty() && bodies.mover_list.empty()) {
@@ -32,6 +34,7 @@ StepStats Scene::Impl::step(float dt) {
     break_joints();
     finish_contacts();
     follow_bounds();
+    bodies.clear_forces();
     list_moved();
     const std::uint32_t island_count = islands.update(
         bodies,

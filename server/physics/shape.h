@@ -1,10 +1,12 @@
 // Shape, material and body definitions of the rigid-body engine.
 #pragma once
 
+#include "server/physics/material.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
 
 #include <cstdint>
+#include <memory>
 
 namespace zoned::physics {
 
@@ -12,15 +14,46 @@ enum class ShapeKind : std::uint8_t {
     kSphere,
     kBox,
     kCapsule,
-    kPlane
+    kPlane,
+    kHull,
+    kMesh,
+    kHeightfield,
+    kCompound,
 };
 
-/// Geometry in body coordinates, centred on the body's centre of mass.
+/// Kinds up to kHull are convex: the contact of two of them is one manifold.
+inline constexpr std::size_t kConvexKinds = 5;
+
+inline bool is_convex(ShapeKind kind) {
+    return static_cast<std::size_t>(kind) < kConvexKinds;
+}
+
+/// What a few numbers cannot say: built once, never changed, shared by all shapes that use it.
+struct Geometry {
+    const ShapeKind kind;
+
+    Geometry(const Geometry&) = delete;
+    Geometry& operator=(const Geometry&) = delete;
+
+  protected:
+    explicit Geometry(ShapeKind k) : kind(k) {}
+
+    ~Geometry() = default;
+};
+
+class ConvexHull;
+class TriangleMesh;
+class Heightfield;
+class Compound;
+
+/// Geometry in body coordinates, centred on the body's centre of mass, along its principal axes of
+/// inertia.
 struct Shape {
     ShapeKind kind = ShapeKind::kSphere;
     Vec3 half_extents = Vec3::Constant(0.5F);  ///< box, m
     float radius = 0.5F;                       ///< sphere, capsule, m
     float half_segment = 0.5F;                 ///< capsule along body y, m
+    std::shared_ptr<const Geometry> geometry;  ///< the other kinds
     // A plane is a half-space: solid below the body's local x-z plane, normal +y. Static bodies
     // only.
 
@@ -28,19 +61,28 @@ struct Shape {
     static Shape box(const Vec3& half_extents);
     static Shape capsule(float radius, float half_segment);
     static Shape plane();
+    static Shape hull(std::shared_ptr<const ConvexHull> hull);
+    static Shape mesh(std::shared_ptr<const TriangleMesh> mesh);         ///< static bodies only
+    static Shape heightfield(std::shared_ptr<const Heightfield> field);  ///< static bodies only
+    static Shape compound(std::shared_ptr<const Compound> compound);
 };
 
-/// How a pair's coefficients combine: friction sqrt(a b), restitution max(a, b).
-struct Material {
-    float friction = 0.5F;
-    float restitution = 0.0F;
+/// Where a frame lies in another one.
+struct Frame {
+    Vec3 position = Vec3::Zero();  ///< m
+    Quat rotation = Quat::Identity();
 };
 
-/// Two bodies collide when each one's mask holds a bit of the other's category.
-struct Filter {
-    std::uint32_t category = 1;
-    std::uint32_t mask = 0xFFFFFFFFU;
+/// Share of its speed that a body loses per second at low rates: v' = -c v, 1/s.
+struct Damping {
+    float linear = 0.0F;
+    float angular = 0.0F;
 };
+
+/// The frame `inner` of `outer` as seen from where `outer` is given.
+inline Frame operator*(const Frame& outer, const Frame& inner) {
+    return {outer.position + outer.rotation * inner.position, outer.rotation * inner.rotation};
+}
 
 enum class BodyKind : std::uint8_t {
     kStatic,     ///< never moves
@@ -51,9 +93,13 @@ enum class BodyKind : std::uint8_t {
 struct BodyDef {
     BodyKind kind = BodyKind::kDynamic;
     Shape shape;
-    Material material;
+    Material material;  ///< of compounds the parts' own count
     Filter filter;
-    float mass = 1.0F;             ///< kg, dynamic only, > 0
+    Damping damping;
+    bool sensor = false;  ///< meets others without pushing them, see SensorEvent
+    float mass = 1.0F;    ///< kg, dynamic only, > 0
+    /// Principal moments of inertia, kg m2; zero: those of the shape filled evenly.
+    Vec3 moments = Vec3::Zero();
     Vec3 position = Vec3::Zero();  ///< centre of mass, m
     Quat orientation = Quat::Identity();
     Vec3 velocity = Vec3::Zero();          ///< m/s

@@ -1,5 +1,8 @@
 #include "server/physics/shape_ray.h"
 
+#include "server/physics/hull.h"
+#include "server/physics/surface_ray.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -100,6 +103,34 @@ bool cast_capsule(const Vec3& o, const Vec3& d, const Shape& shape, float& t, Ve
     return hit;
 }
 
+/// Clips the ray by the planes of the faces (Cyrus and Beck, "Generalized two- and
+/// three-dimensional clipping", Computers and Graphics 3, 1978).
+bool cast_hull(const Vec3& o, const Vec3& d, const HullView& hull, float& t, Vec3& normal) {
+    float enter = 0.0F;
+    float leave = INFINITY;
+    int face = -1;
+    for (int f = 0; f < hull.face_count; ++f) {
+        const float above = hull.faces[f].normal.dot(o) - hull.faces[f].offset;
+        const float rate = hull.faces[f].normal.dot(d);
+        if (rate < 0.0F) {
+            if (above > -enter * rate) {
+                enter = above / -rate;
+                face = f;
+            }
+        } else if (above > 0.0F) {
+            return false;
+        } else if (rate > 0.0F) {
+            leave = std::min(leave, -above / rate);
+        }
+        if (enter > leave) {
+            return false;
+        }
+    }
+    t = enter;
+    normal = face < 0 ? Vec3(-d) : hull.faces[face].normal;
+    return true;
+}
+
 bool cast_half_space(const Vec3& o, const Vec3& d, float& t, Vec3& normal) {
     if (o.y() <= 0.0F) {
         t = 0.0F;
@@ -135,6 +166,18 @@ bool cast_ray(const Placed& shape,
             break;
         case ShapeKind::kCapsule:
             hit = cast_capsule(o, d, shape.shape, t, local);
+            break;
+        case ShapeKind::kHull:
+            hit = cast_hull(o, d, hull_of(shape.shape).view(), t, local);
+            break;
+        case ShapeKind::kMesh:
+            hit = cast_mesh(mesh_of(shape.shape), o, d, limit, t, local);
+            break;
+        case ShapeKind::kHeightfield:
+            hit = cast_heightfield(field_of(shape.shape), o, d, limit, t, local);
+            break;
+        case ShapeKind::kCompound:
+            hit = cast_compound(compound_of(shape.shape), o, d, limit, t, local);
             break;
         case ShapeKind::kPlane:
             hit = cast_half_space(o, d, t, local);

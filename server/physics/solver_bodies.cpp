@@ -4,6 +4,8 @@
 #include "server/physics/integrate.h"
 #include "server/physics/validate.h"
 
+#include <algorithm>
+
 namespace zoned::physics {
 
 namespace {
@@ -37,7 +39,7 @@ void stop_broken(Bodies& bodies, std::uint32_t row, std::vector<std::uint32_t>& 
 }  // namespace
 
 void SolverBodies::reserve(std::size_t bodies) {
-    for (auto* table : {&motion, &drift, &tensor, &gain_, &start_}) {
+    for (auto* table : {&motion, &drift, &tensor, &gain_, &damp_, &start_}) {
         table->reserve(bodies + 1);
     }
     row_.reserve(bodies + 1);
@@ -49,7 +51,7 @@ void SolverBodies::begin(const Vec3& gravity, float dt, float h) {
     gravity_ = gravity;
     dt_ = dt;
     h_ = h;
-    for (auto* table : {&motion, &drift, &tensor, &gain_, &start_}) {
+    for (auto* table : {&motion, &drift, &tensor, &gain_, &damp_, &start_}) {
         table->assign(1, Row8());
     }
     row_.assign(1, kNoIndex);
@@ -68,12 +70,27 @@ std::uint32_t SolverBodies::slot_of(Bodies& bodies, std::uint32_t row) {
     motion.push_back(row_of(bodies.velocity[row], inv_mass, bodies.angular_velocity[row]));
     drift.emplace_back();
     tensor.emplace_back();
-    gain_.push_back(
-        row_of(inv_mass > 0.0F ? Vec3(h_ * gravity_) : Vec3(Vec3::Zero()), 0.0F, Vec3::Zero()));
+    gain_.emplace_back();
+    damp_.push_back({lanes(1.0F)});
     start_.emplace_back();
     spinner_of_.push_back(kNoIndex);
     take_spin(bodies, row, slot);
+    if (inv_mass > 0.0F) {
+        take_forces(bodies, row, slot);
+    }
     return slot;
+}
+
+/// What gravity, forces and damping do in a substep. Damping is implicit, v / (1 + c h): stable
+/// however strong.
+void SolverBodies::take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot) {
+    const Vec3 pull = gravity_ + bodies.inv_mass[row] * bodies.force[row];
+    const Vec3 twist = inverse_times(slot, bodies.torque[row]);
+    gain_[slot] = row_of(h_ * pull, 0.0F, h_ * twist);
+    const Damping& damping = bodies.damping[row];
+    const float v = 1.0F / (1.0F + h_ * damping.linear);
+    const float w = 1.0F / (1.0F + h_ * damping.angular);
+    damp_[slot].at = Lanes{v, v, v, 1.0F, w, w, w, 1.0F};
 }
 
 /// Inertia is taken halfway through the step, and the spin that goes with it: the free rotation
@@ -115,7 +132,7 @@ void SolverBodies::set_tensor(std::size_t slot, const Mat3& m) {
 void SolverBodies::integrate_velocities() {
     for (std::size_t i = 1; i < row_.size(); ++i) {
         start_[i] = motion[i];
-        motion[i].at += gain_[i].at;
+        motion[i].at = (motion[i].at + gain_[i].at) * damp_[i].at;
     }
 }
 
@@ -188,11 +205,12 @@ Vec3 SolverBodies::inverse_times(std::uint32_t slot, const Vec3& moment) const {
 /// what is thrown or slides. Where it changed by an impact there is no such mean: what is more than
 /// twice what gravity does is left alone.
 void SolverBodies::follow_mean_velocity() {
-    const float limit = 2.0F * h_ * gravity_.norm();
+    const float gravity2 = h_ * h_ * gravity_.squaredNorm();
     for (std::size_t i = 1; i < row_.size(); ++i) {
         const Lanes change = motion[i].at - start_[i].at;
+        const float forces2 = std::max(gravity2, linear(gain_[i]).squaredNorm());
         if (change[0] * change[0] + change[1] * change[1] + change[2] * change[2] <=
-            limit * limit) {
+            4.0F * forces2) {
             const Lanes back = (0.5F * h_) * change;
             drift[i].at -= Lanes{back[0], back[1], back[2], 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
         }
@@ -261,13 +279,18 @@ void fly_free(Bodies& bodies,
               float dt,
               std::vector<std::uint32_t>& broken) {
     const bool dynamic = bodies.inv_mass[row] > 0.0F;
-    const Vec3 gain = dynamic ? Vec3(dt * gravity) : Vec3(Vec3::Zero());
-    const Vec3 velocity = bodies.velocity[row] + gain;
+    const Vec3 pull =
+        dynamic ? Vec3(gravity + bodies.inv_mass[row] * bodies.force[row]) : Vec3(Vec3::Zero());
+    const Vec3 velocity =
+        (bodies.velocity[row] + dt * pull) / (1.0F + dt * bodies.damping[row].linear);
     // The mean of both velocities, rounded as they are: what rises falls back the same way, and
     // rounding does not add up to energy.
     const Vec3 position = bodies.position[row] + (0.5F * dt) * (bodies.velocity[row] + velocity);
     Quat orientation = bodies.orientation[row];
-    Vec3 spin = bodies.angular_velocity[row];
+    const Mat3& r = bodies.rotation[row];
+    const Vec3 twist = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * bodies.torque[row]);
+    Vec3 spin =
+        (bodies.angular_velocity[row] + dt * twist) / (1.0F + dt * bodies.damping[row].angular);
     if (!spin.isZero(0.0F)) {
         if (dynamic && bodies.round[row] == 0) {
             rotate_freely(bodies.inertia[row], dt, orientation, spin);

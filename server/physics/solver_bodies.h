@@ -76,13 +76,15 @@ class SolverBodies {
 
     void turn(const Bodies& bodies, Spinner& spinner);
 
+    void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void set_tensor(std::size_t slot, const Mat3& inverse);
 
     Vec3 gravity_ = Vec3::Zero();
     float dt_ = 0.0F;
     float h_ = 0.0F;
-    std::vector<Row8> gain_;   // of velocity in a substep, by gravity
+    std::vector<Row8> gain_;   // of velocity and spin in a substep, by gravity and forces
+    std::vector<Row8> damp_;   // what is left of them after a substep
     std::vector<Row8> start_;  // motion when the substep began
     std::vector<std::uint32_t> row_;
     std::vector<Spinner> spinners_;

@@ -1,5 +1,7 @@
 #include "server/physics/validate.h"
 
+#include "server/physics/mass_properties.h"
+
 #include <cmath>
 
 namespace zoned::physics {
@@ -9,6 +11,13 @@ namespace {
 /// Written so that NaN fails: every comparison with it is false.
 bool within(float value, float lower, float upper) {
     return value >= lower && value <= upper;
+}
+
+std::string why_unfit_geometry(const Shape& shape, const std::string& name) {
+    if (shape.geometry == nullptr) {
+        return name + ": no geometry";
+    }
+    return shape.geometry->kind == shape.kind ? std::string() : name + ": geometry of another kind";
 }
 
 std::string why_unfit_shape(const Shape& shape, BodyKind kind) {
@@ -33,13 +42,65 @@ std::string why_unfit_shape(const Shape& shape, BodyKind kind) {
                 return "capsule: half segment out of range";
             }
             return {};
+        case ShapeKind::kHull:
+            return why_unfit_geometry(shape, "hull");
+        case ShapeKind::kCompound:
+            return why_unfit_geometry(shape, "compound");
+        case ShapeKind::kMesh:
+            return kind == BodyKind::kStatic ? why_unfit_geometry(shape, "mesh")
+                                             : std::string("mesh: only for static bodies");
+        case ShapeKind::kHeightfield:
+            return kind == BodyKind::kStatic ? why_unfit_geometry(shape, "heightfield")
+                                             : std::string("heightfield: only for static bodies");
         case ShapeKind::kPlane:
             return kind == BodyKind::kStatic ? std::string() : "plane: only for static bodies";
     }
     return "unknown shape kind";
 }
 
+std::string why_unfit_material(const Material& material) {
+    if (!within(material.friction, 0.0F, 100.0F)) {
+        return "friction out of range";
+    }
+    if (!within(material.restitution, 0.0F, 1.0F)) {
+        return "restitution out of range";
+    }
+    if (!within(material.density, kMinDensity, kMaxDensity)) {
+        return "density out of range";
+    }
+    if (material.friction_rule > Combine::kMaximum ||
+        material.restitution_rule > Combine::kMaximum) {
+        return "unknown combine rule";
+    }
+    return {};
+}
+
+std::string why_unfit_moments(const BodyDef& def) {
+    if (def.moments.isZero(0.0F) || def.kind != BodyKind::kDynamic) {
+        return {};
+    }
+    const auto axes = principal_axes(def.moments.cast<double>().asDiagonal());
+    return axes ? std::string() : axes.error();
+}
+
 }  // namespace
+
+std::string why_unfit_part(const CompoundPart& part) {
+    if (!is_convex(part.shape.kind) || part.shape.kind == ShapeKind::kPlane) {
+        return "only spheres, boxes, capsules and hulls can be parts";
+    }
+    std::string reason = why_unfit_shape(part.shape, BodyKind::kDynamic);
+    if (reason.empty()) {
+        reason = why_unfit_material(part.material);
+    }
+    if (reason.empty() && !fit_position(part.frame.position)) {
+        reason = "position out of range";
+    }
+    if (reason.empty() && !fit_orientation(part.frame.rotation)) {
+        reason = "orientation is not a unit quaternion";
+    }
+    return reason;
+}
 
 bool fit_position(const Vec3& position) {
     return (position.array().abs() <= kMaxCoordinate).all();
@@ -48,6 +109,10 @@ bool fit_position(const Vec3& position) {
 bool fit_velocity(const Vec3& velocity, const Vec3& angular_velocity) {
     return velocity.squaredNorm() <= kMaxSpeed * kMaxSpeed &&
            angular_velocity.squaredNorm() <= kMaxSpin * kMaxSpin;
+}
+
+bool fit_force(const Vec3& force, const Vec3& torque) {
+    return (force.array().abs() <= kMaxForce).all() && (torque.array().abs() <= kMaxForce).all();
 }
 
 bool fit_orientation(const Quat& orientation) {
@@ -66,11 +131,16 @@ std::string why_unfit(const BodyDef& def) {
     if (def.kind == BodyKind::kDynamic && !within(def.mass, kMinMass, kMaxMass)) {
         return "mass out of range";
     }
-    if (!within(def.material.friction, 0.0F, 100.0F)) {
-        return "friction out of range";
+    reason = why_unfit_moments(def);
+    if (!reason.empty()) {
+        return reason;
     }
-    if (!within(def.material.restitution, 0.0F, 1.0F)) {
-        return "restitution out of range";
+    reason = why_unfit_material(def.material);
+    if (!reason.empty()) {
+        return reason;
+    }
+    if (!within(def.damping.linear, 0.0F, 1.0e4F) || !within(def.damping.angular, 0.0F, 1.0e4F)) {
+        return "damping out of range";
     }
     if (!fit_position(def.position)) {
         return "position out of range";

@@ -1,6 +1,7 @@
 // What the engine accepts: finite, positive, within the ranges that float arithmetic can carry.
 #pragma once
 
+#include "server/physics/compound.h"
 #include "server/physics/scene.h"
 
 #include <string>
@@ -10,18 +11,24 @@ namespace zoned::physics {
 inline constexpr float kMaxCoordinate = 1.0e6F;  ///< m from the zone origin along each axis
 inline constexpr float kMaxSpeed = 1.0e4F;       ///< m/s
 inline constexpr float kMaxSpin = 1.0e4F;        ///< rad/s
+inline constexpr float kMaxForce = 1.0e15F;      ///< N and N m
 inline constexpr float kMinSize = 1.0e-3F;       ///< m
 inline constexpr float kMaxSize = 1.0e5F;        ///< m
 inline constexpr float kMinMass = 1.0e-6F;       ///< kg
 inline constexpr float kMaxMass = 1.0e9F;        ///< kg
+inline constexpr float kMinDensity = 1.0e-3F;    ///< kg/m3
+inline constexpr float kMaxDensity = 1.0e6F;     ///< kg/m3
 
 /// Empty when the definition is fit for the scene, otherwise the reason.
 std::string why_unfit(const BodyDef& def);
 
 std::string why_unfit(const JointDef& def);
+/// The same for a part of a compound.
+std::string why_unfit_part(const CompoundPart& part);
 
 /// Finite and within the limits above; false for NaN.
 bool fit_position(const Vec3& position);
+bool fit_force(const Vec3& force, const Vec3& torque);
 bool fit_velocity(const Vec3& velocity, const Vec3& angular_velocity);
 /// Length within 1 % of one.
 bool fit_orientation(const Quat& orientation);

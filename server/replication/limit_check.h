@@ -9,24 +9,43 @@ namespace zoned::replication {
 
 /// The promised bound rests on a_max and dv_max; a truth that exceeds them makes the promise wrong,
 /// so it is found here and reported.
+///
+/// The promise grants old news of age D an error of a_max D^2 / 2 + dv_max D. It is kept by any
+/// motion whose velocity changes, over any window of length w up to D, by no more than
+/// dv_max + a_max w: several impacts in a row are as good as one, as long as they do not add up to
+/// more. What is compared is thus the net change over a window, in velocity and in place.
 class LimitCheck {
   public:
-    /// True when between the tick before and `now` the velocity jumped by more than dv_max (beyond
-    /// what a_max allows in a tick), or when a_max has been exceeded in kSustainedTicks successive
-    /// ticks, which no single impact does. Never across a gap in the observation or a
-    /// discontinuity.
+    /// True when within a window that ends at `now` the velocity changed by more than
+    /// dv_max + a_max w, or the place differs by more than dv_max w + a_max w^2 / 2 from where the
+    /// window's first velocity leads (steps onto ledges move without a velocity). Windows begin
+    /// with the tick before and with the last multiple of kWindowTicks. Never across a gap in the
+    /// observation or a discontinuity.
     bool exceeded(Tick now,
                   Tick discontinuity_tick,
+                  const Vec3& position,
                   const Vec3& velocity,
                   const world::EntityType& type,
                   float tick_s);
 
-  private:
-    static constexpr int kSustainedTicks = 3;
+    /// Half a second at 30 Hz: news that is older belongs to a connection that hardly works.
+    static constexpr Tick kWindowTicks = 16;
 
-    Vec3 velocity_ = Vec3::Zero();
-    Tick tick_ = -1;
-    int streak_ = 0;
+  private:
+    /// Where a window begins.
+    struct Start {
+        Tick tick = -1;
+        Vec3 position = Vec3::Zero();
+        Vec3 velocity = Vec3::Zero();
+    };
+
+    [[nodiscard]] static bool leaves(const Start& start,
+                                     const Start& end,
+                                     const world::EntityType& type,
+                                     float tick_s);
+
+    Start before_;
+    Start window_;
 };
 
 }  // namespace zoned::replication

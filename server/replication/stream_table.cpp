@@ -144,8 +144,12 @@ void StreamTable::publish(Tick now,
             truth.acceleration.setZero();
         }
         if (!entities.has(row, world::kGhost) &&
-            slot.limits.exceeded(
-                now, entities.discontinuity_tick[row], truth.velocity, type, settings_.tick_s)) {
+            slot.limits.exceeded(now,
+                                 entities.discontinuity_tick[row],
+                                 truth.position,
+                                 truth.velocity,
+                                 type,
+                                 settings_.tick_s)) {
             ++report.limit_exceeded;
         }
         for (const StreamIndex index : slot.stream) {

@@ -1,6 +1,6 @@
 #include "server/rules/chat.h"
 
-#include "server/rules/utf8.h"
+#include "shared/core/utf8.h"
 
 namespace zoned::rules {
 
@@ -23,7 +23,8 @@ std::string zone_topic(ZoneId zone) {
 void chat(Game& game, RulesContext& context, const Actor& actor, Payload payload) {
     sandbox::Chat chat;
     if (!chat.ParseFromArray(payload.data(), static_cast<int>(payload.size())) ||
-        chat.text().empty() || chat.text().size() > kMaxChatBytes || !is_plain_utf8(chat.text())) {
+        chat.text().empty() || chat.text().size() > kMaxChatBytes ||
+        !core::is_clean_utf8(chat.text())) {
         deny_malformed(game, context, actor);
         return;
     }

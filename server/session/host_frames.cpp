@@ -1,15 +1,10 @@
 #include "server/session/host_impl.h"
 
-#include <google/protobuf/stubs/logging.h>
-
 namespace zoned::session {
 
 namespace {
 
-/// Protobuf writes to standard error about text that is not UTF-8: a client must not be able to
-/// fill the log with that.
 bool parse(std::span<const std::uint8_t> frame, proto::ClientMessage& out) {
-    const google::protobuf::LogSilencer silence;
     return out.ParseFromArray(frame.data(), static_cast<int>(frame.size()));
 }
 

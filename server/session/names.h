@@ -9,9 +9,6 @@ namespace zoned::session {
 
 inline constexpr std::size_t kMaxNameBytes = 32;
 
-/// Well-formed UTF-8 (RFC 3629) without control characters (C0, DEL, C1).
-[[nodiscard]] bool is_clean_utf8(std::string_view text);
-
 /// 1..32 bytes of clean UTF-8, not only spaces.
 [[nodiscard]] bool is_valid_name(std::string_view name);
 

@@ -1,6 +1,7 @@
 #include "server/session/server_messages.h"
 
 #include "server/session/names.h"
+#include "shared/core/utf8.h"
 
 namespace zoned::session {
 
@@ -14,7 +15,7 @@ std::vector<std::uint8_t> closing_frame(proto::ClosingReason reason, const std::
     proto::ServerMessage message;
     message.mutable_closing()->set_reason(reason);
     // Reasons may come from the rules of a game; a proto3 string must be UTF-8.
-    message.mutable_closing()->set_text(is_clean_utf8(text) ? text : printable(text, 256));
+    message.mutable_closing()->set_text(core::is_clean_utf8(text) ? text : printable(text, 256));
     return serialise(message);
 }
 

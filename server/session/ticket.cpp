@@ -3,8 +3,8 @@
 #include "server/session/names.h"
 #include "server/session/secrets.h"
 #include "proto/session.pb.h"
+#include "shared/core/utf8.h"
 
-#include <google/protobuf/stubs/logging.h>
 #include <openssl/evp.h>
 
 #include <algorithm>
@@ -57,8 +57,9 @@ bool signature_fits(const proto::Ticket& ticket, const PublicKey& key) {
 
 /// The ranges that both the signing and the checking side insist on; empty text: in order.
 std::string range_mistake(const TicketClaims& claims) {
-    if (claims.account.empty() || claims.account.size() > 64) {
-        return "the account must have 1 to 64 bytes";
+    if (claims.account.empty() || claims.account.size() > 64 ||
+        !core::is_clean_utf8(claims.account)) {
+        return "the account must be 1 to 64 bytes of UTF-8 without control characters";
     }
     if (!claims.name.empty() && !is_valid_name(claims.name)) {
         return "the name must be 1 to 32 bytes of UTF-8 without control characters";
@@ -157,7 +158,6 @@ core::Result<TicketClaims> verify_ticket(std::span<const std::uint8_t> ticket,
                                          std::span<const PublicKey> keys,
                                          std::int64_t unix_s) {
     proto::Ticket message;
-    const google::protobuf::LogSilencer silence;  // of text that is not UTF-8
     if (ticket.size() > kMaxTicketBytes ||
         !message.ParseFromArray(ticket.data(), static_cast<int>(ticket.size())) ||
         message.signature().size() != kSignatureBytes) {

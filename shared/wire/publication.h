@@ -24,7 +24,6 @@ enum class RecordKind : std::uint8_t {
 
 inline constexpr int kKeyframeNumbers = 16;  ///< keyframe numbers count modulo 16
 inline constexpr int kLods = 4;              ///< levels of detail, 0 is the nearest
-inline constexpr std::uint8_t kRemoveLod = 0;
 
 /// The part of a record that is readable without knowing type or keyframe.
 struct RecordHead {

@@ -7,10 +7,22 @@
 
 namespace zoned::bench {
 
-std::int64_t thread_cpu_ns() {
+namespace {
+
+std::int64_t read(clockid_t clock) {
     timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    clock_gettime(clock, &now);
     return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+std::int64_t thread_cpu_ns() {
+    return read(CLOCK_THREAD_CPUTIME_ID);
+}
+
+std::int64_t wall_ns() {
+    return read(CLOCK_MONOTONIC);
 }
 
 double clock_cost_ns() {

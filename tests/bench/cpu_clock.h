@@ -1,4 +1,5 @@
-// CPU time of the calling thread: what other processes do to the machine does not count.
+// Clocks: CPU time of the calling thread, which other processes do not add to, and time on the
+// wall.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,9 @@ namespace zoned::bench {
 
 /// Nanoseconds of CPU time that the calling thread has used (CLOCK_THREAD_CPUTIME_ID).
 std::int64_t thread_cpu_ns();
+
+/// Nanoseconds on the wall since some moment (CLOCK_MONOTONIC).
+std::int64_t wall_ns();
 
 /// What one reading of the clock adds to an interval between two readings, nanoseconds. Measured
 /// once.

@@ -3,6 +3,7 @@
 #include "tests/bench/statistics.h"
 #include "tests/scenario/overlaps.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace zoned::bench {
@@ -59,11 +60,20 @@ class DriftMeter : public Meter {
     bool height_;
 };
 
+/// Steps between looks at the penetration of a pile that still falls.
+constexpr int kLook = 20;
+
 class PileMeter : public Meter {
   public:
     explicit PileMeter(const scenario::Description& description) : description_(description) {}
 
-    void after_step(const Simulator& /*simulator*/) override {}
+    void after_step(const Simulator& simulator) override {
+        if (++steps_ % kLook == 0) {
+            const scenario::Overlaps overlaps =
+                scenario::find_overlaps(description_.bodies, poses_of(description_, simulator));
+            ever_ = std::max({ever_, largest(overlaps.pairs), largest(overlaps.fixed)});
+        }
+    }
 
     void finish(const Simulator& simulator, Row& row) override {
         std::vector<double> speeds;
@@ -95,6 +105,7 @@ class PileMeter : public Meter {
         row.metric("floor_penetration_m_mean", mean(overlaps.floor));
         row.metric("floor_penetration_m_max", largest(overlaps.floor));
         row.metric("wall_penetration_m_max", largest(overlaps.fixed));
+        row.metric("penetration_m_max_on_the_way", ever_);
         row.metric("speed_mps_mean", mean(speeds));
         row.metric("escaped", escaped);
         row.metric("not_finite", broken);
@@ -102,6 +113,8 @@ class PileMeter : public Meter {
 
   private:
     scenario::Description description_;
+    int steps_ = 0;
+    double ever_ = 0.0;
 };
 
 }  // namespace

@@ -9,7 +9,6 @@ namespace zoned::bench {
 
 enum ExitCode {
     kGood = 0,
-    kFailed = 1,
     kBadUsage = 2,
     kEnvironment = 3,
 };

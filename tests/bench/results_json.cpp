@@ -1,5 +1,5 @@
-#include "server/ops/json.h"
 #include "tests/bench/results.h"
+#include "shared/core/json.h"
 
 namespace zoned::bench {
 
@@ -14,7 +14,7 @@ const double* Row::find_metric(const std::string& name) const {
 
 namespace {
 
-void write_row(ops::JsonWriter& json, const Row& row) {
+void write_row(core::JsonWriter& json, const Row& row) {
     json.begin_object();
     json.field("suite", row.suite).field("scene", row.scene);
     json.field("method", row.method).field("parameter", row.parameter);
@@ -32,7 +32,7 @@ void write_row(ops::JsonWriter& json, const Row& row) {
 }  // namespace
 
 std::string to_json(const Results& results) {
-    ops::JsonWriter json;
+    core::JsonWriter json;
     json.begin_object();
     json.field("machine", results.machine).field("commit", results.commit);
     json.field("build", results.build).field("quick", results.quick);

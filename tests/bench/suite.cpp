@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <utility>
 
 namespace zoned::bench {
@@ -33,6 +34,10 @@ bool Session::wants_method(const std::string& method, const std::string& peer) c
 
 void Session::progress(const std::string& what) const {
     std::fprintf(stderr, "zoned-bench: %s\n", what.c_str());
+}
+
+void Session::add(std::vector<Row> rows) {
+    std::move(rows.begin(), rows.end(), std::back_inserter(results.rows));
 }
 
 void Session::note(const std::string& text) {

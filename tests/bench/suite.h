@@ -23,6 +23,8 @@ class Session {
     [[nodiscard]] bool wants_method(const std::string& method, const std::string& peer) const;
     /// A line about what is being done, on standard error.
     void progress(const std::string& what) const;
+    /// Appends rows.
+    void add(std::vector<Row> rows);
     /// Something the reader of the table must know; kept once.
     void note(const std::string& text);
 };

@@ -1,8 +1,7 @@
 // Suite `physics`: rigid-body scenes, our engine beside its peers.
+#include "tests/bench/comparison.h"
 #include "tests/bench/physics_meters.h"
 #include "tests/bench/simulator.h"
-#include "tests/bench/suite.h"
-#include "tests/bench/timing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +46,7 @@ std::vector<PhysicsScene> physics_scenes(bool quick) {
 }
 
 /// One engine on one scene.
-class PhysicsTrial : public Trial {
+class PhysicsTrial : public JudgedTrial {
   public:
     PhysicsTrial(const Engine& engine, const PhysicsScene& scene)
         : simulator_(engine.build(scene.description)),
@@ -62,7 +61,7 @@ class PhysicsTrial : public Trial {
 
     void observe() override { meter_->after_step(*simulator_); }
 
-    void finish(Row& row) {
+    void judge(Row& row) override {
         meter_->finish(*simulator_, row);
         row.state_hash = simulator_->state_hash();
     }
@@ -81,103 +80,65 @@ std::vector<Engine> all_engines() {
     return engines;
 }
 
-std::string full_name(const Engine& engine) {
-    return engine.peer.empty() ? engine.method : engine.peer + "/" + engine.method;
+Method method_of(const Engine& engine, const PhysicsScene& scene) {
+    return {engine.method, engine.peer, [engine, &scene] {
+                return std::make_unique<PhysicsTrial>(engine, scene);
+            }};
 }
 
-/// The engines that run the scene in this session.
-std::vector<Engine> chosen(Session& session, const PhysicsScene& scene) {
-    std::vector<Engine> engines;
+/// The methods that run the scene in this session.
+std::vector<Method> chosen(Session& session, const PhysicsScene& scene) {
+    std::vector<Method> methods;
     for (const Engine& engine : all_engines()) {
         if (!session.wants_method(engine.method, engine.peer)) {
             continue;
         }
         const std::string why = engine.refusal(scene.name, scene.description);
         if (why.empty()) {
-            engines.push_back(engine);
+            methods.push_back(method_of(engine, scene));
         } else if (engine.method == "default" || engine.method == "exact") {
-            session.note(scene.name + " " + full_name(engine) + ": skipped, " + why);
+            session.note(scene.name + " " + full_name(engine.method, engine.peer) + ": skipped, " +
+                         why);
         }
     }
-    return engines;
-}
-
-Contender contender(const Engine& engine, const PhysicsScene& scene) {
-    return {full_name(engine), [&engine, &scene]() {
-                return std::make_unique<PhysicsTrial>(engine, scene);
-            }};
-}
-
-/// Ratios of this scene's rows: to Bullet on the same scene, and to the yardstick Y.
-void add_ratios(std::vector<Row>& rows, const std::vector<Timing>& timings, double yardstick_us) {
-    const auto bullet = std::find_if(rows.begin(), rows.end(), [](const Row& row) {
-        return row.peer == "bullet" && row.method == "default";
-    });
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (bullet != rows.end() && bullet->time_us_p50 > 0.0) {
-            const Timing& theirs = timings[static_cast<std::size_t>(bullet - rows.begin())];
-            rows[i].metric("bullet_ratio", rows[i].time_us_p50 / bullet->time_us_p50);
-            rows[i].metric("bullet_ratio_of_means", timings[i].mean_us / theirs.mean_us);
-        }
-        if (yardstick_us > 0.0) {
-            rows[i].metric("y_ratio", rows[i].time_us_p50 / yardstick_us);
-        }
-    }
+    return methods;
 }
 
 /// Y: the time of Bullet's default on S1, taken beside each scene, so that a machine that slows
 /// down slows both.
 class Yardstick {
   public:
-    Yardstick() : scene_(physics_scenes(true).front()), engine_(bullet_engines().front()) {}
+    Yardstick() : scene_(physics_scenes(true).front()) {}
 
     /// Microseconds of a frame.
     double measure(const Session& session) {
-        const Contender yardstick = contender(engine_, scene_);
+        const std::vector<Method> bullet{method_of(bullet_engines().front(), scene_)};
         const Plan plan{0, session.quick ? 30 : 200, session.quick ? 1 : session.repeats};
-        return time_interleaved({&yardstick, 1}, plan, [](std::size_t, Trial&) {}).front().p50_us;
+        return compare("", "", "", bullet, plan).front().time_us_p50;
     }
 
   private:
     PhysicsScene scene_;
-    Engine engine_;
 };
 
 void run_scene(Session& session, const PhysicsScene& scene, Yardstick& yardstick) {
-    const std::vector<Engine> engines = chosen(session, scene);
-    if (engines.empty()) {
+    const std::vector<Method> methods = chosen(session, scene);
+    if (methods.empty()) {
         return;
     }
     session.progress("physics " + scene.name + " " + scene.parameter);
-    std::vector<Contender> contenders;
-    std::vector<Row> rows(engines.size());
-    for (std::size_t i = 0; i < engines.size(); ++i) {
-        contenders.push_back(contender(engines[i], scene));
-        rows[i].suite = "physics";
-        rows[i].scene = scene.name;
-        rows[i].parameter = scene.parameter;
-        rows[i].method = engines[i].method;
-        rows[i].peer = engines[i].peer;
-    }
     const int per_frame = static_cast<int>(std::lround(kFrame / scene.description.dt));
     const int steps = session.quick ? std::min(scene.quick_steps, scene.description.steps)
                                     : scene.description.steps;
     const Plan plan{
         scene.warm_up, steps / per_frame - scene.warm_up, session.quick ? 1 : session.repeats};
     const double before = yardstick.measure(session);
-    const std::vector<Timing> timings =
-        time_interleaved(contenders, plan, [&rows](std::size_t i, Trial& run) {
-            static_cast<PhysicsTrial&>(run).finish(rows[i]);
-        });
+    std::vector<Row> rows = compare("physics", scene.name, scene.parameter, methods, plan);
     const double yardstick_us = 0.5 * (before + yardstick.measure(session));
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        rows[i].time_us_p50 = timings[i].p50_us;
-        rows[i].time_us_p99 = timings[i].p99_us;
-        rows[i].metric("time_us_mean", timings[i].mean_us);
-        rows[i].metric("frames", plan.frames);
+    for (Row& row : rows) {
+        row.metric("y_ratio", row.time_us_p50 / yardstick_us);
     }
-    add_ratios(rows, timings, yardstick_us);
-    std::move(rows.begin(), rows.end(), std::back_inserter(session.results.rows));
+    session.add(std::move(rows));
 }
 
 void run(Session& session) {
@@ -207,7 +168,7 @@ std::vector<std::string> scene_names() {
 std::vector<std::string> method_names() {
     std::vector<std::string> names;
     for (const Engine& engine : all_engines()) {
-        names.push_back(full_name(engine));
+        names.push_back(full_name(engine.method, engine.peer));
     }
     return names;
 }

@@ -1,8 +1,7 @@
 // Suite `queries`: rays per second through resting bodies, our engine beside Bullet.
+#include "tests/bench/comparison.h"
 #include "tests/bench/simulator.h"
 #include "tests/bench/statistics.h"
-#include "tests/bench/suite.h"
-#include "tests/bench/timing.h"
 #include "tests/scenario/penetration.h"
 #include "shared/core/rng.h"
 
@@ -145,11 +144,12 @@ RaySet make_rays(const QueryScene& scene, const scenario::Description& d, bool q
     return set;
 }
 
-class QueryTrial : public Trial {
+class QueryTrial : public JudgedTrial {
   public:
     QueryTrial(const Engine& engine, const scenario::Description& d, const RaySet& set)
         : simulator_(engine.build(d)),
           set_(set),
+          bodies_(d.bodies.size()),
           found_(set.rays.size()) {
         simulator_->prepare_queries();
     }
@@ -161,7 +161,7 @@ class QueryTrial : public Trial {
         batch_ = (batch_ + 1) % (found_.size() / kRays);
     }
 
-    void finish(Row& row) const {
+    void judge(Row& row) override {
         std::vector<double> differences;
         int disagreeing = 0;
         int off = 0;
@@ -176,17 +176,19 @@ class QueryTrial : public Trial {
             }
         }
         row.error = quantile(differences, 0.99);
-        row.error_unit = "m";
+        row.error_unit = std::string("m");  // g++ 12 warns of the plain literal without cause
         row.metric("error_m_p50", median(differences));
         row.metric("error_m_max", largest(differences));
         row.metric("rays_off_by_1mm", off);
         row.metric("rays_of_other_answer", disagreeing);
+        row.metric("bodies", static_cast<double>(bodies_));
         row.metric("hit_share", static_cast<double>(hits) / static_cast<double>(found_.size()));
     }
 
   private:
     std::unique_ptr<Simulator> simulator_;
     const RaySet& set_;
+    std::size_t bodies_;
     std::vector<double> found_;
     std::size_t batch_ = 0;
 };
@@ -202,56 +204,36 @@ std::vector<Engine> query_engines() {
 void run_scene(Session& session, const QueryScene& scene, const scenario::Description& d) {
     session.progress("queries " + scene.name + " " + scene.parameter);
     const RaySet set = make_rays(scene, d, session.quick);
-    std::vector<Engine> engines = query_engines();
-    std::erase_if(engines, [&session](const Engine& engine) {
-        return !session.wants_method(engine.method, engine.peer);
-    });
-    std::vector<Contender> contenders;
-    std::vector<Row> rows(engines.size());
-    for (std::size_t i = 0; i < engines.size(); ++i) {
-        const Engine& engine = engines[i];
-        contenders.push_back({engine.method, [&engine, &d, &set] {
-                                  return std::make_unique<QueryTrial>(engine, d, set);
-                              }});
-        rows[i].suite = "queries";
-        rows[i].scene = scene.name;
-        rows[i].parameter = scene.parameter;
-        rows[i].method = engine.method;
-        rows[i].peer = engine.peer;
+    std::vector<Method> methods;
+    for (const Engine& engine : query_engines()) {
+        methods.push_back({engine.method, engine.peer, [engine, &d, &set] {
+                               return std::make_unique<QueryTrial>(engine, d, set);
+                           }});
     }
+    methods = wanted(session, std::move(methods));
     const Plan plan{0, session.quick ? 5 : 60, session.quick ? 1 : session.repeats};
-    const std::vector<Timing> timings =
-        time_interleaved(contenders, plan, [&rows](std::size_t i, Trial& trial) {
-            static_cast<QueryTrial&>(trial).finish(rows[i]);
-        });
-    const auto bullet = std::find_if(rows.begin(), rows.end(), [](const Row& row) {
-        return row.peer == "bullet" && row.method == "default";
-    });
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        rows[i].time_us_p50 = timings[i].p50_us;
-        rows[i].time_us_p99 = timings[i].p99_us;
-        rows[i].metric("rays_per_s", 1e6 * static_cast<double>(kRays) / timings[i].p50_us);
-        rows[i].metric("bodies", static_cast<double>(d.bodies.size()));
-        if (bullet != rows.end()) {
-            const auto theirs = static_cast<std::size_t>(bullet - rows.begin());
-            rows[i].metric("bullet_ratio", timings[i].p50_us / timings[theirs].p50_us);
+    std::vector<Row> rows = compare("queries", scene.name, scene.parameter, methods, plan);
+    for (Row& row : rows) {
+        row.metric("rays_per_s", 1e6 * static_cast<double>(kRays) / row.time_us_p50);
+    }
+    session.add(std::move(rows));
+}
+
+void run_scenes(Session& session, const std::string& name, const scenario::Description& d) {
+    for (const QueryScene& scene : query_scenes()) {
+        if (scene.name == name) {
+            run_scene(session, scene, d);
         }
     }
-    std::move(rows.begin(), rows.end(), std::back_inserter(session.results.rows));
 }
 
 void run(Session& session) {
     session.note("queries: a frame is 1000 rays, each to its nearest hit");
-    for (const std::string name : {"pile", "field"}) {
-        if (!session.wants_scene(name)) {
-            continue;
-        }
-        const scenario::Description d = name == "pile" ? settled_pile(session.quick) : field();
-        for (const QueryScene& scene : query_scenes()) {
-            if (scene.name == name) {
-                run_scene(session, scene, d);
-            }
-        }
+    if (session.wants_scene("pile")) {
+        run_scenes(session, "pile", settled_pile(session.quick));
+    }
+    if (session.wants_scene("field")) {
+        run_scenes(session, "field", field());
     }
 }
 

@@ -22,18 +22,29 @@ struct Lane {
     std::unique_ptr<Trial> run;
     int group = 1;                             ///< frames per reading of the clock
     int done = 0;                              ///< frames done of this run
-    std::vector<double> now;                   ///< of this run, us per frame, by group
-    std::vector<std::vector<double>> repeats;  ///< of all counted runs
+    std::vector<double> now;                   ///< CPU time of this run, us per frame, by group
+    std::vector<double> wall;                  ///< time on the wall, likewise
+    std::vector<std::vector<double>> repeats;  ///< `now` of all counted runs
+    std::vector<std::vector<double>> wall_repeats;
+
+    /// The run counts.
+    void keep() {
+        repeats.push_back(now);
+        wall_repeats.push_back(wall);
+    }
 
     void turn(int until) {
         while (done < until) {
             const int count = std::min(group, until - done);
+            const std::int64_t wall_before = wall_ns();
             const std::int64_t before = thread_cpu_ns();
             for (int i = 0; i < count; ++i) {
                 run->frame();
             }
             const auto spent = static_cast<double>(thread_cpu_ns() - before) - clock_cost_ns();
+            const auto waited = static_cast<double>(wall_ns() - wall_before) - clock_cost_ns();
             now.push_back(std::max(spent, 0.0) / count * 1e-3);
+            wall.push_back(std::max(waited, 0.0) / count * 1e-3);
             done += count;
         }
     }
@@ -75,6 +86,7 @@ void run_all(std::span<Lane* const> lanes, const Plan& plan, bool observed) {
         lane->run = lane->contender->build();
         lane->done = 0;
         lane->now.clear();
+        lane->wall.clear();
         warm_up(*lane, plan.warm_up, observed);
         ends.push_back(ends_of_turns(plan.frames, lane->group));
         turns = std::max(turns, ends.back().size());
@@ -103,7 +115,8 @@ int group_for(double frame_us, int frames) {
 
 Timing summary(const Lane& lane) {
     const std::vector<double> frames = median_of_rows(lane.repeats);
-    return {median(frames), quantile(frames, 0.99), mean(frames)};
+    const std::vector<double> wall = median_of_rows(lane.wall_repeats);
+    return {median(frames), quantile(frames, 0.99), mean(frames), median(wall)};
 }
 
 }  // namespace
@@ -124,7 +137,7 @@ std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
         lane.run.reset();
         lane.group = group_for(median(lane.now), plan.frames);
         if (lane.group == 1) {
-            lane.repeats.push_back(lane.now);  // observed frame by frame, it was timed so as well
+            lane.keep();  // observed frame by frame, it was timed so as well
         }
     }
     while (true) {
@@ -137,7 +150,7 @@ std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
         run_all(due, plan, false);
         for (Lane* lane : due) {
             lane->run.reset();
-            lane->repeats.push_back(lane->now);
+            lane->keep();
         }
     }
     std::vector<Timing> timings;

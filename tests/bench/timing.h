@@ -42,6 +42,7 @@ struct Timing {
     double p50_us = 0.0;
     double p99_us = 0.0;
     double mean_us = 0.0;
+    double wall_p50_us = 0.0;  ///< time on the wall: what more threads shorten
 };
 
 /// `finish(i, run)` is called with each contender's observed run after its last frame.

@@ -22,9 +22,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace zoned::harness {
 
@@ -49,13 +51,21 @@ class GameTest : public ::testing::Test {
             if (each_step) {
                 each_step(*world, world->now_s());
             }
-            swarm->advance(world->client_time_s());
+            if (!clients_stall(world->now_s())) {
+                swarm->advance(world->client_time_s());
+            }
             if (world->now_s() > bots.seconds + 600.0) {
                 ADD_FAILURE() << "the swarm does not come to its end";
                 break;
             }
         }
         return swarm->report();
+    }
+
+    [[nodiscard]] bool clients_stall(double now_s) const {
+        return std::any_of(client_stalls.begin(), client_stalls.end(), [&](const Span& s) {
+            return now_s >= s.from_s && now_s < s.until_s;
+        });
     }
 
     static std::string reasons(const measure::Report& report) {
@@ -71,8 +81,9 @@ class GameTest : public ::testing::Test {
         return reasons(report).find(word) != std::string::npos;
     }
 
-    VirtualServerSettings server;  ///< config, overrides, network
-    app::SwarmSettings bots;       ///< how many, how long, what they do
+    VirtualServerSettings server;     ///< config, overrides, network
+    app::SwarmSettings bots;          ///< how many, how long, what they do
+    std::vector<Span> client_stalls;  ///< the machine under the bots is starved
     std::unique_ptr<VirtualServer> world;
     std::unique_ptr<app::Swarm> swarm;
 };

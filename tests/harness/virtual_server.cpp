@@ -3,6 +3,7 @@
 #include "server/app/host_settings.h"
 #include "tests/harness/virtual_transport.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -70,11 +71,24 @@ void VirtualServer::step() {
     ++steps_;
     // A product, not a sum: time must not drift from the tick clock over long runs.
     now_s_ = static_cast<double>(steps_) * settings_.step_s;
-    deliver_up();
-    while (static_cast<double>(world_->now() + 1) / config_.tick_rate_hz <= now_s_ + 1e-9) {
-        tick();
+    if (!stalls()) {
+        deliver_up();
+        const double server_s = server_time_s();
+        while (static_cast<double>(world_->now() + 1) / config_.tick_rate_hz <= server_s + 1e-9) {
+            tick();
+        }
     }
     deliver_down();
+}
+
+bool VirtualServer::stalls() {
+    stalled_s_ = 0.0;
+    bool stalled = false;
+    for (const Span& stall : settings_.server_stalls) {
+        stalled_s_ += std::clamp(now_s_ - stall.from_s, 0.0, stall.until_s - stall.from_s);
+        stalled = stalled || (now_s_ >= stall.from_s && now_s_ < stall.until_s);
+    }
+    return stalled;
 }
 
 void VirtualServer::deliver_up() {
@@ -98,7 +112,7 @@ void VirtualServer::tick() {
     const std::vector<mailbox::InboxItem> items = std::exchange(inbox_, {});
     world_->tick(items, outbox_);
     for (const mailbox::OutboxItem& item : outbox_) {
-        host_->on_outbox(item, now_s_, now_s_);
+        host_->on_outbox(item, now_s_, server_time_s());
     }
 }
 

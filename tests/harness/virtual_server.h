@@ -18,6 +18,12 @@ namespace zoned::harness {
 
 class VirtualTransport;
 
+/// An interval of virtual time, s.
+struct Span {
+    double from_s = 0.0;
+    double until_s = 0.0;
+};
+
 struct VirtualServerSettings {
     std::string config;  ///< file of a config, or its text
     bool config_is_text = false;
@@ -26,6 +32,9 @@ struct VirtualServerSettings {
     unsigned threads = 1;
     double step_s = 1.0 / 480.0;  ///< resolution of virtual time
     double skew_s = 0.0;          ///< by how much clients' clocks run ahead of the server's
+    /// The machine under the server is starved: nothing comes in, no tick runs, and server time
+    /// stands still, as when ticks are dropped. Ascending, apart.
+    std::vector<Span> server_stalls;
 };
 
 /// Same settings and calls, same run, bit for bit. Not thread-safe.
@@ -44,6 +53,9 @@ class VirtualServer {
 
     [[nodiscard]] double now_s() const { return now_s_; }
 
+    /// What the server's clock shows: now_s() less its stalls.
+    [[nodiscard]] double server_time_s() const { return now_s_ - stalled_s_; }
+
     /// What the clients' clocks show.
     [[nodiscard]] double client_time_s() const { return now_s_ + settings_.skew_s; }
 
@@ -61,6 +73,7 @@ class VirtualServer {
   private:
     friend class VirtualTransport;
 
+    [[nodiscard]] bool stalls();
     void deliver_up();
     void deliver_down();
     void tick();
@@ -78,6 +91,7 @@ class VirtualServer {
     std::uint64_t next_stream_ = 0;
     std::uint32_t next_address_ = 0;
     double now_s_ = 0.0;
+    double stalled_s_ = 0.0;
     std::int64_t steps_ = 0;
 };
 

@@ -6,12 +6,14 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 namespace zoned::scenario {
 
-/// What PlainRules saw; shared by all zones of a test (tests step zones on one thread).
+/// What PlainRules saw; shared by all zones of a test, which may run on several threads.
 struct PlainLog {
+    std::mutex guard;  ///< of what follows, while zones run
     std::map<ClientId, EntityId> avatars;
     std::vector<zone::Contact> contacts;
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
@@ -28,13 +30,15 @@ class PlainRules final : public zone::Rules {
         def.position = request.spawn_position;
         def.client = request.client;
         const EntityId avatar = context.spawn(def);
+        const std::lock_guard lock(log_->guard);
         log_->avatars[request.client] = avatar;
         return avatar;
     }
 
     void on_leave(zone::RulesContext& context, ClientId client, EntityId avatar) override {
-        log_->avatars.erase(client);
         context.despawn(avatar);
+        const std::lock_guard lock(log_->guard);
+        log_->avatars.erase(client);
     }
 
     void on_command(zone::RulesContext& context,
@@ -42,10 +46,11 @@ class PlainRules final : public zone::Rules {
                     EntityId avatar,
                     std::uint16_t kind,
                     std::span<const std::uint8_t> payload) override {
-        log_->commands.push_back(kind);
         zone::RulesEvent event;
         event.payload.assign(payload.begin(), payload.end());
         context.announce(avatar, event);
+        const std::lock_guard lock(log_->guard);
+        log_->commands.push_back(kind);
     }
 
     void on_input(zone::RulesContext&,
@@ -54,6 +59,7 @@ class PlainRules final : public zone::Rules {
                   std::uint16_t) override {}
 
     void on_contact(zone::RulesContext&, const zone::Contact& contact) override {
+        const std::lock_guard lock(log_->guard);
         log_->contacts.push_back(contact);
     }
 
@@ -64,6 +70,7 @@ class PlainRules final : public zone::Rules {
     void on_message(zone::RulesContext&,
                     EntityId target,
                     std::span<const std::uint8_t> payload) override {
+        const std::lock_guard lock(log_->guard);
         log_->messages.emplace_back(target, zone::Bytes(payload.begin(), payload.end()));
     }
 

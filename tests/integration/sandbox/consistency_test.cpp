@@ -23,6 +23,8 @@ TEST_F(Consistency, HoldsOnABadNetwork) {
     const measure::Report report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.packets_lost, 10u);
+    EXPECT_GT(report.audit.samples_after_loss, 0u);
+    EXPECT_TRUE(report.warnings.empty()) << report.warnings.front();
     EXPECT_EQ(report.events_lost, 0u);
     EXPECT_EQ(report.events_duplicated, 0u);
 }

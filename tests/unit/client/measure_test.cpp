@@ -1,9 +1,8 @@
 #include "client-sim/link/arrival_log.h"
 #include "client-sim/measure/bound.h"
-#include "client-sim/measure/histogram.h"
-#include "client-sim/measure/json.h"
+#include "client-sim/measure/corrections.h"
 #include "client-sim/measure/report.h"
-#include "shared/core/rng.h"
+#include "shared/core/histogram.h"
 
 #include <gtest/gtest.h>
 
@@ -97,47 +96,64 @@ TEST(ArrivalLog, SaysWhenNothingWasMeasured) {
     EXPECT_FALSE(steady(10, 0.04, {}).at(1000, 0.08).measured);
 }
 
-TEST(Histogram, GivesPercentilesWithinHalfABucket) {
-    core::Rng rng(1);
-    std::vector<double> all;
-    Histogram h;
-    for (int i = 0; i < 20000; ++i) {
-        const double v = std::exp(static_cast<double>(rng.range(-8.0F, 8.0F)));
-        all.push_back(v);
-        h.add(v);
+TEST(Corrections, AreErrorsButForTheFirstOneAfterAJump) {
+    Corrections corrections;
+    core::Histogram errors;
+    core::Histogram jumps;
+    for (Tick tick = 100; tick < 200; tick += 10) {
+        corrections.add(tick, tick == 150 ? 300.0 : 0.01);
     }
-    std::sort(all.begin(), all.end());
-    for (const double p : {0.01, 0.5, 0.9, 0.99, 0.999}) {
-        const double exact = all[static_cast<std::size_t>(std::ceil(p * 20000.0)) - 1];
-        // Buckets are 1/32 of a power of two wide, so at most 1/32 of a value; half of it.
-        EXPECT_NEAR(h.percentile(p), exact, exact / 64.0 * 1.0001);
-    }
-    EXPECT_EQ(h.max(), all.back());
-    EXPECT_EQ(Histogram().percentile(0.5), 0.0);
+    // The avatar joined at tick 40, long before; at 145 it was put elsewhere.
+    corrections.decide(139, 40, errors, jumps);
+    EXPECT_EQ(errors.count() + jumps.count(), 4U);
+    corrections.decide(169, 145, errors, jumps);
+    corrections.decide(195, 145, errors, jumps);
+    EXPECT_EQ(jumps.max(), 300.0);
+    EXPECT_LT(errors.max(), 0.02);
+    EXPECT_EQ(jumps.count(), 2U) << "one for the join, one for the jump";
+    corrections.add(200, 70.0);
+    corrections.finish(errors);
+    EXPECT_LT(errors.max(), 0.02) << "nobody can say what that was";
 }
 
-TEST(Histogram, CountsWhatIsNotANumberAsHuge) {
-    Histogram h;
-    h.add(std::numeric_limits<double>::quiet_NaN());
-    EXPECT_GT(h.max(), 1e6);
+TEST(Corrections, AreErrorsAllWhereNoAuditComes) {
+    Corrections corrections;
+    core::Histogram errors;
+    corrections.add(5, 0.1);
+    corrections.add(6, 3.0);
+    corrections.finish(errors);
+    EXPECT_EQ(errors.count(), 2U);
 }
 
-TEST(JsonWriter, EscapesSeparatesAndNests) {
-    JsonWriter json;
-    json.begin_object();
-    json.field("a", 1.5);
-    json.field("b \"quoted\"\n", std::string_view("x\\y\x01"));
-    json.begin_array("c");
-    json.element("one");
-    json.begin_object();
-    json.field("d", true);
-    json.end_object();
-    json.end_array();
-    json.field("nan", std::numeric_limits<double>::quiet_NaN());
-    json.end_object();
-    EXPECT_EQ(json.text(),
-              "{\n  \"a\": 1.5,\n  \"b \\\"quoted\\\"\\u000a\": \"x\\\\y\\u0001\",\n  \"c\": [\n"
-              "    \"one\",\n    {\n      \"d\": true\n    }\n  ],\n  \"nan\": null\n}\n");
+TEST(Staleness, BeginsBeyondWhatJitterAndReorderingExplain) {
+    // 60 +- 20 ms one way, reordering by up to two ticks: the largest delay and a tick.
+    const double least_rtt = 0.080;
+    EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick, least_rtt, kTick, false));
+    EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick + 0.160 + kTick, least_rtt, kTick, true));
+    // A client on the same machine that was not scheduled for a quarter of a second.
+    EXPECT_TRUE(is_stale(0.250, 0.001, kTick, false));
+    EXPECT_FALSE(is_stale(0.001 + 2 * kTick, 0.001, kTick, false));
+}
+
+TEST(Staleness, WarnsAndThenTurnsTheVerdict) {
+    const auto judged = [](std::uint64_t stale) {
+        Report r;
+        r.bots_asked = r.bots_joined = 1;
+        r.audit.samples = 1000;
+        r.audit.samples_stale = stale;
+        judge(r);
+        return r;
+    };
+    EXPECT_TRUE(judged(50).consistent);
+    EXPECT_TRUE(judged(50).warnings.empty());
+    EXPECT_TRUE(judged(51).consistent);
+    ASSERT_EQ(judged(51).warnings.size(), 1U);
+    EXPECT_EQ(judged(51).warnings[0].rfind("stale: 5.1 %", 0), 0U);
+    EXPECT_TRUE(judged(500).consistent);
+    EXPECT_FALSE(judged(501).consistent);
+    EXPECT_EQ(judged(501).reasons[0].rfind("stale: ", 0), 0U);
+    EXPECT_NE(to_table(judged(60)).find("WARNING: stale"), std::string::npos);
+    EXPECT_NE(to_json(judged(60)).find("\"warnings\": [\n    \"stale: 6 %"), std::string::npos);
 }
 
 TEST(Report, HoldsEveryFieldOfTheContract) {

@@ -15,7 +15,7 @@ bool inside(const Shape& s, const Vec3d& p) {
             const double y = std::clamp(p.y(), -double{s.half_segment}, double{s.half_segment});
             return (p - Vec3d(0, y, 0)).norm() <= s.radius;
         }
-        case ShapeKind::kPlane:
+        default:
             break;
     }
     return false;

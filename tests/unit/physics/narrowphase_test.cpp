@@ -201,7 +201,7 @@ TEST(CollideBoxBox, FeatureNamesLastWhileTheBoxesSlideALittle) {
 }
 
 TEST(KeepFour, KeepsTheDeepestAndTheWidestOfAnOctagon) {
-    std::array<ManifoldPoint, 12> points;
+    std::array<ManifoldPoint, 8> points;
     for (int i = 0; i < 8; ++i) {
         const float angle = 3.14159265F / 4 * static_cast<float>(i);
         points[static_cast<std::size_t>(i)] = {Vec3(std::cos(angle), 0, std::sin(angle)),
@@ -210,7 +210,7 @@ TEST(KeepFour, KeepsTheDeepestAndTheWidestOfAnOctagon) {
     }
     Manifold m;
     m.normal = Vec3::UnitY();
-    keep_four(points, 8, m);
+    keep_four(points, m);
     ASSERT_EQ(m.count, 4);
     EXPECT_EQ(m.points[0].feature, 3U);  // deepest
     EXPECT_EQ(m.points[1].feature, 7U);  // opposite
@@ -225,10 +225,11 @@ TEST(Clip, CutsAQuadrilateralByAPlane) {
     for (std::uint32_t i = 0; i < 4; ++i) {
         p.add({Vec3(xs[i], ys[i], 0), i, i});
     }
-    clip(p, Vec3::UnitX(), 0.25F, 4);
-    ASSERT_EQ(p.count, 4);
-    for (int i = 0; i < p.count; ++i) {
-        EXPECT_LE(p.corners[static_cast<std::size_t>(i)].position.x(), 0.25F);
+    Polygon kept;
+    clip(p, Vec3::UnitX(), 0.25F, 4, 4, kept);
+    ASSERT_EQ(kept.count, 4);
+    for (int i = 0; i < kept.count; ++i) {
+        EXPECT_LE(kept[i].position.x(), 0.25F);
     }
 }
 

@@ -1,5 +1,6 @@
 // Bodies at rest and under friction: stacks, inclines, rolling.
 #include "server/physics/scene.h"
+#include "tests/unit/physics/hulls.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ BodyId ground(Scene& scene, float friction, const Quat& tilt = Quat::Identity())
     return *scene.add(def);
 }
 
-void stack_stands(bool sleeping) {
+void stack_stands(bool sleeping, const Shape& shape = Shape::box(Vec3::Constant(0.5F))) {
     Settings s;
     s.sleep_after_s = sleeping ? 0.5F : 0.0F;
     Scene scene(s);
@@ -28,7 +29,7 @@ void stack_stands(bool sleeping) {
     std::vector<BodyId> boxes;
     for (int i = 0; i < 5; ++i) {
         BodyDef def;
-        def.shape = Shape::box(Vec3::Constant(0.5F));
+        def.shape = shape;
         def.position = Vec3(0, 0.5F + static_cast<float>(i), 0);
         boxes.push_back(*scene.add(def));
     }
@@ -48,6 +49,12 @@ TEST(Stack, OfFiveStandsForTenSecondsAwake) {
 
 TEST(Stack, OfFiveStandsForTenSecondsAndSleeps) {
     stack_stands(true);
+}
+
+TEST(Stack, OfFiveHullsThatAreBoxesStandsAsBoxesDo) {
+    const Shape cube = hull_shape(box_corners(Vec3::Constant(0.5F)));
+    stack_stands(false, cube);
+    stack_stands(true, cube);
 }
 
 /// Distance slid along a 30 degree incline.

@@ -263,7 +263,7 @@ TEST(Replicator, TellsAViewerOfItsOwnAvatar) {
 
 TEST(Replicator, ReportsATruthThatExceedsItsDeclaredLimits) {
     Session s(17, test_settings(), {}, 3, 0, 1, 30.0F);
-    s.world.spawn(kDasher);  // declared 5 m/s2, moves with 20 m/s2
+    s.world.spawn(kDasher);  // declared 5 m/s2 and jumps of 1 m/s, accelerates with 20 m/s2
     std::uint32_t exceeded = 0;
     for (int tick = 0; tick < 300; ++tick) {
         s.step();

@@ -15,6 +15,7 @@ world::TypeTable test_types() {
     types[kBody].max_velocity_jump_mps = 12.0F;
     types[kDasher] = types[kWalker];
     types[kDasher].max_acceleration_mps2 = 5.0F;
+    types[kDasher].max_velocity_jump_mps = 1.0F;
     return types;
 }
 

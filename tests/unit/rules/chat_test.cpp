@@ -1,5 +1,5 @@
-#include "server/rules/utf8.h"
 #include "tests/unit/rules/fake_zone.h"
+#include "shared/core/utf8.h"
 
 #include <gtest/gtest.h>
 
@@ -108,7 +108,7 @@ TEST_F(Chatting, RefusesTextThatIsEmptyTooLongOrNotText) {
 TEST(Utf8, TellsTextFromOtherBytes) {
     for (const char* good :
          {"", "plain", "gr\xc3\xbc\xc3\x9f", "\xe2\x82\xac", "\xf0\x9f\x98\x80"}) {
-        EXPECT_TRUE(is_plain_utf8(good)) << good;
+        EXPECT_TRUE(core::is_clean_utf8(good)) << good;
     }
     // Control characters (also the C1 set), a lone continuation, a cut sequence, overlong forms, a
     // surrogate, beyond U+10FFFF, a byte that never occurs.
@@ -122,9 +122,9 @@ TEST(Utf8, TellsTextFromOtherBytes) {
                             "\xed\xa0\x80",
                             "\xf4\x90\x80\x80",
                             "\xff"}) {
-        EXPECT_FALSE(is_plain_utf8(bad)) << bad;
+        EXPECT_FALSE(core::is_clean_utf8(bad)) << bad;
     }
-    EXPECT_FALSE(is_plain_utf8(std::string_view("\0", 1)));
+    EXPECT_FALSE(core::is_clean_utf8(std::string_view("\0", 1)));
 }
 
 TEST_F(Chatting, SubscribesToTheWorldAndTheOwnTeamOnly) {

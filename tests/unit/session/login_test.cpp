@@ -1,7 +1,6 @@
 #include "tests/unit/session/fake_client.h"
 
 #include <gmock/gmock.h>
-#include <google/protobuf/stubs/logging.h>
 #include <gtest/gtest.h>
 
 namespace zoned::session {
@@ -191,21 +190,17 @@ TEST(Login, DoesNotUseUpATicketWhenTheServerIsFull) {
 
 TEST(Login, RefusesNamesAndTeamsThatAreNotCleanUtf8) {
     TestHost host(dev_settings());
-    for (const std::string& name :
-         {std::string(), std::string(33, 'x'), std::string("a\nb"), std::string("   ")}) {
+    for (const std::string& name : {std::string(),
+                                    std::string(33, 'x'),
+                                    std::string("a\nb"),
+                                    std::string("   "),
+                                    std::string("\xC0\xAF")}) {
         expect_refused(host,
                        hello_message(name),
                        proto::REFUSED_MALFORMED,
                        "login_malformed",
                        "the name must be");
     }
-    // Not UTF-8 at all: protobuf itself does not read such a string, and complains of writing it.
-    const google::protobuf::LogSilencer silence;
-    expect_refused(host,
-                   hello_message("\xC0\xAF"),
-                   proto::REFUSED_MALFORMED,
-                   "hello_missing",
-                   "must be Hello");
     proto::ClientMessage hello = hello_message();
     hello.mutable_hello()->set_team(std::string(33, 't'));
     expect_refused(host, hello, proto::REFUSED_MALFORMED, "login_malformed", "the team must be");

@@ -1,38 +1,15 @@
-#include "server/ops/json.h"
+#include "shared/core/json.h"
 
 #include "shared/core/assert.h"
+#include "shared/core/utf8.h"
 
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 
-namespace zoned::ops {
+namespace zoned::core {
 
 namespace {
-
-/// Length of the UTF-8 sequence at the front of `text`, 0 when it is not valid (RFC 3629: shortest
-/// form, no surrogates, up to U+10FFFF).
-std::size_t utf8_length(std::string_view text) {
-    const auto byte = [&](std::size_t i) {
-        return static_cast<unsigned char>(text[i]);
-    };
-    const unsigned char first = byte(0);
-    if (first < 0x80) {
-        return 1;
-    }
-    const std::size_t length = first >= 0xF0 ? 4 : (first >= 0xE0 ? 3 : 2);
-    if (first < 0xC2 || first > 0xF4 || text.size() < length) {
-        return 0;
-    }
-    for (std::size_t i = 1; i < length; ++i) {
-        if ((byte(i) & 0xC0) != 0x80) {
-            return 0;
-        }
-    }
-    const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
-    const bool beyond = (first == 0xED && byte(1) > 0x9F) || (first == 0xF4 && byte(1) > 0x8F);
-    return overlong || beyond ? 0 : length;
-}
 
 void append_control(char c, std::string& out) {
     switch (c) {
@@ -59,7 +36,8 @@ std::string json_quote(std::string_view text) {
     std::string out = "\"";
     for (std::size_t i = 0; i < text.size();) {
         const char c = text[i];
-        const std::size_t length = utf8_length(text.substr(i));
+        std::uint32_t code = 0;
+        const std::size_t length = decode_utf8(text.substr(i), code);
         if (length == 0) {
             out += "\xEF\xBF\xBD";
             ++i;
@@ -162,4 +140,4 @@ JsonWriter& JsonWriter::value(double number) {
     return raw(std::string_view(buffer, static_cast<std::size_t>(end.ptr - buffer)));
 }
 
-}  // namespace zoned::ops
+}  // namespace zoned::core

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace zoned::ops {
+namespace zoned::core {
 
 /// Writes one value from front to back, indented. Commas, quotes and escapes are its matter;
 /// nesting is the caller's: every begin has its end, in an object each value follows a key.
@@ -58,4 +58,4 @@ class JsonWriter {
 /// The text in double quotes with all escapes (RFC 8259, section 7).
 std::string json_quote(std::string_view text);
 
-}  // namespace zoned::ops
+}  // namespace zoned::core

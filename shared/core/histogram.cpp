@@ -1,9 +1,9 @@
-#include "client-sim/measure/histogram.h"
+#include "shared/core/histogram.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::measure {
+namespace zoned::core {
 
 void Histogram::add(double value) {
     if (!std::isfinite(value)) {
@@ -24,16 +24,6 @@ void Histogram::add(double value) {
         std::min(kPerOctave - 1, static_cast<int>((fraction * 2.0 - 1.0) * kPerOctave));
     const int index = std::min(octave * kPerOctave + within, kPerOctave * kOctaves - 1);
     ++buckets_[static_cast<std::size_t>(index)];
-}
-
-void Histogram::merge(const Histogram& other) {
-    for (std::size_t i = 0; i < buckets_.size(); ++i) {
-        buckets_[i] += other.buckets_[i];
-    }
-    zeros_ += other.zeros_;
-    count_ += other.count_;
-    sum_ += other.sum_;
-    max_ = std::max(max_, other.max_);
 }
 
 double Histogram::percentile(double p) const {
@@ -58,4 +48,4 @@ double Histogram::percentile(double p) const {
     return max_;
 }
 
-}  // namespace zoned::measure
+}  // namespace zoned::core

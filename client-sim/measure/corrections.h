@@ -1,0 +1,42 @@
+// Corrections: tells errors of a client's own prediction from jumps that nobody could predict.
+#pragma once
+
+#include "shared/core/histogram.h"
+#include "shared/core/ids.h"
+
+#include <deque>
+
+namespace zoned::measure {
+
+/// Of one bot. The server's own states do not say that the avatar was put elsewhere (a respawn, a
+/// teleport); audits do. So corrections wait for the next audit: the first one at or after a
+/// discontinuity is a jump, all others are errors of the prediction.
+class Corrections {
+  public:
+    /// Ticks ascend.
+    void add(Tick tick, double distance_m);
+
+    /// An audit of `tick`: the avatar was last put elsewhere at `discontinuity_tick`.
+    void decide(Tick tick,
+                Tick discontinuity_tick,
+                core::Histogram& errors,
+                core::Histogram& jumps);
+
+    /// The end of the run. Where no audit ever came, all are errors; else what the last one left
+    /// undecided is not counted.
+    void finish(core::Histogram& errors);
+
+    static constexpr std::size_t kMaxWaiting = 4096;
+
+  private:
+    struct Correction {
+        Tick tick = 0;
+        double distance_m = 0.0;
+    };
+
+    std::deque<Correction> waiting_;
+    Tick jumped_tick_ = -1;  // newest discontinuity whose jump was seen
+    bool audited_ = false;
+};
+
+}  // namespace zoned::measure
