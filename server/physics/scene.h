@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/joint.h"
+#include "server/physics/query.h"
 #include "server/physics/shape.h"
 #include "server/spatial/broadphase_kind.h"
 #include "shared/core/result.h"
@@ -83,13 +84,7 @@ struct SensorEvent {
     bool entered = false;
 };
 
-struct RayHit {
-    BodyId body;
-    std::uint32_t user = 0;
-    float distance = 0.0F;  ///< along the normalised direction, m
-    Vec3 point = Vec3::Zero();
-    Vec3 normal = Vec3::UnitY();
-};
+using RayHit = QueryHit;
 
 struct BodyState {
     Vec3 position = Vec3::Zero();
@@ -156,6 +151,8 @@ class Scene {
     /// Of the last step, and of what was done to the bodies before it.
     [[nodiscard]] std::span<const SensorEvent> sensor_events() const;
 
+    /// Rays, moving shapes, overlaps and nearest bodies: see query.h.
+    [[nodiscard]] Query query() const;
     /// Nearest hit of a ray within `max_distance`; `ignore_user` is passed through (0 = nobody).
     /// Static, kinematic and dynamic bodies, no sensors.
     [[nodiscard]] bool ray_cast(const Vec3& origin,
@@ -175,6 +172,8 @@ class Scene {
     void hash(core::StateHash& hash) const;
 
   private:
+    friend class Query;
+
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

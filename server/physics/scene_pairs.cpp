@@ -137,7 +137,24 @@ void Scene::Impl::sort_pending() {
 
 /// Ends the pairs of the bodies whose box is new that are not near any more.
 void Scene::Impl::drop_far_pairs() {
+    // With many new boxes it is cheaper to go through all pairs in a row than from one pair of a
+    // body to the next; what is left are the pairs at rest.
+    const bool many = 16 * pending.size() > graph.active().size();
+    for (std::size_t i = 0; many && i < graph.active().size();) {
+        const std::uint32_t contact = graph.active()[i];
+        const Pair& pair = graph.pair(contact);
+        const bool fresh = pending_mark[pair.a] != 0 || pending_mark[pair.b] != 0;
+        if (fresh && !near(pair.a, pair.b)) {
+            end_sensing(contact, sensor_events);
+            graph.destroy(bodies, contact);  // another one takes its place in the list
+        } else {
+            ++i;
+        }
+    }
     for (const std::uint32_t row : pending) {
+        if (many && bodies.simulated(row)) {
+            continue;
+        }
         graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
             if (!near(row, other)) {
                 end_sensing(contact, sensor_events);

@@ -1,57 +1,22 @@
-// Questions to a scene between steps: rays, boxes, islands.
+// Questions to a scene between steps that need no Query: boxes, islands.
 #include "server/physics/scene_impl.h"
-#include "server/physics/shape_ray.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace zoned::physics {
+
+Query Scene::query() const {
+    return Query(*this);
+}
 
 bool Scene::ray_cast(const Vec3& origin,
                      const Vec3& direction,
                      float max_distance,
                      std::uint32_t ignore_user,
                      RayHit& hit) const {
-    const float length = direction.norm();
-    if (!origin.allFinite() || !std::isfinite(length) || length <= 0.0F ||
-        !(max_distance >= 0.0F)) {
-        return false;
-    }
-    const Bodies& bodies = impl_->bodies;
-    const Vec3 along = direction / length;
-    std::uint32_t best = kNoIndex;
-    const auto test = [&](std::uint32_t row, float limit) {
-        if (bodies.sensor[row] != 0 || (ignore_user != 0 && bodies.user[row] == ignore_user)) {
-            return limit;
-        }
-        float t = 0.0F;
-        Vec3 normal = Vec3::Zero();
-        if (!cast_ray(impl_->placed(row), origin, along, limit, t, normal)) {
-            return limit;
-        }
-        // Of two at the same distance the lower row wins, whatever the order of the grid.
-        if (best != kNoIndex && t == limit && row >= best) {
-            return limit;
-        }
-        best = row;
-        hit.normal = normal;
-        return t;
-    };
-    float limit = max_distance;
-    for (const std::uint32_t row : impl_->planes) {
-        limit = test(row, limit);
-    }
-    for (const spatial::BoxIndex& boxes : impl_->boxes) {
-        limit = boxes.cast({origin, along, Vec3::Zero()}, limit, test);
-    }
-    if (best == kNoIndex) {
-        return false;
-    }
-    hit.body = bodies.id_of(best);
-    hit.user = bodies.user[best];
-    hit.distance = limit;
-    hit.point = origin + limit * along;
-    return true;
+    QueryFilter filter;
+    filter.ignore_user = ignore_user;
+    return query().ray({origin, direction, max_distance}, filter, hit);
 }
 
 void Scene::overlap(const Aabb& area, std::vector<BodyId>& out) const {
