@@ -9,6 +9,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <stdexcept>
 
 namespace {
@@ -30,23 +31,52 @@ void print_list() {
     }
 }
 
-/// The suites that are asked for, or nothing after a message about an unknown name.
+bool holds(const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// True where each name is one that `known` says yes to; else a message says which is not.
+bool all_known(const char* what,
+               const std::vector<std::string>& names,
+               const std::function<bool(const std::string&)>& known) {
+    return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+        const bool found = known(name);
+        if (!found) {
+            std::fprintf(stderr, "zoned-bench: no %s '%s'; see --list\n", what, name.c_str());
+        }
+        return found;
+    });
+}
+
+/// The suites that are asked for; none, after a message, where a name is unknown.
 std::vector<Suite> chosen_suites(const Options& options) {
     std::vector<Suite> suites = all_suites();
-    for (const std::string& name : options.suites) {
-        if (std::none_of(
-                suites.begin(), suites.end(), [&](const Suite& s) { return s.name == name; })) {
-            std::fprintf(stderr, "zoned-bench: no suite '%s'; see --list\n", name.c_str());
-            return {};
-        }
+    const bool known_suites =
+        all_known("suite", options.suites, [&suites](const std::string& name) {
+            return std::any_of(
+                suites.begin(), suites.end(), [&name](const Suite& s) { return s.name == name; });
+        });
+    if (!known_suites) {
+        return {};
     }
     if (!options.suites.empty()) {
-        std::erase_if(suites, [&options](const Suite& s) {
-            return std::find(options.suites.begin(), options.suites.end(), s.name) ==
-                   options.suites.end();
-        });
+        std::erase_if(suites,
+                      [&options](const Suite& s) { return !holds(options.suites, s.name); });
     }
-    return suites;
+    const auto in_a_suite = [&suites](const auto& matches) {
+        return std::any_of(suites.begin(), suites.end(), matches);
+    };
+    const bool known_scenes = all_known("scene", options.scenes, [&](const std::string& name) {
+        return in_a_suite([&name](const Suite& s) { return holds(s.scenes, name); });
+    });
+    const bool known_methods = all_known("method", options.methods, [&](const std::string& name) {
+        return in_a_suite([&name](const Suite& s) {
+            return std::any_of(s.methods.begin(), s.methods.end(), [&name](const std::string& m) {
+                return m == name || m.substr(0, m.find('/')) == name;  // a method or a peer
+            });
+        });
+    });
+    return known_scenes && known_methods ? suites : std::vector<Suite>();
 }
 
 void write_file(const std::string& path, const std::string& text) {

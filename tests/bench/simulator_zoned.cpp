@@ -111,9 +111,8 @@ class ZonedSimulator : public Simulator {
     float dt_;
 };
 
-std::string refusal(const std::string& /*scene*/, const scenario::Description& /*description*/) {
-    return {};
-}
+/// Scenes up to this size are run with fixed numbers of substeps too.
+constexpr std::size_t kSmall = 300;
 
 Engine engine(std::string method, const physics::Settings& settings) {
     return {std::move(method),
@@ -121,7 +120,10 @@ Engine engine(std::string method, const physics::Settings& settings) {
             [settings](const scenario::Description& description) {
                 return std::make_unique<ZonedSimulator>(description, settings);
             },
-            refusal};
+            [settings](const std::string& /*scene*/, const scenario::Description& description) {
+                const bool large = settings.substeps != 0 && description.bodies.size() > kSmall;
+                return std::string(large ? "only for small scenes" : "");
+            }};
 }
 
 }  // namespace
@@ -129,7 +131,14 @@ Engine engine(std::string method, const physics::Settings& settings) {
 std::vector<Engine> zoned_engines() {
     physics::Settings strict;
     strict.error_budget_m = 0.002F;
-    return {engine("default", physics::Settings()), engine("budget_2mm", strict)};
+    std::vector<Engine> engines{engine("default", physics::Settings()),
+                                engine("budget_2mm", strict)};
+    for (const int substeps : {2, 4, 8, 16}) {
+        physics::Settings fixed;
+        fixed.substeps = substeps;
+        engines.push_back(engine("substeps_" + std::to_string(substeps), fixed));
+    }
+    return engines;
 }
 
 }  // namespace zoned::bench

@@ -48,9 +48,7 @@ class RaySource {
 
 /// Mostly empty space around a scene is what rays start in.
 bool inside_a_solid(const Vec3d& point, const scenario::Description& d) {
-    return std::any_of(d.bodies.begin(), d.bodies.end(), [&point](const scenario::Body& body) {
-        return scenario::ray_distance({point, Vec3d::UnitY(), 1e-9}, body.solid, body.pose) == 0.0;
-    });
+    return scenario::ray_distance({point, Vec3d::UnitY(), 1e-9}, d.bodies) == 0.0;
 }
 
 /// From above into the pit: every ray ends on the pile.

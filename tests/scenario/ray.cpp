@@ -1,5 +1,7 @@
 #include "tests/scenario/ray.h"
 
+#include "tests/scenario/penetration.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -92,6 +94,12 @@ double ray_distance(const Ray& ray, const Solid& solid, const Pose& pose) {
 double ray_distance(const Ray& ray, std::span<const Body> bodies) {
     double least = kMiss;
     for (const Body& body : bodies) {
+        // Whose bounding sphere the line passes by can't be hit.
+        const Vec3d to = body.pose.position - ray.origin;
+        const double reach = bounding_radius(body.solid) + 1e-6;
+        if (to.cross(ray.direction).squaredNorm() > reach * reach) {
+            continue;
+        }
         least = std::min(least, ray_distance(ray, body.solid, body.pose));
     }
     return least;

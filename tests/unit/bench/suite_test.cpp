@@ -66,6 +66,35 @@ TEST(Suites, AddRowsWithErrorsAndRatios) {
     EXPECT_EQ(*theirs.find_metric("bullet_ratio"), 1.0);
 }
 
+TEST(Suites, FindNoPairMissingOrTwiceInOurStructures) {
+    Session session;
+    session.quick = true;
+    const std::vector<Suite> suites = all_suites();
+    suite(suites, "broadphase").run(session);
+    ASSERT_FALSE(session.results.rows.empty());
+    for (const Row& row : session.results.rows) {
+        EXPECT_EQ(row.error, 0.0) << row.peer << row.method;
+        EXPECT_GT(*row.find_metric("pairs_exact"), 50.0);
+        EXPECT_EQ(*row.find_metric("doubles"), 0.0) << row.peer << row.method;
+    }
+}
+
+TEST(Suites, JudgeOurRaysExactOverAField) {
+    Session session;
+    session.quick = true;
+    session.scenes = {"field"};
+    session.methods = {"default"};
+    const std::vector<Suite> suites = all_suites();
+    suite(suites, "queries").run(session);
+    ASSERT_EQ(session.results.rows.size(), 2u);
+    for (const Row& row : session.results.rows) {
+        // Floats at 100 m have a grain of 8e-6 m; a ray that meets a face at a slant spreads it.
+        EXPECT_LT(row.error, 1e-3) << row.parameter;
+        EXPECT_GT(*row.find_metric("hit_share"), 0.3);
+        EXPECT_GT(*row.find_metric("rays_per_s"), 0.0);
+    }
+}
+
 TEST(Session, ChoosesPeersByNameAndMethod) {
     Session session;
     EXPECT_TRUE(session.wants_method("exact", "ode"));
