@@ -2,6 +2,13 @@
 
 namespace zoned::physics {
 
+namespace {
+
+/// Points as deep as the deepest but for this are as good, m.
+constexpr float kLevel = 2.0e-4F;
+
+}  // namespace
+
 void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
     const auto count = static_cast<int>(candidates.size());
     const auto at = [&](int i) -> const ManifoldPoint& {
@@ -13,9 +20,21 @@ void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
         }
         return;
     }
-    int first = 0;
+    float lowest = at(0).separation;
+    Vec3 middle = at(0).point;
     for (int i = 1; i < count; ++i) {
-        first = at(i).separation < at(first).separation ? i : first;
+        lowest = std::min(lowest, at(i).separation);
+        middle += at(i).point;
+    }
+    middle /= static_cast<float>(count);
+    int first = -1;
+    float outermost = -1.0F;
+    for (int i = 0; i < count; ++i) {
+        const float d = (at(i).point - middle).squaredNorm();
+        if (at(i).separation <= lowest + kLevel && d > outermost) {
+            outermost = d;
+            first = i;
+        }
     }
     int second = -1;
     float farthest = -1.0F;

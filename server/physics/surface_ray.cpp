@@ -126,21 +126,21 @@ bool cast_heightfield(const Heightfield& field,
     CellSteps x(o.x(), d.x(), enter, tables.spacing_x, 0.5 * static_cast<double>(columns));
     CellSteps z(o.z(), d.z(), enter, tables.spacing_z, 0.5 * static_cast<double>(rows));
     for (;;) {
-        if (x.cell >= 0 && x.cell < columns && z.cell >= 0 && z.cell < rows) {
-            bool hit = false;
-            for (std::uint32_t half = 0; half < 2; ++half) {
-                const Triangle triangle = field.bare_triangle(
-                    static_cast<std::uint32_t>(x.cell), static_cast<std::uint32_t>(z.cell), half);
-                double at = 0.0;
-                if (cast_front(triangle, o, d, at) && at <= limit && (!hit || at < t)) {
-                    hit = true;
-                    t = static_cast<float>(at);
-                    normal = triangle.normal;
-                }
+        // A ray along the border, or within rounding of it, keeps to the outermost cells.
+        const auto i = static_cast<std::uint32_t>(std::clamp<std::int64_t>(x.cell, 0, columns - 1));
+        const auto k = static_cast<std::uint32_t>(std::clamp<std::int64_t>(z.cell, 0, rows - 1));
+        bool hit = false;
+        for (std::uint32_t half = 0; half < 2; ++half) {
+            const Triangle triangle = field.bare_triangle(i, k, half);
+            double at = 0.0;
+            if (cast_front(triangle, o, d, at) && at <= limit && (!hit || at < t)) {
+                hit = true;
+                t = static_cast<float>(at);
+                normal = triangle.normal;
             }
-            if (hit) {
-                return true;
-            }
+        }
+        if (hit) {
+            return true;
         }
         CellSteps& nearer = x.next <= z.next ? x : z;
         if (!(nearer.next <= leave)) {

@@ -1,0 +1,201 @@
+#include "server/ops/geometry_files.h"
+
+#include <png.h>
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <utility>
+#include <vector>
+
+namespace zoned::ops {
+
+namespace {
+
+core::Result<std::string> read_file(const std::string& path) {
+    using Text = core::Result<std::string>;
+    std::ifstream in(path, std::ios::binary | std::ios::ate);
+    if (!in) {
+        return Text::failure(path + ": cannot be opened");
+    }
+    const std::streamoff size = in.tellg();
+    if (size < 0 || static_cast<std::size_t>(size) > kMaxGeometryFile) {
+        return Text::failure(path + ": is larger than " + std::to_string(kMaxGeometryFile) +
+                             " bytes");
+    }
+    std::string text(static_cast<std::size_t>(size), '\0');
+    in.seekg(0);
+    if (!in.read(text.data(), size)) {
+        return Text::failure(path + ": cannot be read");
+    }
+    return text;
+}
+
+/// What libpng reads from, and where it leaves its message. It reports errors by a long jump, so
+/// that nothing with a destructor may live in the functions that it may leave.
+struct PngReader {
+    std::span<const std::byte> bytes;
+    char message[128] = "";
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+    png_uint_32 width = 0, height = 0;
+    int depth = 0, colour = 0;
+
+    PngReader() = default;
+    PngReader(const PngReader&) = delete;
+    PngReader& operator=(const PngReader&) = delete;
+
+    ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
+};
+
+void take_bytes(png_structp png, png_bytep out, std::size_t count) {
+    auto* reader = static_cast<PngReader*>(png_get_io_ptr(png));
+    if (count > reader->bytes.size()) {
+        png_error(png, "ends too early");
+    }
+    std::memcpy(out, reader->bytes.data(), count);
+    reader->bytes = reader->bytes.subspan(count);
+}
+
+[[noreturn]] void take_error(png_structp png, png_const_charp message) {
+    auto* reader = static_cast<PngReader*>(png_get_error_ptr(png));
+    std::strncpy(reader->message, message, sizeof(reader->message) - 1);
+    png_longjmp(png, 1);
+}
+
+void ignore_warning(png_structp /*png*/, png_const_charp /*message*/) {
+}
+
+bool read_header(PngReader& reader) {
+    if (setjmp(png_jmpbuf(reader.png)) != 0) {
+        return false;
+    }
+    png_set_user_limits(reader.png, physics::kMaxFieldSamples, physics::kMaxFieldSamples);
+    png_set_read_fn(reader.png, &reader, take_bytes);
+    png_read_info(reader.png, reader.info);
+    png_get_IHDR(reader.png,
+                 reader.info,
+                 &reader.width,
+                 &reader.height,
+                 &reader.depth,
+                 &reader.colour,
+                 nullptr,
+                 nullptr,
+                 nullptr);
+    return true;
+}
+
+/// `rows` has one pointer for each row of the image.
+bool read_rows(PngReader& reader, png_bytepp rows) {
+    if (setjmp(png_jmpbuf(reader.png)) != 0) {
+        return false;
+    }
+    if (reader.depth < 8) {
+        png_set_expand_gray_1_2_4_to_8(reader.png);
+    }
+    png_set_interlace_handling(reader.png);
+    png_read_update_info(reader.png, reader.info);
+    png_read_image(reader.png, rows);
+    return true;
+}
+
+}  // namespace
+
+core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
+    std::span<const std::byte> bytes,
+    float height,
+    physics::FieldOptions options) {
+    using Field = core::Result<std::shared_ptr<const physics::Heightfield>>;
+    PngReader reader;
+    reader.bytes = bytes;
+    reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, take_error, ignore_warning);
+    reader.info = reader.png != nullptr ? png_create_info_struct(reader.png) : nullptr;
+    if (reader.info == nullptr) {
+        return Field::failure("heightfield: no memory to read the image");
+    }
+    if (!read_header(reader)) {
+        return Field::failure("heightfield: is no PNG image: " + std::string(reader.message));
+    }
+    if (reader.colour != PNG_COLOR_TYPE_GRAY) {
+        return Field::failure("heightfield: the image is not plain greyscale");
+    }
+    const std::size_t sample = reader.depth == 16 ? 2 : 1;
+    const std::size_t stride = sample * reader.width;
+    std::vector<png_byte> pixels(stride * reader.height);
+    std::vector<png_bytep> rows(reader.height);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        rows[k] = pixels.data() + k * stride;
+    }
+    if (!read_rows(reader, rows.data())) {
+        return Field::failure("heightfield: the image is broken: " + std::string(reader.message));
+    }
+    std::vector<float> samples(static_cast<std::size_t>(reader.width) * reader.height);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        // Sixteen bits are stored with the high byte first.
+        samples[i] = sample == 2
+                         ? static_cast<float>(pixels[2 * i] * 256 + pixels[2 * i + 1]) / 65535.0F
+                         : static_cast<float>(pixels[i]) / 255.0F;
+    }
+    options.columns = reader.width;
+    options.rows = reader.height;
+    options.scale = height;
+    return physics::build_heightfield(samples, options);
+}
+
+core::Result<std::shared_ptr<const physics::Heightfield>>
+load_heightfield(const std::string& path, float height, physics::FieldOptions options) {
+    using Field = core::Result<std::shared_ptr<const physics::Heightfield>>;
+    const core::Result<std::string> text = read_file(path);
+    if (!text) {
+        return Field::failure(text.error());
+    }
+    auto field = heightfield_from_png(std::as_bytes(std::span(*text)), height, options);
+    return field ? std::move(field) : Field::failure(path + ": " + field.error());
+}
+
+core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
+                                               float scale,
+                                               const physics::MeshOptions& options) {
+    using Mesh = core::Result<physics::BuiltMesh>;
+    tinyobj::ObjReaderConfig config;
+    config.triangulate = true;
+    config.vertex_color = false;
+    tinyobj::ObjReader reader;
+    // From a string, so that a material library that the text names is not looked for.
+    if (!reader.ParseFromString(std::string(text), std::string(), config)) {
+        return Mesh::failure("mesh: is no OBJ: " + reader.Error());
+    }
+    const auto& numbers = reader.GetAttrib().vertices;
+    std::vector<Vec3> vertices;
+    vertices.reserve(numbers.size() / 3);
+    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
+        vertices.push_back(scale * Vec3(static_cast<float>(numbers[i]),
+                                        static_cast<float>(numbers[i + 1]),
+                                        static_cast<float>(numbers[i + 2])));
+    }
+    std::vector<std::uint32_t> indices;
+    for (const tinyobj::shape_t& shape : reader.GetShapes()) {
+        for (const tinyobj::index_t& index : shape.mesh.indices) {
+            // A negative index is none: it becomes one that names no vertex.
+            indices.push_back(static_cast<std::uint32_t>(index.vertex_index));
+        }
+    }
+    return physics::build_mesh(vertices, indices, options);
+}
+
+core::Result<physics::BuiltMesh> load_mesh(const std::string& path,
+                                           float scale,
+                                           const physics::MeshOptions& options) {
+    using Mesh = core::Result<physics::BuiltMesh>;
+    const core::Result<std::string> text = read_file(path);
+    if (!text) {
+        return Mesh::failure(text.error());
+    }
+    auto mesh = mesh_from_obj(*text, scale, options);
+    return mesh ? std::move(mesh) : Mesh::failure(path + ": " + mesh.error());
+}
+
+}  // namespace zoned::ops
