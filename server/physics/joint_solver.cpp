@@ -16,9 +16,9 @@ namespace {
 /// that carries R times the weight of its own bodies gives way by this times R g h^2: with
 /// R = 1e5 and 240 substeps a second 17 micrometres.
 constexpr double kGive = 1.0e-6;
-/// An error is undone no faster than this, m/s and rad/s, plus half of what its points move at:
-/// what is torn apart (a body that was teleported) comes back within sight and not at once. Half,
-/// because a joint that turns by w h in a substep leaves its place at w h / 2 of its speed.
+/// An error is undone no faster than this, m/s and rad/s, besides what the joint's own turning
+/// makes anew in each substep: what is torn apart (a body that was teleported) comes back within
+/// sight and not at once.
 constexpr float kUndoSpeed = 20.0F;
 /// Share of an error that rows undo per substep which are solved one after the other.
 constexpr float kSingleShare = 0.2F;
@@ -28,6 +28,14 @@ constexpr int kRounds = 4;
 constexpr float kStill = 1.0e-6F;
 
 }  // namespace
+
+/// How fast an anchor leaves its place because its body turns: in a substep of h at w, the arm's
+/// end goes by (w h)^2 / 2 of the arm out of its circle. Twice that, and no more than w h = 1/2
+/// accounts for: a speed that grew with itself would have no bound.
+float JointSolver::gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const {
+    const float rate = SolverBodies::angular(moving.motion[slot]).norm();
+    return std::min(rate * h_, 0.5F) * rate * arm.norm();
+}
 
 void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
     const auto pose = [&](const JointPose& start, const Quat& q, std::uint32_t slot) {
@@ -44,15 +52,12 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
                    pose(item.pose_a, item.orientation_a, item.a),
                    pose(item.pose_b, item.orientation_b, item.b),
                    rows);
-        const Row8& a = moving.motion[item.a];
-        const Row8& b = moving.motion[item.b];
-        const float swing = SolverBodies::angular(a).norm() * (1.0F + joint.local_a.norm()) +
-                            SolverBodies::angular(b).norm() * (1.0F + joint.local_b.norm()) +
-                            (SolverBodies::linear(b) - SolverBodies::linear(a)).norm();
+        const float undo =
+            kUndoSpeed + gape(moving, item.a, joint.local_a) + gape(moving, item.b, joint.local_b);
         for (std::size_t i = 0; i < rows.count; ++i) {
             Row& row = rows_[item.first + i];
             row.row = rows.rows[i];
-            update_row(moving, item, kUndoSpeed + 0.5F * swing, row);
+            update_row(moving, item, undo, row);
         }
     }
 }

@@ -90,6 +90,7 @@ class JointSolver {
     void walk(std::uint32_t from);
     void shape_matrix();
 
+    [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const;
     void update_row(const SolverBodies& moving, const Item& item, float undo, Row& row) const;
     void update_spring(const SolverBodies& moving, const Item& item, Row& row) const;
     void choose_held(const SolverBodies& moving, const Group& group);

@@ -51,7 +51,7 @@ TEST(Pendulum, OfSmallAngleSwingsWithItsClosedFormPeriodAndKeepsItsEnergy) {
         // Second order in w h = 3.1 / 240: (w h)^2 / 24 = 7e-6, and 30 s hold 15 periods of
         // crossings known to about 1e-5 s.
         EXPECT_NEAR(period / exact, 1.0, 1e-4) << static_cast<int>(kind);
-        EXPECT_NEAR(s.sums().energy, before, 0.02 * swing) << static_cast<int>(kind);
+        EXPECT_NEAR(s.sums().energy, before, 0.005 * swing) << static_cast<int>(kind);
         EXPECT_LT(std::abs(s.scene.state(bob).position.z()), 1e-5F);
     }
 }
@@ -122,9 +122,10 @@ TEST(Spring, OfTwoMassesSwingsAndFadesAsTheClosedFormSays) {
             const double z = static_cast<double>(damping);
             const double period = 1.0 / (kHz * std::sqrt(1.0 - z * z));
             const double decay = std::exp(-2.0 * kPi * z / std::sqrt(1.0 - z * z));
-            printf("period %g of %g, decay %g of %g\n", o.period, period, o.decay, decay);
-            EXPECT_NEAR(o.period / period, 1.0, 2e-3) << damping;
-            EXPECT_NEAR(o.decay, decay, 0.01) << damping;
+            // Implicit midpoint: (w h)^2 / 12 = 2.3e-4 with w h = 2 pi 2 / 240, and extrema are
+            // read at frames, where the swing is off its top by up to 1 - cos(w / 120) = 0.5 %.
+            EXPECT_NEAR(o.period / period, 1.0, 3e-4) << damping;
+            EXPECT_NEAR(o.decay, decay, 0.001) << damping;
         }
     }
 }
@@ -142,10 +143,14 @@ TEST(Spring, StaysStableWhereItIsFarStifferThanTheStep) {
         const double before = s.sums().kinetic;
         for (int i = 0; i < 300; ++i) {
             s.scene.step(kFrame);
-            ASSERT_LT(s.sums().kinetic, before * 1.001) << i;
+            // Energy is kept but for rounding: a length of 1 m is known to 6e-8 m, the swing's
+            // amplitude is v / w = 3e-4 m at 1000 Hz, so that each of 2e4 substeps rounds the
+            // energy by some 2e-4 at random sign: 3 %.
+            ASSERT_LT(s.sums().kinetic, before * 1.1) << i;
             ASSERT_NEAR(s.scene.joint_position(spring), 1.0F, 0.02F) << i;
         }
-        EXPECT_NEAR(s.sums().linear.x(), 2.0, 1e-5);
+        // 2e4 roundings of two speeds of 1 m/s at random sign: 1.5e-5 is one deviation.
+        EXPECT_NEAR(s.sums().linear.x(), 2.0, 8e-5);
     }
 }
 
