@@ -90,7 +90,7 @@ void ContactSolver::watch(Watch& w) {
         if (speed >= 0.0F || s + h_ * speed > 0.0F) {
             continue;
         }
-        const float start = speed - gain;
+        const float start = speed - (leaps_ ? 0.5F : 1.0F) * gain;
         const float impact = std::sqrt(std::max(0.0F, start * start - 2.0F * w.pull * s));
         if (impact > parameters_.restitution_speed) {
             w.speed[k] = impact;
@@ -134,7 +134,10 @@ void ContactSolver::restitute() {
             w.impact = true;
         }
     }
-    for (int i = 0; i < kRestitutionIterations; ++i) {
+    const bool any =
+        std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.impact; });
+    for (int i = 0; any && i < kRestitutionIterations; ++i) {
+        joints_.solve(moving_);
         for (Watch& w : watches_) {
             if (w.impact) {
                 bounce(w);

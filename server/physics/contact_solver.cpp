@@ -216,25 +216,30 @@ void ContactSolver::solve_all() {
     }
 }
 
-void ContactSolver::substep(const Bodies& bodies, const JointTable& table) {
+void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool last) {
+    joints_.update(table, moving_);
     moving_.integrate_velocities();
     watch_impacts();
-    joints_.update(table, moving_);
     joints_.warm_start(moving_);
     warm_start();
-    for (int i = 0; i < parameters_.iterations; ++i) {
-        joints_.solve(moving_, true);
+    const int iterations = batches_.empty() ? 1 : parameters_.iterations;
+    for (int i = 0; i < iterations; ++i) {
+        joints_.solve(moving_);
         solve_all<true>();
     }
-    moving_.integrate_positions(bodies);
-    for (int i = 0; i < parameters_.relax_iterations; ++i) {
-        joints_.solve(moving_, false);
+    moving_.integrate_positions(bodies, leaps_ && last ? 0.5F * h_ : h_);
+    const int relax_iterations = batches_.empty() ? 0 : parameters_.relax_iterations;
+    for (int i = 0; i < relax_iterations; ++i) {
+        joints_.solve(moving_);
         solve_all<false>();
     }
+    joints_.add_totals();
     for (PointLanes& p : points_) {
         p.total += p.impulse;
     }
-    moving_.follow_mean_velocity();
+    if (!leaps_) {
+        moving_.follow_mean_velocity();
+    }
     forget_impacts();
 }
 
@@ -277,8 +282,12 @@ void ContactSolver::solve(Bodies& bodies,
     parameters_ = parameters;
     h_ = parameters.dt / static_cast<float>(parameters.substeps);
     prepare(bodies, graph, list, table, joints);
+    leaps_ = !joints_.empty();
+    if (leaps_) {
+        moving_.integrate_positions(bodies, 0.5F * h_);
+    }
     for (int i = 0; i < parameters.substeps; ++i) {
-        substep(bodies, table);
+        substep(bodies, table, i + 1 == parameters.substeps);
     }
     restitute();
     store(bodies, graph, broken);

@@ -28,6 +28,8 @@ inline constexpr float kContactRateShare = 0.125F;
 ///   between substeps, so that angular momentum is conserved to rounding.
 /// - Positions follow the mean velocity of a substep where the change of velocity is due to forces:
 ///   exact under constant acceleration.
+/// - Where joints are, constraints are solved in the middle of each substep instead: see
+///   JointSolver.
 /// - The speed of impact that restitution uses is that at the moment of contact, from the gap that
 ///   was left; and an impulse that stopped an impact is not used for warm starting.
 class ContactSolver {
@@ -96,7 +98,7 @@ class ContactSolver {
                    const Contact& contact);
     void fill_masses(ContactBatch& batch, std::size_t lanes, const ContactGraph& graph);
     void warm_start();
-    void substep(const Bodies& bodies, const JointTable& table);
+    void substep(const Bodies& bodies, const JointTable& table, bool last);
     template <bool kSoft>
     void solve_all();
     template <bool kSoft, std::size_t kCount>
@@ -123,6 +125,7 @@ class ContactSolver {
     Parameters parameters_;
     Softness softness_;
     float h_ = 0.0F;
+    bool leaps_ = false;  ///< solves in the middle of substeps
     SolverBodies moving_;
     JointSolver joints_;
     ContactColoring coloring_;

@@ -15,6 +15,8 @@ constexpr float kPatience = 0.5F;
 /// A joint may gape by this share of the budget: what it holds swings faster within the step than
 /// when the step began.
 constexpr float kJointShare = 0.02F;
+/// A spring swings by no more than this within a substep, rad: 1 % of its frequency.
+constexpr float kSpringTurn = 0.5F;
 /// A contact of at most so many steps is young.
 constexpr std::uint8_t kYoung = 3;
 /// One contact in this many may be served less well than it asks for ...
@@ -115,11 +117,15 @@ std::uint8_t Effort::level_of_joint(const Bodies& bodies,
         if (row != kNoIndex) {
             const float rate = bodies.angular_velocity[row].norm();
             need = std::max(need,
-                            rate * std::sqrt(0.5F * arm.norm() / (kJointShare * budget.error_m)));
+                            rate * std::sqrt(0.125F * arm.norm() / (kJointShare * budget.error_m)));
         }
     };
     consider(entry.a, entry.joint.local_a);
     consider(entry.b, entry.joint.local_b);
+    if (entry.joint.def.kind == JointKind::kSpring) {
+        constexpr float kSwing = 2.0F * std::numbers::pi_v<float> / kSpringTurn;
+        need = std::max(need, kSwing * entry.joint.def.spring_hz);
+    }
     return level_of(budget.dt_s * need);
 }
 
@@ -187,7 +193,9 @@ void Effort::plan(Bodies& bodies,
         needs.young += pair.age <= kYoung ? 1 : 0;
     }
     for (const std::uint32_t index : joints) {
-        ++needs_of(row_of_joint(index)).level[level_of_joint(bodies, table[index], budget)];
+        Needs& needs = needs_of(row_of_joint(index));
+        ++needs.level[level_of_joint(bodies, table[index], budget)];
+        needs.jointed = true;
     }
     settle(bodies, budget.dt_s);
     sort(bodies, list, row_of_contact, sorted_, first_);
@@ -214,7 +222,8 @@ void Effort::sort(const Bodies& bodies,
             total += contacts;
         }
         const bool young = 2 * needs.young > total;
-        batch_[i] = static_cast<std::uint8_t>(2 * bodies.effort[row] + (young ? 1 : 0));
+        batch_[i] = static_cast<std::uint8_t>(4 * bodies.effort[row] + (needs.jointed ? 2 : 0) +
+                                              (young ? 1 : 0));
         ++first[batch_[i] + 2U];
     }
     for (std::size_t i = 2; i < first.size(); ++i) {

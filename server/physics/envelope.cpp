@@ -16,12 +16,15 @@ void EnvelopeSolver::shape(std::span<const std::uint32_t> start) {
     inverse_.assign(start.size(), 0.0);
 }
 
-void EnvelopeSolver::clear() {
-    std::fill(entries_.begin(), entries_.end(), 0.0);
+void EnvelopeSolver::clear(std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+        double* row = entries_.data() + first_[i];
+        std::fill(row + start_[i], row + i + 1, 0.0);
+    }
 }
 
-void EnvelopeSolver::factor() {
-    for (std::size_t i = 0; i < start_.size(); ++i) {
+void EnvelopeSolver::factor(std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
         double* row = entries_.data() + first_[i];
         // First the rows of L D, then L and the pivot from them.
         for (std::size_t j = start_[i]; j < i; ++j) {
@@ -44,8 +47,8 @@ void EnvelopeSolver::factor() {
     }
 }
 
-void EnvelopeSolver::solve(std::span<double> b) const {
-    for (std::size_t i = 0; i < start_.size(); ++i) {
+void EnvelopeSolver::solve(std::span<double> b, std::size_t begin, std::size_t end) const {
+    for (std::size_t i = begin; i < end; ++i) {
         const double* row = entries_.data() + first_[i];
         double sum = b[i];
         for (std::size_t k = start_[i]; k < i; ++k) {
@@ -53,10 +56,10 @@ void EnvelopeSolver::solve(std::span<double> b) const {
         }
         b[i] = sum;
     }
-    for (std::size_t i = 0; i < start_.size(); ++i) {
+    for (std::size_t i = begin; i < end; ++i) {
         b[i] *= inverse_[i];
     }
-    for (std::size_t i = start_.size(); i-- > 0;) {
+    for (std::size_t i = end; i-- > begin;) {
         const double* row = entries_.data() + first_[i];
         for (std::size_t k = start_[i]; k < i; ++k) {
             b[k] -= row[k] * b[i];
@@ -64,10 +67,10 @@ void EnvelopeSolver::solve(std::span<double> b) const {
     }
 }
 
-double EnvelopeSolver::cost(std::span<const std::uint32_t> start) {
+double EnvelopeSolver::cost(std::span<const std::uint32_t> start, std::size_t first) {
     double sum = 0.0;
     for (std::size_t i = 0; i < start.size(); ++i) {
-        const auto width = static_cast<double>(i - start[i] + 1);
+        const auto width = static_cast<double>(first + i - start[i] + 1);
         sum += 0.5 * width * width;
     }
     return sum;

@@ -17,22 +17,29 @@ class EnvelopeSolver {
     /// Takes the shape of the matrix: the first column of each row, start[i] <= i. All entries
     /// become zero.
     void shape(std::span<const std::uint32_t> start);
-    /// All entries become zero; the shape stays.
-    void clear();
 
     /// Entry of row i, column j, start(i) <= j <= i.
     [[nodiscard]] double& at(std::size_t i, std::size_t j) { return entries_[first_[i] + j]; }
 
-    /// Factors in place. A pivot that is not positive is replaced by one that makes its unknown
-    /// zero.
-    void factor();
-    /// Solves A x = b in place; `factor` must have been called.
-    void solve(std::span<double> b) const;
+    /// Factors rows begin..end - 1 in place; no row among them may reach before `begin`. A pivot
+    /// that is not positive is replaced by one that makes its unknown zero.
+    void factor(std::size_t begin, std::size_t end);
+
+    void factor() { factor(0, size()); }
+
+    /// Sets all entries of these rows to zero.
+    void clear(std::size_t begin, std::size_t end);
+
+    /// Solves A x = b in place for rows begin..end - 1; `factor` must have been called for them.
+    void solve(std::span<double> b, std::size_t begin, std::size_t end) const;
+
+    void solve(std::span<double> b) const { solve(b, 0, size()); }
 
     [[nodiscard]] std::size_t size() const { return start_.size(); }
 
-    /// Multiplications that a factorisation of this shape takes, at most.
-    [[nodiscard]] static double cost(std::span<const std::uint32_t> start);
+    /// Multiplications that a factorisation of rows of this shape takes, at most; `first` is the
+    /// number of the first of them.
+    [[nodiscard]] static double cost(std::span<const std::uint32_t> start, std::size_t first = 0);
 
   private:
     std::vector<std::uint32_t> start_;

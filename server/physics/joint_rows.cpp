@@ -1,5 +1,6 @@
 #include "server/physics/joint_rows.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace zoned::physics {
@@ -29,7 +30,7 @@ Placement place(const Joint& joint, const JointPose& a, const JointPose& b) {
     return p;
 }
 
-/// The gap along a direction that is fixed in space or turns with both: C = n . gap.
+/// The gap along its own direction: C = |gap|.
 void point_row(const Placement& p, const Vec3& n, float error, JointRow& row) {
     row.linear = n;
     row.angular_a = -p.arm_a.cross(n);
@@ -52,9 +53,12 @@ void angle_row(const Vec3& u, const Vec3& w, JointRow& row) {
     row.error = u.dot(w);
 }
 
-void ball_rows(const Placement& p, JointRows& out) {
+/// Along a's own axes: the impulse then acts on both bodies at one point, b's anchor, so that no
+/// gap turns it into a moment out of nothing.
+void ball_rows(const JointPose& a, const Placement& p, JointRows& out) {
     for (int i = 0; i < 3; ++i) {
-        point_row(p, Vec3::Unit(i), p.gap[i], out.add(RowKind::kHard));
+        const Vec3 n = a.rotation.col(i);
+        shift_row(p, n, n.dot(p.gap), out.add(RowKind::kHard));
     }
 }
 
@@ -76,7 +80,12 @@ float hinge_angle(const Placement& p) {
 /// Turning about, or moving along, the free axis of a hinge or slider.
 void free_row(const Joint& joint, const Placement& p, float sign, float error, JointRow& row) {
     if (joint.def.kind == JointKind::kHinge) {
-        row.angular_b = sign * p.axes_a.col(0);
+        // The angle is that of u = b's first cross axis as seen along a's axis: where u leans
+        // along the axis by x, turning about u's projection q moves the angle by x / |q|^2.
+        const Vec3 u = p.axes_b.col(1);
+        const float x = p.axes_a.col(0).dot(u);
+        const Vec3 q = u - x * p.axes_a.col(0);
+        row.angular_b = sign * (p.axes_a.col(0) - (x / std::max(q.squaredNorm(), 0.1F)) * q);
         row.angular_a = -row.angular_b;
         row.error = error;
     } else {
@@ -149,10 +158,10 @@ void write_rows(const Joint& joint, const JointPose& a, const JointPose& b, Join
     out.count = 0;
     switch (joint.def.kind) {
         case JointKind::kBall:
-            ball_rows(p, out);
+            ball_rows(a, p, out);
             break;
         case JointKind::kHinge:
-            ball_rows(p, out);
+            ball_rows(a, p, out);
             axis_rows(p, out);
             break;
         case JointKind::kSlider:
@@ -163,7 +172,7 @@ void write_rows(const Joint& joint, const JointPose& a, const JointPose& b, Join
             }
             break;
         case JointKind::kFixed:
-            ball_rows(p, out);
+            ball_rows(a, p, out);
             lock_rows(p, out);
             break;
         case JointKind::kDistance:

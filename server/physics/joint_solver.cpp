@@ -4,180 +4,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace zoned::physics {
 
 namespace {
 
-/// A factorisation that takes more multiplications than this is not worth it.
-constexpr double kMostWork = 2.0e6;
-/// Share of a violated limit that is undone per substep.
-constexpr float kLimitRate = 0.2F;
-
-/// Impulse that moves a soft row to where an implicit spring and damper would (E. Catto, "Soft
-/// Constraints", GDC 2011).
-float spring_change(const JointDef& def,
-                    float h,
-                    float mass,
-                    float speed,
-                    float error,
-                    float impulse) {
-    const float omega = 2.0F * std::numbers::pi_v<float> * def.spring_hz;
-    const float a1 = 2.0F * def.spring_damping_ratio + h * omega;
-    const float a2 = h * omega * a1;
-    const float a3 = 1.0F / (1.0F + a2);
-    return -mass * a2 * a3 * (speed + omega / a1 * error) - a3 * impulse;
-}
+/// Added to the diagonal, as a share of it. Rows of loops that say the same thing twice differ by
+/// the rounding of floats, 1e-7: without it that difference would be divided by itself. A joint
+/// that carries R times the weight of its own bodies gives way by this times R g h^2: with
+/// R = 1e5 and 240 substeps a second 17 micrometres.
+constexpr double kGive = 1.0e-6;
+/// An error is undone no faster than this, m/s and rad/s, besides what the joint's own turning
+/// makes anew in each substep: what is torn apart (a body that was teleported) comes back within
+/// sight and not at once.
+constexpr float kUndoSpeed = 20.0F;
+/// Share of an error that rows undo per substep which are solved one after the other.
+constexpr float kSingleShare = 0.2F;
+/// How often the set of limits and motors that hold is corrected.
+constexpr int kRounds = 4;
+/// A limit that closes slower than this does not take hold, m/s and rad/s.
+constexpr float kStill = 1.0e-6F;
 
 }  // namespace
 
-void JointSolver::reserve(std::size_t joints) {
-    items_.reserve(joints);
-    unordered_.reserve(joints);
-    rows_.reserve(9 * joints);
-    unknowns_.reserve(6 * joints);
-    starts_.reserve(6 * joints);
-    joints_of_.reserve(2 * joints);
-    visited_.reserve(joints);
-    queue_.reserve(joints);
-}
-
-void JointSolver::prepare(Bodies& bodies,
-                          const JointTable& table,
-                          std::span<const std::uint32_t> joints,
-                          SolverBodies& moving,
-                          float h) {
-    h_ = h;
-    unordered_.clear();
-    for (const std::uint32_t index : joints) {
-        const JointEntry& entry = table[index];
-        Item item;
-        item.joint = index;
-        const Vec3 origin = bodies.position[entry.b];
-        const auto place = [&](std::uint32_t row, std::uint32_t& slot, JointPose& pose, Quat& q) {
-            if (row == kNoIndex) {
-                pose.position = -origin;
-                return;
-            }
-            slot = bodies.awake[row] != 0 ? moving.slot_of(bodies, row) : 0;
-            pose.position = bodies.position[row] - origin;
-            pose.rotation = bodies.rotation[row];
-            q = bodies.orientation[row];
-            if (slot != 0) {
-                moving.track(bodies, slot);
-            }
-        };
-        place(entry.a, item.a, item.pose_a, item.orientation_a);
-        place(entry.b, item.b, item.pose_b, item.orientation_b);
-        item.hard_count = static_cast<std::uint32_t>(hard_rows(entry.joint.def.kind));
-        unordered_.push_back(item);
-    }
-    order(moving);
-    shape_matrix();
-    rows_.clear();
-    for (Item& item : items_) {
-        const JointEntry& entry = table[item.joint];
-        JointRows rows;
-        write_rows(entry.joint, item.pose_a, item.pose_b, rows);
-        item.first = static_cast<std::uint32_t>(rows_.size());
-        item.count = static_cast<std::uint32_t>(rows.count);
-        const float scale = entry.substep_s > 0.0F ? h_ / entry.substep_s : 0.0F;
-        for (std::size_t i = 0; i < rows.count; ++i) {
-            rows_.emplace_back();
-            rows_.back().impulse = scale * entry.impulse[i];
-        }
-    }
-}
-
-/// Breadth first over the bodies that joints share, from joints at the ends of chains first: a
-/// chain is as narrow as one joint, a tree nearly so.
-void JointSolver::order(const SolverBodies& moving) {
-    first_of_.assign(moving.size() + 1, 0);
-    const auto each_slot = [&](const Item& item, auto&& visit) {
-        for (const std::uint32_t slot : {item.a, item.b}) {
-            if (slot != 0 && moving.moved_by_impulses(slot)) {
-                visit(slot);
-            }
-        }
-    };
-    for (const Item& item : unordered_) {
-        each_slot(item, [&](std::uint32_t slot) { ++first_of_[slot + 1]; });
-    }
-    for (std::size_t s = 1; s < first_of_.size(); ++s) {
-        first_of_[s] += first_of_[s - 1];
-    }
-    joints_of_.resize(first_of_.back());
-    queue_.assign(first_of_.begin(), first_of_.end());
-    for (std::size_t i = 0; i < unordered_.size(); ++i) {
-        each_slot(unordered_[i], [&](std::uint32_t slot) {
-            joints_of_[queue_[slot]++] = static_cast<std::uint32_t>(i);
-        });
-    }
-    items_.clear();
-    visited_.assign(unordered_.size(), 0);
-    for (const std::uint32_t most : {2U, ~0U}) {
-        for (std::size_t i = 0; i < unordered_.size(); ++i) {
-            std::uint32_t neighbours = 0;
-            each_slot(unordered_[i], [&](std::uint32_t slot) {
-                neighbours += first_of_[slot + 1] - first_of_[slot] - 1;
-            });
-            if (visited_[i] == 0 && neighbours < most) {
-                walk(static_cast<std::uint32_t>(i));
-            }
-        }
-    }
-    // From here on the lists hold places in `items_`, which are the order of elimination.
-    for (std::uint32_t& joint : joints_of_) {
-        joint = queue_[joint];
-    }
-}
-
-void JointSolver::walk(std::uint32_t from) {
-    const std::size_t begin = items_.size();
-    queue_.resize(std::max(queue_.size(), unordered_.size()));
-    visited_[from] = 1;
-    queue_[from] = static_cast<std::uint32_t>(items_.size());
-    items_.push_back(unordered_[from]);
-    for (std::size_t at = begin; at < items_.size(); ++at) {
-        const Item item = items_[at];
-        for (const std::uint32_t slot : {item.a, item.b}) {
-            if (slot == 0) {
-                continue;
-            }
-            for (std::uint32_t k = first_of_[slot]; k < first_of_[slot + 1]; ++k) {
-                const std::uint32_t next = joints_of_[k];
-                if (visited_[next] == 0) {
-                    visited_[next] = 1;
-                    queue_[next] = static_cast<std::uint32_t>(items_.size());
-                    items_.push_back(unordered_[next]);
-                }
-            }
-        }
-    }
-}
-
-void JointSolver::shape_matrix() {
-    std::uint32_t hard = 0;
-    for (Item& item : items_) {
-        item.hard = hard;
-        hard += item.hard_count;
-    }
-    starts_.clear();
-    for (Item& item : items_) {
-        item.earliest = item.hard;
-        for (const std::uint32_t slot : {item.a, item.b}) {
-            for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
-                item.earliest = std::min(item.earliest, items_[joints_of_[k]].hard);
-            }
-        }
-        starts_.insert(starts_.end(), item.hard_count, item.earliest);
-    }
-    direct_ = EnvelopeSolver::cost(starts_) <= kMostWork;
-    if (direct_) {
-        matrix_.shape(starts_);
-    }
-    unknowns_.assign(hard, 0.0);
+/// How fast an anchor leaves its place because its body turns: in a substep of h at w, the arm's
+/// end goes by (w h)^2 / 2 of the arm out of its circle. Twice that, and no more than w h = 1/2
+/// accounts for: a speed that grew with itself would have no bound.
+float JointSolver::gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const {
+    const float rate = SolverBodies::angular(moving.motion[slot]).norm();
+    return std::min(rate * h_, 0.5F) * rate * arm.norm();
 }
 
 void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
@@ -189,37 +46,129 @@ void JointSolver::update(const JointTable& table, const SolverBodies& moving) {
                          moving.orientation(slot, q).toRotationMatrix()};
     };
     for (const Item& item : items_) {
+        const Joint& joint = table[item.joint].joint;
         JointRows rows;
-        write_rows(table[item.joint].joint,
+        write_rows(joint,
                    pose(item.pose_a, item.orientation_a, item.a),
                    pose(item.pose_b, item.orientation_b, item.b),
                    rows);
-        const float linear = moving.motion[item.a].at[3] + moving.motion[item.b].at[3];
+        const float undo =
+            kUndoSpeed + gape(moving, item.a, joint.local_a) + gape(moving, item.b, joint.local_b);
         for (std::size_t i = 0; i < rows.count; ++i) {
-            Row& to = rows_[item.first + i];
-            to.row = rows.rows[i];
-            to.turn_a = moving.inverse_times(item.a, to.row.angular_a);
-            to.turn_b = moving.inverse_times(item.b, to.row.angular_b);
-            const float k = linear * to.row.linear.squaredNorm() + to.turn_a.dot(to.row.angular_a) +
-                            to.turn_b.dot(to.row.angular_b);
-            to.mass = k > 0.0F ? 1.0F / k : 0.0F;
+            Row& row = rows_[item.first + i];
+            row.row = rows.rows[i];
+            update_row(moving, item, undo, row);
         }
-    }
-    if (direct_) {
-        assemble(moving);
-        matrix_.factor();
     }
 }
 
-void JointSolver::assemble(const SolverBodies& moving) {
-    matrix_.clear();
-    for (std::size_t i = 0; i < items_.size(); ++i) {
-        const Item& p = items_[i];
-        for (const std::uint32_t slot : {p.a, p.b}) {
-            for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
-                if (joints_of_[k] <= i) {
-                    add_block(moving, p, items_[joints_of_[k]], slot);
-                }
+void JointSolver::update_row(const SolverBodies& moving,
+                             const Item& item,
+                             float undo,
+                             Row& row) const {
+    constexpr float kInfinite = std::numeric_limits<float>::infinity();
+    row.turn_a = moving.inverse_times(item.a, row.row.angular_a);
+    row.turn_b = moving.inverse_times(item.b, row.row.angular_b);
+    const float linear = moving.motion[item.a].at[3] + moving.motion[item.b].at[3];
+    row.response = linear * row.row.linear.squaredNorm() + row.turn_a.dot(row.row.angular_a) +
+                   row.turn_b.dot(row.row.angular_b);
+    row.soft = 0.0F;
+    row.low = -kInfinite;
+    row.high = kInfinite;
+    const float rate = row.row.error / h_;
+    switch (row.row.kind) {
+        case RowKind::kHard:
+            row.bias = std::clamp(rate, -undo, undo);
+            break;
+        case RowKind::kLimit:
+            row.bias = std::max(rate, -undo);
+            row.low = 0.0F;
+            break;
+        case RowKind::kMotor:
+            row.bias = -row.row.target;
+            row.high = row.row.most * h_;
+            row.low = -row.high;
+            break;
+        case RowKind::kSpring:
+            update_spring(moving, item, row);
+            break;
+    }
+}
+
+/// The implicit midpoint rule for a spring of stiffness k and damping c on the bodies' effective
+/// mass: with x in the middle of the substep and speeds v before and w after it, its impulse is
+///
+///     p = -h k (x + h / 4 ((1 + m) w - (1 - m) v)) - h c (t w + (1 - t) v)
+///
+/// with m = 0 and t = 1/2, which keeps the energy of an undamped spring however stiff it is. Where
+/// the damping is too strong for the step, t and m go up to 1, implicit Euler's, which do not ring.
+void JointSolver::update_spring(const SolverBodies& moving, const Item& item, Row& row) const {
+    const JointDef& def = *row.row.spring;
+    const float turn = 2.0F * std::numbers::pi_v<float> * def.spring_hz * h_;  // w h
+    const float mass = row.response > 0.0F ? 1.0F / row.response : 0.0F;
+    const float fade = 2.0F * def.spring_damping_ratio * turn;  // c h / mass
+    const float t = fade > 2.0F ? 1.0F - 1.0F / fade : 0.5F;
+    const float m = std::min(1.0F, def.spring_damping_ratio * turn * turn);
+    const float after = mass * (0.25F * turn * turn * (1.0F + m) + fade * t);
+    if (!(after > 0.0F)) {
+        row.low = row.high = 0.0F;
+        row.bias = 0.0F;
+        return;
+    }
+    const float before = mass * (fade * (1.0F - t) - 0.25F * turn * turn * (1.0F - m));
+    row.soft = 1.0F / after;
+    row.bias =
+        (mass * turn * turn * (row.row.error / h_) + before * speed(moving, item, row)) / after;
+}
+
+void JointSolver::warm_start(SolverBodies& moving) {
+    for (const Item& item : items_) {
+        for (std::size_t i = item.first; i < item.first + item.count; ++i) {
+            rows_[i].impulse = std::clamp(rows_[i].impulse, rows_[i].low, rows_[i].high);
+            apply(moving, item, rows_[i], rows_[i].impulse);
+        }
+    }
+    for (const Group& group : groups_) {
+        if (group.direct) {
+            choose_held(moving, group);
+            factor(moving, group);
+        }
+    }
+}
+
+/// Motors hold that have force left, limits that carry or are about to be reached.
+void JointSolver::choose_held(const SolverBodies& moving, const Group& group) {
+    for (std::uint32_t i = group.first; group.bounded && i < group.end; ++i) {
+        for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+            Row& row = rows_[r];
+            if (row.row.kind == RowKind::kMotor) {
+                row.held = row.impulse > row.low && row.impulse < row.high;
+            } else if (row.row.kind == RowKind::kLimit) {
+                row.held = row.impulse > 0.0F || speed(moving, items_[i], row) + row.bias < -kStill;
+            }
+        }
+    }
+}
+
+void JointSolver::factor(const SolverBodies& moving, const Group& group) {
+    matrix_.clear(group.first_row, group.end_row);
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        assemble(moving, items_[i]);
+    }
+    for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
+        double& diagonal = matrix_.at(r, r);
+        diagonal =
+            rows_[r].held ? diagonal * (1.0 + kGive) + static_cast<double>(rows_[r].soft) : 1.0;
+    }
+    matrix_.factor(group.first_row, group.end_row);
+}
+
+void JointSolver::assemble(const SolverBodies& moving, const Item& item) {
+    for (const std::uint32_t slot : {item.a, item.b}) {
+        for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
+            const Item& other = items_[joints_of_[k]];
+            if (other.first <= item.first) {
+                add_block(moving, item, other, slot);
             }
         }
     }
@@ -233,15 +182,20 @@ void JointSolver::add_block(const SolverBodies& moving,
     const bool b_of_p = p.b == slot;
     const bool b_of_q = q.b == slot;
     const float inv_mass = (b_of_p == b_of_q ? 1.0F : -1.0F) * moving.motion[slot].at[3];
-    for (std::size_t i = 0; i < p.hard_count; ++i) {
-        const Row& row = rows_[p.first + i];
+    for (std::size_t i = p.first; i < p.first + p.count; ++i) {
+        const Row& row = rows_[i];
+        if (!row.held) {
+            continue;
+        }
         const Vec3& angular = b_of_p ? row.row.angular_b : row.row.angular_a;
-        const std::size_t last = p.hard == q.hard ? i + 1 : q.hard_count;
-        for (std::size_t j = 0; j < last; ++j) {
-            const Row& other = rows_[q.first + j];
-            matrix_.at(p.hard + i, q.hard + j) +=
-                static_cast<double>(inv_mass * row.row.linear.dot(other.row.linear)) +
-                static_cast<double>(angular.dot(b_of_q ? other.turn_b : other.turn_a));
+        const std::size_t end = p.first == q.first ? i + 1 : q.first + q.count;
+        for (std::size_t j = q.first; j < end; ++j) {
+            const Row& other = rows_[j];
+            if (other.held) {
+                matrix_.at(i, j) +=
+                    static_cast<double>(inv_mass * row.row.linear.dot(other.row.linear)) +
+                    static_cast<double>(angular.dot(b_of_q ? other.turn_b : other.turn_a));
+            }
         }
     }
 }
@@ -259,86 +213,135 @@ void JointSolver::apply(SolverBodies& moving, const Item& item, const Row& row, 
     moving.change(item.b, impulse * row.row.linear, impulse * row.turn_b);
 }
 
-void JointSolver::warm_start(SolverBodies& moving) {
-    for (const Item& item : items_) {
-        for (std::size_t i = item.first; i < item.first + item.count; ++i) {
-            apply(moving, item, rows_[i], rows_[i].impulse);
+void JointSolver::move_impulse(SolverBodies& moving, const Item& item, Row& row, float impulse) {
+    const float to = std::clamp(impulse, row.low, row.high);
+    apply(moving, item, row, to - row.impulse);
+    row.impulse = to;
+}
+
+void JointSolver::solve(SolverBodies& moving) {
+    for (const Group& group : groups_) {
+        if (group.direct) {
+            solve_group(moving, group);
+        } else {
+            solve_singly(moving, group);
         }
     }
 }
 
-void JointSolver::solve(SolverBodies& moving, bool biased) {
-    for (const Item& item : items_) {
-        for (std::size_t i = direct_ ? item.hard_count : 0; i < item.count; ++i) {
-            solve_single(moving, item, rows_[item.first + i], biased);
-        }
-    }
-    if (direct_ && !unknowns_.empty()) {
-        solve_hard(moving, biased);
-    }
-}
-
-void JointSolver::solve_hard(SolverBodies& moving, bool biased) {
-    for (const Item& item : items_) {
-        for (std::size_t i = 0; i < item.hard_count; ++i) {
-            const Row& row = rows_[item.first + i];
-            const float bias = biased ? row.row.error / h_ : 0.0F;
-            unknowns_[item.hard + i] = -static_cast<double>(speed(moving, item, row) + bias);
-        }
-    }
-    matrix_.solve(unknowns_);
-    for (const Item& item : items_) {
-        for (std::size_t i = 0; i < item.hard_count; ++i) {
-            Row& row = rows_[item.first + i];
-            const auto change = static_cast<float>(unknowns_[item.hard + i]);
-            row.impulse += change;
-            apply(moving, item, row, change);
-        }
-    }
-}
-
-void JointSolver::solve_single(SolverBodies& moving,
-                               const Item& item,
-                               Row& row,
-                               bool biased) const {
-    const float rate = speed(moving, item, row);
-    const float error = row.row.error;
-    float impulse = row.impulse;
-    switch (row.row.kind) {
-        case RowKind::kHard:
-            impulse -= row.mass * (rate + (biased ? kLimitRate * error / h_ : 0.0F));
-            break;
-        case RowKind::kLimit: {
-            const float undo = biased ? kLimitRate * error / h_ : 0.0F;
-            impulse -= row.mass * (rate + (error > 0.0F ? error / h_ : undo));
-            impulse = std::max(impulse, 0.0F);
-            break;
-        }
-        case RowKind::kMotor:
-            impulse -= row.mass * (rate - row.row.target);
-            impulse = std::clamp(impulse, -row.row.most * h_, row.row.most * h_);
-            break;
-        case RowKind::kSpring:
-            if (biased) {
-                impulse += spring_change(*row.row.spring, h_, row.mass, rate, error, impulse);
+void JointSolver::solve_group(SolverBodies& moving, const Group& group) {
+    for (int round = 1;; ++round) {
+        for (std::uint32_t i = group.first; i < group.end; ++i) {
+            const Item& item = items_[i];
+            for (std::size_t r = item.first; r < item.first + item.count; ++r) {
+                const Row& row = rows_[r];
+                unknowns_[r] = row.held ? -static_cast<double>(speed(moving, item, row) + row.bias +
+                                                               row.soft * row.impulse)
+                                        : 0.0;
             }
-            break;
+        }
+        matrix_.solve(unknowns_, group.first_row, group.end_row);
+        const bool last = !group.bounded || round == kRounds;
+        const bool released = !last && release(moving, group);
+        if (!released) {
+            apply_unknowns(moving, group);
+            if (last || !take_hold(moving, group)) {
+                return;
+            }
+        }
+        factor(moving, group);
     }
-    apply(moving, item, row, impulse - row.impulse);
-    row.impulse = impulse;
+}
+
+/// Rows whose impulse would leave its bounds go to the bound and hold no longer; true if there are
+/// any, and then the others have to be solved for anew.
+bool JointSolver::release(SolverBodies& moving, const Group& group) {
+    bool any = false;
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+            Row& row = rows_[r];
+            const float to = row.impulse + static_cast<float>(unknowns_[r]);
+            if (row.held && !(to >= row.low && to <= row.high)) {
+                move_impulse(moving, items_[i], row, to);
+                row.held = false;
+                any = true;
+            }
+        }
+    }
+    return any;
+}
+
+/// Limits that close and motors that push too far hold again; true if there are any.
+bool JointSolver::take_hold(const SolverBodies& moving, const Group& group) {
+    bool any = false;
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+            Row& row = rows_[r];
+            if (row.held || row.low == row.high) {
+                continue;
+            }
+            const float over = speed(moving, items_[i], row) + row.bias;
+            if ((row.impulse <= row.low && over < -kStill) ||
+                (row.impulse >= row.high && over > kStill)) {
+                row.held = true;
+                any = true;
+            }
+        }
+    }
+    return any;
+}
+
+void JointSolver::apply_unknowns(SolverBodies& moving, const Group& group) {
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+            if (rows_[r].held) {
+                move_impulse(moving,
+                             items_[i],
+                             rows_[r],
+                             rows_[r].impulse + static_cast<float>(unknowns_[r]));
+            }
+        }
+    }
+}
+
+void JointSolver::solve_singly(SolverBodies& moving, const Group& group) {
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
+            Row& row = rows_[r];
+            const bool undoes = row.row.kind == RowKind::kHard ||
+                                (row.row.kind == RowKind::kLimit && row.bias < 0.0F);
+            const float bias = undoes ? kSingleShare * row.bias : row.bias;
+            const float wanted = speed(moving, items_[i], row) + bias + row.soft * row.impulse;
+            const float whole = row.response + row.soft;
+            if (whole > 0.0F) {
+                move_impulse(moving, items_[i], row, row.impulse - wanted / whole);
+            }
+        }
+    }
+}
+
+void JointSolver::add_totals() {
+    ++substeps_;
+    for (Item& item : items_) {
+        for (std::size_t r = item.first; r < item.first + item.count; ++r) {
+            item.carried += rows_[r].impulse * rows_[r].row.linear;
+        }
+    }
 }
 
 void JointSolver::store(JointTable& table) const {
     for (const Item& item : items_) {
         JointEntry& entry = table[item.joint];
-        Vec3 force = Vec3::Zero();
+        float sum = 0.0F;
         for (std::size_t i = 0; i < item.count; ++i) {
-            const Row& row = rows_[item.first + i];
-            entry.impulse[i] = row.impulse;
-            force += row.impulse * row.row.linear;
+            entry.impulse[i] = rows_[item.first + i].impulse;
+            sum += entry.impulse[i];
+        }
+        if (!std::isfinite(sum)) {
+            entry.impulse.fill(0.0F);  // the bodies are stopped; nobody shall inherit it
         }
         entry.substep_s = h_;
-        entry.force_n = force.norm() / h_;
+        entry.force_n = item.carried.norm() / (h_ * static_cast<float>(substeps_));
     }
 }
 

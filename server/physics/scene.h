@@ -137,8 +137,9 @@ class Scene {
     /// distance or spring, m; gap of a ball or fixed joint, m.
     [[nodiscard]] float joint_position(JointId joint) const;
     [[nodiscard]] float joint_force(JointId joint) const;  ///< of the last step, N
-    /// Takes speed and greatest force of a motor; wakes both bodies.
-    void set_motor(JointId joint, float speed, float most);
+    /// Takes speed and greatest force of a motor; wakes both bodies. Does nothing and says false
+    /// where they are not finite or out of range.
+    bool set_motor(JointId joint, float speed, float most);
     /// Joints that broke in the last step.
     [[nodiscard]] std::span<const JointBreak> joint_breaks() const;
 

@@ -105,6 +105,7 @@ void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
             waker.wake(bodies, graph, joints, other);
         }
     });
+    wake_joined(row);
     bodies.set_pose(row, x, q);
     if (!bodies.is_plane(row)) {
         fit_bounds_at_rest(row);

@@ -118,6 +118,9 @@ struct Scene::Impl {
     [[nodiscard]] JointPose pose_of(std::uint32_t row) const;
     void drop_joint(std::uint32_t index);
     void wake_joint(std::uint32_t index);
+    /// Wakes the bodies that joints hold to this one.
+    void wake_joined(std::uint32_t row);
+    void wake_joined_to_movers();
     void list_joints();
     void break_joints();
     // scene_chains.cpp

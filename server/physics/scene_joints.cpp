@@ -20,6 +20,23 @@ void Scene::Impl::wake_joint(std::uint32_t index) {
     }
 }
 
+void Scene::Impl::wake_joined(std::uint32_t row) {
+    joints.for_each_of(bodies, row, [&](std::uint32_t, std::uint32_t other) {
+        if (other != kNoIndex) {
+            wake(other);
+        }
+    });
+}
+
+/// What hangs on a kinematic body that moves goes with it.
+void Scene::Impl::wake_joined_to_movers() {
+    for (const std::uint32_t row : bodies.mover_list) {
+        if (bodies.awake[row] != 0 && bodies.kind[row] == BodyKind::kKinematic) {
+            wake_joined(row);
+        }
+    }
+}
+
 /// Takes a joint out; who it held apart may collide from now on.
 void Scene::Impl::drop_joint(std::uint32_t index) {
     wake_joint(index);
@@ -114,14 +131,18 @@ float Scene::joint_force(JointId joint) const {
     return impl_->joints[index].force_n;
 }
 
-void Scene::set_motor(JointId joint, float speed, float most) {
+bool Scene::set_motor(JointId joint, float speed, float most) {
     const std::uint32_t index = impl_->joints.index_of(joint);
     ZONED_ASSERT(index != kNoIndex, "set_motor() of a joint that is not in the scene");
+    if (!fit_motor(speed, most)) {
+        return false;
+    }
     JointDef& def = impl_->joints[index].joint.def;
     def.motor = true;
     def.motor_speed = speed;
     def.motor_max = most;
     impl_->wake_joint(index);
+    return true;
 }
 
 std::span<const JointBreak> Scene::joint_breaks() const {

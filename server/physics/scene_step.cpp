@@ -22,6 +22,7 @@ StepStats Scene::Impl::step(float dt) {
     sensor_events.clear();
     sensor_events.swap(left_sensors);
     moved.clear();
+    wake_joined_to_movers();
     bodies.compact_lists();
     if (bodies.awake_list.empty() && bodies.mover_list.empty()) {
         return stats_of(true, 0);

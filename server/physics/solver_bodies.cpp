@@ -136,25 +136,25 @@ void SolverBodies::integrate_velocities() {
     }
 }
 
-void SolverBodies::integrate_positions(const Bodies& bodies) {
+void SolverBodies::integrate_positions(const Bodies& bodies, float seconds) {
     for (std::size_t i = 1; i < row_.size(); ++i) {
-        drift[i].at += h_ * motion[i].at;
+        drift[i].at += seconds * motion[i].at;
     }
     for (Spinner& s : spinners_) {
-        turn(bodies, s);
+        turn(bodies, seconds, s);
     }
 }
 
-void SolverBodies::turn(const Bodies& bodies, Spinner& s) {
+void SolverBodies::turn(const Bodies& bodies, float seconds, Spinner& s) {
     Lanes& m = motion[s.slot].at;
     Lanes& d = drift[s.slot].at;
     const std::uint32_t row = row_[s.slot];
     Vec3 spin(m[4], m[5], m[6]);
-    const Vec3 plain = h_ * spin;
+    const Vec3 plain = seconds * spin;
     Vec3 went = plain;
     const bool round = bodies.round[row] != 0;
     if (s.fast && !round) {
-        went = rotate_freely(bodies.inertia[row], h_, s.orientation, spin);
+        went = rotate_freely(bodies.inertia[row], seconds, s.orientation, spin);
     } else {
         const Mat3 before = s.orientation.toRotationMatrix();
         s.orientation = turned(s.orientation, plain);

@@ -47,7 +47,8 @@ class SolverBodies {
     void change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin);
 
     void integrate_velocities();
-    void integrate_positions(const Bodies& bodies);
+    /// Moves all on for that long, s.
+    void integrate_positions(const Bodies& bodies, float seconds);
     /// Ends a substep: moves positions on to what the mean velocity would have done.
     void follow_mean_velocity();
 
@@ -74,7 +75,7 @@ class SolverBodies {
         bool fast = true;  ///< turns far: free rotation is computed with care
     };
 
-    void turn(const Bodies& bodies, Spinner& spinner);
+    void turn(const Bodies& bodies, float seconds, Spinner& spinner);
 
     void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);

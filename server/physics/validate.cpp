@@ -3,6 +3,7 @@
 #include "server/physics/mass_properties.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace zoned::physics {
 
@@ -115,6 +116,10 @@ bool fit_force(const Vec3& force, const Vec3& torque) {
     return (force.array().abs() <= kMaxForce).all() && (torque.array().abs() <= kMaxForce).all();
 }
 
+bool fit_motor(float speed, float most) {
+    return within(most, 0.0F, kMaxForce) && within(speed, -kMaxSpeed, kMaxSpeed);
+}
+
 bool fit_orientation(const Quat& orientation) {
     return within(orientation.coeffs().norm(), 0.99F, 1.01F);
 }
@@ -170,11 +175,17 @@ std::string why_unfit(const JointDef& def) {
     if (!within(def.spring_hz, 0.0F, 1000.0F) || !within(def.spring_damping_ratio, 0.0F, 1000.0F)) {
         return "joint: spring frequency or damping out of range";
     }
-    if (def.limited && !(def.lower <= def.upper)) {
-        return "joint: lower limit above the upper one";
+    if (def.limited) {
+        // A hinge knows its angle up to half a turn either way.
+        const float most = def.kind == JointKind::kHinge ? std::numbers::pi_v<float> : kMaxSize;
+        if (def.lower > def.upper) {
+            return "joint: lower limit above the upper one";
+        }
+        if (!(def.lower <= most && def.upper >= -most)) {
+            return "joint: limit out of range";
+        }
     }
-    if (def.motor && (!within(def.motor_max, 0.0F, 1.0e12F) ||
-                      !within(def.motor_speed, -kMaxSpeed, kMaxSpeed))) {
+    if (def.motor && !fit_motor(def.motor_speed, def.motor_max)) {
         return "joint: motor speed or greatest force out of range";
     }
     if (!(def.break_force_n > 0.0F)) {

@@ -29,6 +29,7 @@ std::string why_unfit_part(const CompoundPart& part);
 /// Finite and within the limits above; false for NaN.
 bool fit_position(const Vec3& position);
 bool fit_force(const Vec3& force, const Vec3& torque);
+bool fit_motor(float speed, float most);
 bool fit_velocity(const Vec3& velocity, const Vec3& angular_velocity);
 /// Length within 1 % of one.
 bool fit_orientation(const Quat& orientation);
