@@ -1,8 +1,8 @@
 // Geometry files: heightfields from PNG images and meshes from Wavefront OBJ.
 #pragma once
 
-#include "server/physics/heightfield.h"
-#include "server/physics/mesh.h"
+#include "server/physics/shapes/heightfield.h"
+#include "server/physics/shapes/mesh.h"
 #include "shared/core/result.h"
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 #include "server/physics/bodies.h"
 
-#include "server/physics/bounds.h"
-#include "server/physics/inertia.h"
+#include "server/physics/shapes/bounds.h"
+#include "server/physics/shapes/inertia.h"
 
 #include <algorithm>
 

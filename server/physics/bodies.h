@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/physics/scene.h"
-#include "server/physics/shape.h"
+#include "server/physics/shapes/shape.h"
 #include "shared/math/aabb.h"
 
 #include <cstdint>

@@ -1,9 +1,9 @@
 // Scene: the rigid bodies of one zone; add bodies, step, read states, contacts and queries.
 #pragma once
 
-#include "server/physics/joint.h"
-#include "server/physics/query.h"
-#include "server/physics/shape.h"
+#include "server/physics/joints/joint.h"
+#include "server/physics/query/query.h"
+#include "server/physics/shapes/shape.h"
 #include "server/spatial/broadphase_kind.h"
 #include "shared/core/result.h"
 #include "shared/core/state_hash.h"

@@ -1,5 +1,5 @@
 // Pairs of several manifolds: meshes, heightfields and compounds.
-#include "server/physics/contact_memory.h"
+#include "server/physics/contacts/contact_memory.h"
 #include "server/physics/scene_impl.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Narrowphase part of a step: manifolds, who wakes by being touched, and the events.
-#include "server/physics/contact_memory.h"
+#include "server/physics/contacts/contact_memory.h"
 #include "server/physics/scene_impl.h"
 
 #include <algorithm>

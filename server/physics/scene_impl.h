@@ -2,14 +2,14 @@
 #pragma once
 
 #include "server/physics/bodies.h"
-#include "server/physics/bounds.h"
-#include "server/physics/contact_graph.h"
-#include "server/physics/contact_solver.h"
-#include "server/physics/effort.h"
-#include "server/physics/islands.h"
-#include "server/physics/joint_table.h"
-#include "server/physics/narrowphase.h"
+#include "server/physics/contacts/contact_graph.h"
+#include "server/physics/contacts/islands.h"
+#include "server/physics/joints/joint_table.h"
+#include "server/physics/narrowphase/narrowphase.h"
 #include "server/physics/scene.h"
+#include "server/physics/shapes/bounds.h"
+#include "server/physics/solver/contact_solver.h"
+#include "server/physics/solver/effort.h"
 #include "server/spatial/box_index.h"
 
 #include <array>

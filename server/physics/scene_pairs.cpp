@@ -1,7 +1,7 @@
 // Broadphase part of a step: which pairs of bodies may touch.
-#include "server/physics/bounds.h"
-#include "server/physics/contact_memory.h"
+#include "server/physics/contacts/contact_memory.h"
 #include "server/physics/scene_impl.h"
+#include "server/physics/shapes/bounds.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #include "server/physics/validate.h"
 
-#include "server/physics/mass_properties.h"
+#include "server/physics/shapes/mass_properties.h"
 
 #include <cmath>
 #include <numbers>

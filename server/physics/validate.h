@@ -1,8 +1,8 @@
 // What the engine accepts: finite, positive, within the ranges that float arithmetic can carry.
 #pragma once
 
-#include "server/physics/compound.h"
 #include "server/physics/scene.h"
+#include "server/physics/shapes/compound.h"
 
 #include <string>
 

@@ -55,10 +55,10 @@ TEST(CheckIncludes, RefusesSiblings) {
 }
 
 TEST(CheckIncludes, LetsAiAskPhysicsItsQueriesOnly) {
-    expect_allowed("server/ai/perception.cpp", "\"server/physics/query.h\"");
-    expect_allowed("server/ai/perception.cpp", "\"server/physics/query_ray.h\"");
+    expect_allowed("server/ai/perception.cpp", "\"server/physics/query/query.h\"");
+    expect_allowed("server/ai/perception.cpp", "\"server/physics/query/query_ray.h\"");
     expect_refused("server/ai/perception.cpp", "\"server/physics/scene.h\"");
-    expect_refused("server/interest/a.cpp", "\"server/physics/query.h\"");
+    expect_refused("server/interest/a.cpp", "\"server/physics/query/query.h\"");
 }
 
 TEST(CheckIncludes, KeepsTheProgramsApart) {

@@ -67,7 +67,7 @@ struct SiblingException {
 };
 
 inline constexpr std::array kSiblingExceptions{
-    SiblingException{"server/ai", "server/physics/query"},
+    SiblingException{"server/ai", "server/physics/query/"},
 };
 
 /// An include that only some places may have. Up to `last_row`, a file may include what begins with

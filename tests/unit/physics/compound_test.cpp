@@ -1,8 +1,8 @@
-#include "server/physics/compound.h"
+#include "server/physics/shapes/compound.h"
 
-#include "server/physics/inertia.h"
-#include "server/physics/mass_properties.h"
 #include "server/physics/scene.h"
+#include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/mass_properties.h"
 #include "tests/unit/physics/allocation_count.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/surfaces.h"

@@ -1,5 +1,5 @@
 // EnvelopeSolver against dense factorisations, and what it makes of rows that depend on others.
-#include "server/physics/envelope.h"
+#include "server/physics/joints/envelope.h"
 
 #include "shared/core/rng.h"
 

@@ -1,8 +1,8 @@
 // Hulls against all convex shapes: manifolds against brute force.
-#include "server/physics/gjk.h"
-#include "server/physics/hull_axis.h"
-#include "server/physics/mass_properties.h"
-#include "server/physics/narrowphase.h"
+#include "server/physics/narrowphase/gjk.h"
+#include "server/physics/narrowphase/hull_axis.h"
+#include "server/physics/narrowphase/narrowphase.h"
+#include "server/physics/shapes/mass_properties.h"
 #include "tests/unit/physics/hulls.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-#include "server/physics/hull.h"
+#include "server/physics/shapes/hull.h"
 
-#include "server/physics/inertia.h"
+#include "server/physics/shapes/inertia.h"
 #include "tests/unit/physics/hulls.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "server/physics/inertia.h"
+#include "server/physics/shapes/inertia.h"
 
 #include <gtest/gtest.h>
 

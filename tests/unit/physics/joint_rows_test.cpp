@@ -1,8 +1,8 @@
 // Rows of joints: every Jacobian against the numerical derivative of its error, and the effective
 // masses that the solver sees against masses worked out by hand.
-#include "server/physics/joint_rows.h"
+#include "server/physics/joints/joint_rows.h"
 
-#include "server/physics/joint_solver.h"
+#include "server/physics/joints/joint_solver.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // What tests of joints share: bodies, joints and sums over them, in few words.
 #pragma once
 
-#include "server/physics/inertia.h"
 #include "server/physics/scene.h"
+#include "server/physics/shapes/inertia.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/physics/mass_properties.h"
+#include "server/physics/shapes/mass_properties.h"
 
 #include "tests/unit/physics/hulls.h"
 

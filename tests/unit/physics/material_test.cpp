@@ -1,7 +1,7 @@
 // Materials, filters and sensors.
-#include "server/physics/material.h"
+#include "server/physics/shapes/material.h"
 
-#include "server/physics/compound.h"
+#include "server/physics/shapes/compound.h"
 #include "server/physics/validate.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/surfaces.h"

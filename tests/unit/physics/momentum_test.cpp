@@ -1,6 +1,6 @@
 // Conservation laws: what free bodies must keep whatever happens between them.
-#include "server/physics/inertia.h"
 #include "server/physics/scene.h"
+#include "server/physics/shapes/inertia.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>

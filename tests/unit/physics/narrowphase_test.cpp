@@ -1,4 +1,4 @@
-#include "server/physics/narrowphase.h"
+#include "server/physics/narrowphase/narrowphase.h"
 
 #include "shared/core/rng.h"
 

@@ -1,9 +1,9 @@
 // Moving shapes, overlaps and nearest points against closed forms and against other tests.
-#include "server/physics/compound.h"
-#include "server/physics/hull.h"
-#include "server/physics/narrowphase.h"
-#include "server/physics/query.h"
+#include "server/physics/narrowphase/narrowphase.h"
+#include "server/physics/query/query.h"
 #include "server/physics/scene.h"
+#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/hull.h"
 #include "tests/unit/physics/surfaces.h"
 #include "shared/core/rng.h"
 

@@ -1,5 +1,5 @@
 // Rays and sets of answers: what a Query promises beyond single shapes.
-#include "server/physics/query.h"
+#include "server/physics/query/query.h"
 
 #include "server/physics/scene.h"
 #include "tests/unit/physics/allocation_count.h"

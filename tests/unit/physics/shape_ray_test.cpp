@@ -1,4 +1,4 @@
-#include "server/physics/shape_ray.h"
+#include "server/physics/query/shape_ray.h"
 
 #include "tests/unit/physics/hulls.h"
 

@@ -1,7 +1,7 @@
 // Meshes and heightfields: how they are built, and what touches them where.
-#include "server/physics/collide_triangle.h"
-#include "server/physics/contact_set.h"
-#include "server/physics/shape_ray.h"
+#include "server/physics/narrowphase/collide_triangle.h"
+#include "server/physics/narrowphase/contact_set.h"
+#include "server/physics/query/shape_ray.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/surfaces.h"
 

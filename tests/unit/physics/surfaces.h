@@ -1,9 +1,9 @@
 // Meshes and heightfields for the tests of the physics.
 #pragma once
 
-#include "server/physics/heightfield.h"
-#include "server/physics/mesh.h"
 #include "server/physics/scene.h"
+#include "server/physics/shapes/heightfield.h"
+#include "server/physics/shapes/mesh.h"
 
 #include <functional>
 #include <vector>

@@ -1,0 +1,70 @@
+// Islands: which dynamic bodies hang together through contacts, and which of them may sleep.
+#pragma once
+
+#include "server/physics/bodies.h"
+#include "server/physics/contacts/contact_graph.h"
+#include "server/physics/joints/joint_table.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::physics {
+
+/// Disjoint sets over 0..n-1 with path halving and the smaller index as root (Tarjan, "Efficiency
+/// of a good but not linear set union algorithm", JACM 22, 1975).
+class DisjointSets {
+  public:
+    void reserve(std::size_t n) { parent_.reserve(n); }
+
+    void reset(std::size_t n);
+    std::uint32_t root(std::uint32_t i);
+    void join(std::uint32_t a, std::uint32_t b);
+
+  private:
+    std::vector<std::uint32_t> parent_;
+};
+
+/// Wakes a dynamic body and all that it touches or has joints with, directly or through others.
+class Waker {
+  public:
+    void reserve(std::size_t bodies) { stack_.reserve(bodies); }
+
+    void wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, std::uint32_t row);
+
+  private:
+    std::vector<std::uint32_t> stack_;
+};
+
+/// Builds the islands of the awake bodies and puts those to sleep whose every body has been still
+/// for long enough and touches no kinematic body that moves.
+class Islands {
+  public:
+    struct Limits {
+        float speed = 0.0F;    ///< m/s
+        float spin = 0.0F;     ///< rad/s
+        float after_s = 0.0F;  ///< 0: nothing ever sleeps
+        float dt = 0.0F;
+    };
+
+    void reserve(std::size_t bodies) {
+        sets_.reserve(bodies);
+        still_s_.reserve(bodies);
+    }
+
+    /// Returns how many islands there were before any fell asleep.
+    std::uint32_t update(Bodies& bodies,
+                         ContactGraph& graph,
+                         const JointTable& joints,
+                         std::span<const std::uint32_t> active_joints,
+                         const Limits& limits);
+
+  private:
+    DisjointSets sets_;
+    std::vector<float> still_s_;  // per set: the least of its bodies
+};
+
+/// Stops a body and takes it out of the simulation until something wakes it.
+void put_to_sleep(Bodies& bodies, ContactGraph& graph, std::uint32_t row);
+
+}  // namespace zoned::physics

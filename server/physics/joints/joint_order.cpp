@@ -1,0 +1,177 @@
+// The part of the joint solver that runs once per step: which joints hang together, in what order.
+#include "server/physics/joints/joint_solver.h"
+
+#include <algorithm>
+
+namespace zoned::physics {
+
+namespace {
+
+/// A factorisation that takes more multiplications than this is not worth it.
+constexpr double kMostWork = 2.0e6;
+
+}  // namespace
+
+void JointSolver::reserve(std::size_t joints) {
+    items_.reserve(joints);
+    unordered_.reserve(joints);
+    groups_.reserve(joints);
+    rows_.reserve(9 * joints);
+    unknowns_.reserve(9 * joints);
+    starts_.reserve(9 * joints);
+    joints_of_.reserve(2 * joints);
+    visited_.reserve(joints);
+    queue_.reserve(joints);
+}
+
+void JointSolver::prepare(Bodies& bodies,
+                          const JointTable& table,
+                          std::span<const std::uint32_t> joints,
+                          SolverBodies& moving,
+                          float h) {
+    h_ = h;
+    substeps_ = 0;
+    unordered_.clear();
+    for (const std::uint32_t index : joints) {
+        const JointEntry& entry = table[index];
+        Item item;
+        item.joint = index;
+        const Vec3 origin = bodies.position[entry.b];
+        const auto place = [&](std::uint32_t row, std::uint32_t& slot, JointPose& pose, Quat& q) {
+            if (row == kNoIndex) {
+                pose.position = -origin;
+                return;
+            }
+            slot = bodies.awake[row] != 0 ? moving.slot_of(bodies, row) : 0;
+            pose.position = bodies.position[row] - origin;
+            pose.rotation = bodies.rotation[row];
+            q = bodies.orientation[row];
+            if (slot != 0) {
+                moving.track(bodies, slot);
+            }
+        };
+        place(entry.a, item.a, item.pose_a, item.orientation_a);
+        place(entry.b, item.b, item.pose_b, item.orientation_b);
+        unordered_.push_back(item);
+    }
+    order(moving);
+    rows_.clear();
+    for (Item& item : items_) {
+        const JointEntry& entry = table[item.joint];
+        JointRows rows;
+        write_rows(entry.joint, item.pose_a, item.pose_b, rows);
+        item.first = static_cast<std::uint32_t>(rows_.size());
+        item.count = static_cast<std::uint32_t>(rows.count);
+        const float scale = entry.substep_s > 0.0F ? h_ / entry.substep_s : 0.0F;
+        for (std::size_t i = 0; i < rows.count; ++i) {
+            rows_.emplace_back();
+            rows_.back().row.kind = rows.rows[i].kind;
+            rows_.back().impulse = scale * entry.impulse[i];
+        }
+    }
+    shape_matrix();
+}
+
+/// Breadth first over the bodies that joints share, from joints at the ends of chains first: a
+/// chain is as narrow as one joint, a tree nearly so.
+void JointSolver::order(const SolverBodies& moving) {
+    first_of_.assign(moving.size() + 1, 0);
+    const auto each_slot = [&](const Item& item, auto&& visit) {
+        for (const std::uint32_t slot : {item.a, item.b}) {
+            if (slot != 0 && moving.moved_by_impulses(slot)) {
+                visit(slot);
+            }
+        }
+    };
+    for (const Item& item : unordered_) {
+        each_slot(item, [&](std::uint32_t slot) { ++first_of_[slot + 1]; });
+    }
+    for (std::size_t s = 1; s < first_of_.size(); ++s) {
+        first_of_[s] += first_of_[s - 1];
+    }
+    joints_of_.resize(first_of_.back());
+    queue_.assign(first_of_.begin(), first_of_.end());
+    for (std::size_t i = 0; i < unordered_.size(); ++i) {
+        each_slot(unordered_[i], [&](std::uint32_t slot) {
+            joints_of_[queue_[slot]++] = static_cast<std::uint32_t>(i);
+        });
+    }
+    items_.clear();
+    groups_.clear();
+    visited_.assign(unordered_.size(), 0);
+    for (const std::uint32_t most : {2U, ~0U}) {
+        for (std::size_t i = 0; i < unordered_.size(); ++i) {
+            std::uint32_t neighbours = 0;
+            each_slot(unordered_[i], [&](std::uint32_t slot) {
+                neighbours += first_of_[slot + 1] - first_of_[slot] - 1;
+            });
+            if (visited_[i] == 0 && neighbours < most) {
+                walk(static_cast<std::uint32_t>(i));
+            }
+        }
+    }
+    // From here on the lists hold places in `items_`, which are the order of elimination.
+    for (std::uint32_t& joint : joints_of_) {
+        joint = queue_[joint];
+    }
+}
+
+void JointSolver::walk(std::uint32_t from) {
+    const std::size_t begin = items_.size();
+    groups_.emplace_back();
+    groups_.back().first = static_cast<std::uint32_t>(begin);
+    queue_.resize(std::max(queue_.size(), unordered_.size()));
+    visited_[from] = 1;
+    queue_[from] = static_cast<std::uint32_t>(items_.size());
+    items_.push_back(unordered_[from]);
+    for (std::size_t at = begin; at < items_.size(); ++at) {
+        const Item item = items_[at];
+        for (const std::uint32_t slot : {item.a, item.b}) {
+            if (slot == 0) {
+                continue;
+            }
+            for (std::uint32_t k = first_of_[slot]; k < first_of_[slot + 1]; ++k) {
+                const std::uint32_t next = joints_of_[k];
+                if (visited_[next] == 0) {
+                    visited_[next] = 1;
+                    queue_[next] = static_cast<std::uint32_t>(items_.size());
+                    items_.push_back(unordered_[next]);
+                }
+            }
+        }
+    }
+    groups_.back().end = static_cast<std::uint32_t>(items_.size());
+}
+
+void JointSolver::shape_matrix() {
+    starts_.clear();
+    for (Group& group : groups_) {
+        group.first_row = static_cast<std::uint32_t>(starts_.size());
+        for (std::uint32_t i = group.first; i < group.end; ++i) {
+            Item& item = items_[i];
+            item.earliest = item.first;
+            for (const std::uint32_t slot : {item.a, item.b}) {
+                for (std::uint32_t k = first_of_[slot]; slot != 0 && k < first_of_[slot + 1]; ++k) {
+                    item.earliest = std::min(item.earliest, items_[joints_of_[k]].first);
+                }
+            }
+            starts_.insert(starts_.end(), item.count, item.earliest);
+            for (std::uint32_t r = item.first; r < item.first + item.count; ++r) {
+                const RowKind kind = rows_[r].row.kind;
+                group.bounded |= kind == RowKind::kLimit || kind == RowKind::kMotor;
+            }
+        }
+        group.end_row = static_cast<std::uint32_t>(starts_.size());
+        const auto shape = std::span(starts_).subspan(group.first_row);
+        group.direct = EnvelopeSolver::cost(shape, group.first_row) <= kMostWork;
+        if (!group.direct) {
+            for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
+                starts_[r] = r;
+            }
+        }
+    }
+    matrix_.shape(starts_);
+    unknowns_.assign(starts_.size(), 0.0);
+}
+
+}  // namespace zoned::physics

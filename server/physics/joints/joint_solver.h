@@ -1,0 +1,125 @@
+// JointSolver: holds joints together, all of an island at once.
+#pragma once
+
+#include "server/physics/joints/envelope.h"
+#include "server/physics/joints/joint_table.h"
+#include "server/physics/solver/solver_bodies.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::physics {
+
+/// The rows J V = -C / h of all joints that hang together are one linear system
+/// J M^-1 J^T x = b, solved directly in each substep: a chain that carries a hundred times its
+/// weight stays together as one that carries nothing, which no number of single passes achieves
+/// (D. Baraff, "Linear-time dynamics using Lagrange multipliers", SIGGRAPH 1996). Joints are
+/// ordered by a walk over the bodies that they share, so that the matrix is narrow; where it would
+/// be too wide all the same (nets of thousands), rows are solved one after the other.
+///
+/// Limits and motors are rows of the same system for as long as their impulses are within bounds:
+/// the set of those that hold is carried from substep to substep and corrected by a few rounds
+/// (block pivoting: Judice, Pires, "A block principal pivoting algorithm for large-scale strictly
+/// monotone linear complementarity problems", Computers & Operations Research 21, 1994). Solved by
+/// itself, a motor would see the moment of a link about its middle and not about its hinge.
+///
+/// Substeps are those of SHAKE in its leapfrog form (Ryckaert, Ciccotti, Berendsen, J. Comp. Phys.
+/// 23, 1977): rows at the middle of the substep push velocities so that the constraint holds at the
+/// middle of the next, and positions follow in straight lines. It is of second order and keeps the
+/// energy of a pendulum; velocities that were made tangent after each substep would lose (w h)^2
+/// of it each time. The caller moves positions by half a substep first and last.
+class JointSolver {
+  public:
+    void reserve(std::size_t joints);
+
+    /// Takes the joints and their bodies in. `h`: length of a substep, s.
+    void prepare(Bodies& bodies,
+                 const JointTable& table,
+                 std::span<const std::uint32_t> joints,
+                 SolverBodies& moving,
+                 float h);
+
+    [[nodiscard]] bool empty() const { return items_.empty(); }
+
+    /// Rows at the present poses, with velocities that no force of this substep has changed yet.
+    void update(const JointTable& table, const SolverBodies& moving);
+    /// Gives the last impulses again and prepares the systems.
+    void warm_start(SolverBodies& moving);
+    void solve(SolverBodies& moving);
+    /// Ends a substep: notes what the joints carried.
+    void add_totals();
+
+    void store(JointTable& table) const;
+
+  private:
+    struct Item {
+        std::uint32_t joint = 0;
+        std::uint32_t a = 0, b = 0;  // slots
+        JointPose pose_a, pose_b;    // when the step began; the common origin is near b
+        Quat orientation_a = Quat::Identity();
+        Quat orientation_b = Quat::Identity();
+        std::uint32_t first = 0;  // of its rows, here and in the matrix
+        std::uint32_t count = 0;
+        std::uint32_t earliest = 0;   // first row that it shares a body with
+        Vec3 carried = Vec3::Zero();  // sum of the impulses of all substeps, N s
+    };
+
+    /// A row with what its impulses do: J V + soft x impulse = -bias, low <= impulse <= high.
+    struct Row {
+        JointRow row;
+        Vec3 turn_a, turn_b;    // inverse inertia times angular part
+        float response = 0.0F;  // J M^-1 J^T
+        float soft = 0.0F;
+        float bias = 0.0F;
+        float low = 0.0F, high = 0.0F;
+        float impulse = 0.0F;
+        bool held = true;  // in the system of equations; otherwise its impulse stays
+    };
+
+    /// Joints that hang together through bodies that move.
+    struct Group {
+        std::uint32_t first = 0, end = 0;          // of items
+        std::uint32_t first_row = 0, end_row = 0;  // of rows
+        bool direct = true;
+        bool bounded = false;  // has rows with bounds
+    };
+
+    // joint_order.cpp
+    void order(const SolverBodies& moving);
+    void walk(std::uint32_t from);
+    void shape_matrix();
+
+    [[nodiscard]] float gape(const SolverBodies& moving, std::uint32_t slot, const Vec3& arm) const;
+    void update_row(const SolverBodies& moving, const Item& item, float undo, Row& row) const;
+    void update_spring(const SolverBodies& moving, const Item& item, Row& row) const;
+    void choose_held(const SolverBodies& moving, const Group& group);
+    void factor(const SolverBodies& moving, const Group& group);
+    void assemble(const SolverBodies& moving, const Item& item);
+    void add_block(const SolverBodies& moving, const Item& p, const Item& q, std::uint32_t slot);
+    void solve_group(SolverBodies& moving, const Group& group);
+    bool release(SolverBodies& moving, const Group& group);
+    bool take_hold(const SolverBodies& moving, const Group& group);
+    void apply_unknowns(SolverBodies& moving, const Group& group);
+    void solve_singly(SolverBodies& moving, const Group& group);
+    [[nodiscard]] static float speed(const SolverBodies& moving, const Item& item, const Row& row);
+    /// Takes the impulse to `impulse`, within its bounds.
+    static void move_impulse(SolverBodies& moving, const Item& item, Row& row, float impulse);
+    static void apply(SolverBodies& moving, const Item& item, const Row& row, float impulse);
+
+    float h_ = 0.0F;
+    int substeps_ = 0;  // since `prepare`
+    std::vector<Item> items_;
+    std::vector<Row> rows_;
+    std::vector<Group> groups_;
+    EnvelopeSolver matrix_;
+    std::vector<double> unknowns_;
+    std::vector<std::uint32_t> starts_;
+    // Joints by body: of slot s, from first_of_[s] to first_of_[s + 1].
+    std::vector<std::uint32_t> first_of_, joints_of_;
+    std::vector<Item> unordered_;
+    std::vector<std::uint8_t> visited_;
+    std::vector<std::uint32_t> queue_;
+};
+
+}  // namespace zoned::physics

@@ -1,0 +1,161 @@
+#include "server/physics/narrowphase/hull_axis.h"
+
+#include "server/physics/solver/lanes.h"
+
+#include <cmath>
+
+namespace zoned::physics {
+
+namespace {
+
+/// The faces of `hull` against the corners of the other; returns the best face.
+int best_face(const HullView& hull, const PointsView& other, float& separation) {
+    int best = 0;
+    separation = -INFINITY;
+    for (int f = 0; f < hull.face_count; ++f) {
+        const HullFace& face = hull.faces[f];
+        const float gap = lowest(other, face.normal) - face.offset;
+        if (gap > separation) {
+            separation = gap;
+            best = f;
+        }
+    }
+    return best;
+}
+
+constexpr int kPaddedEdges = padded(kMaxHullEdges);
+
+/// Directions of edges and the normals on both sides of them, as columns.
+struct EdgeColumns {
+    std::array<float, kPaddedEdges> dx, dy, dz, lx, ly, lz, rx, ry, rz;
+    int count = 0;
+
+    explicit EdgeColumns(const HullView& hull) : count(padded(hull.edge_count)) {
+        for (int e = 0; e < count; ++e) {
+            const auto k = static_cast<std::size_t>(e);
+            if (e >= hull.edge_count) {
+                // No direction: it crosses nothing.
+                dx[k] = dy[k] = dz[k] = lx[k] = ly[k] = lz[k] = rx[k] = ry[k] = rz[k] = 0.0F;
+                continue;
+            }
+            const HullEdge& edge = hull.edges[e];
+            const Vec3 d = hull.points[edge.to] - hull.points[edge.from];
+            const Vec3& l = hull.faces[edge.left].normal;
+            const Vec3& r = hull.faces[edge.right].normal;
+            dx[k] = d.x();
+            dy[k] = d.y();
+            dz[k] = d.z();
+            lx[k] = l.x();
+            ly[k] = l.y();
+            lz[k] = l.z();
+            rx[k] = r.x();
+            ry[k] = r.y();
+            rz[k] = r.z();
+        }
+    }
+};
+
+Lanes dot(const float* x, const float* y, const float* z, const Vec3& v) {
+    return load(x) * lanes(v.x()) + load(y) * lanes(v.y()) + load(z) * lanes(v.z());
+}
+
+/// Compares the axis of one pair of edges with the best so far.
+void try_edges(const HullView& a, const HullView& b, int i, int j, HullAxis& best) {
+    const HullEdge& ea = a.edges[i];
+    const HullEdge& eb = b.edges[j];
+    const Vec3 pa = a.points[ea.from];
+    const Vec3 pb = b.points[eb.from];
+    const Vec3 da = a.points[ea.to] - pa;
+    const Vec3 db = b.points[eb.to] - pb;
+    Vec3 axis = da.cross(db);
+    const float length2 = axis.squaredNorm();
+    if (length2 < kParallel * kParallel * da.squaredNorm() * db.squaredNorm()) {
+        return;
+    }
+    // The axis lies on the arc between the normals on both sides of a's edge.
+    const Vec3 outward = a.faces[ea.left].normal + a.faces[ea.right].normal;
+    axis *= (axis.dot(outward) >= 0.0F ? 1.0F : -1.0F) / std::sqrt(length2);
+    const float gap = axis.dot(pb - pa);
+    if (gap > best.separation) {
+        best = {gap, AxisKind::kEdges, i, j, axis};
+    }
+}
+
+/// Edge pairs whose arcs cross: b's, mirrored, has its ends on both sides of a's great circle and
+/// the other way round, on the same half of the sphere. An edge's direction is normal to its
+/// circle.
+void test_edges(const HullView& a, const HullView& b, HullAxis& best) {
+    const EdgeColumns columns(b);
+    for (int i = 0; i < a.edge_count; ++i) {
+        const HullEdge& edge = a.edges[i];
+        const Vec3 direction = a.points[edge.to] - a.points[edge.from];
+        const Vec3& left = a.faces[edge.left].normal;
+        const Vec3& right = a.faces[edge.right].normal;
+        for (int j = 0; j < columns.count; j += kGroup) {
+            const auto k = static_cast<std::size_t>(j);
+            const Lanes cba = dot(&columns.lx[k], &columns.ly[k], &columns.lz[k], direction);
+            const Lanes dba = dot(&columns.rx[k], &columns.ry[k], &columns.rz[k], direction);
+            const Lanes adc = dot(&columns.dx[k], &columns.dy[k], &columns.dz[k], left);
+            const Lanes bdc = dot(&columns.dx[k], &columns.dy[k], &columns.dz[k], right);
+            const Lanes zero = lanes(0.0F);
+            const auto crosses = (cba * dba < zero) & (adc * bdc < zero) & (cba * bdc < zero);
+            if (!any(crosses)) {
+                continue;
+            }
+            for (int lane = 0; lane < kGroup; ++lane) {
+                if (crosses[lane] != 0) {
+                    try_edges(a, b, i, j + lane, best);
+                }
+            }
+        }
+    }
+}
+
+}  // namespace
+
+MovedHull::MovedHull(const HullView& hull, const Mat3& rotation, const Vec3& position)
+    : from_(hull) {
+    for (int i = 0; i < hull.points.count; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const float x = hull.points.x[i];
+        const float y = hull.points.y[i];
+        const float z = hull.points.z[i];
+        x_[k] = rotation(0, 0) * x + rotation(0, 1) * y + rotation(0, 2) * z + position.x();
+        y_[k] = rotation(1, 0) * x + rotation(1, 1) * y + rotation(1, 2) * z + position.y();
+        z_[k] = rotation(2, 0) * x + rotation(2, 1) * y + rotation(2, 2) * z + position.z();
+    }
+    for (int f = 0; f < hull.face_count; ++f) {
+        const HullFace& face = hull.faces[f];
+        const Vec3 normal = rotation * face.normal;
+        faces_[static_cast<std::size_t>(f)] = {
+            normal, face.offset + normal.dot(position), face.first, face.corners};
+    }
+}
+
+HullView MovedHull::view() const {
+    HullView view = from_;
+    view.points = {x_.data(), y_.data(), z_.data(), from_.points.count};
+    view.faces = faces_.data();
+    return view;
+}
+
+HullAxes find_axes(const HullView& a, const HullView& b, float margin, float scale) {
+    HullAxes out;
+    HullAxis& best = out.face;
+    best.i = best_face(a, b.points, best.separation);
+    best.normal = a.faces[best.i].normal;
+    if (best.separation > margin) {
+        return out;
+    }
+    float separation = 0.0F;
+    const int face = best_face(b, a.points, separation);
+    if (separation > best.separation + kFaceBias * scale) {
+        best = {separation, AxisKind::kFaceB, best.i, face, -b.faces[face].normal};
+    }
+    if (best.separation <= margin) {
+        test_edges(a, b, out.edges);
+    }
+    return out;
+}
+
+}  // namespace zoned::physics

@@ -1,0 +1,62 @@
+// The separating axis test of two convex polyhedra.
+#pragma once
+
+#include "server/physics/shapes/hull_view.h"
+
+namespace zoned::physics {
+
+enum class AxisKind {
+    kFaceA,
+    kFaceB,
+    kEdges
+};
+
+struct HullAxis {
+    float separation = -INFINITY;  ///< gap along the normal, m
+    AxisKind kind = AxisKind::kFaceA;
+    int i = 0;                    ///< face or edge of a
+    int j = 0;                    ///< face or edge of b
+    Vec3 normal = Vec3::UnitY();  ///< unit, from a to b
+};
+
+/// The other kind of feature must win by this much, so that a resting contact does not flip
+/// between descriptions that are equally good, and keeps its warm start. In metres for bodies of
+/// half a metre, less for smaller ones.
+inline constexpr float kFaceBias = 5.0e-4F;
+inline constexpr float kEdgeBias = 2.0e-3F;
+/// Sine of the angle under which two edges count as parallel: their cross product is then no axis
+/// that the faces do not have already.
+inline constexpr float kParallel = 5.0e-3F;
+
+/// A polyhedron moved into another frame; it shares its tables with the one that it comes from.
+class MovedHull {
+  public:
+    MovedHull(const HullView& hull, const Mat3& rotation, const Vec3& position);
+
+    [[nodiscard]] HullView view() const;
+
+  private:
+    HullView from_;
+    alignas(32) std::array<float, kMaxHullVertices> x_, y_, z_;
+    std::array<HullFace, kMaxHullFaces> faces_;
+};
+
+/// The best axis of each sort.
+struct HullAxes {
+    HullAxis face;
+    HullAxis edges;  ///< separation -infinity: no pair of edges was looked at
+
+    /// The one that tells what kind of contact it is.
+    [[nodiscard]] const HullAxis& best(float scale) const {
+        return edges.separation > face.separation + kEdgeBias * scale ? edges : face;
+    }
+};
+
+/// The axes of largest separation (of least overlap when it is negative) among the normals of all
+/// faces and the cross products of those pairs of edges that are edges of the Minkowski difference:
+/// whose arcs on the Gauss map cross (Gregorius, "The separating axis test between convex
+/// polyhedra", GDC 2013). Both hulls are given in one frame. Stops after the faces of a, or of b,
+/// when these part the hulls by more than `margin`. `scale` shrinks the biases for small bodies.
+HullAxes find_axes(const HullView& a, const HullView& b, float margin, float scale);
+
+}  // namespace zoned::physics

@@ -1,0 +1,155 @@
+#include "server/physics/shapes/box_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace zoned::physics {
+
+namespace {
+
+constexpr std::uint32_t kLeafItems = 4;
+constexpr std::size_t kBins = 12;
+
+Aabb join(const Aabb& a, const Aabb& b) {
+    return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
+}
+
+Aabb nothing() {
+    return {Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
+}
+
+float half_area(const Aabb& box) {
+    const Vec3 d = box.upper - box.lower;
+    return d.x() * d.y() + d.y() * d.z() + d.z() * d.x();
+}
+
+/// Twice the centre.
+Vec3 middle(const Aabb& box) {
+    return box.lower + box.upper;
+}
+
+struct Bin {
+    Aabb box = nothing();
+    std::uint32_t items = 0;
+};
+
+/// Index of the last bin of the left side with the least cost: area times items of both sides.
+std::size_t cheapest_cut(const std::array<Bin, kBins>& bins) {
+    std::array<float, kBins> right_cost{};
+    Aabb box = nothing();
+    std::uint32_t items = 0;
+    for (std::size_t i = kBins - 1; i > 0; --i) {
+        box = join(box, bins[i].box);
+        items += bins[i].items;
+        right_cost[i] = items == 0 ? INFINITY : half_area(box) * static_cast<float>(items);
+    }
+    box = nothing();
+    items = 0;
+    std::size_t best = 0;
+    float least = INFINITY;
+    for (std::size_t i = 0; i + 1 < kBins; ++i) {
+        box = join(box, bins[i].box);
+        items += bins[i].items;
+        const float cost =
+            items == 0 ? INFINITY : half_area(box) * static_cast<float>(items) + right_cost[i + 1];
+        if (cost < least) {
+            least = cost;
+            best = i;
+        }
+    }
+    return best;
+}
+
+}  // namespace
+
+BoxTree::BoxTree(std::span<const Aabb> boxes) : order_(boxes.size()) {
+    std::iota(order_.begin(), order_.end(), 0U);
+    if (!boxes.empty()) {
+        nodes_.reserve(boxes.size());
+        build(boxes, 0, static_cast<std::uint32_t>(boxes.size()), 0);
+    }
+}
+
+void BoxTree::build(std::span<const Aabb> boxes,
+                    std::uint32_t first,
+                    std::uint32_t last,
+                    std::uint32_t depth) {
+    const std::size_t at = nodes_.size();
+    nodes_.emplace_back();
+    Aabb box = nothing();
+    for (std::uint32_t i = first; i < last; ++i) {
+        box = join(box, boxes[order_[i]]);
+    }
+    nodes_[at].box = box;
+    if (last - first <= kLeafItems) {
+        nodes_[at].next = first;
+        nodes_[at].items = last - first;
+        return;
+    }
+    const std::uint32_t cut = split(boxes, first, last, depth);
+    build(boxes, first, cut, depth + 1);
+    nodes_[at].next = static_cast<std::uint32_t>(nodes_.size());
+    build(boxes, cut, last, depth + 1);
+}
+
+/// Arranges the items so that the left child's come first; returns where the right child's begin.
+std::uint32_t BoxTree::split(std::span<const Aabb> boxes,
+                             std::uint32_t first,
+                             std::uint32_t last,
+                             std::uint32_t depth) {
+    Aabb centres = nothing();
+    for (std::uint32_t i = first; i < last; ++i) {
+        const Vec3 c = middle(boxes[order_[i]]);
+        centres = join(centres, {c, c});
+    }
+    int axis = 0;
+    const float extent = (centres.upper - centres.lower).maxCoeff(&axis);
+    const auto begin = order_.begin() + first;
+    const auto end = order_.begin() + last;
+    if (extent > 0.0F && depth < kHalvesFrom) {
+        const auto bin_of = [&](std::uint32_t item) {
+            const float share = (middle(boxes[item])[axis] - centres.lower[axis]) / extent;
+            const auto bin = static_cast<std::size_t>(share * static_cast<float>(kBins));
+            return std::min(bin, kBins - 1);
+        };
+        std::array<Bin, kBins> bins;
+        for (std::uint32_t i = first; i < last; ++i) {
+            Bin& bin = bins[bin_of(order_[i])];
+            bin.box = join(bin.box, boxes[order_[i]]);
+            ++bin.items;
+        }
+        // The extreme centres lie in the first and the last bin, so neither side is empty.
+        const std::size_t cut = cheapest_cut(bins);
+        const auto right = std::stable_partition(
+            begin, end, [&](std::uint32_t item) { return bin_of(item) <= cut; });
+        return static_cast<std::uint32_t>(right - order_.begin());
+    }
+    const auto half = begin + (last - first) / 2;
+    std::nth_element(begin, half, end, [&](std::uint32_t a, std::uint32_t b) {
+        const float ca = middle(boxes[a])[axis];
+        const float cb = middle(boxes[b])[axis];
+        return ca < cb || (ca == cb && a < b);
+    });
+    return static_cast<std::uint32_t>(half - order_.begin());
+}
+
+float BoxTree::Ray::enter(const Aabb& box) const {
+    float enter = 0.0F;
+    float leave = INFINITY;
+    for (int i = 0; i < 3; ++i) {
+        if (std::isinf(inverse[i])) {
+            if (origin[i] < box.lower[i] || origin[i] > box.upper[i]) {
+                return INFINITY;
+            }
+            continue;
+        }
+        const float t0 = (box.lower[i] - origin[i]) * inverse[i];
+        const float t1 = (box.upper[i] - origin[i]) * inverse[i];
+        enter = std::max(enter, std::min(t0, t1));
+        leave = std::min(leave, std::max(t0, t1));
+    }
+    return enter <= leave ? enter : INFINITY;
+}
+
+}  // namespace zoned::physics

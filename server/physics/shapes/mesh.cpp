@@ -1,0 +1,225 @@
+#include "server/physics/shapes/mesh.h"
+
+#include "server/physics/validate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace zoned::physics {
+
+namespace {
+
+using Tables = TriangleMesh::Tables;
+using Corners = std::array<std::uint32_t, 3>;
+
+constexpr float kMinWeld = 1.0e-6F;
+
+/// Cells as wide as the reach: what is near lies in the same cell or in one beside it.
+using Cell = std::array<std::int64_t, 3>;
+
+Cell cell_of(const Vec3& p, float reach) {
+    Cell cell{};
+    for (int i = 0; i < 3; ++i) {
+        cell[static_cast<std::size_t>(i)] =
+            static_cast<std::int64_t>(std::floor(static_cast<double>(p[i]) / reach));
+    }
+    return cell;
+}
+
+/// For each vertex the first one that lies at the very same place.
+std::vector<std::uint32_t> weld_equal(std::span<const Vec3> vertices) {
+    std::vector<std::uint32_t> order(vertices.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto key = [&](std::uint32_t i) {
+        return std::tuple(vertices[i].x(), vertices[i].y(), vertices[i].z());
+    };
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return key(a) < key(b) || (key(a) == key(b) && a < b);
+    });
+    std::vector<std::uint32_t> same(vertices.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const bool as_before = i > 0 && key(order[i]) == key(order[i - 1]);
+        same[order[i]] = as_before ? same[order[i - 1]] : order[i];
+    }
+    return same;
+}
+
+/// For each vertex the first one within reach that stands for itself.
+std::vector<std::uint32_t> weld_near(std::span<const Vec3> vertices, float reach) {
+    std::vector<std::pair<Cell, std::uint32_t>> cells;
+    for (std::uint32_t i = 0; i < vertices.size(); ++i) {
+        cells.emplace_back(cell_of(vertices[i], reach), i);
+    }
+    std::sort(cells.begin(), cells.end());
+    constexpr std::uint32_t kFree = ~0U;
+    std::vector<std::uint32_t> same(vertices.size(), kFree);
+    for (std::uint32_t at = 0; at < vertices.size(); ++at) {
+        if (same[at] != kFree) {
+            continue;
+        }
+        const Cell home = cell_of(vertices[at], reach);
+        for (int k = 0; k < 27; ++k) {
+            const Cell cell{home[0] + k % 3 - 1, home[1] + k / 3 % 3 - 1, home[2] + k / 9 - 1};
+            for (auto it = std::lower_bound(cells.begin(), cells.end(), std::pair(cell, 0U));
+                 it != cells.end() && it->first == cell;
+                 ++it) {
+                const std::uint32_t other = it->second;
+                if (same[other] == kFree && (vertices[other] - vertices[at]).norm() <= reach) {
+                    same[other] = at;
+                }
+            }
+        }
+    }
+    return same;
+}
+
+/// One side of an edge: the triangle that runs along it from `from` to `to`.
+struct Side {
+    std::uint32_t low, high;  // the edge's vertices, for sorting
+    std::uint32_t triangle;
+    std::uint8_t edge;
+    bool upward;  // runs from low to high
+};
+
+std::vector<Side> sorted_sides(const std::vector<Corners>& corners) {
+    std::vector<Side> sides;
+    sides.reserve(3 * corners.size());
+    for (std::uint32_t t = 0; t < corners.size(); ++t) {
+        for (std::uint8_t e = 0; e < 3; ++e) {
+            const std::uint32_t from = corners[t][e];
+            const std::uint32_t to = corners[t][(e + 1U) % 3U];
+            sides.push_back({std::min(from, to), std::max(from, to), t, e, from < to});
+        }
+    }
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+        return std::tie(a.low, a.high, a.triangle, a.edge) <
+               std::tie(b.low, b.high, b.triangle, b.edge);
+    });
+    return sides;
+}
+
+bool bends_less(const EdgeBend& a, const EdgeBend& b) {
+    return a.cosine > b.cosine;
+}
+
+Triangle triangle_at(const Tables& t, std::uint32_t i) {
+    const Corners& c = t.corners[i];
+    return {{t.vertices[c[0]], t.vertices[c[1]], t.vertices[c[2]]}, t.normals[i], t.bends[i], i};
+}
+
+/// The bend of one side of an edge among all triangles at it: where several go on from here, the
+/// one that lies most to the front hides the others.
+EdgeBend bend_at(const Tables& t, std::span<const Side> sides, const Side& side) {
+    const Triangle triangle = triangle_at(t, side.triangle);
+    EdgeBend bend = EdgeBend::open();
+    bool found = false;
+    for (const Side& other : sides) {
+        if (other.upward == side.upward) {
+            continue;  // itself, or one that faces the other way
+        }
+        const Vec3& apex = t.vertices[t.corners[other.triangle][(other.edge + 2U) % 3U]];
+        const EdgeBend b = bend_towards(triangle, side.edge, t.normals[other.triangle], apex);
+        if (!found || bends_less(b, bend)) {
+            bend = b;
+        }
+        found = true;
+    }
+    return bend;
+}
+
+void find_bends(Tables& t, BuiltMesh& report) {
+    const std::vector<Side> sides = sorted_sides(t.corners);
+    t.bends.resize(t.corners.size());
+    for (std::size_t first = 0; first < sides.size();) {
+        std::size_t last = first;
+        while (last < sides.size() && sides[last].low == sides[first].low &&
+               sides[last].high == sides[first].high) {
+            ++last;
+        }
+        const std::span<const Side> edge(sides.data() + first, last - first);
+        report.open_edges += edge.size() == 1 ? 1 : 0;
+        report.shared_edges += edge.size() > 2 ? 1 : 0;
+        report.turned_edges += edge.size() == 2 && edge[0].upward == edge[1].upward ? 1 : 0;
+        for (const Side& side : edge) {
+            t.bends[side.triangle][side.edge] = bend_at(t, edge, side);
+        }
+        first = last;
+    }
+}
+
+std::string why_unfit(std::span<const Vec3> vertices,
+                      std::span<const std::uint32_t> indices,
+                      const MeshOptions& options) {
+    if (indices.size() % 3 != 0) {
+        return "mesh: the number of indices is no multiple of three";
+    }
+    if (indices.size() / 3 > kMaxMeshTriangles) {
+        return "mesh: more than " + std::to_string(kMaxMeshTriangles) + " triangles";
+    }
+    if (options.weld != 0.0F && !(options.weld >= kMinWeld && options.weld <= kMaxSize)) {
+        return "mesh: weld out of range";
+    }
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        if (!fit_position(vertices[i])) {
+            return "mesh: vertex " + std::to_string(i) + " is not finite or out of range";
+        }
+    }
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        if (indices[i] >= vertices.size()) {
+            return "mesh: index " + std::to_string(i) + " names no vertex";
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+Triangle TriangleMesh::triangle(std::uint32_t i) const {
+    return triangle_at(t_, i);
+}
+
+core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
+                                   std::span<const std::uint32_t> indices,
+                                   const MeshOptions& options) {
+    using Built = core::Result<BuiltMesh>;
+    std::string reason = why_unfit(vertices, indices, options);
+    if (!reason.empty()) {
+        return Built::failure(std::move(reason));
+    }
+    const std::vector<std::uint32_t> same =
+        options.weld > 0.0F ? weld_near(vertices, options.weld) : weld_equal(vertices);
+    Tables t;
+    t.vertices.assign(vertices.begin(), vertices.end());
+    BuiltMesh out;
+    std::vector<Aabb> boxes;
+    for (std::size_t i = 0; i < indices.size(); i += 3) {
+        const Corners c{same[indices[i]], same[indices[i + 1]], same[indices[i + 2]]};
+        const Vec3& p = vertices[c[0]];
+        const Vec3& q = vertices[c[1]];
+        const Vec3& r = vertices[c[2]];
+        float area = 0.0F;
+        const Vec3 normal = triangle_normal(p, q, r, area);
+        const float longest =
+            std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
+        // Lower than a hundred thousandth of its length, its normal is noise.
+        if (!(area > 1.0e-5F * longest)) {
+            ++out.degenerate;
+            continue;
+        }
+        t.corners.push_back(c);
+        t.normals.push_back(normal);
+        boxes.push_back({p.cwiseMin(q).cwiseMin(r), p.cwiseMax(q).cwiseMax(r)});
+    }
+    if (t.corners.empty()) {
+        return Built::failure("mesh: no triangle has an area");
+    }
+    find_bends(t, out);
+    t.tree = BoxTree(boxes);
+    out.mesh = std::make_shared<const TriangleMesh>(std::move(t));
+    return out;
+}
+
+}  // namespace zoned::physics

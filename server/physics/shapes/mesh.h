@@ -1,0 +1,73 @@
+// TriangleMesh: a static surface of triangles, with a tree over them and its inner edges known.
+#pragma once
+
+#include "server/physics/shapes/box_tree.h"
+#include "server/physics/shapes/shape.h"
+#include "server/physics/shapes/surface.h"
+#include "shared/core/result.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::physics {
+
+inline constexpr std::size_t kMaxMeshTriangles = 1U << 22;
+
+/// Immutable. One-sided: solid behind, so only what has its centre in front of a triangle's plane
+/// touches it. A thing that got behind is not pulled through: it is not held at all.
+class TriangleMesh final : public Geometry {
+  public:
+    struct Tables {
+        std::vector<Vec3> vertices;
+        std::vector<std::array<std::uint32_t, 3>> corners;
+        std::vector<Vec3> normals;
+        std::vector<std::array<EdgeBend, 3>> bends;
+        BoxTree tree;
+    };
+
+    explicit TriangleMesh(Tables tables) : Geometry(ShapeKind::kMesh), t_(std::move(tables)) {}
+
+    [[nodiscard]] std::uint32_t triangle_count() const {
+        return static_cast<std::uint32_t>(t_.corners.size());
+    }
+
+    [[nodiscard]] Triangle triangle(std::uint32_t i) const;
+
+    [[nodiscard]] const BoxTree& tree() const { return t_.tree; }
+
+    [[nodiscard]] const Aabb& box() const { return t_.tree.box(); }
+
+  private:
+    Tables t_;
+};
+
+/// The mesh of a shape of kind kMesh.
+inline const TriangleMesh& mesh_of(const Shape& shape) {
+    return static_cast<const TriangleMesh&>(*shape.geometry);
+}
+
+struct MeshOptions {
+    /// Vertices no farther apart are one, m: files repeat vertices where normals or textures
+    /// differ. 0: only those at the very same place;
+    /// otherwise at least 1e-6.
+    float weld = 0.0F;
+};
+
+struct BuiltMesh {
+    std::shared_ptr<const TriangleMesh> mesh;
+    // What was found on the way; none of it stops the mesh from being used.
+    std::uint32_t degenerate = 0;    ///< triangles without area, left out
+    std::uint32_t open_edges = 0;    ///< edges of one triangle only: the rim of the surface
+    std::uint32_t shared_edges = 0;  ///< edges of more than two triangles
+    std::uint32_t turned_edges = 0;  ///< edges of two triangles that face opposite ways
+};
+
+/// Three indices for each triangle, counter-clockwise seen from the front. Fails with the reason
+/// when a vertex is not finite or out of range, an index names no vertex, there are more than
+/// kMaxMeshTriangles, or no triangle has an area.
+core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
+                                   std::span<const std::uint32_t> indices,
+                                   const MeshOptions& options = {});
+
+}  // namespace zoned::physics

@@ -1,0 +1,214 @@
+// The part of the contact solver that runs once per step: batches from contacts.
+#include "server/physics/narrowphase/narrowphase.h"
+#include "server/physics/solver/contact_solver.h"
+#include "server/physics/solver/lane_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace zoned::physics {
+
+namespace {
+
+constexpr float kContactDamping = 10.0F;
+
+Vec3 any_perpendicular(const Vec3& n) {
+    // Crossing with the axis of the smallest component keeps the result long.
+    int axis = 0;
+    n.cwiseAbs().minCoeff(&axis);
+    return n.cross(Vec3::Unit(axis)).normalized();
+}
+
+/// With which body the point of contact travels within a step, as b's share. A round body takes it
+/// along wherever it rolls; between two round ones it lies on the line of centres; on the unmoving
+/// world it goes with the body that moves. Any choice conserves momentum: the point is one and the
+/// same for both bodies.
+float share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves) {
+    const bool a_round = a.kind == ShapeKind::kSphere || a.kind == ShapeKind::kCapsule;
+    const bool b_round = b.kind == ShapeKind::kSphere || b.kind == ShapeKind::kCapsule;
+    if (a_round && b_round) {
+        return a.radius / (a.radius + b.radius);
+    }
+    if (a_round != b_round) {
+        return b_round ? 1.0F : 0.0F;
+    }
+    return a_moves == b_moves ? 0.5F : (b_moves ? 1.0F : 0.0F);
+}
+
+/// Where friction acts: the middle of the points that carry.
+Vec3 grip_of(const Contact& contact, std::size_t count) {
+    float lowest = contact.points[0].separation;
+    for (std::size_t i = 1; i < count; ++i) {
+        lowest = std::min(lowest, contact.points[i].separation);
+    }
+    Vec3 arm = Vec3::Zero();
+    float carrying = 0.0F;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (contact.points[i].separation <= lowest + kTouch) {
+            arm += contact.points[i].arm_a;
+            carrying += 1.0F;
+        }
+    }
+    return arm / carrying;
+}
+
+Lanes angular_mass(const LanesTensor& inverse, const Lanes3& moment) {
+    return dot(moment, inverse * moment);
+}
+
+}  // namespace
+
+/// Soft constraint coefficients (E. Catto, "Soft Constraints", GDC 2011): an implicit spring and
+/// damper over a substep as a bias velocity and a scaled impulse.
+ContactSolver::Softness ContactSolver::contact_softness(float h) {
+    const float omega = 2.0F * std::numbers::pi_v<float> * kContactRateShare / h;
+    const float a1 = 2.0F * kContactDamping + h * omega;
+    const float a2 = h * omega * a1;
+    const float a3 = 1.0F / (1.0F + a2);
+    return {omega / a1, a2 * a3, a3};
+}
+
+void ContactSolver::prepare(Bodies& bodies,
+                            const ContactGraph& graph,
+                            std::span<const std::uint32_t> list,
+                            const JointTable& table,
+                            std::span<const std::uint32_t> joints) {
+    softness_ = contact_softness(h_);
+    moving_.begin(parameters_.gravity, parameters_.dt, h_);
+    for (const std::uint32_t index : list) {
+        for (const std::uint32_t row : {graph.pair(index).a, graph.pair(index).b}) {
+            if (bodies.awake[row] != 0) {
+                moving_.slot_of(bodies, row);
+            }
+        }
+    }
+    joints_.prepare(bodies, table, joints, moving_, h_);
+    coloring_.build(bodies, graph, list, moving_.size());
+    batches_.resize(coloring_.groups().size());
+    points_.clear();
+    couplings_.clear();
+    watches_.clear();
+    for (std::size_t g = 0; g < batches_.size(); ++g) {
+        const ContactColoring::Group group = coloring_.groups()[g];
+        const auto contacts =
+            std::span(coloring_.order()).subspan(group.begin, group.end - group.begin);
+        fill_batch(static_cast<std::uint32_t>(g), contacts, bodies, graph);
+    }
+}
+
+void ContactSolver::fill_batch(std::uint32_t index,
+                               std::span<const std::uint32_t> contacts,
+                               const Bodies& bodies,
+                               const ContactGraph& graph) {
+    ContactBatch& batch = batches_[index];
+    batch = ContactBatch();
+    batch.contact.fill(kNoIndex);
+    batch.points = static_cast<std::uint32_t>(points_.size());
+    for (const std::uint32_t contact : contacts) {
+        batch.count = std::max(batch.count, static_cast<std::uint32_t>(graph.pair(contact).count));
+    }
+    batch.couplings = static_cast<std::uint32_t>(couplings_.size());
+    points_.resize(points_.size() + batch.count);
+    couplings_.resize(couplings_.size() + coupling_of(batch.count, 0));
+    std::size_t lane = 0;
+    for (const std::uint32_t contact : contacts) {
+        batch.contact[lane] = contact;
+        const Pair& pair = graph.pair(contact);
+        fill_lane(batch, lane, bodies, pair, graph[contact]);
+        const float restitution = graph[contact].grip.restitution;
+        if (restitution > 0.0F || !pair.touching) {
+            watches_.emplace_back();
+            watches_.back().batch = index;
+            watches_.back().lane = static_cast<std::uint32_t>(lane);
+            watches_.back().restitution = restitution;
+        }
+        ++lane;
+    }
+    fill_masses(batch, lane, graph);
+}
+
+void ContactSolver::fill_lane(ContactBatch& batch,
+                              std::size_t lane,
+                              const Bodies& bodies,
+                              const Pair& pair,
+                              const Contact& contact) {
+    batch.a[lane] = bodies.awake[pair.a] != 0 ? bodies.solver_slot[pair.a] : 0;
+    batch.b[lane] = bodies.awake[pair.b] != 0 ? bodies.solver_slot[pair.b] : 0;
+    batch.normal.set(lane, contact.normal);
+    const Vec3 tangent1 = any_perpendicular(contact.normal);
+    const Vec3 tangent2 = contact.normal.cross(tangent1);
+    batch.tangent.set(lane, tangent1);
+    batch.between.set(lane, contact.points[0].arm_a - contact.points[0].arm_b);
+    batch.lead.set(lane, contact.lead);
+    batch.follow_b[lane] = share_of_b(bodies.shape[pair.a],
+                                      bodies.shape[pair.b],
+                                      moving_.moved_by_impulses(batch.a[lane]),
+                                      moving_.moved_by_impulses(batch.b[lane]));
+    batch.friction[lane] = contact.grip.friction;
+    // Impulses are forces over a substep; the last step's may have had another length.
+    const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
+    batch.impulse1[lane] = scale * contact.friction.dot(tangent1);
+    batch.impulse2[lane] = scale * contact.friction.dot(tangent2);
+    batch.twist[lane] = scale * contact.twist;
+    batch.carried[lane] = scale * contact.carried;
+    const Vec3 grip = grip_of(contact, pair.points());
+    batch.grip.set(lane, grip);
+    for (std::size_t i = 0; i < pair.points(); ++i) {
+        const ContactPoint& from = contact.points[i];
+        PointLanes& p = points_[batch.points + i];
+        p.arm.set(lane, from.arm_a);
+        p.separation[lane] = from.separation;
+        p.impulse[lane] = scale * from.impulse;
+        p.lever[lane] = (from.arm_a - grip).norm();
+    }
+}
+
+/// Friction acts at the middle of the points that carry, with one cone for the whole patch and a
+/// moment about the normal: three unknowns instead of two per point, and isotropic.
+void ContactSolver::fill_masses(ContactBatch& batch, std::size_t used, const ContactGraph& graph) {
+    const LaneBody a(moving_, batch.a);
+    const LaneBody b(moving_, batch.b);
+    const Lanes linear = a.inv_mass + b.inv_mass;
+    const auto mass = [&](const Lanes3& arm, const Lanes3& along) {
+        return Lanes(linear + angular_mass(a.inverse, cross(arm, along)) +
+                     angular_mass(b.inverse, cross(arm - batch.between, along)));
+    };
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        PointLanes& p = points_[batch.points + k];
+        const Lanes3 response_a = a.inverse * cross(p.arm, batch.normal);
+        const Lanes3 response_b = b.inverse * cross(p.arm - batch.between, batch.normal);
+        for (std::size_t j = 0; j <= k; ++j) {
+            const Lanes3& arm = points_[batch.points + j].arm;
+            couplings_[batch.couplings + coupling_of(j, k)] =
+                linear + dot(cross(arm, batch.normal), response_a) +
+                dot(cross(arm - batch.between, batch.normal), response_b);
+        }
+        p.mass = lanes(1.0F) / couplings_[batch.couplings + coupling_of(k, k)];
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            if (lane >= used || k >= graph.pair(batch.contact[lane]).points()) {
+                p.mass[lane] = 0.0F;
+            }
+        }
+    }
+    const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
+    const Lanes3 grip_b = batch.grip - batch.between;
+    const Lanes k11 = mass(batch.grip, batch.tangent);
+    const Lanes k22 = mass(batch.grip, tangent2);
+    const Lanes k12 =
+        dot(cross(batch.grip, batch.tangent), a.inverse * cross(batch.grip, tangent2)) +
+        dot(cross(grip_b, batch.tangent), b.inverse * cross(grip_b, tangent2));
+    const Lanes inv_determinant = lanes(1.0F) / (k11 * k22 - k12 * k12);
+    batch.inv11 = k22 * inv_determinant;
+    batch.inv22 = k11 * inv_determinant;
+    batch.inv12 = -k12 * inv_determinant;
+    batch.twist_mass = lanes(1.0F) / (angular_mass(a.inverse, batch.normal) +
+                                      angular_mass(b.inverse, batch.normal));
+    for (std::size_t lane = used; lane < kLanes; ++lane) {
+        for (Lanes* value : {&batch.inv11, &batch.inv12, &batch.inv22, &batch.twist_mass}) {
+            (*value)[lane] = 0.0F;
+        }
+    }
+}
+
+}  // namespace zoned::physics

@@ -1,0 +1,138 @@
+// ContactSolver: substepped sequential impulses with soft contacts, warm starting and friction,
+// eight contacts at a time.
+#pragma once
+
+#include "server/physics/bodies.h"
+#include "server/physics/contacts/contact_graph.h"
+#include "server/physics/joints/joint_solver.h"
+#include "server/physics/solver/contact_batch.h"
+#include "server/physics/solver/contact_coloring.h"
+#include "server/physics/solver/lane_body.h"
+#include "server/physics/solver/solver_bodies.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::physics {
+
+/// Contacts are springs whose frequency is this share of the substep rate. More cannot be carried
+/// by one pass over the contacts: at a quarter, a pyramid of twenty rows trembles and walks.
+inline constexpr float kContactRateShare = 0.125F;
+
+/// The solver follows Box2D 3's "soft step" (E. Catto, "Solver2D", 2024): each substep integrates
+/// velocities, applies the last impulses again, solves with contacts as stiff damped springs,
+/// integrates positions, and solves again without the springs, so that what pushed shapes apart
+/// does not stay in the velocities as energy. Restitution comes last. Beyond it:
+/// - An impulse always acts on both bodies at one and the same point in space, although they move
+///   between substeps, so that angular momentum is conserved to rounding.
+/// - Positions follow the mean velocity of a substep where the change of velocity is due to forces:
+///   exact under constant acceleration.
+/// - Where joints are, constraints are solved in the middle of each substep instead: see
+///   JointSolver.
+/// - The speed of impact that restitution uses is that at the moment of contact, from the gap that
+///   was left; and an impulse that stopped an impact is not used for warm starting.
+class ContactSolver {
+  public:
+    struct Parameters {
+        Vec3 gravity = Vec3::Zero();
+        float dt = 0.0F;
+        int substeps = 4;
+        int iterations = 1;
+        int relax_iterations = 1;
+        float restitution_speed = 0.5F;  ///< slower impacts do not bounce, m/s
+    };
+
+    /// Makes room for that many bodies and contacts.
+    void reserve(std::size_t bodies, std::size_t contacts);
+
+    void reserve_joints(std::size_t joints) { joints_.reserve(joints); }
+
+    /// Solves the contacts and joints in the lists and moves the awake bodies that they hold;
+    /// writes poses, velocities and impulses back. A body whose result is not finite or out of
+    /// range keeps its pose, stops, and is appended to `broken`. `solver_slot` of all awake bodies
+    /// must be 0 and is so again afterwards.
+    void solve(Bodies& bodies,
+               ContactGraph& graph,
+               std::span<const std::uint32_t> list,
+               JointTable& table,
+               std::span<const std::uint32_t> joints,
+               const Parameters& parameters,
+               std::vector<std::uint32_t>& broken);
+
+  private:
+    /// A contact that may bounce: where it stands, and how fast its points met.
+    struct Watch {
+        std::uint32_t batch = 0;
+        std::uint32_t lane = 0;
+        float restitution = 0.0F;
+        bool impact = false;  ///< in this substep
+        float pull = 0.0F;    ///< acceleration of b relative to a along the normal, m/s2
+        std::array<float, kMaxManifoldPoints> speed{};
+    };
+
+    /// The contact spring of this step.
+    struct Softness {
+        float bias_rate = 0.0F;
+        float mass_scale = 1.0F;
+        float impulse_scale = 0.0F;
+    };
+
+    struct Arms;
+    struct Single;
+
+    void prepare(Bodies& bodies,
+                 const ContactGraph& graph,
+                 std::span<const std::uint32_t> list,
+                 const JointTable& table,
+                 std::span<const std::uint32_t> joints);
+    static Softness contact_softness(float h);
+    void fill_batch(std::uint32_t index,
+                    std::span<const std::uint32_t> contacts,
+                    const Bodies& bodies,
+                    const ContactGraph& graph);
+    void fill_lane(ContactBatch& batch,
+                   std::size_t lane,
+                   const Bodies& bodies,
+                   const Pair& pair,
+                   const Contact& contact);
+    void fill_masses(ContactBatch& batch, std::size_t lanes, const ContactGraph& graph);
+    void warm_start();
+    void substep(const Bodies& bodies, const JointTable& table, bool last);
+    template <bool kSoft>
+    void solve_all();
+    template <bool kSoft, std::size_t kCount>
+    void solve_batch(ContactBatch& batch);
+    void solve_friction(ContactBatch& batch,
+                        LaneBody& a,
+                        LaneBody& b,
+                        const Arms& arms,
+                        const Lanes& push,
+                        const Lanes& leverage) const;
+
+    // contact_impacts.cpp
+    void watch_impacts();
+    void watch(Watch& w);
+    void forget_impacts();
+    void forget_impact(Watch& w);
+    void add_totals(const Watch& w);
+    void restitute();
+    void aim(Watch& w);
+    void bounce(Watch& w);
+
+    void store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken) const;
+
+    Parameters parameters_;
+    Softness softness_;
+    float h_ = 0.0F;
+    bool leaps_ = false;  ///< solves in the middle of substeps
+    SolverBodies moving_;
+    JointSolver joints_;
+    ContactColoring coloring_;
+    std::vector<ContactBatch> batches_;
+    std::vector<PointLanes> points_;
+    std::vector<Lanes> couplings_;
+    std::vector<Watch> watches_;
+};
+
+}  // namespace zoned::physics

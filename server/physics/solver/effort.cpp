@@ -1,0 +1,237 @@
+#include "server/physics/solver/effort.h"
+
+#include "server/physics/solver/contact_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace zoned::physics {
+
+namespace {
+
+/// How long an island keeps a level that it no longer needs, s.
+constexpr float kPatience = 0.5F;
+/// A joint may gape by this share of the budget: what it holds swings faster within the step than
+/// when the step began.
+constexpr float kJointShare = 0.02F;
+/// A spring swings by no more than this within a substep, rad: 1 % of its frequency.
+constexpr float kSpringTurn = 0.5F;
+/// A contact of at most so many steps is young.
+constexpr std::uint8_t kYoung = 3;
+/// One contact in this many may be served less well than it asks for ...
+constexpr std::uint32_t kSparedShare = 64;
+/// ... by up to this many levels.
+constexpr std::size_t kSparedLevels = 2;
+
+/// The lowest level whose 2^level substeps are at least as many.
+std::uint8_t level_of(float substeps) {
+    std::uint8_t level = 0;
+    while (level + 1U < Effort::kLevels && static_cast<float>(1U << level) < substeps) {
+        ++level;
+    }
+    return level;
+}
+
+/// The level that serves all contacts of an island but few, and those not too badly.
+std::uint8_t level_of_island(const std::array<std::uint32_t, Effort::kLevels>& needs) {
+    std::uint32_t total = 0;
+    for (const std::uint32_t contacts : needs) {
+        total += contacts;
+    }
+    std::size_t level = Effort::kLevels - 1;
+    while (level > 0 && needs[level] == 0) {
+        --level;
+    }
+    const std::size_t least = level > kSparedLevels ? level - kSparedLevels : 0;
+    std::uint32_t spared = 0;
+    while (level > least && (spared + needs[level]) * kSparedShare <= total) {
+        spared += needs[level];
+        --level;
+    }
+    return static_cast<std::uint8_t>(level);
+}
+
+}  // namespace
+
+void Effort::reserve(std::size_t bodies, std::size_t contacts) {
+    sets_.reserve(bodies);
+    needs_.reserve(bodies);
+    held_.reserve(bodies);
+    patience_.reserve(bodies);
+    batch_.reserve(contacts);
+    sorted_.reserve(contacts);
+}
+
+std::uint8_t Effort::level_for(const Bodies& bodies,
+                               const Pair& pair,
+                               const Contact& contact,
+                               const Budget& budget) {
+    const float inv_a = bodies.inv_mass[pair.a];
+    const float inv_b = bodies.inv_mass[pair.b];
+    float force = 0.0F;
+    if (pair.touching) {
+        for (std::size_t i = 0; i < pair.points(); ++i) {
+            force += contact.points[i].impulse;
+        }
+        force /= contact.substep_s;
+    } else {
+        const float lighter = inv_a > 0.0F && inv_b > 0.0F ? std::min(inv_a, inv_b) : inv_a + inv_b;
+        force = budget.gravity_mps2 / lighter;
+    }
+    const float give = force * (inv_a + inv_b) / budget.error_m;  // 1 / s2
+    const float rate = std::sqrt(give) / (2.0F * std::numbers::pi_v<float> * kContactRateShare);
+    return level_of(budget.dt_s * std::max(rate, 1.0F / budget.longest_h_s));
+}
+
+/// Islands of the bodies that contacts hold: sets over their places in `awake_list`.
+void Effort::join(Bodies& bodies,
+                  const ContactGraph& graph,
+                  std::span<const std::uint32_t> list,
+                  const JointTable& table,
+                  std::span<const std::uint32_t> joints) {
+    const auto& awake = bodies.awake_list;
+    sets_.reset(awake.size());
+    for (std::size_t i = 0; i < awake.size(); ++i) {
+        bodies.solver_slot[awake[i]] = static_cast<std::uint32_t>(i);
+    }
+    for (const std::uint32_t index : list) {
+        const Pair& pair = graph.pair(index);
+        if (bodies.simulated(pair.a) && bodies.simulated(pair.b)) {
+            sets_.join(bodies.solver_slot[pair.a], bodies.solver_slot[pair.b]);
+        }
+    }
+    for (const std::uint32_t index : joints) {
+        const JointEntry& entry = table[index];
+        if (entry.a != kNoIndex && bodies.simulated(entry.a) && bodies.simulated(entry.b)) {
+            sets_.join(bodies.solver_slot[entry.a], bodies.solver_slot[entry.b]);
+        }
+    }
+}
+
+std::uint8_t Effort::level_of_joint(const Bodies& bodies,
+                                    const JointEntry& entry,
+                                    const Budget& budget) {
+    float need = 1.0F / budget.longest_h_s;
+    const auto consider = [&](std::uint32_t row, const Vec3& arm) {
+        if (row != kNoIndex) {
+            const float rate = bodies.angular_velocity[row].norm();
+            need = std::max(need,
+                            rate * std::sqrt(0.125F * arm.norm() / (kJointShare * budget.error_m)));
+        }
+    };
+    consider(entry.a, entry.joint.local_a);
+    consider(entry.b, entry.joint.local_b);
+    if (entry.joint.def.kind == JointKind::kSpring) {
+        constexpr float kSwing = 2.0F * std::numbers::pi_v<float> / kSpringTurn;
+        need = std::max(need, kSwing * entry.joint.def.spring_hz);
+    }
+    return level_of(budget.dt_s * need);
+}
+
+/// From what each island needs now and had before to what it gets.
+void Effort::settle(Bodies& bodies, float dt) {
+    const auto& awake = bodies.awake_list;
+    for (std::size_t i = 0; i < awake.size(); ++i) {
+        const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
+        const std::uint32_t row = awake[i];
+        if (bodies.effort[row] > held_[root]) {
+            held_[root] = bodies.effort[row];
+            patience_[root] = bodies.effort_patience[row];
+        } else if (bodies.effort[row] == held_[root]) {
+            patience_[root] = std::max(patience_[root], bodies.effort_patience[row]);
+        }
+    }
+    const auto patience = static_cast<std::uint8_t>(std::clamp(kPatience / dt, 1.0F, 250.0F));
+    for (std::size_t i = 0; i < awake.size(); ++i) {
+        if (sets_.root(static_cast<std::uint32_t>(i)) != i) {
+            continue;
+        }
+        const std::uint8_t needed = level_of_island(needs_[i].level);
+        if (needed >= held_[i]) {
+            held_[i] = needed;
+            patience_[i] = patience;
+        } else if (patience_[i] > 0) {
+            --patience_[i];
+        } else {
+            --held_[i];
+            patience_[i] = patience;
+        }
+    }
+    for (std::size_t i = 0; i < awake.size(); ++i) {
+        const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
+        bodies.effort[awake[i]] = held_[root];
+        bodies.effort_patience[awake[i]] = patience_[root];
+    }
+}
+
+void Effort::plan(Bodies& bodies,
+                  const ContactGraph& graph,
+                  std::span<const std::uint32_t> list,
+                  const JointTable& table,
+                  std::span<const std::uint32_t> joints,
+                  const Budget& budget) {
+    join(bodies, graph, list, table, joints);
+    const std::size_t count = bodies.awake_list.size();
+    needs_.assign(count, Needs{});
+    held_.assign(count, 0);
+    patience_.assign(count, 0);
+    const auto row_of_contact = [&](std::uint32_t index) {
+        const Pair& pair = graph.pair(index);
+        return bodies.simulated(pair.a) ? pair.a : pair.b;
+    };
+    const auto row_of_joint = [&](std::uint32_t index) {
+        return bodies.simulated(table[index].b) ? table[index].b : table[index].a;
+    };
+    const auto needs_of = [&](std::uint32_t row) -> Needs& {
+        return needs_[sets_.root(bodies.solver_slot[row])];
+    };
+    for (const std::uint32_t index : list) {
+        const Pair& pair = graph.pair(index);
+        Needs& needs = needs_of(row_of_contact(index));
+        ++needs.level[level_for(bodies, pair, graph[index], budget)];
+        needs.young += pair.age <= kYoung ? 1 : 0;
+    }
+    for (const std::uint32_t index : joints) {
+        Needs& needs = needs_of(row_of_joint(index));
+        ++needs.level[level_of_joint(bodies, table[index], budget)];
+        needs.jointed = true;
+    }
+    settle(bodies, budget.dt_s);
+    sort(bodies, list, row_of_contact, sorted_, first_);
+    sort(bodies, joints, row_of_joint, sorted_joints_, first_joint_);
+    for (const std::uint32_t row : bodies.awake_list) {
+        bodies.solver_slot[row] = 0;
+    }
+}
+
+template <class RowOf>
+void Effort::sort(const Bodies& bodies,
+                  std::span<const std::uint32_t> list,
+                  RowOf&& row_of,
+                  std::vector<std::uint32_t>& sorted,
+                  std::array<std::uint32_t, kBatches + 2>& first) {
+    batch_.resize(list.size());
+    sorted.resize(list.size());
+    first.fill(0);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        const std::uint32_t row = row_of(list[i]);
+        const Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
+        std::uint32_t total = 0;
+        for (const std::uint32_t contacts : needs.level) {
+            total += contacts;
+        }
+        const bool young = 2 * needs.young > total;
+        batch_[i] = static_cast<std::uint8_t>(4 * bodies.effort[row] + (needs.jointed ? 2 : 0) +
+                                              (young ? 1 : 0));
+        ++first[batch_[i] + 2U];
+    }
+    for (std::size_t i = 2; i < first.size(); ++i) {
+        first[i] += first[i - 1];
+    }
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        sorted[first[batch_[i] + 1U]++] = list[i];
+    }
+}
+
+}  // namespace zoned::physics

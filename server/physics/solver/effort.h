@@ -1,0 +1,119 @@
+// Effort: how many substeps each island gets, from the load on its contacts and the error budget.
+#pragma once
+
+#include "server/physics/bodies.h"
+#include "server/physics/contacts/contact_graph.h"
+#include "server/physics/contacts/islands.h"
+#include "server/physics/joints/joint_table.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::physics {
+
+/// A contact is a spring of angular frequency w on the effective mass m of its two bodies; under a
+/// force F it gives way by F / (m w^2). The solver carries w = 2 pi kContactRateShare / h with
+/// substeps of h, so the budget e for that give asks for
+///
+///     h = 2 pi kContactRateShare sqrt(m e / F).
+///
+/// F is what the contact carried in the last step: height of a stack, ratio of masses and speed of
+/// an impact all show in it. A contact that is new is taken to carry the heavier body. Substeps
+/// come in powers of two; an island takes at once what its contacts ask for, and goes down by one
+/// power when it needed less for half a second. In a large one, up to one contact in 64 may ask for
+/// up to four times as many: the few chains that carry a pile shall not set the pace for all of it.
+/// Counted, never timed.
+///
+/// A joint's error is of second order: an arm r that turns at w goes in straight lines for h, and
+/// leaves its anchor by r (w h)^2 / 8. A spring that swings with w h is off by (w h)^2 / 24 in its
+/// frequency.
+///
+/// Islands with joints are solved apart from those without, because they are solved otherwise (see
+/// JointSolver): whether there is a joint somewhere makes no difference to a pile elsewhere.
+class Effort {
+  public:
+    static constexpr std::size_t kLevels = 7;  ///< 1, 2, 4 ... 64 substeps
+    /// Passes over the contacts of an island most of whose contacts are young: they have no warm
+    /// start that is worth the name, and a stack sinks before its impulses have been found.
+    static constexpr int kYoungIterations = 8;
+
+    struct Budget {
+        float error_m = 0.005F;    ///< give of a contact, m
+        float longest_h_s = 0.0F;  ///< substeps are no longer than this
+        float dt_s = 0.0F;
+        float gravity_mps2 = 0.0F;
+    };
+
+    void reserve(std::size_t bodies, std::size_t contacts);
+
+    /// Sorts the contacts by level; the order within a level stays. Bodies that share a level's
+    /// contacts are in no other level, but for those that impulses do not move.
+    void plan(Bodies& bodies,
+              const ContactGraph& graph,
+              std::span<const std::uint32_t> list,
+              const JointTable& table,
+              std::span<const std::uint32_t> joints,
+              const Budget& budget);
+
+    /// Islands that are solved alike.
+    struct Batch {
+        int substeps = 1;
+        bool young = false;  ///< most contacts are young
+        std::span<const std::uint32_t> contacts;
+        std::span<const std::uint32_t> joints;
+    };
+
+    static constexpr std::size_t kBatches = 4 * kLevels;
+
+    /// Empty ones included; i < kBatches.
+    [[nodiscard]] Batch batch(std::size_t i) const {
+        return {1 << (i / 4),
+                i % 2 != 0,
+                std::span(sorted_).subspan(first_[i], first_[i + 1] - first_[i]),
+                std::span(sorted_joints_)
+                    .subspan(first_joint_[i], first_joint_[i + 1] - first_joint_[i])};
+    }
+
+  private:
+    void join(Bodies& bodies,
+              const ContactGraph& graph,
+              std::span<const std::uint32_t> list,
+              const JointTable& table,
+              std::span<const std::uint32_t> joints);
+    void settle(Bodies& bodies, float dt);
+    /// Sorts `list` into `sorted` by the batch of each member's body.
+    template <class RowOf>
+    void sort(const Bodies& bodies,
+              std::span<const std::uint32_t> list,
+              RowOf&& row_of,
+              std::vector<std::uint32_t>& sorted,
+              std::array<std::uint32_t, kBatches + 2>& first);
+    [[nodiscard]] static std::uint8_t level_of_joint(const Bodies& bodies,
+                                                     const JointEntry& entry,
+                                                     const Budget& budget);
+    [[nodiscard]] static std::uint8_t level_for(const Bodies& bodies,
+                                                const Pair& pair,
+                                                const Contact& contact,
+                                                const Budget& budget);
+
+    DisjointSets sets_;
+
+    struct Needs {
+        std::array<std::uint32_t, kLevels> level{};  // contacts of an island by level
+        std::uint32_t young = 0;
+        bool jointed = false;
+    };
+
+    std::vector<Needs> needs_;            // by place in the list of bodies: of its island's root
+    std::vector<std::uint8_t> held_;      // the level that it had
+    std::vector<std::uint8_t> patience_;  // steps until it may go down
+    std::vector<std::uint8_t> batch_;     // by place in the list of contacts
+    std::vector<std::uint32_t> sorted_;
+    std::array<std::uint32_t, kBatches + 2> first_{};
+    std::vector<std::uint32_t> sorted_joints_;
+    std::array<std::uint32_t, kBatches + 2> first_joint_{};
+};
+
+}  // namespace zoned::physics
