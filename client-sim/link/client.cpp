@@ -1,5 +1,7 @@
 #include "client-sim/link/client.h"
 
+#include "shared/core/utf8.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -12,6 +14,11 @@ constexpr double kEventAckDelayS = 0.1;
 /// One datagram in so many is tried over UDP while tunnelling, to find the way back.
 constexpr std::uint64_t kProbeEvery = 30;
 constexpr std::size_t kMaxUnackedCommands = 1024;
+
+/// What a server says goes to a terminal.
+std::string shown(const std::string& text) {
+    return core::is_clean_utf8(text) ? text : "(a text that cannot be shown)";
+}
 
 double backoff_s(int attempts) {
     return std::min(2.0, 0.1 * static_cast<double>(1 << std::min(attempts, 5)));
@@ -170,7 +177,7 @@ void Client::on_frame(const Bytes& frame, double now_s) {
         case proto::ServerMessage::kClosing:
             closing_text_ = message.closing().text().empty()
                                 ? proto::ClosingReason_Name(message.closing().reason())
-                                : message.closing().text();
+                                : shown(message.closing().text());
             break;
         case proto::ServerMessage::kDatagram: {
             const std::string& sealed = message.datagram().sealed();
@@ -229,7 +236,7 @@ void Client::on_welcome(const proto::Welcome& welcome, double now_s) {
 
 void Client::on_refused(const proto::Refused& refused, double now_s) {
     trouble_ = "refused: " + (refused.text().empty() ? proto::RefusedReason_Name(refused.reason())
-                                                     : refused.text());
+                                                     : shown(refused.text()));
     transport_.close();
     if (refused.reason() == proto::REFUSED_RESUME && !resume_token_.empty()) {
         ++stats_.sessions_lost;

@@ -1,5 +1,6 @@
 #include "client-sim/view/world.h"
 
+#include "shared/core/utf8.h"
 #include "shared/wire/publication.h"
 
 #include <cmath>
@@ -38,7 +39,7 @@ bool sensible(const wire::Quantization& q) {
 
 TypeInfo read_type(const proto::EntityType& t) {
     TypeInfo type;
-    type.name = t.name();
+    type.name = core::is_clean_utf8(t.name()) ? t.name() : "?";
     type.upright = t.upright();
     type.character = t.character();
     type.max_acceleration_mps2 = t.max_acceleration_mps2();
