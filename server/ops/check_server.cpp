@@ -126,11 +126,57 @@ void check_file(const std::string& file,
     }
 }
 
-void check_address(const std::string& address, const std::string& path, Diagnostics& diagnostics) {
+bool is_address(const std::string& address) {
     unsigned char bytes[sizeof(in6_addr)];
-    if (inet_pton(AF_INET, address.c_str(), bytes) != 1 &&
-        inet_pton(AF_INET6, address.c_str(), bytes) != 1) {
+    return inet_pton(AF_INET, address.c_str(), bytes) == 1 ||
+           inet_pton(AF_INET6, address.c_str(), bytes) == 1;
+}
+
+void check_address(const std::string& address, const std::string& path, Diagnostics& diagnostics) {
+    if (!is_address(address)) {
         diagnostics.add(path, "'" + address + "' is no IPv4 or IPv6 address");
+    }
+}
+
+/// True for the addresses that clients on this machine reach as loopback: loopback itself and all.
+bool serves_loopback(const std::string& address) {
+    in6_addr six{};
+    if (inet_pton(AF_INET6, address.c_str(), &six) == 1) {
+        return IN6_IS_ADDR_UNSPECIFIED(&six) || IN6_IS_ADDR_LOOPBACK(&six);
+    }
+    in_addr four{};
+    return inet_pton(AF_INET, address.c_str(), &four) == 1 &&
+           (four.s_addr == htonl(INADDR_ANY) || ntohl(four.s_addr) >> 24U == 127U);
+}
+
+/// Somebody must be able to log in: by a ticket, or in development mode by loopback with the right
+/// to play.
+void check_entrance(const proto::Config& config, Diagnostics& diagnostics) {
+    const auto& session = config.session();
+    if (session.ticket_public_key_file_size() > 0) {
+        return;
+    }
+    if (!session.dev_mode_loopback()) {
+        diagnostics.add("session",
+                        "nobody can log in: name a ticket_public_key_file (`zoned keygen` makes a "
+                        "pair of keys), or set dev_mode_loopback for development");
+        return;
+    }
+    const bool plays =
+        session.dev_rights_size() == 0 ||
+        std::find(session.dev_rights().begin(), session.dev_rights().end(), proto::Config::PLAY) !=
+            session.dev_rights().end();
+    if (!plays) {
+        diagnostics.add("session.dev_rights[0]",
+                        "nobody can log in: without PLAY the development mode lets nobody play, "
+                        "and there is no ticket_public_key_file");
+    }
+    const std::string& address = config.network().bind_address();
+    if (is_address(address) && !serves_loopback(address)) {
+        diagnostics.add("network.bind_address",
+                        "nobody can log in: the development mode lets in loopback addresses only, "
+                        "which do not reach " +
+                            address + ", and there is no ticket_public_key_file");
     }
 }
 
@@ -220,6 +266,7 @@ void check_server(const proto::Config& config,
         diagnostics.add("network.admin_port", "is the same as tcp_port");
     }
     check_session(config.session(), diagnostics);
+    check_entrance(config, diagnostics);
     check_testing(config, zones, diagnostics);
     std::set<std::string> names;
     for (int r = 0; r < config.rules_size(); ++r) {

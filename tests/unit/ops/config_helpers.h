@@ -48,6 +48,9 @@ machine {
   state { name: "rest" action: IDLE transition { to: "chase" sensor: PLAYER_DISTANCE compare: BELOW threshold: 20 } }
   state { name: "chase" action: CHASE }
 }
+session {
+  dev_mode_loopback: true
+}
 spawn { x_m: 1 z_m: 2 }
 lod { radius_m: 30 position_bound_m: 0.05 }
 lod { position_bound_m: 0.5 }

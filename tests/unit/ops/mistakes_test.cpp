@@ -315,15 +315,26 @@ const Case kServer[] = {
      "admin_port",
      "same as tcp_port"},
     {"KeyWithoutCertificate",
-     "spawn {",
-     "session { tls_key_file: \"/dev/null\" }\nspawn {",
+     "dev_mode_loopback: true",
+     "dev_mode_loopback: true\ntls_key_file: \"/dev/null\"",
      "tls_key_file",
      "needs session.tls_certificate_file"},
     {"MissingTicketKey",
-     "spawn {",
-     "session { ticket_public_key_file: \"/nonexistent/key\" }\nspawn {",
+     "dev_mode_loopback: true",
+     "dev_mode_loopback: true\nticket_public_key_file: \"/nonexistent/key\"",
      "ticket_public_key_file",
      "cannot read '/nonexistent/key'"},
+    {"NobodyCanLogIn", "dev_mode_loopback: true", "grace_s: 5", "session {", "nobody can log in"},
+    {"NobodyMayPlay",
+     "dev_mode_loopback: true",
+     "dev_mode_loopback: true\ndev_rights: AUDIT",
+     "dev_rights",
+     "nobody can log in: without PLAY"},
+    {"NobodyReachesTheEntrance",
+     "spawn {",
+     "network { bind_address: \"192.0.2.1\" }\nspawn {",
+     "bind_address",
+     "nobody can log in: the development mode lets in loopback addresses only"},
     {"UnknownStalledZone",
      "spawn {",
      "testing { stall_zone { zone: \"north\" } }\nspawn {",
@@ -362,6 +373,20 @@ TEST(Settings, NamesEveryAuraAndNimbusThatAGhostMarginCutsOff) {
     EXPECT_EQ(out.errors[1].path, "type[0].nimbus_m");
     EXPECT_EQ(out.errors[2].path, "type[1].aura_m");
     EXPECT_TRUE(parse(with("ghost_margin_m: 60", "ghost_margin_m: 60 handoff_hysteresis_m: 5")).ok);
+}
+
+TEST(Settings, LetSomebodyInByLoopbackOrByTicket) {
+    for (const char* address : {"127.0.0.1", "127.8.9.1", "0.0.0.0", "::", "::1"}) {
+        const Outcome out =
+            parse(kValid, {"network.bind_address=\"" + std::string(address) + "\""});
+        EXPECT_TRUE(out.ok) << address << ": " << format_errors("test", out.errors);
+    }
+    // Whatever is listed as a key counts; whether it is one is another question.
+    const Outcome out = parse(kValid,
+                              {"session.dev_mode_loopback=false",
+                               "network.bind_address=\"192.0.2.1\"",
+                               "session.ticket_public_key_file=\"/dev/null\""});
+    EXPECT_TRUE(out.ok) << format_errors("test", out.errors);
 }
 
 TEST(Settings, LetsRadiiBeAsLargeAsTheyLikeInASingleZone) {
