@@ -1,5 +1,6 @@
 #include "server/zone/handoff.h"
 
+#include "server/zone/approach.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -30,11 +31,11 @@ ZoneId zone_at(const ZoneState& state, const Vec3d& at) {
 }
 
 bool is_owned_prop(const ZoneState& state, world::Row row) {
-    return (*state.settings.types)[state.entities.type[row]].kind == world::EntityKind::kProp &&
-           !state.entities.has(row, world::kGhost);
+    return is_prop(state, row) && !state.entities.has(row, world::kGhost);
 }
 
-/// Rows of the owned props that touch `row` through contacts, itself included.
+/// Rows of the owned props that touch `row` through contacts, itself included, and of those that
+/// are about to touch it.
 std::vector<world::Row> island_rows(const ZoneState& state, world::Row row) {
     std::vector<world::Row> rows;
     if (!is_owned_prop(state, row) || !state.entities.body[row]) {
@@ -46,6 +47,11 @@ std::vector<world::Row> island_rows(const ZoneState& state, world::Row row) {
         const world::Row member = state.entities.find(EntityId(state.scene.user(body)));
         if (member != world::kNoRow && is_owned_prop(state, member)) {
             rows.push_back(member);
+        }
+    }
+    for (const world::Row near : approached(state, row, false)) {
+        if (std::find(rows.begin(), rows.end(), near) == rows.end()) {
+            rows.push_back(near);
         }
     }
     return rows;
@@ -162,7 +168,39 @@ void leave_together(ZoneState& state, const std::vector<world::Row>& island, Zon
     }
 }
 
-/// Props that touched a ghost of a zone with a lower number this tick: their island belongs there.
+/// A collision is solved in one zone, else each would treat the other's body as one that nothing
+/// can push: who is about to touch a ghost counts as touching it.
+void note_approaches(ZoneState& state) {
+    for (std::size_t i = 0; i < state.ghost_ids.size(); ++i) {
+        const world::Row ghost = state.entities.find(state.ghost_ids[i]);
+        if (state.settings.id < state.ghost_owners[i] || ghost == world::kNoRow ||
+            !state.entities.has(ghost, world::kGhost) || !state.entities.body[ghost] ||
+            !is_prop(state, ghost)) {
+            continue;
+        }
+        for (const world::Row row : approached(state, ghost, false)) {
+            state.ghost_contacts.push_back({state.entities.id[row], state.ghost_owners[i]});
+        }
+    }
+}
+
+/// True when a ghost prop that is about to touch `row` will come over to this zone for it.
+bool expects_company(const ZoneState& state, world::Row row) {
+    if (!is_owned_prop(state, row) || !state.entities.body[row]) {
+        return false;
+    }
+    const std::vector<world::Row> ghosts = approached(state, row, true);
+    return std::any_of(ghosts.begin(), ghosts.end(), [&](world::Row ghost) {
+        const auto it = std::lower_bound(
+            state.ghost_ids.begin(), state.ghost_ids.end(), state.entities.id[ghost]);
+        return it != state.ghost_ids.end() && *it == state.entities.id[ghost] &&
+               state.settings.id <
+                   state.ghost_owners[static_cast<std::size_t>(it - state.ghost_ids.begin())];
+    });
+}
+
+/// Props that touch a ghost of a zone with a lower number, or soon will: their island belongs
+/// there.
 void follow_ghost_contacts(ZoneState& state) {
     for (const GhostContact& contact : state.ghost_contacts) {
         const world::Row row = state.entities.find(contact.prop);
@@ -181,6 +219,7 @@ void follow_ghost_contacts(ZoneState& state) {
 }  // namespace
 
 std::uint32_t hand_off(ZoneState& state) {
+    note_approaches(state);
     follow_ghost_contacts(state);
     const world::Entities& e = state.entities;
     for (world::Row row = 0; row < e.size();) {
@@ -192,7 +231,8 @@ std::uint32_t hand_off(ZoneState& state) {
         if (is_lost(state, at)) {
             put_back(state, row);
         } else if (state.settings.region().outside(at.x(), at.z()) >
-                   state.settings.handoff_hysteresis_m) {
+                       state.settings.handoff_hysteresis_m &&
+                   !expects_company(state, row)) {
             const std::vector<world::Row> island = island_rows(state, row);
             const ZoneId to = destination(state, island, ZoneId());
             if (to && to != state.settings.id) {

@@ -1,5 +1,6 @@
 #include "server/zone/sync.h"
 
+#include "server/zone/approach.h"
 #include "server/zone/context.h"
 
 #include <algorithm>
@@ -14,10 +15,6 @@ ZoneId ghost_owner(const ZoneState& state, EntityId ghost) {
         return {};
     }
     return state.ghost_owners[static_cast<std::size_t>(it - state.ghost_ids.begin())];
-}
-
-bool is_prop(const ZoneState& state, world::Row row) {
-    return (*state.settings.types)[state.entities.type[row]].kind == world::EntityKind::kProp;
 }
 
 /// Two props that touch across a border belong into one zone.

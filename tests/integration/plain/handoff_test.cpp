@@ -150,6 +150,26 @@ TEST(Handoff, LosesAndDoublesNobodyInAHundredThousandRandomWalksOverBorders) {
     EXPECT_EQ(world.undeliverable(), 0u);
 }
 
+TEST(Ghosts, ReachBeyondNeighboursThatAreNarrowerThanTheMargin) {
+    plain_log() = std::make_shared<scenario::PlainLog>();
+    // Six zones of 8 m in a row, a margin over two of them and a bit.
+    ops::Settings settings = small_world(6, 1, 8.0);
+    settings.ghost_margin_m = 20.0F;
+    settings.handoff_hysteresis_m = 0.1F;
+    for (int i = 0; i < 40; ++i) {
+        ops::InitialEntity ball;
+        ball.type = scenario::kBall;
+        ball.position = Vec3d(-23.0 + 1.15 * i, 3.0 + 0.2 * (i % 5), 0.6 * (i % 7) - 2.0);
+        settings.initial.push_back(ball);
+    }
+    World world(settings, 1);
+    std::vector<mailbox::OutboxItem> out;
+    for (int t = 0; t < 90; ++t) {
+        world.tick({}, out);
+        ASSERT_NO_FATAL_FAILURE(expect_ghosts_match_truth(world, settings.ghost_margin_m)) << t;
+    }
+}
+
 TEST(Handoff, GivesTheSameHashForOneTwoAndFourThreads) {
     std::vector<std::uint64_t> hashes;
     for (const unsigned threads : {1u, 2u, 4u}) {
