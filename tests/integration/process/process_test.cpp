@@ -1,57 +1,10 @@
-#include "tests/integration/process/child.h"
-
-#include <gtest/gtest.h>
+#include "tests/integration/process/fixture.h"
 
 #include <csignal>
-#include <filesystem>
 #include <fstream>
-#include <sstream>
 
 namespace zoned::testing_process {
 namespace {
-
-// Sanitizer builds on a busy machine start slowly: waits are generous, and cost nothing when all
-// goes well.
-constexpr double kPatience = 60.0;
-
-std::string minimal() {
-    return ZONED_SOURCE_DIR "/config/minimal.txtpb";
-}
-
-std::string state_set() {
-    return "session.state_folder=\"" + scratch_folder() + "\"";
-}
-
-std::string read(const std::string& path) {
-    std::ifstream file(path);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
-}
-
-/// A server on the minimal world with free ports.
-class Process : public ::testing::Test {
-  protected:
-    std::unique_ptr<Child> start_server(std::vector<std::string> more = {}) {
-        std::vector<std::string> arguments{"serve", "--config", minimal(), "--set", state_set()};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        auto server = std::make_unique<Child>("zoned", arguments);
-        EXPECT_TRUE(server->wait_for_output("ready ", kPatience)) << server->errors();
-        tcp_port = number_after(server->output(), "tcp=");
-        return server;
-    }
-
-    std::vector<std::string> play(int bots, int seconds) const {
-        return {"--connect",
-                "127.0.0.1:" + std::to_string(tcp_port),
-                "--bots",
-                std::to_string(bots),
-                "--seconds",
-                std::to_string(seconds)};
-    }
-
-    int tcp_port = -1;
-};
 
 TEST_F(Process, PlaysOverRealSocketsToAConsistentVerdictAndStopsOnSigterm) {
     const std::string server_report = scratch_folder() + "/server.json";

@@ -1,0 +1,86 @@
+// How client-sim finds and trusts a server, and what it does when the path is cut.
+#include "tests/integration/process/fixture.h"
+
+#include <csignal>
+
+namespace zoned::testing_process {
+namespace {
+
+class Trust : public Process {
+  protected:
+    /// SHA-256 of the server's certificate, as its log says.
+    static std::string fingerprint(const Child& server) {
+        const std::string key = "certificate sha256 ";
+        const std::string log = server.errors();
+        const std::size_t at = log.find(key);
+        return at == std::string::npos ? "" : log.substr(at + key.size(), 64);
+    }
+
+    /// client-sim with more arguments, run to its end.
+    static Child run(std::vector<std::string> arguments, std::vector<std::string> more) {
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return Child("client-sim", arguments);
+    }
+};
+
+TEST_F(Trust, GoesToTheCertificateThatIsPinned) {
+    const auto server = start_server();
+    const std::string pin = fingerprint(*server);
+    ASSERT_EQ(pin.size(), 64u) << server->errors();
+    Child good = run(play(2, 1), {"--pin", pin});
+    EXPECT_EQ(good.wait(kPatience), 0) << good.output() << good.errors();
+    std::string other = pin;
+    other[7] = other[7] == 'a' ? 'b' : 'a';
+    Child bad = run(play(2, 1), {"--pin", other});
+    EXPECT_EQ(bad.wait(kPatience), 3) << bad.output();
+    EXPECT_NE(bad.errors().find("does not match --pin"), std::string::npos) << bad.errors();
+}
+
+TEST_F(Trust, GoesToTheCertificateThatAnAuthorityVouchesFor) {
+    const auto server = start_server();
+    const std::string certificate = scratch_folder() + "/certificate.pem";
+    for (const char* host : {"127.0.0.1", "localhost"}) {
+        Child good = run(play(2, 1, host), {"--ca", certificate});
+        EXPECT_EQ(good.wait(kPatience), 0) << host << good.output() << good.errors();
+    }
+    // Another server's certificate vouches for nobody here.
+    const std::string elsewhere = scratch_folder() + "/elsewhere";
+    const int port = tcp_port;
+    start_server({"--set", "session.state_folder=\"" + elsewhere + "\""});
+    tcp_port = port;
+    Child bad = run(play(2, 1), {"--ca", elsewhere + "/certificate.pem"});
+    EXPECT_EQ(bad.wait(kPatience), 3) << bad.output();
+    EXPECT_NE(bad.errors().find("TLS handshake failed"), std::string::npos) << bad.errors();
+    // The right certificate, but the name that was asked for is not in it.
+    Child alias = run(play(2, 1, "127.0.0.2"), {"--ca", certificate});
+    EXPECT_EQ(alias.wait(kPatience), 3) << alias.output();
+}
+
+TEST_F(Process, PlaysOverIpv6) {
+    if (read("/proc/net/if_inet6").find("00000000000000000000000000000001") == std::string::npos) {
+        GTEST_SKIP() << "this machine has no ::1";
+    }
+    const auto server = start_server({"--set", "network.bind_address=\"::1\""});
+    const std::string report = scratch_folder() + "/client.json";
+    std::vector<std::string> arguments = play(4, 2, "[::1]");
+    arguments.insert(arguments.end(), {"--report", report});
+    Child client("client-sim", arguments);
+    EXPECT_EQ(client.wait(kPatience), 0) << client.output() << client.errors();
+    EXPECT_NE(read(report).find("\"tunnelled_bots\": 0"), std::string::npos) << read(report);
+}
+
+TEST_F(Process, ComesThroughOutagesOfThePathAndSaysSo) {
+    const auto server = start_server();
+    const std::string report = scratch_folder() + "/client.json";
+    std::vector<std::string> arguments = play(4, 9);
+    arguments.insert(arguments.end(), {"--outage", "3:0.8", "--report", report});
+    Child client("client-sim", arguments);
+    EXPECT_EQ(client.wait(kPatience), 0) << client.output() << client.errors();
+    // The news of an outage is as old as the outage: what was compared then says less.
+    EXPECT_NE(client.output().find("WARNING: stale"), std::string::npos) << client.output();
+    EXPECT_EQ(read(report).find("\"packets_lost\": 0,"), std::string::npos) << read(report);
+    EXPECT_NE(read(report).find("\"events_lost\": 0,"), std::string::npos) << read(report);
+}
+
+}  // namespace
+}  // namespace zoned::testing_process
