@@ -1,0 +1,40 @@
+// Fuzzing of the config parser: any text is either good or has mistakes that are reported.
+#include "server/ops/settings.h"
+#include "tests/fuzz/fuzz.h"
+#include "shared/core/assert.h"
+
+#include <fstream>
+#include <iterator>
+
+namespace zoned::fuzz {
+
+namespace {
+
+constexpr std::size_t kMaxText = 32768;
+
+}  // namespace
+
+std::vector<Bytes> seeds() {
+    std::vector<Bytes> all;
+    for (const char* name : {"minimal", "valley"}) {
+        std::ifstream in(std::string(ZONED_SOURCE_DIR "/config/") + name + ".txtpb",
+                         std::ios::binary);
+        all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+    }
+    return all;
+}
+
+}  // namespace zoned::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace zoned;
+    const std::string text(reinterpret_cast<const char*>(data), std::min(size, fuzz::kMaxText));
+    ops::Settings settings;
+    std::vector<ops::ConfigError> errors;
+    const bool good = ops::parse_settings(text, {}, settings, errors);
+    ZONED_ASSERT(good == errors.empty(), "a config is good, or its mistakes are named");
+    for (const ops::ConfigError& error : errors) {
+        ZONED_ASSERT(!error.text.empty() && error.line >= 0, "a mistake has words and a place");
+    }
+    return 0;
+}

@@ -1,0 +1,53 @@
+// Valid inputs of the fuzzer of the wire format, of all its kinds.
+#pragma once
+
+#include "tests/fuzz/wire_input.h"
+#include "tests/unit/wire/wire_samples.h"
+
+namespace zoned::wire::fuzz {
+
+/// A valid input of the fuzzer, of any of its kinds.
+inline Bytes valid_input(core::Rng& rng) {
+    Bytes out{static_cast<std::uint8_t>(rng.below(16))};
+    if (out[0] % 4 == 0) {
+        const Quantization q = quantization_for(static_cast<std::uint8_t>(out[0] / 4));
+        for (std::uint32_t n = 1 + rng.below(5); n > 0; --n) {
+            const bool upright = rng.below(2) != 0;
+            RecordHead head;
+            head.entity = EntityId(1 + rng.below(10'000));
+            head.type = static_cast<TypeIndex>(rng.below(20));
+            const auto state = testing::random_quantized(rng, upright, q);
+            const std::uint32_t kind = rng.below(5);
+            if (kind == 0) {
+                encode_remove(head.entity, out);
+            } else if (kind < 3) {
+                encode_absolute(head, state, upright, q, out);
+            } else {
+                encode_delta(head, state, keyframe_for(upright, q), upright, q, out);
+            }
+        }
+    } else if (out[0] % 4 == 1) {
+        std::vector<motion::InputCommand> commands(1 + rng.below(8));
+        for (std::size_t i = 0; i < commands.size(); ++i) {
+            commands[i].tick = 1'000 + static_cast<Tick>(i);
+            commands[i].move_x = static_cast<std::int8_t>(rng.below(2) * 100);
+            commands[i].yaw = static_cast<std::uint16_t>(rng.below(300));
+            commands[i].buttons = static_cast<std::uint16_t>(rng.below(40));
+        }
+        write_commands(commands, out);
+    } else if (out[0] % 4 == 2) {
+        DownHead head;
+        head.tick = rng.next();
+        head.zone = ZoneId(static_cast<std::uint16_t>(rng.below(300)));
+        head.has_own = rng.below(2) != 0;
+        head.own.avatar = EntityId(1 + rng.below(1'000));
+        head.own.input_tick = std::max<Tick>(0, head.tick - rng.below(3));
+        head.own.state.position = testing::random_vector(rng, 100.0F);
+        write_down_head(head, out);
+    } else {
+        out.resize(30);
+    }
+    return out;
+}
+
+}  // namespace zoned::wire::fuzz
