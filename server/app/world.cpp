@@ -21,6 +21,7 @@ std::string zone_topic(ZoneId zone) {
 World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
     : spawn_points_(settings.spawn_points),
       regions_(regions_of(settings)),
+      teams_(regions_.size()),
       pool_(threads) {
     const auto types = std::make_shared<const world::TypeTable>(settings.types);
     for (const zone::Region& region : regions_) {
@@ -28,6 +29,9 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
                                                       zone::make_rules(settings.rules, *types),
                                                       stopwatch));
         states_.push_back(&zones_.back()->state());
+        compute::Team& team = teams_[zones_.size() - 1];
+        team.join_pool(pool_);
+        zones_.back()->state().scene.work_with(&team);
     }
     inboxes_.resize(zones_.size());
     populate(settings, regions_, zones_);

@@ -70,6 +70,7 @@ class World {
 
     std::vector<Vec3d> spawn_points_;
     std::vector<zone::Region> regions_;
+    std::vector<compute::Team> teams_;  // of the zones: who has no zone to step helps another
     std::vector<std::unique_ptr<zone::Zone>> zones_;
     std::vector<zone::ZoneState*> states_;
     std::vector<ZoneInbox> inboxes_;

@@ -1,5 +1,6 @@
 #include "server/compute/worker_pool.h"
 
+#include "server/compute/spin.h"
 #include "shared/core/assert.h"
 
 #include <ctime>
@@ -25,11 +26,8 @@ WorkerPool::WorkerPool(unsigned threads) {
 }
 
 WorkerPool::~WorkerPool() {
-    {
-        const std::lock_guard lock(mutex_);
-        stop_ = true;
-    }
-    wake_.notify_all();
+    stop_.store(true);
+    ring();
     for (std::thread& worker : workers_) {
         worker.join();
     }
@@ -42,47 +40,81 @@ void WorkerPool::run(std::size_t count, const std::function<void(std::size_t)>& 
         }
         return;
     }
-    {
-        const std::lock_guard lock(mutex_);
-        task_ = &task;
-        count_ = count;
-        next_.store(0, std::memory_order_relaxed);
-        busy_ = workers_.size();
-        ++batch_;
+    ZONED_ASSERT(count < Team::kMostBlocks, "a batch has few tasks");
+    using Task = std::function<void(std::size_t)>;
+    batch_.publish(
+        static_cast<std::uint32_t>(count),
+        [](void* context, std::uint32_t i) { (*static_cast<const Task*>(context))(i); },
+        const_cast<Task*>(&task));
+    const std::size_t place = post(batch_);
+    while (batch_.work(Team::End::kFront)) {
     }
-    wake_.notify_all();
-    take_tasks();
-    std::unique_lock lock(mutex_);
-    done_.wait(lock, [this] { return busy_ == 0; });
-    task_ = nullptr;
+    // The others are still at their tasks: within those there may be something to do.
+    for (std::uint32_t heard = bell_.load(); !batch_.finished(); heard = bell_.load()) {
+        if (!help_all() && !batch_.finished()) {
+            bell_.wait(heard);
+        }
+    }
+    withdraw(place);
 }
 
-void WorkerPool::take_tasks() {
-    for (;;) {
-        const std::size_t i = next_.fetch_add(1, std::memory_order_relaxed);
-        if (i >= count_) {
-            return;
+std::size_t WorkerPool::post(Team& team) {
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+        Team* nobody = nullptr;
+        if (board_[i].team.compare_exchange_strong(nobody, &team)) {
+            ring();
+            return i;
         }
-        (*task_)(i);
     }
+    return kNoPlace;
+}
+
+void WorkerPool::withdraw(std::size_t place) {
+    if (place == kNoPlace) {
+        return;
+    }
+    board_[place].team.store(nullptr);
+    Spin spin;
+    while (board_[place].visitors.load() != 0) {
+        spin.wait();
+    }
+}
+
+void WorkerPool::ring() {
+    bell_.fetch_add(1);
+    bell_.notify_all();
+}
+
+bool WorkerPool::visit(Place& place) {
+    if (place.team.load(std::memory_order_relaxed) == nullptr) {
+        return false;
+    }
+    place.visitors.fetch_add(1);
+    bool worked = false;
+    // Read again: who withdraws either sees the visitor or is seen by it.
+    if (Team* const team = place.team.load(); team != nullptr) {
+        const std::uint64_t begin = thread_cpu_ns();
+        worked = team->help();
+        cpu_ns_.fetch_add(thread_cpu_ns() - begin, std::memory_order_relaxed);
+    }
+    place.visitors.fetch_sub(1);
+    return worked;
+}
+
+bool WorkerPool::help_all() {
+    bool worked = false;
+    for (Place& place : board_) {
+        worked = visit(place) || worked;
+    }
+    return worked;
 }
 
 void WorkerPool::work_loop() {
-    std::uint64_t seen = 0;
-    std::unique_lock lock(mutex_);
-    for (;;) {
-        wake_.wait(lock, [&] { return stop_ || batch_ != seen; });
-        if (stop_) {
-            return;
-        }
-        seen = batch_;
-        lock.unlock();
-        const std::uint64_t begin = thread_cpu_ns();
-        take_tasks();
-        cpu_ns_.fetch_add(thread_cpu_ns() - begin, std::memory_order_relaxed);
-        lock.lock();
-        if (--busy_ == 0) {
-            done_.notify_one();
+    for (std::uint32_t heard = bell_.load(); !stop_.load(); heard = bell_.load()) {
+        if (help_all()) {
+            ring();  // whoever waits for the end of a batch
+        } else if (!stop_.load()) {
+            bell_.wait(heard);
         }
     }
 }

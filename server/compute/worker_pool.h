@@ -1,12 +1,14 @@
-// WorkerPool: a fixed set of threads that run one batch of independent tasks at a time.
+// WorkerPool: a fixed set of threads that run one batch of independent tasks at a time, and help
+// within the tasks when there are fewer of them than threads.
 #pragma once
 
+#include "server/compute/team.h"
+
+#include <array>
 #include <atomic>
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -22,7 +24,8 @@ class WorkerPool {
     WorkerPool& operator=(const WorkerPool&) = delete;
 
     /// Calls task(i) once for each i in [0, count), in any order, on any thread of the pool;
-    /// returns when all are done. Tasks must not throw and must not call run() themselves.
+    /// returns when all are done. Tasks must not throw and must not call run() themselves; they may
+    /// lead a Team.
     void run(std::size_t count, const std::function<void(std::size_t)>& task);
 
     [[nodiscard]] unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
@@ -32,20 +35,35 @@ class WorkerPool {
     [[nodiscard]] std::uint64_t cpu_ns() const { return cpu_ns_.load(std::memory_order_relaxed); }
 
   private:
+    friend class Team;
+
+    static constexpr std::size_t kPlaces = 64;
+    static constexpr std::size_t kNoPlace = kPlaces;
+
+    /// Where a team asks for helpers. It may go only when nobody visits it any more.
+    struct alignas(64) Place {
+        std::atomic<Team*> team{nullptr};
+        std::atomic<std::uint32_t> visitors{0};
+    };
+
+    /// Puts a team on the board and calls the idle; kNoPlace when the board is full.
+    std::size_t post(Team& team);
+    /// Takes it off and waits until all helpers have left.
+    void withdraw(std::size_t place);
+
     void work_loop();
-    void take_tasks();
+    /// Looks at all places; true when there was something to do.
+    bool help_all();
+    bool visit(Place& place);
+    void ring();
 
     std::vector<std::thread> workers_;
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    std::condition_variable done_;
-    const std::function<void(std::size_t)>* task_ = nullptr;
-    std::size_t count_ = 0;
-    std::atomic<std::size_t> next_{0};
-    std::size_t busy_ = 0;  // workers that have not finished the current batch
-    std::uint64_t batch_ = 0;
-    bool stop_ = false;
+    std::array<Place, kPlaces> board_;
+    /// Counts what may be of interest to who is idle. Who finds nothing to do waits for the next.
+    alignas(64) std::atomic<std::uint32_t> bell_{0};
+    std::atomic<bool> stop_{false};
     std::atomic<std::uint64_t> cpu_ns_{0};
+    Team batch_;
 };
 
 }  // namespace zoned::compute

@@ -129,6 +129,10 @@ void Scene::wake(BodyId body) {
     }
 }
 
+void Scene::work_with(compute::Team* team) {
+    impl_->team = team != nullptr ? team : &impl_->alone;
+}
+
 StepStats Scene::step(float dt) {
     return impl_->step(dt);
 }

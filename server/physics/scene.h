@@ -15,6 +15,10 @@
 #include <string>
 #include <vector>
 
+namespace zoned::compute {
+class Team;
+}
+
 namespace zoned::physics {
 
 using spatial::BroadphaseKind;
@@ -142,6 +146,11 @@ class Scene {
     bool set_motor(JointId joint, float speed, float most);
     /// Joints that broke in the last step.
     [[nodiscard]] std::span<const JointBreak> joint_breaks() const;
+
+    /// Steps are led by whoever calls step(), and those of the team help where there is much to do.
+    /// The result is the same for any number of threads. The team must outlive the scene, or be
+    /// taken back by nullptr.
+    void work_with(compute::Team* team);
 
     StepStats step(float dt);
 

@@ -62,6 +62,7 @@ void Scene::Impl::make_room(BodyKind kind) {
     events.reserve(contacts);
     new_pairs.reserve(2 * contacts);
     solve_list.reserve(contacts);
+    news.reserve(contacts);
     broken.reserve(movers);
     pending.reserve(4 * movers);
     refitted.reserve(movers);

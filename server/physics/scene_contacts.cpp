@@ -12,6 +12,8 @@ namespace {
 /// A pair whose surfaces have moved less than this against each other since its manifold was found
 /// keeps it, m.
 constexpr float kSamePose = 2.0e-4F;
+/// Pairs that one thread looks at at a time.
+constexpr std::size_t kPairGrain = 64;
 
 /// The rotation vector from one orientation to a nearby one, to first order. Large where they are
 /// not near, or where the signs of the quaternions differ.
@@ -124,24 +126,49 @@ void Scene::Impl::approach(std::uint32_t index, const PairMotion& motion) {
     }
 }
 
-/// Finds the contact of a pair for this step, and how it approaches.
+/// Finds the contact of a pair of simple shapes for this step, and how it approaches. Writes
+/// nothing but the records of the pair.
+void Scene::Impl::update_pair(std::uint32_t index, float dt) {
+    const PairMotion motion = motion_of(graph.pair(index).a, graph.pair(index).b, dt);
+    if (!reuse_manifold(index, motion)) {
+        find_manifold(index, motion);
+    }
+    approach(index, motion);
+}
+
+/// The same for any pair.
 void Scene::Impl::update_contact(std::uint32_t index, float dt) {
     const Pair& pair = graph.pair(index);
-    const PairMotion motion = motion_of(pair.a, pair.b, dt);
     if (pair.sensor != 0) {
         look_into_sensor(index);
     } else if (pair.several != 0) {
-        update_chain(index, motion);
+        update_chain(index, motion_of(pair.a, pair.b, dt));
     } else {
-        if (!reuse_manifold(index, motion)) {
-            find_manifold(index, motion);
-        }
-        approach(index, motion);
+        update_pair(index, dt);
     }
 }
 
-/// Looks at the pairs of awake bodies and of moving kinematic ones; who is touched wakes, and its
-/// contacts join the list while it is walked.
+/// Puts what was found about a pair on the list of what is solved; who is touched wakes.
+void Scene::Impl::take_part(std::uint32_t index) {
+    note_sensing(index);
+    const Pair& pair = graph.pair(index);
+    graph.for_chain(index, [&](std::uint32_t record) {
+        if (graph.pair(record).count > 0) {
+            solve_list.push_back(record);
+        }
+    });
+    if (pair.closing) {
+        for (const std::uint32_t row : {pair.a, pair.b}) {
+            if (bodies.is_dynamic(row) && bodies.awake[row] == 0) {
+                waker.wake(bodies, graph, joints, row);
+            }
+        }
+    }
+}
+
+/// Looks at the pairs of awake bodies and of moving kinematic ones: first those of simple shapes,
+/// by all threads. Then one goes through the list and sees to the others; who is touched wakes, and
+/// its contacts join the list while it is walked.
 void Scene::Impl::update_contacts(float dt) {
     for (const std::uint32_t mover : bodies.mover_list) {
         graph.for_each_of(bodies, mover, [&](std::uint32_t index, std::uint32_t other) {
@@ -158,54 +185,73 @@ void Scene::Impl::update_contacts(float dt) {
     }
     solve_list.clear();
     const std::vector<std::uint32_t>& active = graph.active();
-    for (std::size_t i = 0; i < active.size(); ++i) {
-        const std::uint32_t index = active[i];
-        update_contact(index, dt);
-        note_sensing(index);
-        const Pair& pair = graph.pair(index);
-        graph.for_chain(index, [&](std::uint32_t record) {
-            if (graph.pair(record).count > 0) {
-                solve_list.push_back(record);
-            }
-        });
-        if (pair.closing) {
-            for (const std::uint32_t row : {pair.a, pair.b}) {
-                if (bodies.is_dynamic(row) && bodies.awake[row] == 0) {
-                    waker.wake(bodies, graph, joints, row);
-                }
+    const std::size_t count = active.size();
+    const auto simple = [&](std::uint32_t index) {
+        return graph.pair(index).sensor == 0 && graph.pair(index).several == 0;
+    };
+    team->run(count, kPairGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (simple(active[i])) {
+                update_pair(active[i], dt);
             }
         }
+    });
+    for (std::size_t i = 0; i < active.size(); ++i) {
+        if (i >= count || !simple(active[i])) {
+            update_contact(active[i], dt);
+        }
+        take_part(active[i]);
     }
 }
 
-/// After the solve: who touches whom now, and what began.
-void Scene::Impl::finish_contacts() {
-    for (const std::uint32_t index : graph.active()) {
-        const bool touched = graph.pair(index).touching;
-        bool touches = false;
-        float impulse = 0.0F;
-        graph.for_chain(index, [&](std::uint32_t record) {
-            Pair& pair = graph.pair(record);
-            const Contact& contact = graph[record];
-            pair.touching = false;
-            for (std::size_t i = 0; i < pair.points(); ++i) {
-                pair.touching |=
-                    contact.step_impulse > 0.0F ||
-                    (contact.lead.isZero(0.0F) && contact.points[i].separation <= kTouch);
-            }
-            touches |= pair.touching;
-            impulse += pair.count > 0 ? contact.step_impulse : 0.0F;
-        });
-        Pair& pair = graph.pair(index);
-        pair.touching = touches;
-        if (impulse == 0.0F && !touches) {
-            continue;
+/// After the solve: who touches whom now, and of whom there is news.
+void Scene::Impl::settle_contacts() {
+    const std::vector<std::uint32_t>& active = graph.active();
+    news.resize(active.size());
+    team->run(active.size(), kPairGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            news[i] = settle_pair(active[i]);
         }
-        const bool began = touches && !touched;
-        const bool tagged = bodies.user[pair.a] != 0 || bodies.user[pair.b] != 0;
-        if ((began && tagged) || impulse >= settings.event_impulse_ns) {
-            graph[index].step_impulse = impulse;
-            report(index, began);
+    });
+}
+
+/// Writes nothing but the records of the pair.
+Scene::Impl::News Scene::Impl::settle_pair(std::uint32_t index) {
+    const bool touched = graph.pair(index).touching;
+    bool touches = false;
+    float impulse = 0.0F;
+    graph.for_chain(index, [&](std::uint32_t record) {
+        Pair& pair = graph.pair(record);
+        pair.touching = false;
+        if (pair.count == 0) {
+            return;
+        }
+        const Contact& contact = graph[record];
+        for (std::size_t i = 0; i < pair.points(); ++i) {
+            pair.touching |= contact.step_impulse > 0.0F ||
+                             (contact.lead.isZero(0.0F) && contact.points[i].separation <= kTouch);
+        }
+        touches |= pair.touching;
+        impulse += contact.step_impulse;
+    });
+    Pair& pair = graph.pair(index);
+    pair.touching = touches;
+    if (impulse == 0.0F && !touches) {
+        return News::kNone;
+    }
+    const bool began = touches && !touched;
+    const bool tagged = bodies.user[pair.a] != 0 || bodies.user[pair.b] != 0;
+    if ((!began || !tagged) && !(impulse >= settings.event_impulse_ns)) {
+        return News::kNone;
+    }
+    graph[index].step_impulse = impulse;
+    return began ? News::kBegan : News::kStrong;
+}
+
+void Scene::Impl::report_contacts() {
+    for (std::size_t i = 0; i < graph.active().size(); ++i) {
+        if (news[i] != News::kNone) {
+            report(graph.active()[i], news[i] == News::kBegan);
         }
     }
 }

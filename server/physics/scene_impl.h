@@ -1,6 +1,7 @@
 // What a Scene is made of; shared by the files that implement its parts.
 #pragma once
 
+#include "server/compute/team.h"
 #include "server/physics/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/contacts/islands.h"
@@ -22,7 +23,16 @@ namespace zoned::physics {
 struct Scene::Impl {
     explicit Impl(const Settings& s);
 
+    /// What there is to report of a pair.
+    enum class News : std::uint8_t {
+        kNone,
+        kBegan,
+        kStrong
+    };
+
     Settings settings;
+    compute::Team alone;           ///< of the caller only
+    compute::Team* team = &alone;  ///< who works at a step
     Bodies bodies;
     ContactGraph graph;
     JointTable joints;
@@ -57,6 +67,7 @@ struct Scene::Impl {
     std::vector<std::uint32_t> solve_list;
     std::vector<std::uint32_t> active_joints;  ///< with an awake dynamic body
     std::vector<std::uint32_t> broken;
+    std::vector<News> news;                ///< of the step, by place in ContactGraph::active
     std::vector<std::uint8_t> in_contact;  ///< by row: a contact holds it in this step
     std::vector<std::uint32_t> refitted;   ///< rows whose fat box is new, on their way to `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
@@ -107,11 +118,15 @@ struct Scene::Impl {
     // scene_contacts.cpp
     void update_contacts(float dt);
     void update_contact(std::uint32_t contact, float dt);
+    void update_pair(std::uint32_t contact, float dt);
+    void take_part(std::uint32_t contact);
     [[nodiscard]] PairMotion motion_of(std::uint32_t a, std::uint32_t b, float dt) const;
     bool reuse_manifold(std::uint32_t contact, const PairMotion& motion);
     void find_manifold(std::uint32_t contact, const PairMotion& motion);
     void approach(std::uint32_t record, const PairMotion& motion);
-    void finish_contacts();
+    void settle_contacts();
+    News settle_pair(std::uint32_t contact);
+    void report_contacts();
     void report(std::uint32_t contact, bool began);
 
     // scene_joints.cpp

@@ -12,6 +12,8 @@ namespace {
 
 /// Substeps are no longer than this, s: friction and rolling are first order in it.
 constexpr float kLongestSubstep = 1.0F / 240.0F;
+/// With fewer pairs than this, one thread is done before others would have come.
+constexpr std::size_t kMuch = 512;
 
 }  // namespace
 
@@ -29,11 +31,15 @@ StepStats Scene::Impl::step(float dt) {
     }
     refresh_bounds(dt);
     find_pairs(dt);
-    update_contacts(dt);
-    list_joints();
-    solve(dt);
+    {
+        const compute::Team::Shift shift(graph.active().size() < kMuch ? alone : *team);
+        update_contacts(dt);
+        list_joints();
+        solve(dt);
+        settle_contacts();
+    }
+    report_contacts();
     break_joints();
-    finish_contacts();
     follow_bounds();
     bodies.clear_forces();
     list_moved();
@@ -69,14 +75,15 @@ void Scene::Impl::solve(float dt) {
     if (settings.substeps > 0) {
         parameters.substeps = settings.substeps;
         substeps = static_cast<std::uint32_t>(settings.substeps);
-        solver.solve(bodies, graph, solve_list, joints, active_joints, parameters, broken);
+        solver.solve(bodies, graph, solve_list, joints, active_joints, parameters, *team, broken);
     } else {
         effort.plan(bodies,
                     graph,
                     solve_list,
                     joints,
                     active_joints,
-                    {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()});
+                    {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()},
+                    *team);
         for (std::size_t i = 0; i < Effort::kBatches; ++i) {
             const Effort::Batch batch = effort.batch(i);
             if (!batch.contacts.empty() || !batch.joints.empty()) {
@@ -85,7 +92,7 @@ void Scene::Impl::solve(float dt) {
                     batch.young ? Effort::kYoungIterations : settings.velocity_iterations;
                 substeps = static_cast<std::uint32_t>(batch.substeps);
                 solver.solve(
-                    bodies, graph, batch.contacts, joints, batch.joints, parameters, broken);
+                    bodies, graph, batch.contacts, joints, batch.joints, parameters, *team, broken);
             }
         }
     }

@@ -1,3 +1,4 @@
+#include "server/compute/worker_pool.h"
 #include "server/physics/scene.h"
 #include "tests/bench/simulator.h"
 
@@ -38,9 +39,14 @@ physics::BodyDef definition(const scenario::Body& body) {
 
 class ZonedSimulator : public Simulator {
   public:
-    ZonedSimulator(const scenario::Description& description, physics::Settings settings)
-        : scene_(with_description(settings, description)),
+    ZonedSimulator(const scenario::Description& description,
+                   physics::Settings settings,
+                   unsigned threads)
+        : pool_(threads),
+          scene_(with_description(settings, description)),
           dt_(static_cast<float>(description.dt)) {
+        team_.join_pool(pool_);
+        scene_.work_with(&team_);
         for (const scenario::Body& body : description.bodies) {
             physics::BodyDef def = definition(body);
             def.filter.mask = description.colliding ? def.filter.mask : 0;
@@ -106,6 +112,8 @@ class ZonedSimulator : public Simulator {
         return settings;
     }
 
+    compute::WorkerPool pool_;
+    compute::Team team_;
     physics::Scene scene_;
     std::vector<zoned::BodyId> ids_;
     float dt_;
@@ -114,11 +122,11 @@ class ZonedSimulator : public Simulator {
 /// Scenes up to this size are run with fixed numbers of substeps too.
 constexpr std::size_t kSmall = 300;
 
-Engine engine(std::string method, const physics::Settings& settings) {
+Engine engine(std::string method, const physics::Settings& settings, unsigned threads = 1) {
     return {std::move(method),
             "",
-            [settings](const scenario::Description& description) {
-                return std::make_unique<ZonedSimulator>(description, settings);
+            [settings, threads](const scenario::Description& description) {
+                return std::make_unique<ZonedSimulator>(description, settings, threads);
             },
             [settings](const std::string& /*scene*/, const scenario::Description& description) {
                 const bool large = settings.substeps != 0 && description.bodies.size() > kSmall;
@@ -132,7 +140,8 @@ std::vector<Engine> zoned_engines() {
     physics::Settings strict;
     strict.error_budget_m = 0.002F;
     std::vector<Engine> engines{engine("default", physics::Settings()),
-                                engine("budget_2mm", strict)};
+                                engine("budget_2mm", strict),
+                                engine("threads_2", physics::Settings(), 2)};
     for (const int substeps : {2, 4, 8, 16}) {
         physics::Settings fixed;
         fixed.substeps = substeps;

@@ -121,6 +121,24 @@ class Yardstick {
     PhysicsScene scene_;
 };
 
+/// How much sooner two threads are done than one, and whether with the same result.
+void note_speedup(std::vector<Row>& rows) {
+    const auto row_of = [&](const char* method) {
+        return std::find_if(rows.begin(), rows.end(), [&](const Row& row) {
+            return row.peer.empty() && row.method == method;
+        });
+    };
+    const auto one = row_of("default");
+    const auto two = row_of("threads_2");
+    if (one != rows.end() && two != rows.end()) {
+        const double* const alone = one->find_metric("wall_us_p50");
+        const double* const together = two->find_metric("wall_us_p50");
+        two->metric("wall_speedup",
+                    alone != nullptr && together != nullptr ? *alone / *together : 0.0);
+        two->metric("same_hash", one->state_hash == two->state_hash ? 1.0 : 0.0);
+    }
+}
+
 void run_scene(Session& session, const PhysicsScene& scene, Yardstick& yardstick) {
     const std::vector<Method> methods = chosen(session, scene);
     if (methods.empty()) {
@@ -138,6 +156,7 @@ void run_scene(Session& session, const PhysicsScene& scene, Yardstick& yardstick
     for (Row& row : rows) {
         row.metric("y_ratio", row.time_us_p50 / yardstick_us);
     }
+    note_speedup(rows);
     session.add(std::move(rows));
 }
 

@@ -17,7 +17,7 @@ struct Line {
 };
 
 /// Rigid bodies alone: piles, pyramids, columns and chains, hashed once a second.
-std::vector<Line> physics_lines();
+std::vector<Line> physics_lines(unsigned threads);
 
 /// The valley with bots on a bad virtual network: each zone's hash every 60 ticks, and at the end
 /// what the clients measured.

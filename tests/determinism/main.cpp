@@ -24,10 +24,11 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
 }
 
 int run() {
-    std::vector<Line> lines = physics_lines();
+    std::vector<Line> lines = physics_lines(1);
     const std::vector<Line> valley = valley_lines(1);
     bool good = true;
     for (const unsigned threads : {2U, 4U}) {
+        good = same(lines, physics_lines(threads), threads) && good;
         good = same(valley, valley_lines(threads), threads) && good;
     }
     lines.insert(lines.end(), valley.begin(), valley.end());

@@ -1,3 +1,4 @@
+#include "server/compute/worker_pool.h"
 #include "server/physics/scene.h"
 #include "tests/determinism/hashes.h"
 #include "tests/scenario/physics_scenes.h"
@@ -56,13 +57,17 @@ physics::Scene build(const scenario::Description& description) {
 
 }  // namespace
 
-std::vector<Line> physics_lines() {
+std::vector<Line> physics_lines(unsigned threads) {
+    compute::WorkerPool pool(threads);
+    compute::Team team;
+    team.join_pool(pool);
+
     struct Named {
         const char* name;
         scenario::Description description;
     };
 
-    const Named scenes[] = {{"physics/pile", scenario::pile(7)},
+    const Named scenes[] = {{"physics/pile", scenario::pile(9)},
                             {"physics/pyramid", scenario::pyramid()},
                             {"physics/column", scenario::column(12, 5.0)},
                             {"physics/spin", scenario::spin()},
@@ -70,6 +75,7 @@ std::vector<Line> physics_lines() {
     std::vector<Line> lines;
     for (const Named& named : scenes) {
         physics::Scene scene = build(named.description);
+        scene.work_with(&team);
         for (int step = 1; step <= 360; ++step) {
             scene.step(static_cast<float>(named.description.dt));
             if (step % 60 == 0) {

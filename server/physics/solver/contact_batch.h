@@ -30,6 +30,7 @@ struct ContactBatch {
     std::uint32_t points = 0;     ///< first in the table of points
     std::uint32_t count = 0;      ///< most points of a lane
     std::uint32_t couplings = 0;  ///< first in the table of couplings
+    std::uint32_t watched = 0;    ///< a bit for each lane that may see an impact
     Lanes3 normal;                ///< from a to b
     Lanes3 tangent;               ///< the second one is normal x tangent
     Lanes3 between;    ///< a's arm minus b's: from a's centre to b's at the time of contact

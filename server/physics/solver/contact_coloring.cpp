@@ -12,6 +12,7 @@ void ContactColoring::reserve(std::size_t bodies, std::size_t contacts) {
     class_.reserve(contacts);
     order_.reserve(contacts);
     groups_.reserve(contacts);
+    stages_.reserve(contacts);
 }
 
 void ContactColoring::build(const Bodies& bodies,
@@ -22,6 +23,7 @@ void ContactColoring::build(const Bodies& bodies,
     class_.resize(list.size());
     order_.resize(list.size());
     groups_.clear();
+    stages_.clear();
     first_.fill(0);
     constexpr std::uint32_t kWidth = kMaxManifoldPoints + 1;
     for (std::size_t i = 0; i < list.size(); ++i) {
@@ -47,8 +49,14 @@ void ContactColoring::build(const Bodies& bodies,
     for (std::uint32_t color = 0; color <= kColors; ++color) {
         const std::uint32_t end = first_[(color + 1) * kWidth];
         const std::uint32_t most = color < kColors ? static_cast<std::uint32_t>(kLanes) : 1U;
+        const auto begin = static_cast<std::uint32_t>(groups_.size());
         for (std::uint32_t at = first_[color * kWidth]; at < end; at += most) {
             groups_.push_back({at, std::min(end, at + most)});
+        }
+        const auto past = static_cast<std::uint32_t>(groups_.size());
+        const std::uint32_t stage = color < kColors ? past - begin : 1U;
+        for (std::uint32_t at = begin; at < past; at += stage) {
+            stages_.push_back({at, at + stage});
         }
     }
     for (std::size_t i = 0; i < list.size(); ++i) {

@@ -19,8 +19,8 @@ class ContactColoring {
     static constexpr std::uint32_t kColors = 64;
 
     struct Group {
-        std::uint32_t begin = 0;  ///< in `order()`
-        std::uint32_t end = 0;    ///< at most eight after begin
+        std::uint32_t begin = 0;
+        std::uint32_t end = 0;
     };
 
     void reserve(std::size_t bodies, std::size_t contacts);
@@ -35,8 +35,12 @@ class ContactColoring {
     /// The contacts in the order in which they are to be solved.
     [[nodiscard]] const std::vector<std::uint32_t>& order() const { return order_; }
 
-    /// Groups of at most eight contacts of one colour.
+    /// Ranges of at most eight contacts in `order()`, all of one colour.
     [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
+
+    /// Ranges of groups whose contacts share no moving body: the colours, and each contact that
+    /// found none.
+    [[nodiscard]] const std::vector<Group>& stages() const { return stages_; }
 
   private:
     static constexpr std::size_t kClasses = (kColors + 1) * (kMaxManifoldPoints + 1);
@@ -45,6 +49,7 @@ class ContactColoring {
     std::vector<std::uint16_t> class_;  // by place in the list: colour and number of points
     std::vector<std::uint32_t> order_;
     std::vector<Group> groups_;
+    std::vector<Group> stages_;
     std::array<std::uint32_t, kClasses + 1> first_{};
 };
 

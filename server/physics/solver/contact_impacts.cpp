@@ -11,6 +11,8 @@ namespace {
 
 /// Passes over the contacts that bounce.
 constexpr int kRestitutionIterations = 8;
+/// Contacts that one thread watches at a time.
+constexpr std::size_t kWatchGrain = 64;
 
 }  // namespace
 
@@ -64,9 +66,11 @@ struct ContactSolver::Single {
 };
 
 void ContactSolver::watch_impacts() {
-    for (Watch& w : watches_) {
-        watch(w);
-    }
+    team_->run(watches_.size(), kWatchGrain, [this](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            watch(watches_[i]);
+        }
+    });
 }
 
 /// Notes how fast the surfaces will be when they meet, for points that will within this substep.

@@ -13,6 +13,9 @@ namespace {
 
 constexpr float kContactDamping = 10.0F;
 
+/// Batches that one thread fills at a time.
+constexpr std::size_t kFillGrain = 8;
+
 Vec3 any_perpendicular(const Vec3& n) {
     // Crossing with the axis of the smallest component keeps the result long.
     int axis = 0;
@@ -85,47 +88,74 @@ void ContactSolver::prepare(Bodies& bodies,
     }
     joints_.prepare(bodies, table, joints, moving_, h_);
     coloring_.build(bodies, graph, list, moving_.size());
-    batches_.resize(coloring_.groups().size());
-    points_.clear();
-    couplings_.clear();
-    watches_.clear();
-    for (std::size_t g = 0; g < batches_.size(); ++g) {
-        const ContactColoring::Group group = coloring_.groups()[g];
-        const auto contacts =
-            std::span(coloring_.order()).subspan(group.begin, group.end - group.begin);
-        fill_batch(static_cast<std::uint32_t>(g), contacts, bodies, graph);
-    }
+    lay_out(graph);
+    team_->run(batches_.size(), kFillGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            fill_batch(i, bodies, graph);
+        }
+    });
+    list_watches(graph);
 }
 
-void ContactSolver::fill_batch(std::uint32_t index,
-                               std::span<const std::uint32_t> contacts,
-                               const Bodies& bodies,
-                               const ContactGraph& graph) {
-    ContactBatch& batch = batches_[index];
-    batch = ContactBatch();
-    batch.contact.fill(kNoIndex);
-    batch.points = static_cast<std::uint32_t>(points_.size());
-    for (const std::uint32_t contact : contacts) {
-        batch.count = std::max(batch.count, static_cast<std::uint32_t>(graph.pair(contact).count));
-    }
-    batch.couplings = static_cast<std::uint32_t>(couplings_.size());
-    points_.resize(points_.size() + batch.count);
-    couplings_.resize(couplings_.size() + coupling_of(batch.count, 0));
-    std::size_t lane = 0;
-    for (const std::uint32_t contact : contacts) {
-        batch.contact[lane] = contact;
-        const Pair& pair = graph.pair(contact);
-        fill_lane(batch, lane, bodies, pair, graph[contact]);
-        const float restitution = graph[contact].grip.restitution;
-        if (restitution > 0.0F || !pair.touching) {
-            watches_.emplace_back();
-            watches_.back().batch = index;
-            watches_.back().lane = static_cast<std::uint32_t>(lane);
-            watches_.back().restitution = restitution;
+/// Gives each batch its contacts, and its place in the tables.
+void ContactSolver::lay_out(const ContactGraph& graph) {
+    batches_.resize(coloring_.groups().size());
+    std::uint32_t points = 0;
+    std::uint32_t couplings = 0;
+    for (std::size_t g = 0; g < batches_.size(); ++g) {
+        const ContactColoring::Group group = coloring_.groups()[g];
+        ContactBatch& batch = batches_[g];
+        batch.contact.fill(kNoIndex);
+        batch.count = 0;
+        for (std::uint32_t i = group.begin; i < group.end; ++i) {
+            const std::uint32_t contact = coloring_.order()[i];
+            batch.contact[i - group.begin] = contact;
+            batch.count =
+                std::max(batch.count, static_cast<std::uint32_t>(graph.pair(contact).count));
         }
-        ++lane;
+        batch.points = points;
+        batch.couplings = couplings;
+        points += batch.count;
+        couplings += static_cast<std::uint32_t>(coupling_of(batch.count, 0));
+    }
+    points_.resize(points);
+    couplings_.resize(couplings);
+}
+
+void ContactSolver::fill_batch(std::size_t index, const Bodies& bodies, const ContactGraph& graph) {
+    ContactBatch& batch = batches_[index];
+    ContactBatch fresh;
+    fresh.contact = batch.contact;
+    fresh.count = batch.count;
+    fresh.points = batch.points;
+    fresh.couplings = batch.couplings;
+    batch = fresh;
+    for (std::size_t k = 0; k < batch.count; ++k) {
+        points_[batch.points + k] = PointLanes();
+    }
+    std::size_t lane = 0;
+    for (; lane < kLanes && batch.contact[lane] != kNoIndex; ++lane) {
+        const Pair& pair = graph.pair(batch.contact[lane]);
+        const Contact& contact = graph[batch.contact[lane]];
+        fill_lane(batch, lane, bodies, pair, contact);
+        const bool watched = contact.grip.restitution > 0.0F || !pair.touching;
+        batch.watched |= watched ? 1U << lane : 0U;
     }
     fill_masses(batch, lane, graph);
+}
+
+void ContactSolver::list_watches(const ContactGraph& graph) {
+    watches_.clear();
+    for (std::size_t i = 0; i < batches_.size(); ++i) {
+        for (std::uint32_t lane = 0; batches_[i].watched >> lane != 0; ++lane) {
+            if ((batches_[i].watched >> lane & 1U) != 0) {
+                watches_.emplace_back();
+                watches_.back().batch = static_cast<std::uint32_t>(i);
+                watches_.back().lane = lane;
+                watches_.back().restitution = graph[batches_[i].contact[lane]].grip.restitution;
+            }
+        }
+    }
 }
 
 void ContactSolver::fill_lane(ContactBatch& batch,

@@ -18,6 +18,9 @@ constexpr int kSweeps = 2;
 /// spring's deflection at this rate, 1/s. Faster, and the loads of a pyramid wander.
 constexpr float kSagRate = 0.3F;
 
+/// What one thread takes at a time: some microseconds.
+constexpr std::size_t kBatchGrain = 8;
+
 }  // namespace
 
 /// How far the bodies have drifted apart from where they stand at the contact. Arms that started at
@@ -43,8 +46,19 @@ void ContactSolver::reserve(std::size_t bodies, std::size_t contacts) {
     watches_.reserve(contacts);
 }
 
+template <class Visit>
+void ContactSolver::for_each_batch(Visit&& visit) {
+    for (const ContactColoring::Group stage : coloring_.stages()) {
+        team_->run(stage.end - stage.begin, kBatchGrain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                visit(batches_[stage.begin + i]);
+            }
+        });
+    }
+}
+
 void ContactSolver::warm_start() {
-    for (ContactBatch& batch : batches_) {
+    for_each_batch([this](const ContactBatch& batch) {
         LaneBody a(moving_, batch.a);
         LaneBody b(moving_, batch.b);
         const Arms arms(batch, a, b);
@@ -66,7 +80,7 @@ void ContactSolver::warm_start() {
         b.push(impulse, moment + cross(arms.shift_b, impulse));
         a.store(moving_, batch.a);
         b.store(moving_, batch.b);
-    }
+    });
 }
 
 [[gnu::always_inline]] inline void ContactSolver::solve_friction(ContactBatch& batch,
@@ -180,8 +194,11 @@ template <bool kSoft, std::size_t kCount>
     Lanes3 at{zero, zero, zero};
     ZONED_UNROLL
     for (std::size_t k = 0; k < kCount; ++k) {
-        const PointLanes& p = points[k];
+        PointLanes& p = points[k];
         const Lanes change = p.impulse - before[k];
+        if constexpr (!kSoft) {
+            p.total += tally_ * p.impulse;
+        }
         pressure += change;
         at = at + change * p.arm;
         push += p.impulse;
@@ -198,7 +215,7 @@ template <bool kSoft, std::size_t kCount>
 
 template <bool kSoft>
 void ContactSolver::solve_all() {
-    for (ContactBatch& batch : batches_) {
+    for_each_batch([this](ContactBatch& batch) {
         switch (batch.count) {
             case 1:
                 solve_batch<kSoft, 1>(batch);
@@ -213,12 +230,19 @@ void ContactSolver::solve_all() {
                 solve_batch<kSoft, 4>(batch);
                 break;
         }
+    });
+}
+
+/// Notes what was carried in this substep, where no pass over the contacts has done so.
+void ContactSolver::add_totals() {
+    for (PointLanes& p : points_) {
+        p.total += p.impulse;
     }
 }
 
 void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool last) {
     joints_.update(table, moving_);
-    moving_.integrate_velocities();
+    moving_.integrate_velocities(*team_);
     watch_impacts();
     joints_.warm_start(moving_);
     warm_start();
@@ -227,48 +251,53 @@ void ContactSolver::substep(const Bodies& bodies, const JointTable& table, bool 
         joints_.solve(moving_);
         solve_all<true>();
     }
-    moving_.integrate_positions(bodies, leaps_ && last ? 0.5F * h_ : h_);
+    moving_.integrate_positions(bodies, leaps_ && last ? 0.5F * h_ : h_, *team_);
     const int relax_iterations = batches_.empty() ? 0 : parameters_.relax_iterations;
     for (int i = 0; i < relax_iterations; ++i) {
         joints_.solve(moving_);
+        tally_ = i + 1 == relax_iterations ? 1.0F : 0.0F;
         solve_all<false>();
     }
     joints_.add_totals();
-    for (PointLanes& p : points_) {
-        p.total += p.impulse;
+    if (relax_iterations == 0) {
+        add_totals();
     }
     if (!leaps_) {
-        moving_.follow_mean_velocity();
+        moving_.follow_mean_velocity(*team_);
     }
     forget_impacts();
 }
 
-void ContactSolver::store(Bodies& bodies,
-                          ContactGraph& graph,
-                          std::vector<std::uint32_t>& broken) const {
-    moving_.store(bodies, broken);
-    const float follow = std::min(1.0F, kSagRate * parameters_.dt);
-    for (const ContactBatch& batch : batches_) {
-        const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
-        const Lanes3 shear = batch.impulse1 * batch.tangent + batch.impulse2 * tangent2;
-        for (std::size_t lane = 0; lane < kLanes && batch.contact[lane] != kNoIndex; ++lane) {
-            Contact& contact = graph[batch.contact[lane]];
-            const std::size_t count = graph.pair(batch.contact[lane]).points();
-            contact.friction = shear.get(lane);
-            contact.twist = batch.twist[lane];
-            contact.step_impulse = 0.0F;
-            const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
-            contact.substep_s = h_;
-            float mean = 0.0F;
-            for (std::size_t k = 0; k < count; ++k) {
-                const PointLanes& p = points_[batch.points + k];
-                contact.points[k].impulse = p.impulse[lane];
-                contact.step_impulse += p.total[lane];
-                mean += p.impulse[lane];
-            }
-            const float carried = scale * contact.carried;
-            contact.carried = carried + follow * (mean / static_cast<float>(count) - carried);
+void ContactSolver::store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken) {
+    moving_.store(bodies, *team_, broken);
+    team_->run(batches_.size(), kBatchGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            store_batch(batches_[i], graph);
         }
+    });
+}
+
+void ContactSolver::store_batch(const ContactBatch& batch, ContactGraph& graph) const {
+    const float follow = std::min(1.0F, kSagRate * parameters_.dt);
+    const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
+    const Lanes3 shear = batch.impulse1 * batch.tangent + batch.impulse2 * tangent2;
+    for (std::size_t lane = 0; lane < kLanes && batch.contact[lane] != kNoIndex; ++lane) {
+        Contact& contact = graph[batch.contact[lane]];
+        const std::size_t count = graph.pair(batch.contact[lane]).points();
+        contact.friction = shear.get(lane);
+        contact.twist = batch.twist[lane];
+        contact.step_impulse = 0.0F;
+        const float scale = contact.substep_s > 0.0F ? h_ / contact.substep_s : 0.0F;
+        contact.substep_s = h_;
+        float mean = 0.0F;
+        for (std::size_t k = 0; k < count; ++k) {
+            const PointLanes& p = points_[batch.points + k];
+            contact.points[k].impulse = p.impulse[lane];
+            contact.step_impulse += p.total[lane];
+            mean += p.impulse[lane];
+        }
+        const float carried = scale * contact.carried;
+        contact.carried = carried + follow * (mean / static_cast<float>(count) - carried);
     }
 }
 
@@ -278,13 +307,15 @@ void ContactSolver::solve(Bodies& bodies,
                           JointTable& table,
                           std::span<const std::uint32_t> joints,
                           const Parameters& parameters,
+                          compute::Team& team,
                           std::vector<std::uint32_t>& broken) {
     parameters_ = parameters;
+    team_ = &team;
     h_ = parameters.dt / static_cast<float>(parameters.substeps);
     prepare(bodies, graph, list, table, joints);
     leaps_ = !joints_.empty();
     if (leaps_) {
-        moving_.integrate_positions(bodies, 0.5F * h_);
+        moving_.integrate_positions(bodies, 0.5F * h_, team);
     }
     for (int i = 0; i < parameters.substeps; ++i) {
         substep(bodies, table, i + 1 == parameters.substeps);

@@ -2,6 +2,7 @@
 // eight contacts at a time.
 #pragma once
 
+#include "server/compute/team.h"
 #include "server/physics/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/joints/joint_solver.h"
@@ -58,6 +59,7 @@ class ContactSolver {
                JointTable& table,
                std::span<const std::uint32_t> joints,
                const Parameters& parameters,
+               compute::Team& team,
                std::vector<std::uint32_t>& broken);
 
   private:
@@ -87,10 +89,12 @@ class ContactSolver {
                  const JointTable& table,
                  std::span<const std::uint32_t> joints);
     static Softness contact_softness(float h);
-    void fill_batch(std::uint32_t index,
-                    std::span<const std::uint32_t> contacts,
-                    const Bodies& bodies,
-                    const ContactGraph& graph);
+    void lay_out(const ContactGraph& graph);
+    void fill_batch(std::size_t index, const Bodies& bodies, const ContactGraph& graph);
+    void list_watches(const ContactGraph& graph);
+    /// Calls visit(batch) for all, those of a colour by all threads at a time.
+    template <class Visit>
+    void for_each_batch(Visit&& visit);
     void fill_lane(ContactBatch& batch,
                    std::size_t lane,
                    const Bodies& bodies,
@@ -101,6 +105,7 @@ class ContactSolver {
     void substep(const Bodies& bodies, const JointTable& table, bool last);
     template <bool kSoft>
     void solve_all();
+    void add_totals();
     template <bool kSoft, std::size_t kCount>
     void solve_batch(ContactBatch& batch);
     void solve_friction(ContactBatch& batch,
@@ -120,11 +125,14 @@ class ContactSolver {
     void aim(Watch& w);
     void bounce(Watch& w);
 
-    void store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken) const;
+    void store(Bodies& bodies, ContactGraph& graph, std::vector<std::uint32_t>& broken);
+    void store_batch(const ContactBatch& batch, ContactGraph& graph) const;
 
     Parameters parameters_;
+    compute::Team* team_ = nullptr;
     Softness softness_;
     float h_ = 0.0F;
+    float tally_ = 0.0F;  ///< 1 in the pass that notes what was carried
     bool leaps_ = false;  ///< solves in the middle of substeps
     SolverBodies moving_;
     JointSolver joints_;

@@ -19,6 +19,8 @@ constexpr float kJointShare = 0.02F;
 constexpr float kSpringTurn = 0.5F;
 /// A contact of at most so many steps is young.
 constexpr std::uint8_t kYoung = 3;
+/// Contacts that one thread looks at at a time.
+constexpr std::size_t kContactGrain = 128;
 /// One contact in this many may be served less well than it asks for ...
 constexpr std::uint32_t kSparedShare = 64;
 /// ... by up to this many levels.
@@ -59,6 +61,7 @@ void Effort::reserve(std::size_t bodies, std::size_t contacts) {
     needs_.reserve(bodies);
     held_.reserve(bodies);
     patience_.reserve(bodies);
+    level_.reserve(contacts);
     batch_.reserve(contacts);
     sorted_.reserve(contacts);
 }
@@ -170,7 +173,14 @@ void Effort::plan(Bodies& bodies,
                   std::span<const std::uint32_t> list,
                   const JointTable& table,
                   std::span<const std::uint32_t> joints,
-                  const Budget& budget) {
+                  const Budget& budget,
+                  compute::Team& team) {
+    level_.resize(list.size());
+    team.run(list.size(), kContactGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            level_[i] = level_for(bodies, graph.pair(list[i]), graph[list[i]], budget);
+        }
+    });
     join(bodies, graph, list, table, joints);
     const std::size_t count = bodies.awake_list.size();
     needs_.assign(count, Needs{});
@@ -186,11 +196,10 @@ void Effort::plan(Bodies& bodies,
     const auto needs_of = [&](std::uint32_t row) -> Needs& {
         return needs_[sets_.root(bodies.solver_slot[row])];
     };
-    for (const std::uint32_t index : list) {
-        const Pair& pair = graph.pair(index);
-        Needs& needs = needs_of(row_of_contact(index));
-        ++needs.level[level_for(bodies, pair, graph[index], budget)];
-        needs.young += pair.age <= kYoung ? 1 : 0;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        Needs& needs = needs_of(row_of_contact(list[i]));
+        ++needs.level[level_[i]];
+        needs.young += graph.pair(list[i]).age <= kYoung ? 1 : 0;
     }
     for (const std::uint32_t index : joints) {
         Needs& needs = needs_of(row_of_joint(index));

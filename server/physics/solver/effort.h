@@ -1,6 +1,7 @@
 // Effort: how many substeps each island gets, from the load on its contacts and the error budget.
 #pragma once
 
+#include "server/compute/team.h"
 #include "server/physics/bodies.h"
 #include "server/physics/contacts/contact_graph.h"
 #include "server/physics/contacts/islands.h"
@@ -55,7 +56,8 @@ class Effort {
               std::span<const std::uint32_t> list,
               const JointTable& table,
               std::span<const std::uint32_t> joints,
-              const Budget& budget);
+              const Budget& budget,
+              compute::Team& team);
 
     /// Islands that are solved alike.
     struct Batch {
@@ -109,6 +111,7 @@ class Effort {
     std::vector<Needs> needs_;            // by place in the list of bodies: of its island's root
     std::vector<std::uint8_t> held_;      // the level that it had
     std::vector<std::uint8_t> patience_;  // steps until it may go down
+    std::vector<std::uint8_t> level_;     // that a contact asks for, by place in the list
     std::vector<std::uint8_t> batch_;     // by place in the list of contacts
     std::vector<std::uint32_t> sorted_;
     std::array<std::uint32_t, kBatches + 2> first_{};

@@ -14,6 +14,10 @@ namespace {
 constexpr float kFastTurn = 0.2F;
 /// Below this turn within a step the inertia of a body that others hold is as good as still, rad.
 constexpr float kNoTurn = 1.0e-4F;
+/// Bodies that one thread stores at a time.
+constexpr std::size_t kStoreGrain = 64;
+/// Bodies that one thread integrates at a time.
+constexpr std::size_t kSlotGrain = 512;
 
 Row8 row_of(const Vec3& first, float w, const Vec3& second) {
     return {Lanes{first.x(), first.y(), first.z(), w, second.x(), second.y(), second.z(), 0.0F}};
@@ -43,6 +47,7 @@ void SolverBodies::reserve(std::size_t bodies) {
         table->reserve(bodies + 1);
     }
     row_.reserve(bodies + 1);
+    unfit_.reserve(bodies + 1);
     spinners_.reserve(bodies + 1);
     spinner_of_.reserve(bodies + 1);
 }
@@ -129,17 +134,24 @@ void SolverBodies::set_tensor(std::size_t slot, const Mat3& m) {
     at[5] = m(2, 2);
 }
 
-void SolverBodies::integrate_velocities() {
-    for (std::size_t i = 1; i < row_.size(); ++i) {
-        start_[i] = motion[i];
-        motion[i].at = (motion[i].at + gain_[i].at) * damp_[i].at;
-    }
+template <class Visit>
+void SolverBodies::for_each_slot(compute::Team& team, Visit&& visit) {
+    team.run(row_.size() - 1, kSlotGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin + 1; i <= end; ++i) {
+            visit(i);
+        }
+    });
 }
 
-void SolverBodies::integrate_positions(const Bodies& bodies, float seconds) {
-    for (std::size_t i = 1; i < row_.size(); ++i) {
-        drift[i].at += seconds * motion[i].at;
-    }
+void SolverBodies::integrate_velocities(compute::Team& team) {
+    for_each_slot(team, [this](std::size_t i) {
+        start_[i] = motion[i];
+        motion[i].at = (motion[i].at + gain_[i].at) * damp_[i].at;
+    });
+}
+
+void SolverBodies::integrate_positions(const Bodies& bodies, float seconds, compute::Team& team) {
+    for_each_slot(team, [&](std::size_t i) { drift[i].at += seconds * motion[i].at; });
     for (Spinner& s : spinners_) {
         turn(bodies, seconds, s);
     }
@@ -204,9 +216,9 @@ Vec3 SolverBodies::inverse_times(std::uint32_t slot, const Vec3& moment) const {
 /// the mean of both ends is exact to second order (x += v h + a h^2 / 2), and with it the path of
 /// what is thrown or slides. Where it changed by an impact there is no such mean: what is more than
 /// twice what gravity does is left alone.
-void SolverBodies::follow_mean_velocity() {
+void SolverBodies::follow_mean_velocity(compute::Team& team) {
     const float gravity2 = h_ * h_ * gravity_.squaredNorm();
-    for (std::size_t i = 1; i < row_.size(); ++i) {
+    for_each_slot(team, [&](std::size_t i) {
         const Lanes change = motion[i].at - start_[i].at;
         const float forces2 = std::max(gravity2, linear(gain_[i]).squaredNorm());
         if (change[0] * change[0] + change[1] * change[1] + change[2] * change[2] <=
@@ -214,7 +226,7 @@ void SolverBodies::follow_mean_velocity() {
             const Lanes back = (0.5F * h_) * change;
             drift[i].at -= Lanes{back[0], back[1], back[2], 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
         }
-    }
+    });
 }
 
 void SolverBodies::apply(std::uint32_t slot, const Vec3& impulse, const Vec3& moment) {
@@ -236,41 +248,52 @@ void SolverBodies::change(std::uint32_t slot, const Vec3& impulse, const Vec3& s
                0.0F};
 }
 
-void SolverBodies::store(Bodies& bodies, std::vector<std::uint32_t>& broken) const {
+void SolverBodies::store(Bodies& bodies, compute::Team& team, std::vector<std::uint32_t>& broken) {
+    unfit_.resize(row_.size());
+    team.run(row_.size() - 1, kStoreGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin + 1; i <= end; ++i) {
+            unfit_[i] = store_body(bodies, i) ? 0 : 1;
+        }
+    });
     for (std::size_t i = 1; i < row_.size(); ++i) {
-        const std::uint32_t row = row_[i];
-        bodies.solver_slot[row] = 0;
-        if (!moved_by_impulses(i)) {
-            continue;
+        if (unfit_[i] != 0) {
+            stop_broken(bodies, row_[i], broken);
         }
-        Quat orientation = bodies.orientation[row];
-        Vec3 spin = angular(motion[i]);
-        const Vec3 turn = angular(drift[i]);
-        if (spinner_of_[i] != kNoIndex) {
-            orientation = spinners_[spinner_of_[i]].orientation;
-        } else {
-            orientation = turned(orientation, turn);
-            const float turn2 = turn.squaredNorm();
-            if (bodies.round[row] == 0 && turn2 > kNoTurn * kNoTurn) {
-                const Vec3 half = (0.5F * dt_) * bodies.angular_velocity[row];
-                const Mat3 middle =
-                    half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
-                        ? Mat3(turned(bodies.orientation[row], half).toRotationMatrix())
-                        : bodies.rotation[row];
-                spin =
-                    spin_after(middle, orientation.toRotationMatrix(), bodies.inertia[row], spin);
-            }
-        }
-        const Vec3 position = bodies.position[row] + linear(drift[i]);
-        const Vec3 velocity = linear(motion[i]);
-        if (!fit(position, velocity, spin, orientation)) {
-            stop_broken(bodies, row, broken);
-            continue;
-        }
-        bodies.set_pose(row, position, orientation);
-        bodies.velocity[row] = velocity;
-        bodies.angular_velocity[row] = spin;
     }
+}
+
+/// False, and the body is as it was, when the result is of no use.
+bool SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
+    const std::uint32_t row = row_[slot];
+    bodies.solver_slot[row] = 0;
+    if (!moved_by_impulses(slot)) {
+        return true;
+    }
+    Quat orientation = bodies.orientation[row];
+    Vec3 spin = angular(motion[slot]);
+    const Vec3 turn = angular(drift[slot]);
+    if (spinner_of_[slot] != kNoIndex) {
+        orientation = spinners_[spinner_of_[slot]].orientation;
+    } else {
+        orientation = turned(orientation, turn);
+        const float turn2 = turn.squaredNorm();
+        if (bodies.round[row] == 0 && turn2 > kNoTurn * kNoTurn) {
+            const Vec3 half = (0.5F * dt_) * bodies.angular_velocity[row];
+            const Mat3 middle = half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
+                                    ? Mat3(turned(bodies.orientation[row], half).toRotationMatrix())
+                                    : bodies.rotation[row];
+            spin = spin_after(middle, orientation.toRotationMatrix(), bodies.inertia[row], spin);
+        }
+    }
+    const Vec3 position = bodies.position[row] + linear(drift[slot]);
+    const Vec3 velocity = linear(motion[slot]);
+    if (!fit(position, velocity, spin, orientation)) {
+        return false;
+    }
+    bodies.set_pose(row, position, orientation);
+    bodies.velocity[row] = velocity;
+    bodies.angular_velocity[row] = spin;
+    return true;
 }
 
 void fly_free(Bodies& bodies,

@@ -1,6 +1,7 @@
 // SolverBodies: what a solver moves, in rows of eight numbers per body.
 #pragma once
 
+#include "server/compute/team.h"
 #include "server/physics/bodies.h"
 #include "server/physics/solver/lanes.h"
 
@@ -46,11 +47,11 @@ class SolverBodies {
     /// Gives a body an impulse and a change of spin.
     void change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin);
 
-    void integrate_velocities();
+    void integrate_velocities(compute::Team& team);
     /// Moves all on for that long, s.
-    void integrate_positions(const Bodies& bodies, float seconds);
+    void integrate_positions(const Bodies& bodies, float seconds, compute::Team& team);
     /// Ends a substep: moves positions on to what the mean velocity would have done.
-    void follow_mean_velocity();
+    void follow_mean_velocity(compute::Team& team);
 
     /// Gives a body an impulse: linear at the centre, N s, and angular, N m s.
     void apply(std::uint32_t slot, const Vec3& impulse, const Vec3& moment);
@@ -60,7 +61,7 @@ class SolverBodies {
 
     /// Writes poses and velocities of the bodies back that impulses move. A body whose result is
     /// not finite or out of range keeps its pose, stops, and is appended to `broken`.
-    void store(Bodies& bodies, std::vector<std::uint32_t>& broken) const;
+    void store(Bodies& bodies, compute::Team& team, std::vector<std::uint32_t>& broken);
 
     [[nodiscard]] static Vec3 linear(const Row8& row) { return {row.at[0], row.at[1], row.at[2]}; }
 
@@ -75,7 +76,10 @@ class SolverBodies {
         bool fast = true;  ///< turns far: free rotation is computed with care
     };
 
+    template <class Visit>
+    void for_each_slot(compute::Team& team, Visit&& visit);
     void turn(const Bodies& bodies, float seconds, Spinner& spinner);
+    [[nodiscard]] bool store_body(Bodies& bodies, std::size_t slot) const;
 
     void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
@@ -90,6 +94,7 @@ class SolverBodies {
     std::vector<std::uint32_t> row_;
     std::vector<Spinner> spinners_;
     std::vector<std::uint32_t> spinner_of_;  // by slot: place in `spinners_`, or kNoIndex
+    std::vector<std::uint8_t> unfit_;        // by slot: the result is of no use
 };
 
 /// A body that no constraint holds, over dt seconds: exact under constant acceleration, and free

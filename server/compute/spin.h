@@ -1,0 +1,25 @@
+// Spin: a short wait for another thread, that lets others have the core when it becomes long.
+#pragma once
+
+#include <thread>
+
+namespace zoned::compute {
+
+class Spin {
+  public:
+    void wait() {
+        if (turns_ < kAwakeTurns) {
+            ++turns_;
+            __builtin_ia32_pause();
+        } else {
+            std::this_thread::yield();
+        }
+    }
+
+  private:
+    /// Some ten microseconds: longer than a stage's blocks differ, shorter than a scheduler's turn.
+    static constexpr int kAwakeTurns = 1000;
+    int turns_ = 0;
+};
+
+}  // namespace zoned::compute
