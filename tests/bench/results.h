@@ -21,7 +21,7 @@ struct Row {
     std::string peer;                                     ///< empty for our own rows
     std::string state_hash;                               ///< empty where there is none
 
-    void metric(std::string name, double value) { metrics.emplace_back(std::move(name), value); }
+    void metric(std::string name, double value);
 
     /// The value of a metric, or null.
     [[nodiscard]] const double* find_metric(const std::string& name) const;

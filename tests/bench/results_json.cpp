@@ -3,6 +3,10 @@
 
 namespace zoned::bench {
 
+void Row::metric(std::string name, double value) {
+    metrics.emplace_back(std::move(name), value);
+}
+
 const double* Row::find_metric(const std::string& name) const {
     for (const auto& [key, value] : metrics) {
         if (key == name) {
