@@ -1,9 +1,10 @@
 // Random graphs of joints: trees, loops, redundant joints, all kinds, uneven masses.
-#include "server/physics/joint_rows.h"
+#include "server/physics/joints/joint_rows.h"
 #include "tests/unit/physics/joint_scene.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace zoned::physics {
