@@ -67,6 +67,10 @@ void press_heap(Run& run, float speed, std::uint64_t seed) {
     const BodyId plate =
         world.add(mover(Shape::box(Vec3(2.45F, 0.5F, 2.45F)), Vec3(0.0F, 9.0F, 0.0F)));
     world.run(1.0F);
+    world.row.known =
+        "bodies pinched by several movers and neighbours at once leave at up to 15 times the "
+        "movers' "
+        "speed";
     world.limits.inside.reset();  // what is pressed through a wall is the press's doing
     world.limits.speed_mps = speed_from_press(static_cast<double>(speed), 0.5, 9.0);
     for (int stroke = 0; stroke < run.pick(1, 3); ++stroke) {
@@ -104,6 +108,10 @@ void crowd(Run& run, float speed, std::uint64_t seed) {
         walkers.push_back(world.add(
             mover(Shape::capsule(0.4F, 0.5F), Vec3(static_cast<float>(i) - 2.5F, 0.9F, -4.6F))));
     }
+    world.row.known =
+        "bodies pinched by several movers and neighbours at once leave at up to 15 times the "
+        "movers' "
+        "speed";
     world.limits.inside.reset();
     // Two walkers that meet close at twice their speed. Bodies that climb may fall 4 m.
     world.limits.speed_mps = speed_from_press(2.0 * static_cast<double>(speed), 0.5, 4.0);

@@ -54,10 +54,14 @@ int run(const Options& options, const std::vector<Case>& cases) {
             throw std::runtime_error("can't write " + options.json_file);
         }
     }
-    const auto failed = std::count_if(run.results.rows.begin(),
-                                      run.results.rows.end(),
-                                      [](const Row& row) { return !row.passed(); });
-    std::printf("%zu rows, %ld failed\n", run.results.rows.size(), static_cast<long>(failed));
+    const auto count = [&run](auto&& which) {
+        return static_cast<long>(
+            std::count_if(run.results.rows.begin(), run.results.rows.end(), which));
+    };
+    const long failed = count([](const Row& row) { return row.fails_run(); });
+    const long known = count([](const Row& row) { return !row.passed() && !row.fails_run(); });
+    std::printf(
+        "%zu rows, %ld failed, %ld known weaknesses\n", run.results.rows.size(), failed, known);
     return failed == 0 ? kGood : kFailed;
 }
 

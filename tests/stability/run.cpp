@@ -13,7 +13,8 @@ const std::vector<std::string>& fault_names() {
 }
 
 void Run::add(Row row) {
-    progress((row.passed() ? "pass  " : "FAIL  ") + row.name + " " + row.parameter);
+    progress((row.passed() ? "pass  " : (row.fails_run() ? "FAIL  " : "known ")) + row.name + " " +
+             row.parameter);
     results.rows.push_back(std::move(row));
 }
 
@@ -25,7 +26,8 @@ void Run::progress(const std::string& what) const {
 
 std::vector<Case> all_cases() {
     std::vector<Case> all;
-    for (auto* list : {&stack_cases, &mass_cases, &speed_cases, &press_cases}) {
+    for (auto* list :
+         {&stack_cases, &mass_cases, &speed_cases, &press_cases, &world_cases, &input_cases}) {
         std::vector<Case> cases = list();
         std::move(cases.begin(), cases.end(), std::back_inserter(all));
     }

@@ -54,6 +54,8 @@ std::vector<Case> stack_cases();
 std::vector<Case> mass_cases();
 std::vector<Case> speed_cases();
 std::vector<Case> press_cases();
+std::vector<Case> world_cases();
+std::vector<Case> input_cases();
 
 std::vector<Case> all_cases();
 
