@@ -26,7 +26,7 @@ constexpr std::size_t kSparedLevels = 2;
 
 /// Visits of contacts that one island gets in a step, at most: about half a second of them.
 /// Thousands of bodies in one place would ask for a hundred times as many.
-constexpr std::uint32_t kMostVisits = 1U << 21;
+constexpr std::uint32_t kMostVisits = 1U << 20;
 
 std::uint32_t total_of(const std::array<std::uint32_t, Effort::kLevels>& needs) {
     std::uint32_t total = 0;
