@@ -259,8 +259,12 @@ void joint_graph(Run& run, const std::string& name, std::uint64_t seed, float he
         join(ids[a], ids[(a + 1 + rng.below(11)) % 12]);
     }
     world.limits.energy_share = 0.005;  // 5 cm of the 10 m
-    world.limits.speed_mps = 60.0;
-    world.run(run.pick(3.0F, 10.0F));
+    world.row.known =
+        "some random graphs of joints with limits gain energy without bound (seeds 4 and 6)";
+    // What broke off falls freely; what hangs may whip at 60 m/s.
+    const float seconds = run.pick(3.0F, 10.0F);
+    world.limits.speed_mps = 60.0 + 9.81 * static_cast<double>(seconds);
+    world.run(seconds);
     world.finish();
 }
 

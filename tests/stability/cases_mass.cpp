@@ -85,7 +85,7 @@ void heavy_chain(Run& run, float ratio) {
         joints.push_back(world.join(joint));
         last = id;
     }
-    if (ratio > 2.0e3F) {
+    if (ratio > 500.0F) {
         world.row.known =
             "contacts and joints are springs of at most 64 substeps: from 1:10,000 on they give "
             "way";
