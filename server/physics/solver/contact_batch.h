@@ -41,7 +41,11 @@ struct ContactBatch {
     Lanes inv11{}, inv12{}, inv22{};  ///< inverse of the 2 x 2 friction mass
     Lanes twist_mass{};
     Lanes impulse1{}, impulse2{}, twist{};
-    Lanes carried{};  ///< what each point has carried of late, N s
+    Lanes3 fitted;        ///< how far the bodies stood from there when the masses were computed
+    Lanes same2{};        ///< up to this much, squared, the masses hold
+    bool turns = false;   ///< a body's inertia follows it in each substep
+    bool strays = false;  ///< in this substep the masses have to follow the bodies
+    Lanes carried{};      ///< what each point has carried of late, N s
 };
 
 }  // namespace zoned::physics

@@ -12,6 +12,8 @@ namespace zoned::physics {
 namespace {
 
 constexpr float kContactDamping = 10.0F;
+/// Masses hold for as long as the arms have changed by less than this share of the shorter one.
+constexpr float kSameArm = 0.1F;
 
 /// Batches that one thread fills at a time.
 constexpr std::size_t kFillGrain = 8;
@@ -197,48 +199,76 @@ void ContactSolver::fill_lane(ContactBatch& batch,
 /// Friction acts at the middle of the points that carry, with one cone for the whole patch and a
 /// moment about the normal: three unknowns instead of two per point, and isotropic.
 void ContactSolver::fill_masses(ContactBatch& batch, std::size_t used, const ContactGraph& graph) {
+    for (std::size_t lane = 0; lane < used; ++lane) {
+        // Marks what there is; the rest keeps mass 0.
+        batch.inv11[lane] = 1.0F;
+        for (std::size_t k = 0; k < graph.pair(batch.contact[lane]).points(); ++k) {
+            points_[batch.points + k].mass[lane] = 1.0F;
+        }
+        float shortest2 = INFINITY;
+        for (const std::uint32_t slot : {batch.a[lane], batch.b[lane]}) {
+            if (moving_.moved_by_impulses(slot)) {
+                const Vec3 arm =
+                    batch.grip.get(lane) -
+                    (slot == batch.b[lane] ? batch.between.get(lane) : Vec3(Vec3::Zero()));
+                shortest2 = std::min(shortest2, arm.squaredNorm());
+            }
+            batch.turns |= moving_.turns_fast(slot);
+        }
+        batch.same2[lane] = kSameArm * kSameArm * shortest2;
+    }
     const LaneBody a(moving_, batch.a);
     const LaneBody b(moving_, batch.b);
+    const Lanes zero = lanes(0.0F);
+    fit_masses(batch, a, b, {zero, zero, zero});
+}
+
+/// The masses of a contact whose bodies stand `offset` apart from where they stood at the time of
+/// contact. An impulse then acts farther out than it did, and moves the point more: with the mass
+/// of the old arms it would overshoot, by more with each visit, and throw the bodies apart.
+void ContactSolver::fit_masses(ContactBatch& batch,
+                               const LaneBody& a,
+                               const LaneBody& b,
+                               const Lanes3& offset) {
+    const Lanes zero = lanes(0.0F);
+    const Lanes one = lanes(1.0F);
+    const Lanes3 shift_a = batch.follow_b * offset;
+    const Lanes3 shift_b = shift_a - offset - batch.between;
     const Lanes linear = a.inv_mass + b.inv_mass;
-    const auto mass = [&](const Lanes3& arm, const Lanes3& along) {
-        return Lanes(linear + angular_mass(a.inverse, cross(arm, along)) +
-                     angular_mass(b.inverse, cross(arm - batch.between, along)));
-    };
+    batch.fitted = offset;
     for (std::size_t k = 0; k < batch.count; ++k) {
         PointLanes& p = points_[batch.points + k];
-        const Lanes3 response_a = a.inverse * cross(p.arm, batch.normal);
-        const Lanes3 response_b = b.inverse * cross(p.arm - batch.between, batch.normal);
+        const Lanes3 response_a = a.inverse * cross(p.arm + shift_a, batch.normal);
+        const Lanes3 response_b = b.inverse * cross(p.arm + shift_b, batch.normal);
         for (std::size_t j = 0; j <= k; ++j) {
             const Lanes3& arm = points_[batch.points + j].arm;
             couplings_[batch.couplings + coupling_of(j, k)] =
-                linear + dot(cross(arm, batch.normal), response_a) +
-                dot(cross(arm - batch.between, batch.normal), response_b);
+                linear + dot(cross(arm + shift_a, batch.normal), response_a) +
+                dot(cross(arm + shift_b, batch.normal), response_b);
         }
-        p.mass = lanes(1.0F) / couplings_[batch.couplings + coupling_of(k, k)];
-        for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            if (lane >= used || k >= graph.pair(batch.contact[lane]).points()) {
-                p.mass[lane] = 0.0F;
-            }
-        }
+        p.mass = p.mass > zero ? one / couplings_[batch.couplings + coupling_of(k, k)] : zero;
     }
     const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
-    const Lanes3 grip_b = batch.grip - batch.between;
-    const Lanes k11 = mass(batch.grip, batch.tangent);
-    const Lanes k22 = mass(batch.grip, tangent2);
-    const Lanes k12 =
-        dot(cross(batch.grip, batch.tangent), a.inverse * cross(batch.grip, tangent2)) +
-        dot(cross(grip_b, batch.tangent), b.inverse * cross(grip_b, tangent2));
-    const Lanes inv_determinant = lanes(1.0F) / (k11 * k22 - k12 * k12);
-    batch.inv11 = k22 * inv_determinant;
-    batch.inv22 = k11 * inv_determinant;
-    batch.inv12 = -k12 * inv_determinant;
-    batch.twist_mass = lanes(1.0F) / (angular_mass(a.inverse, batch.normal) +
-                                      angular_mass(b.inverse, batch.normal));
-    for (std::size_t lane = used; lane < kLanes; ++lane) {
-        for (Lanes* value : {&batch.inv11, &batch.inv12, &batch.inv22, &batch.twist_mass}) {
-            (*value)[lane] = 0.0F;
-        }
-    }
+    const Lanes3 grip_a = batch.grip + shift_a;
+    const Lanes3 grip_b = batch.grip + shift_b;
+    const auto mass = [&](const Lanes3& along) {
+        return Lanes(linear + angular_mass(a.inverse, cross(grip_a, along)) +
+                     angular_mass(b.inverse, cross(grip_b, along)));
+    };
+    const Lanes k11 = mass(batch.tangent);
+    const Lanes k22 = mass(tangent2);
+    const Lanes k12 = dot(cross(grip_a, batch.tangent), a.inverse * cross(grip_a, tangent2)) +
+                      dot(cross(grip_b, batch.tangent), b.inverse * cross(grip_b, tangent2));
+    // The floor is what rounding may leave of the difference.
+    const Lanes determinant = max(k11 * k22 - k12 * k12, 1.0e-6F * k11 * k22);
+    const auto used = batch.inv11 > zero;
+    const Lanes inv_determinant = one / determinant;
+    batch.inv11 = used ? k22 * inv_determinant : zero;
+    batch.inv22 = used ? k11 * inv_determinant : zero;
+    batch.inv12 = used ? -k12 * inv_determinant : zero;
+    batch.twist_mass =
+        used ? one / (angular_mass(a.inverse, batch.normal) + angular_mass(b.inverse, batch.normal))
+             : zero;
 }
 
 }  // namespace zoned::physics

@@ -27,10 +27,10 @@ constexpr std::size_t kBatchGrain = 8;
 /// one point end at one point again: a's grows by `shift_a`, b's by `shift_b`.
 struct ContactSolver::Arms {
     Lanes closing;  ///< of b relative to a, along the normal
-    Lanes3 shift_a, shift_b;
+    Lanes3 offset, shift_a, shift_b;
 
     [[gnu::always_inline]] Arms(const ContactBatch& batch, const LaneBody& a, const LaneBody& b) {
-        const Lanes3 offset = batch.lead + (b.shift - a.shift);
+        offset = batch.lead + (b.shift - a.shift);
         closing = dot(batch.normal, offset);
         shift_a = batch.follow_b * offset;
         shift_b = shift_a - offset - batch.between;
@@ -58,10 +58,17 @@ void ContactSolver::for_each_batch(Visit&& visit) {
 }
 
 void ContactSolver::warm_start() {
-    for_each_batch([this](const ContactBatch& batch) {
+    for_each_batch([this](ContactBatch& batch) {
         LaneBody a(moving_, batch.a);
         LaneBody b(moving_, batch.b);
         const Arms arms(batch, a, b);
+        const Lanes3 strayed = arms.offset - batch.fitted;
+        const Lanes3 ahead = strayed + lanes(h_) * (b.velocity - a.velocity);
+        batch.strays =
+            batch.turns || any(max(dot(strayed, strayed), dot(ahead, ahead)) > batch.same2);
+        if (batch.strays) {
+            fit_masses(batch, a, b, arms.offset);
+        }
         const Lanes3 tangent2 = cross(batch.normal, batch.tangent);
         const Lanes3 shear = batch.impulse1 * batch.tangent + batch.impulse2 * tangent2;
         // The points' impulses are parallel: one force at their centre of pressure.
@@ -216,6 +223,11 @@ template <bool kSoft, std::size_t kCount>
 template <bool kSoft>
 void ContactSolver::solve_all() {
     for_each_batch([this](ContactBatch& batch) {
+        if (!kSoft && batch.strays) {  // the bodies have moved on
+            const LaneBody a(moving_, batch.a);
+            const LaneBody b(moving_, batch.b);
+            fit_masses(batch, a, b, Arms(batch, a, b).offset);
+        }
         switch (batch.count) {
             case 1:
                 solve_batch<kSoft, 1>(batch);

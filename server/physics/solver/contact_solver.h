@@ -101,6 +101,10 @@ class ContactSolver {
                    const Pair& pair,
                    const Contact& contact);
     void fill_masses(ContactBatch& batch, std::size_t lanes, const ContactGraph& graph);
+    [[gnu::noinline]] void fit_masses(ContactBatch& batch,
+                                      const LaneBody& a,
+                                      const LaneBody& b,
+                                      const Lanes3& offset);
     void warm_start();
     void substep(const Bodies& bodies, const JointTable& table, bool last);
     template <bool kSoft>

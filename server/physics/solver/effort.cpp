@@ -26,6 +26,27 @@ constexpr std::uint32_t kSparedShare = 64;
 /// ... by up to this many levels.
 constexpr std::size_t kSparedLevels = 2;
 
+/// Visits of contacts that one island gets in a step, at most: about half a second of them.
+/// Thousands of bodies in one place would ask for a hundred times as many.
+constexpr std::uint32_t kMostVisits = 1U << 20;
+
+std::uint32_t total_of(const std::array<std::uint32_t, Effort::kLevels>& needs) {
+    std::uint32_t total = 0;
+    for (const std::uint32_t contacts : needs) {
+        total += contacts;
+    }
+    return total;
+}
+
+/// The highest level that keeps within kMostVisits.
+std::uint8_t most_level(std::uint32_t contacts) {
+    std::uint8_t level = Effort::kLevels - 1;
+    while (level > 0 && (contacts << level) > kMostVisits) {
+        --level;
+    }
+    return level;
+}
+
 /// The lowest level whose 2^level substeps are at least as many.
 std::uint8_t level_of(float substeps) {
     std::uint8_t level = 0;
@@ -37,10 +58,7 @@ std::uint8_t level_of(float substeps) {
 
 /// The level that serves all contacts of an island but few, and those not too badly.
 std::uint8_t level_of_island(const std::array<std::uint32_t, Effort::kLevels>& needs) {
-    std::uint32_t total = 0;
-    for (const std::uint32_t contacts : needs) {
-        total += contacts;
-    }
+    const std::uint32_t total = total_of(needs);
     std::size_t level = Effort::kLevels - 1;
     while (level > 0 && needs[level] == 0) {
         --level;
@@ -51,7 +69,7 @@ std::uint8_t level_of_island(const std::array<std::uint32_t, Effort::kLevels>& n
         spared += needs[level];
         --level;
     }
-    return static_cast<std::uint8_t>(level);
+    return std::min(static_cast<std::uint8_t>(level), most_level(total));
 }
 
 }  // namespace
@@ -154,6 +172,8 @@ void Effort::settle(Bodies& bodies, float dt) {
         if (needed >= held_[i]) {
             held_[i] = needed;
             patience_[i] = patience;
+        } else if (held_[i] > most_level(total_of(needs_[i].level))) {
+            held_[i] = most_level(total_of(needs_[i].level));
         } else if (patience_[i] > 0) {
             --patience_[i];
         } else {
@@ -226,11 +246,9 @@ void Effort::sort(const Bodies& bodies,
     for (std::size_t i = 0; i < list.size(); ++i) {
         const std::uint32_t row = row_of(list[i]);
         const Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
-        std::uint32_t total = 0;
-        for (const std::uint32_t contacts : needs.level) {
-            total += contacts;
-        }
-        const bool young = 2 * needs.young > total;
+        const std::uint32_t total = total_of(needs.level);
+        const bool young = 2 * needs.young > total &&
+                           (total << bodies.effort[row]) <= kMostVisits / kYoungIterations;
         batch_[i] = static_cast<std::uint8_t>(4 * bodies.effort[row] + (needs.jointed ? 2 : 0) +
                                               (young ? 1 : 0));
         ++first[batch_[i] + 2U];

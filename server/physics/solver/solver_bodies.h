@@ -34,7 +34,11 @@ class SolverBodies {
         return motion[slot].at[3] > 0.0F;
     }
 
-    /// Begins a substep: velocities gain what gravity gives.
+    /// Its inertia turns so far within the step that masses have to follow it.
+    [[nodiscard]] bool turns_fast(std::size_t slot) const {
+        return spinner_of_[slot] != kNoIndex && spinners_[spinner_of_[slot]].fast;
+    }
+
     /// From now on the body's orientation and inertia are followed in each substep.
     void track(const Bodies& bodies, std::uint32_t slot);
 
@@ -47,6 +51,7 @@ class SolverBodies {
     /// Gives a body an impulse and a change of spin.
     void change(std::uint32_t slot, const Vec3& impulse, const Vec3& spin);
 
+    /// Begins a substep: velocities gain what gravity gives.
     void integrate_velocities(compute::Team& team);
     /// Moves all on for that long, s.
     void integrate_positions(const Bodies& bodies, float seconds, compute::Team& team);

@@ -1,0 +1,56 @@
+// Rows of the stability suite: what one world showed, what was allowed, and how that is written
+// out.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::stability {
+
+/// One figure against its bound: good when value <= bound (never for NaN).
+struct Check {
+    std::string what;  ///< with its unit, e.g. "depth_m"
+    double value = 0.0;
+    double bound = 0.0;
+
+    [[nodiscard]] bool good() const { return value <= bound; }
+};
+
+struct Row {
+    std::string name;       ///< of the case
+    std::string parameter;  ///< which of its worlds
+    double max_speed_mps = 0.0;
+    double energy_share = 0.0;  ///< most energy gained, as a share of what there was
+    double depth_m = 0.0;       ///< deepest overlap; 0 where it was not looked for
+    double drift_m = 0.0;       ///< farthest that a body went, where it should stay
+    std::uint64_t quarantined = 0;
+    std::uint64_t steps = 0;
+    double ms_per_step = 0.0;
+    std::vector<Check> checks;
+    /// Why the engine is known to miss this row's bounds; such a row is shown, and does not fail
+    /// the run.
+    std::string known;
+
+    [[nodiscard]] bool passed() const;
+
+    [[nodiscard]] bool fails_run() const { return !passed() && known.empty(); }
+
+    void check(std::string what, double value, double bound);
+};
+
+struct Results {
+    std::string machine;
+    std::string commit;
+    std::uint64_t seed = 0;
+    bool quick = false;
+    std::vector<Row> rows;
+};
+
+/// A line per row and, below a row that failed, the checks that did.
+std::string to_table(const Results& results);
+
+/// {"machine", "commit", "seed", "quick", "passed", "rows": [{..., "checks": [...]}]}.
+std::string to_json(const Results& results);
+
+}  // namespace zoned::stability

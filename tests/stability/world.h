@@ -1,0 +1,122 @@
+// World: a scene that is looked at after each step, from outside and in double precision.
+#pragma once
+
+#include "server/physics/scene.h"
+#include "tests/scenario/physics_scenes.h"
+#include "tests/stability/run.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace zoned::stability {
+
+using physics::BodyDef;
+using physics::BodyKind;
+using physics::BodyState;
+using physics::JointDef;
+using physics::JointKind;
+using physics::Shape;
+
+inline constexpr float kFrame = 1.0F / 60.0F;
+
+/// What is allowed; what is not set is not looked at. That all is finite, that no body of those
+/// that should is stopped, is always looked at.
+struct Limits {
+    std::optional<double> speed_mps;
+    /// Energy above what there was and what was added, as a share of it: kinetic energy and that
+    /// of height above `World::floor_y` when the bodies were added.
+    std::optional<double> energy_share;
+    std::optional<double> depth_m;  ///< of spheres, boxes and capsules
+    std::optional<double> drift_m;  ///< of dynamic bodies from where they were added
+    /// Change of linear and angular momentum as a share of the sum of their sizes at the start.
+    std::optional<double> momentum_share;
+    std::optional<Aabb> inside;  ///< centres of dynamic bodies stay in there
+    double quarantined = 0.0;
+};
+
+class World {
+  public:
+    World(Run& run,
+          std::string name,
+          std::string parameter,
+          const physics::Settings& settings = {});
+
+    /// Adds a body, which must be accepted, and its energy to what there is.
+    BodyId add(const BodyDef& def);
+    void remove(BodyId id);
+    JointId join(const JointDef& def);
+    /// A static box.
+    BodyId wall(const Vec3& centre, const Vec3& half_extents, float friction = 0.5F);
+    /// Static box whose top is y = 0.
+    void ground(float half_width = 50.0F, float friction = 0.5F);
+    /// Six walls of 2 m about the space from -half to half in x and z and from 0 to height; bodies
+    /// have to stay in it.
+    void room(float half, float height, float friction = 0.5F);
+
+    /// Energy that something outside put in, J.
+    void supply(double energy) { energy_there_ += energy; }
+
+    /// Steps, looks. False when the world is so broken that nothing more can be learnt.
+    bool step(float dt = kFrame);
+    void run(float seconds, float dt = kFrame);
+    /// The verdict.
+    void finish();
+
+    physics::Scene scene;
+    Limits limits;
+    float floor_y = 0.0F;
+    /// Overlaps are looked for in each of so many steps; 0: as the count of bodies allows.
+    int look_every = 0;
+    /// From this step on speed counts, e.g. after what was thrown in has hit.
+    std::uint64_t speed_from = 0;
+    Row row;
+
+    struct Known {
+        BodyId id;
+        BodyDef def;
+        Vec3d moments;
+        bool solid = false;  ///< a shape whose overlaps can be measured
+        Vec3d start;
+    };
+
+    [[nodiscard]] const std::vector<Known>& bodies() const { return bodies_; }
+
+    /// Highest speed of a dynamic body in the last step, m/s.
+    [[nodiscard]] double speed() const { return speed_; }
+
+  private:
+    struct Sums {
+        double energy = 0.0;
+        Vec3d linear = Vec3d::Zero();
+        Vec3d angular = Vec3d::Zero();
+        double size = 0.0;          ///< of the terms of the linear momentum
+        double angular_size = 0.0;  ///< and of the angular one
+    };
+
+    void look();
+    [[nodiscard]] BodyState read(const Known& body, bool& spoilt) const;
+    void take_motion(const Known& body, const BodyState& s, Sums& sums) const;
+    void look_at_overlaps(const std::vector<BodyState>& states);
+
+    Run& run_;
+    Vec3d gravity_;
+    std::vector<Known> bodies_;
+    double energy_there_ = 0.0;  ///< J, above `reference`
+    double scale_ = 0.0;         ///< J
+    std::optional<Sums> start_;
+    double momentum_share_ = 0.0;
+    std::uint64_t not_finite_ = 0;
+    std::uint64_t escaped_ = 0;
+    double speed_ = 0.0;
+    double cpu_ms_ = 0.0;
+    std::int64_t told_ns_ = 0;
+};
+
+/// A dynamic body of that shape at rest; mass 1, friction 0.5.
+BodyDef body_of(const Shape& shape, float mass, const Vec3& position);
+
+/// Sphere, box or capsule of about one metre by i mod 3, as in the piles.
+BodyDef mixed_body(int i, const Vec3& position, float scale = 1.0F);
+
+}  // namespace zoned::stability
