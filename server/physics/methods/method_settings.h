@@ -61,6 +61,7 @@ struct MethodSettings {
                                       ///< a single row is stable below 2
     float soft_hz = 15.0F;            ///< kSoft: frequency on the effective mass of a row
     float soft_damping_ratio = 5.0F;  ///< kSoft: 1 is critical
+    float slop_m = 0.001F;            ///< kBaumgarte, kSplit: overlap of shapes that is left alone
     float push_speed_mps = 3.0F;      ///< overlaps are undone no faster than this
     /// kPenalty: stiffness as the share of the longest stable time step that a substep takes, (0,
     /// 1); see penalty.h.

@@ -16,8 +16,17 @@ void RowSystem::clear_rows() {
     for (auto* column : {&a, &b, &normal, &order}) {
         column->clear();
     }
-    for (auto* column :
-         {&friction, &low, &high, &bias, &soft, &response, &split, &lambda, &restitution, &gap}) {
+    for (auto* column : {&friction,
+                         &low,
+                         &high,
+                         &bias,
+                         &soft,
+                         &response,
+                         &split,
+                         &kind_split,
+                         &lambda,
+                         &restitution,
+                         &gap}) {
         column->clear();
     }
     shape.clear();
@@ -56,6 +65,7 @@ std::uint32_t RowSystem::add(const NewRow& row) {
     response.push_back((p.inv_mass + q.inv_mass) * row.linear.squaredNorm() +
                        row.angular_a.dot(s.turn_a) + row.angular_b.dot(s.turn_b));
     split.push_back(0.0);
+    kind_split.push_back(0.0);
     lambda.push_back(row.lambda);
     restitution.push_back(0.0);
     gap.push_back(0.0);
@@ -70,9 +80,11 @@ void RowSystem::finish(std::uint32_t shuffle) {
     share_masses();
     weigh_cones();
     order.clear();
-    for (std::uint32_t i = 0; i < size(); ++i) {
-        if (role[i] != RowRole::kConeSecond) {
-            order.push_back(i);
+    for (const std::uint8_t friction_rows : {0, 1}) {
+        for (std::uint32_t i = 0; i < size(); ++i) {
+            if (rub[i] == friction_rows && role[i] != RowRole::kConeSecond) {
+                order.push_back(i);
+            }
         }
     }
     if (shuffle != 0) {
@@ -91,16 +103,23 @@ void RowSystem::finish(std::uint32_t shuffle) {
 /// ACM TOG 31, 2012). With D the diagonal of these larger responses, J M^-1 J^T <= D: for any x
 /// (sum over a body's n rows of J_i^T x_i)^2 <= n sum (J_i^T x_i)^2 in the metric of M^-1.
 void RowSystem::share_masses() {
-    rows_of_.assign(bodies.size(), 0);
+    for (auto* counts : {&rows_of_, &frictions_of_}) {
+        counts->assign(bodies.size(), 0);
+    }
     for (std::size_t i = 0; i < size(); ++i) {
-        ++rows_of_[a[i]];
-        ++rows_of_[b[i]];
+        std::vector<std::uint32_t>& counts = rub[i] != 0 ? frictions_of_ : rows_of_;
+        ++counts[a[i]];
+        ++counts[b[i]];
     }
     for (std::size_t i = 0; i < size(); ++i) {
         const RowShape& s = shape[i];
         const double squared = s.linear.squaredNorm();
-        split[i] = rows_of_[a[i]] * (bodies[a[i]].inv_mass * squared + s.angular_a.dot(s.turn_a)) +
-                   rows_of_[b[i]] * (bodies[b[i]].inv_mass * squared + s.angular_b.dot(s.turn_b));
+        const double of_a = bodies[a[i]].inv_mass * squared + s.angular_a.dot(s.turn_a);
+        const double of_b = bodies[b[i]].inv_mass * squared + s.angular_b.dot(s.turn_b);
+        const std::vector<std::uint32_t>& counts = rub[i] != 0 ? frictions_of_ : rows_of_;
+        kind_split[i] = counts[a[i]] * of_a + counts[b[i]] * of_b;
+        split[i] = (rows_of_[a[i]] + frictions_of_[a[i]]) * of_a +
+                   (rows_of_[b[i]] + frictions_of_[b[i]]) * of_b;
     }
 }
 
@@ -116,6 +135,7 @@ void RowSystem::weigh_cones() {
         const double mixed = coupling(i, i + 1);
         response[i] = response[i + 1] = mean + std::sqrt(half * half + mixed * mixed);
         split[i] = split[i + 1] = std::max(split[i], split[i + 1]);
+        kind_split[i] = kind_split[i + 1] = std::max(kind_split[i], kind_split[i + 1]);
     }
 }
 

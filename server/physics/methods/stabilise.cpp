@@ -10,6 +10,11 @@ namespace {
 /// Joints that are torn apart (a body that was teleported) come back no faster than this, m/s.
 constexpr double kJointSpeed = 20.0;
 
+/// What of an overlap is to be undone.
+double excess_of(const MethodSettings& settings, double gap) {
+    return std::min(gap + static_cast<double>(settings.slop_m), 0.0);
+}
+
 void soften(const MethodSettings& settings, double h, double most, std::size_t i, RowSystem& s) {
     const double omega = 2.0 * std::numbers::pi * static_cast<double>(settings.soft_hz);
     const double mass = s.response[i] > 0.0 ? 1.0 / s.response[i] : 0.0;
@@ -34,7 +39,8 @@ void stabilise_contact(const MethodSettings& settings, double h, std::size_t i, 
     system.undoes[i] = 1;
     switch (settings.stabilisation) {
         case Stabilisation::kBaumgarte:
-            system.bias[i] = std::max(static_cast<double>(settings.beta) * gap / h, -most);
+            system.bias[i] =
+                std::max(static_cast<double>(settings.beta) * excess_of(settings, gap) / h, -most);
             break;
         case Stabilisation::kSoft:
             soften(settings, h, most, i, system);
@@ -79,7 +85,8 @@ void ask_for_positions(const MethodSettings& settings, double h, RowSystem& syst
         system.soft[i] = 0.0;
         system.bias[i] = 0.0;
         if (system.undoes[i] != 0) {
-            system.bias[i] = std::clamp(beta * system.gap[i] / h, -most, most);
+            const double error = contact ? excess_of(settings, system.gap[i]) : system.gap[i];
+            system.bias[i] = std::clamp(beta * error / h, -most, most);
         } else if (contact) {
             system.bias[i] = std::max(system.gap[i], 0.0) / h;
         } else {
