@@ -26,8 +26,8 @@ class EachMethod : public testing::TestWithParam<Method> {};
 INSTANTIATE_TEST_SUITE_P(Methods,
                          EachMethod,
                          testing::ValuesIn(all_methods()),
-                         [](const auto& info) {
-                             std::string name = name_of(info.param);
+                         [](const auto& method) {
+                             std::string name = name_of(method.param);
                              std::erase_if(name, [](char c) { return c == ' ' || c == '-'; });
                              return name;
                          });
