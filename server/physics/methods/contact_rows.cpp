@@ -159,11 +159,12 @@ void ContactRows::write(const Bodies& bodies,
 }
 
 /// A body that falls onto another at w, s above it, under the relative acceleration `pull` along
-/// the normal, meets it at v^2 = w^2 - 2 pull s, leaves at e v, and is at h u when the substep
-/// ends; what keeps the energy then is u^2 = (e v)^2 + 2 pull h u.
+/// the normal, meets it at v^2 = w^2 - 2 pull s and leaves at e v. It is at s + h u when the
+/// substep ends, and what has the right energy there is u^2 = (e v)^2 + 2 pull (s + h u).
 static double bounce_speed(double w, double gap, double pull, double e, double h) {
     const double met2 = std::max(0.0, w * w - 2.0 * pull * gap);
-    return pull * h + std::sqrt(std::max(0.0, pull * h * pull * h + e * e * met2));
+    const double square = pull * h * pull * h + e * e * met2 + 2.0 * pull * gap;
+    return pull * h + std::sqrt(std::max(0.0, square));
 }
 
 void ContactRows::write_normal(const Site& site,
@@ -193,7 +194,7 @@ void ContactRows::write_normal(const Site& site,
     if (parameters.bounces && site.restitution > 0.0 && before < -parameters.restitution_speed &&
         meets) {
         const double up = bounce_speed(before, gap, site.pull, site.restitution, parameters.h);
-        system.bias[at] = std::min(system.bias[at], -up);
+        system.bias[at] = std::min(system.bias[at], -std::max(up, 0.0));
         system.soft[at] = 0.0;
         system.lambda[at] = 0.0;
     }
