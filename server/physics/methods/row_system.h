@@ -64,7 +64,7 @@ struct RowGroup {
 
 /// Scratch of the solvers, kept for its capacity.
 struct SolverScratch {
-    std::vector<double> previous, direction, matrix, factors, right, speeds;
+    std::vector<double> previous, direction, matrix, factors, right, speeds, best;
     std::vector<std::uint32_t> unknowns, pivots;
     std::vector<std::int8_t> states;
 };

@@ -3,15 +3,16 @@
 // A guess says of each row whether its impulse is free (then w = 0 is an equation) or at a bound.
 // Friction that slides hangs on its normal row, lambda_t = mu lambda_n d with a sign or direction d
 // that opposes the slip, so that its column is added to the normal row's. The equations are solved;
-// rows that contradict the guess change sides, all at once while that lowers their number (block
-// pivoting), else the last one alone (Murty's rule, which ends for positive definite matrices).
-// With friction the matrix is not symmetric and no rule is known to end: after kMostRounds the
-// guess is made better by Gauss-Seidel and pivoting tried again; when that has failed too often the
-// island counts as unsolved.
+// rows that contradict the guess change sides all at once (block pivoting). With friction the
+// matrix is not symmetric, and many rows at a time are degenerate in a pile: no rule is known to
+// end. After a few rounds the best of them is taken as a step, Gauss-Seidel makes the next guess,
+// and an island that is not solved after kAttempts of these is counted as unsolved.
 //
-// Points that say the same thing twice (a box on four) leave the matrix singular: a share of the
-// diagonal is added, on the change from the first guess, so that the load is spread evenly about
-// the guess and what that costs in accuracy is gone once the guess is right.
+// Points that say the same thing twice (a box on four) leave the matrix singular, and what they say
+// differs by the rounding of their gaps: a share of the diagonal is added, on the change from the
+// impulses that stand. That is a step of the proximal point method (R. T. Rockafellar, SIAM J.
+// Control 14, 1976), which ends at a solution of the problem itself; the share is large at first,
+// where any guess will do, and a fraction of itself after each step that was found.
 #include "server/physics/methods/dense_lu.h"
 #include "server/physics/methods/residual.h"
 #include "server/physics/methods/solvers.h"
@@ -22,16 +23,24 @@ namespace zoned::physics {
 
 namespace {
 
-constexpr int kMostRounds = 30;
-/// Rounds in a row that may fail to lower the number of contradictions.
-constexpr int kPatience = 4;
-/// Share of the diagonal that is added, and of the largest impulse that no row need mind. The first
-/// leaves |w| = 1e-10 d |change|; the second is what that makes of rounding, 1e-16 / 1e-10, and a
-/// digit more.
-constexpr double kGive = 1.0e-10;
+/// Rounds of pivoting from one guess, passes that make the next, and how often that is tried.
+constexpr int kRounds = 12;
+constexpr int kPasses = 8;
+constexpr int kAttempts = 24;
+/// Share of the diagonal that is added: first, after each step that was found, at most and least.
+constexpr double kFirstGive = 1.0e-3;
+constexpr double kGiveStep = 0.03;
+constexpr double kMostGive = 0.1;
+constexpr double kLeastGive = 1.0e-10;
+/// A residual that needs no further step, m/s; and one with which an island counts as solved when
+/// no step is found any more: positions of a metre in floats round gaps by 6e-8 m, and that in a
+/// step of 1/60 s is 3.6e-6 m/s.
+constexpr double kSolved = 1.0e-9;
+constexpr double kGood = 2.0e-6;
+/// Of the largest impulse: what no row need mind, as rounding over kLeastGive makes it.
 constexpr double kSlack = 1.0e-7;
 /// Directions of sliding that turn by less than this have settled, rad.
-constexpr double kTurn = 1.0e-8;
+constexpr double kTurn = 1.0e-6;
 
 enum State : std::int8_t {
     kFree,
@@ -48,35 +57,40 @@ class Pivoting {
           n_(group.end - group.first),
           t_(system.scratch) {}
 
-    /// False when no solution was found: then nothing has changed.
+    void assemble();
+    /// The share of the diagonal that is added, from here on.
+    void set_give(double give);
+
+    [[nodiscard]] double give() const { return give_; }
+
+    /// From the impulses as they stand. False when no solution was found: then the impulses are
+    /// what the round with the fewest contradictions says, as far as that lowers the residual.
     bool solve(int& rounds) {
-        assemble();
+        clear_right();
         guess_states();
         std::size_t fewest = n_ + 1;
-        int patience = kPatience;
-        for (rounds = 1; rounds <= kMostRounds; ++rounds) {
+        for (int round = 0; round < kRounds; ++round) {
+            ++rounds;
             if (!solve_equations()) {
-                return false;
+                break;
             }
-            const std::size_t wrong = contradictions(false, n_);
-            if (getenv("TR"))
-                printf("round %d wrong %zu of %u\n", rounds, wrong, (unsigned)n_);
-            if (wrong == 0) {
-                if (turn_slides() < kTurn) {
-                    accept();
-                    return true;
-                }
-                fewest = n_ + 1;
-                continue;
+            const std::size_t wrong = contradictions(false);
+            // The last round's directions will do where only they still turn.
+            if (wrong == 0 && (turn_slides() < kTurn || round + 1 == kRounds)) {
+                accept();
+                return true;
             }
             if (wrong < fewest) {
                 fewest = wrong;
-                patience = kPatience;
-            } else {
-                --patience;
+                t_.best.assign(t_.previous.begin(), t_.previous.end());
             }
-            contradictions(true, patience >= 0 ? n_ : 1);
-            turn_slides();
+            if (wrong > 0) {
+                contradictions(true);
+                turn_slides();
+            }
+        }
+        if (fewest <= n_) {
+            step_towards_best();
         }
         return false;
     }
@@ -101,32 +115,18 @@ class Pivoting {
         return s_.friction[first_ + i] * std::max(t_.previous[normal_of(i)], 0.0);
     }
 
-    /// The matrix, and in `right` w without any impulse.
-    void assemble() {
-        t_.matrix.resize(n_ * n_);
-        t_.factors.resize(n_ * n_);
-        t_.right.resize(2 * n_);
+    /// In `right` w without any impulse, and no impulse is tried yet.
+    void clear_right() {
         for (auto* column : {&t_.previous, &t_.direction, &t_.speeds}) {
             column->assign(n_, 0.0);
         }
         t_.states.assign(n_, kFree);
-        t_.pivots.resize(n_);
-        for (std::size_t i = 0; i < n_; ++i) {
-            for (std::size_t j = 0; j <= i; ++j) {
-                at(i, j) = at(j, i) = s_.coupling(first_ + i, first_ + j);
-            }
-            at(i, i) += s_.soft[first_ + i];
-        }
         for (std::size_t i = 0; i < n_; ++i) {
             double w = s_.excess(first_ + i);
             for (std::size_t j = 0; j < n_; ++j) {
                 w -= at(i, j) * s_.lambda[first_ + j];
             }
-            const double give = kGive * diagonal(i);
-            t_.right[i] = w - give * s_.lambda[first_ + i];
-        }
-        for (std::size_t i = 0; i < n_; ++i) {
-            at(i, i) += kGive * diagonal(i);
+            t_.right[i] = w;  // the matrix has the share of the diagonal: it counts from here on
         }
     }
 
@@ -245,23 +245,22 @@ class Pivoting {
         }
     }
 
-    /// How many rows contradict their states. With `flip`, up to `most` of them change sides, the
-    /// last ones first.
-    std::size_t contradictions(bool flip, std::size_t most) {
+    /// How many rows contradict their states. With `flip` they change sides.
+    std::size_t contradictions(bool flip) {
         double largest = 0.0;
         for (std::size_t i = 0; i < n_; ++i) {
             largest = std::max(largest, std::abs(t_.previous[i]));
         }
         const double slack = kSlack * largest;
         std::size_t wrong = 0;
-        for (std::size_t i = n_; i-- > 0;) {
+        for (std::size_t i = 0; i < n_; ++i) {
             if (!(diagonal(i) > 0.0) || s_.role[first_ + i] == RowRole::kConeSecond) {
                 continue;
             }
             const std::int8_t to = is_friction(i) ? friction_state(i, slack) : state(i, slack);
             if (to != t_.states[i]) {
                 ++wrong;
-                if (flip && wrong <= most) {
+                if (flip) {
                     flip_to(i, to);
                 }
             }
@@ -338,8 +337,8 @@ class Pivoting {
         return largest;
     }
 
-    /// Gives the bodies what was found, within its bounds to the last bit.
-    void accept() {
+    /// What is tried, within its bounds to the last bit.
+    void project() {
         for (std::size_t i = 0; i < n_; ++i) {
             const std::size_t row = first_ + i;
             if (!is_friction(i)) {
@@ -355,9 +354,35 @@ class Pivoting {
                 project_on_disc(limit_of(i), t_.previous[i], t_.previous[i + 1]);
             }
         }
+    }
+
+    /// Gives the bodies what is tried.
+    void hand_out() {
         for (std::size_t i = 0; i < n_; ++i) {
             s_.push(first_ + i, t_.previous[i] - s_.lambda[first_ + i]);
             s_.lambda[first_ + i] = t_.previous[i];
+        }
+    }
+
+    void accept() {
+        project();
+        hand_out();
+    }
+
+    /// The longest of a few steps from the impulses that stand to the best that was found which
+    /// lowers the residual; none where none does.
+    void step_towards_best() {
+        const RowGroup group{first_, first_ + static_cast<std::uint32_t>(n_)};
+        const double before = residual(s_, group);
+        t_.speeds.assign(s_.lambda.begin() + first_, s_.lambda.begin() + group.end);
+        for (const double share : {1.0, 0.5, 0.25, 0.1, 0.0}) {
+            for (std::size_t i = 0; i < n_; ++i) {
+                t_.previous[i] = t_.speeds[i] + share * (t_.best[i] - t_.speeds[i]);
+            }
+            accept();
+            if (residual(s_, group) < before) {
+                return;
+            }
         }
     }
 
@@ -365,7 +390,29 @@ class Pivoting {
     std::uint32_t first_;
     std::size_t n_;
     SolverScratch& t_;
+    double give_ = 0.0;
 };
+
+void Pivoting::assemble() {
+    t_.matrix.resize(n_ * n_);
+    t_.factors.resize(n_ * n_);
+    t_.right.resize(2 * n_);
+    t_.best.resize(n_);
+    t_.pivots.resize(n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+        for (std::size_t j = 0; j <= i; ++j) {
+            at(i, j) = at(j, i) = s_.coupling(first_ + i, first_ + j);
+        }
+        at(i, i) += s_.soft[first_ + i];
+    }
+}
+
+void Pivoting::set_give(double give) {
+    for (std::size_t i = 0; i < n_; ++i) {
+        at(i, i) += (give - give_) * diagonal(i);
+    }
+    give_ = give;
+}
 
 void relax_group(RowSystem& system, const RowGroup& group, int passes) {
     for (int pass = 0; pass < passes; ++pass) {
@@ -377,25 +424,35 @@ void relax_group(RowSystem& system, const RowGroup& group, int passes) {
     }
 }
 
-/// A guess by a few passes, then pivoting; from a better guess where that fails. The passes after
-/// the last failure stand in for the solution.
+/// Passes of Gauss-Seidel say which rows press, slide and stick; the equations of these states are
+/// solved, and what contradicts them decides how to go on: pivoting while it leads on, else a step
+/// in that direction and more passes (M. Silcowitz, S. Niebe, K. Erleben, "Projected Gauss-Seidel
+/// subspace minimization method for interactive rigid body dynamics", GRAPP 2010).
 bool solve_island(RowSystem& system, const RowGroup& group, int passes, int& rounds) {
-    int spent = 0;
-    bool solved = false;
-    for (const int first_passes : {8, 32, 128}) {
-        relax_group(system, group, first_passes);
-        int tried = 0;
-        solved = Pivoting(system, group).solve(tried);
-        spent += tried;
+    rounds = 0;
+    Pivoting pivoting(system, group);
+    pivoting.assemble();
+    pivoting.set_give(kFirstGive);
+    relax_group(system, group, kPasses);
+    double left = residual(system, group);
+    for (int attempt = 0; attempt < kAttempts && left > kSolved; ++attempt) {
+        const bool solved = pivoting.solve(rounds);
+        left = residual(system, group);
         if (solved) {
+            pivoting.set_give(std::max(pivoting.give() * kGiveStep, kLeastGive));
+        } else if (left <= kGood) {
             break;
+        } else {
+            pivoting.set_give(std::min(pivoting.give() / kGiveStep, kMostGive));
+            relax_group(system, group, kPasses);
+            left = residual(system, group);
         }
     }
-    if (!solved) {
-        relax_group(system, group, passes);
+    if (left <= kGood) {
+        return true;
     }
-    rounds = spent;
-    return solved;
+    relax_group(system, group, passes);
+    return false;
 }
 
 }  // namespace
