@@ -7,7 +7,9 @@
 #include "tests/bench/zoned_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace zoned::bench {
@@ -321,13 +323,68 @@ void run_frames(Session& session) {
     }
 }
 
+/// A column of five whose top is heavier, step by step.
+class RatioTrial : public JudgedTrial {
+  public:
+    RatioTrial(const Settings& settings, double top_mass)
+        : zoned_(build_scene(scenario::column(5, top_mass), settings)) {}
+
+    void frame() override { stats_ = zoned_.scene.step(zoned_.dt); }
+
+    void observe() override { unsolved_ += stats_.method.unsolved + stats_.method.too_large; }
+
+    void judge(Row& row) override {
+        const Vec3 top = zoned_.scene.state(zoned_.ids.back()).position;
+        row.error = static_cast<double>((top - Vec3(0.0F, 4.5F, 0.0F)).norm());
+        row.error_unit = std::string("m");
+        row.metric("substeps", stats_.substeps);
+        row.metric("islands_left_unsolved", unsolved_);
+    }
+
+  private:
+    ZonedScene zoned_;
+    physics::StepStats stats_;
+    std::uint32_t unsolved_ = 0;
+};
+
+/// Where the exact solver pays: ratios of masses that the default has to spend substeps on.
+void run_ratios(Session& session) {
+    std::vector<double> ratios{1.0, 1.0e1, 1.0e2, 1.0e3, 1.0e4, 1.0e5, 1.0e6};
+    if (session.quick) {
+        ratios = {1.0e2, 1.0e5};
+    }
+    session.progress("solvers ratio");
+    for (const double ratio : ratios) {
+        std::vector<Method> methods;
+        std::vector<NamedMethod> named = contact_methods();
+        named.insert(named.begin(), {"default", physics::Method::kSoftStep});
+        for (const NamedMethod& method : named) {
+            Settings settings;
+            settings.method = method.method;
+            methods.push_back({method.name, "", [settings, ratio] {
+                                   return std::make_unique<RatioTrial>(settings, ratio);
+                               }});
+        }
+        std::array<char, 32> text{};
+        std::snprintf(text.data(), text.size(), "top=%g", ratio);
+        session.add(compare("solvers",
+                            "ratio",
+                            text.data(),
+                            wanted(session, std::move(methods)),
+                            {0, session.quick ? 60 : 600, session.quick ? 1 : session.repeats}));
+    }
+}
+
 void run(Session& session) {
     session.note(
         "solvers: error = residual of the rows (root mean square of the natural map) after so many"
-        " passes; beta: error of the column's height");
+        " passes; beta: error of the column's height; ratio: how far its top has moved after 10 s");
     run_curves(session);
     if (session.wants_scene("beta")) {
         run_beta(session);
+    }
+    if (session.wants_scene("ratio")) {
+        run_ratios(session);
     }
     if (session.wants_scene("order")) {
         run_order(session);
@@ -342,13 +399,13 @@ std::vector<std::string> scene_names() {
     for (const Snapshot& snapshot : snapshots(true)) {
         names.push_back(snapshot.name);
     }
-    names.insert(names.end(), {"beta", "order", "frames"});
+    names.insert(names.end(), {"beta", "ratio", "order", "frames"});
     return names;
 }
 
 std::vector<std::string> method_names() {
-    std::vector<std::string> names;
-    for (const NamedMethod& method : row_methods()) {
+    std::vector<std::string> names{"default"};
+    for (const NamedMethod& method : contact_methods()) {
         names.push_back(method.name);
     }
     return names;

@@ -10,8 +10,6 @@ namespace zoned::physics {
 
 namespace {
 
-/// Rounds of pivoting from one guess.
-constexpr int kRounds = 12;
 /// Of the largest impulse: what no row need mind, as rounding over kLeastGive makes it.
 constexpr double kSlack = 1.0e-7;
 /// Directions of sliding that turn by less than this have settled, rad.
@@ -47,18 +45,18 @@ void Pivoting::set_give(double give) {
     give_ = give;
 }
 
-bool Pivoting::solve(int& rounds) {
+bool Pivoting::solve(int most, int& rounds) {
     clear_right();
     guess_states();
     std::size_t fewest = n_ + 1;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < most; ++round) {
         ++rounds;
         if (!solve_equations()) {
             break;
         }
         const std::size_t wrong = contradictions(false);
         // The last round's directions will do where only they still turn.
-        if (wrong == 0 && (turn_slides() < kTurn || round + 1 == kRounds)) {
+        if (wrong == 0 && (turn_slides() < kTurn || round + 1 == most)) {
             accept();
             return true;
         }

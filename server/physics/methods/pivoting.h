@@ -13,7 +13,7 @@ namespace zoned::physics {
 /// solved; rows that contradict the guess change sides all at once (block pivoting). With friction
 /// the matrix is not symmetric, and many rows at a time are degenerate in a pile: no rule is known
 /// to end. After a few rounds the best of them is taken as a step, Gauss-Seidel makes the next
-/// guess, and an island that is not solved after kAttempts of these is counted as unsolved.
+/// guess, and an island that is not solved after some of these is counted as unsolved.
 ///
 /// Points that say the same thing twice (a box on four) leave the matrix singular, and what they
 /// say differs by the rounding of their gaps: a share of the diagonal is added, on the change from
@@ -34,9 +34,10 @@ class Pivoting {
 
     [[nodiscard]] double give() const { return give_; }
 
-    /// From the impulses as they stand. False when no solution was found: then the impulses are
-    /// what the round with the fewest contradictions says, as far as that lowers the residual.
-    bool solve(int& rounds);
+    /// From the impulses as they stand, in up to `most` rounds, which are added to `rounds`. False
+    /// when no solution was found: then the impulses are what the round with the fewest
+    /// contradictions says, as far as that lowers the residual.
+    bool solve(int most, int& rounds);
 
   private:
     [[nodiscard]] double& at(std::size_t i, std::size_t j) { return t_.matrix[i * n_ + j]; }

@@ -9,9 +9,13 @@ namespace zoned::physics {
 
 namespace {
 
-/// Passes that make a guess, and how often one is tried.
+/// Passes that make a guess, how often one is tried, and the rounds of pivoting in all.
 constexpr int kPasses = 8;
 constexpr int kAttempts = 24;
+constexpr int kMostRounds = 60;
+/// Rounds of pivoting from one guess; where the residual is good already, it is not worth many.
+constexpr int kRounds = 12;
+constexpr int kFewRounds = 3;
 /// Share of the diagonal that is added: first, after each step that was found, at most and least.
 constexpr double kFirstGive = 1.0e-3;
 constexpr double kGiveStep = 0.03;
@@ -44,8 +48,9 @@ bool solve_island(RowSystem& system, const RowGroup& group, int passes, int& rou
     pivoting.set_give(kFirstGive);
     relax_group(system, group, kPasses);
     double left = residual(system, group);
-    for (int attempt = 0; attempt < kAttempts && left > kSolved; ++attempt) {
-        const bool solved = pivoting.solve(rounds);
+    for (int attempt = 0; attempt < kAttempts && rounds < kMostRounds && left > kSolved;
+         ++attempt) {
+        const bool solved = pivoting.solve(left > kGood ? kRounds : kFewRounds, rounds);
         left = residual(system, group);
         if (solved) {
             pivoting.set_give(std::max(pivoting.give() * kGiveStep, kLeastGive));
