@@ -1,5 +1,6 @@
 #include "server/physics/methods/contact_rows.h"
 
+#include "server/physics/methods/bounce.h"
 #include "server/physics/methods/stabilise.h"
 
 #include <algorithm>
@@ -158,15 +159,6 @@ void ContactRows::write(const Bodies& bodies,
     spans_.push_back(span);
 }
 
-/// A body that falls onto another at w, s above it, under the relative acceleration `pull` along
-/// the normal, meets it at v^2 = w^2 - 2 pull s and leaves at e v. It is at s + h u when the
-/// substep ends, and what has the right energy there is u^2 = (e v)^2 + 2 pull (s + h u).
-static double bounce_speed(double w, double gap, double pull, double e, double h) {
-    const double met2 = std::max(0.0, w * w - 2.0 * pull * gap);
-    const double square = pull * h * pull * h + e * e * met2 + 2.0 * pull * gap;
-    return pull * h + std::sqrt(std::max(0.0, square));
-}
-
 void ContactRows::write_normal(const Site& site,
                                const Vec3d& arm_a,
                                const Vec3d& arm_b,
@@ -191,10 +183,11 @@ void ContactRows::write_normal(const Site& site,
                           row.angular_a.dot(site.spin_a) + row.angular_b.dot(site.spin_b);
     const bool meets = gap + parameters.h * system.speed(at) <= 0.0;
     system.restitution[at] = site.restitution;
+    system.pull[at] = site.pull;
     if (parameters.bounces && site.restitution > 0.0 && before < -parameters.restitution_speed &&
         meets) {
         const double up = bounce_speed(before, gap, site.pull, site.restitution, parameters.h);
-        system.bias[at] = std::min(system.bias[at], -std::max(up, 0.0));
+        system.bias[at] = std::min(system.bias[at], -up);
         system.soft[at] = 0.0;
         system.lambda[at] = 0.0;
     }

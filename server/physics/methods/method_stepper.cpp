@@ -147,7 +147,7 @@ void MethodStepper::write_rows(const MethodStep& step, double h) {
     stats_.rows = std::max(stats_.rows, static_cast<std::uint32_t>(system_.size()));
 }
 
-void MethodStepper::solve_velocities(const MethodStep& step) {
+void MethodStepper::solve_velocities(const MethodStep& step, double h) {
     const MethodSettings& settings = step.settings.methods;
     if (settings.measure) {
         before_.resize(system_.size());
@@ -158,6 +158,7 @@ void MethodStepper::solve_velocities(const MethodStep& step) {
     if (step.settings.method == Method::kImpulse) {
         stats_.iterations += static_cast<std::uint32_t>(
             respond_by_impulses(system_,
+                                h,
                                 static_cast<double>(step.settings.restitution_speed_mps),
                                 settings.iterations));
         stats_.residual_mps = settings.measure ? residual(system_) : 0.0;
@@ -209,7 +210,7 @@ void MethodStepper::substep(const MethodStep& step, double h, int index) {
         store(step, h, index);
         return;
     }
-    solve_velocities(step);
+    solve_velocities(step, h);
     store(step, h, index);
     const bool split = step.settings.methods.stabilisation == Stabilisation::kSplit &&
                        solves_rows(step.settings.method);

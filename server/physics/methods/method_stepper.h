@@ -56,7 +56,7 @@ class MethodStepper {
     void sort_by_island(const MethodStep& step);
     void write_rows(const MethodStep& step, double h);
     void substep(const MethodStep& step, double h, int index);
-    void solve_velocities(const MethodStep& step);
+    void solve_velocities(const MethodStep& step, double h);
     void split_positions(const MethodStep& step, double h);
     void penalty_substep(const MethodStep& step, double h, int index);
     void store(const MethodStep& step, double h, int index);

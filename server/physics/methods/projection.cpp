@@ -104,11 +104,13 @@ void Projection::project_point(Point& point, MethodBodies& moving, RowSystem& sy
     const Vec3d moved = (pose_b.shift + arm_b) - (pose_a.shift + arm_a) - point.apart;
     const double gap = point.gap + point.normal.dot(moved);
     const double response = response_of(p, q, arm_a, arm_b, point.normal);
-    if (gap >= 0.0 || !(response > 0.0)) {
+    if ((gap >= 0.0 && point.push <= 0.0) || !(response > 0.0)) {
         return;
     }
-    const double push = -gap / (response * h_);
-    point.push += push;
+    // What was pushed too far, because another contact pushed as well, is taken back.
+    const double before = point.push;
+    point.push = std::max(before - gap / (response * h_), 0.0);
+    const double push = point.push - before;
     Vec3d impulse = push * point.normal;
     if (point.friction > 0.0) {
         const double along = response_of(p, q, arm_a, arm_b, point.tangent1);

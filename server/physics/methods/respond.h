@@ -12,14 +12,16 @@ namespace zoned::physics {
 /// j = -(1 + e) w / (J M^-1 J^T), linear and angular; impulses push and are never taken back. What
 /// a collision sets going may collide again in the same step, so that a row of spheres hands an
 /// impact on. Friction follows each, bounded by what the point has carried in the step. Joints are
-/// rows as in Gauss-Seidel. Ends after `passes` or when nothing closes; returns the passes done.
-int respond_by_impulses(RowSystem& system, double restitution_speed, int passes);
+/// rows as in Gauss-Seidel. `h`: length of the substep, s. Ends after `passes` or when nothing
+/// closes; returns the passes done.
+int respond_by_impulses(RowSystem& system, double h, double restitution_speed, int passes);
 
 /// The longest stable substep of a spring with angular frequency w and damping ratio zeta as a
 /// multiple of 1 / w: 2 (sqrt(1 + zeta^2) - zeta), from the roots of the substep's matrix
 /// z^2 - (2 - 2 zeta w h - (w h)^2) z + (1 - 2 zeta w h) by Jury's conditions; 2 without damping.
-/// Semi-implicit Euler and velocity Verlet (leapfrog) share it: they are one map, half a substep
-/// apart.
+/// That is semi-implicit Euler's. Velocity Verlet with the damping at the velocities that are known
+/// has (w h)^2 < 4 (1 + (1 - c)^2) / (2 - c), c = zeta w h: the same without damping, and wider
+/// with any.
 double penalty_limit(double damping_ratio);
 
 /// Springs and dampers along normal rows that overlap, and along the rows of joints, push over

@@ -2,6 +2,7 @@
 #include "server/physics/methods/respond.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace zoned::physics {
 
@@ -10,6 +11,7 @@ namespace {
 /// Constants of the springs, per kilogram.
 struct Spring {
     double stiffness = 0.0;  // 1/s2
+    double rate = 0.0;       // w, 1/s
     double damping = 0.0;    // 1/s
     double seconds = 0.0;
 
@@ -17,7 +19,18 @@ struct Spring {
         const auto zeta = static_cast<double>(settings.penalty_damping_ratio);
         const double w = static_cast<double>(settings.penalty_share) * penalty_limit(zeta) / h;
         stiffness = w * w;
+        rate = w;
         damping = 2.0 * zeta * w;
+    }
+
+    /// Of a contact whose materials have restitution e.
+    [[nodiscard]] double damping_for(double e) const {
+        if (e <= 0.0) {
+            return damping;
+        }
+        const double loss = std::log(std::min(e, 1.0));
+        const double zeta = -loss / std::sqrt(std::numbers::pi * std::numbers::pi + loss * loss);
+        return std::min(damping, 2.0 * zeta * rate);
     }
 };
 
@@ -25,7 +38,8 @@ struct Spring {
 double push_of(const RowSystem& s, std::size_t i, const Spring& spring) {
     const double mass = 1.0 / s.split[i];
     if (s.undoes[i] != 0) {
-        const double force = -mass * (spring.stiffness * s.gap[i] + spring.damping * s.speed(i));
+        const double force = -mass * (spring.stiffness * s.gap[i] +
+                                      spring.damping_for(s.restitution[i]) * s.speed(i));
         return std::min(std::max(spring.seconds * force, s.low[i]), s.high[i]);
     }
     if (s.role[i] == RowRole::kNormal || (s.low[i] == 0.0 && s.gap[i] >= 0.0)) {

@@ -26,6 +26,7 @@ void RowSystem::clear_rows() {
                          &kind_split,
                          &lambda,
                          &restitution,
+                         &pull,
                          &gap}) {
         column->clear();
     }
@@ -68,6 +69,7 @@ std::uint32_t RowSystem::add(const NewRow& row) {
     kind_split.push_back(0.0);
     lambda.push_back(row.lambda);
     restitution.push_back(0.0);
+    pull.push_back(0.0);
     gap.push_back(0.0);
     undoes.push_back(0);
     rub.push_back(row.rub ? 1 : 0);

@@ -90,8 +90,10 @@ class RowSystem {
     std::vector<double> soft;       ///< m/s per N s; the caller's to set
     std::vector<double> response;  ///< J M^-1 J^T, 1/kg; of the pair's stiffest direction in a cone
     std::vector<double> split;     ///< the same with each body's mass shared by all of its rows
-    std::vector<double> kind_split;    ///< shared by its rows of friction, or by all others
-    std::vector<double> lambda;        ///< N s
+    std::vector<double> kind_split;  ///< shared by its rows of friction, or by all others
+    std::vector<double> lambda;      ///< N s
+    std::vector<double>
+        pull;  ///< of contacts: relative acceleration by forces along the normal, m/s2
     std::vector<double> restitution;   ///< of the collision response; the caller's to set
     std::vector<double> gap;           ///< C, m; the caller's to set; negative: overlap
     std::vector<std::uint8_t> undoes;  ///< 1: its bias undoes an error
