@@ -164,8 +164,9 @@ void Projection::project_joints(const Place& place, MethodBodies& moving, RowSys
     }
 }
 
-/// The speed along the normal after the substep is that of restitution where points met fast; what
-/// the way out of an old overlap has left as speed is taken out.
+/// Points that press are closed when the substep ends: their speed along the normal is that of
+/// restitution, or nothing. What the way out of an overlap has left as speed goes so, through a
+/// whole stack in several passes.
 void Projection::correct_velocities(const Place& place, RowSystem& system) {
     for (const Point& point : points_) {
         if (point.push <= 0.0) {
@@ -178,13 +179,7 @@ void Projection::correct_velocities(const Place& place, RowSystem& system) {
         const double speed = point.normal.dot(point_velocity(q, arm_b) - point_velocity(p, arm_a));
         const bool fast = point.met < -static_cast<double>(place.settings.restitution_speed_mps);
         const double bounce = fast ? -point.restitution * point.met : 0.0;
-        const double gift = std::max(0.0, -point.gap) / h_;
-        double change = 0.0;
-        if (speed < bounce) {
-            change = bounce - speed;
-        } else {
-            change = -std::min(speed - bounce, gift);
-        }
+        const double change = bounce - speed;
         const double response = response_of(p, q, arm_a, arm_b, point.normal);
         const Vec3d impulse = (change / response) * point.normal;
         p.velocity -= p.inv_mass * impulse;
@@ -217,7 +212,9 @@ void Projection::solve(const Place& place,
             project_point(point, moving, system);
         }
     }
-    correct_velocities(place, system);
+    for (int i = 0; i < iterations; ++i) {
+        correct_velocities(place, system);
+    }
     for (const Point& point : points_) {
         system.lambda[point.normal_row] = point.push;
         if (point.tangent_row != kNoIndex) {

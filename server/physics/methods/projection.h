@@ -17,7 +17,7 @@ namespace zoned::physics {
 /// Graphics Forum 39, 2020). In each substep bodies fly freely, then points of contact and anchors
 /// of joints are moved to where they belong, one after the other and at the poses that the bodies
 /// have by then: no linearisation survives a pass. A displacement over h is a change of velocity.
-/// At last velocities are corrected: overlaps that were there before leave no speed behind, and
+/// At last velocities are corrected: points that press keep no speed along the normal, and
 /// restitution is given where points met fast enough.
 class Projection {
   public:
