@@ -12,7 +12,7 @@ namespace {
 /// Passes that make a guess, how often one is tried, and the rounds of pivoting in all.
 constexpr int kPasses = 8;
 constexpr int kAttempts = 24;
-constexpr int kMostRounds = 60;
+constexpr int kMostRounds = 40;
 /// Rounds of pivoting from one guess; where the residual is good already, it is not worth many.
 constexpr int kRounds = 12;
 constexpr int kFewRounds = 3;
