@@ -94,6 +94,7 @@ std::vector<Engine> zoned_engines() {
     for (const NamedMethod& named : contact_methods()) {
         physics::Settings other;
         other.method = named.method;
+        other.methods.manifold = named.manifold;
         engines.push_back(engine(named.name, other));
     }
     return engines;

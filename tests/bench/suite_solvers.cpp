@@ -237,7 +237,7 @@ void run_beta(Session& session) {
         betas = {0.2F, 1.0F, 2.1F};
     }
     session.progress("solvers beta");
-    const NamedMethod method{"gauss_seidel", physics::Method::kGaussSeidel};
+    const NamedMethod method{"gauss_seidel", physics::Method::kGaussSeidel, {}};
     if (!session.wants_method(method.name, "")) {
         return;
     }
@@ -357,10 +357,11 @@ void run_ratios(Session& session) {
     for (const double ratio : ratios) {
         std::vector<Method> methods;
         std::vector<NamedMethod> named = contact_methods();
-        named.insert(named.begin(), {"default", physics::Method::kSoftStep});
+        named.insert(named.begin(), {"default", physics::Method::kSoftStep, {}});
         for (const NamedMethod& method : named) {
             Settings settings;
             settings.method = method.method;
+            settings.methods.manifold = method.manifold;
             methods.push_back({method.name, "", [settings, ratio] {
                                    return std::make_unique<RatioTrial>(settings, ratio);
                                }});

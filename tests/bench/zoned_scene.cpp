@@ -77,14 +77,16 @@ ZonedScene build_scene(const scenario::Description& description, physics::Settin
 
 std::vector<NamedMethod> contact_methods() {
     using physics::Method;
-    return {{"jacobi", Method::kJacobi},
-            {"gauss_seidel", Method::kGaussSeidel},
-            {"over_relaxation", Method::kOverRelaxation},
-            {"conjugate_gradient", Method::kConjugateGradient},
-            {"direct", Method::kDirect},
-            {"impulse", Method::kImpulse},
-            {"projection", Method::kProjection},
-            {"penalty", Method::kPenalty}};
+    const auto points = physics::ManifoldMode::kPoints;
+    return {{"jacobi", Method::kJacobi, points},
+            {"gauss_seidel", Method::kGaussSeidel, points},
+            {"over_relaxation", Method::kOverRelaxation, points},
+            {"conjugate_gradient", Method::kConjugateGradient, points},
+            {"direct", Method::kDirect, points},
+            {"direct_divided", Method::kDirect, physics::ManifoldMode::kDivided},
+            {"impulse", Method::kImpulse, points},
+            {"projection", Method::kProjection, points},
+            {"penalty", Method::kPenalty, points}};
 }
 
 }  // namespace zoned::bench

@@ -23,6 +23,7 @@ ZonedScene build_scene(const scenario::Description& description, physics::Settin
 struct NamedMethod {
     std::string name;
     physics::Method method;
+    physics::ManifoldMode manifold = physics::ManifoldMode::kPoints;
 };
 
 std::vector<NamedMethod> contact_methods();

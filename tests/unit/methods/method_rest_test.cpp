@@ -116,6 +116,20 @@ TEST(DirectMethod, HoldsAColumnWhoseTopIsAHundredThousandTimesHeavier) {
     EXPECT_LT(drift(s), 0.001F);
 }
 
+// With one normal row per contact five boxes are 20 rows instead of 60. What holds a box upright is
+// that its centre of pressure moves to where it leans.
+TEST(DirectMethod, HoldsThatColumnWithDividedManifoldsToo) {
+    Settings settings = settings_of(Method::kDirect);
+    settings.methods.manifold = ManifoldMode::kDivided;
+    MethodScene s = stack(settings, 5, 1.0e5F);
+    for (int i = 0; i < 600; ++i) {
+        const MethodStats stats = s.scene.step(kFrame).method;
+        EXPECT_EQ(stats.direct, 1U);
+        EXPECT_EQ(stats.rows, 20U);
+    }
+    EXPECT_LT(drift(s), 0.001F);
+}
+
 TEST(DirectMethod, CountsIslandsThatAreTooLargeAndLeavesThemToGaussSeidel) {
     Settings settings = settings_of(Method::kDirect, 30);
     settings.methods.direct_rows = 20;
