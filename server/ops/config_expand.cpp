@@ -159,6 +159,53 @@ void expand_replication(const proto::Config& config, replication::Settings& out)
     out.redundancy_target = narrow(from.redundancy_target());
 }
 
+/// The enumerations of the schema list their values in the engine's order: see the checks below.
+void expand_methods(const proto::Config::MethodParameters& from, physics::MethodSettings& out) {
+    out.iterations = static_cast<int>(from.iterations());
+    out.tolerance_mps = narrow(from.tolerance_mps());
+    out.omega = narrow(from.omega());
+    out.shuffle = from.shuffle();
+    out.warm_start = from.warm_start();
+    out.direct_rows = static_cast<int>(from.direct_rows());
+    out.friction = static_cast<physics::FrictionModel>(from.friction());
+    out.manifold = static_cast<physics::ManifoldMode>(from.manifold());
+    out.stabilisation = static_cast<physics::Stabilisation>(from.stabilisation());
+    out.beta = narrow(from.beta());
+    out.soft_hz = narrow(from.soft_hz());
+    out.soft_damping_ratio = narrow(from.soft_damping_ratio());
+    out.push_speed_mps = narrow(from.push_speed_mps());
+    out.slop_m = narrow(from.slop_m());
+    out.penalty_share = narrow(from.penalty_share());
+    out.penalty_damping_ratio = narrow(from.penalty_damping_ratio());
+    out.penalty_integrator = static_cast<physics::PenaltyIntegrator>(from.penalty_integrator());
+}
+
+template <class Ours>
+constexpr bool same(int theirs, Ours ours) {
+    return theirs == static_cast<int>(ours);
+}
+
+static_assert(same(proto::Config::SOFT_STEP, physics::Method::kSoftStep) &&
+              same(proto::Config::JACOBI, physics::Method::kJacobi) &&
+              same(proto::Config::GAUSS_SEIDEL, physics::Method::kGaussSeidel) &&
+              same(proto::Config::OVER_RELAXATION, physics::Method::kOverRelaxation) &&
+              same(proto::Config::CONJUGATE_GRADIENT, physics::Method::kConjugateGradient) &&
+              same(proto::Config::DIRECT, physics::Method::kDirect) &&
+              same(proto::Config::IMPULSE, physics::Method::kImpulse) &&
+              same(proto::Config::PROJECTION, physics::Method::kProjection) &&
+              same(proto::Config::PENALTY, physics::Method::kPenalty));
+static_assert(same(proto::Config::CONE, physics::FrictionModel::kCone) &&
+              same(proto::Config::PYRAMID, physics::FrictionModel::kPyramid) &&
+              same(proto::Config::WEIGHT, physics::FrictionModel::kWeight));
+static_assert(same(proto::Config::POINTS, physics::ManifoldMode::kPoints) &&
+              same(proto::Config::DIVIDED, physics::ManifoldMode::kDivided));
+static_assert(same(proto::Config::BAUMGARTE, physics::Stabilisation::kBaumgarte) &&
+              same(proto::Config::SOFT, physics::Stabilisation::kSoft) &&
+              same(proto::Config::SPLIT, physics::Stabilisation::kSplit));
+static_assert(same(proto::Config::SEMI_IMPLICIT_EULER,
+                   physics::PenaltyIntegrator::kSemiImplicitEuler) &&
+              same(proto::Config::VELOCITY_VERLET, physics::PenaltyIntegrator::kVelocityVerlet));
+
 void expand_physics(const proto::Config::Physics& from, physics::Settings& out) {
     out.gravity = Vec3(0.0F, -narrow(from.gravity_mps2()), 0.0F);
     out.substeps = static_cast<int>(from.substeps());
@@ -168,6 +215,8 @@ void expand_physics(const proto::Config::Physics& from, physics::Settings& out) 
     out.sleep_spin_rps = narrow(from.sleep_spin_rps());
     out.sleep_after_s = narrow(from.sleep_after_s());
     out.cell_m = narrow(from.broadphase_cell_m());
+    out.method = static_cast<physics::Method>(from.method());
+    expand_methods(from.method_parameters(), out.methods);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/joints/joint.h"
+#include "server/physics/methods/method_settings.h"
 #include "server/physics/query/query.h"
 #include "server/physics/shapes/shape.h"
 #include "server/spatial/broadphase_kind.h"
@@ -22,6 +23,7 @@ class Team;
 namespace zoned::physics {
 
 using spatial::BroadphaseKind;
+class RowSystem;
 
 struct Settings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
@@ -46,6 +48,8 @@ struct Settings {
     int relax_iterations = 1;            ///< per substep, without the contact springs, 1..64
     float restitution_speed_mps = 0.5F;  ///< slower impacts do not bounce
     float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
+    Method method = Method::kSoftStep;   ///< what answers contacts and joints
+    MethodSettings methods;              ///< of all methods but kSoftStep
 };
 
 /// Times are measured by the caller (no clock in here); counts of one step.
@@ -59,6 +63,7 @@ struct StepStats {
     std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
     std::uint32_t unpaired = 0;     ///< bodies whose pairs wait because of Settings::max_pairs
     bool skipped = false;           ///< nothing was awake: no pass ran
+    MethodStats method;             ///< of the alternatives to kSoftStep
 };
 
 /// A contact that began in this step between bodies with user tags, or that carried a large
@@ -172,6 +177,10 @@ class Scene {
                                 RayHit& hit) const;
     /// Appends bodies whose bounding box overlaps `area`, ascending.
     void overlap(const Aabb& area, std::vector<BodyId>& out) const;
+
+    /// The rows of the last step's first solve as they were before it, where
+    /// MethodSettings::keep_problem asks for them; null otherwise. Valid until the next step.
+    [[nodiscard]] const RowSystem* problem() const;
 
     [[nodiscard]] std::uint32_t body_count() const;
     [[nodiscard]] std::uint32_t awake_count() const;

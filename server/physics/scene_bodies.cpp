@@ -1,4 +1,5 @@
 // How bodies enter, leave, wake and are stopped.
+#include "server/physics/methods/method_stepper.h"
 #include "server/physics/scene_impl.h"
 #include "server/physics/validate.h"
 #include "shared/core/assert.h"
@@ -29,6 +30,11 @@ Scene::Impl::Impl(const Settings& s)
     ZONED_ASSERT(s.relax_iterations >= 1 && s.relax_iterations <= 64,
                  "relax_iterations out of range");
     ZONED_ASSERT(s.cell_m > 0.0F && s.gravity.allFinite(), "cell_m or gravity out of range");
+    if (s.method != Method::kSoftStep) {
+        ZONED_ASSERT(s.methods.iterations >= 1 && s.methods.iterations <= 1000,
+                     "iterations out of range");
+        stepper = std::make_unique<MethodStepper>();
+    }
 }
 
 void Scene::Impl::make_room(BodyKind kind) {
@@ -54,6 +60,9 @@ void Scene::Impl::make_room(BodyKind kind) {
     breaks.reserve(movers);
     solver.reserve(movers, contacts);
     effort.reserve(movers, contacts);
+    if (stepper) {
+        stepper->reserve(movers, contacts);
+    }
     islands.reserve(movers);
     waker.reserve(movers);
     bodies.awake_list.reserve(movers);

@@ -15,13 +15,17 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
 namespace zoned::physics {
 
+class MethodStepper;
+
 struct Scene::Impl {
     explicit Impl(const Settings& s);
+    ~Impl();
 
     /// What there is to report of a pair.
     enum class News : std::uint8_t {
@@ -48,6 +52,7 @@ struct Scene::Impl {
     std::uint32_t unpaired = 0;  ///< bodies still pending, because there are too many pairs
     Effort effort;
     ContactSolver solver;
+    std::unique_ptr<MethodStepper> stepper;  ///< null with Method::kSoftStep
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
@@ -154,6 +159,8 @@ struct Scene::Impl {
     StepStats step(float dt);
     void list_moved();
     void solve(float dt);
+    /// The solve by an alternative to ContactSolver; writes `broken`.
+    void solve_by_method(float dt);
     /// Reads and clears the count of quarantined bodies.
     StepStats stats_of(bool skipped, std::uint32_t island_count);
 };

@@ -1,4 +1,5 @@
 // The step of a scene, as a table of contents.
+#include "server/physics/methods/method_stepper.h"
 #include "server/physics/scene_impl.h"
 #include "shared/core/assert.h"
 
@@ -72,7 +73,9 @@ void Scene::Impl::solve(float dt) {
         }
         in_contact[joints[index].b] = 1;
     }
-    if (settings.substeps > 0) {
+    if (settings.method != Method::kSoftStep) {
+        solve_by_method(dt);
+    } else if (settings.substeps > 0) {
         parameters.substeps = settings.substeps;
         substeps = static_cast<std::uint32_t>(settings.substeps);
         solver.solve(bodies, graph, solve_list, joints, active_joints, parameters, *team, broken);
@@ -131,6 +134,10 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
     stats.substeps = std::exchange(substeps, 0);
     stats.skipped = skipped;
     stats.unpaired = unpaired;
+    if (stepper) {
+        stats.method = stepper->stats();
+        stepper->reset_stats();
+    }
     if (!skipped) {
         stats.pairs = graph.size();
         stats.islands = island_count;

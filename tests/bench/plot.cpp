@@ -135,18 +135,28 @@ std::string name_of(const Row& row) {
     return row.peer.empty() ? row.method : row.peer + "/" + row.method;
 }
 
+bool on_a_curve(const Row& row) {
+    return row.find_metric("passes") != nullptr;
+}
+
 std::string heading_of(const Row& row) {
-    return row.suite + " " + row.scene + (row.parameter.empty() ? "" : " " + row.parameter);
+    const bool plain = row.parameter.empty() || on_a_curve(row);
+    return row.suite + " " + row.scene + (plain ? "" : " " + row.parameter);
+}
+
+const char* colour(std::size_t i) {
+    constexpr std::array<const char*, 6> kColours{"#06c", "#c30", "#393", "#939", "#c80", "#066"};
+    return kColours[i % kColours.size()];
 }
 
 std::string table_html(const std::vector<const Row*>& rows) {
     std::string text =
-        "<table><tr><th>method</th><th>us p50</th><th>us p99</th><th>error</th>"
+        "<table><tr><th>method</th><th>parameter</th><th>us p50</th><th>us p99</th><th>error</th>"
         "<th>metrics</th></tr>\n";
     for (const Row* row : rows) {
-        text += "<tr><td>" + escaped(name_of(*row)) + "</td><td>" + number(row->time_us_p50) +
-                "</td><td>" + number(row->time_us_p99) + "</td><td>" + number(row->error) + " " +
-                escaped(row->error_unit) + "</td><td>";
+        text += "<tr><td>" + escaped(name_of(*row)) + "</td><td>" + escaped(row->parameter) +
+                "</td><td>" + number(row->time_us_p50) + "</td><td>" + number(row->time_us_p99) +
+                "</td><td>" + number(row->error) + " " + escaped(row->error_unit) + "</td><td>";
         for (const auto& [name, value] : row->metrics) {
             text += escaped(name) + "=" + number(value) + " ";
         }
@@ -191,6 +201,46 @@ std::string scatter_svg(const std::string& title,
     return svg + "</svg>\n";
 }
 
+std::string curves_svg(const std::string& x_label,
+                       const std::string& y_label,
+                       const std::vector<Point>& points) {
+    std::vector<double> xs;
+    std::vector<double> ys;
+    for (const Point& point : points) {
+        xs.push_back(point.x);
+        ys.push_back(point.y);
+    }
+    const LogAxis x(xs, kLeft, kWidth - kRight);
+    const LogAxis y(ys, kHeight - kBottom, kTop);
+    std::string svg = format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" "
+        "font-family=\"sans-serif\" font-size=\"12\">\n",
+        kWidth,
+        kHeight);
+    svg += "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" + grid(x, y);
+    svg += label_at(0.5 * (kLeft + kWidth - kRight), kHeight - 12.0, "middle", x_label);
+    svg += label_at(8.0, kTop - 16.0, "start", y_label);
+    std::vector<Spot> ends;
+    std::size_t curve = 0;
+    for (std::size_t i = 0; i < points.size(); ++curve) {
+        svg += std::string("<polyline fill=\"none\" stroke=\"") + colour(curve) + "\" points=\"";
+        const std::string& label = points[i].label;
+        std::size_t last = i;
+        for (; i < points.size() && points[i].label == label; ++i) {
+            svg += format("%.1f,%.1f ", x.place(points[i].x), y.place(points[i].y));
+            last = i;
+        }
+        svg += "\"/>\n";
+        const double at = y.place(points[last].y);
+        ends.push_back({x.place(points[last].x), at, at, &points[last]});
+    }
+    part_labels(ends);
+    for (const Spot& spot : ends) {
+        svg += label_at(spot.x + 5.0, spot.label_y + 4.0, "start", spot.point->label);
+    }
+    return svg + "</svg>\n";
+}
+
 std::string report_html(const Results& results) {
     std::string html =
         "<!DOCTYPE html>\n<html><head><meta charset=\"utf-8\"><title>zoned-bench</title>\n"
@@ -206,13 +256,21 @@ std::string report_html(const Results& results) {
         const std::string heading = heading_of(results.rows[i]);
         std::vector<const Row*> rows;
         std::vector<Point> points;
+        std::vector<Point> passes;
         for (; i < results.rows.size() && heading_of(results.rows[i]) == heading; ++i) {
             const Row& row = results.rows[i];
             rows.push_back(&row);
             points.push_back({name_of(row), row.time_us_p50, row.error, row.peer.empty()});
+            if (on_a_curve(row)) {
+                const double at = *row.find_metric("passes");
+                passes.push_back({name_of(row), at, row.error, row.peer.empty()});
+            }
         }
         html += "<h2>" + escaped(heading) + "</h2>\n";
-        html += scatter_svg("", "microseconds of a frame", "error, " + rows[0]->error_unit, points);
+        const std::string unit = "error, " + rows[0]->error_unit;
+        html += passes.empty() ? scatter_svg("", "microseconds of a frame", unit, points)
+                               : curves_svg("microseconds of a solve", unit, points) +
+                                     curves_svg("passes", unit, passes);
         html += table_html(rows);
     }
     return html + "</body></html>\n";

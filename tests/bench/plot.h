@@ -22,7 +22,14 @@ std::string scatter_svg(const std::string& title,
                         const std::string& y_label,
                         const std::vector<Point>& points);
 
+/// The points of one label are joined by a line in their order, and labelled once.
+std::string curves_svg(const std::string& x_label,
+                       const std::string& y_label,
+                       const std::vector<Point>& points);
+
 /// One page of all rows: a picture of time against error per scene, and the metrics as tables.
+/// Rows with the metric `passes` are points of one curve per method, whatever their parameter:
+/// error against time and against passes.
 std::string report_html(const Results& results);
 
 }  // namespace zoned::bench

@@ -104,5 +104,32 @@ TEST(ScatterSvg, PlacesZeroErrorsOnTheLowerEdge) {
     EXPECT_THAT(svg, testing::HasSubstr("cy=\"350.0\""));
 }
 
+TEST(Report, DrawsRowsWithPassesAsOneCurvePerMethod) {
+    Results results;
+    for (const char* method : {"a", "b"}) {
+        for (const int passes : {1, 10, 100}) {
+            Row row;
+            row.suite = "s";
+            row.scene = "curve";
+            row.method = method;
+            row.parameter = "passes=" + std::to_string(passes);
+            row.time_us_p50 = 2.0 * passes;
+            row.error = 1.0 / passes;
+            row.error_unit = std::string("m/s");
+            row.metric("passes", passes);
+            results.rows.push_back(row);
+        }
+    }
+    const std::string html = report_html(results);
+    std::size_t lines = 0;
+    for (std::size_t at = html.find("<polyline"); at != std::string::npos;
+         at = html.find("<polyline", at + 1)) {
+        ++lines;
+    }
+    // Two methods, against time and against passes, under one heading.
+    EXPECT_EQ(lines, 4U);
+    EXPECT_EQ(html.find("<h2>s curve</h2>"), html.rfind("<h2>"));
+}
+
 }  // namespace
 }  // namespace zoned::bench

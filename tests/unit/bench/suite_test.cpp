@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 namespace zoned::bench {
 namespace {
 
@@ -93,6 +95,29 @@ TEST(Suites, JudgeOurRaysExactOverAField) {
         EXPECT_GT(*row.find_metric("hit_share"), 0.3);
         EXPECT_GT(*row.find_metric("rays_per_s"), 0.0);
     }
+}
+
+// A pass of Gauss-Seidel lowers what is left; the exact solver leaves rounding.
+TEST(Suites, ShowTheResidualFallWithThePasses) {
+    Session session;
+    session.quick = true;
+    session.scenes = {"column_x100"};
+    session.methods = {"gauss_seidel", "direct"};
+    const std::vector<Suite> suites = all_suites();
+    suite(suites, "solvers").run(session);
+    double last = INFINITY;
+    int exact = 0;
+    for (const Row& row : session.results.rows) {
+        EXPECT_EQ(row.error_unit, "m/s");
+        if (row.method == "direct") {
+            EXPECT_LT(row.error, 1e-6) << row.scene;
+            ++exact;
+        } else if (row.scene == "column_x100") {
+            EXPECT_LT(row.error, last) << row.parameter;
+            last = row.error;
+        }
+    }
+    EXPECT_EQ(exact, 2);
 }
 
 TEST(Session, ChoosesPeersByNameAndMethod) {

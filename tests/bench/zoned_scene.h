@@ -1,0 +1,31 @@
+// A described scene as one of our engine's.
+#pragma once
+
+#include "server/physics/scene.h"
+#include "tests/scenario/physics_scenes.h"
+
+#include <string>
+#include <vector>
+
+namespace zoned::bench {
+
+struct ZonedScene {
+    physics::Scene scene;
+    std::vector<zoned::BodyId> ids;  ///< by index in the description
+    float dt = 0.0F;                 ///< s
+};
+
+/// Gravity and sleeping are the description's, all else is `settings`'. Throws where the engine
+/// refuses a body or joint.
+ZonedScene build_scene(const scenario::Description& description, physics::Settings settings);
+
+/// The methods besides the default by the names of their rows, with their settings.
+struct NamedMethod {
+    std::string name;
+    physics::Method method;
+    physics::ManifoldMode manifold = physics::ManifoldMode::kPoints;
+};
+
+std::vector<NamedMethod> contact_methods();
+
+}  // namespace zoned::bench
