@@ -50,6 +50,8 @@ void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.extra["limit_exceeded"] = static_cast<double>(loop.limit_exceeded);
     report.extra["out_of_world"] = static_cast<double>(loop.out_of_world);
     report.extra["quarantined_bodies"] = static_cast<double>(loop.quarantined);
+    report.extra["strained_islands"] = static_cast<double>(loop.strained);
+    report.extra["far_bodies"] = static_cast<double>(loop.far_bodies);
     report.extra["clients_over_budget"] = static_cast<double>(loop.over_budget);
     report.extra["publications"] = static_cast<double>(loop.publications);
     report.extra["records_sent"] = static_cast<double>(loop.records_sent);

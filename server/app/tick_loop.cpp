@@ -175,6 +175,8 @@ void TickLoop::count_zone(std::size_t index) {
     s.publications += r.replication.publications;
     s.out_of_world += r.out_of_world;
     s.quarantined += r.physics.quarantined;
+    s.strained += r.physics.strained;
+    s.far_bodies += r.physics.far_bodies;
     s.broadcast_ticks += r.interest.broadcast ? 1 : 0;
     s.zone_hashes.push_back(zone.state_hash());
     s.zone_entities.push_back(r.census.entities);

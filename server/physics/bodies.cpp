@@ -2,6 +2,7 @@
 
 #include "server/physics/shapes/bounds.h"
 #include "server/physics/shapes/inertia.h"
+#include "server/physics/shapes/mass_properties.h"
 
 #include <algorithm>
 
@@ -38,6 +39,7 @@ std::uint32_t Bodies::append_row() {
     force.emplace_back(Vec3::Zero());
     torque.emplace_back(Vec3::Zero());
     sensor.push_back(0);
+    events.push_back(0);
     inv_mass.push_back(0.0F);
     inertia.emplace_back(Vec3::Zero());
     inv_inertia.emplace_back(Vec3::Zero());
@@ -62,7 +64,7 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     } else {
         return kNoIndex;
     }
-    const bool dynamic = def.kind == BodyKind::kDynamic;
+    const bool dynamic = def.kind == BodyKind::kDynamic || def.kind == BodyKind::kParticle;
     alive[row] = 1;
     kind[row] = def.kind;
     user[row] = def.user;
@@ -81,12 +83,9 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     torque[row].setZero();
     sensor[row] = def.sensor ? 1 : 0;
     inv_mass[row] = dynamic ? 1.0F / def.mass : 0.0F;
-    inertia[row] = !dynamic                   ? Vec3(Vec3::Zero())
-                   : def.moments.isZero(0.0F) ? principal_inertia(def.shape, def.mass)
-                                              : def.moments;
-    inv_inertia[row] = dynamic ? Vec3(inertia[row].cwiseInverse()) : Vec3(Vec3::Zero());
-    const Vec3& moments = inertia[row];
-    round[row] = moments.x() == moments.y() && moments.y() == moments.z() ? 1 : 0;
+    events[row] = def.events;
+    telling += def.events != 0 ? 1 : 0;
+    set_inertia(row, def);
     radius[row] = bounding_radius(def.shape);
     first_contact[row] = kNoIndex;
     first_joint[row] = kNoIndex;
@@ -96,8 +95,35 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     return row;
 }
 
+/// A tensor is kept as its principal moments and the turn to their axes: bodies without such a turn
+/// are computed as if there were none.
+void Bodies::set_inertia(std::uint32_t row, const BodyDef& def) {
+    if (row < tilt.size()) {
+        tilt[row].setIdentity();
+    }
+    inertia[row].setZero();
+    if (inv_mass[row] == 0.0F) {
+        // Nothing turns it.
+    } else if (!def.inertia.isZero(0.0F)) {
+        const PrincipalAxes axes = *principal_axes(def.inertia.cast<double>());
+        inertia[row] = axes.moments.cast<float>();
+        const Quat turn(Eigen::Quaterniond(axes.rotation).cast<float>());
+        if (!axes.rotation.isIdentity(0.0)) {
+            tilt.resize(std::max<std::size_t>(tilt.size(), row + 1U), Quat::Identity());
+            tilt[row] = turn.normalized();
+        }
+    } else {
+        inertia[row] =
+            def.moments.isZero(0.0F) ? principal_inertia(def.shape, def.mass) : def.moments;
+    }
+    const Vec3& moments = inertia[row];
+    inv_inertia[row] = inv_mass[row] > 0.0F ? Vec3(moments.cwiseInverse()) : Vec3(Vec3::Zero());
+    round[row] = moments.x() == moments.y() && moments.y() == moments.z() ? 1 : 0;
+}
+
 void Bodies::destroy(std::uint32_t row) {
     mark_asleep(row);
+    telling -= events[row] != 0 ? 1 : 0;
     alive[row] = 0;
     shape[row] = Shape();  // lets go of its geometry
     generation[row] = static_cast<std::uint16_t>((generation[row] + 1U) & 0xFFFU);
@@ -133,11 +159,11 @@ void Bodies::mark_awake(std::uint32_t row) {
         return;
     }
     awake[row] = 1;
-    const bool dynamic = is_dynamic(row);
-    awake_dynamic += dynamic ? 1 : 0;
+    awake_dynamic += is_dynamic(row) ? 1 : 0;
+    awake_particles += is_particle(row) ? 1 : 0;
     if (listed[row] == 0) {
         listed[row] = 1;
-        (dynamic ? awake_list : mover_list).push_back(row);
+        list_of(kind[row]).push_back(row);
     }
 }
 
@@ -147,14 +173,19 @@ void Bodies::mark_asleep(std::uint32_t row) {
     }
     awake[row] = 0;
     awake_dynamic -= is_dynamic(row) ? 1 : 0;
+    awake_particles -= is_particle(row) ? 1 : 0;
+}
+
+std::vector<std::uint32_t>& Bodies::list_of(BodyKind k) {
+    return k == BodyKind::kDynamic    ? awake_list
+           : k == BodyKind::kParticle ? particle_list
+                                      : mover_list;
 }
 
 void Bodies::compact_lists() {
     // A row may have been freed and taken again by a body of another kind since it was listed, so
     // every listed row is looked at anew and put where it belongs now.
-    const auto keep = [this](std::vector<std::uint32_t>& list,
-                             BodyKind wanted,
-                             std::vector<std::uint32_t>& other) {
+    const auto keep = [this](std::vector<std::uint32_t>& list, BodyKind wanted) {
         std::size_t kept = 0;
         for (const std::uint32_t row : list) {
             if (awake[row] == 0) {
@@ -162,14 +193,15 @@ void Bodies::compact_lists() {
             } else if (kind[row] == wanted) {
                 list[kept++] = row;
             } else {
-                other.push_back(row);
+                list_of(kind[row]).push_back(row);
             }
         }
         list.resize(kept);
     };
-    keep(awake_list, BodyKind::kDynamic, mover_list);
-    keep(mover_list, BodyKind::kKinematic, awake_list);
-    for (auto* list : {&awake_list, &mover_list}) {
+    keep(awake_list, BodyKind::kDynamic);
+    keep(mover_list, BodyKind::kKinematic);
+    keep(particle_list, BodyKind::kParticle);
+    for (auto* list : {&awake_list, &mover_list, &particle_list}) {
         if (!std::is_sorted(list->begin(), list->end())) {
             std::sort(list->begin(), list->end());
         }

@@ -39,11 +39,15 @@ struct Bodies {
     std::vector<Filter> filter;
     std::vector<Damping> damping;
     std::vector<std::uint8_t> sensor;
-    std::vector<float> inv_mass;      ///< 0 unless dynamic
-    std::vector<Vec3> inertia;        ///< principal moments
-    std::vector<Vec3> inv_inertia;    ///< their inverses; 0 unless dynamic
-    std::vector<std::uint8_t> round;  ///< all principal moments equal: its tensor never turns
-    std::vector<float> radius;        ///< bounding radius
+    std::vector<std::uint8_t> events;  ///< see BodyDef::events
+    std::vector<float> inv_mass;       ///< 0 unless dynamic
+    std::vector<Vec3> inertia;         ///< principal moments
+    std::vector<Vec3> inv_inertia;     ///< their inverses; 0 unless dynamic
+    std::vector<std::uint8_t> round;   ///< all principal moments equal: its tensor never turns
+    std::vector<float> radius;         ///< bounding radius
+    /// From principal to body axes, as far as there are bodies whose axes differ; empty mostly.
+    std::vector<Quat> tilt;
+    std::uint32_t telling = 0;  ///< bodies with `events`
     // Derived from the pose.
     std::vector<Mat3> rotation;
     std::vector<Aabb> bounds;  ///< tight
@@ -57,10 +61,12 @@ struct Bodies {
     std::vector<std::uint32_t> forced;  ///< rows that may have a force or torque
     std::uint32_t count = 0;
     std::uint32_t awake_dynamic = 0;
+    std::uint32_t awake_particles = 0;
     /// Rows of awake dynamic bodies, ascending after `compact_lists`; may hold stale rows between
     /// steps.
     std::vector<std::uint32_t> awake_list;
-    std::vector<std::uint32_t> mover_list;  ///< the same for kinematic bodies that move
+    std::vector<std::uint32_t> mover_list;     ///< the same for kinematic bodies that move
+    std::vector<std::uint32_t> particle_list;  ///< the same for particles
 
     [[nodiscard]] std::uint32_t rows() const { return static_cast<std::uint32_t>(alive.size()); }
 
@@ -73,6 +79,21 @@ struct Bodies {
 
     [[nodiscard]] bool is_dynamic(std::uint32_t row) const {
         return kind[row] == BodyKind::kDynamic;
+    }
+
+    [[nodiscard]] bool is_particle(std::uint32_t row) const {
+        return kind[row] == BodyKind::kParticle;
+    }
+
+    /// Whether its principal axes are not the body's.
+    [[nodiscard]] bool tilted(std::uint32_t row) const {
+        return row < tilt.size() && !tilt[row].vec().isZero(0.0F);
+    }
+
+    /// The principal axes of a body that stands turned like this, world coordinates: the axes that
+    /// `inertia` and `inv_inertia` are about.
+    [[nodiscard]] Mat3 inertia_axes(std::uint32_t row, const Mat3& turned) const {
+        return tilted(row) ? Mat3(turned * tilt[row].toRotationMatrix()) : turned;
     }
 
     [[nodiscard]] bool is_plane(std::uint32_t row) const {
@@ -98,6 +119,8 @@ struct Bodies {
 
   private:
     std::uint32_t append_row();
+    void set_inertia(std::uint32_t row, const BodyDef& def);
+    std::vector<std::uint32_t>& list_of(BodyKind kind);
 };
 
 }  // namespace zoned::physics

@@ -24,14 +24,14 @@ core::Result<BodyId> Scene::add(const BodyDef& def) {
     }
     impl_->make_room(def.kind);
     impl_->enter_broadphase(row);
-    const bool moves = def.kind == BodyKind::kDynamic
-                           ? !def.asleep
-                           : !(def.velocity.isZero(0.0F) && def.angular_velocity.isZero(0.0F));
-    if (moves) {
+    const bool pushed = impl_->bodies.inv_mass[row] > 0.0F;
+    const bool moves =
+        pushed ? !def.asleep : !(def.velocity.isZero(0.0F) && def.angular_velocity.isZero(0.0F));
+    if (moves || def.kind == BodyKind::kParticle) {
         impl_->bodies.mark_awake(row);
-    } else if (def.kind == BodyKind::kDynamic) {
-        impl_->bodies.velocity[row].setZero();
-        impl_->bodies.angular_velocity[row].setZero();
+    }
+    if (pushed && !moves) {
+        impl_->stop(row);
     }
     return impl_->bodies.id_of(row);
 }
@@ -44,6 +44,7 @@ void Scene::remove(BodyId body) {
     impl_->drop_contacts(row);
     impl_->joints.for_each_of(
         impl_->bodies, row, [&](std::uint32_t joint, std::uint32_t) { impl_->drop_joint(joint); });
+    impl_->disturb_particles(row);
     impl_->leave_broadphase(row);
     impl_->bodies.destroy(row);
 }
@@ -65,8 +66,8 @@ BodyState Scene::state(BodyId body) const {
     return {bodies.position[row],
             bodies.orientation[row],
             bodies.velocity[row],
-            bodies.angular_velocity[row],
-            bodies.is_dynamic(row) && bodies.awake[row] == 0};
+            bodies.is_particle(row) ? Vec3(Vec3::Zero()) : bodies.angular_velocity[row],
+            bodies.inv_mass[row] > 0.0F && bodies.awake[row] == 0};
 }
 
 void Scene::set_state(BodyId body, const BodyState& state) {
@@ -81,8 +82,8 @@ void Scene::set_state(BodyId body, const BodyState& state) {
     impl_->teleport(row, state.position, state.orientation);
     set_velocity(body, state.velocity, state.angular_velocity);
     impl_->wake(row);
-    if (state.asleep && bodies.is_dynamic(row)) {
-        put_to_sleep(bodies, impl_->graph, row);
+    if (state.asleep && bodies.inv_mass[row] > 0.0F) {
+        impl_->stop(row);
     }
 }
 

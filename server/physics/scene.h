@@ -62,12 +62,17 @@ struct StepStats {
     std::uint32_t substeps = 0;     ///< of the island that got most
     std::uint32_t quarantined = 0;  ///< bodies stopped because their state became not finite
     std::uint32_t unpaired = 0;     ///< bodies whose pairs wait because of Settings::max_pairs
-    bool skipped = false;           ///< nothing was awake: no pass ran
-    MethodStats method;             ///< of the alternatives to kSoftStep
+    std::uint32_t particles = 0;    ///< awake after the step
+    /// Islands in which a contact or joint asked for more substeps than there are: it keeps the
+    /// error budget no longer (masses too different, springs too stiff, steps too long).
+    std::uint32_t strained = 0;
+    std::uint32_t far_bodies = 0;  ///< moving ones, so far out that floats are too coarse there
+    bool skipped = false;          ///< nothing was awake: no pass ran
+    MethodStats method;            ///< of the alternatives to kSoftStep
 };
 
 /// A contact that began in this step between bodies with user tags, or that carried a large
-/// impulse.
+/// impulse, or what one of the bodies asked for with BodyDef::events.
 struct ContactEvent {
     BodyId a;
     BodyId b;
@@ -78,6 +83,7 @@ struct ContactEvent {
     float impulse = 0.0F;         ///< sum of normal impulses in this step, N s
     float approach_speed = 0.0F;  ///< closing speed along the normal before the solve, m/s
     bool began = false;
+    bool ended = false;  ///< impulse and depth say nothing; neither began nor ended: it lasts
     float depth = 0.0F;  ///< overlap at the point, m
 };
 
@@ -101,6 +107,12 @@ struct BodyState {
     Vec3 velocity = Vec3::Zero();
     Vec3 angular_velocity = Vec3::Zero();
     bool asleep = false;
+};
+
+/// As what a body that forces move is simulated.
+enum class Representation : std::uint8_t {
+    kFull,
+    kParticle,
 };
 
 /// Deterministic: the same calls in the same order give the same bits. No allocation in step()
@@ -136,6 +148,11 @@ class Scene {
     /// Impulse of rotation in N m s; wakes the body.
     void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);
+    /// Turns a dynamic body into a particle or back; wakes it. Position, velocity, id and tag stay;
+    /// orientation and spin are kept frozen while it is a particle. A particle that becomes a body
+    /// again is lifted out of static and kinematic bodies that it would overlap. Fails with the
+    /// reason for other kinds, sensors, and bodies with joints.
+    core::Result<BodyState> set_representation(BodyId body, Representation representation);
 
     /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
     /// and what is not finite or out of range; says what. Wakes both bodies.

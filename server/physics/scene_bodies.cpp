@@ -23,7 +23,8 @@ spatial::BoxIndex make_index(const Settings& s) {
 
 Scene::Impl::Impl(const Settings& s)
     : settings(s),
-      boxes{make_index(s), make_index(s), make_index(s)} {
+      boxes{make_index(s), make_index(s), make_index(s)},
+      resting(BroadphaseKind::kGrid, {s.cell_m, s.cell_depth, s.boxes_per_cell}) {
     ZONED_ASSERT(s.substeps >= 0 && s.substeps <= 64, "substeps out of range");
     ZONED_ASSERT(s.velocity_iterations >= 1 && s.velocity_iterations <= 64,
                  "velocity_iterations out of range");
@@ -43,6 +44,15 @@ void Scene::Impl::make_room(BodyKind kind) {
         return;
     }
     room[k] = std::max<std::size_t>(16, 2 * room[k]);
+    const std::size_t movers = room[1] + room[2];
+    moved.reserve(movers + room[3]);
+    broken.reserve(movers + room[3]);
+    if (kind == BodyKind::kParticle) {
+        resting.reserve(bodies.rows() + room[k]);
+        bodies.particle_list.reserve(room[k]);
+        disturbed.reserve(room[k]);
+        return;
+    }
     const auto cheapest = settings.broadphase == BroadphaseKind::kAutomatic
                               ? spatial::choose_kind(static_cast<std::uint32_t>(room[k]))
                               : settings.broadphase;
@@ -54,7 +64,6 @@ void Scene::Impl::make_room(BodyKind kind) {
     if (kind == BodyKind::kStatic) {
         return;
     }
-    const std::size_t movers = room[1] + room[2];
     const std::size_t contacts = kContactsPerBody * movers;
     graph.reserve(contacts);
     breaks.reserve(movers);
@@ -67,17 +76,20 @@ void Scene::Impl::make_room(BodyKind kind) {
     waker.reserve(movers);
     bodies.awake_list.reserve(movers);
     bodies.mover_list.reserve(movers);
-    moved.reserve(movers);
     events.reserve(contacts);
+    left_contacts.reserve(contacts);
     new_pairs.reserve(2 * contacts);
     solve_list.reserve(contacts);
     news.reserve(contacts);
-    broken.reserve(movers);
     pending.reserve(4 * movers);
     refitted.reserve(movers);
 }
 
 void Scene::Impl::enter_broadphase(std::uint32_t row) {
+    ++population[static_cast<std::size_t>(bodies.kind[row])];
+    if (bodies.is_particle(row)) {
+        return;  // finds others by itself
+    }
     if (bodies.is_plane(row)) {
         planes.push_back(row);
     } else {
@@ -85,16 +97,21 @@ void Scene::Impl::enter_broadphase(std::uint32_t row) {
         boxes_of(row).insert(row, bodies.fat[row]);
     }
     mark_pending(row);
-    ++population[static_cast<std::size_t>(bodies.kind[row])];
 }
 
 void Scene::Impl::leave_broadphase(std::uint32_t row) {
+    --population[static_cast<std::size_t>(bodies.kind[row])];
+    if (bodies.is_particle(row)) {
+        if (bodies.awake[row] == 0) {
+            resting.remove(row);
+        }
+        return;
+    }
     if (bodies.is_plane(row)) {
         planes.erase(std::find(planes.begin(), planes.end(), row));
     } else {
         boxes_of(row).remove(row);
     }
-    --population[static_cast<std::size_t>(bodies.kind[row])];
     pending_mark[row] = 0;
 }
 
@@ -102,6 +119,7 @@ void Scene::Impl::drop_contacts(std::uint32_t row) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         const bool touched = graph.pair(contact).touching;
         end_sensing(contact, left_sensors);
+        end_touch(contact, left_contacts);
         graph.destroy(bodies, contact);
         if (touched) {
             waker.wake(bodies, graph, joints, other);
@@ -116,7 +134,14 @@ void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
         }
     });
     wake_joined(row);
+    if (bodies.is_particle(row)) {
+        wake(row);
+        bodies.set_pose(row, x, q);
+        return;
+    }
+    disturb_particles(row);
     bodies.set_pose(row, x, q);
+    disturb_particles(row);
     if (!bodies.is_plane(row)) {
         fit_bounds_at_rest(row);
         boxes_of(row).update({&row, 1}, bodies.fat);
@@ -125,6 +150,7 @@ void Scene::Impl::teleport(std::uint32_t row, const Vec3& x, const Quat& q) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
         if (!near(row, other)) {
             end_sensing(contact, left_sensors);
+            end_touch(contact, left_contacts);
             graph.destroy(bodies, contact);
         }
     });
@@ -143,7 +169,7 @@ void Scene::Impl::set_velocity(std::uint32_t row, const Vec3& velocity, const Ve
     }
     bodies.velocity[row] = velocity;
     bodies.angular_velocity[row] = spin;
-    if (bodies.is_dynamic(row)) {
+    if (bodies.inv_mass[row] > 0.0F) {
         wake(row);
     } else if (velocity.isZero(0.0F) && spin.isZero(0.0F)) {
         bodies.mark_asleep(row);
@@ -153,17 +179,18 @@ void Scene::Impl::set_velocity(std::uint32_t row, const Vec3& velocity, const Ve
 }
 
 void Scene::Impl::push(std::uint32_t row, const Vec3& impulse, const Vec3& moment) {
-    if (bodies.is_dynamic(row)) {
-        const Mat3& r = bodies.rotation[row];
+    if (bodies.inv_mass[row] > 0.0F) {
+        const Mat3 r = bodies.inertia_axes(row, bodies.rotation[row]);
         const Vec3 spin = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * moment);
         set_velocity(row,
                      bodies.velocity[row] + bodies.inv_mass[row] * impulse,
-                     bodies.angular_velocity[row] + spin);
+                     bodies.is_particle(row) ? bodies.angular_velocity[row]
+                                             : Vec3(bodies.angular_velocity[row] + spin));
     }
 }
 
 void Scene::Impl::add_force(std::uint32_t row, const Vec3& force, const Vec3& torque) {
-    if (!bodies.is_dynamic(row)) {
+    if (bodies.inv_mass[row] == 0.0F) {
         return;
     }
     if (!fit_force(force, torque)) {
@@ -175,11 +202,27 @@ void Scene::Impl::add_force(std::uint32_t row, const Vec3& force, const Vec3& to
 }
 
 void Scene::Impl::quarantine(std::uint32_t row) {
-    put_to_sleep(bodies, graph, row);
+    stop(row);
     ++quarantined;
 }
 
+void Scene::Impl::stop(std::uint32_t row) {
+    if (bodies.is_particle(row)) {
+        rest_particle(row);
+    } else {
+        put_to_sleep(bodies, graph, row);
+    }
+}
+
 void Scene::Impl::wake(std::uint32_t row) {
+    if (bodies.is_particle(row)) {
+        bodies.still_s[row] = 0.0F;
+        if (bodies.awake[row] == 0) {
+            resting.remove(row);
+            bodies.mark_awake(row);
+        }
+        return;
+    }
     waker.wake(bodies, graph, joints, row);
 }
 

@@ -236,28 +236,60 @@ Scene::Impl::News Scene::Impl::settle_pair(std::uint32_t index) {
     });
     Pair& pair = graph.pair(index);
     pair.touching = touches;
-    if (impulse == 0.0F && !touches) {
+    if (impulse == 0.0F && !touches && !touched) {
         return News::kNone;
     }
-    const bool began = touches && !touched;
-    const bool tagged = bodies.user[pair.a] != 0 || bodies.user[pair.b] != 0;
-    if ((!began || !tagged) && !(impulse >= settings.event_impulse_ns)) {
-        return News::kNone;
+    const News told = news_of(pair, touched, impulse);
+    if (told != News::kNone) {
+        graph[index].step_impulse = impulse;
     }
-    graph[index].step_impulse = impulse;
-    return began ? News::kBegan : News::kStrong;
+    return told;
 }
 
 void Scene::Impl::report_contacts() {
     for (std::size_t i = 0; i < graph.active().size(); ++i) {
         if (news[i] != News::kNone) {
-            report(graph.active()[i], news[i] == News::kBegan);
+            ContactEvent event = contact_event(graph.active()[i]);
+            event.began = news[i] == News::kBegan;
+            event.ended = news[i] == News::kEnded;
+            events.push_back(event);
         }
     }
 }
 
-/// Point, normal and depth are those of the deepest point of all.
-void Scene::Impl::report(std::uint32_t index, bool began) {
+/// What there is to tell of a pair, if somebody wants to know.
+Scene::Impl::News Scene::Impl::news_of(const Pair& pair, bool touched, float impulse) const {
+    const bool began = pair.touching && !touched;
+    const bool tagged = bodies.user[pair.a] != 0 || bodies.user[pair.b] != 0;
+    const News told = began                       ? News::kBegan
+                      : pair.touching || !touched ? News::kLasts
+                                                  : News::kEnded;
+    if ((began && tagged) || impulse >= settings.event_impulse_ns) {
+        return told;
+    }
+    if (bodies.telling > 0 && (pair.touching || touched)) {
+        const int asked = bodies.events[pair.a] | bodies.events[pair.b];
+        const int phase = began ? kTellBegin : pair.touching ? kTellPersist : kTellEnd;
+        return (asked & phase) != 0 ? told : News::kNone;
+    }
+    return News::kNone;
+}
+
+void Scene::Impl::end_touch(std::uint32_t index, std::vector<ContactEvent>& out) {
+    const Pair& pair = graph.pair(index);
+    if (bodies.telling == 0 || !pair.touching ||
+        ((bodies.events[pair.a] | bodies.events[pair.b]) & kTellEnd) == 0) {
+        return;
+    }
+    ContactEvent event = contact_event(index);
+    event.impulse = 0.0F;
+    event.ended = true;
+    out.push_back(event);
+}
+
+/// Point, normal and depth are those of the deepest point of all; where there is none any more, the
+/// point is the middle between the bodies.
+ContactEvent Scene::Impl::contact_event(std::uint32_t index) const {
     const Pair& pair = graph.pair(index);
     ContactEvent event;
     event.a = bodies.id_of(pair.a);
@@ -266,7 +298,8 @@ void Scene::Impl::report(std::uint32_t index, bool began) {
     event.user_b = bodies.user[pair.b];
     event.impulse = graph[index].step_impulse;
     event.approach_speed = graph[index].approach_speed;
-    event.began = began;
+    event.point = 0.5F * (bodies.position[pair.a] + bodies.position[pair.b]);
+    event.normal = graph[index].normal;
     float lowest = INFINITY;
     graph.for_chain(index, [&](std::uint32_t record) {
         const Contact& contact = graph[record];
@@ -279,7 +312,7 @@ void Scene::Impl::report(std::uint32_t index, bool began) {
             }
         }
     });
-    events.push_back(event);
+    return event;
 }
 
 }  // namespace zoned::physics

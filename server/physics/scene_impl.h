@@ -31,7 +31,8 @@ struct Scene::Impl {
     enum class News : std::uint8_t {
         kNone,
         kBegan,
-        kStrong
+        kLasts,
+        kEnded
     };
 
     Settings settings;
@@ -46,6 +47,8 @@ struct Scene::Impl {
     /// Fat boxes by BodyKind. Pairs within the static and within the kinematic ones are never
     /// looked for.
     std::array<spatial::BoxIndex, 3> boxes;
+    spatial::BoxIndex resting;               ///< particles asleep
+    std::vector<std::uint32_t> disturbed;    ///< scratch: particles to wake
     std::vector<std::uint32_t> planes;       ///< rows of half-spaces, which have no box
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
@@ -56,16 +59,19 @@ struct Scene::Impl {
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
+    std::vector<ContactEvent> left_contacts;  ///< ended between steps: reported by the next one
     std::vector<JointBreak> breaks;
     std::vector<SensorEvent> sensor_events;
     std::vector<SensorEvent> left_sensors;  ///< between steps: reported by the next one
     ContactSet parts;                       ///< scratch of find_chain
     std::vector<BodyId> moved;
-    std::uint32_t substeps = 0;     ///< most that an island got in this step
+    std::uint32_t substeps = 0;  ///< most that an island got in this step
+    std::uint32_t strained = 0;  ///< of this step, see StepStats
+    std::uint32_t far_bodies = 0;
     std::uint32_t quarantined = 0;  ///< since the last step began
 
-    std::array<std::size_t, 3> population{};  ///< bodies by kind
-    std::array<std::size_t, 3> room{};        ///< for how many of them there is room
+    std::array<std::size_t, 4> population{};  ///< bodies by kind
+    std::array<std::size_t, 4> room{};        ///< for how many of them there is room
 
     // Scratch of a step, kept for its capacity.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> new_pairs;
@@ -99,6 +105,8 @@ struct Scene::Impl {
     void set_velocity(std::uint32_t row, const Vec3& velocity, const Vec3& spin);
     void push(std::uint32_t row, const Vec3& impulse, const Vec3& moment);
     void add_force(std::uint32_t row, const Vec3& force, const Vec3& torque);
+    /// Stops a body and puts it to sleep.
+    void stop(std::uint32_t row);
     /// Stops a body, puts it to sleep and counts it.
     void quarantine(std::uint32_t row);
     void wake(std::uint32_t row);
@@ -131,8 +139,11 @@ struct Scene::Impl {
     void approach(std::uint32_t record, const PairMotion& motion);
     void settle_contacts();
     News settle_pair(std::uint32_t contact);
+    [[nodiscard]] News news_of(const Pair& pair, bool touched, float impulse) const;
     void report_contacts();
-    void report(std::uint32_t contact, bool began);
+    [[nodiscard]] ContactEvent contact_event(std::uint32_t contact) const;
+    /// The pair is about to be forgotten: if it touches and somebody asked, that is an event.
+    void end_touch(std::uint32_t contact, std::vector<ContactEvent>& out);
 
     // scene_joints.cpp
     [[nodiscard]] JointPose pose_of(std::uint32_t row) const;
@@ -154,6 +165,23 @@ struct Scene::Impl {
     void note_sensing(std::uint32_t contact);
     void end_sensing(std::uint32_t contact, std::vector<SensorEvent>& out);
     [[nodiscard]] SensorEvent sensor_event(std::uint32_t contact) const;
+
+    // scene_particles.cpp
+    struct Flight;
+    struct Bump;
+    void step_particles(float dt);
+    void step_particle(std::uint32_t row, float dt);
+    [[nodiscard]] bool meets_particle(std::uint32_t row, std::uint32_t other) const;
+    void find_bump(std::uint32_t row, const Flight& flight, Bump& bump) const;
+    void find_moving_bump(std::uint32_t row, const Flight& flight, float dt, Bump& bump) const;
+    void ride(std::uint32_t row, const Bump& bump, const Vec3& from, Flight& flight) const;
+    void land(std::uint32_t row, const Bump& bump, float time, Flight& flight) const;
+    void bounce(std::uint32_t row, const Bump& bump, Flight& flight) const;
+    void rest_particle(std::uint32_t row);
+    /// Wakes the particles that rest on or near a body.
+    void disturb_particles(std::uint32_t row);
+    void lift_out(std::uint32_t row);
+    [[nodiscard]] float deepest_overlap(std::uint32_t row, std::uint32_t other, Vec3& out);
 
     // scene_step.cpp
     StepStats step(float dt);

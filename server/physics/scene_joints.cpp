@@ -97,6 +97,7 @@ core::Result<JointId> Scene::add_joint(const JointDef& def) {
     if (!def.collide && a != kNoIndex && impl_->graph.contains(a, b)) {
         impl_->graph.for_each_of(bodies, b, [&](std::uint32_t contact, std::uint32_t other) {
             if (other == a) {
+                impl_->end_touch(contact, impl_->left_contacts);
                 impl_->graph.destroy(bodies, contact);
             }
         });

@@ -146,6 +146,7 @@ void Scene::Impl::drop_far_pairs() {
         const bool fresh = pending_mark[pair.a] != 0 || pending_mark[pair.b] != 0;
         if (fresh && !near(pair.a, pair.b)) {
             end_sensing(contact, sensor_events);
+            end_touch(contact, events);
             graph.destroy(bodies, contact);  // another one takes its place in the list
         } else {
             ++i;
@@ -158,6 +159,7 @@ void Scene::Impl::drop_far_pairs() {
         graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
             if (!near(row, other)) {
                 end_sensing(contact, sensor_events);
+                end_touch(contact, events);
                 graph.destroy(bodies, contact);
             }
         });

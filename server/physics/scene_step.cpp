@@ -1,6 +1,7 @@
 // The step of a scene, as a table of contents.
 #include "server/physics/methods/method_stepper.h"
 #include "server/physics/scene_impl.h"
+#include "server/physics/strain.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -21,13 +22,14 @@ constexpr std::size_t kMuch = 512;
 StepStats Scene::Impl::step(float dt) {
     ZONED_ASSERT(dt > 0.0F && std::isfinite(dt), "a step needs a positive length of time");
     events.clear();
+    events.swap(left_contacts);
     breaks.clear();
     sensor_events.clear();
     sensor_events.swap(left_sensors);
     moved.clear();
     wake_joined_to_movers();
     bodies.compact_lists();
-    if (bodies.awake_list.empty() && bodies.mover_list.empty()) {
+    if (bodies.awake_list.empty() && bodies.mover_list.empty() && bodies.particle_list.empty()) {
         return stats_of(true, 0);
     }
     refresh_bounds(dt);
@@ -36,6 +38,7 @@ StepStats Scene::Impl::step(float dt) {
         const compute::Team::Shift shift(graph.active().size() < kMuch ? alone : *team);
         update_contacts(dt);
         list_joints();
+        step_particles(dt);
         solve(dt);
         settle_contacts();
     }
@@ -87,6 +90,7 @@ void Scene::Impl::solve(float dt) {
                     active_joints,
                     {settings.error_budget_m, kLongestSubstep, dt, settings.gravity.norm()},
                     *team);
+        strained = effort.strained();
         for (std::size_t i = 0; i < Effort::kBatches; ++i) {
             const Effort::Batch batch = effort.batch(i);
             if (!batch.contacts.empty() || !batch.joints.empty()) {
@@ -116,9 +120,11 @@ void Scene::Impl::solve(float dt) {
 }
 
 void Scene::Impl::list_moved() {
-    for (const auto* list : {&bodies.awake_list, &bodies.mover_list}) {
+    const float far_m = farthest_for(settings.error_budget_m);
+    for (const auto* list : {&bodies.awake_list, &bodies.mover_list, &bodies.particle_list}) {
         for (const std::uint32_t row : *list) {
             moved.push_back(bodies.id_of(row));
+            far_bodies += bodies.position[row].cwiseAbs().maxCoeff() > far_m ? 1 : 0;
         }
     }
     if (!std::is_sorted(moved.begin(), moved.end())) {
@@ -138,6 +144,9 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
         stats.method = stepper->stats();
         stepper->reset_stats();
     }
+    stats.particles = bodies.awake_particles;
+    stats.strained = std::exchange(strained, 0);
+    stats.far_bodies = std::exchange(far_bodies, 0);
     if (!skipped) {
         stats.pairs = graph.size();
         stats.islands = island_count;

@@ -14,6 +14,10 @@ bool within(float value, float lower, float upper) {
     return value >= lower && value <= upper;
 }
 
+bool has_mass(BodyKind kind) {
+    return kind == BodyKind::kDynamic || kind == BodyKind::kParticle;
+}
+
 std::string why_unfit_geometry(const Shape& shape, const std::string& name) {
     if (shape.geometry == nullptr) {
         return name + ": no geometry";
@@ -77,11 +81,23 @@ std::string why_unfit_material(const Material& material) {
 }
 
 std::string why_unfit_moments(const BodyDef& def) {
-    if (def.moments.isZero(0.0F) || def.kind != BodyKind::kDynamic) {
+    const bool whole = !def.inertia.isZero(0.0F);
+    const bool diagonal = !def.moments.isZero(0.0F);
+    if (!has_mass(def.kind) || (!whole && !diagonal)) {
         return {};
     }
-    const auto axes = principal_axes(def.moments.cast<double>().asDiagonal());
-    return axes ? std::string() : axes.error();
+    if (whole && diagonal) {
+        return "inertia: both the tensor and principal moments are given";
+    }
+    const auto axes = principal_axes(whole ? Mat3d(def.inertia.cast<double>())
+                                           : Mat3d(def.moments.cast<double>().asDiagonal()));
+    if (!axes) {
+        return axes.error();
+    }
+    const Vec3d& m = axes->moments;
+    const bool in_range = m.minCoeff() >= static_cast<double>(kMinMoment) &&
+                          m.maxCoeff() <= static_cast<double>(kMaxMoment);
+    return in_range ? std::string() : "inertia: moments " + listed(m) + " out of range 1e-15..1e21";
 }
 
 }  // namespace
@@ -125,15 +141,17 @@ bool fit_orientation(const Quat& orientation) {
 }
 
 std::string why_unfit(const BodyDef& def) {
-    if (def.kind != BodyKind::kStatic && def.kind != BodyKind::kKinematic &&
-        def.kind != BodyKind::kDynamic) {
+    if (def.kind != BodyKind::kStatic && def.kind != BodyKind::kKinematic && !has_mass(def.kind)) {
         return "unknown body kind";
     }
     std::string reason = why_unfit_shape(def.shape, def.kind);
     if (!reason.empty()) {
         return reason;
     }
-    if (def.kind == BodyKind::kDynamic && !within(def.mass, kMinMass, kMaxMass)) {
+    if (def.kind == BodyKind::kParticle && def.sensor) {
+        return "a particle cannot be a sensor";
+    }
+    if (has_mass(def.kind) && !within(def.mass, kMinMass, kMaxMass)) {
         return "mass out of range";
     }
     reason = why_unfit_moments(def);

@@ -16,6 +16,8 @@ inline constexpr float kMinSize = 1.0e-3F;       ///< m
 inline constexpr float kMaxSize = 1.0e5F;        ///< m
 inline constexpr float kMinMass = 1.0e-6F;       ///< kg
 inline constexpr float kMaxMass = 1.0e9F;        ///< kg
+inline constexpr float kMinMoment = 1.0e-15F;    ///< kg m2: its inverse is still a float
+inline constexpr float kMaxMoment = 1.0e21F;     ///< kg m2
 inline constexpr float kMinDensity = 1.0e-3F;    ///< kg/m3
 inline constexpr float kMaxDensity = 1.0e6F;     ///< kg/m3
 

@@ -1,7 +1,7 @@
 #include "server/physics/methods/method_bodies.h"
 
 #include "server/physics/integrator/integrate.h"
-#include "server/physics/shapes/inertia.h"
+#include "server/physics/solver/solver_bodies.h"
 #include "server/physics/validate.h"
 
 namespace zoned::physics {
@@ -41,7 +41,8 @@ void MethodBodies::gain(const Bodies& bodies, double h, RowSystem& system) {
         entry.velocity = body.velocity;
         entry.spin = body.spin;
         if (body.inv_mass > 0.0) {
-            const Mat3d axes = entry.orientation.toRotationMatrix().cast<double>();
+            const Mat3d axes =
+                bodies.inertia_axes(row, entry.orientation.toRotationMatrix()).cast<double>();
             body.inverse =
                 axes * bodies.inv_inertia[row].cast<double>().asDiagonal() * axes.transpose();
             const Damping& damping = bodies.damping[row];
@@ -70,8 +71,7 @@ void MethodBodies::move(const Bodies& bodies, double h, bool mean, RowSystem& sy
         }
         if (body.inv_mass > 0.0 && bodies.round[entry.row] == 0) {
             Vec3 spin = body.spin.cast<float>();
-            rotate_freely(
-                bodies.inertia[entry.row], static_cast<float>(h), entry.orientation, spin);
+            rotate_body(bodies, entry.row, static_cast<float>(h), entry.orientation, spin);
             body.spin = spin.cast<double>();
         } else {
             entry.orientation = turned(entry.orientation, Vec3((h * body.spin).cast<float>()));

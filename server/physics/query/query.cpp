@@ -147,6 +147,7 @@ class Query::Search {
             case BodyKind::kKinematic:
                 return filter_.kinematics;
             case BodyKind::kDynamic:
+            case BodyKind::kParticle:  // in no index: no question finds them
                 break;
         }
         return filter_.dynamics;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 
 namespace zoned::physics {
 
@@ -133,6 +134,12 @@ MassProperties moved(const MassProperties& solid, const Mat3d& rotation, const V
             rotation * solid.inertia * rotation.transpose()};
 }
 
+std::string listed(const Vec3d& v) {
+    char text[100];
+    std::snprintf(text, sizeof(text), "%.9g, %.9g, %.9g", v.x(), v.y(), v.z());
+    return text;
+}
+
 core::Result<PrincipalAxes> principal_axes(const Mat3d& tensor) {
     using Axes = core::Result<PrincipalAxes>;
     if (!tensor.allFinite()) {
@@ -143,17 +150,22 @@ core::Result<PrincipalAxes> principal_axes(const Mat3d& tensor) {
         return Axes::failure("inertia: not positive");
     }
     if ((tensor - tensor.transpose()).cwiseAbs().maxCoeff() > kSlack * trace) {
-        return Axes::failure("inertia: not symmetric");
+        const Vec3d upper(tensor(0, 1), tensor(0, 2), tensor(1, 2));
+        const Vec3d lower(tensor(1, 0), tensor(2, 0), tensor(2, 1));
+        return Axes::failure("inertia: not symmetric: xy, xz, yz are " + listed(upper) +
+                             " and yx, zx, zy are " + listed(lower) + " kg m2");
     }
     Mat3d m = 0.5 * (tensor + tensor.transpose());
     PrincipalAxes out;
     diagonalise(m, out.rotation);
     out.moments = m.diagonal();
     if (!(out.moments.minCoeff() > 0.0)) {
-        return Axes::failure("inertia: not positive");
+        return Axes::failure("inertia: not positive: the principal moments are " +
+                             listed(out.moments) + " kg m2");
     }
     if (out.moments.maxCoeff() > (0.5 + kSlack) * out.moments.sum()) {
-        return Axes::failure("inertia: a moment exceeds the sum of the other two");
+        return Axes::failure("inertia: a moment exceeds the sum of the other two: " +
+                             listed(out.moments) + " kg m2");
     }
     order_axes(out.moments, out.rotation);
     make_equal(out.moments);

@@ -88,7 +88,14 @@ enum class BodyKind : std::uint8_t {
     kStatic,     ///< never moves
     kKinematic,  ///< moves with the velocity that it is given, pushes others, is pushed by nobody
     kDynamic,
+    kParticle,  ///< a point with a mass, see scene_particles.cpp; cheap by the thousand
 };
+
+/// Which contacts of a body are events besides those of Settings; a sum of these. A pair tells what
+/// either of its bodies asks for. No contact ends or lasts while the bodies sleep.
+inline constexpr std::uint8_t kTellBegin = 1;    ///< also without a tag
+inline constexpr std::uint8_t kTellPersist = 2;  ///< in each step after the first
+inline constexpr std::uint8_t kTellEnd = 4;      ///< also by removal, teleport or a new joint
 
 struct BodyDef {
     BodyKind kind = BodyKind::kDynamic;
@@ -100,6 +107,10 @@ struct BodyDef {
     float mass = 1.0F;    ///< kg, dynamic only, > 0
     /// Principal moments of inertia, kg m2; zero: those of the shape filled evenly.
     Vec3 moments = Vec3::Zero();
+    /// Or all of the tensor about the centre of mass, body axes, kg m2; zero: see `moments`. At
+    /// most one of the two may be given.
+    Mat3 inertia = Mat3::Zero();
+    std::uint8_t events = 0;       ///< sum of kTellBegin, kTellPersist, kTellEnd
     Vec3 position = Vec3::Zero();  ///< centre of mass, m
     Quat orientation = Quat::Identity();
     Vec3 velocity = Vec3::Zero();          ///< m/s

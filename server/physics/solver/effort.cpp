@@ -47,10 +47,10 @@ std::uint8_t most_level(std::uint32_t contacts) {
     return level;
 }
 
-/// The lowest level whose 2^level substeps are at least as many.
+/// The lowest level whose 2^level substeps are at least as many; kLevels: none does.
 std::uint8_t level_of(float substeps) {
     std::uint8_t level = 0;
-    while (level + 1U < Effort::kLevels && static_cast<float>(1U << level) < substeps) {
+    while (level < Effort::kLevels && static_cast<float>(1U << level) < substeps) {
         ++level;
     }
     return level;
@@ -218,13 +218,17 @@ void Effort::plan(Bodies& bodies,
     };
     for (std::size_t i = 0; i < list.size(); ++i) {
         Needs& needs = needs_of(row_of_contact(list[i]));
-        ++needs.level[level_[i]];
+        needs.ask(level_[i]);
         needs.young += graph.pair(list[i]).age <= kYoung ? 1 : 0;
     }
     for (const std::uint32_t index : joints) {
         Needs& needs = needs_of(row_of_joint(index));
-        ++needs.level[level_of_joint(bodies, table[index], budget)];
+        needs.ask(level_of_joint(bodies, table[index], budget));
         needs.jointed = true;
+    }
+    strained_ = 0;
+    for (const Needs& needs : needs_) {
+        strained_ += needs.strained ? 1 : 0;
     }
     settle(bodies, budget.dt_s);
     sort(bodies, list, row_of_contact, sorted_, first_);

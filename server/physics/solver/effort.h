@@ -69,6 +69,9 @@ class Effort {
 
     static constexpr std::size_t kBatches = 4 * kLevels;
 
+    /// Islands of the last plan in which something asked for more than the highest level.
+    [[nodiscard]] std::uint32_t strained() const { return strained_; }
+
     /// Empty ones included; i < kBatches.
     [[nodiscard]] Batch batch(std::size_t i) const {
         return {1 << (i / 4),
@@ -106,7 +109,16 @@ class Effort {
         std::array<std::uint32_t, kLevels> level{};  // contacts of an island by level
         std::uint32_t young = 0;
         bool jointed = false;
+        bool strained = false;
+
+        /// Levels from kLevels on stand for more than there is.
+        void ask(std::uint8_t wanted) {
+            strained |= wanted >= kLevels;
+            ++level[wanted < kLevels ? wanted : kLevels - 1];
+        }
     };
+
+    std::uint32_t strained_ = 0;
 
     std::vector<Needs> needs_;            // by place in the list of bodies: of its island's root
     std::vector<std::uint8_t> held_;      // the level that it had

@@ -42,6 +42,20 @@ void stop_broken(Bodies& bodies, std::uint32_t row, std::vector<std::uint32_t>& 
 
 }  // namespace
 
+Vec3 rotate_body(const Bodies& bodies,
+                 std::uint32_t row,
+                 float seconds,
+                 Quat& orientation,
+                 Vec3& spin) {
+    if (!bodies.tilted(row)) {
+        return rotate_freely(bodies.inertia[row], seconds, orientation, spin);
+    }
+    Quat principal = orientation * bodies.tilt[row];
+    const Vec3 went = rotate_freely(bodies.inertia[row], seconds, principal, spin);
+    orientation = (principal * bodies.tilt[row].conjugate()).normalized();
+    return went;
+}
+
 void SolverBodies::reserve(std::size_t bodies) {
     for (auto* table : {&motion, &drift, &tensor, &gain_, &damp_, &start_}) {
         table->reserve(bodies + 1);
@@ -108,14 +122,16 @@ void SolverBodies::take_spin(const Bodies& bodies, std::uint32_t row, std::uint3
     const Vec3& spin = bodies.angular_velocity[row];
     const Vec3 turn = (0.5F * dt_) * spin;
     const float turn2 = turn.squaredNorm();
-    Mat3 axes = bodies.rotation[row];
+    Mat3 axes = bodies.inertia_axes(row, bodies.rotation[row]);
     if (bodies.round[row] == 0) {
         if (turn2 > 0.25F * kFastTurn * kFastTurn) {
             spinner_of_[slot] = static_cast<std::uint32_t>(spinners_.size());
             spinners_.push_back({slot, bodies.orientation[row], true});
         } else if (turn2 > 0.25F * kNoTurn * kNoTurn) {
-            axes = turned(bodies.orientation[row], turn).toRotationMatrix();
-            const Vec3 mid = spin_after(bodies.rotation[row], axes, bodies.inertia[row], spin);
+            const Mat3 before = axes;
+            axes =
+                bodies.inertia_axes(row, turned(bodies.orientation[row], turn).toRotationMatrix());
+            const Vec3 mid = spin_after(before, axes, bodies.inertia[row], spin);
             for (std::size_t i = 0; i < 3; ++i) {
                 motion[slot].at[4 + i] = mid[static_cast<Eigen::Index>(i)];
             }
@@ -166,17 +182,18 @@ void SolverBodies::turn(const Bodies& bodies, float seconds, Spinner& s) {
     Vec3 went = plain;
     const bool round = bodies.round[row] != 0;
     if (s.fast && !round) {
-        went = rotate_freely(bodies.inertia[row], seconds, s.orientation, spin);
+        went = rotate_body(bodies, row, seconds, s.orientation, spin);
     } else {
-        const Mat3 before = s.orientation.toRotationMatrix();
+        const Mat3 before = bodies.inertia_axes(row, s.orientation.toRotationMatrix());
         s.orientation = turned(s.orientation, plain);
         if (!round) {
-            spin = spin_after(before, s.orientation.toRotationMatrix(), bodies.inertia[row], spin);
+            const Mat3 after = bodies.inertia_axes(row, s.orientation.toRotationMatrix());
+            spin = spin_after(before, after, bodies.inertia[row], spin);
         }
     }
     if (!round) {
-        set_tensor(s.slot,
-                   rotated_tensor(s.orientation.toRotationMatrix(), bodies.inv_inertia[row]));
+        const Mat3 axes = bodies.inertia_axes(row, s.orientation.toRotationMatrix());
+        set_tensor(s.slot, rotated_tensor(axes, bodies.inv_inertia[row]));
     }
     for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
@@ -194,7 +211,8 @@ void SolverBodies::track(const Bodies& bodies, std::uint32_t slot) {
     const std::uint32_t row = row_[slot];
     const Vec3& spin = bodies.angular_velocity[row];
     motion[slot] = row_of(bodies.velocity[row], bodies.inv_mass[row], spin);
-    set_tensor(slot, rotated_tensor(bodies.rotation[row], bodies.inv_inertia[row]));
+    const Mat3 axes = bodies.inertia_axes(row, bodies.rotation[row]);
+    set_tensor(slot, rotated_tensor(axes, bodies.inv_inertia[row]));
     spinner_of_[slot] = static_cast<std::uint32_t>(spinners_.size());
     spinners_.push_back({slot, bodies.orientation[row], false});
 }
@@ -282,7 +300,10 @@ bool SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
             const Mat3 middle = half.squaredNorm() > 0.25F * kNoTurn * kNoTurn
                                     ? Mat3(turned(bodies.orientation[row], half).toRotationMatrix())
                                     : bodies.rotation[row];
-            spin = spin_after(middle, orientation.toRotationMatrix(), bodies.inertia[row], spin);
+            spin = spin_after(bodies.inertia_axes(row, middle),
+                              bodies.inertia_axes(row, orientation.toRotationMatrix()),
+                              bodies.inertia[row],
+                              spin);
         }
     }
     const Vec3 position = bodies.position[row] + linear(drift[slot]);
@@ -310,13 +331,13 @@ void fly_free(Bodies& bodies,
     // rounding does not add up to energy.
     const Vec3 position = bodies.position[row] + (0.5F * dt) * (bodies.velocity[row] + velocity);
     Quat orientation = bodies.orientation[row];
-    const Mat3& r = bodies.rotation[row];
+    const Mat3 r = bodies.inertia_axes(row, bodies.rotation[row]);
     const Vec3 twist = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * bodies.torque[row]);
     Vec3 spin =
         (bodies.angular_velocity[row] + dt * twist) / (1.0F + dt * bodies.damping[row].angular);
     if (!spin.isZero(0.0F)) {
         if (dynamic && bodies.round[row] == 0) {
-            rotate_freely(bodies.inertia[row], dt, orientation, spin);
+            rotate_body(bodies, row, dt, orientation, spin);
         } else {
             orientation = turned(orientation, Vec3(dt * spin));
         }

@@ -102,6 +102,13 @@ class SolverBodies {
     std::vector<std::uint8_t> unfit_;        // by slot: the result is of no use
 };
 
+/// Turns a body freely, about principal axes that may be tilted against its own; see rotate_freely.
+Vec3 rotate_body(const Bodies& bodies,
+                 std::uint32_t row,
+                 float seconds,
+                 Quat& orientation,
+                 Vec3& spin);
+
 /// A body that no constraint holds, over dt seconds: exact under constant acceleration, and free
 /// rotation that keeps the angular momentum.
 void fly_free(Bodies& bodies,

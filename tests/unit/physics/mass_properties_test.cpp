@@ -72,13 +72,15 @@ TEST(PrincipalAxes, RefuseWhatNoBodyHas) {
     };
     Mat3d m = Mat3d::Identity();
     m(0, 1) = 0.1;
-    EXPECT_EQ(reason(m), "inertia: not symmetric");
+    EXPECT_EQ(reason(m),
+              "inertia: not symmetric: xy, xz, yz are 0.1, 0, 0 and yx, zx, zy are 0, 0, 0 kg m2");
     m(1, 0) = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(reason(m), "inertia: not finite");
     EXPECT_EQ(reason(Vec3d(1, 1, 2.1).asDiagonal()),
-              "inertia: a moment exceeds the sum of the other two");
+              "inertia: a moment exceeds the sum of the other two: 1, 1, 2.1 kg m2");
     EXPECT_EQ(reason(Vec3d(1, 1, 2).asDiagonal()), "");  // a flat plate
-    EXPECT_EQ(reason(Vec3d(-1, 1, 1).asDiagonal()), "inertia: not positive");
+    EXPECT_EQ(reason(Vec3d(-1, 1, 1).asDiagonal()),
+              "inertia: not positive: the principal moments are -1, 1, 1 kg m2");
     EXPECT_EQ(reason(Mat3d::Zero()), "inertia: not positive");
 }
 

@@ -258,9 +258,9 @@ TEST(WhyUnfit, NamesWhatIsWrong) {
     EXPECT_EQ(reason(def), "unknown combine rule");
     def = BodyDef();
     def.moments = Vec3(1, 1, 3);
-    EXPECT_EQ(reason(def), "inertia: a moment exceeds the sum of the other two");
+    EXPECT_EQ(reason(def), "inertia: a moment exceeds the sum of the other two: 1, 1, 3 kg m2");
     def.moments = Vec3(1, -1, 1);
-    EXPECT_EQ(reason(def), "inertia: not positive");
+    EXPECT_EQ(reason(def), "inertia: not positive: the principal moments are 1, -1, 1 kg m2");
     def.moments = Vec3(1, std::numeric_limits<float>::quiet_NaN(), 1);
     EXPECT_EQ(reason(def), "inertia: not finite");
     def.moments = Vec3(1, 1, 1);
