@@ -1,18 +1,16 @@
 #include "tests/bench/results.h"
 
 #include "tests/bench/plot.h"
+#include "tests/unit/json_reader.h"
 
 #include <gmock/gmock.h>
-#include <google/protobuf/struct.pb.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <limits>
 
 namespace zoned::bench {
 namespace {
 
-using google::protobuf::Struct;
-using google::protobuf::Value;
+using json_text::field;
 
 Results example() {
     Results results;
@@ -36,26 +34,14 @@ Results example() {
     return results;
 }
 
-/// The JSON read by a parser that is not ours.
-Struct parsed(const std::string& json) {
-    Struct message;
-    const auto status = google::protobuf::util::JsonStringToMessage(json, &message);
-    EXPECT_TRUE(status.ok()) << status.ToString() << "\n" << json;
-    return message;
-}
-
 TEST(ToJson, IsReadByAnotherParserWithAllFields) {
-    const Struct top = parsed(to_json(example()));
-    EXPECT_EQ(top.fields().at("machine").string_value(), "a \"machine\"");
-    EXPECT_EQ(top.fields().at("commit").string_value(), "abc");
-    const auto& rows = top.fields().at("rows").list_value();
+    const json_text::Struct top = json_text::parse(to_json(example()));
+    EXPECT_EQ(field(top, "machine").string_value(), "a \"machine\"");
+    EXPECT_EQ(field(top, "commit").string_value(), "abc");
+    const auto rows = field(top, "rows").list_value();
     ASSERT_EQ(rows.values_size(), 2);
-    const auto& row = rows.values(0).struct_value().fields();
-    std::vector<std::string> names;
-    for (const auto& [name, value] : row) {
-        names.push_back(name);
-    }
-    EXPECT_THAT(names,
+    const json_text::Struct row = rows.values(0).struct_value();
+    EXPECT_THAT(json_text::field_names(row),
                 testing::UnorderedElementsAre("suite",
                                               "scene",
                                               "method",
@@ -67,17 +53,17 @@ TEST(ToJson, IsReadByAnotherParserWithAllFields) {
                                               "metrics",
                                               "peer",
                                               "state_hash"));
-    EXPECT_EQ(row.at("method").string_value(), "default");
-    EXPECT_EQ(row.at("time_us_p50").number_value(), 12.5);
-    EXPECT_EQ(row.at("metrics").struct_value().fields().at("drift_mean_m").number_value(), 0.125);
-    EXPECT_EQ(rows.values(1).struct_value().fields().at("peer").string_value(), "bullet");
+    EXPECT_EQ(field(row, "method").string_value(), "default");
+    EXPECT_EQ(field(row, "time_us_p50").number_value(), 12.5);
+    EXPECT_EQ(field(field(row, "metrics").struct_value(), "drift_mean_m").number_value(), 0.125);
+    EXPECT_EQ(field(rows.values(1).struct_value(), "peer").string_value(), "bullet");
 }
 
 TEST(ToJson, WritesNullForWhatIsNotFinite) {
-    const Struct top = parsed(to_json(example()));
-    const auto& row = top.fields().at("rows").list_value().values(0).struct_value().fields();
-    EXPECT_EQ(row.at("metrics").struct_value().fields().at("broken").kind_case(),
-              Value::kNullValue);
+    const json_text::Struct top = json_text::parse(to_json(example()));
+    const json_text::Struct row = field(top, "rows").list_value().values(0).struct_value();
+    EXPECT_EQ(field(field(row, "metrics").struct_value(), "broken").kind_case(),
+              json_text::Value::kNullValue);
 }
 
 TEST(ToTable, NamesPeersAndNotes) {

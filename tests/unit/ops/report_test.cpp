@@ -1,9 +1,9 @@
 // Report: JSON that an independent reader takes, and the fields that scripts rely on.
 #include "server/ops/report.h"
 
+#include "tests/unit/json_reader.h"
+
 #include <gmock/gmock.h>
-#include <google/protobuf/struct.pb.h>
-#include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -14,40 +14,15 @@
 namespace zoned::ops {
 namespace {
 
-using google::protobuf::Struct;
-using google::protobuf::Value;
-
-/// Parsed by an independent reader; fails the test when it is no valid JSON.
-Struct parse_json(const std::string& text) {
-    Struct out;
-    const auto status = google::protobuf::util::JsonStringToMessage(text, &out);
-    EXPECT_TRUE(status.ok()) << status.ToString() << "\n" << text;
-    return out;
-}
-
-/// The field's value, or null and a failed test. By reflection, which runs inside of the library:
-/// under the thread sanitizer its headers lay maps out in another way than it was built with.
-Value field(const Struct& object, const std::string& name) {
-    const auto* map = Struct::descriptor()->FindFieldByName("fields");
-    const auto* reflection = object.GetReflection();
-    for (int i = 0; i < reflection->FieldSize(object, map); ++i) {
-        const auto& entry = reflection->GetRepeatedMessage(object, map, i);
-        const auto* parts = entry.GetReflection();
-        if (parts->GetString(entry, entry.GetDescriptor()->map_key()) == name) {
-            Value value;
-            value.CopyFrom(parts->GetMessage(entry, entry.GetDescriptor()->map_value()));
-            return value;
-        }
-    }
-    ADD_FAILURE() << "no field " << name;
-    return {};
-}
+using json_text::field;
+using json_text::Struct;
+using json_text::Value;
 
 TEST(Json, WritesEveryByteAsValidText) {
     for (int byte = 0; byte < 256; ++byte) {
         core::JsonWriter json;
         json.begin_object().field("k", std::string(1, static_cast<char>(byte))).end_object();
-        const auto parsed = parse_json(json.text());
+        const auto parsed = json_text::parse(json.text());
         if (byte < 128) {
             EXPECT_EQ(field(parsed, "k").string_value(), std::string(1, static_cast<char>(byte)));
         }
@@ -59,7 +34,7 @@ TEST(Json, WritesNumbersThatReadBackTheSame) {
          {0.0, -1.5, 0.1, 1e-300, 1.7976931348623157e308, 33.333333333333336}) {
         core::JsonWriter json;
         json.begin_object().field("k", number).end_object();
-        EXPECT_EQ(field(parse_json(json.text()), "k").number_value(), number);
+        EXPECT_EQ(field(json_text::parse(json.text()), "k").number_value(), number);
     }
     core::JsonWriter json;
     json.begin_array()
@@ -101,7 +76,7 @@ TEST(ServerReport, HoldsTheFieldsThatScriptsRelyOn) {
     report.extra = {{"view_resets", 1.0}};
     report.zones = {{"x0z0", 625, 0xFFFFFFFFFFFFFFFFull}};
     report.passes = {{"interest", 4, 100, 3500, 12.5, 77, "no viewer"}};
-    const auto json = parse_json(to_json(report));
+    const auto json = json_text::parse(to_json(report));
     for (const char* name : {"ticks",
                              "tick_ms_p50",
                              "tick_ms_p99",
