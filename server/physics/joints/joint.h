@@ -26,7 +26,7 @@ struct JointDef {
     Vec3 anchor_b = Vec3::Zero();  ///< distance and spring: the point on b; `anchor` is on a
     Vec3 axis = Vec3::UnitY();     ///< hinge and slider: world, any length but zero
     float length_m = -1.0F;        ///< distance and spring: rest length; negative: as it is now
-    float spring_hz = 2.0F;        ///< spring: natural frequency on the bodies' masses
+    float spring_hz = 2.0F;        ///< spring: natural frequency on the bodies' reduced mass
     float spring_damping_ratio = 0.5F;  ///< spring: 1 is critical
     /// Hinge: angle in rad from the present pose; slider: shift in m; lower <= upper.
     bool limited = false;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace zoned::physics {
 
@@ -77,6 +78,14 @@ float hinge_angle(const Placement& p) {
     return std::atan2(p.axes_a.col(2).dot(p.axes_b.col(1)), p.axes_a.col(1).dot(p.axes_b.col(1)));
 }
 
+/// The angle as the limits count it: half a turn past them the nearer one holds, so that a hinge
+/// pushed over the far side is not thrown right through its range.
+float nearest_turn(float angle, const JointDef& def) {
+    constexpr float kTurn = 2.0F * std::numbers::pi_v<float>;
+    const float middle = 0.5F * (def.lower + def.upper);
+    return angle + kTurn * std::round((middle - angle) / kTurn);
+}
+
 /// Turning about, or moving along, the free axis of a hinge or slider.
 void free_row(const Joint& joint, const Placement& p, float sign, float error, JointRow& row) {
     if (joint.def.kind == JointKind::kHinge) {
@@ -102,8 +111,8 @@ void free_axis_rows(const Joint& joint, const Placement& p, JointRows& out) {
         row.most = def.motor_max;
     }
     if (def.limited) {
-        const float at =
-            def.kind == JointKind::kHinge ? hinge_angle(p) : p.axes_a.col(0).dot(p.gap);
+        const float at = def.kind == JointKind::kHinge ? nearest_turn(hinge_angle(p), def)
+                                                       : p.axes_a.col(0).dot(p.gap);
         free_row(joint, p, 1.0F, at - def.lower, out.add(RowKind::kLimit));
         free_row(joint, p, -1.0F, def.upper - at, out.add(RowKind::kLimit));
     }
@@ -116,6 +125,16 @@ void distance_row(const Joint& joint, const Placement& p, JointRow& row) {
 }
 
 }  // namespace
+
+SpringConstants spring_constants(const JointDef& def, double inverse_mass) {
+    if (!(inverse_mass > 0.0)) {
+        return {};
+    }
+    const double omega = 2.0 * std::numbers::pi * static_cast<double>(def.spring_hz);
+    const double mass = 1.0 / inverse_mass;
+    return {mass * omega * omega,
+            2.0 * mass * static_cast<double>(def.spring_damping_ratio) * omega};
+}
 
 Joint make_joint(const JointDef& def, const JointPose& a, const JointPose& b) {
     const bool two_points = def.kind == JointKind::kDistance || def.kind == JointKind::kSpring;

@@ -57,6 +57,18 @@ struct JointRows {
     }
 };
 
+/// A spring's force along the line between its points is -k x - c x'.
+struct SpringConstants {
+    double k = 0.0;  ///< N/m
+    double c = 0.0;  ///< N s/m
+};
+
+/// Those that give two free bodies, tied at their centres, the frequency and damping asked for.
+/// `inverse_mass`: the sum of the bodies' own, 1/kg; 0 (nothing moves): no force. They stay what
+/// they are while arms turn: a stiffness that followed the effective mass at the anchors would give
+/// back more than went in.
+SpringConstants spring_constants(const JointDef& def, double inverse_mass);
+
 /// The joint between bodies at these poses, as its definition places it.
 Joint make_joint(const JointDef& def, const JointPose& a, const JointPose& b);
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace zoned::physics {
 
@@ -20,6 +19,9 @@ constexpr double kGive = 1.0e-6;
 /// makes anew in each substep: what is torn apart (a body that was teleported) comes back within
 /// sight and not at once.
 constexpr float kUndoSpeed = 20.0F;
+/// A limit that is passed is left no faster than this besides: one that a graph's other joints hold
+/// passed would throw what it pushes.
+constexpr float kLimitSpeed = 1.0F;
 /// Share of an error that rows undo per substep which are solved one after the other.
 constexpr float kSingleShare = 0.2F;
 /// How often the set of limits and motors that hold is corrected.
@@ -81,7 +83,7 @@ void JointSolver::update_row(const SolverBodies& moving,
             row.bias = std::clamp(rate, -undo, undo);
             break;
         case RowKind::kLimit:
-            row.bias = std::max(rate, -undo);
+            row.bias = std::max(rate, -kLimitSpeed);
             row.low = 0.0F;
             break;
         case RowKind::kMotor:
@@ -95,30 +97,32 @@ void JointSolver::update_row(const SolverBodies& moving,
     }
 }
 
-/// The implicit midpoint rule for a spring of stiffness k and damping c on the bodies' effective
-/// mass: with x in the middle of the substep and speeds v before and w after it, its impulse is
+/// The implicit midpoint rule for a spring of stiffness k and damping c: with x in the middle of
+/// the substep and speeds v before and w after it, its impulse is
 ///
 ///     p = -h k (x + h / 4 ((1 + m) w - (1 - m) v)) - h c (t w + (1 - t) v)
 ///
 /// with m = 0 and t = 1/2, which keeps the energy of an undamped spring however stiff it is. Where
-/// the damping is too strong for the step, t and m go up to 1, implicit Euler's, which do not ring.
+/// the damping is too strong for the step and the effective mass at the anchors, t and m go up to
+/// 1, implicit Euler's, which do not ring.
 void JointSolver::update_spring(const SolverBodies& moving, const Item& item, Row& row) const {
-    const JointDef& def = *row.row.spring;
-    const float turn = 2.0F * std::numbers::pi_v<float> * def.spring_hz * h_;  // w h
-    const float mass = row.response > 0.0F ? 1.0F / row.response : 0.0F;
-    const float fade = 2.0F * def.spring_damping_ratio * turn;  // c h / mass
+    const float inverse_mass = moving.motion[item.a].at[3] + moving.motion[item.b].at[3];
+    const SpringConstants spring =
+        spring_constants(*row.row.spring, static_cast<double>(inverse_mass));
+    const float pull = static_cast<float>(spring.k) * h_;  // impulse per metre
+    const float drag = static_cast<float>(spring.c) * h_;
+    const float fade = drag * row.response;
     const float t = fade > 2.0F ? 1.0F - 1.0F / fade : 0.5F;
-    const float m = std::min(1.0F, def.spring_damping_ratio * turn * turn);
-    const float after = mass * (0.25F * turn * turn * (1.0F + m) + fade * t);
+    const float m = std::min(1.0F, 0.5F * fade * std::sqrt(pull * h_ * row.response));
+    const float after = 0.25F * pull * h_ * (1.0F + m) + drag * t;
     if (!(after > 0.0F)) {
         row.low = row.high = 0.0F;
         row.bias = 0.0F;
         return;
     }
-    const float before = mass * (fade * (1.0F - t) - 0.25F * turn * turn * (1.0F - m));
+    const float before = drag * (1.0F - t) - 0.25F * pull * h_ * (1.0F - m);
     row.soft = 1.0F / after;
-    row.bias =
-        (mass * turn * turn * (row.row.error / h_) + before * speed(moving, item, row)) / after;
+    row.bias = (pull * row.row.error + before * speed(moving, item, row)) / after;
 }
 
 void JointSolver::warm_start(SolverBodies& moving) {

@@ -4,18 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace zoned::physics {
 
 namespace {
 
 /// The implicit spring of stabilise.h with the joint's own constants.
-void spring_row(const JointDef& def, double h, std::size_t i, RowSystem& system) {
-    const double omega = 2.0 * std::numbers::pi * static_cast<double>(def.spring_hz);
-    const double mass = system.response[i] > 0.0 ? 1.0 / system.response[i] : 0.0;
-    const double k = mass * omega * omega;
-    const double c = 2.0 * mass * static_cast<double>(def.spring_damping_ratio) * omega;
+void spring_row(const SpringConstants& spring, double h, std::size_t i, RowSystem& system) {
+    const auto [k, c] = spring;
     const double both = h * (c + h * k);
     if (both > 0.0) {
         system.soft[i] = 1.0 / both;
@@ -80,7 +76,8 @@ void JointRowWriter::write(const Bodies& bodies,
         if (from.kind == RowKind::kMotor) {
             system.bias[at] = -static_cast<double>(from.target);
         } else if (from.kind == RowKind::kSpring) {
-            spring_row(*from.spring, h, at, system);
+            const double inv_mass = system.bodies[row.a].inv_mass + system.bodies[row.b].inv_mass;
+            spring_row(spring_constants(*from.spring, inv_mass), h, at, system);
         } else {
             stabilise_joint(*parameters.settings, h, from.kind == RowKind::kLimit, at, system);
         }
