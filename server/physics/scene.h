@@ -67,6 +67,7 @@ struct StepStats {
     /// error budget no longer (masses too different, springs too stiff, steps too long).
     std::uint32_t strained = 0;
     std::uint32_t far_bodies = 0;  ///< moving ones, so far out that floats are too coarse there
+    std::uint32_t held_back = 0;   ///< bodies that would have passed through static geometry
     bool skipped = false;          ///< nothing was awake: no pass ran
     MethodStats method;            ///< of the alternatives to kSoftStep
 };

@@ -35,6 +35,13 @@ Scene::Impl::Impl(const Settings& s)
         ZONED_ASSERT(s.methods.iterations >= 1 && s.methods.iterations <= 1000,
                      "iterations out of range");
         stepper = std::make_unique<MethodStepper>();
+    } else if (s.substeps == 0) {
+        exact = std::make_unique<MethodStepper>();
+        exact_settings = s;
+        exact_settings.method = Method::kDirect;
+        exact_settings.methods = MethodSettings();
+        exact_settings.methods.manifold = ManifoldMode::kDivided;
+        exact->reserve(2 * Effort::kExactContacts, Effort::kExactContacts);
     }
 }
 

@@ -16,6 +16,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,11 @@ struct Scene::Impl {
         kBegan,
         kLasts,
         kEnded
+    };
+
+    struct Start {
+        Vec3 position;
+        Vec3 velocity;
     };
 
     Settings settings;
@@ -56,6 +62,8 @@ struct Scene::Impl {
     Effort effort;
     ContactSolver solver;
     std::unique_ptr<MethodStepper> stepper;  ///< null with Method::kSoftStep
+    std::unique_ptr<MethodStepper> exact;    ///< for islands that Effort leaves to it, else null
+    Settings exact_settings;                 ///< of those
     Islands islands;
     Waker waker;
     std::vector<ContactEvent> events;
@@ -68,6 +76,7 @@ struct Scene::Impl {
     std::uint32_t substeps = 0;  ///< most that an island got in this step
     std::uint32_t strained = 0;  ///< of this step, see StepStats
     std::uint32_t far_bodies = 0;
+    std::uint32_t held_back = 0;
     std::uint32_t quarantined = 0;  ///< since the last step began
 
     std::array<std::size_t, 4> population{};  ///< bodies by kind
@@ -80,6 +89,7 @@ struct Scene::Impl {
     std::vector<std::uint32_t> broken;
     std::vector<News> news;                ///< of the step, by place in ContactGraph::active
     std::vector<std::uint8_t> in_contact;  ///< by row: a contact holds it in this step
+    std::vector<Start> starts;             ///< by row: as it was before the solve
     std::vector<std::uint32_t> refitted;   ///< rows whose fat box is new, on their way to `boxes`
     mutable std::vector<std::uint8_t> marks;  ///< of island_of, all zero between calls
 
@@ -183,12 +193,28 @@ struct Scene::Impl {
     void lift_out(std::uint32_t row);
     [[nodiscard]] float deepest_overlap(std::uint32_t row, std::uint32_t other, Vec3& out);
 
+    // scene_solve.cpp
+    void solve(float dt);
+    void mark_held();
+    void solve_by_effort(float dt);
+    void solve_batch(const Effort::Batch& batch, float dt);
+    /// False, and nothing is changed, where there is no exact answer.
+    bool solve_exactly(std::span<const std::uint32_t> contacts, float dt);
+    /// The solve by an alternative to ContactSolver; writes `broken`.
+    void solve_by_method(float dt);
+
+    // scene_passage.cpp
+    void note_starts();
+    /// Takes back what the solve carried through static geometry.
+    void hold_back(float dt);
+    void hold_back(std::uint32_t row, float dt);
+    struct Surface;
+    /// Shortens the way to where it meets static geometry that the body collides with.
+    [[nodiscard]] Surface first_surface(std::uint32_t row, const Vec3& from, const Vec3& way) const;
+
     // scene_step.cpp
     StepStats step(float dt);
     void list_moved();
-    void solve(float dt);
-    /// The solve by an alternative to ContactSolver; writes `broken`.
-    void solve_by_method(float dt);
     /// Reads and clears the count of quarantined bodies.
     StepStats stats_of(bool skipped, std::uint32_t island_count);
 };

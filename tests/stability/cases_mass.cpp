@@ -24,11 +24,6 @@ void heavy_top(Run& run, float ratio) {
         def.material.friction = 0.6F;
         world.add(def);
     }
-    if (ratio > 2.0e3F) {
-        world.row.known =
-            "contacts and joints are springs of at most 64 substeps: from 1:10,000 on they give "
-            "way";
-    }
     world.limits.drift_m = 0.1;
     world.limits.depth_m = 0.05;
     world.limits.energy_share = 1.0e-3;

@@ -88,6 +88,12 @@ void MethodBodies::displace(double h, const std::vector<RowBody>& push) {
     }
 }
 
+void MethodBodies::release(Bodies& bodies) const {
+    for (std::size_t i = 1; i < entries_.size(); ++i) {
+        bodies.solver_slot[entries_[i].row] = 0;
+    }
+}
+
 void MethodBodies::store(Bodies& bodies,
                          const RowSystem& system,
                          std::vector<std::uint32_t>& broken) const {

@@ -45,6 +45,8 @@ class MethodBodies {
     void move(const Bodies& bodies, double h, bool mean, RowSystem& system);
     /// Moves the bodies by velocities that are in `push` and leave no trace.
     void displace(double h, const std::vector<RowBody>& push);
+    /// Gives slots back and leaves the bodies as they were.
+    void release(Bodies& bodies) const;
     /// Gives slots back. A body whose result is not finite or out of range keeps its pose, stops,
     /// and is appended to `broken`.
     void store(Bodies& bodies, const RowSystem& system, std::vector<std::uint32_t>& broken) const;

@@ -256,4 +256,21 @@ void MethodStepper::solve(const MethodStep& step, std::vector<std::uint32_t>& br
     moving_.store(step.bodies, system_, broken);
 }
 
+bool MethodStepper::solve_exactly(const MethodStep& step, std::vector<std::uint32_t>& broken) {
+    stats_ = MethodStats();
+    take_bodies(step);
+    const auto h = static_cast<double>(step.dt);
+    moving_.gain(step.bodies, h, system_);
+    write_rows(step, h);
+    solve_velocities(step, h);
+    if (stats_.direct == 0) {
+        moving_.release(step.bodies);
+        return false;
+    }
+    store(step, h, 0);
+    moving_.move(step.bodies, h, true, system_);
+    moving_.store(step.bodies, system_, broken);
+    return true;
+}
+
 }  // namespace zoned::physics

@@ -39,6 +39,10 @@ class MethodStepper {
     /// afterwards.
     void solve(const MethodStep& step, std::vector<std::uint32_t>& broken);
 
+    /// The same by kDirect in one substep, for contacts and joints that are one island. False, and
+    /// nothing is changed, where it finds no answer.
+    bool solve_exactly(const MethodStep& step, std::vector<std::uint32_t>& broken);
+
     [[nodiscard]] const MethodStats& stats() const { return stats_; }
 
     /// Forgets what the last step did.

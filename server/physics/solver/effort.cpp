@@ -30,6 +30,10 @@ constexpr std::size_t kSparedLevels = 2;
 /// Thousands of bodies in one place would ask for a hundred times as many.
 constexpr std::uint32_t kMostVisits = 1U << 20;
 
+/// Masses in an island that is left to an exact solver differ by more than this: what is pinched
+/// between equals asks for as much, and has no answer.
+constexpr float kStiffRatio = 1500.0F;
+
 std::uint32_t total_of(const std::array<std::uint32_t, Effort::kLevels>& needs) {
     std::uint32_t total = 0;
     for (const std::uint32_t contacts : needs) {
@@ -74,6 +78,15 @@ std::uint8_t level_of_island(const std::array<std::uint32_t, Effort::kLevels>& n
 
 }  // namespace
 
+bool Effort::Needs::fit_for_exact() const {
+    return !jointed && total_of(level) <= kExactContacts &&
+           most_inv_mass > kStiffRatio * least_inv_mass;
+}
+
+bool Effort::Needs::mostly_young() const {
+    return 2 * young > total_of(level);
+}
+
 void Effort::reserve(std::size_t bodies, std::size_t contacts) {
     sets_.reserve(bodies);
     needs_.reserve(bodies);
@@ -82,6 +95,9 @@ void Effort::reserve(std::size_t bodies, std::size_t contacts) {
     level_.reserve(contacts);
     batch_.reserve(contacts);
     sorted_.reserve(contacts);
+    exact_keys_.reserve(contacts);
+    exact_contacts_.reserve(contacts);
+    exact_.reserve(contacts);
 }
 
 std::uint8_t Effort::level_for(const Bodies& bodies,
@@ -168,11 +184,14 @@ void Effort::settle(Bodies& bodies, float dt) {
         if (sets_.root(static_cast<std::uint32_t>(i)) != i) {
             continue;
         }
-        const std::uint8_t needed = level_of_island(needs_[i].level);
+        const bool exact = needs_[i].level.back() > 0 && needs_[i].fit_for_exact();
+        const std::uint8_t needed = exact ? kExactLevel : level_of_island(needs_[i].level);
         if (needed >= held_[i]) {
             held_[i] = needed;
             patience_[i] = patience;
-        } else if (held_[i] > most_level(total_of(needs_[i].level))) {
+        } else if (held_[i] == kExactLevel && !needs_[i].fit_for_exact()) {
+            held_[i] = kLevels - 1;
+        } else if (held_[i] < kExactLevel && held_[i] > most_level(total_of(needs_[i].level))) {
             held_[i] = most_level(total_of(needs_[i].level));
         } else if (patience_[i] > 0) {
             --patience_[i];
@@ -219,7 +238,13 @@ void Effort::plan(Bodies& bodies,
     for (std::size_t i = 0; i < list.size(); ++i) {
         Needs& needs = needs_of(row_of_contact(list[i]));
         needs.ask(level_[i]);
-        needs.young += graph.pair(list[i]).age <= kYoung ? 1 : 0;
+        const Pair& pair = graph.pair(list[i]);
+        needs.young += pair.age <= kYoung ? 1 : 0;
+        for (const std::uint32_t row : {pair.a, pair.b}) {
+            if (bodies.simulated(row)) {
+                needs.note_mass(bodies.inv_mass[row]);
+            }
+        }
     }
     for (const std::uint32_t index : joints) {
         Needs& needs = needs_of(row_of_joint(index));
@@ -228,10 +253,11 @@ void Effort::plan(Bodies& bodies,
     }
     strained_ = 0;
     for (const Needs& needs : needs_) {
-        strained_ += needs.strained ? 1 : 0;
+        strained_ += needs.strained && !needs.fit_for_exact() ? 1 : 0;
     }
     settle(bodies, budget.dt_s);
     sort(bodies, list, row_of_contact, sorted_, first_);
+    list_exact(bodies, row_of_contact);
     sort(bodies, joints, row_of_joint, sorted_joints_, first_joint_);
     for (const std::uint32_t row : bodies.awake_list) {
         bodies.solver_slot[row] = 0;
@@ -243,18 +269,19 @@ void Effort::sort(const Bodies& bodies,
                   std::span<const std::uint32_t> list,
                   RowOf&& row_of,
                   std::vector<std::uint32_t>& sorted,
-                  std::array<std::uint32_t, kBatches + 2>& first) {
+                  std::array<std::uint32_t, kBatches + 3>& first) {
     batch_.resize(list.size());
     sorted.resize(list.size());
     first.fill(0);
     for (std::size_t i = 0; i < list.size(); ++i) {
         const std::uint32_t row = row_of(list[i]);
         const Needs& needs = needs_[sets_.root(bodies.solver_slot[row])];
-        const std::uint32_t total = total_of(needs.level);
-        const bool young = 2 * needs.young > total &&
-                           (total << bodies.effort[row]) <= kMostVisits / kYoungIterations;
-        batch_[i] = static_cast<std::uint8_t>(4 * bodies.effort[row] + (needs.jointed ? 2 : 0) +
-                                              (young ? 1 : 0));
+        const bool exact = bodies.effort[row] == kExactLevel && needs.fit_for_exact();
+        const int level = std::min<int>(bodies.effort[row], kLevels - 1);
+        const std::uint32_t visits = total_of(needs.level) << level;
+        const bool young = needs.mostly_young() && visits <= kMostVisits / kYoungIterations;
+        const int batch = 4 * level + (needs.jointed ? 2 : 0) + (young ? 1 : 0);
+        batch_[i] = static_cast<std::uint8_t>(exact ? kBatches : batch);
         ++first[batch_[i] + 2U];
     }
     for (std::size_t i = 2; i < first.size(); ++i) {
@@ -262,6 +289,28 @@ void Effort::sort(const Bodies& bodies,
     }
     for (std::size_t i = 0; i < list.size(); ++i) {
         sorted[first[batch_[i] + 1U]++] = list[i];
+    }
+}
+
+/// The contacts that no batch has, island by island.
+template <class RowOf>
+void Effort::list_exact(const Bodies& bodies, RowOf&& row_of) {
+    exact_keys_.clear();
+    exact_contacts_.clear();
+    exact_.clear();
+    for (std::uint32_t i = first_[kBatches]; i < first_[kBatches + 1]; ++i) {
+        const std::uint32_t root = sets_.root(bodies.solver_slot[row_of(sorted_[i])]);
+        exact_keys_.push_back(static_cast<std::uint64_t>(root) << 32 | i);
+    }
+    std::sort(exact_keys_.begin(), exact_keys_.end());
+    for (std::size_t i = 0; i < exact_keys_.size(); ++i) {
+        const auto root = static_cast<std::uint32_t>(exact_keys_[i] >> 32);
+        const auto place = static_cast<std::uint32_t>(i);
+        if (i == 0 || exact_keys_[i - 1] >> 32 != root) {
+            exact_.push_back({place, place, needs_[root].mostly_young()});
+        }
+        exact_.back().end = place + 1;
+        exact_contacts_.push_back(sorted_[static_cast<std::uint32_t>(exact_keys_[i])]);
     }
 }
 

@@ -7,8 +7,10 @@
 #include "server/physics/contacts/islands.h"
 #include "server/physics/joints/joint_table.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -31,6 +33,9 @@ namespace zoned::physics {
 /// leaves its anchor by r (w h)^2 / 8. A spring that swings with w h is off by (w h)^2 / 24 in its
 /// frequency.
 ///
+/// A small island of contacts alone that asks for the most substeps there are, because its masses
+/// differ much, is left to an exact solver.
+///
 /// Islands with joints are solved apart from those without, because they are solved otherwise (see
 /// JointSolver): whether there is a joint somewhere makes no difference to a pile elsewhere.
 class Effort {
@@ -39,6 +44,11 @@ class Effort {
     /// Passes over the contacts of an island most of whose contacts are young: they have no warm
     /// start that is worth the name, and a stack sinks before its impulses have been found.
     static constexpr int kYoungIterations = 8;
+    /// Islands of up to so many contacts may be left to an exact solver, whose work grows with
+    /// their third power.
+    static constexpr std::uint32_t kExactContacts = 32;
+    /// The level of an island that is left to it.
+    static constexpr std::uint8_t kExactLevel = kLevels;
 
     struct Budget {
         float error_m = 0.005F;    ///< give of a contact, m
@@ -69,7 +79,20 @@ class Effort {
 
     static constexpr std::size_t kBatches = 4 * kLevels;
 
-    /// Islands of the last plan in which something asked for more than the highest level.
+    /// Islands that want an exact solve, which are in no batch of the others.
+    [[nodiscard]] std::size_t exact_count() const { return exact_.size(); }
+
+    /// One such island, and how to solve it where there is no exact answer; i < exact_count().
+    [[nodiscard]] Batch exact(std::size_t i) const {
+        const Exact& island = exact_[i];
+        return {1 << (kLevels - 1),
+                island.young,
+                std::span(exact_contacts_).subspan(island.first, island.end - island.first),
+                {}};
+    }
+
+    /// Islands of the last plan in which something asked for more than the highest level, besides
+    /// those that want an exact solve.
     [[nodiscard]] std::uint32_t strained() const { return strained_; }
 
     /// Empty ones included; i < kBatches.
@@ -94,7 +117,9 @@ class Effort {
               std::span<const std::uint32_t> list,
               RowOf&& row_of,
               std::vector<std::uint32_t>& sorted,
-              std::array<std::uint32_t, kBatches + 2>& first);
+              std::array<std::uint32_t, kBatches + 3>& first);
+    template <class RowOf>
+    void list_exact(const Bodies& bodies, RowOf&& row_of);
     [[nodiscard]] static std::uint8_t level_of_joint(const Bodies& bodies,
                                                      const JointEntry& entry,
                                                      const Budget& budget);
@@ -108,8 +133,18 @@ class Effort {
     struct Needs {
         std::array<std::uint32_t, kLevels> level{};  // contacts of an island by level
         std::uint32_t young = 0;
+        float least_inv_mass = std::numeric_limits<float>::infinity();
+        float most_inv_mass = 0.0F;
         bool jointed = false;
         bool strained = false;
+
+        [[nodiscard]] bool fit_for_exact() const;
+        [[nodiscard]] bool mostly_young() const;
+
+        void note_mass(float inv_mass) {
+            least_inv_mass = std::min(least_inv_mass, inv_mass);
+            most_inv_mass = std::max(most_inv_mass, inv_mass);
+        }
 
         /// Levels from kLevels on stand for more than there is.
         void ask(std::uint8_t wanted) {
@@ -126,9 +161,18 @@ class Effort {
     std::vector<std::uint8_t> level_;     // that a contact asks for, by place in the list
     std::vector<std::uint8_t> batch_;     // by place in the list of contacts
     std::vector<std::uint32_t> sorted_;
-    std::array<std::uint32_t, kBatches + 2> first_{};
+    std::array<std::uint32_t, kBatches + 3> first_{};  // the last one: those solved exactly
     std::vector<std::uint32_t> sorted_joints_;
-    std::array<std::uint32_t, kBatches + 2> first_joint_{};
+    std::array<std::uint32_t, kBatches + 3> first_joint_{};
+
+    struct Exact {
+        std::uint32_t first = 0, end = 0;  // in exact_contacts_
+        bool young = false;
+    };
+
+    std::vector<std::uint64_t> exact_keys_;  // island and place in `sorted_`
+    std::vector<std::uint32_t> exact_contacts_;
+    std::vector<Exact> exact_;
 };
 
 }  // namespace zoned::physics

@@ -5,6 +5,7 @@
 #include "server/physics/validate.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace zoned::physics {
 
@@ -31,6 +32,14 @@ Vec3 spin_after(const Mat3& from, const Mat3& to, const Vec3& moments, const Vec
 
 bool fit(const Vec3& position, const Vec3& velocity, const Vec3& spin, const Quat& orientation) {
     return fit_position(position) && fit_velocity(velocity, spin) && fit_orientation(orientation);
+}
+
+/// Impacts may ask for more than bodies can have: an elastic one for twice the speed, one off the
+/// centre of what is small for a hundred times the spin. Up to that they get the most there is;
+/// what is beyond is an error.
+Vec3 within_most(const Vec3& v, float most, float excess) {
+    const float size = v.norm();
+    return size > most && size < excess * most ? Vec3((0.9999F * most / size) * v) : v;
 }
 
 void stop_broken(Bodies& bodies, std::uint32_t row, std::vector<std::uint32_t>& broken) {
@@ -306,8 +315,9 @@ bool SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
                               spin);
         }
     }
+    spin = within_most(spin, kMaxSpin, 100.0F);
     const Vec3 position = bodies.position[row] + linear(drift[slot]);
-    const Vec3 velocity = linear(motion[slot]);
+    const Vec3 velocity = within_most(linear(motion[slot]), kMaxSpeed, 2.0F);
     if (!fit(position, velocity, spin, orientation)) {
         return false;
     }
@@ -338,6 +348,7 @@ void fly_free(Bodies& bodies,
     if (!spin.isZero(0.0F)) {
         if (dynamic && bodies.round[row] == 0) {
             rotate_body(bodies, row, dt, orientation, spin);
+            spin = within_most(spin, kMaxSpin, 100.0F);  // tumbling turns faster at times
         } else {
             orientation = turned(orientation, Vec3(dt * spin));
         }
