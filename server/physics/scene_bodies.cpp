@@ -40,7 +40,6 @@ Scene::Impl::Impl(const Settings& s)
         exact_settings = s;
         exact_settings.method = Method::kDirect;
         exact_settings.methods = MethodSettings();
-        exact_settings.methods.manifold = ManifoldMode::kDivided;
         exact->reserve(2 * Effort::kExactContacts, Effort::kExactContacts);
     }
 }

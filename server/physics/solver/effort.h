@@ -46,7 +46,7 @@ class Effort {
     static constexpr int kYoungIterations = 8;
     /// Islands of up to so many contacts may be left to an exact solver, whose work grows with
     /// their third power.
-    static constexpr std::uint32_t kExactContacts = 32;
+    static constexpr std::uint32_t kExactContacts = 12;
     /// The level of an island that is left to it.
     static constexpr std::uint8_t kExactLevel = kLevels;
 
