@@ -10,15 +10,8 @@ namespace {
 
 /// How deep the centre lies inside the shape, m; of hulls an estimate.
 float depth_of_centre(const Shape& shape, const Aabb& bounds) {
-    switch (shape.kind) {
-        case ShapeKind::kSphere:
-        case ShapeKind::kCapsule:
-            return shape.radius;
-        case ShapeKind::kBox:
-            return shape.half_extents.minCoeff();
-        default:
-            return 0.125F * (bounds.upper - bounds.lower).minCoeff();
-    }
+    return shape.kind == ShapeKind::kHull ? 0.125F * (bounds.upper - bounds.lower).minCoeff()
+                                          : inner_radius(shape);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "server/physics/strain.h"
 
 #include "server/physics/narrowphase/narrowphase.h"
+#include "server/physics/shapes/bounds.h"
 #include "server/physics/shapes/inertia.h"
 #include "server/physics/solver/contact_solver.h"
 #include "server/physics/solver/effort.h"
@@ -27,19 +28,6 @@ float substep_of(const Settings& settings, float dt) {
     return dt / (settings.substeps > 0 ? static_cast<float>(settings.substeps) : kMostSubsteps);
 }
 
-/// The least distance from the middle of a shape to its surface, m; 0 where there is no such thing.
-float thickness_of(const Shape& shape) {
-    switch (shape.kind) {
-        case ShapeKind::kSphere:
-        case ShapeKind::kCapsule:
-            return shape.radius;
-        case ShapeKind::kBox:
-            return shape.half_extents.minCoeff();
-        default:
-            return 0.0F;
-    }
-}
-
 }  // namespace
 
 std::vector<std::string> strains_of(const BodyDef& def, const Settings& settings, float dt) {
@@ -53,7 +41,7 @@ std::vector<std::string> strains_of(const BodyDef& def, const Settings& settings
                      settings.error_budget_m,
                      farthest_for(settings.error_budget_m)));
     }
-    const float thick = thickness_of(def.shape);
+    const float thick = inner_radius(def.shape);
     const bool full = def.kind == BodyKind::kDynamic;
     if (full && thick > 0.0F && 2.0F * thick < kContactMargin) {
         out.push_back(sentence("is %g m thick, thinner than the contact margin of %g m",

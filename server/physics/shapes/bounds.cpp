@@ -55,4 +55,16 @@ Aabb shape_bounds(const Shape& shape, const Vec3& position, const Mat3& rotation
     return {position - reach, position + reach};
 }
 
+float inner_radius(const Shape& shape) {
+    switch (shape.kind) {
+        case ShapeKind::kSphere:
+        case ShapeKind::kCapsule:
+            return shape.radius;
+        case ShapeKind::kBox:
+            return shape.half_extents.minCoeff();
+        default:
+            return 0.0F;
+    }
+}
+
 }  // namespace zoned::physics

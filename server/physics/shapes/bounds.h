@@ -21,6 +21,9 @@ struct Ball {
 /// their turned box. A plane has none: it gets the point at its origin.
 Aabb shape_bounds(const Shape& shape, const Vec3& position, const Mat3& rotation);
 
+/// The least distance from the middle of a sphere, capsule or box to its surface, m; 0 of others.
+float inner_radius(const Shape& shape);
+
 /// The box that holds `box` all along a straight move by `motion`.
 inline Aabb swept(const Aabb& box, const Vec3& motion) {
     return {box.lower + motion.cwiseMin(0.0F), box.upper + motion.cwiseMax(0.0F)};
