@@ -130,9 +130,10 @@ void trapdoor(Run& run) {
 }
 
 /// A pile in which a tenth of the bodies turns from solid to ghost or back in each step. The room
-/// stays solid for all. A body between several is pushed by their sum, say three, and may fall by
-/// the height of the room. In the end all are solid: overlaps of a metre part at 3 m/s, one layer
-/// after the other, and what lies still gives way by ten budgets at most, as a resting pile does.
+/// stays solid for all. What becomes solid is pushed by those whose place it takes, twelve at most
+/// as so many equal balls find room about one, and may fall by the height of the room. In the end
+/// all are solid: overlaps of a metre part at 3 m/s, one layer after the other, and what lies still
+/// gives way by ten budgets at most, as a resting pile does.
 void flicker(Run& run, std::uint64_t seed) {
     World world(run, "filter-flicker", "seed " + std::to_string(seed));
     world.room(4.0F, 14.0F);
@@ -146,7 +147,7 @@ void flicker(Run& run, std::uint64_t seed) {
         def.filter = filter_of(kRed, kAll);
         ids.push_back(world.add(def));
     }
-    world.limits.speed_mps = 3.0 * kPush + std::sqrt(2.0 * kG * 14.0);
+    world.limits.speed_mps = 12.0 * kPush + std::sqrt(2.0 * kG * 14.0);
     const auto steps = static_cast<int>(run.pick(3.0F, 20.0F) / kFrame);
     for (int i = 0; i < steps; ++i) {
         for (std::size_t k = 0; k < ids.size() / 10; ++k) {
