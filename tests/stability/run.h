@@ -14,7 +14,7 @@ namespace zoned::stability {
 enum class Fault : std::uint8_t {
     kNone,
     kNan,       ///< a coordinate is not a number
-    kEnergy,    ///< a body is ten times as fast and 100 m/s faster
+    kEnergy,    ///< a body is ten times as fast and 1000 m/s faster
     kFloor,     ///< a body stands a metre lower
     kEscape,    ///< a body is far away
     kDrift,     ///< a body stands aside

@@ -45,7 +45,7 @@ void spoil(Fault fault, BodyState& s) {
             s.position.y() = std::numeric_limits<float>::quiet_NaN();
             break;
         case Fault::kEnergy:
-            s.velocity = 10.0F * s.velocity + Vec3(0.0F, 100.0F, 0.0F);
+            s.velocity = 10.0F * s.velocity + Vec3(0.0F, 1000.0F, 0.0F);
             break;
         case Fault::kFloor:
             s.position.y() -= 1.0F;
