@@ -130,6 +130,12 @@ void Scene::wake(BodyId body) {
     }
 }
 
+void Scene::set_filter(BodyId body, const Filter& filter) {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "set_filter() of a body that is not in the scene");
+    impl_->set_filter(row, filter);
+}
+
 void Scene::work_with(compute::Team* team) {
     impl_->team = team != nullptr ? team : &impl_->alone;
 }

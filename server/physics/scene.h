@@ -149,6 +149,10 @@ class Scene {
     /// Impulse of rotation in N m s; wakes the body.
     void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);
+    /// Whom the body meets from the next step on: contacts that the filters allow no more end, and
+    /// what it overlaps and now meets is pushed out as other overlaps are. Wakes the body, what it
+    /// touched and has to let go, and what a static or kinematic body now meets.
+    void set_filter(BodyId body, const Filter& filter);
     /// Turns a dynamic body into a particle or back; wakes it. Position, velocity, id and tag stay;
     /// orientation and spin are kept frozen while it is a particle. A particle that becomes a body
     /// again is lifted out of static and kinematic bodies that it would overlap. Fails with the

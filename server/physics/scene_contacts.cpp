@@ -283,6 +283,7 @@ void Scene::Impl::end_touch(std::uint32_t index, std::vector<ContactEvent>& out)
     }
     ContactEvent event = contact_event(index);
     event.impulse = 0.0F;
+    event.approach_speed = 0.0F;
     event.ended = true;
     out.push_back(event);
 }

@@ -54,7 +54,7 @@ struct Scene::Impl {
     /// looked for.
     std::array<spatial::BoxIndex, 3> boxes;
     spatial::BoxIndex resting;               ///< particles asleep
-    std::vector<std::uint32_t> disturbed;    ///< scratch: particles to wake
+    std::vector<std::uint32_t> disturbed;    ///< scratch: who is to wake
     std::vector<std::uint32_t> planes;       ///< rows of half-spaces, which have no box
     std::vector<std::uint32_t> pending;      ///< rows whose fat box is new, and stale ones
     std::vector<std::uint8_t> pending_mark;  ///< by row: its fat box is new since pairs were found
@@ -122,6 +122,9 @@ struct Scene::Impl {
     void wake(std::uint32_t row);
 
     // scene_pairs.cpp
+    void set_filter(std::uint32_t row, const Filter& filter);
+    void drop_unmet_pairs(std::uint32_t row);
+    void wake_who_is_met(std::uint32_t row, const Filter& before);
     void refresh_bounds(float dt);
     void find_pairs(float dt);
     void sort_pending();

@@ -126,6 +126,66 @@ bool Scene::Impl::near(std::uint32_t a, std::uint32_t b) const {
     return fat_balls[a].overlaps(fat_balls[b]) && bodies.fat[a].overlaps(bodies.fat[b]);
 }
 
+/// Ends the pairs of a body whose filters allow them no more.
+void Scene::Impl::drop_unmet_pairs(std::uint32_t row) {
+    graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
+        if (bodies.filter[row].meets(bodies.filter[other])) {
+            return;
+        }
+        const bool touched = graph.pair(contact).touching;
+        end_sensing(contact, left_sensors);
+        end_touch(contact, left_contacts);
+        graph.destroy(bodies, contact);
+        if (touched) {
+            waker.wake(bodies, graph, joints, other);
+        }
+    });
+}
+
+/// Wakes the dynamic bodies near a static or kinematic one that did not meet it before: asleep,
+/// they would stay within it for ever.
+void Scene::Impl::wake_who_is_met(std::uint32_t row, const Filter& before) {
+    disturbed.clear();
+    const auto consider = [&](std::uint32_t other) {
+        if (bodies.filter[row].meets(bodies.filter[other]) && !before.meets(bodies.filter[other]) &&
+            near(row, other)) {
+            disturbed.push_back(other);
+        }
+    };
+    if (!bodies.is_plane(row)) {
+        boxes[static_cast<std::size_t>(BodyKind::kDynamic)].query(bodies.fat[row], consider);
+    } else {
+        for (std::uint32_t other = 0; other < bodies.rows(); ++other) {
+            if (bodies.alive[other] != 0 && bodies.is_dynamic(other)) {
+                consider(other);
+            }
+        }
+    }
+    // What follows must not depend on the structure that found them.
+    std::sort(disturbed.begin(), disturbed.end());
+    for (const std::uint32_t other : disturbed) {
+        wake(other);
+    }
+}
+
+void Scene::Impl::set_filter(std::uint32_t row, const Filter& filter) {
+    const Filter before = bodies.filter[row];
+    if (before.category == filter.category && before.mask == filter.mask) {
+        return;
+    }
+    bodies.filter[row] = filter;
+    wake(row);
+    if (bodies.is_particle(row)) {
+        return;  // asks at each bump
+    }
+    drop_unmet_pairs(row);
+    disturb_particles(row);
+    if (!bodies.is_dynamic(row)) {
+        wake_who_is_met(row, before);
+    }
+    mark_pending(row);
+}
+
 /// Drops stale rows, and rows that came twice because another body took a row over.
 void Scene::Impl::sort_pending() {
     std::erase_if(pending, [&](std::uint32_t row) { return pending_mark[row] == 0; });

@@ -40,15 +40,26 @@ struct SpawnDef {
     bool asleep = false;  ///< props: starts at rest
 };
 
-/// Two entities touched, or one touched the static world (its other side is none).
+/// Two entities touch, or one touches the static world (its other side is none). Neither began nor
+/// ended: it lasts.
 struct Contact {
     EntityId a;
     EntityId b;
     Vec3 point = Vec3::Zero();
     Vec3 normal = Vec3::UnitY();  ///< from a to b
-    float impulse = 0.0F;         ///< N s
+    float impulse = 0.0F;         ///< of this step, N s
     float approach_speed = 0.0F;  ///< m/s
     bool began = false;
+    /// They parted, or one of them is gone from this zone's bodies (despawned, hidden, handed off,
+    /// teleported): its id may name nobody any more.
+    bool ended = false;
+};
+
+/// Which contacts rules hear of besides those that begin and those with an impulse of more than
+/// physics::Settings::event_impulse_ns.
+struct ContactWish {
+    bool lasts = false;  ///< in each step after the first, while one of the two is awake
+    bool ends = false;
 };
 
 /// A reliable event of the rules.
@@ -150,7 +161,17 @@ class Rules {
                           EntityId avatar,
                           const motion::InputCommand& command,
                           std::uint16_t pressed) = 0;
+    /// A contact is told to each zone that simulates it: with a ghost, to the owners of both sides.
     virtual void on_contact(RulesContext& context, const Contact& contact) = 0;
+
+    /// Asked when an entity of that type gets a body, a ghost too. A pair of bodies tells what
+    /// either of the two wishes. A contact ends in the zone that an entity leaves and begins in the
+    /// one that it comes to; an end is told by the next step in which physics runs.
+    [[nodiscard]] virtual ContactWish contact_wish(TypeIndex type) const {
+        (void)type;
+        return {};
+    }
+
     /// Once per tick, before AI and physics.
     virtual void on_tick(RulesContext& context) = 0;
     /// A recipient confirmed an event that asked for it.

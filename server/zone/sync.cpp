@@ -72,8 +72,11 @@ std::uint32_t report_contacts(ZoneState& state) {
         contact.impulse = event.impulse;
         contact.approach_speed = event.approach_speed;
         contact.began = event.began;
+        contact.ended = event.ended;
         state.contacts.push_back(contact);
-        if (contact.a && contact.b) {
+        // Where an island belongs must not depend on what the rules wish to hear.
+        const bool strong = event.impulse >= state.settings.physics.event_impulse_ns;
+        if (contact.a && contact.b && (event.began || strong)) {
             note_ghost_contact(state, contact.a, contact.b);
         }
     }

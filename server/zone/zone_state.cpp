@@ -95,6 +95,9 @@ void add_body(ZoneState& state, world::Row row, bool asleep) {
     def.angular_velocity = e.angular_velocity[row];
     def.user = e.id[row].value;
     def.asleep = asleep && dynamic;
+    const ContactWish wish = state.rules->contact_wish(e.type[row]);
+    def.events = static_cast<std::uint8_t>((wish.lasts ? physics::kTellPersist : 0) |
+                                           (wish.ends ? physics::kTellEnd : 0));
     const auto body = state.scene.add(def);
     ZONED_ASSERT(body.ok(), "entity types and states are valid bodies");
     e.body[row] = *body;

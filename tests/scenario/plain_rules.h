@@ -15,6 +15,7 @@ namespace zoned::scenario {
 struct PlainLog {
     std::mutex guard;  ///< of what follows, while zones run
     std::map<ClientId, EntityId> avatars;
+    zone::ContactWish wish;  ///< for all types; set before the zones are made
     std::vector<zone::Contact> contacts;
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
     std::vector<std::uint16_t> commands;
@@ -62,6 +63,8 @@ class PlainRules final : public zone::Rules {
         const std::lock_guard lock(log_->guard);
         log_->contacts.push_back(contact);
     }
+
+    [[nodiscard]] zone::ContactWish contact_wish(TypeIndex) const override { return log_->wish; }
 
     void on_tick(zone::RulesContext&) override {}
 

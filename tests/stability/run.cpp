@@ -8,7 +8,7 @@ namespace zoned::stability {
 
 const std::vector<std::string>& fault_names() {
     static const std::vector<std::string> kNames{
-        "none", "nan", "energy", "floor", "escape", "drift", "momentum"};
+        "none", "nan", "energy", "floor", "escape", "drift", "momentum", "joint", "time", "hull"};
     return kNames;
 }
 
@@ -26,8 +26,17 @@ void Run::progress(const std::string& what) const {
 
 std::vector<Case> all_cases() {
     std::vector<Case> all;
-    for (auto* list :
-         {&stack_cases, &mass_cases, &speed_cases, &press_cases, &world_cases, &input_cases}) {
+    for (auto* list : {&stack_cases,
+                       &mass_cases,
+                       &speed_cases,
+                       &press_cases,
+                       &world_cases,
+                       &input_cases,
+                       &filter_cases,
+                       &motor_cases,
+                       &anchor_cases,
+                       &hull_cases,
+                       &crowd_cases}) {
         std::vector<Case> cases = list();
         std::move(cases.begin(), cases.end(), std::back_inserter(all));
     }

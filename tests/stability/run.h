@@ -14,11 +14,14 @@ namespace zoned::stability {
 enum class Fault : std::uint8_t {
     kNone,
     kNan,       ///< a coordinate is not a number
-    kEnergy,    ///< a body is ten times as fast and 100 m/s faster
+    kEnergy,    ///< a body is ten times as fast and 1000 m/s faster
     kFloor,     ///< a body stands a metre lower
     kEscape,    ///< a body is far away
     kDrift,     ///< a body stands aside
     kMomentum,  ///< a body is a little faster
+    kJoint,     ///< a joint is ten metres or radians farther, and gone
+    kTime,      ///< steps take a hundred seconds longer
+    kHull,      ///< a hull is not what its points are
 };
 
 /// Names as on the command line, in the order of the kinds.
@@ -56,6 +59,11 @@ std::vector<Case> speed_cases();
 std::vector<Case> press_cases();
 std::vector<Case> world_cases();
 std::vector<Case> input_cases();
+std::vector<Case> filter_cases();
+std::vector<Case> motor_cases();
+std::vector<Case> anchor_cases();
+std::vector<Case> hull_cases();
+std::vector<Case> crowd_cases();
 
 std::vector<Case> all_cases();
 

@@ -14,9 +14,6 @@ namespace zoned::stability {
 
 namespace {
 
-/// Faults begin in this step.
-constexpr std::uint64_t kFaultAt = 20;
-
 bool is_solid(const Shape& shape) {
     return shape.kind == physics::ShapeKind::kSphere || shape.kind == physics::ShapeKind::kBox ||
            shape.kind == physics::ShapeKind::kCapsule;
@@ -48,7 +45,7 @@ void spoil(Fault fault, BodyState& s) {
             s.position.y() = std::numeric_limits<float>::quiet_NaN();
             break;
         case Fault::kEnergy:
-            s.velocity = 10.0F * s.velocity + Vec3(0.0F, 100.0F, 0.0F);
+            s.velocity = 10.0F * s.velocity + Vec3(0.0F, 1000.0F, 0.0F);
             break;
         case Fault::kFloor:
             s.position.y() -= 1.0F;
@@ -59,6 +56,10 @@ void spoil(Fault fault, BodyState& s) {
         case Fault::kDrift:
             s.position.z() += 5.0F;
             break;
+        case Fault::kJoint:
+        case Fault::kTime:
+        case Fault::kHull:
+            break;  // nothing that is read of a body
         case Fault::kMomentum:
             s.velocity = 1.5F * s.velocity + Vec3(1.0F, 0.0F, 0.0F);
             break;
@@ -104,6 +105,7 @@ JointId World::join(const JointDef& def) {
     if (!id) {
         throw std::runtime_error("a joint was refused: " + id.error());
     }
+    joints_.push_back(*id);
     return *id;
 }
 
@@ -149,7 +151,7 @@ void World::take_motion(const Known& body, const BodyState& s, Sums& sums) const
 
 BodyState World::read(const Known& body, bool& spoilt) const {
     BodyState s = scene.state(body.id);
-    if (!spoilt && row.steps > kFaultAt && body.def.kind == BodyKind::kDynamic) {
+    if (!spoilt && faulty() && body.def.kind == BodyKind::kDynamic) {
         spoil(run_.fault, s);
         spoilt = true;
     }
@@ -167,7 +169,9 @@ bool World::step(float dt) {
     }
     const std::int64_t before = bench::thread_cpu_ns();
     const physics::StepStats stats = scene.step(dt);
-    cpu_ms_ += static_cast<double>(bench::thread_cpu_ns() - before) * 1.0e-6;
+    step_ms_ = static_cast<double>(bench::thread_cpu_ns() - before) * 1.0e-6;
+    step_ms_ += run_.fault == Fault::kTime && faulty() ? 1.0e5 : 0.0;
+    cpu_ms_ += step_ms_;
     row.quarantined += stats.quarantined;
     ++row.steps;
     look();
@@ -214,6 +218,7 @@ void World::look() {
     if (row.steps > speed_from) {
         row.max_speed_mps = std::max(row.max_speed_mps, speed_);
     }
+    energy_ = sums.energy;
     if (scale_ > 0.0 && limits.energy_share) {
         row.energy_share = std::max(row.energy_share, (sums.energy - energy_there_) / scale_);
     }
@@ -226,11 +231,11 @@ void World::look() {
     const auto pause = static_cast<std::uint64_t>(
         look_every > 0 ? look_every : (bodies_.size() < 60 ? 1 : (bodies_.size() < 500 ? 4 : 15)));
     if (limits.depth_m && row.steps % pause == 0) {
-        look_at_overlaps(states);
+        row.depth_m = std::max(row.depth_m, deepest(states));
     }
 }
 
-void World::look_at_overlaps(const std::vector<BodyState>& states) {
+double World::deepest(const std::vector<BodyState>& states) const {
     std::vector<scenario::Body> solids;
     std::vector<scenario::Pose> poses;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -246,11 +251,48 @@ void World::look_at_overlaps(const std::vector<BodyState>& states) {
             {states[i].position.cast<double>(), states[i].orientation.cast<double>().normalized()});
     }
     const scenario::Overlaps found = scenario::find_overlaps(solids, poses);
+    double most = 0.0;
     for (const auto* list : {&found.pairs, &found.fixed}) {
         for (const double depth : *list) {
-            row.depth_m = std::max(row.depth_m, depth);
+            most = std::max(most, depth);
         }
     }
+    return most;
+}
+
+double World::depth_now() const {
+    bool spoilt = run_.fault == Fault::kNone;
+    std::vector<BodyState> states;
+    states.reserve(bodies_.size());
+    for (const Known& body : bodies_) {
+        states.push_back(read(body, spoilt));
+    }
+    return deepest(states);
+}
+
+BodyState World::watch(BodyId id) const {
+    bool spoilt = run_.fault == Fault::kNone;
+    for (const Known& body : bodies_) {
+        const BodyState s = read(body, spoilt);
+        if (body.id == id) {
+            return s;
+        }
+    }
+    throw std::runtime_error("watched a body that is not in the world");
+}
+
+double World::joints_gone() const {
+    const auto gone = std::count_if(
+        joints_.begin(), joints_.end(), [this](JointId id) { return !scene.contains(id); });
+    return static_cast<double>(gone) + (run_.fault == Fault::kJoint && faulty() ? 1.0 : 0.0);
+}
+
+double World::joint_at(JointId id) const {
+    if (!scene.contains(id)) {
+        return std::numeric_limits<double>::infinity();
+    }
+    const bool spoilt = run_.fault == Fault::kJoint && faulty() && id == joints_.front();
+    return static_cast<double>(scene.joint_position(id)) + (spoilt ? 10.0 : 0.0);
 }
 
 void World::run(float seconds, float dt) {

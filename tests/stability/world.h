@@ -54,6 +54,25 @@ class World {
     /// have to stay in it.
     void room(float half, float height, float friction = 0.5F);
 
+    /// A body as the checks see it: with the fault on purpose, if it is the first dynamic one.
+    [[nodiscard]] BodyState watch(BodyId id) const;
+    /// The same of a joint's position (Scene::joint_position), if it is the first one; infinite
+    /// where the joint is gone.
+    [[nodiscard]] double joint_at(JointId id) const;
+
+    /// How many of the joints are gone, by themselves as nobody takes one out; the fault on
+    /// purpose takes the first one for gone.
+    [[nodiscard]] double joints_gone() const;
+
+    /// Kinetic energy and that of height above `floor_y`, in the last step, J.
+    [[nodiscard]] double energy() const { return energy_; }
+
+    /// Thread CPU time of the last step, ms.
+    [[nodiscard]] double step_ms() const { return step_ms_; }
+
+    /// The deepest overlap as it is now, m.
+    [[nodiscard]] double depth_now() const;
+
     /// Energy that something outside put in, J.
     void supply(double energy) { energy_there_ += energy; }
 
@@ -70,6 +89,8 @@ class World {
     int look_every = 0;
     /// From this step on speed counts, e.g. after what was thrown in has hit.
     std::uint64_t speed_from = 0;
+    /// Faults on purpose begin after this step.
+    std::uint64_t fault_at = 20;
     Row row;
 
     struct Known {
@@ -97,11 +118,17 @@ class World {
     void look();
     [[nodiscard]] BodyState read(const Known& body, bool& spoilt) const;
     void take_motion(const Known& body, const BodyState& s, Sums& sums) const;
-    void look_at_overlaps(const std::vector<BodyState>& states);
+
+    [[nodiscard]] bool faulty() const { return row.steps > fault_at; }
+
+    [[nodiscard]] double deepest(const std::vector<BodyState>& states) const;
 
     Run& run_;
     Vec3d gravity_;
     std::vector<Known> bodies_;
+    std::vector<JointId> joints_;
+    double energy_ = 0.0;        ///< J, in the last step
+    double step_ms_ = 0.0;       ///< of the last step
     double energy_there_ = 0.0;  ///< J, above `reference`
     double scale_ = 0.0;         ///< J
     std::optional<Sums> start_;

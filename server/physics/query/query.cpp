@@ -2,6 +2,7 @@
 
 #include "server/physics/query/query_shape.h"
 #include "server/physics/query/query_sinks.h"
+#include "server/physics/query/ray_order.h"
 #include "server/physics/query/shape_ray.h"
 #include "server/physics/scene_impl.h"
 #include "server/physics/shapes/compound.h"
@@ -211,6 +212,22 @@ void Query::rays(std::span<const Ray> rays,
                  const QueryFilter& filter,
                  std::span<QueryHit> hits) const {
     ZONED_ASSERT(rays.size() == hits.size(), "each ray needs room for its hit");
+    const Bodies& bodies = scene_->impl_->bodies;
+    if (worth_ordering(rays.size(), bodies.count)) {
+        order_rays(rays, hits);
+        for (QueryHit& hit : hits) {
+            const std::uint32_t index = hit.user;
+            if (!ray(rays[index], filter, hit)) {
+                hit = QueryHit();
+            }
+            hit.user = index;
+        }
+        put_in_place(hits);
+        for (QueryHit& hit : hits) {
+            hit.user = hit.body ? bodies.user[bodies.row_of(hit.body)] : 0;
+        }
+        return;
+    }
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (!ray(rays[i], filter, hits[i])) {
             hits[i] = QueryHit();

@@ -74,7 +74,8 @@ class Query {
     [[nodiscard]] bool ray_any(const Ray& ray, const QueryFilter& filter) const;
     /// One hit per body, the nearest ones that find room in `hits`, nearest first.
     QueryCount ray_all(const Ray& ray, const QueryFilter& filter, std::span<QueryHit> hits) const;
-    /// The nearest hit of each ray; `hits` is as long as `rays`.
+    /// The nearest hit of each ray; `hits` is as long as `rays`. Large batches in large scenes are
+    /// cast in an order of their own (see ray_order.h); the answers are those of `ray`.
     void rays(std::span<const Ray> rays, const QueryFilter& filter, std::span<QueryHit> hits) const;
 
     /// The same for moving shapes. Distances are exact to some micrometres.

@@ -45,6 +45,62 @@ void steps(Scene& scene, int n) {
     }
 }
 
+Filter ghost() {
+    Filter filter;
+    filter.mask = 0;
+    return filter;
+}
+
+// 5 steps of 1/30 s fall g t^2 / 2 = 0.136 m.
+TEST(Scene, LetsASleepingBodyFallThroughWhatItMeetsNoMore) {
+    for (const bool of_floor : {false, true}) {
+        Scene scene{Settings()};
+        const BodyId floor = add_floor(scene);
+        BodyDef def = box_at(Vec3(0, 0.5F, 0));
+        def.asleep = true;
+        def.events = kTellEnd;
+        const BodyId box = *scene.add(def);
+        steps(scene, 1);
+        scene.wake(box);
+        steps(scene, 60);
+        ASSERT_TRUE(scene.state(box).asleep);
+        const float before = scene.state(box).position.y();
+        scene.set_filter(of_floor ? floor : box, ghost());
+        steps(scene, 1);
+        ASSERT_EQ(scene.contact_events().size(), 1U);
+        EXPECT_TRUE(scene.contact_events()[0].ended);
+        steps(scene, 4);
+        EXPECT_NEAR(scene.state(box).position.y(), before - 0.136F, 0.002F) << of_floor;
+    }
+}
+
+// Overlap is undone at 3 m/s: half a metre takes five steps of 1/30 s, and the rest is settling.
+TEST(Scene, PushesOutWhoSleepsInABodyThatItMeetsAgain) {
+    for (const BodyKind kind : {BodyKind::kStatic, BodyKind::kKinematic, BodyKind::kDynamic}) {
+        Scene scene{Settings()};
+        add_floor(scene);
+        BodyDef def = box_at(Vec3(0, 0.25F, 0));
+        def.shape = Shape::box(Vec3(2.0F, 0.25F, 2.0F));
+        def.mass = 1000.0F;
+        def.kind = kind;
+        def.filter.category = 2;
+        const BodyId slab = *scene.add(def);
+        def = box_at(Vec3(0, 0.5F, 0));
+        def.filter.mask = 1;
+        const BodyId box = *scene.add(def);
+        steps(scene, 90);
+        ASSERT_TRUE(scene.state(box).asleep);
+        ASSERT_NEAR(scene.state(box).position.y(), 0.5F, 0.01F);
+        if (kind == BodyKind::kDynamic) {
+            scene.set_filter(box, Filter());
+        } else {
+            scene.set_filter(slab, Filter());
+        }
+        steps(scene, 45);
+        EXPECT_NEAR(scene.state(box).position.y(), 1.0F, 0.02F) << static_cast<int>(kind);
+    }
+}
+
 TEST(Scene, RefusesWhatIsNotFiniteOrNotPositive) {
     Scene scene{Settings()};
     const auto refused = [&](auto&& spoil) {
