@@ -53,6 +53,13 @@ TEST(Mesh, CountsWhatIsOddAndRefusesWhatIsBroken) {
     EXPECT_EQ(built.turned_edges, 1U);
     EXPECT_EQ(built.shared_edges, 1U);
     EXPECT_EQ(built.mesh->triangle_count(), 4U);
+    // Of 18 corners 6 are places; (2, 0, 0) is named by a triangle without area only.
+    EXPECT_EQ(built.merged, 18U - 7U);
+    EXPECT_EQ(built.unused, 0U);
+    EXPECT_EQ(built.mesh->tables().vertices.size(), 6U);
+    EXPECT_EQ(built.first_degenerate, (std::array<std::uint32_t, 3>{3, 4, 5}));
+    EXPECT_EQ(built.first_turned, (std::array<std::uint32_t, 2>{0, 1}));
+    EXPECT_EQ(built.first_shared, (std::array<std::uint32_t, 2>{1, 2}));
     const auto reason = [](std::vector<Vec3> vertices,
                            std::vector<std::uint32_t> indices,
                            MeshOptions options = {}) {
@@ -170,8 +177,9 @@ TEST(Heightfield, RefusesWhatIsNoGrid) {
     two.rows = 2;
     EXPECT_EQ(reason(4, two), "");
     EXPECT_EQ(reason(5, two), "heightfield: has 5 samples instead of columns times rows");
-    EXPECT_EQ(reason(4, two, NAN), "heightfield: sample 0 is not finite or out of range");
-    EXPECT_EQ(reason(4, two, 1e30F), "heightfield: sample 0 is not finite or out of range");
+    EXPECT_EQ(reason(4, two, NAN), "heightfield: sample 0 of row 0 is not finite or out of range");
+    EXPECT_EQ(reason(4, two, 1e30F),
+              "heightfield: sample 0 of row 0 is not finite or out of range");
     FieldOptions flat = two;
     flat.spacing_x = 0.0F;
     EXPECT_EQ(reason(4, flat), "heightfield: spacing out of range");
