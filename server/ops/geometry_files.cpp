@@ -171,6 +171,15 @@ core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
             std::string("heightfield: the image is not plain greyscale: it has ") +
             colour_name(reader.colour));
     }
+    // Deflate makes of a byte no more than 1,032 (its specification, RFC 1951, allows no longer
+    // matches): a short file asks for no large memory.
+    const std::size_t row =
+        (static_cast<std::size_t>(reader.width) * static_cast<std::size_t>(reader.depth) + 7) / 8;
+    if (row * reader.height / 1032 > bytes.size()) {
+        return Field::failure("heightfield: the image is broken: " + std::to_string(bytes.size()) +
+                              " bytes cannot hold " + std::to_string(reader.width) + " x " +
+                              std::to_string(reader.height) + " samples");
+    }
     const std::size_t sample = reader.depth == 16 ? 2 : 1;
     const std::size_t stride = sample * reader.width;
     std::vector<png_byte> pixels(stride * reader.height);

@@ -59,6 +59,12 @@ TEST(HeightfieldFromPng, SaysWhyItRefuses) {
     std::vector<std::byte> cut = png_of(2, 2, PNG_FORMAT_GRAY, pixels);
     cut.resize(cut.size() - 20);
     EXPECT_EQ(reason(cut), "heightfield: the image is broken at row 0 of 2: ends too early");
+    const std::vector<std::uint8_t> large(1000 * 1000);
+    std::vector<std::byte> claim = png_of(1000, 1000, PNG_FORMAT_GRAY, large.data());
+    ASSERT_TRUE(heightfield_from_png(claim, 1.0F, spacing(1.0F)).ok());
+    claim.resize(100);
+    EXPECT_EQ(reason(claim),
+              "heightfield: the image is broken: 100 bytes cannot hold 1000 x 1000 samples");
     const auto missing = load_heightfield("/no/such/file.png", 1.0F, spacing(1.0F));
     ASSERT_FALSE(missing.ok());
     EXPECT_EQ(missing.error(), "/no/such/file.png: cannot be opened");
