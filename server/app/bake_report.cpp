@@ -9,18 +9,19 @@ namespace zoned::app {
 namespace {
 
 /// " (first: vertices of lines 3, 4)", or nothing when there is none.
-template <std::size_t N>
-std::string first_of(std::uint32_t count,
-                     const std::array<std::uint32_t, N>& vertices,
-                     const ops::ObjScan& scan) {
-    if (count == 0) {
-        return {};
-    }
-    std::string out = " (first: vertices of lines ";
-    for (std::size_t i = 0; i < N; ++i) {
-        out += (i > 0 ? ", " : "") + std::to_string(scan.vertex_lines[vertices[i]]);
-    }
-    return out + ")";
+std::string first_edge(std::uint32_t count,
+                       const std::array<std::uint32_t, 2>& vertices,
+                       const ops::ObjScan& scan) {
+    return count == 0
+               ? std::string()
+               : " (first: vertices of lines " + std::to_string(scan.vertex_lines[vertices[0]]) +
+                     ", " + std::to_string(scan.vertex_lines[vertices[1]]) + ")";
+}
+
+std::string first_face(std::uint32_t count, std::uint32_t triangle, const ops::ObjScan& scan) {
+    return count == 0
+               ? std::string()
+               : " (first: face of line " + std::to_string(scan.triangle_lines[triangle]) + ")";
 }
 
 void report_size(const Aabb& box, BakeReport& report) {
@@ -54,20 +55,15 @@ void BakeReport::row(const char* name, const char* format, ...) {
 }
 
 void report_build(const ops::ObjScan& scan, const physics::BuiltMesh& built, BakeReport& report) {
-    report.row("faces",
-               "%llu, worth %llu triangles",
-               static_cast<unsigned long long>(scan.faces),
-               static_cast<unsigned long long>(scan.triangles));
-    const std::uint64_t cut = std::uint64_t{built.mesh->triangle_count()} + built.degenerate;
-    if (cut != scan.triangles) {
-        report.row("lost triangles",
-                   "%lld: polygons that cross themselves cannot be cut up",
-                   static_cast<long long>(scan.triangles) - static_cast<long long>(cut));
-    }
+    report.row("faces", "%u, cut into %zu triangles", scan.faces, scan.triangle_lines.size());
     report.row("degenerate",
                "%u without area, left out%s",
                built.degenerate,
-               first_of(built.degenerate, built.first_degenerate, scan).c_str());
+               first_face(built.degenerate, built.first_degenerate, scan).c_str());
+    report.row("repeated",
+               "%u that are there already, left out%s",
+               built.repeated,
+               first_face(built.repeated, built.first_repeated, scan).c_str());
     report.row("merged vertices",
                "%u of %zu; %u that no face names left out",
                built.merged,
@@ -76,15 +72,15 @@ void report_build(const ops::ObjScan& scan, const physics::BuiltMesh& built, Bak
     report.row("open edges",
                "%u of one triangle only%s",
                built.open_edges,
-               first_of(built.open_edges, built.first_open, scan).c_str());
+               first_edge(built.open_edges, built.first_open, scan).c_str());
     report.row("shared edges",
                "%u of more than two triangles%s",
                built.shared_edges,
-               first_of(built.shared_edges, built.first_shared, scan).c_str());
+               first_edge(built.shared_edges, built.first_shared, scan).c_str());
     report.row("flipped neighbours",
                "%u edges whose two triangles face opposite ways%s",
                built.turned_edges,
-               first_of(built.turned_edges, built.first_turned, scan).c_str());
+               first_edge(built.turned_edges, built.first_turned, scan).c_str());
 }
 
 void report_mesh(const ops::MeshSurvey& mesh, BakeReport& report) {
@@ -95,6 +91,9 @@ void report_mesh(const ops::MeshSurvey& mesh, BakeReport& report) {
                "%g to %g m",
                static_cast<double>(mesh.shortest_edge),
                static_cast<double>(mesh.longest_edge));
+    if (mesh.looked < mesh.triangles) {
+        report.row("looked behind", "%u triangles: too many lie in a heap for all", mesh.looked);
+    }
     report.row("tree", "%zu levels, %zu nodes", mesh.depth, mesh.nodes);
     report.row("memory", "%zu bytes", mesh.bytes);
 }

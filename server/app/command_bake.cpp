@@ -100,7 +100,7 @@ int read_obj(Work& work) {
     }
     const physics::MeshOptions options{work.arguments.weld.value_or(0.0F)};
     const auto built =
-        ops::mesh_from_scanned(work.bytes, scan, work.arguments.scale.value_or(1.0F), options);
+        ops::mesh_from_scanned(scan, work.arguments.scale.value_or(1.0F), options);
     work.ms = watch.ms();
     if (!built) {
         return complain(work, built.error());

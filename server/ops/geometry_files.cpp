@@ -4,7 +4,6 @@
 #include "server/physics/validate.h"
 
 #include <png.h>
-#include <tiny_obj_loader.h>
 
 #include <algorithm>
 #include <csetjmp>
@@ -216,15 +215,10 @@ load_heightfield(const std::string& path, float height, physics::FieldOptions op
     return field ? std::move(field) : Field::failure(path + ": " + field.error());
 }
 
-core::Result<physics::BuiltMesh> mesh_from_scanned(std::string_view text,
-                                                   const ObjScan& scan,
+core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
                                                    float scale,
                                                    const physics::MeshOptions& options) {
     using Mesh = core::Result<physics::BuiltMesh>;
-    if (scan.triangles > physics::kMaxMeshTriangles) {
-        return Mesh::failure("mesh: more than " + std::to_string(physics::kMaxMeshTriangles) +
-                             " triangles");
-    }
     std::vector<Vec3> vertices;
     vertices.reserve(scan.vertices.size());
     for (std::size_t i = 0; i < scan.vertices.size(); ++i) {
@@ -236,27 +230,7 @@ core::Result<physics::BuiltMesh> mesh_from_scanned(std::string_view text,
                                  " m out");
         }
     }
-    tinyobj::ObjReaderConfig config;
-    config.triangulate = true;
-    config.vertex_color = false;
-    tinyobj::ObjReader reader;
-    // From a string, so that a material library that the text names is not looked for.
-    if (!reader.ParseFromString(std::string(text), std::string(), config)) {
-        return Mesh::failure("mesh: is no OBJ: " + reader.Error());
-    }
-    // The scanner rounds numbers better; the reader cuts polygons up. They must count alike.
-    if (reader.GetAttrib().vertices.size() != 3 * vertices.size()) {
-        return Mesh::failure("mesh: its vertices cannot be counted");
-    }
-    std::vector<std::uint32_t> indices;
-    indices.reserve(3 * scan.triangles);
-    for (const tinyobj::shape_t& shape : reader.GetShapes()) {
-        for (const tinyobj::index_t& index : shape.mesh.indices) {
-            // A negative index is none: it becomes one that names no vertex.
-            indices.push_back(static_cast<std::uint32_t>(index.vertex_index));
-        }
-    }
-    return physics::build_mesh(vertices, indices, options);
+    return physics::build_mesh(vertices, scan.indices, options);
 }
 
 core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
@@ -268,7 +242,7 @@ core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
         return core::Result<physics::BuiltMesh>::failure(
             "mesh: line " + std::to_string(first.line) + ": " + first.text);
     }
-    return mesh_from_scanned(text, scan, scale, options);
+    return mesh_from_scanned(scan, scale, options);
 }
 
 core::Result<physics::BuiltMesh> load_mesh(const std::string& path,

@@ -60,8 +60,7 @@ core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
                                                const physics::MeshOptions& options);
 
 /// The same where the text has been scanned, and found good, already.
-core::Result<physics::BuiltMesh> mesh_from_scanned(std::string_view text,
-                                                   const ObjScan& scan,
+core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
                                                    float scale,
                                                    const physics::MeshOptions& options);
 

@@ -49,15 +49,20 @@ double cast_back(const Triangle& triangle, const Vec3d& o, const Vec3d& d) {
     const double u = -s.dot(p);
     const double v = -d.dot(q);
     const double t = -e2.dot(q) / determinant;
-    return u >= 0.0 && v >= 0.0 && u + v <= determinant && t >= 0.0 ? t : INFINITY;
+    return u >= 0.0 && v >= 0.0 && u + v <= determinant && t >= 0.0 ? std::abs(t) : INFINITY;
 }
 
-/// How far behind the middle of a triangle the surface ends, m; infinite beyond `limit`.
-float thickness_at(const TriangleMesh& mesh, const Triangle& triangle, float limit) {
+/// How far behind the middle of a triangle the surface ends, m; infinite beyond `limit`. Counts the
+/// triangles that the ray was tested with.
+float thickness_at(const TriangleMesh& mesh,
+                   const Triangle& triangle,
+                   float limit,
+                   std::uint64_t& tests) {
     const Vec3 origin = middle_of(triangle);
     const Vec3 direction = -triangle.normal;
     float found = INFINITY;
     mesh.tree().cast(origin, direction, limit, [&](std::uint32_t item, float nearest) {
+        ++tests;
         const double t =
             cast_back(mesh.triangle(item), origin.cast<double>(), direction.cast<double>());
         if (item != triangle.id && t <= static_cast<double>(nearest)) {
@@ -97,6 +102,21 @@ void add_worst(const Worst& worst, const char* format, float limit, std::vector<
     }
 }
 
+/// Triangles that do not follow each other, so that what the tests suffice for is a fair sample.
+void look_behind(const TriangleMesh& mesh, MeshSurvey& out) {
+    constexpr std::uint64_t kMostTests = 1U << 24;  // a second or so
+    constexpr std::uint64_t kStride = 2654435761U;  // a prime: comes by every triangle once
+    std::uint64_t tests = 0;
+    for (; out.looked < out.triangles && tests < kMostTests; ++out.looked) {
+        const auto i = static_cast<std::uint32_t>(out.looked * kStride % out.triangles);
+        const Triangle triangle = mesh.triangle(i);
+        const float thickness = thickness_at(mesh, triangle, physics::kContactMargin, tests);
+        if (thickness < physics::kContactMargin) {
+            add(out.sheet, thickness, middle_of(triangle));
+        }
+    }
+}
+
 }  // namespace
 
 MeshSurvey survey(const TriangleMesh& mesh, float error_budget_m) {
@@ -126,11 +146,8 @@ MeshSurvey survey(const TriangleMesh& mesh, float error_budget_m) {
         } else if (height < error_budget_m) {
             add(out.thin, height, middle);
         }
-        const float thickness = thickness_at(mesh, triangle, physics::kContactMargin);
-        if (thickness < physics::kContactMargin) {
-            add(out.sheet, thickness, middle);
-        }
     }
+    look_behind(mesh, out);
     return out;
 }
 

@@ -30,7 +30,8 @@ struct MeshSurvey {
     Worst small;            ///< longest edge below the error budget
     Worst thin;             ///< no small ones; least height below the error budget
     Worst sheet;            ///< the back of another triangle lies behind within the contact margin
-    std::size_t depth = 0;  ///< of the tree, levels
+    std::uint32_t looked = 0;  ///< triangles looked behind: where many lie in a heap, a sample
+    std::size_t depth = 0;     ///< of the tree, levels
     std::size_t nodes = 0;
     std::size_t bytes = 0;  ///< of memory
 };

@@ -1,10 +1,14 @@
 #include "server/ops/obj_scan.h"
 
+#include "server/ops/polygon_cut.h"
+#include "server/physics/shapes/mesh.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace zoned::ops {
@@ -101,6 +105,9 @@ class Scanner {
             scan_line(cut_line());
         }
         check_forward_names();
+        if (out_.good()) {
+            cut_faces();
+        }
         std::sort(out_.mistakes.begin(),
                   out_.mistakes.end(),
                   [](const ObjMistake& a, const ObjMistake& b) { return a.line < b.line; });
@@ -146,7 +153,7 @@ class Scanner {
                 scan_face(line);
                 break;
             case Word::kStroke:
-                scan_corners(line);
+                scan_stroke(line);
                 break;
             case Word::kPassed:
                 break;
@@ -182,21 +189,34 @@ class Scanner {
         }
     }
 
+    void scan_stroke(std::string_view line) {
+        const std::size_t first = corners_.size();
+        scan_corners(line);
+        corners_.resize(first);
+    }
+
     void scan_face(std::string_view line) {
         const std::uint64_t before = out_.mistake_count;
-        const std::size_t corners = scan_corners(line);
-        if (out_.mistake_count != before) {
+        const std::size_t first = corners_.size();
+        const std::size_t count = scan_corners(line);
+        if (out_.mistake_count == before && count < 3) {
+            mistake("a face has three corners or more; here are " + std::to_string(count));
+        } else if (out_.mistake_count == before && count > kMaxObjCorners) {
+            mistake("a face of " + std::to_string(count) + " corners; at most " +
+                    std::to_string(kMaxObjCorners) + ": cut it into smaller ones");
+        }
+        if (out_.mistake_count > 0) {
+            corners_.resize(first);  // nobody will ask for them
             return;
         }
-        if (corners < 3) {
-            mistake("a face has three corners or more; here are " + std::to_string(corners));
-        } else if (corners > kMaxObjCorners) {
-            mistake("a face of " + std::to_string(corners) + " corners; at most " +
-                    std::to_string(kMaxObjCorners) + ": cut it into smaller ones");
-        } else {
-            ++out_.faces;
-            out_.triangles += corners - 2;
+        triangles_ += count - 2;
+        if (triangles_ > physics::kMaxMeshTriangles) {
+            mistake("more than " + std::to_string(physics::kMaxMeshTriangles) +
+                    " triangles: cut the mesh into several");
+            text_ = {};
+            return;
         }
+        faces_.push_back({line_, static_cast<std::uint32_t>(count)});
     }
 
     /// Corners i, i/j, i//k, i/j/k; says how many, up to the first that is wrong.
@@ -212,6 +232,9 @@ class Scanner {
             if (!check_name(vertex)) {
                 return count;
             }
+            const auto known = static_cast<std::uint32_t>(out_.vertices.size());
+            const auto number = static_cast<std::uint32_t>(vertex);
+            corners_.push_back(vertex > 0 ? number - 1 : known + number);
             ++count;
         }
         return count;
@@ -265,6 +288,39 @@ class Scanner {
         }
     }
 
+    void cut_faces() {
+        out_.faces = static_cast<std::uint32_t>(faces_.size());
+        out_.indices.reserve(3 * triangles_);
+        out_.triangle_lines.reserve(triangles_);
+        std::vector<Vec3> points;
+        std::vector<std::array<std::uint32_t, 3>> cut;
+        std::span<const std::uint32_t> rest(corners_);
+        for (const Face& face : faces_) {
+            const std::span<const std::uint32_t> corners = rest.first(face.corners);
+            rest = rest.subspan(face.corners);
+            points.clear();
+            cut.clear();
+            for (const std::uint32_t corner : corners) {
+                points.push_back(out_.vertices[corner]);
+            }
+            if (!cut_polygon(points, cut)) {
+                mistake_at(face.line, "the outline of the face crosses itself");
+                continue;
+            }
+            for (const auto& triangle : cut) {
+                for (const std::uint32_t corner : triangle) {
+                    out_.indices.push_back(corners[corner]);
+                }
+                out_.triangle_lines.push_back(face.line);
+            }
+        }
+    }
+
+    struct Face {
+        std::uint32_t line;
+        std::uint32_t corners;
+    };
+
     struct Name {
         std::uint32_t line;
         std::int32_t vertex;
@@ -273,6 +329,9 @@ class Scanner {
     std::string_view text_;
     std::uint32_t line_ = 0;
     std::vector<Name> forward_;
+    std::vector<Face> faces_;
+    std::vector<std::uint32_t> corners_;  // of the faces, one after the other
+    std::uint64_t triangles_ = 0;
     ObjScan out_;
 };
 

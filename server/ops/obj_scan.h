@@ -1,4 +1,4 @@
-// OBJ scan: the vertices of a Wavefront OBJ, and every mistake in its text with the line.
+// OBJ scan: vertices and triangles of a Wavefront OBJ, and every mistake in its text with the line.
 #pragma once
 
 #include "shared/math/types.h"
@@ -14,7 +14,7 @@ namespace zoned::ops {
 /// More mistakes than this are counted, not described.
 inline constexpr std::size_t kMaxObjMistakes = 100;
 
-/// Faces of more corners are refused: cutting a polygon up takes the cube of its corners at worst.
+/// Faces of more corners are refused: cutting one up takes the cube of its corners at worst.
 inline constexpr std::size_t kMaxObjCorners = 256;
 
 struct ObjMistake {
@@ -25,9 +25,11 @@ struct ObjMistake {
 struct ObjScan {
     std::vector<Vec3> vertices;               ///< as they stand there, without a scale
     std::vector<std::uint32_t> vertex_lines;  ///< from 1
-    std::uint64_t faces = 0;
-    std::uint64_t triangles = 0;       ///< that the faces are worth: two less than their corners
-    std::vector<ObjMistake> mistakes;  ///< the first of them, in order of line
+    std::uint32_t faces = 0;
+    // Of all groups, polygons cut up; only valid when the scan is good.
+    std::vector<std::uint32_t> indices;         ///< of vertices, three for each triangle
+    std::vector<std::uint32_t> triangle_lines;  ///< from 1
+    std::vector<ObjMistake> mistakes;           ///< the first of them, in order of line
     std::uint64_t mistake_count = 0;
 
     [[nodiscard]] bool good() const { return mistake_count == 0; }
@@ -35,10 +37,11 @@ struct ObjScan {
 
 /// Reads what matters for a surface (v, f) and checks it: numbers are numbers, finite, and rounded
 /// to the nearest float; faces have 3..kMaxObjCorners corners, each of which names a vertex
-/// (counted from 1, or from -1 backwards) that stands somewhere in the file. Points and lines are
-/// checked alike and left out. Words of the format that say nothing of the surface are passed over;
-/// free-form surfaces and words that the format does not know are mistakes. (Wavefront, "Object
-/// files (.obj)", Advanced Visualizer manual, appendix B1.)
+/// (counted from 1, or from -1 backwards) that stands somewhere in the file, and do not cross
+/// themselves; there are no more than physics::kMaxMeshTriangles. Points and lines are checked
+/// alike and left out; materials and other files are not looked at. Words of the format that say
+/// nothing of the surface are passed over; free-form surfaces and words that the format does not
+/// know are mistakes. (Wavefront, "Object files (.obj)", Advanced Visualizer manual, appendix B1.)
 ObjScan scan_obj(std::string_view text);
 
 }  // namespace zoned::ops

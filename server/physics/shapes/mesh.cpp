@@ -137,7 +137,8 @@ void note(const Side& side, std::uint32_t& count, std::array<std::uint32_t, 2>& 
     }
 }
 
-void find_bends(Tables& t, BuiltMesh& report) {
+/// Says why when there is an edge of too many triangles; empty otherwise.
+std::string find_bends(Tables& t, BuiltMesh& report) {
     const std::vector<Side> sides = sorted_sides(t.corners);
     t.bends.resize(t.corners.size());
     for (std::size_t first = 0; first < sides.size();) {
@@ -147,6 +148,11 @@ void find_bends(Tables& t, BuiltMesh& report) {
             ++last;
         }
         const std::span<const Side> edge(sides.data() + first, last - first);
+        if (edge.size() > kMaxEdgeTriangles) {
+            return "mesh: more than " + std::to_string(kMaxEdgeTriangles) +
+                   " triangles at the edge of vertices " + std::to_string(edge[0].low) + " and " +
+                   std::to_string(edge[0].high);
+        }
         if (edge.size() == 1) {
             note(edge[0], report.open_edges, report.first_open);
         } else if (edge.size() > 2) {
@@ -159,6 +165,25 @@ void find_bends(Tables& t, BuiltMesh& report) {
         }
         first = last;
     }
+    return {};
+}
+
+/// Which triangles have the corners of an earlier one, in the same sense of rotation.
+std::vector<bool> find_repeated(std::span<const std::uint32_t> indices,
+                                const std::vector<std::uint32_t>& same) {
+    std::vector<std::pair<Corners, std::uint32_t>> all;
+    all.reserve(indices.size() / 3);
+    for (std::uint32_t i = 0; i < indices.size() / 3; ++i) {
+        Corners c{same[indices[3 * i]], same[indices[3 * i + 1]], same[indices[3 * i + 2]]};
+        std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
+        all.emplace_back(c, i);
+    }
+    std::sort(all.begin(), all.end());
+    std::vector<bool> again(all.size());
+    for (std::size_t k = 1; k < all.size(); ++k) {
+        again[all[k].second] = all[k].first == all[k - 1].first;
+    }
+    return again;
 }
 
 /// Only the vertices that triangles name, in their order.
@@ -279,14 +304,18 @@ core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
     BuiltMesh out;
     std::vector<Aabb> boxes;
     std::vector<bool> named(vertices.size());
-    for (std::size_t i = 0; i < indices.size(); i += 3) {
-        named[indices[i]] = named[indices[i + 1]] = named[indices[i + 2]] = true;
-        const Corners c{same[indices[i]], same[indices[i + 1]], same[indices[i + 2]]};
+    const std::vector<bool> again = find_repeated(indices, same);
+    for (std::uint32_t i = 0; i < indices.size() / 3; ++i) {
+        const Corners given{indices[3 * i], indices[3 * i + 1], indices[3 * i + 2]};
+        named[given[0]] = named[given[1]] = named[given[2]] = true;
+        const Corners c{same[given[0]], same[given[1]], same[given[2]]};
         Vec3 normal;
         if (!has_area(t, c, normal)) {
-            if (out.degenerate++ == 0) {
-                out.first_degenerate = {indices[i], indices[i + 1], indices[i + 2]};
-            }
+            out.first_degenerate = out.degenerate++ == 0 ? i : out.first_degenerate;
+            continue;
+        }
+        if (again[i]) {
+            out.first_repeated = out.repeated++ == 0 ? i : out.first_repeated;
             continue;
         }
         t.corners.push_back(c);
@@ -300,7 +329,10 @@ core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
         out.unused += named[v] ? 0 : 1;
         out.merged += named[v] && same[v] != v ? 1 : 0;
     }
-    find_bends(t, out);
+    reason = find_bends(t, out);
+    if (!reason.empty()) {
+        return Built::failure(std::move(reason));
+    }
     leave_out_unused(t);
     t.tree = BoxTree(boxes);
     out.mesh = std::make_shared<const TriangleMesh>(std::move(t));

@@ -15,6 +15,7 @@
 namespace zoned::physics {
 
 inline constexpr std::size_t kMaxMeshTriangles = 1U << 22;
+inline constexpr std::size_t kMaxEdgeTriangles = 64;  ///< all of them look at each other
 
 /// Immutable. One-sided: solid behind, so only what has its centre in front of a triangle's plane
 /// touches it. A thing that got behind is not pulled through: it is not held at all.
@@ -62,14 +63,16 @@ struct BuiltMesh {
     std::shared_ptr<const TriangleMesh> mesh;
     // What was found on the way; none of it stops the mesh from being used.
     std::uint32_t degenerate = 0;    ///< triangles without area, left out
+    std::uint32_t repeated = 0;      ///< triangles that are there already, left out
     std::uint32_t open_edges = 0;    ///< edges of one triangle only: the rim of the surface
     std::uint32_t shared_edges = 0;  ///< edges of more than two triangles
     std::uint32_t turned_edges = 0;  ///< edges of two triangles that face opposite ways
     std::uint32_t merged = 0;        ///< vertices that another one stands for
     std::uint32_t unused = 0;        ///< vertices that no triangle names; left out like the merged
-    // Where the first of each was, as numbers of the vertices that were given. Only valid where the
-    // count is not zero.
-    std::array<std::uint32_t, 3> first_degenerate{};
+    // Where the first of each was, as numbers of the triangles and vertices that were given. Only
+    // valid where the count is not zero.
+    std::uint32_t first_degenerate = 0;
+    std::uint32_t first_repeated = 0;
     std::array<std::uint32_t, 2> first_open{};
     std::array<std::uint32_t, 2> first_shared{};
     std::array<std::uint32_t, 2> first_turned{};
@@ -77,7 +80,7 @@ struct BuiltMesh {
 
 /// Three indices for each triangle, counter-clockwise seen from the front. Fails with the reason
 /// when a vertex is not finite or out of range, an index names no vertex, there are more than
-/// kMaxMeshTriangles, or no triangle has an area.
+/// kMaxMeshTriangles, or kMaxEdgeTriangles at an edge, or no triangle has an area.
 core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
                                    std::span<const std::uint32_t> indices,
                                    const MeshOptions& options = {});

@@ -79,7 +79,7 @@ TEST_F(Bake, ReportsAMeshAndWritesWhatChecksGood) {
     const Outcome baked = run({"bake", obj()});
     EXPECT_EQ(baked.code, kGood) << baked.errors;
     for (const char* words : {"OBJ text",
-                              "64, worth 128 triangles",
+                              "64, cut into 128 triangles",
                               "0 without area",
                               "32 of one triangle only (first: vertices of lines 1, 2)",
                               "0 of more than two triangles",
@@ -152,11 +152,12 @@ TEST_F(Bake, NamesAllMistakesOfAnObjWithTheirLines) {
 TEST_F(Bake, TellsOddPlacesOfAMeshThatIsUsedAllTheSame) {
     // Two triangles that face opposite ways, one without area, a vertex twice and one for nobody.
     std::ofstream(obj()) << "# odd\nv 0 0 0\nv 0 0 1\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 7 7 7\n"
-                            "f 1 2 3\nf 1 5 4\nf 1 1 2\n";
+                            "f 1 2 3\nf 1 5 4\nf 1 1 2\nf 2 3 1\n";
     const Outcome out = run({"bake", obj()});
     EXPECT_EQ(out.code, kGood) << out.errors;
+    EXPECT_THAT(out.output, HasSubstr("1 without area, left out (first: face of line 10)"));
     EXPECT_THAT(out.output,
-                HasSubstr("1 without area, left out (first: vertices of lines 2, 2, 3)"));
+                HasSubstr("1 that are there already, left out (first: face of line 11)"));
     EXPECT_THAT(out.output, HasSubstr("1 of 6; 1 that no face names left out"));
     EXPECT_THAT(out.output,
                 HasSubstr("1 edges whose two triangles face opposite ways (first: vertices of "

@@ -62,6 +62,24 @@ TEST(GeometrySurvey, FindsTrianglesThatAreTooSmallOrSlivers) {
     EXPECT_EQ(finer.small.count + finer.thin.count, 0U);
 }
 
+TEST(GeometrySurvey, LooksBehindASampleWhereTooManyLieInAHeap) {
+    // Thin triangles, all through one place: the box of each meets the rays of all others.
+    std::vector<Vec3> v = {Vec3::Zero()};
+    std::vector<std::uint32_t> i;
+    for (std::uint32_t k = 0; k < 40000; ++k) {
+        const float angle = 1.5e-4F * static_cast<float>(k);
+        v.emplace_back(std::cos(angle), 0.0F, -std::sin(angle));
+        if (k > 0) {
+            i.insert(i.end(), {0, k, k + 1});
+        }
+    }
+    const MeshSurvey s = survey(*physics::build_mesh(v, i)->mesh, kBudget);
+    EXPECT_EQ(s.triangles, 39999U);
+    EXPECT_LT(s.looked, s.triangles);
+    EXPECT_GT(s.looked, 1000U);
+    EXPECT_EQ(box_survey(Vec3(3, 4, 12)).looked, 12U);
+}
+
 TEST(GeometrySurvey, FindsWhatLiesTooFarOut) {
     const MeshSurvey s = box_survey(Vec3(3, 4, 12), Vec3(0, 0, 5000));
     EXPECT_THAT(strains_of(s, kBudget), ElementsAre(HasSubstr("reaches 5012 m out")));

@@ -22,14 +22,16 @@ TEST(ObjScan, ReadsEveryWayToWriteNumbersAndCorners) {
         "# a comment\r\n\r\n  v\t+1 -.5 2.\r"
         "v 1e-3 2E+2 0.1 1.0\nv 0 0 0 0.5 0.5 0.5\nvt 0 0\nvn 0 1 0\nusemtl red\ns off\n"
         "f 1 2 3\nf 1/1 2/1 3/1\nf 1//1 2//1 3//1\nf -3/1/1 -2/1/1 +3/1/1\nl 1 2\np 3\nf 1 2 3 4\n"
-        "v 9 9 9");
+        "v 0.999 -200.5 1.9");
     EXPECT_TRUE(scan.good()) << scan.mistakes[0].line << ": " << scan.mistakes[0].text;
     ASSERT_EQ(scan.vertices.size(), 4U);
     EXPECT_EQ(scan.vertices[0], Vec3(1.0F, -0.5F, 2.0F));
     EXPECT_EQ(scan.vertices[1], Vec3(0.001F, 200.0F, 0.1F));
     EXPECT_EQ(scan.vertex_lines, (std::vector<std::uint32_t>{3, 4, 5, 17}));
     EXPECT_EQ(scan.faces, 5U);
-    EXPECT_EQ(scan.triangles, 6U);
+    EXPECT_EQ(scan.indices,
+              (std::vector<std::uint32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 2, 3}));
+    EXPECT_EQ(scan.triangle_lines, (std::vector<std::uint32_t>{10, 11, 12, 13, 16, 16}));
 }
 
 TEST(ObjScan, NamesLineAndReasonOfEachMistake) {
@@ -58,6 +60,8 @@ TEST(ObjScan, NamesLineAndReasonOfEachMistake) {
     }
     EXPECT_EQ(only_mistake(std::string("v 0 0 0\nv 0 0 \0", 15)),
               "2: holds a zero byte: this is no text");
+    EXPECT_EQ(only_mistake("v 0 0 0\nv 1 0 1\nv 1 0 0\nv 0 0 1.5\nf 1 2 3 4\n"),
+              "5: the outline of the face crosses itself");
     std::string polygon = "f";
     for (std::size_t i = 0; i <= kMaxObjCorners; ++i) {
         polygon += " 1";
