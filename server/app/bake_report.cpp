@@ -92,7 +92,7 @@ void report_mesh(const ops::MeshSurvey& mesh, BakeReport& report) {
                static_cast<double>(mesh.shortest_edge),
                static_cast<double>(mesh.longest_edge));
     if (mesh.looked < mesh.triangles) {
-        report.row("looked behind", "%u triangles: too many lie in a heap for all", mesh.looked);
+        report.row("looked behind", "%u triangles, a sample: all would take too long", mesh.looked);
     }
     report.row("tree", "%zu levels, %zu nodes", mesh.depth, mesh.nodes);
     report.row("memory", "%zu bytes", mesh.bytes);

@@ -30,7 +30,7 @@ struct MeshSurvey {
     Worst small;            ///< longest edge below the error budget
     Worst thin;             ///< no small ones; least height below the error budget
     Worst sheet;            ///< the back of another triangle lies behind within the contact margin
-    std::uint32_t looked = 0;  ///< triangles looked behind: where many lie in a heap, a sample
+    std::uint32_t looked = 0;  ///< triangles looked behind: a sample where all take too long
     std::size_t depth = 0;     ///< of the tree, levels
     std::size_t nodes = 0;
     std::size_t bytes = 0;  ///< of memory
