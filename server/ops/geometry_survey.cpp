@@ -199,7 +199,7 @@ std::vector<std::string> strains_of(const MeshSurvey& mesh, float error_budget_m
               out);
     add_worst(mesh.sheet,
               "%g triangles have the surface's other side within the contact margin of %g m behind "
-              "them (%g m at %.4g %.4g %.4g): what is pressed in deeper is held no longer",
+              "them (%g m at %.4g %.4g %.4g): bodies on both sides of it may touch",
               physics::kContactMargin,
               out);
     return out;
