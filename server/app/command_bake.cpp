@@ -99,8 +99,7 @@ int read_obj(Work& work) {
         return complain_of_lines(work, scan);
     }
     const physics::MeshOptions options{work.arguments.weld.value_or(0.0F)};
-    const auto built =
-        ops::mesh_from_scanned(scan, work.arguments.scale.value_or(1.0F), options);
+    const auto built = ops::mesh_from_scanned(scan, work.arguments.scale.value_or(1.0F), options);
     work.ms = watch.ms();
     if (!built) {
         return complain(work, built.error());
