@@ -1,5 +1,6 @@
 #include "server/app/commands.h"
 #include "server/app/load.h"
+#include "server/ops/strain_report.h"
 
 #include <cstdio>
 
@@ -33,6 +34,9 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                 settings.boxes.size(),
                 settings.initial.size(),
                 settings.digest.c_str());
+    for (const std::string& strain : ops::strains_of(settings)) {
+        std::printf("%s: warning: %s\n", config.c_str(), strain.c_str());
+    }
     return kGood;
 }
 

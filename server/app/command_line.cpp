@@ -39,8 +39,9 @@ void add_serve(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
 }
 
 void add_check(CLI::App& app, ServeArguments& a, std::function<int()>& run) {
-    CLI::App* c =
-        app.add_subcommand("check", "Report every mistake in a config, with line and column");
+    CLI::App* c = app.add_subcommand(
+        "check",
+        "Report every mistake in a config, with line and column, and what strains the physics");
     c->add_option("FILE", a.config)->required();
     add_sets(*c, a.sets);
     c->footer("Example:\n  zoned check config/valley.txtpb");
@@ -64,6 +65,40 @@ void add_explain(CLI::App& app, ExplainArguments& a, std::function<int()>& run) 
     c->callback([&] {
         run = [&a] {
             return explain(a);
+        };
+    });
+}
+
+void add_bake(CLI::App& app, BakeArguments& a, std::function<int()>& run) {
+    CLI::App* c = app.add_subcommand(
+        "bake", "Check a static surface (OBJ mesh or PNG heightfield) and write it ready to load");
+    c->add_option("FILE", a.file, "Told apart by content: OBJ text, PNG image or baked file")
+        ->required();
+    c->add_option("--out", a.out, "Write here; default: FILE.baked");
+    c->add_flag("--check", a.check, "Check and report only, a baked file too; writes nothing");
+    c->add_option("--scale", a.scale, "OBJ: metres per unit; default: 1")
+        ->check(CLI::PositiveNumber);
+    c->add_option("--weld", a.weld, "OBJ: vertices no farther apart are one, m; default: 0")
+        ->check(CLI::NonNegativeNumber);
+    c->add_option("--height", a.height, "PNG: metres from black to white; no default");
+    c->add_option("--spacing", a.spacing, "PNG: metres between pixels; default: 1")
+        ->check(CLI::PositiveNumber);
+    c->add_option("--offset", a.offset, "PNG: height of black, m; default: 0");
+    c->add_option("--thickness", a.thickness, "PNG: solid below the lowest pixel, m; default: 1")
+        ->check(CLI::NonNegativeNumber);
+    c->add_option("--error-budget",
+                  a.error_budget_m,
+                  "What is smaller than this is warned of, m; default: 0.005")
+        ->check(CLI::Range(0.00001, 1.0));
+    c->footer(
+        "Mistakes are printed with line (OBJ) or row (PNG); exit 2 when there is one.\n"
+        "Examples:\n"
+        "  zoned bake town.obj --scale 0.01\n"
+        "  zoned bake hills.png --height 120 --spacing 2 --out hills.baked\n"
+        "  zoned bake --check hills.baked");
+    c->callback([&] {
+        run = [&a] {
+            return bake(a);
         };
     });
 }
@@ -127,11 +162,13 @@ int run_command_line(int argc, char** argv) {
     ExplainArguments explain_arguments;
     TicketArguments ticket_arguments;
     ReplayArguments replay_arguments;
+    BakeArguments bake_arguments;
     std::string key_base;
     std::function<int()> run;
     add_serve(app, serve_arguments, run);
     add_check(app, check_arguments, run);
     add_explain(app, explain_arguments, run);
+    add_bake(app, bake_arguments, run);
     add_keys(app, key_base, ticket_arguments, run);
     add_replay(app, replay_arguments, run);
     try {

@@ -5,6 +5,7 @@
 #include "server/app/serve_report.h"
 #include "server/app/tick_loop.h"
 #include "server/app/world.h"
+#include "server/ops/strain_report.h"
 
 #include <asio/post.hpp>
 #include <asio/signal_set.hpp>
@@ -191,6 +192,9 @@ int serve(const ServeArguments& arguments) {
         return kUsage;
     }
     set_up_log(settings);
+    for (const std::string& strain : ops::strains_of(settings)) {
+        spdlog::warn("{}", strain);
+    }
     Server server(arguments, settings);
     return server.run();
 }

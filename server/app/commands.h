@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,9 +45,25 @@ struct ReplayArguments {
     unsigned threads = 1;
 };
 
+struct BakeArguments {
+    std::string file;
+    std::string out;     ///< empty: the file's name and ".baked"
+    bool check = false;  ///< nothing is written
+    // Of an OBJ.
+    std::optional<float> scale;  ///< m per unit of the file
+    std::optional<float> weld;   ///< m
+    // Of a PNG.
+    std::optional<float> height;     ///< m from black to white
+    std::optional<float> spacing;    ///< m between samples
+    std::optional<float> offset;     ///< m, height of black
+    std::optional<float> thickness;  ///< m
+    float error_budget_m = 0.005F;   ///< as physics.error_budget_m of a config
+};
+
 int serve(const ServeArguments& arguments);
 int check(const std::string& config, const std::vector<std::string>& sets);
 int explain(const ExplainArguments& arguments);
+int bake(const BakeArguments& arguments);
 int keygen(const std::string& base);
 int ticket(const TicketArguments& arguments);
 int replay(const ReplayArguments& arguments);

@@ -1,12 +1,15 @@
 #include "server/ops/geometry_files.h"
 
+#include "server/ops/baked_geometry.h"
+#include "server/physics/validate.h"
+
 #include <png.h>
-#include <tiny_obj_loader.h>
 
 #include <algorithm>
 #include <csetjmp>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <utility>
 #include <vector>
@@ -14,25 +17,6 @@
 namespace zoned::ops {
 
 namespace {
-
-core::Result<std::string> read_file(const std::string& path) {
-    using Text = core::Result<std::string>;
-    std::ifstream in(path, std::ios::binary | std::ios::ate);
-    if (!in) {
-        return Text::failure(path + ": cannot be opened");
-    }
-    const std::streamoff size = in.tellg();
-    if (size < 0 || static_cast<std::size_t>(size) > kMaxGeometryFile) {
-        return Text::failure(path + ": is larger than " + std::to_string(kMaxGeometryFile) +
-                             " bytes");
-    }
-    std::string text(static_cast<std::size_t>(size), '\0');
-    in.seekg(0);
-    if (!in.read(text.data(), size)) {
-        return Text::failure(path + ": cannot be read");
-    }
-    return text;
-}
 
 /// What libpng reads from, and where it leaves its message. It reports errors by a long jump, so
 /// that nothing with a destructor may live in the functions that it may leave.
@@ -43,6 +27,7 @@ struct PngReader {
     png_infop info = nullptr;
     png_uint_32 width = 0, height = 0;
     int depth = 0, colour = 0;
+    png_uint_32 rows = 0;  // read so far
 
     PngReader() = default;
     PngReader(const PngReader&) = delete;
@@ -64,6 +49,10 @@ void take_bytes(png_structp png, png_bytep out, std::size_t count) {
     auto* reader = static_cast<PngReader*>(png_get_error_ptr(png));
     std::strncpy(reader->message, message, sizeof(reader->message) - 1);
     png_longjmp(png, 1);
+}
+
+void count_row(png_structp png, png_uint_32 row, int /*pass*/) {
+    static_cast<PngReader*>(png_get_io_ptr(png))->rows = row;
 }
 
 void ignore_warning(png_structp /*png*/, png_const_charp /*message*/) {
@@ -96,13 +85,70 @@ bool read_rows(PngReader& reader, png_bytepp rows) {
     if (reader.depth < 8) {
         png_set_expand_gray_1_2_4_to_8(reader.png);
     }
+    png_set_read_status_fn(reader.png, count_row);
     png_set_interlace_handling(reader.png);
     png_read_update_info(reader.png, reader.info);
     png_read_image(reader.png, rows);
     return true;
 }
 
+const char* colour_name(int colour) {
+    switch (colour) {
+        case PNG_COLOR_TYPE_PALETTE:
+            return "colours by a palette";
+        case PNG_COLOR_TYPE_RGB:
+            return "red, green and blue";
+        case PNG_COLOR_TYPE_RGB_ALPHA:
+            return "red, green, blue and transparency";
+        case PNG_COLOR_TYPE_GRAY_ALPHA:
+            return "grey and transparency";
+        default:
+            return "unknown samples";
+    }
+}
+
+constexpr std::size_t kPngDepthAt = 24;  // in the header that a PNG begins with
+
 }  // namespace
+
+core::Result<std::string> read_geometry_file(const std::string& path) {
+    using Text = core::Result<std::string>;
+    std::error_code none;
+    if (std::filesystem::is_directory(path, none)) {
+        return Text::failure(path + ": is a folder");
+    }
+    std::ifstream in(path, std::ios::binary | std::ios::ate);
+    if (!in) {
+        return Text::failure(path + ": cannot be opened");
+    }
+    const std::streamoff size = in.tellg();
+    if (size < 0 || static_cast<std::size_t>(size) > kMaxGeometryFile) {
+        return Text::failure(path + ": is larger than " + std::to_string(kMaxGeometryFile) +
+                             " bytes");
+    }
+    std::string text(static_cast<std::size_t>(size), '\0');
+    in.seekg(0);
+    if (!in.read(text.data(), size)) {
+        return Text::failure(path + ": cannot be read");
+    }
+    return text;
+}
+
+GeometryContent content_of(std::string_view bytes) {
+    if (bytes.substr(0, 8) == "\x89PNG\r\n\x1a\n") {
+        return GeometryContent::kPng;
+    }
+    if (is_baked(bytes)) {
+        return GeometryContent::kBaked;
+    }
+    constexpr std::size_t kLook = 4096;
+    const bool text = bytes.substr(0, kLook).find('\0') == std::string_view::npos;
+    return text ? GeometryContent::kText : GeometryContent::kUnknown;
+}
+
+unsigned png_bits(std::string_view bytes) {
+    return bytes.size() > kPngDepthAt && bytes[kPngDepthAt] == 16 ? 16 : 8;
+}
 
 core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
     std::span<const std::byte> bytes,
@@ -120,7 +166,18 @@ core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
         return Field::failure("heightfield: is no PNG image: " + std::string(reader.message));
     }
     if (reader.colour != PNG_COLOR_TYPE_GRAY) {
-        return Field::failure("heightfield: the image is not plain greyscale");
+        return Field::failure(
+            std::string("heightfield: the image is not plain greyscale: it has ") +
+            colour_name(reader.colour));
+    }
+    // Deflate makes of a byte no more than 1,032 (its specification, RFC 1951, allows no longer
+    // matches): a short file asks for no large memory.
+    const std::size_t row =
+        (static_cast<std::size_t>(reader.width) * static_cast<std::size_t>(reader.depth) + 7) / 8;
+    if (row * reader.height / 1032 > bytes.size()) {
+        return Field::failure("heightfield: the image is broken: " + std::to_string(bytes.size()) +
+                              " bytes cannot hold " + std::to_string(reader.width) + " x " +
+                              std::to_string(reader.height) + " samples");
     }
     const std::size_t sample = reader.depth == 16 ? 2 : 1;
     const std::size_t stride = sample * reader.width;
@@ -130,7 +187,9 @@ core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
         rows[k] = pixels.data() + k * stride;
     }
     if (!read_rows(reader, rows.data())) {
-        return Field::failure("heightfield: the image is broken: " + std::string(reader.message));
+        return Field::failure("heightfield: the image is broken at row " +
+                              std::to_string(reader.rows) + " of " + std::to_string(reader.height) +
+                              ": " + reader.message);
     }
     std::vector<float> samples(static_cast<std::size_t>(reader.width) * reader.height);
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -148,7 +207,7 @@ core::Result<std::shared_ptr<const physics::Heightfield>> heightfield_from_png(
 core::Result<std::shared_ptr<const physics::Heightfield>>
 load_heightfield(const std::string& path, float height, physics::FieldOptions options) {
     using Field = core::Result<std::shared_ptr<const physics::Heightfield>>;
-    const core::Result<std::string> text = read_file(path);
+    const core::Result<std::string> text = read_geometry_file(path);
     if (!text) {
         return Field::failure(text.error());
     }
@@ -156,41 +215,41 @@ load_heightfield(const std::string& path, float height, physics::FieldOptions op
     return field ? std::move(field) : Field::failure(path + ": " + field.error());
 }
 
+core::Result<physics::BuiltMesh> mesh_from_scanned(const ObjScan& scan,
+                                                   float scale,
+                                                   const physics::MeshOptions& options) {
+    using Mesh = core::Result<physics::BuiltMesh>;
+    std::vector<Vec3> vertices;
+    vertices.reserve(scan.vertices.size());
+    for (std::size_t i = 0; i < scan.vertices.size(); ++i) {
+        vertices.push_back(scale * scan.vertices[i]);
+        if (!physics::fit_position(vertices.back())) {
+            return Mesh::failure("mesh: line " + std::to_string(scan.vertex_lines[i]) +
+                                 ": the vertex lies more than " +
+                                 std::to_string(static_cast<int>(physics::kMaxCoordinate)) +
+                                 " m out");
+        }
+    }
+    return physics::build_mesh(vertices, scan.indices, options);
+}
+
 core::Result<physics::BuiltMesh> mesh_from_obj(std::string_view text,
                                                float scale,
                                                const physics::MeshOptions& options) {
-    using Mesh = core::Result<physics::BuiltMesh>;
-    tinyobj::ObjReaderConfig config;
-    config.triangulate = true;
-    config.vertex_color = false;
-    tinyobj::ObjReader reader;
-    // From a string, so that a material library that the text names is not looked for.
-    if (!reader.ParseFromString(std::string(text), std::string(), config)) {
-        return Mesh::failure("mesh: is no OBJ: " + reader.Error());
+    const ObjScan scan = scan_obj(text);
+    if (!scan.good()) {
+        const ObjMistake& first = scan.mistakes.front();
+        return core::Result<physics::BuiltMesh>::failure(
+            "mesh: line " + std::to_string(first.line) + ": " + first.text);
     }
-    const auto& numbers = reader.GetAttrib().vertices;
-    std::vector<Vec3> vertices;
-    vertices.reserve(numbers.size() / 3);
-    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
-        vertices.push_back(scale * Vec3(static_cast<float>(numbers[i]),
-                                        static_cast<float>(numbers[i + 1]),
-                                        static_cast<float>(numbers[i + 2])));
-    }
-    std::vector<std::uint32_t> indices;
-    for (const tinyobj::shape_t& shape : reader.GetShapes()) {
-        for (const tinyobj::index_t& index : shape.mesh.indices) {
-            // A negative index is none: it becomes one that names no vertex.
-            indices.push_back(static_cast<std::uint32_t>(index.vertex_index));
-        }
-    }
-    return physics::build_mesh(vertices, indices, options);
+    return mesh_from_scanned(scan, scale, options);
 }
 
 core::Result<physics::BuiltMesh> load_mesh(const std::string& path,
                                            float scale,
                                            const physics::MeshOptions& options) {
     using Mesh = core::Result<physics::BuiltMesh>;
-    const core::Result<std::string> text = read_file(path);
+    const core::Result<std::string> text = read_geometry_file(path);
     if (!text) {
         return Mesh::failure(text.error());
     }

@@ -62,7 +62,7 @@ void Scene::Impl::list_joints() {
 void Scene::Impl::break_joints() {
     for (const std::uint32_t index : active_joints) {
         const JointEntry& entry = joints[index];
-        if (entry.force_n <= entry.joint.def.break_force_n) {
+        if (!(entry.force_n > entry.joint.def.break_force_n)) {  // no number breaks nothing
             continue;
         }
         breaks.push_back({joints.id_of(index),
@@ -138,7 +138,14 @@ bool Scene::set_motor(JointId joint, float speed, float most) {
     if (!fit_motor(speed, most)) {
         return false;
     }
-    JointDef& def = impl_->joints[index].joint.def;
+    JointEntry& entry = impl_->joints[index];
+    JointDef& def = entry.joint.def;
+    if (!def.motor || speed * def.motor_speed <= 0.0F) {
+        // What motor and limits leaned on is not there when the motor turns round.
+        std::fill(entry.impulse.begin() + static_cast<std::ptrdiff_t>(hard_rows(def.kind)),
+                  entry.impulse.end(),
+                  0.0F);
+    }
     def.motor = true;
     def.motor_speed = speed;
     def.motor_max = most;

@@ -1,5 +1,6 @@
 #include "server/zone/zone_state.h"
 
+#include "server/zone/type_body.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -10,18 +11,6 @@ namespace zoned::zone {
 namespace {
 
 constexpr float kGridCell = 32.0F;
-
-physics::Shape body_shape(const world::EntityType& type) {
-    switch (type.shape) {
-        case world::ShapeKind::kSphere:
-            return physics::Shape::sphere(type.radius);
-        case world::ShapeKind::kBox:
-            return physics::Shape::box(type.half_extents);
-        case world::ShapeKind::kCapsule:
-            return physics::Shape::capsule(type.radius, type.half_segment);
-    }
-    return {};
-}
 
 void add_static_bodies(ZoneState& state) {
     physics::BodyDef ground;
@@ -83,18 +72,16 @@ EntityId next_entity_id(ZoneState& state) {
 void add_body(ZoneState& state, world::Row row, bool asleep) {
     world::Entities& e = state.entities;
     const world::EntityType& type = (*state.settings.types)[e.type[row]];
-    const bool dynamic = type.kind == world::EntityKind::kProp && !e.has(row, world::kGhost);
-    physics::BodyDef def;
-    def.kind = dynamic ? physics::BodyKind::kDynamic : physics::BodyKind::kKinematic;
-    def.shape = body_shape(type);
-    def.material = {type.friction, type.restitution};
-    def.mass = type.mass;
+    physics::BodyDef def = body_of(type);
+    if (e.has(row, world::kGhost)) {
+        def.kind = physics::BodyKind::kKinematic;  // its owner moves it
+    }
     def.position = e.position[row];
     def.orientation = e.orientation[row];
     def.velocity = e.velocity[row];
     def.angular_velocity = e.angular_velocity[row];
     def.user = e.id[row].value;
-    def.asleep = asleep && dynamic;
+    def.asleep = asleep && def.kind == physics::BodyKind::kDynamic;
     const ContactWish wish = state.rules->contact_wish(e.type[row]);
     def.events = static_cast<std::uint8_t>((wish.lasts ? physics::kTellPersist : 0) |
                                            (wish.ends ? physics::kTellEnd : 0));

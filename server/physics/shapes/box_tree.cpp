@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
+#include <string>
+#include <utility>
 
 namespace zoned::physics {
 
@@ -61,6 +64,21 @@ std::size_t cheapest_cut(const std::array<Bin, kBins>& bins) {
     return best;
 }
 
+/// Whether each of the numbers below `count` is there once.
+bool is_order(const std::vector<std::uint32_t>& order, std::size_t count) {
+    if (order.size() != count) {
+        return false;
+    }
+    std::vector<bool> seen(count);
+    for (const std::uint32_t item : order) {
+        if (item >= count || seen[item]) {
+            return false;
+        }
+        seen[item] = true;
+    }
+    return true;
+}
+
 }  // namespace
 
 BoxTree::BoxTree(std::span<const Aabb> boxes) : order_(boxes.size()) {
@@ -68,6 +86,109 @@ BoxTree::BoxTree(std::span<const Aabb> boxes) : order_(boxes.size()) {
     if (!boxes.empty()) {
         nodes_.reserve(boxes.size());
         build(boxes, 0, static_cast<std::uint32_t>(boxes.size()), 0);
+        fit(boxes);
+    }
+}
+
+std::size_t BoxTree::depth() const {
+    std::size_t deepest = 0;
+    std::array<std::size_t, kMaxDepth> waiting{};  // depths of the right children to come
+    std::size_t height = 0;
+    std::size_t depth = 1;
+    for (const Node& node : nodes_) {
+        deepest = std::max(deepest, depth);
+        if (node.items == 0) {
+            waiting[height++] = ++depth;
+        } else if (height > 0) {
+            depth = waiting[--height];
+        }
+    }
+    return deepest;
+}
+
+bool BoxTree::same_as(const BoxTree& other) const {
+    static_assert(sizeof(Node) == 32, "nodes are compared byte by byte: no padding");
+    return order_ == other.order_ && nodes_.size() == other.nodes_.size() &&
+           (nodes_.empty() ||
+            std::memcmp(nodes_.data(), other.nodes_.data(), nodes_.size() * sizeof(Node)) == 0);
+}
+
+BoxTree::Layout BoxTree::layout() const {
+    Layout out;
+    out.nodes.reserve(nodes_.size());
+    for (const Node& node : nodes_) {
+        out.nodes.push_back(static_cast<std::uint8_t>(node.items));
+    }
+    out.order = order_;
+    return out;
+}
+
+core::Result<BoxTree> BoxTree::restore(Layout layout, std::span<const Aabb> boxes) {
+    using Restored = core::Result<BoxTree>;
+    BoxTree tree;
+    if (!is_order(layout.order, boxes.size())) {
+        return Restored::failure("tree: its order is none of all items");
+    }
+    tree.order_ = std::move(layout.order);
+    tree.nodes_.reserve(layout.nodes.size());
+
+    struct Waiting {
+        std::size_t parent, depth;  // of the right child to come
+    };
+
+    std::array<Waiting, kMaxDepth> waiting;
+    std::size_t height = 0;
+    std::size_t depth = 1;
+    std::uint32_t taken = 0;
+    bool complete = boxes.empty();
+    for (const std::uint8_t items : layout.nodes) {
+        const std::size_t at = tree.nodes_.size();
+        const auto wrong = [at](const char* what) {
+            return Restored::failure("tree: node " + std::to_string(at) + what);
+        };
+        if (complete) {
+            return wrong(" lies beyond the last leaf");
+        }
+        Node& node = tree.nodes_.emplace_back();
+        if (items == 0) {
+            if (depth == kMaxDepth) {
+                return wrong(" is too deep");
+            }
+            waiting[height++] = {at, ++depth};
+            continue;
+        }
+        if (items > kLeafItems || items > boxes.size() - taken) {
+            return wrong(" has too many items");
+        }
+        node.next = taken;
+        node.items = items;
+        taken += items;
+        complete = height == 0;
+        if (!complete) {
+            const Waiting& next = waiting[--height];
+            tree.nodes_[next.parent].next = static_cast<std::uint32_t>(at + 1);
+            depth = next.depth;
+        }
+    }
+    if (!complete || taken != boxes.size()) {
+        return Restored::failure("tree: ends before it holds all items");
+    }
+    tree.fit(boxes);
+    return tree;
+}
+
+/// The nodes' boxes, from the leaves up: children stand behind their parents.
+void BoxTree::fit(std::span<const Aabb> boxes) {
+    for (std::size_t at = nodes_.size(); at-- > 0;) {
+        Node& node = nodes_[at];
+        if (node.items == 0) {
+            node.box = join(nodes_[at + 1].box, nodes_[node.next].box);
+            continue;
+        }
+        node.box = nothing();
+        for (std::uint32_t i = 0; i < node.items; ++i) {
+            node.box = join(node.box, boxes[order_[node.next + i]]);
+        }
     }
 }
 
@@ -77,11 +198,6 @@ void BoxTree::build(std::span<const Aabb> boxes,
                     std::uint32_t depth) {
     const std::size_t at = nodes_.size();
     nodes_.emplace_back();
-    Aabb box = nothing();
-    for (std::uint32_t i = first; i < last; ++i) {
-        box = join(box, boxes[order_[i]]);
-    }
-    nodes_[at].box = box;
     if (last - first <= kLeafItems) {
         nodes_[at].next = first;
         nodes_[at].items = last - first;

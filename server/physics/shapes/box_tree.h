@@ -1,6 +1,7 @@
 // BoxTree: a tree of axis-aligned boxes over things that do not move, built once.
 #pragma once
 
+#include "shared/core/result.h"
 #include "shared/math/aabb.h"
 
 #include <array>
@@ -19,6 +20,19 @@ class BoxTree {
     BoxTree() = default;
     /// Items are numbered as the boxes are.
     explicit BoxTree(std::span<const Aabb> boxes);
+
+    /// All that a tree is besides its boxes, for files.
+    struct Layout {
+        std::vector<std::uint8_t> nodes;   ///< depth first; 0: inner, else a leaf of so many items
+        std::vector<std::uint32_t> order;  ///< items, leaf by leaf
+    };
+
+    [[nodiscard]] Layout layout() const;
+    /// The tree of that layout over the boxes: the very same as the one that gave the layout away.
+    /// Any bytes may be given: fails with the reason when the nodes are no tree of at most
+    /// kMaxDepth levels, a leaf is larger than those of built trees, or the order is none of all
+    /// items.
+    static core::Result<BoxTree> restore(Layout layout, std::span<const Aabb> boxes);
 
     /// Calls visit(item) for each item whose leaf's box overlaps `area`.
     template <class Visit>
@@ -81,10 +95,24 @@ class BoxTree {
 
     [[nodiscard]] std::size_t items() const { return order_.size(); }
 
+    [[nodiscard]] std::size_t nodes() const { return nodes_.size(); }
+
+    /// Levels, 1 for a single leaf.
+    [[nodiscard]] std::size_t depth() const;
+
+    /// Of memory.
+    [[nodiscard]] std::size_t bytes() const {
+        return nodes_.size() * sizeof(Node) + order_.size() * sizeof(order_[0]);
+    }
+
+    /// Whether both are the same bit for bit, boxes included.
+    [[nodiscard]] bool same_as(const BoxTree& other) const;
+
+    static constexpr std::size_t kMaxDepth = 64;
+
   private:
     /// Splits are halves of the items from this depth on, so that no tree is deeper than kMaxDepth.
     static constexpr std::uint32_t kHalvesFrom = 32;
-    static constexpr std::size_t kMaxDepth = 64;
 
     struct Node {
         Aabb box;
@@ -110,6 +138,8 @@ class BoxTree {
                         std::uint32_t first,
                         std::uint32_t last,
                         std::uint32_t depth);
+
+    void fit(std::span<const Aabb> boxes);
 
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> order_;

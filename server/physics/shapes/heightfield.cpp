@@ -130,14 +130,15 @@ core::Result<std::shared_ptr<const Heightfield>> build_heightfield(std::span<con
     t.spacing_z = options.spacing_z;
     t.lowest = INFINITY;
     t.highest = -INFINITY;
-    t.heights.reserve(samples.size());
+    t.heights.resize(samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const float height = samples[i] * options.scale + options.offset;
         if (!(std::abs(height) <= kMaxSize)) {
-            return Built::failure("heightfield: sample " + std::to_string(i) +
+            return Built::failure("heightfield: sample " + std::to_string(i % options.columns) +
+                                  " of row " + std::to_string(i / options.columns) +
                                   " is not finite or out of range");
         }
-        t.heights.push_back(height);
+        t.heights[i] = height;
         t.lowest = std::min(t.lowest, height);
         t.highest = std::max(t.highest, height);
     }

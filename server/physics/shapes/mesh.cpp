@@ -130,7 +130,15 @@ EdgeBend bend_at(const Tables& t, std::span<const Side> sides, const Side& side)
     return bend;
 }
 
-void find_bends(Tables& t, BuiltMesh& report) {
+/// Counts an edge, and keeps the first.
+void note(const Side& side, std::uint32_t& count, std::array<std::uint32_t, 2>& first) {
+    if (count++ == 0) {
+        first = {side.low, side.high};
+    }
+}
+
+/// Says why when there is an edge of too many triangles; empty otherwise.
+std::string find_bends(Tables& t, BuiltMesh& report) {
     const std::vector<Side> sides = sorted_sides(t.corners);
     t.bends.resize(t.corners.size());
     for (std::size_t first = 0; first < sides.size();) {
@@ -140,14 +148,98 @@ void find_bends(Tables& t, BuiltMesh& report) {
             ++last;
         }
         const std::span<const Side> edge(sides.data() + first, last - first);
-        report.open_edges += edge.size() == 1 ? 1 : 0;
-        report.shared_edges += edge.size() > 2 ? 1 : 0;
-        report.turned_edges += edge.size() == 2 && edge[0].upward == edge[1].upward ? 1 : 0;
+        if (edge.size() > kMaxEdgeTriangles) {
+            return "mesh: more than " + std::to_string(kMaxEdgeTriangles) +
+                   " triangles at the edge of vertices " + std::to_string(edge[0].low) + " and " +
+                   std::to_string(edge[0].high);
+        }
+        if (edge.size() == 1) {
+            note(edge[0], report.open_edges, report.first_open);
+        } else if (edge.size() > 2) {
+            note(edge[0], report.shared_edges, report.first_shared);
+        } else if (edge[0].upward == edge[1].upward) {
+            note(edge[0], report.turned_edges, report.first_turned);
+        }
         for (const Side& side : edge) {
             t.bends[side.triangle][side.edge] = bend_at(t, edge, side);
         }
         first = last;
     }
+    return {};
+}
+
+/// Which triangles have the corners of an earlier one, in the same sense of rotation.
+std::vector<bool> find_repeated(std::span<const std::uint32_t> indices,
+                                const std::vector<std::uint32_t>& same) {
+    std::vector<std::pair<Corners, std::uint32_t>> all;
+    all.reserve(indices.size() / 3);
+    for (std::uint32_t i = 0; i < indices.size() / 3; ++i) {
+        Corners c{same[indices[3 * i]], same[indices[3 * i + 1]], same[indices[3 * i + 2]]};
+        std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
+        all.emplace_back(c, i);
+    }
+    std::sort(all.begin(), all.end());
+    std::vector<bool> again(all.size());
+    for (std::size_t k = 1; k < all.size(); ++k) {
+        again[all[k].second] = all[k].first == all[k - 1].first;
+    }
+    return again;
+}
+
+/// Only the vertices that triangles name, in their order.
+void leave_out_unused(Tables& t) {
+    std::vector<std::uint32_t> number(t.vertices.size(), 0U);
+    for (const Corners& c : t.corners) {
+        for (const std::uint32_t v : c) {
+            number[v] = 1;
+        }
+    }
+    std::uint32_t kept = 0;
+    for (std::size_t v = 0; v < number.size(); ++v) {
+        if (number[v] != 0) {
+            t.vertices[kept] = t.vertices[v];
+            number[v] = kept++;
+        }
+    }
+    t.vertices.resize(kept);
+    t.vertices.shrink_to_fit();
+    for (Corners& c : t.corners) {
+        for (std::uint32_t& v : c) {
+            v = number[v];
+        }
+    }
+}
+
+Aabb box_of(const Tables& t, const Corners& c) {
+    const Vec3& p = t.vertices[c[0]];
+    const Vec3& q = t.vertices[c[1]];
+    const Vec3& r = t.vertices[c[2]];
+    return {p.cwiseMin(q).cwiseMin(r), p.cwiseMax(q).cwiseMax(r)};
+}
+
+/// False for a triangle without area; `normal` is noise then.
+bool has_area(const Tables& t, const Corners& c, Vec3& normal) {
+    const Vec3& p = t.vertices[c[0]];
+    const Vec3& q = t.vertices[c[1]];
+    const Vec3& r = t.vertices[c[2]];
+    float area = 0.0F;
+    normal = triangle_normal(p, q, r, area);
+    const float longest =
+        std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
+    // Lower than a hundred thousandth of its length, its normal is noise.
+    return area > 1.0e-5F * longest;
+}
+
+std::string why_unfit(std::span<const Vec3> vertices, std::size_t triangles) {
+    if (triangles > kMaxMeshTriangles) {
+        return "mesh: more than " + std::to_string(kMaxMeshTriangles) + " triangles";
+    }
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        if (!fit_position(vertices[i])) {
+            return "mesh: vertex " + std::to_string(i) + " is not finite or out of range";
+        }
+    }
+    return {};
 }
 
 std::string why_unfit(std::span<const Vec3> vertices,
@@ -156,23 +248,39 @@ std::string why_unfit(std::span<const Vec3> vertices,
     if (indices.size() % 3 != 0) {
         return "mesh: the number of indices is no multiple of three";
     }
-    if (indices.size() / 3 > kMaxMeshTriangles) {
-        return "mesh: more than " + std::to_string(kMaxMeshTriangles) + " triangles";
-    }
     if (options.weld != 0.0F && !(options.weld >= kMinWeld && options.weld <= kMaxSize)) {
         return "mesh: weld out of range";
     }
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-        if (!fit_position(vertices[i])) {
-            return "mesh: vertex " + std::to_string(i) + " is not finite or out of range";
-        }
-    }
-    for (std::size_t i = 0; i < indices.size(); ++i) {
+    std::string reason = why_unfit(vertices, indices.size() / 3);
+    for (std::size_t i = 0; reason.empty() && i < indices.size(); ++i) {
         if (indices[i] >= vertices.size()) {
-            return "mesh: index " + std::to_string(i) + " names no vertex";
+            reason = "mesh: index " + std::to_string(i) + " names no vertex";
         }
     }
-    return {};
+    return reason;
+}
+
+/// Whether these may be a cosine and a sine of 0..180 degrees; false for NaN.
+bool is_bend(const EdgeBend& bend) {
+    constexpr float kOne = 1.0F + 1.0e-5F;  // rounding
+    return std::abs(bend.cosine) <= kOne && bend.sine >= 0.0F && bend.sine <= kOne;
+}
+
+std::string why_unfit(const MeshParts& parts) {
+    if (parts.corners.empty() || parts.bends.size() != parts.corners.size()) {
+        return "mesh: has no triangles, or not as many bends";
+    }
+    std::string reason = why_unfit(parts.vertices, parts.corners.size());
+    for (std::size_t i = 0; reason.empty() && i < parts.corners.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (parts.corners[i][k] >= parts.vertices.size()) {
+                reason = "mesh: triangle " + std::to_string(i) + " names no vertex";
+            } else if (!is_bend(parts.bends[i][k])) {
+                reason = "mesh: triangle " + std::to_string(i) + " has no bend at an edge";
+            }
+        }
+    }
+    return reason;
 }
 
 }  // namespace
@@ -195,31 +303,67 @@ core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
     t.vertices.assign(vertices.begin(), vertices.end());
     BuiltMesh out;
     std::vector<Aabb> boxes;
-    for (std::size_t i = 0; i < indices.size(); i += 3) {
-        const Corners c{same[indices[i]], same[indices[i + 1]], same[indices[i + 2]]};
-        const Vec3& p = vertices[c[0]];
-        const Vec3& q = vertices[c[1]];
-        const Vec3& r = vertices[c[2]];
-        float area = 0.0F;
-        const Vec3 normal = triangle_normal(p, q, r, area);
-        const float longest =
-            std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
-        // Lower than a hundred thousandth of its length, its normal is noise.
-        if (!(area > 1.0e-5F * longest)) {
-            ++out.degenerate;
+    std::vector<bool> named(vertices.size());
+    const std::vector<bool> again = find_repeated(indices, same);
+    for (std::uint32_t i = 0; i < indices.size() / 3; ++i) {
+        const Corners given{indices[3 * i], indices[3 * i + 1], indices[3 * i + 2]};
+        named[given[0]] = named[given[1]] = named[given[2]] = true;
+        const Corners c{same[given[0]], same[given[1]], same[given[2]]};
+        Vec3 normal;
+        if (!has_area(t, c, normal)) {
+            out.first_degenerate = out.degenerate++ == 0 ? i : out.first_degenerate;
+            continue;
+        }
+        if (again[i]) {
+            out.first_repeated = out.repeated++ == 0 ? i : out.first_repeated;
             continue;
         }
         t.corners.push_back(c);
         t.normals.push_back(normal);
-        boxes.push_back({p.cwiseMin(q).cwiseMin(r), p.cwiseMax(q).cwiseMax(r)});
+        boxes.push_back(box_of(t, c));
     }
     if (t.corners.empty()) {
         return Built::failure("mesh: no triangle has an area");
     }
-    find_bends(t, out);
+    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+        out.unused += named[v] ? 0 : 1;
+        out.merged += named[v] && same[v] != v ? 1 : 0;
+    }
+    reason = find_bends(t, out);
+    if (!reason.empty()) {
+        return Built::failure(std::move(reason));
+    }
+    leave_out_unused(t);
     t.tree = BoxTree(boxes);
     out.mesh = std::make_shared<const TriangleMesh>(std::move(t));
     return out;
+}
+
+core::Result<std::shared_ptr<const TriangleMesh>> restore_mesh(MeshParts parts) {
+    using Restored = core::Result<std::shared_ptr<const TriangleMesh>>;
+    std::string reason = why_unfit(parts);
+    if (!reason.empty()) {
+        return Restored::failure(std::move(reason));
+    }
+    Tables t;
+    t.vertices = std::move(parts.vertices);
+    t.corners = std::move(parts.corners);
+    t.bends = std::move(parts.bends);
+    t.normals.resize(t.corners.size());
+    std::vector<Aabb> boxes;
+    boxes.reserve(t.corners.size());
+    for (std::size_t i = 0; i < t.corners.size(); ++i) {
+        if (!has_area(t, t.corners[i], t.normals[i])) {
+            return Restored::failure("mesh: triangle " + std::to_string(i) + " has no area");
+        }
+        boxes.push_back(box_of(t, t.corners[i]));
+    }
+    auto tree = BoxTree::restore(std::move(parts.tree), boxes);
+    if (!tree) {
+        return Restored::failure("mesh: " + tree.error());
+    }
+    t.tree = std::move(*tree);
+    return std::shared_ptr<const TriangleMesh>(std::make_shared<const TriangleMesh>(std::move(t)));
 }
 
 }  // namespace zoned::physics

@@ -6,6 +6,8 @@
 #include "server/physics/shapes/surface.h"
 #include "shared/core/result.h"
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -13,6 +15,7 @@
 namespace zoned::physics {
 
 inline constexpr std::size_t kMaxMeshTriangles = 1U << 22;
+inline constexpr std::size_t kMaxEdgeTriangles = 64;  ///< all of them look at each other
 
 /// Immutable. One-sided: solid behind, so only what has its centre in front of a triangle's plane
 /// touches it. A thing that got behind is not pulled through: it is not held at all.
@@ -38,6 +41,8 @@ class TriangleMesh final : public Geometry {
 
     [[nodiscard]] const Aabb& box() const { return t_.tree.box(); }
 
+    [[nodiscard]] const Tables& tables() const { return t_; }
+
   private:
     Tables t_;
 };
@@ -58,16 +63,39 @@ struct BuiltMesh {
     std::shared_ptr<const TriangleMesh> mesh;
     // What was found on the way; none of it stops the mesh from being used.
     std::uint32_t degenerate = 0;    ///< triangles without area, left out
+    std::uint32_t repeated = 0;      ///< triangles that are there already, left out
     std::uint32_t open_edges = 0;    ///< edges of one triangle only: the rim of the surface
     std::uint32_t shared_edges = 0;  ///< edges of more than two triangles
     std::uint32_t turned_edges = 0;  ///< edges of two triangles that face opposite ways
+    std::uint32_t merged = 0;        ///< vertices that another one stands for
+    std::uint32_t unused = 0;        ///< vertices that no triangle names; left out like the merged
+    // Where the first of each was, as numbers of the triangles and vertices that were given. Only
+    // valid where the count is not zero.
+    std::uint32_t first_degenerate = 0;
+    std::uint32_t first_repeated = 0;
+    std::array<std::uint32_t, 2> first_open{};
+    std::array<std::uint32_t, 2> first_shared{};
+    std::array<std::uint32_t, 2> first_turned{};
 };
 
 /// Three indices for each triangle, counter-clockwise seen from the front. Fails with the reason
 /// when a vertex is not finite or out of range, an index names no vertex, there are more than
-/// kMaxMeshTriangles, or no triangle has an area.
+/// kMaxMeshTriangles, or kMaxEdgeTriangles at an edge, or no triangle has an area.
 core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
                                    std::span<const std::uint32_t> indices,
                                    const MeshOptions& options = {});
+
+/// What of a mesh takes long to find: files keep it.
+struct MeshParts {
+    std::vector<Vec3> vertices;
+    std::vector<std::array<std::uint32_t, 3>> corners;
+    std::vector<std::array<EdgeBend, 3>> bends;
+    BoxTree::Layout tree;
+};
+
+/// The mesh of these parts: the very same as the one whose tables they are. Any bytes may be given:
+/// fails with the reason where build_mesh would, and when a triangle has no area, a bend is out of
+/// range, or the tree is none. Bends are not compared with the triangles.
+core::Result<std::shared_ptr<const TriangleMesh>> restore_mesh(MeshParts parts);
 
 }  // namespace zoned::physics

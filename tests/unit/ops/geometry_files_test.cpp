@@ -1,9 +1,9 @@
 #include "server/ops/geometry_files.h"
 
+#include "tests/unit/ops/geometry_samples.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <fstream>
 #include <vector>
@@ -11,22 +11,7 @@
 namespace zoned::ops {
 namespace {
 
-std::vector<std::byte> png_of(std::uint32_t width,
-                              std::uint32_t height,
-                              png_uint_32 format,
-                              const void* pixels) {
-    png_image image{};
-    image.version = PNG_IMAGE_VERSION;
-    image.width = width;
-    image.height = height;
-    image.format = format;
-    png_alloc_size_t size = 0;
-    png_image_write_to_memory(&image, nullptr, &size, 0, pixels, 0, nullptr);
-    std::vector<std::byte> bytes(size);
-    png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels, 0, nullptr);
-    bytes.resize(size);
-    return bytes;
-}
+using test::png_of;
 
 physics::FieldOptions spacing(float m) {
     physics::FieldOptions options;
@@ -67,13 +52,19 @@ TEST(HeightfieldFromPng, SaysWhyItRefuses) {
         return field ? std::string() : field.error();
     };
     EXPECT_EQ(reason(png_of(2, 2, PNG_FORMAT_RGB, pixels)),
-              "heightfield: the image is not plain greyscale");
+              "heightfield: the image is not plain greyscale: it has red, green and blue");
     EXPECT_EQ(reason(png_of(1, 2, PNG_FORMAT_GRAY, pixels)).substr(0, 29),
               "heightfield: columns and rows");
     EXPECT_EQ(reason({}), "heightfield: is no PNG image: ends too early");
     std::vector<std::byte> cut = png_of(2, 2, PNG_FORMAT_GRAY, pixels);
     cut.resize(cut.size() - 20);
-    EXPECT_EQ(reason(cut).substr(0, 33), "heightfield: the image is broken:");
+    EXPECT_EQ(reason(cut), "heightfield: the image is broken at row 0 of 2: ends too early");
+    const std::vector<std::uint8_t> large(1000 * 1000);
+    std::vector<std::byte> claim = png_of(1000, 1000, PNG_FORMAT_GRAY, large.data());
+    ASSERT_TRUE(heightfield_from_png(claim, 1.0F, spacing(1.0F)).ok());
+    claim.resize(100);
+    EXPECT_EQ(reason(claim),
+              "heightfield: the image is broken: 100 bytes cannot hold 1000 x 1000 samples");
     const auto missing = load_heightfield("/no/such/file.png", 1.0F, spacing(1.0F));
     ASSERT_FALSE(missing.ok());
     EXPECT_EQ(missing.error(), "/no/such/file.png: cannot be opened");
@@ -118,12 +109,29 @@ TEST(MeshFromObj, SaysWhyItRefuses) {
         return mesh ? std::string() : mesh.error();
     };
     EXPECT_EQ(reason(""), "mesh: no triangle has an area");
-    EXPECT_EQ(reason("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 7\n"), "mesh: index 2 names no vertex");
+    EXPECT_EQ(reason("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 7\n"), "mesh: line 4: names vertex 7 of 3");
     EXPECT_EQ(reason("v 0 0 0\nv 1e30 0 0\nv 0 0 1\nf 1 2 3\n"),
-              "mesh: vertex 1 is not finite or out of range");
+              "mesh: line 2: the vertex lies more than 1000000 m out");
     const auto missing = load_mesh("/no/such/file.obj", 1.0F, {});
     ASSERT_FALSE(missing.ok());
     EXPECT_EQ(missing.error(), "/no/such/file.obj: cannot be opened");
+}
+
+TEST(MeshFromObj, RoundsCoordinatesToTheNearestFloat) {
+    const auto built = mesh_from_obj("v 0.1 16.7773 .3\nv 1 0 0\nv 0 0 1e-1\nf 1 2 3\n", 0.5F, {});
+    ASSERT_TRUE(built.ok()) << built.error();
+    const Vec3& v = built->mesh->tables().vertices[0];
+    EXPECT_EQ(v, Vec3(0.05F, 8.38865F, 0.15F));
+}
+
+TEST(ContentOf, GoesByTheBytes) {
+    const std::uint8_t pixels[4] = {};
+    const auto png = png_of(2, 2, PNG_FORMAT_GRAY, pixels);
+    EXPECT_EQ(content_of({reinterpret_cast<const char*>(png.data()), png.size()}),
+              GeometryContent::kPng);
+    EXPECT_EQ(content_of("v 1 2 3\n"), GeometryContent::kText);
+    EXPECT_EQ(content_of("ZONEDGEO"), GeometryContent::kBaked);
+    EXPECT_EQ(content_of(std::string(3, '\0')), GeometryContent::kUnknown);
 }
 
 TEST(MeshFromObj, SurvivesBrokenText) {

@@ -53,6 +53,13 @@ TEST(Mesh, CountsWhatIsOddAndRefusesWhatIsBroken) {
     EXPECT_EQ(built.turned_edges, 1U);
     EXPECT_EQ(built.shared_edges, 1U);
     EXPECT_EQ(built.mesh->triangle_count(), 4U);
+    // Of 18 corners 6 are places; (2, 0, 0) is named by a triangle without area only.
+    EXPECT_EQ(built.merged, 18U - 7U);
+    EXPECT_EQ(built.unused, 0U);
+    EXPECT_EQ(built.mesh->tables().vertices.size(), 6U);
+    EXPECT_EQ(built.first_degenerate, 1U);
+    EXPECT_EQ(built.first_turned, (std::array<std::uint32_t, 2>{0, 1}));
+    EXPECT_EQ(built.first_shared, (std::array<std::uint32_t, 2>{1, 2}));
     const auto reason = [](std::vector<Vec3> vertices,
                            std::vector<std::uint32_t> indices,
                            MeshOptions options = {}) {
@@ -68,8 +75,32 @@ TEST(Mesh, CountsWhatIsOddAndRefusesWhatIsBroken) {
               "mesh: the number of indices is no multiple of three");
     EXPECT_EQ(reason({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}}, {0, 1, 2}),
               "mesh: no triangle has an area");
+    std::vector<Vec3> fan = {{0, 0, 0}, {0, 1, 0}};
+    std::vector<std::uint32_t> leaves;
+    for (std::uint32_t i = 0; i <= kMaxEdgeTriangles; ++i) {
+        const float angle = 0.05F * static_cast<float>(i);
+        fan.emplace_back(std::cos(angle), 0.0F, std::sin(angle));
+        leaves.insert(leaves.end(), {0, 1, i + 2});
+    }
+    EXPECT_EQ(reason(fan, leaves), "mesh: more than 64 triangles at the edge of vertices 0 and 1");
+    leaves.resize(3 * kMaxEdgeTriangles);
+    EXPECT_EQ(reason(fan, leaves), "");
     EXPECT_EQ(reason({}, {}), "mesh: no triangle has an area");
     EXPECT_EQ(reason({{0, 0, 0}}, {}, {nan}), "mesh: weld out of range");
+}
+
+TEST(Mesh, LeavesOutWhatIsThereAlready) {
+    MeshInput in;
+    in.add({0, 0, 0}, {0, 0, 1}, {1, 0, 0});
+    in.add({0, 0, 0}, {1, 0, 0}, {0, 0, 1});  // its back: another one
+    for (int i = 0; i < 100000; ++i) {
+        in.add({1, 0, 0}, {0, 0, 0}, {0, 0, 1});
+    }
+    const BuiltMesh built = *build_mesh(in.vertices, in.indices);
+    EXPECT_EQ(built.repeated, 100000U);
+    EXPECT_EQ(built.first_repeated, 2U);
+    EXPECT_EQ(built.mesh->triangle_count(), 2U);
+    EXPECT_EQ(built.open_edges + built.turned_edges + built.shared_edges, 0U);
 }
 
 TEST(Mesh, WeldsWhatLiesNear) {
@@ -170,8 +201,9 @@ TEST(Heightfield, RefusesWhatIsNoGrid) {
     two.rows = 2;
     EXPECT_EQ(reason(4, two), "");
     EXPECT_EQ(reason(5, two), "heightfield: has 5 samples instead of columns times rows");
-    EXPECT_EQ(reason(4, two, NAN), "heightfield: sample 0 is not finite or out of range");
-    EXPECT_EQ(reason(4, two, 1e30F), "heightfield: sample 0 is not finite or out of range");
+    EXPECT_EQ(reason(4, two, NAN), "heightfield: sample 0 of row 0 is not finite or out of range");
+    EXPECT_EQ(reason(4, two, 1e30F),
+              "heightfield: sample 0 of row 0 is not finite or out of range");
     FieldOptions flat = two;
     flat.spacing_x = 0.0F;
     EXPECT_EQ(reason(4, flat), "heightfield: spacing out of range");

@@ -1,0 +1,78 @@
+#include "server/ops/strain_report.h"
+
+#include "server/physics/strain.h"
+#include "server/zone/type_body.h"
+
+#include <algorithm>
+
+namespace zoned::ops {
+
+namespace {
+
+void add(const std::string& about,
+         const std::vector<std::string>& strains,
+         std::vector<std::string>& out) {
+    for (const std::string& strain : strains) {
+        out.push_back(about + strain);
+    }
+}
+
+/// The props with the least and the greatest mass; null when there are none.
+struct Extremes {
+    const world::EntityType* light = nullptr;
+    const world::EntityType* heavy = nullptr;
+};
+
+Extremes extremes_of(const world::TypeTable& types) {
+    Extremes out;
+    for (const world::EntityType& type : types) {
+        if (type.kind != world::EntityKind::kProp) {
+            continue;
+        }
+        if (out.light == nullptr || type.mass < out.light->mass) {
+            out.light = &type;
+        }
+        if (out.heavy == nullptr || type.mass > out.heavy->mass) {
+            out.heavy = &type;
+        }
+    }
+    return out;
+}
+
+/// A body in the corner of the zone, in the zone's coordinates.
+physics::BodyDef corner_of(const ZoneRegion& zone) {
+    physics::BodyDef def;
+    def.kind = physics::BodyKind::kStatic;
+    def.position = Vec3(static_cast<float>(0.5 * (zone.max_x - zone.min_x)),
+                        0.0F,
+                        static_cast<float>(0.5 * (zone.max_z - zone.min_z)));
+    return def;
+}
+
+}  // namespace
+
+std::vector<std::string> strains_of(const Settings& settings) {
+    const auto dt = static_cast<float>(1.0 / settings.tick_rate_hz);
+    const physics::Settings& physics = settings.physics;
+    std::vector<std::string> out;
+    add("physics: ", physics::strains_of(physics, dt), out);
+    for (const world::EntityType& type : settings.types) {
+        add("type '" + type.name + "': ",
+            physics::strains_of(zone::body_of(type), physics, dt),
+            out);
+    }
+    const Extremes extremes = extremes_of(settings.types);
+    if (extremes.light != extremes.heavy) {
+        add("type '" + extremes.heavy->name + "' on type '" + extremes.light->name + "': ",
+            physics::strains_of_load(extremes.light->mass, extremes.heavy->mass, physics, dt),
+            out);
+    }
+    for (const ZoneRegion& zone : settings.zones) {
+        add("zone '" + zone.name + "': its corner ",
+            physics::strains_of(corner_of(zone), physics, dt),
+            out);
+    }
+    return out;
+}
+
+}  // namespace zoned::ops

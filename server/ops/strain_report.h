@@ -1,0 +1,16 @@
+// Strain report: what in a good config the physics cannot simulate within the error budget.
+#pragma once
+
+#include "server/ops/settings.h"
+
+#include <string>
+#include <vector>
+
+namespace zoned::ops {
+
+/// One sentence each, with the setting that it is about and the figures; empty when there is
+/// nothing to say. Looks at the step itself, each type's body, the heaviest prop on the lightest
+/// one, and how far out each zone reaches (see physics::strains_of).
+std::vector<std::string> strains_of(const Settings& settings);
+
+}  // namespace zoned::ops

@@ -1,0 +1,31 @@
+#include "server/zone/type_body.h"
+
+namespace zoned::zone {
+
+namespace {
+
+physics::Shape shape_of(const world::EntityType& type) {
+    switch (type.shape) {
+        case world::ShapeKind::kSphere:
+            return physics::Shape::sphere(type.radius);
+        case world::ShapeKind::kBox:
+            return physics::Shape::box(type.half_extents);
+        case world::ShapeKind::kCapsule:
+            return physics::Shape::capsule(type.radius, type.half_segment);
+    }
+    return {};
+}
+
+}  // namespace
+
+physics::BodyDef body_of(const world::EntityType& type) {
+    physics::BodyDef def;
+    def.kind = type.kind == world::EntityKind::kProp ? physics::BodyKind::kDynamic
+                                                     : physics::BodyKind::kKinematic;
+    def.shape = shape_of(type);
+    def.material = {type.friction, type.restitution};
+    def.mass = type.mass;
+    return def;
+}
+
+}  // namespace zoned::zone
