@@ -25,8 +25,8 @@ Vec3d point_of(const BodyState& s, const Vec3d& local) {
 }
 
 constexpr const char* kStrong =
-    "a strong motor against a limit: the rows of the joint lose their balance, bodies are stopped "
-    "and joints break with a force that is not a number";
+    "a motor of 100 rad/s and more against a limit: the bar is 5 % too fast, at 1,000 rad/s its "
+    "joint gapes";
 
 /// False where the joint is gone.
 bool drive(World& world, JointId joint, double speed, double most) {
@@ -138,7 +138,6 @@ void arm(Run& run, double speed, std::uint64_t seed) {
     constexpr int kBars = 5;
     World world(run, "motor-arm", number(speed) + " rad/s, seed " + std::to_string(seed));
     world.floor_y = -6.0F;
-    world.row.known = kStrong;
     core::Rng rng(seed, 41);
     std::vector<BodyId> bars;
     std::vector<JointId> hinges;
@@ -215,9 +214,6 @@ void block(Run& run, double speed, double most, int every) {
         beyond = std::max(beyond, std::abs(world.joint_at(slider)) - 0.5);
         across = std::max(across, static_cast<double>(std::hypot(s.position.y(), s.position.z())));
         tilt = std::max(tilt, static_cast<double>(2.0F * s.orientation.vec().norm()));
-    }
-    if (most * speed > 1.0e5) {
-        world.row.known = "a strong, fast motor drives a slider through its limit";
     }
     world.limits.speed_mps = 1.01 * speed + 0.1;
     world.row.check("joints_gone", world.joints_gone(), 0.0);

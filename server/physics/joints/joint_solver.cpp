@@ -87,7 +87,7 @@ void JointSolver::update_row(const SolverBodies& moving,
             row.low = 0.0F;
             break;
         case RowKind::kMotor:
-            row.bias = -row.row.target;
+            row.bias = -motor_target(row.row, h_);
             row.high = row.row.most * h_;
             row.low = -row.high;
             break;
@@ -233,46 +233,72 @@ void JointSolver::solve(SolverBodies& moving) {
     }
 }
 
+/// Of the limits and motors those hold that carry or can still push. Each round ends with hard rows
+/// solved for the bounded ones as they are: what is cut off at a bound without solving again for
+/// the rest would leave them pulling against nothing.
 void JointSolver::solve_group(SolverBodies& moving, const Group& group) {
     for (int round = 1;; ++round) {
-        for (std::uint32_t i = group.first; i < group.end; ++i) {
-            const Item& item = items_[i];
-            for (std::size_t r = item.first; r < item.first + item.count; ++r) {
-                const Row& row = rows_[r];
-                unknowns_[r] = row.held ? -static_cast<double>(speed(moving, item, row) + row.bias +
-                                                               row.soft * row.impulse)
-                                        : 0.0;
-            }
+        find_unknowns(moving, group);
+        while (group.bounded && release(moving, group)) {  // fewer rows hold each time
+            factor(moving, group);
+            find_unknowns(moving, group);
         }
-        matrix_.solve(unknowns_, group.first_row, group.end_row);
-        const bool last = !group.bounded || round == kRounds;
-        const bool released = !last && release(moving, group);
-        if (!released) {
-            apply_unknowns(moving, group);
-            if (last || !take_hold(moving, group)) {
-                return;
-            }
+        apply_unknowns(moving, group);
+        if (!group.bounded || round == kRounds || !take_hold(moving, group)) {
+            return;
         }
         factor(moving, group);
     }
 }
 
-/// Rows whose impulse would leave its bounds go to the bound and hold no longer; true if there are
-/// any, and then the others have to be solved for anew.
+/// The changes of all held impulses that bring their rows to rest.
+void JointSolver::find_unknowns(const SolverBodies& moving, const Group& group) {
+    for (std::uint32_t i = group.first; i < group.end; ++i) {
+        const Item& item = items_[i];
+        for (std::size_t r = item.first; r < item.first + item.count; ++r) {
+            const Row& row = rows_[r];
+            unknowns_[r] = row.held ? -static_cast<double>(speed(moving, item, row) + row.bias +
+                                                           row.soft * row.impulse)
+                                    : 0.0;
+        }
+    }
+    matrix_.solve(unknowns_, group.first_row, group.end_row);
+}
+
+/// What share of its unknown brings a row to a bound; infinite: none within bounds that there are.
+double JointSolver::share_to_bound(const Row& row, double unknown) {
+    const double bound = static_cast<double>(unknown < 0.0 ? row.low : row.high);
+    const double way = bound - static_cast<double>(row.impulse);
+    return row.held && unknown != 0.0 ? std::max(0.0, way / unknown)
+                                      : std::numeric_limits<double>::infinity();
+}
+
+/// Goes as far as the first bound; rows there hold no longer; true if there are any, and then the
+/// others have to be solved for anew. Each such step lowers the energy of the impulses, where all
+/// the way and a cut at the bounds might not (the primal active-set method: J. Nocedal, S. J.
+/// Wright, "Numerical Optimization", 2nd ed., 16.5).
 bool JointSolver::release(SolverBodies& moving, const Group& group) {
-    bool any = false;
+    double share = 1.0;
+    for (std::uint32_t r = group.first_row; r < group.end_row; ++r) {
+        share = std::min(share, share_to_bound(rows_[r], unknowns_[r]));
+    }
+    if (share >= 1.0) {
+        return false;
+    }
     for (std::uint32_t i = group.first; i < group.end; ++i) {
         for (std::size_t r = items_[i].first; r < items_[i].first + items_[i].count; ++r) {
             Row& row = rows_[r];
-            const float to = row.impulse + static_cast<float>(unknowns_[r]);
-            if (row.held && !(to >= row.low && to <= row.high)) {
-                move_impulse(moving, items_[i], row, to);
-                row.held = false;
-                any = true;
+            if (!row.held) {
+                continue;
             }
+            const bool there = share_to_bound(row, unknowns_[r]) <= share;
+            const float bound = unknowns_[r] < 0.0 ? row.low : row.high;
+            const auto step = static_cast<float>(share * unknowns_[r]);
+            move_impulse(moving, items_[i], row, there ? bound : row.impulse + step);
+            row.held = !there;
         }
     }
-    return any;
+    return true;
 }
 
 /// Limits that close and motors that push too far hold again; true if there are any.

@@ -98,6 +98,8 @@ class JointSolver {
     void assemble(const SolverBodies& moving, const Item& item);
     void add_block(const SolverBodies& moving, const Item& p, const Item& q, std::uint32_t slot);
     void solve_group(SolverBodies& moving, const Group& group);
+    void find_unknowns(const SolverBodies& moving, const Group& group);
+    [[nodiscard]] static double share_to_bound(const Row& row, double unknown);
     bool release(SolverBodies& moving, const Group& group);
     bool take_hold(const SolverBodies& moving, const Group& group);
     void apply_unknowns(SolverBodies& moving, const Group& group);
