@@ -27,7 +27,11 @@ SocketNetwork::SocketNetwork(NetworkSettings settings)
         }
     }
     asio::ip::tcp::resolver resolver(io_);
-    const auto found = resolver.resolve(settings_.host, settings_.port, error);
+    auto found = resolver.resolve(settings_.host, settings_.port, error);
+    if ((error || found.empty()) && settings_.host == "localhost") {
+        // Its meaning is fixed (RFC 6761, 6.3), also on a machine without /etc/hosts.
+        found = resolver.resolve("127.0.0.1", settings_.port, error);
+    }
     if (error || found.empty()) {
         throw std::runtime_error("cannot resolve " + settings_.host + ":" + settings_.port + ": " +
                                  error.message() + "; check --connect HOST:PORT");
