@@ -1,5 +1,5 @@
 #include "server/interest/interest_step.h"
-#include "tests/unit/interest/counting_new.h"
+#include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -359,13 +359,13 @@ TEST(Matcher, MatchesTenThousandViewersWithoutAllocatingAfterWarmUp) {
         for (std::size_t row = 0; row < entities.size() && !still; ++row) {
             entities.position[row] += entities.velocity[row] / 30.0F;
         }
-        const std::uint64_t before = testing_support::allocations();
+        const std::uint64_t before = allocation_count();
         const auto begin = std::chrono::steady_clock::now();
         report = matcher.step(entities, types, viewers, {}, settings, visibility);
         const auto end = std::chrono::steady_clock::now();
         seconds += tick >= kWarmUp ? std::chrono::duration<double>(end - begin).count() : 0.0;
         if (still) {
-            EXPECT_EQ(testing_support::allocations() - before, 0U);
+            EXPECT_EQ(allocation_count() - before, 0U);
         }
     }
     // Expected pairs: 10^4 viewers x 10^5 / (16 km2) x pi (60 m)^2 = 7.07 10^5, a few percent less

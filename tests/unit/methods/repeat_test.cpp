@@ -1,5 +1,5 @@
 // The same bits twice, and no memory once a method has warmed up.
-#include "tests/unit/methods/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "tests/unit/methods/method_scene.h"
 #include "shared/core/state_hash.h"
 

@@ -3,7 +3,7 @@
 #include "server/physics/scene.h"
 #include "server/physics/shapes/inertia.h"
 #include "server/physics/shapes/mass_properties.h"
-#include "tests/unit/physics/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/surfaces.h"
 

@@ -1,6 +1,6 @@
 // Contact events: who hears of the beginning, the lasting and the end of a contact.
 #include "server/physics/scene.h"
-#include "tests/unit/physics/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 
 #include <gtest/gtest.h>
 

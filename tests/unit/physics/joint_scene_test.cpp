@@ -1,7 +1,7 @@
 // What a Scene promises about joints: refusals, removal, breaking, sleep, filters, determinism.
 #include "tests/unit/physics/joint_scene.h"
 
-#include "tests/unit/physics/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>

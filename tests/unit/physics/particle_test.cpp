@@ -1,7 +1,7 @@
 // Particles: paths, bounces, friction, rest, and the change from body to particle and back.
 #include "server/physics/scene.h"
 #include "server/physics/shapes/mesh.h"
-#include "tests/unit/physics/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include "server/physics/query/query.h"
 
 #include "server/physics/scene.h"
-#include "tests/unit/physics/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // What a Scene promises its callers: ids, refusals, sleep, events, queries, determinism.
 #include "server/physics/scene.h"
 
-#include "tests/unit/physics/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>

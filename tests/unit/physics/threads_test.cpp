@@ -1,7 +1,7 @@
 #include "server/compute/worker_pool.h"
 #include "server/physics/scene.h"
 #include "server/physics/shapes/compound.h"
-#include "tests/unit/physics/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/hulls.h"
 #include "tests/unit/physics/surfaces.h"
 

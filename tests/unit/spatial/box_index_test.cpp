@@ -1,7 +1,7 @@
 // All kinds of structures over boxes against comparing everything with everything.
 #include "server/spatial/box_index.h"
 
-#include "tests/unit/spatial/allocation_count.h"
+#include "tests/unit/allocation_count.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
