@@ -128,7 +128,9 @@ class Scanner {
 
     void mistake_at(std::uint32_t line, std::string text) {
         if (++out_.mistake_count <= kMaxObjMistakes) {
-            out_.mistakes.push_back({line, std::move(text)});
+            ObjMistake& told = out_.mistakes.emplace_back();
+            told.line = line;
+            told.text = std::move(text);
         }
     }
 
