@@ -53,6 +53,7 @@ void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.extra["strained_islands"] = static_cast<double>(loop.strained);
     report.extra["far_bodies"] = static_cast<double>(loop.far_bodies);
     report.extra["held_back_bodies"] = static_cast<double>(loop.held_back);
+    report.extra["slowed_bodies"] = static_cast<double>(loop.slowed);
     report.extra["clients_over_budget"] = static_cast<double>(loop.over_budget);
     report.extra["publications"] = static_cast<double>(loop.publications);
     report.extra["records_sent"] = static_cast<double>(loop.records_sent);

@@ -178,6 +178,7 @@ void TickLoop::count_zone(std::size_t index) {
     s.strained += r.physics.strained;
     s.far_bodies += r.physics.far_bodies;
     s.held_back += r.physics.held_back;
+    s.slowed += r.physics.slowed;
     s.broadcast_ticks += r.interest.broadcast ? 1 : 0;
     s.zone_hashes.push_back(zone.state_hash());
     s.zone_entities.push_back(r.census.entities);

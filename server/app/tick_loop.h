@@ -65,6 +65,7 @@ struct LoopStats {
     std::uint64_t strained = 0;    ///< islands and steps beyond the most substeps
     std::uint64_t far_bodies = 0;  ///< bodies and steps where floats are too coarse
     std::uint64_t held_back = 0;   ///< bodies that would have passed through static geometry
+    std::uint64_t slowed = 0;      ///< bodies whose speed or spin was cut to the most there is
     std::uint64_t over_budget = 0;
     std::uint64_t records_sent = 0;
     std::uint64_t records_resent = 0;

@@ -62,6 +62,7 @@ struct Bodies {
     std::uint32_t count = 0;
     std::uint32_t awake_dynamic = 0;
     std::uint32_t awake_particles = 0;
+    std::uint32_t slowed = 0;  ///< whose speed or spin was cut to the most there is, since asked
     /// Rows of awake dynamic bodies, ascending after `compact_lists`; may hold stale rows between
     /// steps.
     std::vector<std::uint32_t> awake_list;

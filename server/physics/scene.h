@@ -68,6 +68,7 @@ struct StepStats {
     std::uint32_t strained = 0;
     std::uint32_t far_bodies = 0;  ///< moving ones, so far out that floats are too coarse there
     std::uint32_t held_back = 0;   ///< bodies that would have passed through static geometry
+    std::uint32_t slowed = 0;      ///< bodies whose speed or spin was cut to the most there is
     bool skipped = false;          ///< nothing was awake: no pass ran
     MethodStats method;            ///< of the alternatives to kSoftStep
 };

@@ -121,15 +121,19 @@ void Scene::Impl::leave_broadphase(std::uint32_t row) {
     pending_mark[row] = 0;
 }
 
+void Scene::Impl::drop_pair(std::uint32_t contact, std::uint32_t other) {
+    const bool touched = graph.pair(contact).touching;
+    end_sensing(contact, left_sensors);
+    end_touch(contact, left_contacts);
+    graph.destroy(bodies, contact);
+    if (touched) {
+        waker.wake(bodies, graph, joints, other);
+    }
+}
+
 void Scene::Impl::drop_contacts(std::uint32_t row) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
-        const bool touched = graph.pair(contact).touching;
-        end_sensing(contact, left_sensors);
-        end_touch(contact, left_contacts);
-        graph.destroy(bodies, contact);
-        if (touched) {
-            waker.wake(bodies, graph, joints, other);
-        }
+        drop_pair(contact, other);
     });
 }
 

@@ -107,6 +107,8 @@ struct Scene::Impl {
     void make_room(BodyKind kind);
     void enter_broadphase(std::uint32_t row);
     void leave_broadphase(std::uint32_t row);
+    /// Ends a pair, and wakes the other body where they touched.
+    void drop_pair(std::uint32_t contact, std::uint32_t other);
     /// Ends all contacts of a body and wakes the bodies that touched it.
     void drop_contacts(std::uint32_t row);
     /// Moves a body at once. Wakes the bodies that it touched; contacts live on where the bodies

@@ -140,8 +140,8 @@ bool Scene::set_motor(JointId joint, float speed, float most) {
     }
     JointEntry& entry = impl_->joints[index];
     JointDef& def = entry.joint.def;
-    if (!def.motor || speed * def.motor_speed <= 0.0F) {
-        // What motor and limits leaned on is not there when the motor turns round.
+    if (!def.motor) {
+        // Rows know their impulses by their places, and the motor's comes before the limits'.
         std::fill(entry.impulse.begin() + static_cast<std::ptrdiff_t>(hard_rows(def.kind)),
                   entry.impulse.end(),
                   0.0F);

@@ -129,15 +129,8 @@ bool Scene::Impl::near(std::uint32_t a, std::uint32_t b) const {
 /// Ends the pairs of a body whose filters allow them no more.
 void Scene::Impl::drop_unmet_pairs(std::uint32_t row) {
     graph.for_each_of(bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
-        if (bodies.filter[row].meets(bodies.filter[other])) {
-            return;
-        }
-        const bool touched = graph.pair(contact).touching;
-        end_sensing(contact, left_sensors);
-        end_touch(contact, left_contacts);
-        graph.destroy(bodies, contact);
-        if (touched) {
-            waker.wake(bodies, graph, joints, other);
+        if (!bodies.filter[row].meets(bodies.filter[other])) {
+            drop_pair(contact, other);
         }
     });
 }

@@ -23,7 +23,6 @@ struct Scene::Impl::Surface {
 };
 
 void Scene::Impl::note_starts() {
-    bodies.compact_lists();
     starts.resize(bodies.rows());
     for (const std::uint32_t row : bodies.awake_list) {
         starts[row] = {bodies.position[row], bodies.velocity[row]};

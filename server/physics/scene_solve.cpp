@@ -16,6 +16,7 @@ Scene::Impl::~Impl() = default;
 void Scene::Impl::solve(float dt) {
     bodies.compact_lists();  // bodies that were touched have joined
     broken.clear();
+    note_starts();
     mark_held();
     if (settings.method != Method::kSoftStep) {
         solve_by_method(dt);

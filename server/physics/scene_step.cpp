@@ -37,7 +37,6 @@ StepStats Scene::Impl::step(float dt) {
         update_contacts(dt);
         list_joints();
         step_particles(dt);
-        note_starts();
         solve(dt);
         hold_back(dt);
         settle_contacts();
@@ -85,6 +84,7 @@ StepStats Scene::Impl::stats_of(bool skipped, std::uint32_t island_count) {
     stats.strained = std::exchange(strained, 0);
     stats.far_bodies = std::exchange(far_bodies, 0);
     stats.held_back = std::exchange(held_back, 0);
+    stats.slowed = std::exchange(bodies.slowed, 0);
     if (!skipped) {
         stats.pairs = graph.size();
         stats.islands = island_count;

@@ -56,22 +56,32 @@ double gap_bound(double rate, double arm) {
     return 0.5 * turn * turn * arm + 1.0e-3;
 }
 
-/// A bar on a hinge between limits of a radian either way, driven to and fro. A motor with torque
-/// to spare goes at its speed and no faster; falling, the bar has sqrt(6 g / L) at most.
-void bar(Run& run, double speed, double most, int every) {
-    World world(run,
-                "motor-hinge",
-                number(speed) + " rad/s, " + number(most) + " N m, every " + std::to_string(every));
+struct Bar {
+    BodyId body;
+    JointId hinge;
+};
+
+/// A bar of a metre that is hinged to the world at one end, between limits either way, rad.
+Bar hinged_bar(World& world, float limit, double most) {
     world.floor_y = -1.0F;
     BodyDef def = body_of(Shape::box(Vec3(0.5F, 0.1F, 0.1F)), 1.0F, Vec3(0.5F, 0.0F, 0.0F));
     def.filter.mask = 0;
     const BodyId id = world.add(def);
     JointDef joint = motor_of(JointKind::kHinge, BodyId(), id, Vec3::Zero(), Vec3::UnitZ());
     joint.limited = true;
-    joint.lower = -1.0F;
-    joint.upper = 1.0F;
+    joint.lower = -limit;
+    joint.upper = limit;
     joint.motor_max = static_cast<float>(most);
-    const JointId hinge = world.join(joint);
+    return {id, world.join(joint)};
+}
+
+/// A bar on a hinge between limits of a radian either way, driven to and fro. A motor with torque
+/// to spare goes at its speed and no faster; falling, the bar has sqrt(6 g / L) at most.
+void bar(Run& run, double speed, double most, int every) {
+    World world(run,
+                "motor-hinge",
+                number(speed) + " rad/s, " + number(most) + " N m, every " + std::to_string(every));
+    const auto [id, hinge] = hinged_bar(world, 1.0F, most);
     double beyond = 0.0;
     double spin = 0.0;
     double gap = 0.0;
@@ -103,16 +113,7 @@ void bar(Run& run, double speed, double most, int every) {
 /// which the bar may turn: allowed is 2 % of the work, and of the energy of a swing.
 void work(Run& run, double most) {
     World world(run, "motor-work", number(most) + " N m");
-    world.floor_y = -1.0F;
-    BodyDef def = body_of(Shape::box(Vec3(0.5F, 0.1F, 0.1F)), 1.0F, Vec3(0.5F, 0.0F, 0.0F));
-    def.filter.mask = 0;
-    const BodyId id = world.add(def);
-    JointDef joint = motor_of(JointKind::kHinge, BodyId(), id, Vec3::Zero(), Vec3::UnitZ());
-    joint.limited = true;
-    joint.lower = -2.0F;
-    joint.upper = 2.0F;
-    joint.motor_max = static_cast<float>(most);
-    const JointId hinge = world.join(joint);
+    const JointId hinge = hinged_bar(world, 2.0F, most).hinge;
     world.step();
     const double start = kG * 1.0;  // level, a metre above the floor
     double done = 0.0;

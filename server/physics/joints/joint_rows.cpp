@@ -104,19 +104,15 @@ void free_row(const Joint& joint, const Placement& p, float sign, float error, J
 
 void free_axis_rows(const Joint& joint, const Placement& p, JointRows& out) {
     const JointDef& def = joint.def;
-    const float at = def.kind == JointKind::kHinge ? nearest_turn(hinge_angle(p), def)
-                                                   : p.axes_a.col(0).dot(p.gap);
     if (def.motor) {
         JointRow& row = out.add(RowKind::kMotor);
         free_row(joint, p, 1.0F, 0.0F, row);
         row.target = def.motor_speed;
         row.most = def.motor_max;
-        if (def.limited) {
-            row.room_below = def.lower - at;
-            row.room_above = def.upper - at;
-        }
     }
     if (def.limited) {
+        const float at = def.kind == JointKind::kHinge ? nearest_turn(hinge_angle(p), def)
+                                                       : p.axes_a.col(0).dot(p.gap);
         free_row(joint, p, 1.0F, at - def.lower, out.add(RowKind::kLimit));
         free_row(joint, p, -1.0F, def.upper - at, out.add(RowKind::kLimit));
     }
@@ -174,11 +170,6 @@ std::size_t hard_rows(JointKind kind) {
             return 0;
     }
     return 0;
-}
-
-float motor_target(const JointRow& row, float h) {
-    return std::clamp(
-        row.target, std::min(0.0F, row.room_below / h), std::max(0.0F, row.room_above / h));
 }
 
 void write_rows(const Joint& joint, const JointPose& a, const JointPose& b, JointRows& out) {

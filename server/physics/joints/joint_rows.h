@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstddef>
-#include <limits>
 
 namespace zoned::physics {
 
@@ -38,11 +37,9 @@ struct JointRow {
     Vec3 linear = Vec3::Zero();
     Vec3 angular_a = Vec3::Zero();
     Vec3 angular_b = Vec3::Zero();
-    float error = 0.0F;                                          ///< C, m or rad
-    float target = 0.0F;                                         ///< motor: speed wanted
-    float most = 0.0F;                                           ///< motor: force or torque
-    float room_below = -std::numeric_limits<float>::infinity();  ///< motor: way to the lower limit
-    float room_above = std::numeric_limits<float>::infinity();   ///< and to the upper one
+    float error = 0.0F;                ///< C, m or rad
+    float target = 0.0F;               ///< motor: speed wanted
+    float most = 0.0F;                 ///< motor: force or torque
     const JointDef* spring = nullptr;  ///< spring: where its constants are
     RowKind kind = RowKind::kHard;
 };
@@ -77,11 +74,6 @@ Joint make_joint(const JointDef& def, const JointPose& a, const JointPose& b);
 
 /// How many hard rows a joint has: always the same, and they come first.
 std::size_t hard_rows(JointKind kind);
-
-/// The speed that a motor row asks for in a substep of `h` seconds: what it is set to, but no more
-/// than leads to a limit. A motor and a limit that contradict each other would pull with all they
-/// have.
-float motor_target(const JointRow& row, float h);
 
 /// All rows of a joint at the given poses.
 void write_rows(const Joint& joint, const JointPose& a, const JointPose& b, JointRows& out);

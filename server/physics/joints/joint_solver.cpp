@@ -87,7 +87,7 @@ void JointSolver::update_row(const SolverBodies& moving,
             row.low = 0.0F;
             break;
         case RowKind::kMotor:
-            row.bias = -motor_target(row.row, h_);
+            row.bias = -row.row.target;
             row.high = row.row.most * h_;
             row.low = -row.high;
             break;

@@ -74,7 +74,7 @@ void JointRowWriter::write(const Bodies& bodies,
         const std::uint32_t at = system.add(row);
         system.gap[at] = static_cast<double>(from.error);
         if (from.kind == RowKind::kMotor) {
-            system.bias[at] = -static_cast<double>(motor_target(from, static_cast<float>(h)));
+            system.bias[at] = -static_cast<double>(from.target);
         } else if (from.kind == RowKind::kSpring) {
             const double inv_mass = system.bodies[row.a].inv_mass + system.bodies[row.b].inv_mass;
             spring_row(spring_constants(*from.spring, inv_mass), h, at, system);

@@ -73,7 +73,8 @@ void test_edges(const BoxPair& p, BestAxis& best) {
         const int i1 = (i + 1) % 3;
         const int i2 = (i + 2) % 3;
         for (int j = 0; j < 3; ++j) {
-            const float sine2 = 1.0F - p.turn(i, j) * p.turn(i, j);
+            // Not 1 - cosine^2, of which nothing is left where edges are nearly parallel.
+            const float sine2 = p.turn(i1, j) * p.turn(i1, j) + p.turn(i2, j) * p.turn(i2, j);
             if (sine2 < kParallel * kParallel) {
                 continue;
             }
@@ -119,13 +120,13 @@ void add_edge_contact(const BoxPair& p, const BestAxis& best, float margin, Mani
     const Vec3 pb = p.b.to_world(corner_b);
     const Vec3 da = p.a.rotation.col(best.i);
     const Vec3 db = p.b.rotation.col(best.j);
-    const Vec3 d = pa - pb;
-    const float b = da.dot(db);
-    const float denominator = 1.0F - b * b;
+    const Vec3 d = pb - pa;
+    const Vec3 across = da.cross(db);
+    const float sine2 = across.squaredNorm();
     const float limit_a = p.a.shape.half_extents[best.i];
     const float limit_b = p.b.shape.half_extents[best.j];
-    const float s = (b * db.dot(d) - da.dot(d)) / denominator;
-    const float t = (db.dot(d) - b * da.dot(d)) / denominator;
+    const float s = d.cross(db).dot(across) / sine2;
+    const float t = d.cross(da).dot(across) / sine2;
     const Vec3 on_a = pa + std::clamp(s, -limit_a, limit_a) * da;
     const Vec3 on_b = pb + std::clamp(t, -limit_b, limit_b) * db;
     out.add(0.5F * (on_a + on_b), best.separation, feature);

@@ -184,15 +184,16 @@ void Effort::settle(Bodies& bodies, float dt) {
         if (sets_.root(static_cast<std::uint32_t>(i)) != i) {
             continue;
         }
-        const bool exact = needs_[i].level.back() > 0 && needs_[i].fit_for_exact();
-        const std::uint8_t needed = exact ? kExactLevel : level_of_island(needs_[i].level);
+        const Needs& needs = needs_[i];
+        const bool fit = needs.fit_for_exact();
+        const std::uint8_t most = fit ? kExactLevel : most_level(total_of(needs.level));
+        const std::uint8_t needed =
+            fit && needs.level.back() > 0 ? kExactLevel : level_of_island(needs.level);
         if (needed >= held_[i]) {
             held_[i] = needed;
             patience_[i] = patience;
-        } else if (held_[i] == kExactLevel && !needs_[i].fit_for_exact()) {
-            held_[i] = kLevels - 1;
-        } else if (held_[i] < kExactLevel && held_[i] > most_level(total_of(needs_[i].level))) {
-            held_[i] = most_level(total_of(needs_[i].level));
+        } else if (held_[i] > most) {
+            held_[i] = most;
         } else if (patience_[i] > 0) {
             --patience_[i];
         } else {

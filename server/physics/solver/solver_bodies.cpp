@@ -34,12 +34,20 @@ bool fit(const Vec3& position, const Vec3& velocity, const Vec3& spin, const Qua
     return fit_position(position) && fit_velocity(velocity, spin) && fit_orientation(orientation);
 }
 
+/// Cuts what is longer than `most`, up to `excess` times as long; true if it did.
+bool cut(Vec3& v, float most, float excess) {
+    const float size = v.norm();
+    const bool over = size > most && size < excess * most;
+    v *= over ? 0.9999F * most / size : 1.0F;
+    return over;
+}
+
 /// Impacts may ask for more than bodies can have: an elastic one for twice the speed, one off the
 /// centre of what is small for a hundred times the spin. Up to that they get the most there is;
-/// what is beyond is an error.
-Vec3 within_most(const Vec3& v, float most, float excess) {
-    const float size = v.norm();
-    return size > most && size < excess * most ? Vec3((0.9999F * most / size) * v) : v;
+/// what is beyond is an error. True if something was cut.
+bool slow_down(Vec3& velocity, Vec3& spin) {
+    const bool slower = cut(velocity, kMaxSpeed, 2.0F);
+    return cut(spin, kMaxSpin, 100.0F) || slower;
 }
 
 void stop_broken(Bodies& bodies, std::uint32_t row, std::vector<std::uint32_t>& broken) {
@@ -70,7 +78,7 @@ void SolverBodies::reserve(std::size_t bodies) {
         table->reserve(bodies + 1);
     }
     row_.reserve(bodies + 1);
-    unfit_.reserve(bodies + 1);
+    outcome_.reserve(bodies + 1);
     spinners_.reserve(bodies + 1);
     spinner_of_.reserve(bodies + 1);
 }
@@ -276,25 +284,26 @@ void SolverBodies::change(std::uint32_t slot, const Vec3& impulse, const Vec3& s
 }
 
 void SolverBodies::store(Bodies& bodies, compute::Team& team, std::vector<std::uint32_t>& broken) {
-    unfit_.resize(row_.size());
+    outcome_.resize(row_.size());
     team.run(row_.size() - 1, kStoreGrain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin + 1; i <= end; ++i) {
-            unfit_[i] = store_body(bodies, i) ? 0 : 1;
+            outcome_[i] = store_body(bodies, i);
         }
     });
     for (std::size_t i = 1; i < row_.size(); ++i) {
-        if (unfit_[i] != 0) {
+        if (outcome_[i] == Outcome::kUnfit) {
             stop_broken(bodies, row_[i], broken);
         }
+        bodies.slowed += outcome_[i] == Outcome::kSlowed ? 1 : 0;
     }
 }
 
-/// False, and the body is as it was, when the result is of no use.
-bool SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
+/// Where the result is of no use the body is as it was.
+SolverBodies::Outcome SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
     const std::uint32_t row = row_[slot];
     bodies.solver_slot[row] = 0;
     if (!moved_by_impulses(slot)) {
-        return true;
+        return Outcome::kStored;
     }
     Quat orientation = bodies.orientation[row];
     Vec3 spin = angular(motion[slot]);
@@ -315,16 +324,16 @@ bool SolverBodies::store_body(Bodies& bodies, std::size_t slot) const {
                               spin);
         }
     }
-    spin = within_most(spin, kMaxSpin, 100.0F);
     const Vec3 position = bodies.position[row] + linear(drift[slot]);
-    const Vec3 velocity = within_most(linear(motion[slot]), kMaxSpeed, 2.0F);
+    Vec3 velocity = linear(motion[slot]);
+    const bool slowed = slow_down(velocity, spin);
     if (!fit(position, velocity, spin, orientation)) {
-        return false;
+        return Outcome::kUnfit;
     }
     bodies.set_pose(row, position, orientation);
     bodies.velocity[row] = velocity;
     bodies.angular_velocity[row] = spin;
-    return true;
+    return slowed ? Outcome::kSlowed : Outcome::kStored;
 }
 
 void fly_free(Bodies& bodies,
@@ -348,7 +357,7 @@ void fly_free(Bodies& bodies,
     if (!spin.isZero(0.0F)) {
         if (dynamic && bodies.round[row] == 0) {
             rotate_body(bodies, row, dt, orientation, spin);
-            spin = within_most(spin, kMaxSpin, 100.0F);  // tumbling turns faster at times
+            bodies.slowed += cut(spin, kMaxSpin, 100.0F) ? 1 : 0;  // tumbling is faster at times
         } else {
             orientation = turned(orientation, Vec3(dt * spin));
         }

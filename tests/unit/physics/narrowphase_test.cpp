@@ -125,6 +125,26 @@ TEST(Collide, ReportsTheGapThatTheSupportsHaveAlongItsNormal) {
     EXPECT_GT(overlapping, 3000);
 }
 
+/// Edges that are parallel but for 5e-3 to 2e-2 rad, the least that counts as an axis of its own.
+/// The length of a normal has rounding errors of a few steps, from itself and from the rotation.
+TEST(Collide, HasUnitNormalsWhereEdgesAreNearlyParallel) {
+    core::Rng rng(23);
+    int edges = 0;
+    for (int i = 0; i < 20000; ++i) {
+        Thing a = any_thing(rng);
+        Thing b = any_thing(rng);
+        a.shape = Shape::box({0.3F, 0.4F, 0.5F});
+        b.shape = Shape::box({0.5F, 0.4F, 0.3F});
+        const Vec3 tilt(rng.range(-1, 1), rng.range(-1, 1), rng.range(-1, 1));
+        b.rotation = a.rotation * turned_by(rng.range(5.0e-3F, 2.0e-2F), tilt) *
+                     turned_by(rng.range(-3, 3), Vec3::Unit(i % 3));
+        const Manifold m = collide_things(a, b, 10.0F);
+        ASSERT_NEAR(m.normal.norm(), 1.0F, 2e-6F) << i;
+        edges += m.count == 1 ? 1 : 0;
+    }
+    EXPECT_GT(edges, 100);
+}
+
 TEST(Collide, IsTheSameSeenFromTheOtherSide) {
     core::Rng rng(22);
     for (int i = 0; i < 5000; ++i) {
