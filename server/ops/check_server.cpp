@@ -12,12 +12,6 @@ namespace zoned::ops {
 
 namespace {
 
-std::string text_of(const char* format, double a, double b, double c = 0.0) {
-    char text[300];
-    std::snprintf(text, sizeof(text), format, a, b, c);
-    return text;
-}
-
 double largest(const proto::Config::Radii& radii) {
     return std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
 }

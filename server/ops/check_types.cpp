@@ -7,12 +7,6 @@ namespace zoned::ops {
 
 namespace {
 
-std::string text_of(const char* format, double a, double b) {
-    char text[240];
-    std::snprintf(text, sizeof(text), format, a, b);
-    return text;
-}
-
 /// Whatever moves falls; characters accelerate and jump on their own: the declared limits must
 /// allow it.
 void check_limits(const proto::Config& config,

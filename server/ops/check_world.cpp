@@ -152,6 +152,12 @@ std::vector<ZoneRegion> expand_list(const proto::Config& config,
 
 }  // namespace
 
+std::string text_of(const char* format, double a, double b, double c) {
+    char text[300];
+    std::snprintf(text, sizeof(text), format, a, b, c);
+    return text;
+}
+
 bool check_name(const std::string& name,
                 const std::string& what,
                 const std::string& path,

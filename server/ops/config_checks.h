@@ -30,6 +30,9 @@ void check_server(const proto::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics);
 
+/// printf of numbers.
+std::string text_of(const char* format, double a, double b, double c = 0.0);
+
 /// Names travel, stand in logs and in paths: letters, digits, '_', '-' and '.' only. Reports a
 /// missing or bad name under `path`.name.
 bool check_name(const std::string& name,

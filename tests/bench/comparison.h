@@ -11,6 +11,8 @@
 
 namespace zoned::bench {
 
+inline constexpr float kStepTime = 1.0F / 60.0F;  ///< of scenes that move, s
+
 /// A trial that knows what it has to say in its row: error, metrics, hash.
 class JudgedTrial : public Trial {
   public:

@@ -8,7 +8,7 @@ namespace zoned::bench {
 
 namespace {
 
-btVector3 to_bullet(const Vec3& v) {
+btVector3 corner_of(const Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }
 
@@ -22,8 +22,8 @@ class BulletPairs : public PairFinder {
           rows_(boxes.size()) {
         for (std::uint32_t row = 0; row < boxes.size(); ++row) {
             rows_[row] = row;
-            proxies_.push_back(broadphase_->createProxy(to_bullet(boxes[row].lower),
-                                                        to_bullet(boxes[row].upper),
+            proxies_.push_back(broadphase_->createProxy(corner_of(boxes[row].lower),
+                                                        corner_of(boxes[row].upper),
                                                         BOX_SHAPE_PROXYTYPE,
                                                         &rows_[row],
                                                         1,
@@ -44,8 +44,8 @@ class BulletPairs : public PairFinder {
     void step(std::span<const std::uint32_t> moved, std::span<const Aabb> boxes) override {
         for (const std::uint32_t row : moved) {
             broadphase_->setAabb(proxies_[row],
-                                 to_bullet(boxes[row].lower),
-                                 to_bullet(boxes[row].upper),
+                                 corner_of(boxes[row].lower),
+                                 corner_of(boxes[row].upper),
                                  &dispatcher_);
         }
         broadphase_->calculateOverlappingPairs(&dispatcher_);

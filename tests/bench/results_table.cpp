@@ -8,7 +8,7 @@ namespace zoned::bench {
 
 namespace {
 
-std::string number(double value) {
+std::string four_digits(double value) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.4g", value);
     return text.data();
@@ -21,11 +21,11 @@ std::vector<std::string> cells(const Row& row) {
             row.scene,
             row.parameter,
             row.peer.empty() ? row.method : row.peer + "/" + row.method,
-            number(row.time_us_p50),
-            number(row.time_us_p99),
-            bullet != nullptr ? number(*bullet) : "",
-            yardstick != nullptr ? number(*yardstick) : "",
-            number(row.error),
+            four_digits(row.time_us_p50),
+            four_digits(row.time_us_p99),
+            bullet != nullptr ? four_digits(*bullet) : "",
+            yardstick != nullptr ? four_digits(*yardstick) : "",
+            four_digits(row.error),
             row.error_unit};
 }
 
@@ -80,7 +80,7 @@ std::string to_metrics_table(const Results& results) {
         text += row.scene + (row.parameter.empty() ? "" : " " + row.parameter) + " " +
                 (row.peer.empty() ? row.method : row.peer + "/" + row.method) + ":";
         for (const auto& [name, value] : row.metrics) {
-            text += " " + name + "=" + number(value);
+            text += " " + name + "=" + four_digits(value);
         }
         text += "\n";
     }

@@ -12,6 +12,9 @@
 
 namespace zoned::bench {
 
+/// Scenes of up to this number of bodies are run with costly alternatives too.
+inline constexpr std::size_t kSmallScene = 300;
+
 struct Motion {
     scenario::Pose pose;
     Vec3d velocity = Vec3d::Zero();  ///< m/s

@@ -181,10 +181,7 @@ class BulletSimulator : public Simulator {
     btScalar dt_;  // of a substep
 };
 
-/// Scenes up to this size are run with alternatives too.
-constexpr std::size_t kSmall = 300;
-
-Engine engine(std::string method, const BulletSettings& settings) {
+Engine bullet_engine(std::string method, const BulletSettings& settings) {
     return {std::move(method),
             "bullet",
             [settings](const scenario::Description& description) {
@@ -194,7 +191,7 @@ Engine engine(std::string method, const BulletSettings& settings) {
                 if (settings.continuous && scene != "S9") {
                     return std::string("only for fast bodies");
                 }
-                const bool large = settings.substeps > 1 && description.bodies.size() > kSmall;
+                const bool large = settings.substeps > 1 && description.bodies.size() > kSmallScene;
                 return std::string(large ? "only for small scenes" : "");
             }};
 }
@@ -206,13 +203,15 @@ std::vector<Engine> bullet_engines() {
     continuous.continuous = true;
     BulletSettings fine;
     fine.substeps = 4;
-    return {engine("default", {}), engine("ccd", continuous), engine("substeps_4", fine)};
+    return {bullet_engine("default", {}),
+            bullet_engine("ccd", continuous),
+            bullet_engine("substeps_4", fine)};
 }
 
 std::vector<Engine> bullet_query_engines() {
     BulletSettings exact;
     exact.exact_rays = true;
-    return {engine("default", {}), engine("gjk", exact)};
+    return {bullet_engine("default", {}), bullet_engine("gjk", exact)};
 }
 
 }  // namespace zoned::bench

@@ -216,7 +216,7 @@ class OdeSimulator : public Simulator {
 /// Most bodies for which a step of the exact solver, cubic in the contacts of an island, ends soon.
 constexpr std::size_t kExactBodies = 100;
 
-Engine engine(std::string method, const OdeSettings& settings) {
+Engine ode_engine(std::string method, const OdeSettings& settings) {
     return {std::move(method),
             "ode",
             [settings](const scenario::Description& description) {
@@ -231,9 +231,9 @@ Engine engine(std::string method, const OdeSettings& settings) {
 }  // namespace
 
 std::vector<Engine> ode_engines() {
-    return {engine("default", {false, 1}),
-            engine("exact", {true, 1}),
-            engine("exact_substeps_4", {true, 4})};
+    return {ode_engine("default", {false, 1}),
+            ode_engine("exact", {true, 1}),
+            ode_engine("exact_substeps_4", {true, 4})};
 }
 
 }  // namespace zoned::bench

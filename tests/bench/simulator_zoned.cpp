@@ -59,10 +59,7 @@ class ZonedSimulator : public Simulator {
     ZonedScene zoned_;
 };
 
-/// Scenes up to this size are run with fixed numbers of substeps too.
-constexpr std::size_t kSmall = 300;
-
-Engine engine(std::string method, const physics::Settings& settings, unsigned threads = 1) {
+Engine zoned_engine(std::string method, const physics::Settings& settings, unsigned threads = 1) {
     return {std::move(method),
             "",
             [settings, threads](const scenario::Description& description) {
@@ -73,7 +70,7 @@ Engine engine(std::string method, const physics::Settings& settings, unsigned th
                 const bool costly =
                     settings.substeps != 0 || (settings.method != physics::Method::kSoftStep &&
                                                settings.method != physics::Method::kGaussSeidel);
-                const bool large = costly && description.bodies.size() > kSmall;
+                const bool large = costly && description.bodies.size() > kSmallScene;
                 return std::string(large ? "only for small scenes" : "");
             }};
 }
@@ -83,19 +80,19 @@ Engine engine(std::string method, const physics::Settings& settings, unsigned th
 std::vector<Engine> zoned_engines() {
     physics::Settings strict;
     strict.error_budget_m = 0.002F;
-    std::vector<Engine> engines{engine("default", physics::Settings()),
-                                engine("budget_2mm", strict),
-                                engine("threads_2", physics::Settings(), 2)};
+    std::vector<Engine> engines{zoned_engine("default", physics::Settings()),
+                                zoned_engine("budget_2mm", strict),
+                                zoned_engine("threads_2", physics::Settings(), 2)};
     for (const int substeps : {2, 4, 8, 16}) {
         physics::Settings fixed;
         fixed.substeps = substeps;
-        engines.push_back(engine("substeps_" + std::to_string(substeps), fixed));
+        engines.push_back(zoned_engine("substeps_" + std::to_string(substeps), fixed));
     }
     for (const NamedMethod& named : contact_methods()) {
         physics::Settings other;
         other.method = named.method;
         other.methods.manifold = named.manifold;
-        engines.push_back(engine(named.name, other));
+        engines.push_back(zoned_engine(named.name, other));
     }
     return engines;
 }

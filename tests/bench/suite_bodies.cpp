@@ -17,7 +17,6 @@ namespace zoned::bench {
 
 namespace {
 
-constexpr float kDt = 1.0F / 60.0F;
 constexpr double kG = 9.81;
 
 using physics::BodyDef;
@@ -98,7 +97,7 @@ class SpinTrial : public JudgedTrial {
         }
     }
 
-    void frame() override { scene_.step(kDt); }
+    void frame() override { scene_.step(kStepTime); }
 
     void judge(Row& row) override {
         double worst = 0.0;
@@ -153,12 +152,12 @@ class FallTrial : public JudgedTrial {
     }
 
     void frame() override {
-        scene_.step(kDt);
+        scene_.step(kStepTime);
         ++frames_;
     }
 
     void observe() override {
-        const double t = static_cast<double>(frames_) * static_cast<double>(kDt);
+        const double t = static_cast<double>(frames_) * static_cast<double>(kStepTime);
         for (std::size_t i = 0; i < ids_.size(); ++i) {
             const double exact = std::max(heights_[i] - 0.5 * kG * t * t, rest_);
             const auto y = static_cast<double>(scene_.state(ids_[i]).position.y());
@@ -396,7 +395,7 @@ void run_rays(Session& session) {
     }
 }
 
-void run(Session& session) {
+void run_bodies(Session& session) {
     session.note("bodies: one thread; a frame is a step of 1/60 s, or a batch of rays");
     if (session.wants_scene("spin")) {
         run_spin(session);
@@ -414,7 +413,7 @@ const Registration kBodies(
      "what a body and a ray cost: tensors, particles, order of rays",
      {"spin", "fall", "rays"},
      {"default", "full_tensor", "round", "particle", "one_by_one", "sorted", "sorted_1000"},
-     run});
+     run_bodies});
 
 }  // namespace
 

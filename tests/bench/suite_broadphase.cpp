@@ -38,7 +38,6 @@ std::vector<Crowd> crowds() {
 }
 
 constexpr int kFrames = 60;
-constexpr float kDt = 1.0F / 60.0F;
 
 /// The boxes of every frame, made beforehand so that only the structures are timed.
 struct Movie {
@@ -83,7 +82,7 @@ Movie film(const Crowd& crowd) {
         movie.boxes.push_back(std::move(boxes));
         for (const std::uint32_t row : movie.moved) {
             Box& box = all[row];
-            box.position += kDt * box.velocity;
+            box.position += kStepTime * box.velocity;
             for (int axis = 0; axis < 3; ++axis) {
                 if (box.position[axis] < 0.0F || box.position[axis] > side) {
                     box.velocity[axis] = -box.velocity[axis];
@@ -171,7 +170,7 @@ void run_crowd(Session& session, const Crowd& crowd) {
     }
 }
 
-void run(Session& session) {
+void run_broadphase(Session& session) {
     for (const Crowd& crowd : crowds()) {
         const bool large = crowd.count > kMostForAllPairs;
         if (session.wants_scene(crowd.scene) && !(session.quick && large)) {
@@ -180,7 +179,7 @@ void run(Session& session) {
     }
 }
 
-std::vector<std::string> method_names() {
+std::vector<std::string> broadphase_methods() {
     std::vector<std::string> names;
     for (const PairMethod& method : all_methods()) {
         names.push_back(full_name(method.method, method.peer));
@@ -191,8 +190,8 @@ std::vector<std::string> method_names() {
 const Registration kBroadphase({"broadphase",
                                 "overlapping pairs of moving boxes of mixed size",
                                 {"volume", "ground"},
-                                method_names(),
-                                run});
+                                broadphase_methods(),
+                                run_broadphase});
 
 }  // namespace
 

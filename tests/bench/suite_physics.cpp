@@ -160,7 +160,7 @@ void run_scene(Session& session, const PhysicsScene& scene, Yardstick& yardstick
     session.add(std::move(rows));
 }
 
-void run(Session& session) {
+void run_physics(Session& session) {
     session.note(
         "y_ratio = time of a frame / that of bullet/default on S1, taken beside each scene");
     session.note(
@@ -174,7 +174,7 @@ void run(Session& session) {
     }
 }
 
-std::vector<std::string> scene_names() {
+std::vector<std::string> physics_scenes() {
     std::vector<std::string> names;
     for (const PhysicsScene& scene : physics_scenes(true)) {
         if (names.empty() || names.back() != scene.name) {
@@ -184,7 +184,7 @@ std::vector<std::string> scene_names() {
     return names;
 }
 
-std::vector<std::string> method_names() {
+std::vector<std::string> physics_methods() {
     std::vector<std::string> names;
     for (const Engine& engine : all_engines()) {
         names.push_back(full_name(engine.method, engine.peer));
@@ -192,8 +192,11 @@ std::vector<std::string> method_names() {
     return names;
 }
 
-const Registration kPhysics(
-    {"physics", "rigid bodies: time of a step against error", scene_names(), method_names(), run});
+const Registration kPhysics({"physics",
+                             "rigid bodies: time of a step against error",
+                             physics_scenes(),
+                             physics_methods(),
+                             run_physics});
 
 }  // namespace
 

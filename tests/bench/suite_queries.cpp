@@ -225,7 +225,7 @@ void run_scenes(Session& session, const std::string& name, const scenario::Descr
     }
 }
 
-void run(Session& session) {
+void run_queries(Session& session) {
     session.note("queries: a frame is 1000 rays, each to its nearest hit");
     if (session.wants_scene("pile")) {
         run_scenes(session, "pile", settled_pile(session.quick));
@@ -239,7 +239,7 @@ const Registration kQueries({"queries",
                              "rays through resting bodies: time against exactness",
                              {"pile", "field"},
                              {"default", "bullet/default", "bullet/gjk"},
-                             run});
+                             run_queries});
 
 }  // namespace
 

@@ -376,7 +376,7 @@ void run_ratios(Session& session) {
     }
 }
 
-void run(Session& session) {
+void run_solvers(Session& session) {
     session.note(
         "solvers: error = residual of the rows (root mean square of the natural map) after so many"
         " passes; beta: error of the column's height; ratio: how far its top has moved after 10 s");
@@ -395,7 +395,7 @@ void run(Session& session) {
     }
 }
 
-std::vector<std::string> scene_names() {
+std::vector<std::string> solvers_scenes() {
     std::vector<std::string> names;
     for (const Snapshot& snapshot : snapshots(true)) {
         names.push_back(snapshot.name);
@@ -404,7 +404,7 @@ std::vector<std::string> scene_names() {
     return names;
 }
 
-std::vector<std::string> method_names() {
+std::vector<std::string> solvers_methods() {
     std::vector<std::string> names{"default"};
     for (const NamedMethod& method : contact_methods()) {
         names.push_back(method.name);
@@ -414,9 +414,9 @@ std::vector<std::string> method_names() {
 
 const Registration kSolvers({"solvers",
                              "solvers of contacts: residual against passes and time",
-                             scene_names(),
-                             method_names(),
-                             run});
+                             solvers_scenes(),
+                             solvers_methods(),
+                             run_solvers});
 
 }  // namespace
 

@@ -6,7 +6,7 @@ namespace zoned::bench {
 
 namespace {
 
-physics::Shape shape_of(const scenario::Solid& solid) {
+physics::Shape zoned_shape_of(const scenario::Solid& solid) {
     switch (solid.form) {
         case scenario::Form::kSphere:
             return physics::Shape::sphere(static_cast<float>(solid.radius));
@@ -22,7 +22,7 @@ physics::Shape shape_of(const scenario::Solid& solid) {
 physics::BodyDef definition(const scenario::Body& body) {
     physics::BodyDef def;
     def.kind = body.mass > 0.0 ? physics::BodyKind::kDynamic : physics::BodyKind::kStatic;
-    def.shape = shape_of(body.solid);
+    def.shape = zoned_shape_of(body.solid);
     def.material.friction = static_cast<float>(body.friction);
     def.material.restitution = static_cast<float>(body.restitution);
     def.mass = static_cast<float>(body.mass > 0.0 ? body.mass : 1.0);

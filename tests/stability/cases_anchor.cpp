@@ -9,22 +9,12 @@ namespace zoned::stability {
 
 namespace {
 
-constexpr double kG = 9.81;
-constexpr double kGive = 0.005;  ///< of a contact (Settings::error_budget_m), m
-/// Speeds at which a contact undoes an overlap and a joint its gap, m/s.
-constexpr double kPush = 3.0;
-constexpr double kUndo = 20.0;
-
 BodyDef anchor_at(const Shape& shape, const Vec3& position) {
     BodyDef def;
     def.kind = BodyKind::kKinematic;
     def.shape = shape;
     def.position = position;
     return def;
-}
-
-std::string number(double x) {
-    return std::to_string(static_cast<long>(x));
 }
 
 /// Bars of a kilogram on ball joints below a kinematic anchor.
@@ -88,7 +78,7 @@ double whip(double pull) {
 void jumping_chain(Run& run, float distance, const Vec3& way, const std::string& name) {
     World world(run,
                 "anchor-jumps",
-                "chain, " + number(100.0 * static_cast<double>(distance)) + " cm " + name);
+                "chain, " + whole(100.0 * static_cast<double>(distance)) + " cm " + name);
     world.floor_y = -6.0F;
     Chain chain(world);
     world.run(0.5F);
@@ -106,7 +96,7 @@ void jumping_chain(Run& run, float distance, const Vec3& way, const std::string&
 /// The anchor is carried by teleports alone, step by step, at `speed` m/s; the joints see jumps of
 /// speed x step, which they undo at 20 m/s: enough for speeds below that.
 void carried_chain(Run& run, float speed) {
-    World world(run, "anchor-jumps", "carried at " + number(speed) + " m/s");
+    World world(run, "anchor-jumps", "carried at " + whole(speed) + " m/s");
     world.floor_y = -6.0F;
     Chain chain(world, 2.0F);
     double gap = 0.0;
@@ -132,7 +122,7 @@ void carried_chain(Run& run, float speed) {
 void shaken_chain(Run& run, double most) {
     constexpr double kDamping = 2.0;
     constexpr double kSubstep = 1.0 / 240.0;
-    World world(run, "anchor-shakes", "chain, " + number(most) + " m/s2");
+    World world(run, "anchor-shakes", "chain, " + whole(most) + " m/s2");
     world.floor_y = -6.0F;
     Chain chain(world, static_cast<float>(kDamping));
     const double turn = 2.0 * std::numbers::pi * 2.0;  // twice a second
@@ -162,7 +152,7 @@ void shaken_chain(Run& run, double most) {
 /// atan(a / g), and the ball swings to twice that angle. Anchor speeds change once a step, by 1/60
 /// of a swing or so: 2 % of the angle are granted for it.
 void pendulum(Run& run, double a) {
-    World world(run, "anchor-pulls", "pendulum, " + number(a) + " m/s2");
+    World world(run, "anchor-pulls", "pendulum, " + whole(a) + " m/s2");
     const BodyId anchor = world.add(anchor_at(Shape::sphere(0.1F), Vec3::Zero()));
     BodyDef def = body_of(Shape::sphere(0.05F), 1.0F, Vec3(0.0F, -1.0F, 0.0F));
     def.filter.mask = 0;
@@ -286,7 +276,7 @@ void slid(Run& run) {
 /// hit were it elastic; not being so, by the platform's own, and 3 m/s for overlap. Nothing comes
 /// through it.
 void shaken_stack(Run& run, double speed) {
-    World world(run, "anchor-shakes", "stack, " + number(speed) + " m/s");
+    World world(run, "anchor-shakes", "stack, " + whole(speed) + " m/s");
     world.floor_y = -3.0F;
     Platform platform(world, 3, 4.0F);
     for (const float side : {-1.0F, 1.0F}) {

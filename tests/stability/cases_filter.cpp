@@ -14,10 +14,6 @@ constexpr std::uint32_t kFixed = 1;  ///< category of what does not move
 constexpr std::uint32_t kRed = 2;
 constexpr std::uint32_t kBlue = 4;
 constexpr std::uint32_t kAll = 0xFFFFFFFFU;
-constexpr double kG = 9.81;
-constexpr double kGive = 0.005;  ///< of a contact (Settings::error_budget_m), m
-/// Speed at which a contact undoes an overlap, m/s.
-constexpr double kPush = 3.0;
 
 physics::Filter filter_of(std::uint32_t category, std::uint32_t mask) {
     return {category, mask};

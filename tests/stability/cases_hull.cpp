@@ -13,9 +13,6 @@ namespace zoned::stability {
 
 namespace {
 
-constexpr double kG = 9.81;
-constexpr double kGive = 0.005;  ///< of a contact (Settings::error_budget_m), m
-
 using Points = std::vector<Vec3>;
 
 Points box_points(const Vec3& half) {

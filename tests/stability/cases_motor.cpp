@@ -9,16 +9,9 @@ namespace zoned::stability {
 
 namespace {
 
-constexpr double kG = 9.81;
 /// The longest substep, s. Joints hold at the middle of substeps: what moves at a speed v is at
 /// most v h / 2 beyond a limit when the step ends.
 constexpr double kSubstep = 1.0 / 240.0;
-
-physics::Settings weightless() {
-    physics::Settings settings;
-    settings.gravity = Vec3::Zero();
-    return settings;
-}
 
 Vec3d point_of(const BodyState& s, const Vec3d& local) {
     return s.position.cast<double>() + s.orientation.cast<double>().normalized() * local;
@@ -32,10 +25,6 @@ constexpr const char* kStrong =
 bool drive(World& world, JointId joint, double speed, double most) {
     return world.scene.contains(joint) &&
            world.scene.set_motor(joint, static_cast<float>(speed), static_cast<float>(most));
-}
-
-std::string number(double x) {
-    return std::to_string(static_cast<long>(x));
 }
 
 JointDef motor_of(JointKind kind, BodyId a, BodyId b, const Vec3& anchor, const Vec3& axis) {
@@ -80,7 +69,7 @@ Bar hinged_bar(World& world, float limit, double most) {
 void bar(Run& run, double speed, double most, int every) {
     World world(run,
                 "motor-hinge",
-                number(speed) + " rad/s, " + number(most) + " N m, every " + std::to_string(every));
+                whole(speed) + " rad/s, " + whole(most) + " N m, every " + std::to_string(every));
     const auto [id, hinge] = hinged_bar(world, 1.0F, most);
     double beyond = 0.0;
     double spin = 0.0;
@@ -112,7 +101,7 @@ void bar(Run& run, double speed, double most, int every) {
 /// done, the sum of torque times way. The way is taken from positions at the ends of steps, between
 /// which the bar may turn: allowed is 2 % of the work, and of the energy of a swing.
 void work(Run& run, double most) {
-    World world(run, "motor-work", number(most) + " N m");
+    World world(run, "motor-work", whole(most) + " N m");
     const JointId hinge = hinged_bar(world, 2.0F, most).hinge;
     world.step();
     const double start = kG * 1.0;  // level, a metre above the floor
@@ -137,7 +126,7 @@ void work(Run& run, double most) {
 /// most, and its middle moves with the sum of what the bars before it give.
 void arm(Run& run, double speed, std::uint64_t seed) {
     constexpr int kBars = 5;
-    World world(run, "motor-arm", number(speed) + " rad/s, seed " + std::to_string(seed));
+    World world(run, "motor-arm", whole(speed) + " rad/s, seed " + std::to_string(seed));
     world.floor_y = -6.0F;
     core::Rng rng(seed, 41);
     std::vector<BodyId> bars;
@@ -193,7 +182,7 @@ void arm(Run& run, double speed, std::uint64_t seed) {
 void block(Run& run, double speed, double most, int every) {
     World world(run,
                 "motor-slider",
-                number(speed) + " m/s, " + number(most) + " N, every " + std::to_string(every));
+                whole(speed) + " m/s, " + whole(most) + " N, every " + std::to_string(every));
     world.floor_y = -1.0F;
     BodyDef def = body_of(Shape::box(Vec3::Constant(0.2F)), 1.0F, Vec3::Zero());
     def.filter.mask = 0;
@@ -227,7 +216,7 @@ void block(Run& run, double speed, double most, int every) {
 /// A plate on an upright slider throws a ball up and catches it. The plate gives its own speed, an
 /// overlap 3 m/s more; what flies up comes back as fast, and falls by the way of the plate besides.
 void piston(Run& run, double speed) {
-    World world(run, "motor-piston", number(speed) + " m/s");
+    World world(run, "motor-piston", whole(speed) + " m/s");
     world.room(3.0F, 40.0F);
     BodyDef def = body_of(Shape::box(Vec3(2.5F, 0.25F, 2.5F)), 50.0F, Vec3(0.0F, 1.0F, 0.0F));
     const BodyId plate = world.add(def);
@@ -259,7 +248,7 @@ void piston(Run& run, double speed) {
 
 /// Two boxes that only a motor holds together: whatever it does, they keep their momentum.
 void pair(Run& run, double speed) {
-    World world(run, "motor-pair", number(speed) + " rad/s", weightless());
+    World world(run, "motor-pair", whole(speed) + " rad/s", weightless());
     std::vector<BodyId> ids;
     for (const float side : {-1.0F, 1.0F}) {
         BodyDef def = body_of(

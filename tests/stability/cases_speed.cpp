@@ -10,12 +10,6 @@ namespace zoned::stability {
 
 namespace {
 
-physics::Settings weightless() {
-    physics::Settings settings;
-    settings.gravity = Vec3::Zero();
-    return settings;
-}
-
 Quat any_orientation(core::Rng& rng) {
     // Four normal-like numbers: sums of uniform ones.
     const auto number = [&rng] {

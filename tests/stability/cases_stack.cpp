@@ -7,9 +7,6 @@ namespace zoned::stability {
 
 namespace {
 
-/// What a contact may give way by default (Settings::error_budget_m), m.
-constexpr double kGive = 0.005;
-
 void stack(Run& run, const std::string& name, int count, float dt, float seconds) {
     World world(run,
                 name,

@@ -321,6 +321,16 @@ void World::finish() {
     run_.add(row);
 }
 
+physics::Settings weightless() {
+    physics::Settings settings;
+    settings.gravity = Vec3::Zero();
+    return settings;
+}
+
+std::string whole(double x) {
+    return std::to_string(static_cast<long>(x));
+}
+
 BodyDef body_of(const Shape& shape, float mass, const Vec3& position) {
     BodyDef def;
     def.shape = shape;

@@ -19,6 +19,10 @@ using physics::JointKind;
 using physics::Shape;
 
 inline constexpr float kFrame = 1.0F / 60.0F;
+inline constexpr double kG = 9.81;      ///< m/s2
+inline constexpr double kGive = 0.005;  ///< of a contact (Settings::error_budget_m), m
+inline constexpr double kPush = 3.0;    ///< speed at which a contact undoes an overlap, m/s
+inline constexpr double kUndo = 20.0;   ///< speed at which a joint undoes its gap, m/s
 
 /// What is allowed; what is not set is not looked at. That all is finite, that no body of those
 /// that should is stopped, is always looked at.
@@ -142,6 +146,11 @@ class World {
 
 /// A dynamic body of that shape at rest; mass 1, friction 0.5.
 BodyDef body_of(const Shape& shape, float mass, const Vec3& position);
+
+physics::Settings weightless();
+
+/// A number without what stands behind the point.
+std::string whole(double x);
 
 /// Sphere, box or capsule of about one metre by i mod 3, as in the piles.
 BodyDef mixed_body(int i, const Vec3& position, float scale = 1.0F);

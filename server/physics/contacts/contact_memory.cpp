@@ -14,6 +14,18 @@ constexpr float kSimilarNormal = 0.9F;
 
 }  // namespace
 
+float share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves) {
+    const bool a_round = a.kind == ShapeKind::kSphere || a.kind == ShapeKind::kCapsule;
+    const bool b_round = b.kind == ShapeKind::kSphere || b.kind == ShapeKind::kCapsule;
+    if (a_round && b_round) {
+        return a.radius / (a.radius + b.radius);
+    }
+    if (a_round != b_round) {
+        return b_round ? 1.0F : 0.0F;
+    }
+    return a_moves == b_moves ? 0.5F : (b_moves ? 1.0F : 0.0F);
+}
+
 /// Boxes that lie corner on corner change the names of their points with every breath, and a stack
 /// that forgets its load each time sags and walks; so points without a name that is known look for
 /// the nearest.

@@ -14,6 +14,12 @@ void adopt_points(const Manifold& manifold,
                   std::size_t old_count,
                   Contact& contact);
 
+/// With which body the point of contact travels within a step, as b's share. A round body takes it
+/// along wherever it rolls; between two round ones it lies on the line of centres; on the unmoving
+/// world it goes with the body that moves. Any choice conserves momentum: the point is one and the
+/// same for both bodies.
+float share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves);
+
 /// How a pair has moved since its manifolds were found.
 struct PairShift {
     Vec3 shift = Vec3::Zero();   ///< of b relative to a, m

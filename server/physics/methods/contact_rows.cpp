@@ -1,5 +1,6 @@
 #include "server/physics/methods/contact_rows.h"
 
+#include "server/physics/contacts/contact_memory.h"
 #include "server/physics/methods/bounce.h"
 #include "server/physics/methods/stabilise.h"
 
@@ -17,22 +18,6 @@ Vec3d any_perpendicular(const Vec3d& n) {
     int axis = 0;
     n.cwiseAbs().minCoeff(&axis);
     return n.cross(Vec3d::Unit(axis)).normalized();
-}
-
-bool rolls(const Shape& shape) {
-    return shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule;
-}
-
-/// With which body the point of contact travels until they touch, as b's share: a round body takes
-/// it along. Any choice keeps the momentum, because the point is the same for both.
-double share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves) {
-    if (rolls(a) && rolls(b)) {
-        return static_cast<double>(a.radius) / static_cast<double>(a.radius + b.radius);
-    }
-    if (rolls(a) != rolls(b)) {
-        return rolls(b) ? 1.0 : 0.0;
-    }
-    return a_moves == b_moves ? 0.5 : (b_moves ? 1.0 : 0.0);
 }
 
 }  // namespace
@@ -81,8 +66,8 @@ void ContactRows::place(const Bodies& bodies,
     site.weight = heaviest > 0.0 ? 1.0 / heaviest : 0.0;
     // The same point in space for both bodies, wherever they went.
     const Vec3d offset = contact.lead.cast<double>() + from_b.shift - from_a.shift;
-    const double follow =
-        share_of_b(bodies.shape[pair.a], bodies.shape[pair.b], p.inv_mass > 0.0, q.inv_mass > 0.0);
+    const double follow = static_cast<double>(
+        share_of_b(bodies.shape[pair.a], bodies.shape[pair.b], p.inv_mass > 0.0, q.inv_mass > 0.0));
     const Vec3d grow_a = follow * offset;
     const Vec3d grow_b = grow_a - offset;
     for (std::size_t i = 0; i < site.count; ++i) {

@@ -11,7 +11,7 @@ namespace zoned::physics {
 namespace {
 
 /// Of the largest impulse: what no row need mind, as rounding over kLeastGive makes it.
-constexpr double kSlack = 1.0e-7;
+constexpr double kImpulseSlack = 1.0e-7;
 /// Directions of sliding that turn by less than this have settled, rad.
 constexpr double kTurn = 1.0e-6;
 
@@ -205,7 +205,7 @@ std::size_t Pivoting::contradictions(bool flip) {
     for (std::size_t i = 0; i < n_; ++i) {
         largest = std::max(largest, std::abs(t_.previous[i]));
     }
-    const double slack = kSlack * largest;
+    const double slack = kImpulseSlack * largest;
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < n_; ++i) {
         if (!(diagonal(i) > 0.0) || s_.role[first_ + i] == RowRole::kConeSecond) {

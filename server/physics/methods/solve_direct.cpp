@@ -14,7 +14,7 @@ constexpr int kPasses = 8;
 constexpr int kAttempts = 24;
 constexpr int kMostRounds = 40;
 /// Rounds of pivoting from one guess; where the residual is good already, it is not worth many.
-constexpr int kRounds = 12;
+constexpr int kGuessRounds = 12;
 constexpr int kFewRounds = 3;
 /// Share of the diagonal that is added: first, after each step that was found, at most and least.
 constexpr double kFirstGive = 1.0e-3;
@@ -50,7 +50,7 @@ bool solve_island(RowSystem& system, const RowGroup& group, int passes, int& rou
     double left = residual(system, group);
     for (int attempt = 0; attempt < kAttempts && rounds < kMostRounds && left > kSolved;
          ++attempt) {
-        const bool solved = pivoting.solve(left > kGood ? kRounds : kFewRounds, rounds);
+        const bool solved = pivoting.solve(left > kGood ? kGuessRounds : kFewRounds, rounds);
         left = residual(system, group);
         if (solved) {
             pivoting.set_give(std::max(pivoting.give() * kGiveStep, kLeastGive));

@@ -1,3 +1,4 @@
+#include "server/physics/narrowphase/axis_choice.h"
 #include "server/physics/narrowphase/collide.h"
 
 #include <algorithm>
@@ -31,15 +32,8 @@ struct BestAxis {
     Vec3 normal = Vec3::UnitY();  // world, from a to b
 };
 
-/// The other kind of feature must win by this much, so that a resting contact does not flip
-/// between descriptions that are equally good, and keeps its warm start.
-constexpr float kFaceBias = 5.0e-4F;
-constexpr float kEdgeBias = 2.0e-3F;
 /// Four edges of the face and four of the planes.
 constexpr int kEdgeBits = 4;
-/// Sine of the angle under which two edges count as parallel: their cross product is then no axis
-/// that the faces do not have already.
-constexpr float kParallel = 5.0e-3F;
 
 void test_faces(const BoxPair& p, BestAxis& best) {
     const Vec3& ha = p.a.shape.half_extents;

@@ -12,7 +12,7 @@ namespace zoned::physics {
 namespace {
 
 /// Cores closer than this have no direction between them that means something, m.
-constexpr double kTouching = 1.0e-6;
+constexpr double kCoresTouch = 1.0e-6;
 
 /// The face that the point lies highest above (or least deep below).
 int highest_face(const HullView& hull, const Vec3& p, float& height) {
@@ -127,7 +127,7 @@ CoreContact core_contact(const HullView& hull, const Vec3& c, const Vec3& e) {
     const SegmentColumns core(c - e, c + e);
     const Closest closest = closest_points(hull.points, core.view(), c);
     CoreContact out;
-    if (closest.overlap || closest.distance <= kTouching) {
+    if (closest.overlap || closest.distance <= kCoresTouch) {
         out = least_overlap(hull, c, e);
     } else {
         out.normal = closest.normal.cast<float>();
@@ -199,7 +199,7 @@ void collide_sphere_hull(const Placed& a, const Placed& b, float margin, Manifol
     if (height > 0.0F && height <= r + margin && !over_face(hull, face, c)) {
         const SegmentColumns centre(c, c);
         const Closest closest = closest_points(hull.points, centre.view(), c);
-        if (!closest.overlap && closest.distance > kTouching) {
+        if (!closest.overlap && closest.distance > kCoresTouch) {
             outward = closest.normal.cast<float>();
             gap = static_cast<float>(closest.distance);
         }

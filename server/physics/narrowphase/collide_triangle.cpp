@@ -13,7 +13,7 @@ namespace zoned::physics {
 namespace {
 
 /// Nearer than this there is no direction from the triangle to a point, m.
-constexpr float kTouching = 1.0e-6F;
+constexpr float kOnTriangle = 1.0e-6F;
 /// A normal within this angle of the face's, in radians, is the face's.
 constexpr float kFlat = 2.0e-3F;
 
@@ -62,7 +62,7 @@ CoreDistance core_distance(const Triangle& t, const Vec3& c, const Vec3& e) {
         const SegmentPoints p = nearest_on_edges(t.corner[index(i)], edge, c - e, 2.0F * e);
         const float d = (p.on_b - p.on_a).norm();
         // An end or a corner that is as near says more about the feature.
-        if (d < best.distance - kTouching) {
+        if (d < best.distance - kOnTriangle) {
             const float along = edge.dot(p.on_a - t.corner[index(i)]) / edge.squaredNorm();
             best = {d, {p.on_a, i, -1}, p.on_b};
             if (along <= 0.0F || along >= 1.0F) {
@@ -184,7 +184,7 @@ void SurfaceVisitor::collide_sphere(const Triangle& t, float margin, Manifold& o
     if (out.separation > margin) {
         return;
     }
-    if (distance > kTouching) {
+    if (distance > kOnTriangle) {
         const Vec3 unit = d / distance;
         if (!allows(t, nearest, unit)) {
             return;
@@ -216,10 +216,10 @@ void SurfaceVisitor::collide_capsule(const Triangle& t, float margin, Manifold& 
         }
         const TrianglePoint& at = core.on_triangle;
         const bool on_face = at.edge < 0 && at.corner < 0;
-        const Vec3 unit = (core.on_core - at.point) / std::max(core.distance, kTouching);
+        const Vec3 unit = (core.on_core - at.point) / std::max(core.distance, kOnTriangle);
         // Within about 8 degrees the core runs along the face and touches with both ends.
         const bool along = over && unit.dot(t.normal) > 0.99F;
-        if (!on_face && !along && core.distance > kTouching && allows(t, at, unit)) {
+        if (!on_face && !along && core.distance > kOnTriangle && allows(t, at, unit)) {
             out.normal = unit;
             out.add(core.on_core - (r + 0.5F * out.separation) * unit,
                     out.separation,
@@ -302,7 +302,7 @@ float SurfaceVisitor::distance(const Triangle& t, Vec3& normal) const {
     const bool cut =
         shape_.shape.kind == ShapeKind::kCapsule && cuts(t, shape_.position, half_axis_);
     const CoreDistance core = core_distance(t, shape_.position, half_axis_);
-    if (cut || core.distance <= kTouching) {
+    if (cut || core.distance <= kOnTriangle) {
         return 0.0F;
     }
     normal = (core.on_core - core.on_triangle.point) / core.distance;

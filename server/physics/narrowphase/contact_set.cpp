@@ -13,7 +13,7 @@ namespace {
 /// Normals within 1.8 degrees are one.
 constexpr float kSameNormal = 0.9995F;
 /// Points nearer than this are one, m: both triangles at an edge report it.
-constexpr float kSamePoint = 1.0e-3F;
+constexpr float kSharedPoint = 1.0e-3F;
 
 bool is_surface(ShapeKind kind) {
     return kind == ShapeKind::kMesh || kind == ShapeKind::kHeightfield;
@@ -236,7 +236,7 @@ void ContactSet::add(const Pair& pair,
         }
         const auto known = group->points.begin() + static_cast<std::ptrdiff_t>(group->count);
         if (std::any_of(group->points.begin(), known, [&](const ManifoldPoint& p) {
-                return (p.point - point.point).squaredNorm() < kSamePoint * kSamePoint;
+                return (p.point - point.point).squaredNorm() < kSharedPoint * kSharedPoint;
             })) {
             continue;
         }

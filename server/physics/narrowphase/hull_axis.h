@@ -1,6 +1,7 @@
 // The separating axis test of two convex polyhedra.
 #pragma once
 
+#include "server/physics/narrowphase/axis_choice.h"
 #include "server/physics/shapes/hull_view.h"
 
 namespace zoned::physics {
@@ -18,15 +19,6 @@ struct HullAxis {
     int j = 0;                    ///< face or edge of b
     Vec3 normal = Vec3::UnitY();  ///< unit, from a to b
 };
-
-/// The other kind of feature must win by this much, so that a resting contact does not flip
-/// between descriptions that are equally good, and keeps its warm start. In metres for bodies of
-/// half a metre, less for smaller ones.
-inline constexpr float kFaceBias = 5.0e-4F;
-inline constexpr float kEdgeBias = 2.0e-3F;
-/// Sine of the angle under which two edges count as parallel: their cross product is then no axis
-/// that the faces do not have already.
-inline constexpr float kParallel = 5.0e-3F;
 
 /// A polyhedron moved into another frame; it shares its tables with the one that it comes from.
 class MovedHull {

@@ -5,7 +5,7 @@ namespace zoned::physics {
 namespace {
 
 /// Corners of a loop have six bits.
-constexpr int kEdgeBits = 7;
+constexpr int kLoopBits = 7;
 constexpr std::uint32_t kPlaneEdge = 0x40U;
 constexpr std::uint32_t kEdgeContact = 0x80000000U;
 constexpr std::uint32_t kFlipped = 0x40000000U;
@@ -37,7 +37,7 @@ void add_face_points(const HullView& reference,
              side,
              side.dot(at),
              kPlaneEdge | static_cast<std::uint32_t>(i),
-             kEdgeBits,
+             kLoopBits,
              clipped);
         std::swap(polygon, clipped);
         at = next;

@@ -27,8 +27,8 @@ constexpr float kSlowMotion = 0.1F;
 /// Close enough to count as the impact, m.
 constexpr float kImpactGap = 0.01F;
 /// Looked farther ahead than a pair at rest needs, m.
-constexpr float kSlack = 0.002F;
-constexpr int kMaxAdvances = 12;
+constexpr float kLookAhead = 0.002F;
+constexpr int kMaxImpactAdvances = 12;
 
 }  // namespace
 
@@ -52,14 +52,14 @@ Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion,
     const float travel = relative.norm() * motion.dt;
     if (travel <= kSlowMotion) {
         // What rests may start to move a little without being looked at again.
-        const float margin = kContactMargin + std::max(travel + motion.turn, kSlack);
+        const float margin = kContactMargin + std::max(travel + motion.turn, kLookAhead);
         collide(a, b, margin, out);
         return {0.0F, margin};
     }
     const float margin = kContactMargin + motion.turn;
     const float gap_of_impact = kImpactGap + motion.turn;
     float time = 0.0F;
-    for (int i = 0; i < kMaxAdvances; ++i) {
+    for (int i = 0; i < kMaxImpactAdvances; ++i) {
         const Placed at_a{a.shape, a.position + time * motion.velocity_a, a.rotation};
         const Placed at_b{b.shape, b.position + time * motion.velocity_b, b.rotation};
         collide(at_a, at_b, margin, out);
@@ -88,21 +88,21 @@ Impact collide_ahead(const Placed& a, const Placed& b, const PairMotion& motion,
     const Vec3 relative = motion.velocity_b - motion.velocity_a;
     const float travel = relative.norm() * motion.dt;
     if (travel <= kSlowMotion) {
-        const float margin = kContactMargin + std::max(travel + motion.turn, kSlack);
+        const float margin = kContactMargin + std::max(travel + motion.turn, kLookAhead);
         out.collide(a, b, {margin, Vec3::Zero(), 0.0F});
         return {0.0F, margin};
     }
     Probe probe{kContactMargin + motion.turn, relative, motion.dt};
     const float gap_of_impact = kImpactGap + motion.turn;
     float time = 0.0F;
-    for (int i = 0; i < kMaxAdvances; ++i) {
+    for (int i = 0; i < kMaxImpactAdvances; ++i) {
         const Placed at_a{a.shape, a.position + time * motion.velocity_a, a.rotation};
         const Placed at_b{b.shape, b.position + time * motion.velocity_b, b.rotation};
         const float step = earliest_impact(at_a, at_b, probe, gap_of_impact);
         if (step == INFINITY) {
             break;
         }
-        if (step == 0.0F || i == kMaxAdvances - 1) {
+        if (step == 0.0F || i == kMaxImpactAdvances - 1) {
             out.collide(at_a, at_b, probe);
             return {time, probe.margin};
         }

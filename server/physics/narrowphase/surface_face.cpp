@@ -12,7 +12,7 @@ constexpr std::array<HullEdge, 3> kEdges = {{{0, 1, 0, 0}, {1, 2, 0, 0}, {2, 0, 
 
 /// Corners whose height along a direction differs by less than this share of the edge between them
 /// are equally high: the edge touches as a whole. As kParallel.
-constexpr float kLevel = 5.0e-3F;
+constexpr float kLevelEdge = 5.0e-3F;
 
 float signed_unit(float x) {
     return x >= 0.0F ? 1.0F : -1.0F;
@@ -44,8 +44,8 @@ bool SurfaceFace::allows(const Vec3& unit) const {
         static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
     const std::size_t before = (top + 2) % 3;
     const std::size_t after = (top + 1) % 3;
-    const float level_before = kLevel * triangle_.edge(before).norm();
-    const float level_after = kLevel * triangle_.edge(top).norm();
+    const float level_before = kLevelEdge * triangle_.edge(before).norm();
+    const float level_after = kLevelEdge * triangle_.edge(top).norm();
     const bool along_before = height[top] - height[before] <= level_before;
     const bool along_after = height[top] - height[after] <= level_after;
     if (along_before && along_after) {

@@ -11,7 +11,7 @@ namespace zoned::physics {
 namespace {
 
 /// Surfaces closer than this touch, relative to one metre and the extent of the shapes.
-constexpr double kTouching = 1.0e-6;
+constexpr double kSurfacesTouch = 1.0e-6;
 /// Grazing contacts halve the way that is left with each advance; all others take three or four.
 constexpr int kMaxAdvances = 48;
 
@@ -161,7 +161,7 @@ bool cast_core(const ConvexCore& a,
                CastHit& hit) {
     const Vec3d along = direction.cast<double>();
     const double touching =
-        kTouching * (1.0 + static_cast<double>(a.extent()) + static_cast<double>(b.extent()));
+        kSurfacesTouch * (1.0 + static_cast<double>(a.extent()) + static_cast<double>(b.extent()));
     double way = 0.0;
     CoreGap gap = gap_between(a, Vec3d::Zero(), b);
     if (gap.deep || gap.gap <= touching) {

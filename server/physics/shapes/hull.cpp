@@ -12,7 +12,7 @@ namespace zoned::physics {
 
 namespace {
 
-using Tables = ConvexHull::Tables;
+using HullTables = ConvexHull::Tables;
 
 float tolerance_of(const HullOptions& options, double extent) {
     if (options.tolerance > 0.0F) {
@@ -80,7 +80,7 @@ MassProperties mass_of(const std::vector<Vec3d>& corners, const FaceLoops& loops
     return integral.result();
 }
 
-void fill_corners(const std::vector<Vec3d>& corners, Tables& t) {
+void fill_corners(const std::vector<Vec3d>& corners, HullTables& t) {
     t.vertices = static_cast<int>(corners.size());
     const int count = padded(t.vertices);
     t.box = {Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
@@ -95,7 +95,7 @@ void fill_corners(const std::vector<Vec3d>& corners, Tables& t) {
     }
 }
 
-void fill_faces(const std::vector<Vec3d>& corners, const FaceLoops& loops, Tables& t) {
+void fill_faces(const std::vector<Vec3d>& corners, const FaceLoops& loops, HullTables& t) {
     std::map<std::pair<int, int>, std::uint8_t> left;
     for (const auto& loop : loops) {
         const auto name = static_cast<std::uint8_t>(t.faces.size());
@@ -179,7 +179,7 @@ core::Result<BuiltHull> build_hull(std::span<const Vec3> points, const HullOptio
     for (Vec3d& c : corners) {
         c = axes->rotation.transpose() * (c - solid.centre);
     }
-    Tables tables;
+    HullTables tables;
     fill_corners(corners, tables);
     fill_faces(corners, loops, tables);
     tables.volume = static_cast<float>(solid.mass);

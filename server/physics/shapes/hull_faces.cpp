@@ -10,7 +10,7 @@ namespace zoned::physics {
 
 namespace {
 
-constexpr int kNone = -1;
+constexpr int kNoRegion = -1;
 
 class Merger {
   public:
@@ -18,7 +18,7 @@ class Merger {
         : points_(points),
           triangles_(hull.triangles),
           tolerance_(tolerance),
-          region_(hull.triangles.size(), kNone) {}
+          region_(hull.triangles.size(), kNoRegion) {}
 
     void grow_regions();
     /// Empty when the regions do not make up a proper polyhedron.
@@ -63,7 +63,7 @@ void Merger::flood(int seed, int region) {
             const bool flat = std::all_of(corners.begin(), corners.end(), [&](int c) {
                 return std::abs(normal.dot(at(c)) - offset) <= tolerance_;
             });
-            if (region_[static_cast<std::size_t>(n)] == kNone && flat &&
+            if (region_[static_cast<std::size_t>(n)] == kNoRegion && flat &&
                 area_vector(n).dot(normal) >= 0.0) {
                 region_[static_cast<std::size_t>(n)] = region;
                 stack.push_back(n);
@@ -83,7 +83,7 @@ void Merger::grow_regions() {
         return area[static_cast<std::size_t>(a)] > area[static_cast<std::size_t>(b)];
     });
     for (const int t : order) {
-        if (region_[static_cast<std::size_t>(t)] == kNone) {
+        if (region_[static_cast<std::size_t>(t)] == kNoRegion) {
             flood(t, regions_++);
         }
     }

@@ -15,7 +15,7 @@ constexpr double kDiagonal = 1.0e-7;
 /// Moments that differ by less than this share are equal: cubes stay round.
 constexpr double kSameMoment = 1.0e-6;
 /// What rounding may take from the triangle inequality of a flat body, and from symmetry.
-constexpr double kSlack = 1.0e-5;
+constexpr double kTensorSlack = 1.0e-5;
 
 /// Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.5): the columns of
 /// `axes` become the eigenvectors. Square roots only, so every compiler gives the same bits.
@@ -149,7 +149,7 @@ core::Result<PrincipalAxes> principal_axes(const Mat3d& tensor) {
     if (!(trace > 0.0)) {
         return Axes::failure("inertia: not positive");
     }
-    if ((tensor - tensor.transpose()).cwiseAbs().maxCoeff() > kSlack * trace) {
+    if ((tensor - tensor.transpose()).cwiseAbs().maxCoeff() > kTensorSlack * trace) {
         const Vec3d upper(tensor(0, 1), tensor(0, 2), tensor(1, 2));
         const Vec3d lower(tensor(1, 0), tensor(2, 0), tensor(2, 1));
         return Axes::failure("inertia: not symmetric: xy, xz, yz are " + listed(upper) +
@@ -163,7 +163,7 @@ core::Result<PrincipalAxes> principal_axes(const Mat3d& tensor) {
         return Axes::failure("inertia: not positive: the principal moments are " +
                              listed(out.moments) + " kg m2");
     }
-    if (out.moments.maxCoeff() > (0.5 + kSlack) * out.moments.sum()) {
+    if (out.moments.maxCoeff() > (0.5 + kTensorSlack) * out.moments.sum()) {
         return Axes::failure("inertia: a moment exceeds the sum of the other two: " +
                              listed(out.moments) + " kg m2");
     }

@@ -12,7 +12,7 @@ namespace zoned::physics {
 
 namespace {
 
-using Tables = TriangleMesh::Tables;
+using MeshTables = TriangleMesh::Tables;
 using Corners = std::array<std::uint32_t, 3>;
 
 constexpr float kMinWeld = 1.0e-6F;
@@ -105,14 +105,14 @@ bool bends_less(const EdgeBend& a, const EdgeBend& b) {
     return a.cosine > b.cosine;
 }
 
-Triangle triangle_at(const Tables& t, std::uint32_t i) {
+Triangle triangle_at(const MeshTables& t, std::uint32_t i) {
     const Corners& c = t.corners[i];
     return {{t.vertices[c[0]], t.vertices[c[1]], t.vertices[c[2]]}, t.normals[i], t.bends[i], i};
 }
 
 /// The bend of one side of an edge among all triangles at it: where several go on from here, the
 /// one that lies most to the front hides the others.
-EdgeBend bend_at(const Tables& t, std::span<const Side> sides, const Side& side) {
+EdgeBend bend_at(const MeshTables& t, std::span<const Side> sides, const Side& side) {
     const Triangle triangle = triangle_at(t, side.triangle);
     EdgeBend bend = EdgeBend::open();
     bool found = false;
@@ -138,7 +138,7 @@ void note(const Side& side, std::uint32_t& count, std::array<std::uint32_t, 2>& 
 }
 
 /// Says why when there is an edge of too many triangles; empty otherwise.
-std::string find_bends(Tables& t, BuiltMesh& report) {
+std::string find_bends(MeshTables& t, BuiltMesh& report) {
     const std::vector<Side> sides = sorted_sides(t.corners);
     t.bends.resize(t.corners.size());
     for (std::size_t first = 0; first < sides.size();) {
@@ -187,7 +187,7 @@ std::vector<bool> find_repeated(std::span<const std::uint32_t> indices,
 }
 
 /// Only the vertices that triangles name, in their order.
-void leave_out_unused(Tables& t) {
+void leave_out_unused(MeshTables& t) {
     std::vector<std::uint32_t> number(t.vertices.size(), 0U);
     for (const Corners& c : t.corners) {
         for (const std::uint32_t v : c) {
@@ -210,7 +210,7 @@ void leave_out_unused(Tables& t) {
     }
 }
 
-Aabb box_of(const Tables& t, const Corners& c) {
+Aabb box_of(const MeshTables& t, const Corners& c) {
     const Vec3& p = t.vertices[c[0]];
     const Vec3& q = t.vertices[c[1]];
     const Vec3& r = t.vertices[c[2]];
@@ -218,7 +218,7 @@ Aabb box_of(const Tables& t, const Corners& c) {
 }
 
 /// False for a triangle without area; `normal` is noise then.
-bool has_area(const Tables& t, const Corners& c, Vec3& normal) {
+bool has_area(const MeshTables& t, const Corners& c, Vec3& normal) {
     const Vec3& p = t.vertices[c[0]];
     const Vec3& q = t.vertices[c[1]];
     const Vec3& r = t.vertices[c[2]];
@@ -299,7 +299,7 @@ core::Result<BuiltMesh> build_mesh(std::span<const Vec3> vertices,
     }
     const std::vector<std::uint32_t> same =
         options.weld > 0.0F ? weld_near(vertices, options.weld) : weld_equal(vertices);
-    Tables t;
+    MeshTables t;
     t.vertices.assign(vertices.begin(), vertices.end());
     BuiltMesh out;
     std::vector<Aabb> boxes;
@@ -345,7 +345,7 @@ core::Result<std::shared_ptr<const TriangleMesh>> restore_mesh(MeshParts parts) 
     if (!reason.empty()) {
         return Restored::failure(std::move(reason));
     }
-    Tables t;
+    MeshTables t;
     t.vertices = std::move(parts.vertices);
     t.corners = std::move(parts.corners);
     t.bends = std::move(parts.bends);

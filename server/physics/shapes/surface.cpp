@@ -8,17 +8,17 @@ namespace zoned::physics {
 namespace {
 
 /// Radians that rounding may turn a normal by.
-constexpr float kSlack = 1.0e-3F;
+constexpr float kNormalSlack = 1.0e-3F;
 
 }  // namespace
 
 bool Triangle::allows(std::size_t i, const Vec3& unit) const {
     const float up = unit.dot(normal);
     const float out = unit.dot(outward(i));
-    if (out <= kSlack) {
+    if (out <= kNormalSlack) {
         return up > 0.0F;
     }
-    return out * bend[i].cosine - up * bend[i].sine <= kSlack;
+    return out * bend[i].cosine - up * bend[i].sine <= kNormalSlack;
 }
 
 Vec3 triangle_normal(const Vec3& a, const Vec3& b, const Vec3& c, float& twice_area) {
@@ -33,7 +33,7 @@ EdgeBend bend_towards(const Triangle& t, std::size_t i, const Vec3& normal, cons
     const float out = normal.dot(t.outward(i));
     const float up = normal.dot(t.normal);
     // A sheet folded onto itself has no bend to read off the normals: the apex tells the side.
-    if (out <= kSlack * 0.1F && (up > 0.0F || t.height(apex) > 0.0F)) {
+    if (out <= kNormalSlack * 0.1F && (up > 0.0F || t.height(apex) > 0.0F)) {
         return EdgeBend::flat();
     }
     const float length = std::sqrt(out * out + up * up);

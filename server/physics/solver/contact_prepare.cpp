@@ -1,4 +1,5 @@
 // The part of the contact solver that runs once per step: batches from contacts.
+#include "server/physics/contacts/contact_memory.h"
 #include "server/physics/narrowphase/narrowphase.h"
 #include "server/physics/solver/contact_solver.h"
 #include "server/physics/solver/lane_body.h"
@@ -23,22 +24,6 @@ Vec3 any_perpendicular(const Vec3& n) {
     int axis = 0;
     n.cwiseAbs().minCoeff(&axis);
     return n.cross(Vec3::Unit(axis)).normalized();
-}
-
-/// With which body the point of contact travels within a step, as b's share. A round body takes it
-/// along wherever it rolls; between two round ones it lies on the line of centres; on the unmoving
-/// world it goes with the body that moves. Any choice conserves momentum: the point is one and the
-/// same for both bodies.
-float share_of_b(const Shape& a, const Shape& b, bool a_moves, bool b_moves) {
-    const bool a_round = a.kind == ShapeKind::kSphere || a.kind == ShapeKind::kCapsule;
-    const bool b_round = b.kind == ShapeKind::kSphere || b.kind == ShapeKind::kCapsule;
-    if (a_round && b_round) {
-        return a.radius / (a.radius + b.radius);
-    }
-    if (a_round != b_round) {
-        return b_round ? 1.0F : 0.0F;
-    }
-    return a_moves == b_moves ? 0.5F : (b_moves ? 1.0F : 0.0F);
 }
 
 /// Where friction acts: the middle of the points that carry.

@@ -1,5 +1,6 @@
 #include "shared/math/closest.h"
 
+#include "tests/unit/motion/random_vector.h"
 #include "shared/core/rng.h"
 #include "shared/math/aabb.h"
 
@@ -12,10 +13,6 @@
 
 namespace zoned {
 namespace {
-
-Vec3 random_vector(core::Rng& rng, float size) {
-    return {rng.range(-size, size), rng.range(-size, size), rng.range(-size, size)};
-}
 
 /// The segment's distance to the box by golden section in double.
 double brute_distance(const Vec3& middle, const Vec3& half, const Vec3& h) {

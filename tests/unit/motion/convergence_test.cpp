@@ -1,5 +1,6 @@
 #include "shared/motion/convergence.h"
 
+#include "tests/unit/motion/random_vector.h"
 #include "shared/core/rng.h"
 #include "shared/motion/dead_reckoning.h"
 
@@ -18,11 +19,7 @@ constexpr PredictorOrder kOrders[] = {PredictorOrder::kStatic,
                                       PredictorOrder::kLinear,
                                       PredictorOrder::kQuadratic};
 
-Vec3 random_vector(core::Rng& rng, float size) {
-    return {rng.range(-size, size), rng.range(-size, size), rng.range(-size, size)};
-}
-
-KinematicState random_state(core::Rng& rng) {
+KinematicState any_state(core::Rng& rng) {
     KinematicState state;
     state.position = random_vector(rng, 50.0F);
     state.orientation =
@@ -42,8 +39,8 @@ struct Correction {
     Convergence convergence;
 
     explicit Correction(core::Rng& rng)
-        : shown(random_state(rng)),
-          published(random_state(rng)),
+        : shown(any_state(rng)),
+          published(any_state(rng)),
           order(kOrders[rng.below(3)]),
           period_s(rng.range(0.05F, 1.0F)) {
         published.position = shown.position + random_vector(rng, 3.0F);

@@ -1,5 +1,6 @@
 #include "shared/motion/dead_reckoning.h"
 
+#include "tests/unit/motion/random_vector.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -9,10 +10,6 @@
 
 namespace zoned::motion {
 namespace {
-
-Vec3 random_vector(core::Rng& rng, float size) {
-    return {rng.range(-size, size), rng.range(-size, size), rng.range(-size, size)};
-}
 
 Quat random_orientation(core::Rng& rng) {
     // A point of the unit 4-sphere: reject points outside the ball, so that the test is uniform.

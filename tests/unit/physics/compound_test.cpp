@@ -5,6 +5,7 @@
 #include "server/physics/shapes/mass_properties.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/hulls.h"
+#include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 60.0F;
 
 CompoundPart part(const Shape& shape, const Vec3& at, const Quat& turn = Quat::Identity()) {
     CompoundPart p;
@@ -131,7 +130,7 @@ TEST(Compound, OfTwoBoxesStandsAsOneBoxDoes) {
             boxes.push_back(*scene.add(def));
         }
         for (int i = 0; i < 600; ++i) {
-            scene.step(kDt);
+            scene.step(kFrame);
         }
         for (int i = 0; i < 5; ++i) {
             const Vec3 x = scene.state(boxes[static_cast<std::size_t>(i)]).position;
@@ -146,7 +145,7 @@ TEST(Compound, FallsAsleepAndWakesLikeAnythingElse) {
     add_static(scene, field_shape(21, 0.5F, [](float, float) { return 0.0F; }));
     const BodyId id = *scene.add(body_of(built, {Vec3(0, 0.3F, 0)}));
     for (int i = 0; i < 300; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
     }
     EXPECT_EQ(scene.awake_count(), 0U);
     BodyDef ball;
@@ -155,7 +154,7 @@ TEST(Compound, FallsAsleepAndWakesLikeAnythingElse) {
     ASSERT_TRUE(scene.add(ball).ok());
     float largest = 0.0F;
     for (int i = 0; i < 60; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
         largest = std::max(largest, static_cast<float>(scene.awake_count()));
     }
     EXPECT_EQ(largest, 2.0F);
@@ -194,7 +193,7 @@ TEST(Compound, TumblesWithoutAllocatingAfterWarmUp) {
             toss();
         }
         const std::uint64_t before = allocation_count();
-        scene.step(kDt);
+        scene.step(kFrame);
         if (i >= 360) {
             EXPECT_EQ(allocation_count(), before) << i;
         }
@@ -223,7 +222,7 @@ TEST(Compound, TheSameCallsGiveTheSameBits) {
             EXPECT_TRUE(scene.add(body_of(built, at)).ok());
         }
         for (int i = 0; i < 200; ++i) {
-            scene.step(kDt);
+            scene.step(kFrame);
         }
         core::StateHash hash;
         scene.hash(hash);

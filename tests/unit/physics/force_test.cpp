@@ -1,5 +1,6 @@
 // Forces, torques, impulses and damping against closed forms.
 #include "server/physics/scene.h"
+#include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>
 
@@ -8,13 +9,8 @@
 namespace zoned::physics {
 namespace {
 
-constexpr float kDt = 1.0F / 60.0F;
-
-Scene weightless() {
-    Settings s;
-    s.gravity = Vec3::Zero();
-    s.sleep_after_s = 0.0F;
-    return Scene(s);
+Scene weightless_scene() {
+    return Scene(weightless());
 }
 
 BodyId cube(Scene& scene, const Damping& damping = {}) {
@@ -26,41 +22,41 @@ BodyId cube(Scene& scene, const Damping& damping = {}) {
 }
 
 TEST(Force, AtTheCentreAcceleratesAsNewtonSaysAndIsGoneAfterTheStep) {
-    Scene scene = weightless();
+    Scene scene = weightless_scene();
     const BodyId id = cube(scene);
     for (int i = 0; i < 60; ++i) {
         scene.apply_force(id, Vec3(3.0F, 0, 0));
         scene.apply_force(id, Vec3(1.0F, 0, 0));
-        scene.step(kDt);
+        scene.step(kFrame);
     }
     // a = F / m = 2 m/s2 for one second; constant acceleration is integrated exactly, so that what
     // is left is 60 roundings of values up to 2.
     EXPECT_NEAR(scene.state(id).velocity.x(), 2.0F, 60 * 2.0e-7F);
     EXPECT_NEAR(scene.state(id).position.x(), 1.0F, 60 * 2.0e-7F);
-    scene.step(kDt);
+    scene.step(kFrame);
     EXPECT_NEAR(scene.state(id).velocity.x(), 2.0F, 60 * 2.0e-7F);
 }
 
 TEST(Force, OffTheCentreTurnsTheBodyToo) {
-    Scene scene = weightless();
+    Scene scene = weightless_scene();
     const BodyId id = cube(scene);
     scene.apply_force(id, Vec3(0, 12.0F, 0), Vec3(0.5F, 0, 0));
-    scene.step(kDt);
+    scene.step(kFrame);
     // I = m s^2 / 6 = 1/3 kg m2; torque 6 N m about z for one step: w = 18 dt = 0.3 rad/s.
-    EXPECT_NEAR(scene.state(id).angular_velocity.z(), 18.0F * kDt, 1.0e-6F);
-    EXPECT_NEAR(scene.state(id).velocity.y(), 6.0F * kDt, 1.0e-6F);
+    EXPECT_NEAR(scene.state(id).angular_velocity.z(), 18.0F * kFrame, 1.0e-6F);
+    EXPECT_NEAR(scene.state(id).velocity.y(), 6.0F * kFrame, 1.0e-6F);
 }
 
 TEST(Force, ThatIsNotFiniteStopsTheBodyAndIsCounted) {
-    Scene scene = weightless();
+    Scene scene = weightless_scene();
     const BodyId id = cube(scene);
     scene.apply_force(id, Vec3(NAN, 0, 0));
-    EXPECT_EQ(scene.step(kDt).quarantined, 1U);
+    EXPECT_EQ(scene.step(kFrame).quarantined, 1U);
     EXPECT_TRUE(scene.state(id).position.allFinite());
 }
 
 TEST(Impulse, OfRotationTurnsAndDoesNotMove) {
-    Scene scene = weightless();
+    Scene scene = weightless_scene();
     const BodyId id = cube(scene);
     scene.apply_angular_impulse(id, Vec3(0, 0.5F, 0));
     EXPECT_NEAR(scene.state(id).angular_velocity.y(), 1.5F, 1.0e-6F);
@@ -68,14 +64,14 @@ TEST(Impulse, OfRotationTurnsAndDoesNotMove) {
 }
 
 TEST(Damping, SlowsDownAsTheExponentialSays) {
-    Scene scene = weightless();
+    Scene scene = weightless_scene();
     const BodyId id = cube(scene, {2.0F, 1.0F});
     BodyState state;
     state.velocity = Vec3(10, 0, 0);
     state.angular_velocity = Vec3(0, 0, 4);
     scene.set_state(id, state);
     for (int i = 0; i < 60; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
     }
     // Implicit steps of h give (1 + c h)^-n = e^-ct (1 + c^2 t h / 2 + ...): 3.3 % and 0.8 % more
     // than the exponential after one second.
@@ -89,7 +85,7 @@ TEST(Damping, BringsAFallingBodyToItsFinalSpeed) {
     Scene scene(s);
     const BodyId id = cube(scene, {1.0F, 0.0F});
     for (int i = 0; i < 1200; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
     }
     // g / c; what is left after 20 time constants is e^-20 of it.
     EXPECT_NEAR(scene.state(id).velocity.y(), -9.81F, 1.0e-4F);

@@ -4,6 +4,7 @@
 #include "server/physics/narrowphase/narrowphase.h"
 #include "server/physics/shapes/mass_properties.h"
 #include "tests/unit/physics/hulls.h"
+#include "tests/unit/physics/thing.h"
 
 #include <gtest/gtest.h>
 
@@ -11,20 +12,6 @@
 
 namespace zoned::physics {
 namespace {
-
-struct Thing {
-    Shape shape;
-    Vec3 position = Vec3::Zero();
-    Mat3 rotation = Mat3::Identity();
-
-    [[nodiscard]] Placed placed() const { return {shape, position, rotation}; }
-};
-
-Manifold collide_things(const Thing& a, const Thing& b, float margin = 0.02F) {
-    Manifold m;
-    collide(a.placed(), b.placed(), margin, m);
-    return m;
-}
 
 Thing random_hull(core::Rng& rng, int points = 16) {
     Thing t{hull_shape(random_points(rng, points, 0.6F))};

@@ -1,5 +1,6 @@
 // Joints in motion, against closed forms: pendulums, springs, limits, motors, sliders.
 #include "tests/unit/physics/joint_scene.h"
+#include "tests/unit/physics/physics_test.h"
 
 #include <cfloat>
 #include <cmath>
@@ -9,7 +10,6 @@ namespace zoned::physics {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-const Vec3 kDown(0.0F, -kGravity, 0.0F);
 
 /// Mean time between upward crossings of zero, s; the crossing within a step by interpolation.
 template <class Value>

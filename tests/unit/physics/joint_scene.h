@@ -1,16 +1,14 @@
 // What tests of joints share: bodies, joints and sums over them, in few words.
 #pragma once
 
-#include "server/physics/scene.h"
 #include "server/physics/shapes/inertia.h"
+#include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
 namespace zoned::physics {
-
-inline constexpr float kFrame = 1.0F / 60.0F;
 
 /// A scene whose bodies never sleep, and what was put into it.
 class JointScene {

@@ -2,6 +2,7 @@
 #include "tests/unit/physics/joint_scene.h"
 
 #include "tests/unit/allocation_count.h"
+#include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -11,9 +12,7 @@
 namespace zoned::physics {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
-const Vec3 kDown(0.0F, -kGravity, 0.0F);
 const Shape kLink = Shape::box(Vec3(0.4F, 0.1F, 0.1F));
 
 /// Links end to end along x from `anchor` (none: the world's origin).

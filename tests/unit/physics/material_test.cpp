@@ -4,6 +4,7 @@
 #include "server/physics/shapes/compound.h"
 #include "server/physics/validate.h"
 #include "tests/unit/physics/hulls.h"
+#include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +14,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 60.0F;
 
 TEST(Combine, AppliesTheLaterRuleOfTheTwo) {
     Material a{0.2F, 0.1F};
@@ -64,7 +63,7 @@ TEST(Restitution, OfThePartThatTouchesCounts) {
     def.position = Vec3(0, 1.2F, 0);
     const BodyId id = *scene.add(def);
     for (int i = 0; i < 35; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
     }
     // After the impact the body turns: its right end goes up, its left one stays down.
     const BodyState s = scene.state(id);
@@ -83,7 +82,7 @@ TEST(Filter, LetsPassWhomTheMasksDoNotName) {
         ball.filter = {4, 2};
         const BodyId id = *scene.add(ball);
         for (int i = 0; i < 60; ++i) {
-            scene.step(kDt);
+            scene.step(kFrame);
         }
         EXPECT_EQ(scene.state(id).position.y() > 0.0F, meets);
     }
@@ -114,7 +113,7 @@ TEST(Filter, OfPartsAppliesToEachPart) {
     def.angular_velocity = Vec3::Zero();
     const BodyId id = *scene.add(def);
     for (int i = 0; i < 120; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
     }
     const Frame pose{scene.state(id).position, scene.state(id).orientation};
     EXPECT_NEAR((pose * built.compound->parts()[0].part.frame).position.y(), 0.2F, 0.02F);
@@ -136,7 +135,7 @@ TEST(Sensor, ReportsWhoComesAndGoesAndPushesNobody) {
         int entered = -1;
         int left = -1;
         for (int i = 0; i < 120; ++i) {
-            scene.step(kDt);
+            scene.step(kFrame);
             EXPECT_TRUE(scene.contact_events().empty());
             for (const SensorEvent& e : scene.sensor_events()) {
                 EXPECT_EQ(e.a, sensor);
@@ -148,8 +147,8 @@ TEST(Sensor, ReportsWhoComesAndGoesAndPushesNobody) {
             }
         }
         // Free fall: y = 3 - g t^2 / 2 goes through 1 and -1, seen at the start of the next step.
-        EXPECT_NEAR(entered, std::sqrt(2 * 2.0F / 9.81F) / kDt, 1.5F);
-        EXPECT_NEAR(left, std::sqrt(2 * 4.0F / 9.81F) / kDt, 1.5F);
+        EXPECT_NEAR(entered, std::sqrt(2 * 2.0F / 9.81F) / kFrame, 1.5F);
+        EXPECT_NEAR(left, std::sqrt(2 * 4.0F / 9.81F) / kFrame, 1.5F);
         EXPECT_NEAR(scene.state(ball).position.y(), 3.0F - 9.81F * 2.0F, 0.01F);
     }
 }
@@ -163,19 +162,19 @@ TEST(Sensor, IsLeftByWhatIsRemovedOrCarriedOff) {
     ASSERT_TRUE(scene.add(zone).ok());
     const BodyId removed = *scene.add(ball_at(Vec3(1, 0, 0), 1));
     const BodyId carried = *scene.add(ball_at(Vec3(-1, 0, 0), 2));
-    scene.step(kDt);
+    scene.step(kFrame);
     ASSERT_EQ(scene.sensor_events().size(), 2U);
     scene.remove(removed);
     BodyState far = scene.state(carried);
     far.position = Vec3(100, 0, 0);
     scene.set_state(carried, far);
-    scene.step(kDt);
+    scene.step(kFrame);
     ASSERT_EQ(scene.sensor_events().size(), 2U);
     EXPECT_FALSE(scene.sensor_events()[0].entered);
     EXPECT_EQ(scene.sensor_events()[0].b, removed);
     EXPECT_FALSE(scene.sensor_events()[1].entered);
     EXPECT_EQ(scene.sensor_events()[1].b, carried);
-    scene.step(kDt);
+    scene.step(kFrame);
     EXPECT_TRUE(scene.sensor_events().empty());
 }
 
@@ -203,7 +202,7 @@ TEST(Sensor, AsAPartOfABodyFeelsWhatTheBodyComesNear) {
     int entered = 0;
     int left = 0;
     for (int i = 0; i < 360; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
         for (const SensorEvent& e : scene.sensor_events()) {
             (e.entered ? entered : left) += 1;
         }
@@ -224,7 +223,7 @@ TEST(ContactEvent, TellsPointNormalAndDepth) {
     BodyDef def = ball_at(Vec3(0.2F, 0.49F, 0.1F), 5);
     def.user = 5;
     ASSERT_TRUE(scene.add(def).ok());
-    scene.step(kDt);
+    scene.step(kFrame);
     ASSERT_EQ(scene.contact_events().size(), 1U);
     const ContactEvent& e = scene.contact_events()[0];
     EXPECT_TRUE(e.began);

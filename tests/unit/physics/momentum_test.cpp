@@ -1,6 +1,7 @@
 // Conservation laws: what free bodies must keep whatever happens between them.
 #include "server/physics/scene.h"
 #include "server/physics/shapes/inertia.h"
+#include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -9,13 +10,6 @@
 
 namespace zoned::physics {
 namespace {
-
-Settings weightless() {
-    Settings s;
-    s.gravity = Vec3::Zero();
-    s.sleep_after_s = 0.0F;
-    return s;
-}
 
 struct Known {
     BodyId id;

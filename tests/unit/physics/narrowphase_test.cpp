@@ -1,5 +1,6 @@
 #include "server/physics/narrowphase/narrowphase.h"
 
+#include "tests/unit/physics/thing.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -8,20 +9,6 @@
 
 namespace zoned::physics {
 namespace {
-
-struct Thing {
-    Shape shape;
-    Vec3 position = Vec3::Zero();
-    Mat3 rotation = Mat3::Identity();
-
-    [[nodiscard]] Placed placed() const { return {shape, position, rotation}; }
-};
-
-Manifold collide_things(const Thing& a, const Thing& b, float margin = 0.02F) {
-    Manifold m;
-    collide(a.placed(), b.placed(), margin, m);
-    return m;
-}
 
 Mat3 turned_by(float angle, const Vec3& axis) {
     return Mat3(Eigen::AngleAxisf(angle, axis.normalized()));

@@ -1,5 +1,6 @@
 // How a scene finds the pairs of its bodies: the same whatever structure finds them.
 #include "server/physics/scene.h"
+#include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -9,8 +10,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 60.0F;
 
 BodyDef body_at(const Vec3& x, int i) {
     BodyDef def;
@@ -63,7 +62,7 @@ std::vector<std::uint64_t> lively(BroadphaseKind kind) {
             bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(chosen));
             add(t);
         }
-        scene.step(kDt);
+        scene.step(kFrame);
         core::StateHash hash;
         scene.hash(hash);
         hashes.push_back(hash.value());
@@ -97,7 +96,7 @@ TEST(Pairs, OfACrowdInOnePlaceAreCappedAndReportedAndNobodyFallsThroughTheFloor)
         apart.push_back(*scene.add(body_at(Vec3(3.0F * static_cast<float>(i) - 40, 0.6F, -20), 1)));
     }
     for (int t = 0; t < 20; ++t) {
-        const StepStats stats = scene.step(kDt);
+        const StepStats stats = scene.step(kFrame);
         EXPECT_GT(stats.unpaired, 9000U);
         EXPECT_GE(stats.pairs, 11000U);
         EXPECT_LE(stats.pairs, 11000U + 10010U);  // each with the floor besides
@@ -122,13 +121,13 @@ TEST(Pairs, ThatFoundNoRoomAreFoundOnceOthersHaveParted) {
     def.position.x() = 32;
     def.velocity.x() = -1.0F;
     const BodyId moving = *scene.add(def);
-    EXPECT_GT(scene.step(kDt).unpaired, 0U);
+    EXPECT_GT(scene.step(kFrame).unpaired, 0U);
     for (const BodyId id : crowd) {
         scene.remove(id);
     }
     std::uint32_t waiting = 1;
     for (int t = 0; t < 150; ++t) {
-        waiting = scene.step(kDt).unpaired;
+        waiting = scene.step(kFrame).unpaired;
     }
     EXPECT_EQ(waiting, 0U);
     EXPECT_GT(scene.state(still).velocity.x() * -1.0F, 0.1F);  // was pushed
@@ -146,11 +145,11 @@ TEST(Pairs, OfALongBodyThatSpinsFastAreThoseInItsBoundingSphere) {
     // Beside the disc that the rod sweeps: above it, and beyond its ends.
     ASSERT_TRUE(scene.add(body_at(Vec3(0, 2.7F, 0), 0)).ok());
     ASSERT_TRUE(scene.add(body_at(Vec3(2, 0, 2), 0)).ok());
-    EXPECT_EQ(scene.step(kDt).pairs, 0U);
+    EXPECT_EQ(scene.step(kFrame).pairs, 0U);
     // Within its reach in a step: arc of one radian.
     const BodyId in_the_way = *scene.add(body_at(Vec3(1.2F, 0, 1.0F), 0));
     for (int t = 0; t < 30; ++t) {
-        scene.step(kDt);
+        scene.step(kFrame);
     }
     EXPECT_GT(scene.state(in_the_way).velocity.norm(), 0.1F);
 }

@@ -2,6 +2,7 @@
 #include "server/physics/scene.h"
 #include "server/physics/shapes/mesh.h"
 #include "tests/unit/allocation_count.h"
+#include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +13,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 60.0F;
 
 BodyDef particle(const Vec3& x, const Vec3& v = Vec3::Zero()) {
     BodyDef def;
@@ -32,16 +31,10 @@ BodyDef ground(float friction = 0.5F) {
     return def;
 }
 
-void steps(Scene& scene, int n) {
-    for (int i = 0; i < n; ++i) {
-        scene.step(kDt);
-    }
-}
-
 TEST(Particle, FliesAlongTheParabola) {
     Scene scene{Settings()};
     const BodyId id = *scene.add(particle(Vec3(1, 2, 3), Vec3(3, 20, -2)));
-    steps(scene, 120);
+    run_steps(scene, 120);
     const double t = 2.0;
     const Vec3d exact(1 + 3 * t, 2 + 20 * t - 0.5 * 9.81 * t * t, 3 - 2 * t);
     // The scheme is exact; dt rounds (6e-8 of it), velocities up to 20 m/s and positions up to 22 m
@@ -59,7 +52,7 @@ TEST(Particle, RisesToTheSquareOfTheRestitutionAfterABounce) {
     int bounces = 0;
     float before = -1.0F;
     for (int i = 0; i < 460 && bounces < 3; ++i) {
-        scene.step(kDt);
+        scene.step(kFrame);
         const BodyState s = scene.state(id);
         bounces += before < 0.0F && s.velocity.y() > 0.0F ? 1 : 0;
         before = s.velocity.y();
@@ -91,7 +84,7 @@ TEST(Particle, NeverPassesThroughThinWalls) {
         def.material.restitution = 1.0F;
         ids.push_back(*scene.add(def));
     }
-    steps(scene, 120);
+    run_steps(scene, 120);
     for (const BodyId id : ids) {
         EXPECT_GT(scene.state(id).position.x(), 0.0F);
         EXPECT_LT(scene.state(id).position.x(), 20.0F);
@@ -128,7 +121,7 @@ TEST(Particle, NeverPassesThroughAMeshOfManyTriangles) {
         def.material.restitution = i % 2 == 0 ? 0.5F : 0.0F;
         ids.push_back(*scene.add(def));
     }
-    steps(scene, 300);
+    run_steps(scene, 300);
     int inside = 0;
     for (const BodyId id : ids) {
         const BodyState s = scene.state(id);
@@ -149,7 +142,7 @@ TEST(Particle, SlidesDownAnInclineAsFrictionSays) {
     BodyDef def = particle(slope.orientation * Vec3(0, 1e-4F, 0));
     def.material.friction = 0.3F;
     const BodyId id = *scene.add(def);
-    steps(scene, 120);
+    run_steps(scene, 120);
     // (g sin a - mu g cos a) t^2 / 2; it first falls the tenth of a millimetre onto the slope.
     const float expected = (0.5F - 0.3F * 0.8660254F) * 9.81F * 0.5F * 4.0F;
     EXPECT_NEAR(scene.state(id).position.norm(), expected, 0.01F);
@@ -162,12 +155,12 @@ TEST(Particle, SleepsOnTheGroundAndWakesWhenItGoes) {
     slab.position = Vec3(0, -0.5F, 0);
     const BodyId floor = *scene.add(slab);
     const BodyId id = *scene.add(particle(Vec3(0, 1, 0)));
-    steps(scene, 90);
+    run_steps(scene, 90);
     ASSERT_TRUE(scene.state(id).asleep);
     EXPECT_NEAR(scene.state(id).position.y(), 0.0F, 1e-4F);
-    EXPECT_TRUE(scene.step(kDt).skipped);
+    EXPECT_TRUE(scene.step(kFrame).skipped);
     scene.remove(floor);
-    scene.step(kDt);
+    scene.step(kFrame);
     EXPECT_FALSE(scene.state(id).asleep);
     EXPECT_LT(scene.state(id).velocity.y(), 0.0F);
 }
@@ -185,10 +178,10 @@ TEST(Particle, IsCarriedByALiftAndWokenByIt) {
     ASSERT_TRUE(scene.add(slab).ok());
     const BodyId id = *scene.add(particle(Vec3(0, 0.01F, 0)));
     const BodyId beside = *scene.add(particle(Vec3(1, 0.5F, 0)));
-    steps(scene, 60);
+    run_steps(scene, 60);
     ASSERT_TRUE(scene.state(id).asleep);
     scene.set_velocity(id_lift, Vec3(0, 3, 0), Vec3::Zero());
-    steps(scene, 120);  // now at y = 4
+    run_steps(scene, 120);  // now at y = 4
     EXPECT_NEAR(scene.state(id).position.y(), 4.1F, 0.1F);
     EXPECT_NEAR(scene.state(beside).position.y(), 4.1F, 0.1F);
     EXPECT_NEAR(scene.state(id).velocity.y(), 3.0F, 0.3F);
@@ -207,7 +200,7 @@ TEST(Particle, TurnsIntoABodyAndBackWithItsMomentum) {
     const BodyId id = *scene.add(def);
     ASSERT_TRUE(scene.set_representation(id, Representation::kParticle).ok());
     const Quat frozen = scene.state(id).orientation;
-    steps(scene, 30);
+    run_steps(scene, 30);
     EXPECT_EQ(scene.state(id).orientation.coeffs(), frozen.coeffs());
     EXPECT_EQ(scene.state(id).velocity, def.velocity);
     EXPECT_EQ(scene.user(id), 77U);
@@ -216,7 +209,7 @@ TEST(Particle, TurnsIntoABodyAndBackWithItsMomentum) {
     ASSERT_TRUE(scene.set_representation(id, Representation::kFull).ok());
     EXPECT_EQ(scene.state(id).velocity, Vec3(2, 2, 3));
     EXPECT_EQ(scene.state(id).angular_velocity, def.angular_velocity);
-    steps(scene, 1);
+    run_steps(scene, 1);
     EXPECT_NE(scene.state(id).orientation.coeffs(), frozen.coeffs());
 }
 
@@ -226,12 +219,12 @@ TEST(Particle, IsLiftedOutOfTheGroundWhenItBecomesABody) {
     BodyDef def = particle(Vec3(0, 1, 0));
     def.shape = Shape::box({0.5F, 0.5F, 0.5F});
     const BodyId id = *scene.add(def);
-    steps(scene, 90);
+    run_steps(scene, 90);
     ASSERT_LT(scene.state(id).position.y(), 0.01F);
     const auto state = scene.set_representation(id, Representation::kFull);
     ASSERT_TRUE(state.ok());
     EXPECT_NEAR(state->position.y(), 0.5F, 1e-3F);
-    steps(scene, 120);
+    run_steps(scene, 120);
     EXPECT_TRUE(scene.state(id).asleep);
     EXPECT_NEAR(scene.state(id).position.y(), 0.5F, 0.01F);
 }
@@ -266,12 +259,12 @@ TEST(Particle, HasTheSameHashInEachRunAndAllocatesNothing) {
             ASSERT_TRUE(scene.add(def).ok());
         }
         const BodyId removed = *scene.add(particle(Vec3(0, 1, 0)));
-        steps(scene, 30);
+        run_steps(scene, 30);
         scene.remove(removed);
         const auto before = allocation_count();
-        steps(scene, 30);
+        run_steps(scene, 30);
         EXPECT_EQ(allocation_count(), before);
-        steps(scene, 300);
+        run_steps(scene, 300);
         core::StateHash state;
         scene.hash(state);
         h = state.value();

@@ -1,6 +1,7 @@
 // Passage: no centre goes through static geometry within a step, however a body turns as it hits.
 #include "server/physics/scene.h"
 #include "server/physics/validate.h"
+#include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -9,8 +10,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 60.0F;
 
 Quat any_turn(core::Rng& rng) {
     const float w = rng.range(-1, 1);
@@ -38,7 +37,7 @@ struct Range {
             const float z = 4.0F * static_cast<float>(i);
             BodyDef rod;
             rod.shape = Shape::box(Vec3(0.3F, 0.05F, 0.1F));
-            rod.position = Vec3(-1.0F - speed * kDt * rng.unit(), 0.0F, z);
+            rod.position = Vec3(-1.0F - speed * kFrame * rng.unit(), 0.0F, z);
             rod.orientation = any_turn(rng);
             rod.velocity = Vec3(speed, 0.0F, 0.0F);
             rod.filter.mask = mask;
@@ -46,15 +45,9 @@ struct Range {
         }
     }
 
-    static Settings weightless() {
-        Settings settings;
-        settings.gravity.setZero();
-        return settings;
-    }
-
     int passed() {
         for (int i = 0; i < 30; ++i) {
-            held_back += scene.step(kDt).held_back;
+            held_back += scene.step(kFrame).held_back;
         }
         int count = 0;
         for (const BodyId rod : rods) {
@@ -83,12 +76,12 @@ TEST(Passage, IsNotLookedForWhereBodiesAreSlow) {
     EXPECT_EQ(range.held_back, 0U);
 }
 
-/// An elastic hit, r = 0.05 m off the centre of a rod of 1 kg: with k^2 = (0.12^2 + 0.04^2) / 12 the
-/// rod feels like 1 / (1 + r^2 / k^2) = 0.348 kg there, gets J = 2 m v / (1 + m / 0.348) = 651 Ns
-/// and r J / I = 24,000 rad/s, more than bodies may have. It goes on with the most there is, is
+/// An elastic hit, r = 0.05 m off the centre of a rod of 1 kg: with k^2 = (0.12^2 + 0.04^2) / 12
+/// the rod feels like 1 / (1 + r^2 / k^2) = 0.348 kg there, gets J = 2 m v / (1 + m / 0.348) = 651
+/// Ns and r J / I = 24,000 rad/s, more than bodies may have. It goes on with the most there is, is
 /// counted and not stopped.
 TEST(Passage, LeavesWhatSpinsTooFastWithTheMostSpin) {
-    Scene scene(Range::weightless());
+    Scene scene(weightless());
     BodyDef rod;
     rod.shape = Shape::box(Vec3(0.02F, 0.06F, 0.02F));
     rod.mass = 1.0F;
@@ -102,7 +95,7 @@ TEST(Passage, LeavesWhatSpinsTooFastWithTheMostSpin) {
     ball.position = Vec3(-1.0F, 0.05F, 0.0F);
     ball.velocity = Vec3(2000.0F, 0.0F, 0.0F);
     ASSERT_TRUE(scene.add(ball).ok());
-    const StepStats stats = scene.step(kDt);
+    const StepStats stats = scene.step(kFrame);
     EXPECT_EQ(stats.quarantined, 0U);
     EXPECT_EQ(stats.slowed, 1U);
     const float inv_felt = 1.0F + 0.05F * 0.05F * 12.0F / (0.12F * 0.12F + 0.04F * 0.04F);

@@ -4,6 +4,7 @@
 #include "server/physics/scene.h"
 #include "server/physics/shapes/compound.h"
 #include "server/physics/shapes/hull.h"
+#include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"
 #include "shared/core/rng.h"
 
@@ -18,7 +19,6 @@ namespace {
 
 /// Distances are exact to 1e-6 (1 + size of the shapes); some digits are lost on the way there.
 constexpr float kExact = 1.0e-5F;
-constexpr QueryFilter kAll{};
 
 BodyId add_shape(Scene& scene,
                  const Shape& shape,

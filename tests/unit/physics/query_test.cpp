@@ -3,6 +3,7 @@
 
 #include "server/physics/scene.h"
 #include "tests/unit/allocation_count.h"
+#include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -15,10 +16,9 @@
 namespace zoned::physics {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 const Shape kBall = Shape::sphere(0.5F);
 
-BodyDef ball_at(const Vec3& x, std::uint32_t user = 0) {
+BodyDef still_ball(const Vec3& x, std::uint32_t user = 0) {
     BodyDef def;
     def.shape = kBall;
     def.position = x;
@@ -33,7 +33,7 @@ struct Row {
 
     explicit Row(int n) {
         for (int i = 0; i < n; ++i) {
-            BodyDef def = ball_at(Vec3(2.0F * static_cast<float>(i + 1), 0, 0),
+            BodyDef def = still_ball(Vec3(2.0F * static_cast<float>(i + 1), 0, 0),
                                   static_cast<std::uint32_t>(i + 1));
             def.kind = i % 3 == 0   ? BodyKind::kDynamic
                        : i % 3 == 1 ? BodyKind::kStatic
@@ -43,8 +43,6 @@ struct Row {
         }
     }
 };
-
-constexpr QueryFilter kAll{};
 
 TEST(Query, ListsAllHitsFromNearToFarAndSaysWhenThereAreMore) {
     const Row row(6);
@@ -116,7 +114,7 @@ TEST(Query, LeavesOutWhatTheFilterLeavesOut) {
 
 TEST(Query, SeesSensorsOnlyWhenAskedTo) {
     Scene scene{Settings()};
-    BodyDef def = ball_at(Vec3(3, 0, 0));
+    BodyDef def = still_ball(Vec3(3, 0, 0));
     def.sensor = true;
     ASSERT_TRUE(scene.add(def).ok());
     QueryHit hit;
@@ -135,7 +133,7 @@ TEST(Query, OfEqualDistancesTheLowerIdComesFirst) {
         Scene scene(settings);
         std::vector<BodyId> ids;
         for (int i = 0; i < 40; ++i) {
-            BodyDef def = ball_at(Vec3(5, 0, 0));
+            BodyDef def = still_ball(Vec3(5, 0, 0));
             def.kind = i % 2 == 0 ? BodyKind::kDynamic : BodyKind::kStatic;
             ids.push_back(*scene.add(def));
         }

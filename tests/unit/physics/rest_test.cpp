@@ -1,6 +1,7 @@
 // Bodies at rest and under friction: stacks, inclines, rolling.
 #include "server/physics/scene.h"
 #include "tests/unit/physics/hulls.h"
+#include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +9,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 30.0F;
 
 BodyId ground(Scene& scene, float friction, const Quat& tilt = Quat::Identity()) {
     BodyDef def;
@@ -34,7 +33,7 @@ void stack_stands(bool sleeping, const Shape& shape = Shape::box(Vec3::Constant(
         boxes.push_back(*scene.add(def));
     }
     for (int i = 0; i < 300; ++i) {
-        scene.step(kDt);
+        scene.step(kTick);
     }
     for (int i = 0; i < 5; ++i) {
         const BodyState state = scene.state(boxes[static_cast<std::size_t>(i)]);
@@ -70,8 +69,8 @@ float slide(float friction, float seconds) {
     def.orientation = tilt;
     def.position = tilt * Vec3(0, 0.5F, 0);
     const BodyId id = *scene.add(def);
-    for (int i = 0; i < static_cast<int>(std::lround(seconds / kDt)); ++i) {
-        scene.step(kDt);
+    for (int i = 0; i < static_cast<int>(std::lround(seconds / kTick)); ++i) {
+        scene.step(kTick);
     }
     return -(tilt.conjugate() * (scene.state(id).position - def.position)).x();
 }
@@ -101,7 +100,7 @@ TEST(Incline, RollsASphereAtFiveSeventhsOfTheSlope) {
     def.position = tilt * Vec3(0, 0.5F, 0);
     const BodyId id = *scene.add(def);
     for (int i = 0; i < 60; ++i) {
-        scene.step(kDt);
+        scene.step(kTick);
     }
     // a = g sin(alpha) / (1 + I / (m r^2)) with I = 2/5 m r^2.
     const float a = 9.81F * std::sin(0.2F) / 1.4F;
@@ -130,7 +129,7 @@ TEST(Box, StandsOnItsEdgeContactAcrossAnother) {
     upper.material.friction = 1.0F;
     const BodyId id = *scene.add(upper);
     for (int i = 0; i < 10; ++i) {
-        scene.step(kDt);
+        scene.step(kTick);
     }
     // A balance on a point topples in time, but not within a third of a second from rest.
     EXPECT_NEAR(scene.state(id).position.y(), 2.0F * edge, 0.01F);
@@ -146,12 +145,12 @@ TEST(ThrownBox, DoesNotPassAWall) {
             ASSERT_TRUE(scene.add(wall).ok());
             BodyDef prop;
             prop.shape = Shape::box(Vec3::Constant(0.2F));
-            prop.position = Vec3(-5.0F - 0.05F * speed * kDt * static_cast<float>(start), 1, 0);
+            prop.position = Vec3(-5.0F - 0.05F * speed * kTick * static_cast<float>(start), 1, 0);
             prop.velocity = Vec3(speed, 0, 0);
             prop.angular_velocity = Vec3(1, 2, 3);
             const BodyId id = *scene.add(prop);
             for (int i = 0; i < 30; ++i) {
-                scene.step(kDt);
+                scene.step(kTick);
                 ASSERT_LT(scene.state(id).position.x(), 0.0F) << speed << " " << start;
             }
         }

@@ -2,6 +2,7 @@
 #include "server/physics/scene.h"
 
 #include "tests/unit/allocation_count.h"
+#include "tests/unit/physics/physics_test.h"
 #include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +13,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 30.0F;
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 BodyId add_floor(Scene& scene) {
     BodyDef def;
@@ -39,12 +37,6 @@ BodyDef character_at(const Vec3& x) {
     return def;
 }
 
-void steps(Scene& scene, int n) {
-    for (int i = 0; i < n; ++i) {
-        scene.step(kDt);
-    }
-}
-
 Filter ghost() {
     Filter filter;
     filter.mask = 0;
@@ -60,16 +52,16 @@ TEST(Scene, LetsASleepingBodyFallThroughWhatItMeetsNoMore) {
         def.asleep = true;
         def.events = kTellEnd;
         const BodyId box = *scene.add(def);
-        steps(scene, 1);
+        run_steps(scene, 1, kTick);
         scene.wake(box);
-        steps(scene, 60);
+        run_steps(scene, 60, kTick);
         ASSERT_TRUE(scene.state(box).asleep);
         const float before = scene.state(box).position.y();
         scene.set_filter(of_floor ? floor : box, ghost());
-        steps(scene, 1);
+        run_steps(scene, 1, kTick);
         ASSERT_EQ(scene.contact_events().size(), 1U);
         EXPECT_TRUE(scene.contact_events()[0].ended);
-        steps(scene, 4);
+        run_steps(scene, 4, kTick);
         EXPECT_NEAR(scene.state(box).position.y(), before - 0.136F, 0.002F) << of_floor;
     }
 }
@@ -88,7 +80,7 @@ TEST(Scene, PushesOutWhoSleepsInABodyThatItMeetsAgain) {
         def = box_at(Vec3(0, 0.5F, 0));
         def.filter.mask = 1;
         const BodyId box = *scene.add(def);
-        steps(scene, 90);
+        run_steps(scene, 90, kTick);
         ASSERT_TRUE(scene.state(box).asleep);
         ASSERT_NEAR(scene.state(box).position.y(), 0.5F, 0.01F);
         if (kind == BodyKind::kDynamic) {
@@ -96,7 +88,7 @@ TEST(Scene, PushesOutWhoSleepsInABodyThatItMeetsAgain) {
         } else {
             scene.set_filter(slab, Filter());
         }
-        steps(scene, 45);
+        run_steps(scene, 45, kTick);
         EXPECT_NEAR(scene.state(box).position.y(), 1.0F, 0.02F) << static_cast<int>(kind);
     }
 }
@@ -144,16 +136,16 @@ TEST(Sleep, SceneAtRestIsSkippedAndWakesByImpulse) {
     Scene scene{Settings()};
     add_floor(scene);
     const BodyId box = *scene.add(box_at(Vec3(0, 0.5F, 0)));
-    steps(scene, 60);
+    run_steps(scene, 60, kTick);
     EXPECT_EQ(scene.awake_count(), 0U);
     EXPECT_TRUE(scene.state(box).asleep);
-    EXPECT_TRUE(scene.step(kDt).skipped);
+    EXPECT_TRUE(scene.step(kTick).skipped);
     EXPECT_TRUE(scene.moved().empty());
     scene.set_velocity(box, Vec3::Zero(), Vec3::Zero());  // no change: sleeps on
     EXPECT_EQ(scene.awake_count(), 0U);
     scene.apply_impulse(box, Vec3(0, 3, 0), scene.state(box).position);
     EXPECT_EQ(scene.awake_count(), 1U);
-    EXPECT_FALSE(scene.step(kDt).skipped);
+    EXPECT_FALSE(scene.step(kTick).skipped);
     ASSERT_EQ(scene.moved().size(), 1U);
     EXPECT_EQ(scene.moved()[0], box);
 }
@@ -165,11 +157,11 @@ TEST(Sleep, RemovalOfTheSupportWakesTheWholeStack) {
     for (int i = 0; i < 4; ++i) {
         boxes.push_back(*scene.add(box_at(Vec3(0, 0.5F + static_cast<float>(i), 0))));
     }
-    steps(scene, 120);
+    run_steps(scene, 120, kTick);
     ASSERT_EQ(scene.awake_count(), 0U);
     scene.remove(boxes[0]);
     EXPECT_EQ(scene.awake_count(), 3U);
-    steps(scene, 60);
+    run_steps(scene, 60, kTick);
     EXPECT_NEAR(scene.state(boxes[3]).position.y(), 2.5F, 0.02F);
 }
 
@@ -179,7 +171,7 @@ TEST(Sleep, ATouchWakesTheIslandAndNobodyElse) {
     const BodyId a = *scene.add(box_at(Vec3(0, 0.5F, 0)));
     const BodyId on_a = *scene.add(box_at(Vec3(0, 1.5F, 0)));
     const BodyId far = *scene.add(box_at(Vec3(5, 0.5F, 0)));
-    steps(scene, 120);
+    run_steps(scene, 120, kTick);
     ASSERT_EQ(scene.awake_count(), 0U);
     BodyDef ball;
     ball.shape = Shape::sphere(0.3F);
@@ -187,7 +179,7 @@ TEST(Sleep, ATouchWakesTheIslandAndNobodyElse) {
     ball.velocity = Vec3(10, 0, 0);
     ball.mass = 2.0F;
     ASSERT_TRUE(scene.add(ball).ok());
-    steps(scene, 6);
+    run_steps(scene, 6, kTick);
     EXPECT_FALSE(scene.state(a).asleep);
     EXPECT_FALSE(scene.state(on_a).asleep);
     EXPECT_TRUE(scene.state(far).asleep);
@@ -202,9 +194,9 @@ TEST(Sleep, BodiesAddedAsleepKnowTheirNeighboursWhenWoken) {
         def.asleep = true;
         boxes.push_back(*scene.add(def));
     }
-    EXPECT_TRUE(scene.step(kDt).skipped);
+    EXPECT_TRUE(scene.step(kTick).skipped);
     scene.wake(boxes[2]);
-    scene.step(kDt);
+    scene.step(kTick);
     EXPECT_EQ(scene.awake_count(), 3U);
     std::vector<BodyId> island;
     scene.island_of(boxes[1], island);
@@ -216,12 +208,12 @@ TEST(Kinematic, PushesAndWakesWhatItRunsInto) {
     add_floor(scene);
     const BodyId box = *scene.add(box_at(Vec3(2, 0.5F, 0)));
     const BodyId walker = *scene.add(character_at(Vec3(0, 0.9F, 0)));
-    steps(scene, 60);
+    run_steps(scene, 60, kTick);
     ASSERT_TRUE(scene.state(box).asleep);
-    EXPECT_TRUE(scene.step(kDt).skipped);
+    EXPECT_TRUE(scene.step(kTick).skipped);
     for (int i = 0; i < 30; ++i) {
         scene.set_velocity(walker, Vec3(3, 0, 0), Vec3::Zero());
-        scene.step(kDt);
+        scene.step(kTick);
     }
     // The walker does what it is told, and the box is where its front is or beyond.
     EXPECT_NEAR(scene.state(walker).position.x(), 3.0F, 1e-4F);
@@ -235,10 +227,10 @@ TEST(Kinematic, LiftCarriesASleepingBox) {
     lift.shape = Shape::box(Vec3(2, 0.1F, 2));
     const BodyId platform = *scene.add(lift);
     const BodyId box = *scene.add(box_at(Vec3(0, 0.6F, 0)));
-    steps(scene, 60);
+    run_steps(scene, 60, kTick);
     ASSERT_TRUE(scene.state(box).asleep);
     scene.set_velocity(platform, Vec3(0, 1, 0), Vec3::Zero());
-    steps(scene, 60);
+    run_steps(scene, 60, kTick);
     EXPECT_FALSE(scene.state(box).asleep);
     EXPECT_NEAR(scene.state(box).position.y(), 2.6F, 0.02F);
 }
@@ -248,14 +240,14 @@ TEST(Teleport, WakesWhatWasTouchedAndFindsNewPartners) {
     add_floor(scene);
     const BodyId lower = *scene.add(box_at(Vec3(0, 0.5F, 0), 1));
     const BodyId upper = *scene.add(box_at(Vec3(0, 1.5F, 0), 2));
-    steps(scene, 90);
+    run_steps(scene, 90, kTick);
     ASSERT_EQ(scene.awake_count(), 0U);
     BodyState state = scene.state(lower);
     state.asleep = false;
     state.position = Vec3(20, 3, 0);
     scene.set_state(lower, state);
     EXPECT_EQ(scene.awake_count(), 2U);
-    steps(scene, 90);
+    run_steps(scene, 90, kTick);
     EXPECT_NEAR(scene.state(upper).position.y(), 0.5F, 0.01F);
     EXPECT_NEAR(scene.state(lower).position.y(), 0.5F, 0.01F);
     EXPECT_NEAR(scene.state(lower).position.x(), 20.0F, 0.01F);
@@ -264,7 +256,7 @@ TEST(Teleport, WakesWhatWasTouchedAndFindsNewPartners) {
     state.position.x() += 0.01F;
     state.asleep = false;
     scene.set_state(lower, state);
-    scene.step(kDt);
+    scene.step(kTick);
     EXPECT_TRUE(scene.contact_events().empty());
 }
 
@@ -280,7 +272,7 @@ TEST(Kinematic, NeverPairsWithStaticOrKinematic) {
         def.velocity = Vec3(1, 0, 0);
         ASSERT_TRUE(scene.add(def).ok());
     }
-    const StepStats stats = scene.step(kDt);
+    const StepStats stats = scene.step(kTick);
     EXPECT_FALSE(stats.skipped);
     EXPECT_EQ(stats.pairs, 0U);
     EXPECT_EQ(scene.moved().size(), 20U);
@@ -305,7 +297,7 @@ TEST(Events, TellWhenAPairBeginsToTouchHowFastAndHowHard) {
     const BodyId id_b = *scene.add(b);
     int events = 0;
     for (int i = 0; i < 30; ++i) {
-        scene.step(kDt);
+        scene.step(kTick);
         for (const ContactEvent& e : scene.contact_events()) {
             ++events;
             EXPECT_EQ(e.a, id_a);
@@ -329,15 +321,15 @@ TEST(Quarantine, StopsABodyWhoseStateIsNotFiniteAndHarmsNobody) {
     add_floor(scene);
     const BodyId sick = *scene.add(box_at(Vec3(0, 0.5F, 0)));
     const BodyId well = *scene.add(box_at(Vec3(0, 1.5F, 0)));
-    steps(scene, 5);
+    run_steps(scene, 5, kTick);
     scene.apply_impulse(sick, Vec3(1e38F, 1e38F, 0), Vec3(0, 1e20F, 0));
-    EXPECT_EQ(scene.step(kDt).quarantined, 1U);
+    EXPECT_EQ(scene.step(kTick).quarantined, 1U);
     scene.set_velocity(sick, Vec3(kNan, 0, 0), Vec3::Zero());
     BodyState bad;
     bad.position = Vec3(0, kNan, 0);
     scene.set_state(sick, bad);
-    EXPECT_EQ(scene.step(kDt).quarantined, 2U);
-    steps(scene, 60);
+    EXPECT_EQ(scene.step(kTick).quarantined, 2U);
+    run_steps(scene, 60, kTick);
     for (const BodyId id : {sick, well}) {
         const BodyState state = scene.state(id);
         EXPECT_TRUE(state.position.allFinite() && state.velocity.allFinite());
@@ -353,7 +345,7 @@ TEST(Quarantine, CatchesABodyThatFallsOutOfTheWorld) {
     const BodyId id = *scene.add(def);
     std::uint32_t stopped = 0;
     for (int i = 0; i < 10; ++i) {
-        stopped += scene.step(kDt).quarantined;
+        stopped += scene.step(kTick).quarantined;
     }
     EXPECT_EQ(stopped, 1U);
     EXPECT_TRUE(scene.state(id).asleep);
@@ -432,7 +424,7 @@ std::vector<std::uint64_t> run_scene(int ticks, bool count_allocations) {
             scene.set_velocity(w, Vec3(3 * std::cos(phase), 0, 3 * std::sin(phase)), Vec3::Zero());
         }
         const std::uint64_t before = allocation_count();
-        scene.step(kDt);
+        scene.step(kTick);
         if (count_allocations && t >= ticks / 2) {
             EXPECT_EQ(allocation_count(), before) << "tick " << t;
         }

@@ -2,36 +2,35 @@
 #include "server/physics/strain.h"
 
 #include "server/physics/validate.h"
+#include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>
 
 namespace zoned::physics {
 namespace {
 
-constexpr float kDt = 1.0F / 60.0F;
-
 bool says(const std::vector<std::string>& all, const char* text) {
     return all.size() == 1 && all[0].find(text) != std::string::npos;
 }
 
 TEST(Strain, SaysNothingAboutOrdinaryThings) {
-    EXPECT_TRUE(strains_of(BodyDef(), Settings(), kDt).empty());
-    EXPECT_TRUE(strains_of(JointDef(), 1.0F, 10.0F, Settings(), kDt).empty());
-    EXPECT_TRUE(strains_of(Settings(), kDt).empty());
-    EXPECT_TRUE(strains_of_load(1.0F, 100.0F, Settings(), kDt).empty());
+    EXPECT_TRUE(strains_of(BodyDef(), Settings(), kFrame).empty());
+    EXPECT_TRUE(strains_of(JointDef(), 1.0F, 10.0F, Settings(), kFrame).empty());
+    EXPECT_TRUE(strains_of(Settings(), kFrame).empty());
+    EXPECT_TRUE(strains_of_load(1.0F, 100.0F, Settings(), kFrame).empty());
 }
 
 TEST(Strain, NamesBodiesTooFarOutTooThinTooFastAndTooSmallForTheStep) {
     BodyDef def;
     def.position.z() = -5000.0F;
-    EXPECT_TRUE(says(strains_of(def, Settings(), kDt), "5000 m out"));
+    EXPECT_TRUE(says(strains_of(def, Settings(), kFrame), "5000 m out"));
     def = BodyDef();
     def.shape = Shape::box({0.5F, 0.5F, 0.009F});
-    EXPECT_TRUE(says(strains_of(def, Settings(), kDt), "0.018 m thick"));
+    EXPECT_TRUE(says(strains_of(def, Settings(), kFrame), "0.018 m thick"));
     def = BodyDef();
     def.shape = Shape::box({0.5F, 0.5F, 0.1F});
     def.angular_velocity.x() = 200.0F;
-    EXPECT_TRUE(says(strains_of(def, Settings(), kDt), "3.33333 rad"));
+    EXPECT_TRUE(says(strains_of(def, Settings(), kFrame), "3.33333 rad"));
     def = BodyDef();
     EXPECT_TRUE(says(strains_of(def, Settings(), 0.25F), "0.613125 m farther"));
 }
@@ -41,14 +40,14 @@ TEST(Strain, NamesSpringsTooStiffAndMassesTooDifferent) {
     def.kind = JointKind::kSpring;
     def.spring_hz = 400.0F;
     // 64 substeps of 1/60 s: half a radian each is 305.6 Hz.
-    EXPECT_TRUE(says(strains_of(def, 1.0F, 1.0F, Settings(), kDt), "305.577 Hz"));
+    EXPECT_TRUE(says(strains_of(def, 1.0F, 1.0F, Settings(), kFrame), "305.577 Hz"));
     Settings few;
     few.substeps = 4;
     def.spring_hz = 20.0F;
-    EXPECT_FALSE(strains_of(def, 1.0F, 1.0F, few, kDt).empty());
+    EXPECT_FALSE(strains_of(def, 1.0F, 1.0F, few, kFrame).empty());
     def.spring_hz = 1.0F;
-    EXPECT_FALSE(strains_of(def, 1.0F, 1.0e6F, Settings(), kDt).empty());
-    EXPECT_FALSE(strains_of_load(1.0F, 1.0e6F, Settings(), kDt).empty());
+    EXPECT_FALSE(strains_of(def, 1.0F, 1.0e6F, Settings(), kFrame).empty());
+    EXPECT_FALSE(strains_of_load(1.0F, 1.0e6F, Settings(), kFrame).empty());
     EXPECT_FALSE(strains_of(few, 0.5F).empty());
 }
 
@@ -79,7 +78,7 @@ std::uint32_t most_strained(int n, float heavy) {
     }
     std::uint32_t most = 0;
     for (int i = 0; i < 30; ++i) {
-        most = std::max(most, scene.step(kDt).strained);
+        most = std::max(most, scene.step(kFrame).strained);
     }
     return most;
 }
@@ -94,11 +93,11 @@ TEST(Strain, IsCountedWhereALoadAsksForMoreThanTheMostSubsteps) {
 TEST(Strain, IsCountedOfBodiesThatMoveTooFarOut) {
     Scene scene{Settings()};
     ASSERT_TRUE(scene.add(box(1.0F, 10.0F)).ok());
-    EXPECT_EQ(scene.step(kDt).far_bodies, 0U);
+    EXPECT_EQ(scene.step(kFrame).far_bodies, 0U);
     BodyDef out = box(1.0F, 10.0F);
     out.position.x() = 1.1F * farthest_for(Settings().error_budget_m);
     ASSERT_TRUE(scene.add(out).ok());
-    EXPECT_EQ(scene.step(kDt).far_bodies, 1U);
+    EXPECT_EQ(scene.step(kFrame).far_bodies, 1U);
 }
 
 }  // namespace

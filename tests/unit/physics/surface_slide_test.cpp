@@ -1,5 +1,6 @@
 // Bodies on surfaces of many triangles: inner edges must not be felt.
 #include "tests/unit/physics/hulls.h"
+#include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"
 
 #include <gtest/gtest.h>
@@ -8,8 +9,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 60.0F;
 
 float flat(float, float) {
     return 0.0F;
@@ -56,9 +55,9 @@ void slides_on(const Shape& floor, float tolerance) {
             const BodyId id = *scene.add(def);
             // A capsule on its end stands in an unstable balance: it has 1.5 s.
             const bool balance = slider.height > 0.7F;
-            const int steps = static_cast<int>(16.0F / (0.8F * speed) / kDt);
+            const int steps = static_cast<int>(16.0F / (0.8F * speed) / kFrame);
             for (int i = 0; i < std::min(steps, balance ? 90 : 240); ++i) {
-                scene.step(kDt);
+                scene.step(kFrame);
                 const BodyState state = scene.state(id);
                 ASSERT_LT((state.velocity - velocity).norm(), tolerance * (1.0F + speed))
                     << slider.name << " at " << speed << " m/s, step " << i << ", x "
@@ -98,7 +97,7 @@ TEST(Roll, OverAMeshGoesAsOnAPlane) {
         ball.position = tilt * Vec3(6.0F, 0.5F, 0.07F);
         const BodyId id = *scene.add(ball);
         for (int i = 0; i < 120; ++i) {
-            scene.step(kDt);
+            scene.step(kFrame);
         }
         const float a = 9.81F * std::sin(alpha) / 1.4F;
         const Vec3 moved = tilt.conjugate() * (scene.state(id).position - ball.position);
@@ -132,7 +131,7 @@ TEST(Slide, OverASmoothHillFollowsItWithoutLosingEnergy) {
             const float start = 0.5F * 81.0F;
             float least = start;
             for (int i = 0; i < 90; ++i) {
-                scene.step(kDt);
+                scene.step(kFrame);
                 const BodyState s = scene.state(id);
                 const float energy =
                     0.5F * s.velocity.squaredNorm() + 9.81F * (s.position.y() - def.position.y());
@@ -159,7 +158,7 @@ TEST(Stack, OfFiveStandsOnAMesh) {
             boxes.push_back(*scene.add(def));
         }
         for (int i = 0; i < 600; ++i) {
-            const StepStats stats = scene.step(kDt);
+            const StepStats stats = scene.step(kFrame);
             // Each box touches what is below with four points, however many triangles there are.
             ASSERT_LE(stats.contacts, 20U);
         }
@@ -198,7 +197,7 @@ TEST(Surface, HoldsABallWhereverItLands) {
             bodies.push_back(*scene.add(def));
         }
         for (int i = 0; i < 240; ++i) {
-            scene.step(kDt);
+            scene.step(kFrame);
         }
         for (std::size_t i = 0; i < bodies.size(); ++i) {
             const BodyState s = scene.state(bodies[i]);
@@ -225,7 +224,7 @@ TEST(Surface, StopsWhatIsFast) {
                 def.velocity = Vec3(0.1F * speed, -speed, 0);
                 const BodyId id = *scene.add(def);
                 for (int i = 0; i < 30; ++i) {
-                    scene.step(kDt);
+                    scene.step(kFrame);
                     if (std::abs(scene.state(id).position.x()) < 9.0F) {
                         ASSERT_GT(scene.state(id).position.y(), 0.0F)
                             << slider.name << " " << speed;
@@ -245,7 +244,7 @@ TEST(Heightfield, LiftsWhatIsBuriedInIt) {
         def.position = Vec3(0.3F, -0.2F, 0.1F);
         const BodyId id = *scene.add(def);
         for (int i = 0; i < 300; ++i) {
-            scene.step(kDt);
+            scene.step(kFrame);
         }
         EXPECT_GT(scene.state(id).position.y(), 0.05F) << slider.name;
     }

@@ -3,6 +3,7 @@
 #include "server/physics/shapes/inertia.h"
 #include "server/physics/shapes/mass_properties.h"
 #include "server/physics/validate.h"
+#include "tests/unit/physics/physics_test.h"
 
 #include <gtest/gtest.h>
 
@@ -11,13 +12,6 @@
 
 namespace zoned::physics {
 namespace {
-
-Settings weightless() {
-    Settings s;
-    s.gravity = Vec3::Zero();
-    s.sleep_after_s = 0.0F;
-    return s;
-}
 
 BodyDef with(const Mat3& tensor) {
     BodyDef def;

@@ -3,6 +3,7 @@
 #include "server/physics/shapes/compound.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/physics/hulls.h"
+#include "tests/unit/physics/physics_test.h"
 #include "tests/unit/physics/surfaces.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +12,6 @@
 
 namespace zoned::physics {
 namespace {
-
-constexpr float kDt = 1.0F / 60.0F;
 
 Shape shape_of(int i, core::Rng& rng) {
     switch (i % 5) {
@@ -80,7 +79,7 @@ class Crowd {
 
     /// The state, and what was told of the step.
     std::uint64_t step() {
-        scene_.step(kDt);
+        scene_.step(kFrame);
         core::StateHash hash;
         scene_.hash(hash);
         for (const ContactEvent& event : scene_.contact_events()) {
@@ -155,7 +154,7 @@ TEST(Threads, TakeNoMemoryWhileAHeapLies) {
     }
     for (int t = 0; t < 120; ++t) {
         const std::uint64_t before = allocation_count();
-        scene.step(kDt);
+        scene.step(kFrame);
         if (t >= 60) {
             EXPECT_EQ(allocation_count(), before) << "step " << t;
         }

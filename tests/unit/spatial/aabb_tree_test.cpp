@@ -11,7 +11,7 @@
 namespace zoned::spatial {
 namespace {
 
-Aabb box_at(const Vec3& middle, float half = 0.5F) {
+Aabb cube_around(const Vec3& middle, float half = 0.5F) {
     return Aabb{middle, middle}.grown(half);
 }
 
@@ -29,14 +29,14 @@ TEST(AabbTree, StaysConsistentWhateverIsDoneToIt) {
             const Vec3 at(rng.range(-20, 20), rng.range(-20, 20), rng.range(-20, 20));
             if (!tree.contains(row)) {
                 if (grows) {
-                    boxes[row] = box_at(at, rng.unit());
+                    boxes[row] = cube_around(at, rng.unit());
                     tree.insert(row, boxes[row]);
                 }
             } else if (!grows && rng.below(3) != 0) {
                 tree.remove(row);
                 std::erase(batch, row);
             } else {
-                boxes[row] = rng.below(2) == 0 ? box_at(at) : boxes[row].grown(0.1F);
+                boxes[row] = rng.below(2) == 0 ? cube_around(at) : boxes[row].grown(0.1F);
                 batch.push_back(row);
             }
         }
@@ -56,12 +56,12 @@ TEST(AabbTree, BuildsTreesOfEverySizeThatHoldAllBoxes) {
             AabbTree tree;
             for (std::uint32_t row = 0; row < n; ++row) {
                 const Vec3 at(rng.range(-9, 9), rng.range(-9, 9), rng.range(-9, 9));
-                tree.insert(row, alike ? box_at(Vec3::Zero()) : box_at(at));
+                tree.insert(row, alike ? cube_around(Vec3::Zero()) : cube_around(at));
             }
             tree.rebuild();
             ASSERT_TRUE(tree.consistent()) << n;
             std::uint32_t found = 0;
-            tree.query(box_at(Vec3::Zero(), 100.0F), [&](std::uint32_t) { ++found; });
+            tree.query(cube_around(Vec3::Zero(), 100.0F), [&](std::uint32_t) { ++found; });
             ASSERT_EQ(found, n);
         }
     }
@@ -76,7 +76,7 @@ TEST(AabbTree, IsWorthItsQueriesAfterBoxesHaveMixed) {
     std::vector<std::uint32_t> rows(kBoxes);
     std::iota(rows.begin(), rows.end(), 0U);
     for (std::uint32_t row = 0; row < kBoxes; ++row) {
-        boxes[row] = box_at(Vec3(rng.range(-20, 20), rng.range(0, 5), rng.range(-20, 20)));
+        boxes[row] = cube_around(Vec3(rng.range(-20, 20), rng.range(0, 5), rng.range(-20, 20)));
         tree.insert(row, boxes[row]);
     }
     for (int round = 0; round < 1000; ++round) {
@@ -100,7 +100,7 @@ TEST(AabbTree, IsWorthItsQueriesAfterBoxesHaveMixed) {
 TEST(AabbTree, VisitsNearBoxesFirst) {
     AabbTree tree;
     for (std::uint32_t row = 0; row < 200; ++row) {
-        tree.insert(row, box_at(Vec3(2.0F * static_cast<float>(row), 0, 0)));
+        tree.insert(row, cube_around(Vec3(2.0F * static_cast<float>(row), 0, 0)));
     }
     int visits = 0;
     const auto stop_at_first = [&](std::uint32_t row, float limit) {

@@ -1,0 +1,15 @@
+// How the separating axis tests choose among axes that are nearly as good.
+#pragma once
+
+namespace zoned::physics {
+
+/// The other kind of feature must win by this much, so that a resting contact does not flip
+/// between descriptions that are equally good, and keeps its warm start. In metres for bodies of
+/// half a metre, less for smaller ones.
+inline constexpr float kFaceBias = 5.0e-4F;
+inline constexpr float kEdgeBias = 2.0e-3F;
+/// Sine of the angle under which two edges count as parallel: their cross product is then no axis
+/// that the faces do not have already.
+inline constexpr float kParallel = 5.0e-3F;
+
+}  // namespace zoned::physics
