@@ -31,12 +31,15 @@ void Scene::Impl::note_starts() {
 
 /// Contacts are found for bodies that move straight on. One that is hit off its centre turns within
 /// the step, by more than a radian if it is fast: its surface is then not where its contacts are,
-/// and they let it through. Compounds are left alone: a ring may have a pole through its centre.
+/// and they let it through. So may a slow one that spins: a step sees it in one pose of many, and
+/// may see the part that is in the wall come out of it each time. Compounds are left alone: a ring
+/// may have a pole through its centre.
 void Scene::Impl::hold_back(float dt) {
     for (const std::uint32_t row : bodies.awake_list) {
         const float moved2 = (bodies.position[row] - starts[row].position).squaredNorm();
         const float depth = 0.5F * depth_of_centre(bodies.shape[row], bodies.bounds[row]);
-        if (moved2 > depth * depth && bodies.shape[row].kind != ShapeKind::kCompound) {
+        const bool whirls = bodies.angular_velocity[row].squaredNorm() * dt * dt > 1.0F;
+        if ((moved2 > depth * depth || whirls) && bodies.shape[row].kind != ShapeKind::kCompound) {
             hold_back(row, dt);
         }
     }

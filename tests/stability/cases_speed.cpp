@@ -170,9 +170,6 @@ void spin_in_contact(Run& run, float rate) {
         world.add(def);
     }
     world.limits.energy_share = 1.0e-3;
-    if (rate > 500.0F) {
-        world.row.known = "at 16 rad a step contacts are those of one pose of many: some leave";
-    }
     // A corner of a box is 0.9 m out: what it hits with is no faster than 0.9 m times the rate.
     world.limits.speed_mps = 10.0 + 0.9 * static_cast<double>(rate);
     world.run(run.pick(2.0F, 10.0F));

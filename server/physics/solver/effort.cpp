@@ -17,6 +17,9 @@ constexpr float kPatience = 0.5F;
 constexpr float kJointShare = 0.02F;
 /// A spring swings by no more than this within a substep, rad: 1 % of its frequency.
 constexpr float kSpringTurn = 0.5F;
+/// A body swings under the force of a joint by no more than this within a substep, rad: chains of
+/// light links that hold what is heavy swing fast. From 2 on the scheme is unstable.
+constexpr float kSwingTurn = 0.75F;
 /// A contact of at most so many steps is young.
 constexpr std::uint8_t kYoung = 3;
 /// Contacts that one thread looks at at a time.
@@ -74,6 +77,21 @@ std::uint8_t level_of_island(const std::array<std::uint32_t, Effort::kLevels>& n
         --level;
     }
     return std::min(static_cast<std::uint8_t>(level), most_level(total));
+}
+
+/// Angular frequency at which a body swings about its centre under a force along an arm, rad/s: the
+/// most that its inertia about axes across the arm allows.
+float swing_rate(const Bodies& bodies, std::uint32_t row, const Vec3& arm, float force) {
+    const float square = arm.squaredNorm();
+    if (square == 0.0F) {
+        return 0.0F;
+    }
+    Vec3 across = Vec3::Constant(square);
+    if (!bodies.tilted(row)) {
+        across -= arm.cwiseAbs2();
+    }
+    const float give = bodies.inv_inertia[row].cwiseProduct(across).maxCoeff();
+    return std::sqrt(force * std::max(give, 0.0F) / std::sqrt(square));
 }
 
 }  // namespace
@@ -155,6 +173,7 @@ std::uint8_t Effort::level_of_joint(const Bodies& bodies,
             const float rate = bodies.angular_velocity[row].norm();
             need = std::max(need,
                             rate * std::sqrt(0.125F * arm.norm() / (kJointShare * budget.error_m)));
+            need = std::max(need, swing_rate(bodies, row, arm, entry.force_n) / kSwingTurn);
         }
     };
     consider(entry.a, entry.joint.local_a);

@@ -31,7 +31,8 @@ namespace zoned::physics {
 ///
 /// A joint's error is of second order: an arm r that turns at w goes in straight lines for h, and
 /// leaves its anchor by r (w h)^2 / 8. A spring that swings with w h is off by (w h)^2 / 24 in its
-/// frequency.
+/// frequency. And a body swings about its centre under the force F of a joint at the arm r with
+/// w = sqrt(F r / I), which has to be resolved too: so does a light link that holds what is heavy.
 ///
 /// A small island of contacts alone that asks for the most substeps there are, because its masses
 /// differ much, is left to an exact solver.

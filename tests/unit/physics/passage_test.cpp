@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <vector>
 
 namespace zoned::physics {
@@ -74,6 +75,30 @@ TEST(Passage, IsNotLookedForWhereBodiesAreSlow) {
     Range range(1.0F, 0xFFFFFFFFU);
     EXPECT_EQ(range.passed(), 0);
     EXPECT_EQ(range.held_back, 0U);
+}
+
+/// Three turns in a step, so that each step sees the capsule in the same pose: its low end comes up
+/// at 430 m/s and more, and needs no contact to get out of the floor.
+TEST(Passage, IsClosedToWhatSpinsInTimeWithTheSteps) {
+    Scene scene{Settings()};
+    BodyDef ground;
+    ground.kind = BodyKind::kStatic;
+    ground.shape = Shape::box(Vec3(10.0F, 1.0F, 10.0F));
+    ground.position.y() = -1.0F;
+    ASSERT_TRUE(scene.add(ground).ok());
+    BodyDef capsule;
+    capsule.shape = Shape::capsule(0.4F, 0.2F);
+    capsule.position.y() = 0.9F;
+    capsule.orientation = Quat(Eigen::AngleAxisf(0.7F, Vec3::UnitZ()));  // the low end at x > 0
+    capsule.velocity.y() = -2.0F;
+    capsule.angular_velocity.z() = 3.0F * 2.0F * std::numbers::pi_v<float> / kFrame;
+    const BodyId id = *scene.add(capsule);
+    std::uint32_t held_back = 0;
+    for (int i = 0; i < 60; ++i) {
+        held_back += scene.step(kFrame).held_back;
+        ASSERT_GE(scene.state(id).position.y(), 0.0F) << i;
+    }
+    EXPECT_GE(held_back, 1U);
 }
 
 /// An elastic hit, r = 0.05 m off the centre of a rod of 1 kg: with k^2 = (0.12^2 + 0.04^2) / 12
