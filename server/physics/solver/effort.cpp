@@ -20,6 +20,9 @@ constexpr float kSpringTurn = 0.5F;
 /// A body swings under the force of a joint by no more than this within a substep, rad: chains of
 /// light links that hold what is heavy swing fast. From 2 on the scheme is unstable.
 constexpr float kSwingTurn = 0.75F;
+/// What a joint carries beyond the weight of the heaviest body under this acceleration is no load:
+/// joints that contradict each other pull the more the stiffer they are, m/s2.
+constexpr float kMostPull = 100.0F;
 /// A contact of at most so many steps is young.
 constexpr std::uint8_t kYoung = 3;
 /// Contacts that one thread looks at at a time.
@@ -166,14 +169,16 @@ void Effort::join(Bodies& bodies,
 
 std::uint8_t Effort::level_of_joint(const Bodies& bodies,
                                     const JointEntry& entry,
+                                    float most_force,
                                     const Budget& budget) {
     float need = 1.0F / budget.longest_h_s;
+    const float force = std::min(entry.force_n, most_force);
     const auto consider = [&](std::uint32_t row, const Vec3& arm) {
         if (row != kNoIndex) {
             const float rate = bodies.angular_velocity[row].norm();
             need = std::max(need,
                             rate * std::sqrt(0.125F * arm.norm() / (kJointShare * budget.error_m)));
-            need = std::max(need, swing_rate(bodies, row, arm, entry.force_n) / kSwingTurn);
+            need = std::max(need, swing_rate(bodies, row, arm, force) / kSwingTurn);
         }
     };
     consider(entry.a, entry.joint.local_a);
@@ -268,8 +273,17 @@ void Effort::plan(Bodies& bodies,
     }
     for (const std::uint32_t index : joints) {
         Needs& needs = needs_of(row_of_joint(index));
-        needs.ask(level_of_joint(bodies, table[index], budget));
         needs.jointed = true;
+        for (const std::uint32_t row : {table[index].a, table[index].b}) {
+            if (row != kNoIndex && bodies.simulated(row)) {
+                needs.note_mass(bodies.inv_mass[row]);
+            }
+        }
+    }
+    for (const std::uint32_t index : joints) {
+        Needs& needs = needs_of(row_of_joint(index));
+        const float most_force = kMostPull / needs.least_inv_mass;
+        needs.ask(level_of_joint(bodies, table[index], most_force, budget));
     }
     strained_ = 0;
     for (const Needs& needs : needs_) {

@@ -123,6 +123,7 @@ class Effort {
     void list_exact(const Bodies& bodies, RowOf&& row_of);
     [[nodiscard]] static std::uint8_t level_of_joint(const Bodies& bodies,
                                                      const JointEntry& entry,
+                                                     float most_force,
                                                      const Budget& budget);
     [[nodiscard]] static std::uint8_t level_for(const Bodies& bodies,
                                                 const Pair& pair,

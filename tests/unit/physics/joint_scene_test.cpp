@@ -362,5 +362,49 @@ TEST(Step, WithJointsDoesNotAllocateAfterWarmUp) {
     run_joints(400, true);
 }
 
+/// A link of 1 kg, 0.5 m from its centre to a joint that carries F, swings about its centre with w
+/// = sqrt(F r / I) = sqrt(3 F / (m r)) for a thin rod: at F = m g of 10 kg 24 rad/s, of 10 t 767
+/// rad/s. With w h <= 0.75 the first needs fewer substeps than there are anyway, the other 17,
+/// so 32.
+TEST(Effort, ResolvesTheSwingOfLinksThatHoldWhatIsHeavy) {
+    for (const float end : {10.0F, 1.0e4F}) {
+        JointScene s(kDown);
+        const std::vector<BodyId> links = add_chain(s, 3, BodyId(), Vec3::Zero());
+        const Vec3 tip(3.0F, 0, 0);
+        const BodyId load = s.add(Shape::sphere(0.4F), end, tip);
+        s.join(joint_of(JointKind::kBall, links.back(), load, tip));
+        // Hung up, at rest: nothing but the load asks for more.
+        Quat down(Eigen::AngleAxisf(-0.5F * std::numbers::pi_v<float>, Vec3::UnitZ()));
+        for (const auto& [id, def] : s.bodies) {
+            BodyState state = s.scene.state(id);
+            state.position = down * state.position;
+            state.orientation = down;
+            s.scene.set_state(id, state);
+        }
+        std::uint32_t substeps = 0;
+        for (int i = 0; i < 30; ++i) {
+            substeps = s.scene.step(kFrame).substeps;
+        }
+        EXPECT_EQ(substeps, end > 100.0F ? 32U : 4U);
+    }
+}
+
+/// Two rods between the same points, one a quarter longer: they pull against each other, the more
+/// the stiffer they are, and no number of substeps changes that.
+TEST(Effort, IsNotSpentOnJointsThatContradictEachOther) {
+    JointScene s;
+    const BodyId a = s.add(kLink, 1.0F, Vec3(0, 0, 0));
+    const BodyId b = s.add(kLink, 1.0F, Vec3(1, 0, 0));
+    for (const float length : {1.0F, 1.25F}) {
+        JointDef def = joint_of(JointKind::kDistance, a, b, Vec3(0.4F, 0, 0));
+        def.anchor_b = Vec3(1.4F, 0.1F, 0);
+        def.length_m = length;
+        s.join(def);
+    }
+    for (int i = 0; i < 120; ++i) {
+        EXPECT_LE(s.scene.step(kFrame).substeps, 8U) << i;
+    }
+}
+
 }  // namespace
 }  // namespace zoned::physics
