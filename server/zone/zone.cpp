@@ -79,17 +79,18 @@ std::uint32_t audit_clients(ZoneState& state) {
 }
 
 /// Chains what changed in this tick into the zone's hash: rows at rest were hashed when they came
-/// to rest.
+/// to rest, and those that a world begins with in its first tick.
 std::uint32_t hash_tick(ZoneState& state) {
     const world::Entities& e = state.entities;
     std::uint32_t hashed = 0;
+    const bool first = !std::exchange(state.hashed, true);
     const auto add = [&](const auto& vector) {
         for (Eigen::Index i = 0; i < vector.size(); ++i) {
             state.hash.add(vector[i]);
         }
     };
     for (world::Row row = 0; row < e.size(); ++row) {
-        if (e.has(row, world::kAtRest) && e.discontinuity_tick[row] != state.now) {
+        if (!first && e.has(row, world::kAtRest) && e.discontinuity_tick[row] != state.now) {
             continue;
         }
         state.hash.add(e.id[row].value);

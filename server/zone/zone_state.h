@@ -93,6 +93,7 @@ struct ZoneState {
     std::vector<RulesMessage> messages_in;
 
     core::StateHash hash;
+    bool hashed = false;  ///< at least once: what was placed at rest is in the hash
     StepOutput out;
     StepReport report;
 

@@ -199,5 +199,25 @@ TEST(Handoff, GivesTheSameHashForOneTwoAndFourThreads) {
     EXPECT_EQ(hashes[0], hashes[2]);
 }
 
+/// What never moves is part of the state too.
+TEST(StateHash, KnowsWhatAWorldBeginsWithAtRest) {
+    std::set<std::uint64_t> hashes;
+    for (const double x : {-5.0, 5.0}) {
+        ops::Settings settings = small_world(1, 1, 60.0);
+        ops::InitialEntity crate;
+        crate.type = scenario::kCrate;
+        crate.position = Vec3d(x, 0.4, 0.0);
+        crate.asleep = true;
+        settings.initial.push_back(crate);
+        World world(settings, 1);
+        std::vector<mailbox::OutboxItem> out;
+        for (int t = 0; t < 30; ++t) {
+            world.tick({}, out);
+        }
+        hashes.insert(world.state_hash());
+    }
+    EXPECT_EQ(hashes.size(), 2U);
+}
+
 }  // namespace
 }  // namespace zoned::app
