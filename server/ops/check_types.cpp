@@ -1,6 +1,5 @@
 #include "server/ops/config_checks.h"
 
-#include <cstdio>
 #include <map>
 
 namespace zoned::ops {

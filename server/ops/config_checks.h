@@ -30,7 +30,7 @@ void check_server(const proto::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics);
 
-/// printf of numbers.
+/// printf of two or three numbers, cut at 299 characters.
 std::string text_of(const char* format, double a, double b, double c = 0.0);
 
 /// Names travel, stand in logs and in paths: letters, digits, '_', '-' and '.' only. Reports a

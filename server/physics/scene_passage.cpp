@@ -38,8 +38,10 @@ void Scene::Impl::hold_back(float dt) {
     for (const std::uint32_t row : bodies.awake_list) {
         const float moved2 = (bodies.position[row] - starts[row].position).squaredNorm();
         const float depth = 0.5F * depth_of_centre(bodies.shape[row], bodies.bounds[row]);
-        const bool whirls = bodies.angular_velocity[row].squaredNorm() * dt * dt > 1.0F;
-        if ((moved2 > depth * depth || whirls) && bodies.shape[row].kind != ShapeKind::kCompound) {
+        const ShapeKind kind = bodies.shape[row].kind;
+        const bool whirls = kind != ShapeKind::kSphere &&
+                            bodies.angular_velocity[row].squaredNorm() * dt * dt > 1.0F;
+        if ((moved2 > depth * depth || whirls) && kind != ShapeKind::kCompound) {
             hold_back(row, dt);
         }
     }

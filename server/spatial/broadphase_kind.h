@@ -17,8 +17,8 @@ enum class BroadphaseKind : std::uint8_t {
 };
 
 struct BroadphaseSettings {
-    float cell_m = 4.0F;     ///< grid: cell size of one level, > 0; the others are doublings of it
-    int max_depth = 16;      ///< octree, quadtree: levels below the root, 1..30
+    float cell_m = 4.0F;      ///< grid: cell size of one level, > 0; the others are doublings of it
+    int max_depth = 16;       ///< octree, quadtree: levels below the root, 1..30
     int boxes_per_cell = 16;  ///< octree, quadtree: a cell with more of them splits, 1..1000
 };
 

@@ -3,6 +3,7 @@
 #include "server/physics/contacts/contact_memory.h"
 #include "server/physics/methods/bounce.h"
 #include "server/physics/methods/stabilise.h"
+#include "shared/math/perpendicular.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,12 +14,6 @@ namespace {
 
 /// Points that will be this much farther apart than the nearest carry nothing of a divided load, m.
 constexpr double kSpread = 0.005;
-
-Vec3d any_perpendicular(const Vec3d& n) {
-    int axis = 0;
-    n.cwiseAbs().minCoeff(&axis);
-    return n.cross(Vec3d::Unit(axis)).normalized();
-}
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include "server/physics/narrowphase/narrowphase.h"
 #include "server/physics/solver/contact_solver.h"
 #include "server/physics/solver/lane_body.h"
+#include "shared/math/perpendicular.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,13 +19,6 @@ constexpr float kSameArm = 0.1F;
 
 /// Batches that one thread fills at a time.
 constexpr std::size_t kFillGrain = 8;
-
-Vec3 any_perpendicular(const Vec3& n) {
-    // Crossing with the axis of the smallest component keeps the result long.
-    int axis = 0;
-    n.cwiseAbs().minCoeff(&axis);
-    return n.cross(Vec3::Unit(axis)).normalized();
-}
 
 /// Where friction acts: the middle of the points that carry.
 Vec3 grip_of(const Contact& contact, std::size_t count) {

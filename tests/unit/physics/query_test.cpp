@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <vector>
 
 namespace zoned::physics {
@@ -34,7 +33,7 @@ struct Row {
     explicit Row(int n) {
         for (int i = 0; i < n; ++i) {
             BodyDef def = still_ball(Vec3(2.0F * static_cast<float>(i + 1), 0, 0),
-                                  static_cast<std::uint32_t>(i + 1));
+                                     static_cast<std::uint32_t>(i + 1));
             def.kind = i % 3 == 0   ? BodyKind::kDynamic
                        : i % 3 == 1 ? BodyKind::kStatic
                                     : BodyKind::kKinematic;
