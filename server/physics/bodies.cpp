@@ -30,6 +30,7 @@ std::uint32_t Bodies::append_row() {
     still_s.push_back(0.0F);
     effort.push_back(0);
     effort_patience.push_back(0);
+    ease.push_back(1.0F);
     awake.push_back(0);
     listed.push_back(0);
     shape.emplace_back();
@@ -74,6 +75,7 @@ std::uint32_t Bodies::create(const BodyDef& def) {
     still_s[row] = 0.0F;
     effort[row] = 0;
     effort_patience[row] = 0;
+    ease[row] = 1.0F;
     awake[row] = 0;
     shape[row] = def.shape;
     material[row] = def.material;

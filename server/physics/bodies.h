@@ -31,8 +31,11 @@ struct Bodies {
     std::vector<float> still_s;        ///< how long it has been slower than the sleep speeds
     std::vector<std::uint8_t> effort;  ///< level of its island in the last step
     std::vector<std::uint8_t> effort_patience;  ///< steps until its island may go down a level
-    std::vector<std::uint8_t> awake;            ///< dynamic: simulated; kinematic: moves
-    std::vector<std::uint8_t> listed;           ///< in `awake_list` or `mover_list`
+    /// What contacts make of its inverse mass and inertia in this step: 1, or less where its island
+    /// holds what is too heavy (see Effort).
+    std::vector<float> ease;
+    std::vector<std::uint8_t> awake;   ///< dynamic: simulated; kinematic: moves
+    std::vector<std::uint8_t> listed;  ///< in `awake_list` or `mover_list`
     // Constants of the body.
     std::vector<Shape> shape;
     std::vector<Material> material;

@@ -45,10 +45,6 @@ void heavy_ball(Run& run, float ratio) {
             Vec3(static_cast<float>(i % 4) - 1.5F, 0.5F, static_cast<float>(i / 4) - 1.5F)));
     }
     world.add(body_of(Shape::sphere(1.0F), ratio, Vec3(0.1F, 4.0F, 0.05F)));
-    if (ratio > 2.0e3F) {
-        world.row.known =
-            "contacts are springs of at most 64 substeps: from 1:10,000 on they give way";
-    }
     world.limits.depth_m = 0.25;
     world.limits.energy_share = 1.0e-3;
     world.limits.speed_mps = 12.6;

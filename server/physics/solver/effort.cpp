@@ -36,6 +36,10 @@ constexpr std::size_t kSparedLevels = 2;
 /// Thousands of bodies in one place would ask for a hundred times as many.
 constexpr std::uint32_t kMostVisits = 1U << 20;
 
+/// Where the most substeps there are don't do, contacts take what is lighter than this part of the
+/// heaviest body as if it weighed as much.
+constexpr float kMostRatio = 1000.0F;
+
 /// Masses in an island that is left to an exact solver differ by more than this: what is pinched
 /// between equals asks for as much, and has no answer.
 constexpr float kStiffRatio = 1500.0F;
@@ -102,6 +106,12 @@ float swing_rate(const Bodies& bodies, std::uint32_t row, const Vec3& arm, float
 bool Effort::Needs::fit_for_exact() const {
     return !jointed && total_of(level) <= kExactContacts &&
            most_inv_mass > kStiffRatio * least_inv_mass;
+}
+
+float Effort::Needs::ease_of(float inv_mass, std::uint8_t held) const {
+    const float most = kMostRatio * least_inv_mass;
+    const bool at_the_end = held >= most_level(total_of(level));
+    return at_the_end && !jointed && inv_mass > most ? most / inv_mass : 1.0F;
 }
 
 bool Effort::Needs::mostly_young() const {
@@ -228,6 +238,7 @@ void Effort::settle(Bodies& bodies, float dt) {
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const std::uint32_t root = sets_.root(static_cast<std::uint32_t>(i));
         bodies.effort[awake[i]] = held_[root];
+        bodies.ease[awake[i]] = needs_[root].ease_of(bodies.inv_mass[awake[i]], held_[root]);
         bodies.effort_patience[awake[i]] = patience_[root];
     }
 }

@@ -37,6 +37,12 @@ namespace zoned::physics {
 /// A small island of contacts alone that asks for the most substeps there are, because its masses
 /// differ much, is left to an exact solver.
 ///
+/// Where the most substeps do not do either, bodies lighter than a thousandth of their island's
+/// heaviest count as a thousandth of it between contacts; forces still move them as what they are.
+/// Light bodies act on each other as before, as all of them grow alike, and on what is heavy as a
+/// thousandth of it would: so much is its motion off, at most, for each of them. Otherwise it would
+/// sink through them.
+///
 /// Islands with joints are solved apart from those without, because they are solved otherwise (see
 /// JointSolver): whether there is a joint somewhere makes no difference to a pile elsewhere.
 class Effort {
@@ -142,6 +148,8 @@ class Effort {
 
         [[nodiscard]] bool fit_for_exact() const;
         [[nodiscard]] bool mostly_young() const;
+        /// See Bodies::ease; `held`: the level that the island has.
+        [[nodiscard]] float ease_of(float inv_mass, std::uint8_t held) const;
 
         void note_mass(float inv_mass) {
             least_inv_mass = std::min(least_inv_mass, inv_mass);

@@ -102,7 +102,7 @@ std::uint32_t SolverBodies::slot_of(Bodies& bodies, std::uint32_t row) {
     }
     slot = static_cast<std::uint32_t>(row_.size());
     row_.push_back(row);
-    const float inv_mass = bodies.inv_mass[row];
+    const float inv_mass = bodies.ease[row] * bodies.inv_mass[row];
     motion.push_back(row_of(bodies.velocity[row], inv_mass, bodies.angular_velocity[row]));
     drift.emplace_back();
     tensor.emplace_back();
@@ -121,7 +121,7 @@ std::uint32_t SolverBodies::slot_of(Bodies& bodies, std::uint32_t row) {
 /// however strong.
 void SolverBodies::take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot) {
     const Vec3 pull = gravity_ + bodies.inv_mass[row] * bodies.force[row];
-    const Vec3 twist = inverse_times(slot, bodies.torque[row]);
+    const Vec3 twist = inverse_times(slot, bodies.torque[row]) / bodies.ease[row];
     gain_[slot] = row_of(h_ * pull, 0.0F, h_ * twist);
     const Damping& damping = bodies.damping[row];
     const float v = 1.0F / (1.0F + h_ * damping.linear);
@@ -154,10 +154,14 @@ void SolverBodies::take_spin(const Bodies& bodies, std::uint32_t row, std::uint3
             }
         }
     }
-    set_tensor(slot, rotated_tensor(axes, bodies.inv_inertia[row]));
+    take_tensor(bodies, row, slot, axes);
 }
 
-void SolverBodies::set_tensor(std::size_t slot, const Mat3& m) {
+void SolverBodies::take_tensor(const Bodies& bodies,
+                               std::uint32_t row,
+                               std::size_t slot,
+                               const Mat3& axes) {
+    const Mat3 m = rotated_tensor(axes, bodies.ease[row] * bodies.inv_inertia[row]);
     auto& at = tensor[slot].at;
     at[0] = m(0, 0);
     at[1] = m(0, 1);
@@ -210,7 +214,7 @@ void SolverBodies::turn(const Bodies& bodies, float seconds, Spinner& s) {
     }
     if (!round) {
         const Mat3 axes = bodies.inertia_axes(row, s.orientation.toRotationMatrix());
-        set_tensor(s.slot, rotated_tensor(axes, bodies.inv_inertia[row]));
+        take_tensor(bodies, row, s.slot, axes);
     }
     for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
@@ -227,9 +231,9 @@ void SolverBodies::track(const Bodies& bodies, std::uint32_t slot) {
     // Inertia starts from where the body is, not from halfway through the step.
     const std::uint32_t row = row_[slot];
     const Vec3& spin = bodies.angular_velocity[row];
-    motion[slot] = row_of(bodies.velocity[row], bodies.inv_mass[row], spin);
+    motion[slot] = row_of(bodies.velocity[row], motion[slot].at[3], spin);
     const Mat3 axes = bodies.inertia_axes(row, bodies.rotation[row]);
-    set_tensor(slot, rotated_tensor(axes, bodies.inv_inertia[row]));
+    take_tensor(bodies, row, slot, axes);
     spinner_of_[slot] = static_cast<std::uint32_t>(spinners_.size());
     spinners_.push_back({slot, bodies.orientation[row], false});
 }

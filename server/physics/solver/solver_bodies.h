@@ -94,7 +94,7 @@ class SolverBodies {
 
     void take_forces(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
     void take_spin(const Bodies& bodies, std::uint32_t row, std::uint32_t slot);
-    void set_tensor(std::size_t slot, const Mat3& inverse);
+    void take_tensor(const Bodies& bodies, std::uint32_t row, std::size_t slot, const Mat3& axes);
 
     Vec3 gravity_ = Vec3::Zero();
     float dt_ = 0.0F;
