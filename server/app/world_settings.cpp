@@ -78,6 +78,7 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.dt = static_cast<float>(1.0 / settings.tick_rate_hz);
     z.seed = settings.seed;
     z.types = types;
+    z.solids = settings.solids;
     z.statics = local_statics(settings, z.region());
     z.physics = settings.physics;
     z.ai = settings.ai;

@@ -1,4 +1,5 @@
 #include "server/ops/config_checks.h"
+#include "server/ops/type_shapes.h"
 
 #include <map>
 
@@ -57,11 +58,17 @@ void check_shape(const proto::Config::Type& type,
                  Diagnostics& diagnostics) {
     const bool character = type.kind() == proto::Config::CHARACTER;
     if (type.shape_case() == proto::Config::Type::SHAPE_NOT_SET) {
-        diagnostics.add(path,
-                        character ? "a character needs a capsule { ... }"
-                                  : "a prop needs a shape: box, sphere or capsule { ... }");
+        diagnostics.add(
+            path,
+            character ? "a character needs a capsule { ... }"
+                      : "a prop needs a shape: box, sphere, capsule, hull or compound { ... }");
     } else if (character && !type.has_capsule()) {
         diagnostics.add(path, "a character is a capsule { ... }, no other shape");
+    } else if (type.has_hull() || type.has_compound()) {
+        const auto solid = build_solid(type);
+        if (!solid) {
+            diagnostics.add(path + (type.has_hull() ? ".hull" : ".compound"), solid.error());
+        }
     }
     if (!character && type.has_character()) {
         diagnostics.add(path + ".character", "belongs to kind: CHARACTER only");

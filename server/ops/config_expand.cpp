@@ -1,5 +1,7 @@
 #include "server/ops/config_expand.h"
 
+#include "server/ops/type_shapes.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -53,7 +55,24 @@ std::uint16_t mind_of(const proto::Config& config, const std::string& machine) {
     return 0;
 }
 
-world::EntityType expand_type(const proto::Config& config, const proto::Config::Type& type) {
+void expand_solid(const proto::Config::Type& type,
+                  world::EntityType& out,
+                  std::vector<physics::Shape>& solids) {
+    const auto solid = build_solid(type);
+    if (!solid) {
+        return;  // check_types says why, and nobody uses the settings
+    }
+    out.shape = world::ShapeKind::kSolid;
+    out.radius = solid->radius;
+    out.stands = solid->stands;
+    out.standing = solid->standing;
+    out.solid = static_cast<std::uint16_t>(solids.size());
+    solids.push_back(solid->shape);
+}
+
+world::EntityType expand_type(const proto::Config& config,
+                              const proto::Config::Type& type,
+                              std::vector<physics::Shape>& solids) {
     world::EntityType out;
     out.name = type.name();
     if (type.kind() == proto::Config::CHARACTER) {
@@ -68,10 +87,12 @@ world::EntityType expand_type(const proto::Config& config, const proto::Config::
     } else if (type.has_sphere()) {
         out.shape = world::ShapeKind::kSphere;
         out.radius = narrow(type.sphere().radius_m());
-    } else {
+    } else if (type.has_capsule()) {
         out.shape = world::ShapeKind::kCapsule;
         out.radius = narrow(type.capsule().radius_m());
         out.half_segment = narrow(0.5 * type.capsule().length_m());
+    } else {
+        expand_solid(type, out, solids);
     }
     out.mass = narrow(type.mass_kg());
     out.friction = narrow(type.friction());
@@ -228,8 +249,9 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ghost_margin_m = narrow(config.zones().ghost_margin_m());
     settings.handoff_hysteresis_m = narrow(config.zones().handoff_hysteresis_m());
     settings.types.clear();
+    settings.solids.clear();
     for (const auto& type : config.type()) {
-        settings.types.push_back(expand_type(config, type));
+        settings.types.push_back(expand_type(config, type, settings.solids));
     }
     settings.ai.machines.clear();
     for (const auto& machine : config.machine()) {

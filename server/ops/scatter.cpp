@@ -36,6 +36,13 @@ Pose pose_of(const world::EntityType& type) {
             return {type.radius, 2.0F * type.radius, type.radius, false};
         case world::ShapeKind::kCapsule:
             return {type.radius + type.half_segment, 2.0F * type.radius, type.radius, true};
+        case world::ShapeKind::kSolid: {
+            const Vec3 reach = type.standing.lower.cwiseAbs().cwiseMax(type.standing.upper);
+            return {std::hypot(reach.x(), reach.z()),
+                    type.standing.upper.y() - type.standing.lower.y(),
+                    -type.standing.lower.y(),
+                    false};
+        }
         case world::ShapeKind::kBox:
             break;
     }
@@ -55,6 +62,9 @@ InitialEntity make_entity(TypeIndex index,
     entity.position = position;
     const double angle = yaw * (2.0 * std::numbers::pi / 65536.0);
     Eigen::Quaterniond turned(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
+    if (type.shape == world::ShapeKind::kSolid) {
+        turned = turned * type.stands.cast<double>();
+    }
     if (pose.lying) {
         turned = turned * Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3d::UnitZ());
     }

@@ -58,7 +58,7 @@ std::vector<std::string> strains_of(const Settings& settings) {
     add("physics: ", physics::strains_of(physics, dt), out);
     for (const world::EntityType& type : settings.types) {
         add("type '" + type.name + "': ",
-            physics::strains_of(zone::body_of(type), physics, dt),
+            physics::strains_of(zone::body_of(type, settings.solids), physics, dt),
             out);
     }
     const Extremes extremes = extremes_of(settings.types);

@@ -11,19 +11,6 @@ constexpr float kReservationS = 1.0F;
 constexpr float kThrownS = 5.0F;
 constexpr float kClearanceM = 0.1F;
 
-/// Radius of a sphere around the type's shape, m.
-float extent(const world::EntityType& type) {
-    switch (type.shape) {
-        case world::ShapeKind::kSphere:
-            return type.radius;
-        case world::ShapeKind::kCapsule:
-            return type.radius + type.half_segment;
-        case world::ShapeKind::kBox:
-            return type.half_extents.norm();
-    }
-    return type.radius;
-}
-
 bool portable(const Game& game, const RulesContext& context, world::Row row) {
     const world::EntityType& type = context.types()[context.entities().type[row]];
     return type.kind == world::EntityKind::kProp && type.mass < game.settings.pickup_kg;
@@ -137,7 +124,7 @@ void throw_item(Game& game, RulesContext& context, const Actor& actor, Payload p
     const Vec3 from = eye(context, actor.row);
     const motion::CharacterLimits& body =
         context.types()[context.entities().type[actor.row]].character;
-    const float size = extent(context.types()[item.type]);
+    const float size = context.types()[item.type].extent();
     // Far enough to be clear of the thrower's own capsule, also when thrown downwards past it.
     const float ahead =
         body.radius + size + kClearanceM +
@@ -176,7 +163,7 @@ void drop_inventory(RulesContext& context, world::Row avatar, CharacterRecord& r
     const Vec3 centre = context.entities().position[avatar];  // spawning moves the columns
     for (std::size_t i = 0; i < record.inventory.size(); ++i) {
         const Item& item = record.inventory[i];
-        const float size = extent(context.types()[item.type]);
+        const float size = context.types()[item.type].extent();
         const float ring = 1.0F + static_cast<float>(i / kRing.size());
         const Vec3 outwards(kRing[i % kRing.size()][0], 0.0F, kRing[i % kRing.size()][1]);
         const float distance = ring * (kClearanceM + 2.0F * size);

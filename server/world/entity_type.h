@@ -3,6 +3,7 @@
 #pragma once
 
 #include "shared/core/ids.h"
+#include "shared/math/aabb.h"
 #include "shared/motion/apply_input.h"
 
 #include <array>
@@ -20,7 +21,8 @@ enum class EntityKind : std::uint8_t {
 enum class ShapeKind : std::uint8_t {
     kSphere,
     kBox,
-    kCapsule
+    kCapsule,
+    kSolid  ///< a convex hull, or several shapes as one body: the physics knows more of it
 };
 
 inline constexpr int kBehaviours =
@@ -39,9 +41,12 @@ struct EntityType {
     EntityKind kind = EntityKind::kProp;
     ShapeKind shape = ShapeKind::kBox;
     Vec3 half_extents = Vec3::Constant(0.5F);  ///< box: half sizes, m
-    float radius = 0.5F;                       ///< sphere, capsule, m
-    float half_segment = 0.5F;                 ///< capsule: half of the segment along y, m
-    float mass = 1.0F;                         ///< kg, > 0
+    float radius = 0.5F;        ///< sphere, capsule; of a solid: of the sphere that holds it, m
+    float half_segment = 0.5F;  ///< capsule: half of the segment along y, m
+    std::uint16_t solid = 0;    ///< kSolid: which of those that the world has
+    Quat stands = Quat::Identity();  ///< kSolid: how it is turned as it was written down
+    Aabb standing;                   ///< kSolid: its box then, about the centre, m
+    float mass = 1.0F;               ///< kg, > 0
     float friction = 0.5F;
     float restitution = 0.0F;
     motion::CharacterLimits character;        ///< kCharacter only
@@ -52,6 +57,20 @@ struct EntityType {
     float max_velocity_jump_mps = 10.0F;  ///< declared limit dv_max of the promised bound
     float priority = 1.0F;                ///< relative weight under a byte budget
     std::uint16_t mind = 0;               ///< 1 + index of the state machine; 0 = mindless
+
+    /// Radius of a sphere about the centre that holds the shape, m.
+    [[nodiscard]] float extent() const {
+        switch (shape) {
+            case ShapeKind::kBox:
+                return half_extents.norm();
+            case ShapeKind::kCapsule:
+                return radius + half_segment;
+            case ShapeKind::kSphere:
+            case ShapeKind::kSolid:
+                break;
+        }
+        return radius;
+    }
 
     /// Upright entities turn about y only; their orientation travels as a yaw.
     [[nodiscard]] bool upright() const { return kind == EntityKind::kCharacter; }

@@ -10,18 +10,6 @@ namespace {
 constexpr float kFast = 25.0F;
 constexpr float kSlack = 0.05F;
 
-float bounding_radius(const world::EntityType& type) {
-    switch (type.shape) {
-        case world::ShapeKind::kBox:
-            return type.half_extents.norm();
-        case world::ShapeKind::kCapsule:
-            return type.radius + type.half_segment;
-        case world::ShapeKind::kSphere:
-            break;
-    }
-    return type.radius;
-}
-
 }  // namespace
 
 bool is_prop(const ZoneState& state, world::Row row) {
@@ -31,7 +19,7 @@ bool is_prop(const ZoneState& state, world::Row row) {
 std::vector<world::Row> approached(const ZoneState& state, world::Row row, bool ghosts) {
     const world::Entities& e = state.entities;
     const float time = static_cast<float>(kLookaheadTicks) * state.settings.dt;
-    const float radius = bounding_radius((*state.settings.types)[e.type[row]]);
+    const float radius = (*state.settings.types)[e.type[row]].extent();
     // Of a ghost the body is a step ahead of the column, which is as its owner sent it.
     const Vec3 at = state.scene.state(e.body[row]).position;
     const float reach = radius + (e.velocity[row].norm() + kFast) * time + kSlack;
@@ -47,7 +35,7 @@ std::vector<world::Row> approached(const ZoneState& state, world::Row row, bool 
         const Vec3 apart = state.scene.state(body).position - at;
         const Vec3 closing = e.velocity[row] - e.velocity[other];
         const float gap =
-            apart.norm() - radius - bounding_radius((*state.settings.types)[e.type[other]]);
+            apart.norm() - radius - (*state.settings.types)[e.type[other]].extent();
         if (closing.dot(apart) > 0.0F && gap <= closing.norm() * time + kSlack) {
             rows.push_back(other);
         }

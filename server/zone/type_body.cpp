@@ -4,7 +4,7 @@ namespace zoned::zone {
 
 namespace {
 
-physics::Shape shape_of(const world::EntityType& type) {
+physics::Shape shape_of(const world::EntityType& type, std::span<const physics::Shape> solids) {
     switch (type.shape) {
         case world::ShapeKind::kSphere:
             return physics::Shape::sphere(type.radius);
@@ -12,17 +12,19 @@ physics::Shape shape_of(const world::EntityType& type) {
             return physics::Shape::box(type.half_extents);
         case world::ShapeKind::kCapsule:
             return physics::Shape::capsule(type.radius, type.half_segment);
+        case world::ShapeKind::kSolid:
+            return solids[type.solid];
     }
     return {};
 }
 
 }  // namespace
 
-physics::BodyDef body_of(const world::EntityType& type) {
+physics::BodyDef body_of(const world::EntityType& type, std::span<const physics::Shape> solids) {
     physics::BodyDef def;
     def.kind = type.kind == world::EntityKind::kProp ? physics::BodyKind::kDynamic
                                                      : physics::BodyKind::kKinematic;
-    def.shape = shape_of(type);
+    def.shape = shape_of(type, solids);
     def.material = {type.friction, type.restitution};
     def.mass = type.mass;
     return def;

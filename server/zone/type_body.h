@@ -4,10 +4,12 @@
 #include "server/physics/shapes/shape.h"
 #include "server/world/entity_type.h"
 
+#include <span>
+
 namespace zoned::zone {
 
 /// The body that an owned entity of the type has: shape, material, mass and kind (dynamic for
-/// props, kinematic for characters), at rest at the origin.
-physics::BodyDef body_of(const world::EntityType& type);
+/// props, kinematic for characters), at rest at the origin. `solids`: see ZoneSettings.
+physics::BodyDef body_of(const world::EntityType& type, std::span<const physics::Shape> solids);
 
 }  // namespace zoned::zone

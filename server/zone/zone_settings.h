@@ -72,6 +72,7 @@ struct ZoneSettings {
     float dt = 1.0F / 30.0F;  ///< s
     std::uint64_t seed = 1;
     std::shared_ptr<const world::TypeTable> types;
+    std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
     physics::Settings physics;
     ai::Settings ai;

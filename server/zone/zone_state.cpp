@@ -72,7 +72,7 @@ EntityId next_entity_id(ZoneState& state) {
 void add_body(ZoneState& state, world::Row row, bool asleep) {
     world::Entities& e = state.entities;
     const world::EntityType& type = (*state.settings.types)[e.type[row]];
-    physics::BodyDef def = body_of(type);
+    physics::BodyDef def = body_of(type, state.settings.solids);
     if (e.has(row, world::kGhost)) {
         def.kind = physics::BodyKind::kKinematic;  // its owner moves it
     }

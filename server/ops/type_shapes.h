@@ -1,0 +1,24 @@
+// Type shapes: from the hull or compound of a type in the config to a shape of the physics.
+#pragma once
+
+#include "server/physics/shapes/shape.h"
+#include "proto/config.pb.h"
+#include "shared/core/result.h"
+#include "shared/math/aabb.h"
+
+namespace zoned::ops {
+
+/// A shape that more than a few numbers describe, about its centre of mass and along its principal
+/// axes.
+struct Solid {
+    physics::Shape shape;
+    Quat stands = Quat::Identity();  ///< turns it to how the config wrote it down
+    Aabb standing;                   ///< its box then, about the centre of mass, m
+    float radius = 0.0F;             ///< of the sphere about the centre of mass that holds it, m
+};
+
+/// Of a type with a hull or a compound. Fails with the reason where points lie in a plane, sizes
+/// are out of range or a part has no shape.
+core::Result<Solid> build_solid(const proto::Config::Type& type);
+
+}  // namespace zoned::ops
