@@ -110,6 +110,16 @@ std::vector<std::string> strains_of_load(float light_kg,
     if (give <= settings.error_budget_m) {
         return {};
     }
+    const float least_kg = heavy_kg / Effort::kHeaviest;
+    if (settings.substeps == 0 && light_kg < least_kg) {
+        return {
+            sentence("%g kg on %g kg is too much for steps of %g s: under it contacts may take "
+                     "the lighter for %g kg",
+                     heavy_kg,
+                     light_kg,
+                     dt,
+                     least_kg)};
+    }
     return {sentence("%g kg on %g kg gives way by %g m in steps of %g s; error_budget_m is %g",
                      heavy_kg,
                      light_kg,

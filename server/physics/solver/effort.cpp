@@ -36,10 +36,6 @@ constexpr std::size_t kSparedLevels = 2;
 /// Thousands of bodies in one place would ask for a hundred times as many.
 constexpr std::uint32_t kMostVisits = 1U << 20;
 
-/// Where the most substeps there are don't do, contacts take what is lighter than this part of the
-/// heaviest body as if it weighed as much.
-constexpr float kMostRatio = 1000.0F;
-
 /// Masses in an island that is left to an exact solver differ by more than this: what is pinched
 /// between equals asks for as much, and has no answer.
 constexpr float kStiffRatio = 1500.0F;
@@ -109,7 +105,7 @@ bool Effort::Needs::fit_for_exact() const {
 }
 
 float Effort::Needs::ease_of(float inv_mass, std::uint8_t held) const {
-    const float most = kMostRatio * least_inv_mass;
+    const float most = kHeaviest * least_inv_mass;
     const bool at_the_end = held >= most_level(total_of(level));
     return at_the_end && !jointed && inv_mass > most ? most / inv_mass : 1.0F;
 }
