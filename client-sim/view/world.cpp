@@ -147,15 +147,17 @@ std::vector<motion::StaticSurface> surfaces_around(
     return out;
 }
 
-bool finite_numbers(const google::protobuf::RepeatedField<float>& numbers) {
+/// Within a million; false for what is no number.
+template <class Number>
+bool sensible_numbers(const google::protobuf::RepeatedField<Number>& numbers) {
     return numbers.size() <= kMaxSurfaceNumbers &&
-           std::all_of(numbers.begin(), numbers.end(), [](float n) {
-               return std::abs(n) <= 1e6F;  // false for what is no number
-           });
+           std::all_of(
+               numbers.begin(), numbers.end(), [](Number n) { return std::abs(n) <= Number{1e6}; });
 }
 
 bool sensible(const proto::StaticSurface& s) {
     if (s.position_size() != 3 || (s.orientation_size() != 0 && s.orientation_size() != 4) ||
+        !sensible_numbers(s.position()) || !sensible_numbers(s.orientation()) ||
         (s.has_heights() && s.has_triangles())) {
         return false;
     }
@@ -165,13 +167,13 @@ bool sensible(const proto::StaticSurface& s) {
                static_cast<std::uint64_t>(h.columns()) * h.rows() ==
                    static_cast<std::uint64_t>(h.height_size()) &&
                h.spacing_x() > 1e-4F && h.spacing_x() < 1e6F && h.spacing_z() > 1e-4F &&
-               h.spacing_z() < 1e6F && h.thickness() >= 0.0F && finite_numbers(h.height());
+               h.spacing_z() < 1e6F && h.thickness() >= 0.0F && sensible_numbers(h.height());
     }
     const auto& t = s.triangles();
     const auto vertices = static_cast<std::uint32_t>(t.vertex_size() / 3);
     return !s.has_triangles() ||
            (t.vertex_size() % 3 == 0 && t.corner_size() % 3 == 0 && t.corner_size() > 0 &&
-            finite_numbers(t.vertex()) &&
+            sensible_numbers(t.vertex()) &&
             std::all_of(t.corner().begin(), t.corner().end(), [&](std::uint32_t c) {
                 return c < vertices;
             }));

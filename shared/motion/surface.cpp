@@ -85,19 +85,19 @@ void Surface::index_mesh() {
     const Vec3 size = (box_.upper - box_.lower).cwiseMax(1e-3F);
     const auto triangles = static_cast<float>(mesh_.corners.size());
     float edge = std::sqrt(size.x() * size.z() / triangles);
-    const auto visit_cells = [&](auto&& visit) {
+    const auto cells_of = [&](std::uint32_t i) {
+        const FacedTriangle t = mesh_triangle(i);
+        return cells_over({t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
+                           t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])});
+    };
+    const auto count_entries = [&] {
+        std::size_t entries = 0;
         for (std::uint32_t i = 0; i < mesh_.corners.size(); ++i) {
-            const FacedTriangle t = mesh_triangle(i);
-            const Cells own = cells_over({t.corner[0].cwiseMin(t.corner[1]).cwiseMin(t.corner[2]),
-                                          t.corner[0].cwiseMax(t.corner[1]).cwiseMax(t.corner[2])});
-            for (int z = own.z0; z <= own.z1; ++z) {
-                for (int x = own.x0; x <= own.x1; ++x) {
-                    visit(static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_x_) +
-                              static_cast<std::size_t>(x),
-                          i);
-                }
-            }
+            const Cells own = cells_of(i);
+            entries += static_cast<std::size_t>(own.x1 - own.x0 + 1) *
+                       static_cast<std::size_t>(own.z1 - own.z0 + 1);
         }
+        return entries;
     };
     const auto along = [](float length, float cell) {
         return static_cast<int>(std::clamp(length / cell, 0.0F, 65535.0F)) + 1;
@@ -112,14 +112,25 @@ void Surface::index_mesh() {
         if (cells > most) {
             continue;
         }
-        std::size_t entries = 0;
-        visit_cells([&](std::size_t, std::uint32_t) { ++entries; });
+        const std::size_t entries = count_entries();
         if (entries <= most || cells == 1) {
             cell_start_.assign(cells + 1, 0);
             cell_items_.resize(entries);
             break;
         }
     }
+    const auto visit_cells = [&](auto&& visit) {
+        for (std::uint32_t i = 0; i < mesh_.corners.size(); ++i) {
+            const Cells own = cells_of(i);
+            for (int z = own.z0; z <= own.z1; ++z) {
+                for (int x = own.x0; x <= own.x1; ++x) {
+                    visit(static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_x_) +
+                              static_cast<std::size_t>(x),
+                          i);
+                }
+            }
+        }
+    };
     visit_cells([&](std::size_t cell, std::uint32_t) { ++cell_start_[cell + 1]; });
     for (std::size_t c = 1; c < cell_start_.size(); ++c) {
         cell_start_[c] += cell_start_[c - 1];

@@ -331,6 +331,7 @@ TEST(ReadWorld, RefusesMalformedSurfaces) {
         return !read_world(w).ok();
     };
     EXPECT_TRUE(refused([](auto& h, auto&) { h.clear_position(); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.set_position(1, NAN); }));
     EXPECT_TRUE(refused([](auto& h, auto&) { h.add_orientation(1.0F); }));
     EXPECT_TRUE(refused([](auto& h, auto&) { h.mutable_triangles(); }));
     EXPECT_TRUE(refused([](auto& h, auto&) { h.mutable_heights()->set_columns(3); }));

@@ -14,7 +14,7 @@
 namespace zoned::motion {
 namespace {
 
-constexpr float kDt = 1.0F / 30.0F;
+constexpr float kTickS = 1.0F / 30.0F;
 constexpr float kFloor = 0.9F;  // of a default character's centre above what it stands on
 
 Vec3 random_point(core::Rng& rng, float extent) {
@@ -198,6 +198,20 @@ TEST(Surface, VisitsExactlyTheTrianglesWhoseBoundsOverlapOnce) {
     }
 }
 
+TEST(Surface, IndexesTrianglesThatAllLieOverEachOtherInTimeAndMemoryThatGrowWithTheirNumber) {
+    // Each covers the whole square: with cells for small ones this would take n^2 entries, 40 GB.
+    std::vector<Vec3> vertices;
+    std::vector<std::array<std::uint32_t, 3>> corners;
+    for (std::uint32_t i = 0; i < 100000; ++i) {
+        const float y = 0.001F * static_cast<float>(i);
+        vertices.insert(vertices.end(), {{-9, y, -9}, {0, y, 9}, {9, y, -9}});
+        corners.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    const auto surface = mesh_of(std::move(vertices), std::move(corners));
+    ASSERT_TRUE(surface->top_at(0.0F, 0.0F).has_value());
+    EXPECT_FLOAT_EQ(*surface->top_at(0.0F, 0.0F), 99.999F);
+}
+
 TEST(Surface, KnowsHowHighItIsAndWhatLiesBehind) {
     const auto grid = heights_of(41, 1.0F, [](float x, float z) { return 0.5F * x - 0.25F * z; });
     const auto mesh = as_mesh(*grid);
@@ -225,7 +239,7 @@ CharacterState land(const StaticGeometry& world, const Vec3& from) {
     CharacterState state;
     state.position = from;
     for (int i = 0; i < 120 && !(state.grounded && state.velocity.isZero(0.0F)); ++i) {
-        state = apply_input(state, {}, {}, world, kDt);
+        state = apply_input(state, {}, {}, world, kTickS);
     }
     EXPECT_TRUE(state.grounded);
     return state;
@@ -245,12 +259,13 @@ TEST(WalkOnSurface, KeepsFullSpeedAndHeightOverTheEdgesOfAFlatOne) {
         CharacterState state = land(world, Vec3(-12.0F, 3.5F, -8.0F));
         for (int tick = 0; tick < 120; ++tick) {
             const Vec3 before = state.position;
-            state = apply_input(state, towards(0.8F, 0.6F), {}, world, kDt);
+            state = apply_input(state, towards(0.8F, 0.6F), {}, world, kTickS);
             ASSERT_TRUE(state.grounded) << tick;
             // A millimetre of air is kept, and a graze may use some of it up.
             EXPECT_NEAR(state.position.y(), 2.0F + kFloor + kSkin, 2.0F * kSkin);
             if (tick > 10) {
-                EXPECT_NEAR((state.position - before).norm(), 5.0F * kDt, 0.005F * 5.0F * kDt);
+                EXPECT_NEAR(
+                    (state.position - before).norm(), 5.0F * kTickS, 0.005F * 5.0F * kTickS);
             }
         }
     }
@@ -265,7 +280,7 @@ TEST(WalkOnSurface, ClimbsASlopeThatCarriesAndSlidesDownOneThatDoesNot) {
     CharacterState state = land(gentle, Vec3(-10.0F, 0.0F, 0.5F));
     const Vec3 begin = state.position;
     for (int tick = 0; tick < 60; ++tick) {
-        state = apply_input(state, towards(1.0F, 0.0F), {}, gentle, kDt);
+        state = apply_input(state, towards(1.0F, 0.0F), {}, gentle, kTickS);
         ASSERT_TRUE(state.grounded);
     }
     // Two seconds at 5 m/s, less v^2 / 2a = 0.625 m until full speed.
@@ -277,7 +292,7 @@ TEST(WalkOnSurface, ClimbsASlopeThatCarriesAndSlidesDownOneThatDoesNot) {
     CharacterState sliding;
     sliding.position = Vec3(0.0F, 2.0F, 0.0F);
     for (int tick = 0; tick < 60; ++tick) {
-        sliding = apply_input(sliding, {}, {}, steep, kDt);
+        sliding = apply_input(sliding, {}, {}, steep, kTickS);
     }
     EXPECT_LT(sliding.position.x(), -3.0F);
 }
@@ -300,7 +315,7 @@ TEST(WalkOnSurface, NeverSinksIntoHillsWhateverTheWay) {
             }
             InputCommand command = towards(wish_x, wish_z);
             command.buttons = tick % 90 == 7 ? kButtonJump : kButtonSprint;
-            state = apply_input(state, command, {}, world, kDt);
+            state = apply_input(state, command, {}, world, kTickS);
             grounded += state.grounded ? 1 : 0;
             // No triangle comes nearer to the capsule than its radius, but for what a graze leaves.
             float nearest = INFINITY;
@@ -350,8 +365,8 @@ TEST(WalkOnSurface, IsStoppedByAMeshAsByABox) {
         CharacterState a = land(mesh, Vec3(0.0F, 1.0F, 0.0F));
         CharacterState b = land(boxes, Vec3(0.0F, 1.0F, 0.0F));
         for (int tick = 0; tick < 40; ++tick) {
-            a = apply_input(a, towards(0.6F, z), {}, mesh, kDt);
-            b = apply_input(b, towards(0.6F, z), {}, boxes, kDt);
+            a = apply_input(a, towards(0.6F, z), {}, mesh, kTickS);
+            b = apply_input(b, towards(0.6F, z), {}, boxes, kTickS);
             EXPECT_LT(a.position.x(), 2.1F);
             EXPECT_LT((a.position - b.position).norm(), 0.005F) << tick;
         }
@@ -365,7 +380,7 @@ TEST(WalkOnSurface, ClimbsALowLedgeOfAMeshAndNoHighOne) {
             world_of(block(Vec3(3.0F, height, 3.0F)), Vec3(5.0F, 0.0F, 0.0F), 0.0F, 0.0F);
         CharacterState state = land(world, Vec3(0.0F, 1.0F, 0.3F));
         for (int tick = 0; tick < 45; ++tick) {
-            state = apply_input(state, towards(1.0F, 0.0F), {}, world, kDt);
+            state = apply_input(state, towards(1.0F, 0.0F), {}, world, kTickS);
         }
         EXPECT_EQ(state.position.y() > height + kFloor - 0.01F, climbs) << height;
         EXPECT_EQ(state.position.x() > 3.0F, climbs) << height;
@@ -376,11 +391,11 @@ TEST(WalkOnSurface, ComesUpOutOfHeights) {
     const StaticGeometry world = world_of(heights_of(33, 1.0F, [](float, float) { return 4.0F; }));
     CharacterState state;
     state.position = Vec3(1.0F, 3.2F, 1.0F);  // below, within the thickness
-    state = apply_input(state, {}, {}, world, kDt);
+    state = apply_input(state, {}, {}, world, kTickS);
     EXPECT_NEAR(state.position.y(), 4.0F + kFloor, 0.01F);
     CharacterState under;  // deep below: there may be a room
     under.position = Vec3(1.0F, 1.0F, 1.0F);
-    under = apply_input(under, {}, {}, world, kDt);
+    under = apply_input(under, {}, {}, world, kTickS);
     EXPECT_LT(under.position.y(), 1.0F);
 }
 
