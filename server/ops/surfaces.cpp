@@ -222,7 +222,7 @@ class SurfaceLoader {
              {"x_m", "y_m", "z_m", "yaw_deg", "friction", "restitution", "told", "sha256"}) {
             key.GetReflection()->ClearField(&key, key.GetDescriptor()->FindFieldByName(place));
         }
-        const auto [at, is_new] = loaded_.try_emplace(key.SerializeAsString());
+        const auto [at, is_new] = loaded_.try_emplace(key.ShortDebugString());
         if (is_new) {
             at->second.first = load(s, at->second.second);
         }
