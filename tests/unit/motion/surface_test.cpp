@@ -54,7 +54,7 @@ TEST(SegmentTriangleDistance, IsTheLeastOverAllPointsOfBoth) {
         const SegmentTriangleDistance found = segment_triangle_distance(middle, half, t);
         // Sampled points lie within half a step of the closest ones on both sides: edges are at
         // most 4 sqrt(3) = 6.93 m, halves sqrt(3) m long.
-        constexpr int kN = 60;
+        constexpr int kN = 30;
         float least = INFINITY;
         for_points(t, kN, [&](const Vec3& p) {
             for (int s = -kN; s <= kN; ++s) {
