@@ -3,6 +3,8 @@
 #include "shared/core/utf8.h"
 #include "shared/wire/publication.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,6 +13,8 @@ namespace zoned::view {
 namespace {
 
 using Failure = core::Result<World>;
+
+constexpr float kStaticCell_m = 16.0F;
 
 wire::Quantization read_quantization(const proto::Quantization& q) {
     wire::Quantization out;
@@ -80,6 +84,101 @@ std::vector<motion::StaticBox> boxes_around(const proto::WorldDescription& descr
     return boxes;
 }
 
+/// Geometry that a client may be told of one surface, in floats: far above what servers send.
+constexpr int kMaxSurfaceNumbers = 1 << 26;
+
+/// Tables that a surface looks at.
+struct SurfaceTables {
+    std::vector<float> heights;
+    std::vector<Vec3> vertices;
+    std::vector<std::array<std::uint32_t, 3>> corners;
+};
+
+/// Null where the server keeps the geometry to itself. Needs what wrong_with() has checked.
+std::shared_ptr<const motion::Surface> read_surface(const proto::StaticSurface& s) {
+    const auto tables = std::make_shared<SurfaceTables>();
+    if (s.has_heights()) {
+        const auto& h = s.heights();
+        tables->heights.assign(h.height().begin(), h.height().end());
+        return std::make_shared<const motion::Surface>(motion::HeightGrid{h.columns(),
+                                                                          h.rows(),
+                                                                          h.spacing_x(),
+                                                                          h.spacing_z(),
+                                                                          h.thickness(),
+                                                                          tables->heights},
+                                                       tables);
+    }
+    if (!s.has_triangles()) {
+        return nullptr;
+    }
+    const auto& t = s.triangles();
+    for (int v = 0; v + 2 < t.vertex_size(); v += 3) {
+        tables->vertices.emplace_back(t.vertex(v), t.vertex(v + 1), t.vertex(v + 2));
+    }
+    for (int c = 0; c + 2 < t.corner_size(); c += 3) {
+        tables->corners.push_back({t.corner(c), t.corner(c + 1), t.corner(c + 2)});
+    }
+    return std::make_shared<const motion::Surface>(
+        motion::TriangleList{tables->vertices, tables->corners}, tables);
+}
+
+/// Surfaces around each zone's origin, as `boxes_around`; the geometry is shared.
+std::vector<motion::StaticSurface> surfaces_around(
+    const proto::WorldDescription& description,
+    const std::vector<std::shared_ptr<const motion::Surface>>& surfaces,
+    const Vec3d& origin) {
+    std::vector<motion::StaticSurface> out;
+    for (int i = 0; i < description.surfaces_size(); ++i) {
+        const proto::StaticSurface& s = description.surfaces(i);
+        const auto& surface = surfaces[static_cast<std::size_t>(i)];
+        if (surface == nullptr) {
+            continue;
+        }
+        const Vec3d position(s.position(0), s.position(1), s.position(2));
+        motion::StaticSurface placed;
+        placed.surface = surface;
+        placed.position = (position - origin).cast<float>();
+        if (s.orientation_size() == 4) {
+            placed.orientation =
+                Quat(s.orientation(0), s.orientation(1), s.orientation(2), s.orientation(3));
+        }
+        out.push_back(placed);
+    }
+    return out;
+}
+
+/// Within a million; false for what is no number.
+template <class Number>
+bool sensible_numbers(const google::protobuf::RepeatedField<Number>& numbers) {
+    return numbers.size() <= kMaxSurfaceNumbers &&
+           std::all_of(
+               numbers.begin(), numbers.end(), [](Number n) { return std::abs(n) <= Number{1e6}; });
+}
+
+bool sensible(const proto::StaticSurface& s) {
+    if (s.position_size() != 3 || (s.orientation_size() != 0 && s.orientation_size() != 4) ||
+        !sensible_numbers(s.position()) || !sensible_numbers(s.orientation()) ||
+        (s.has_heights() && s.has_triangles())) {
+        return false;
+    }
+    if (s.has_heights()) {
+        const auto& h = s.heights();
+        return h.columns() >= 2 && h.rows() >= 2 &&
+               static_cast<std::uint64_t>(h.columns()) * h.rows() ==
+                   static_cast<std::uint64_t>(h.height_size()) &&
+               h.spacing_x() > 1e-4F && h.spacing_x() < 1e6F && h.spacing_z() > 1e-4F &&
+               h.spacing_z() < 1e6F && h.thickness() >= 0.0F && sensible_numbers(h.height());
+    }
+    const auto& t = s.triangles();
+    const auto vertices = static_cast<std::uint32_t>(t.vertex_size() / 3);
+    return !s.has_triangles() ||
+           (t.vertex_size() % 3 == 0 && t.corner_size() % 3 == 0 && t.corner_size() > 0 &&
+            sensible_numbers(t.vertex()) &&
+            std::all_of(t.corner().begin(), t.corner().end(), [&](std::uint32_t c) {
+                return c < vertices;
+            }));
+}
+
 std::string wrong_with(const proto::WorldDescription& d) {
     if (!(d.tick_rate_hz() >= 1.0 && d.tick_rate_hz() <= 1000.0)) {
         return "tick rate outside 1..1000 Hz";
@@ -100,6 +199,11 @@ std::string wrong_with(const proto::WorldDescription& d) {
         if (b.centre_size() != 3 || b.half_extents_size() != 3 ||
             (b.orientation_size() != 0 && b.orientation_size() != 4)) {
             return "malformed static box";
+        }
+    }
+    for (const proto::StaticSurface& s : d.surfaces()) {
+        if (!sensible(s)) {
+            return "malformed static surface";
         }
     }
     return {};
@@ -142,6 +246,10 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
     for (const proto::Lod& l : d.lods()) {
         world.lods.push_back({l.radius_m(), l.position_bound_m(), l.orientation_bound_rad()});
     }
+    std::vector<std::shared_ptr<const motion::Surface>> surfaces;
+    for (const proto::StaticSurface& s : d.surfaces()) {
+        surfaces.push_back(read_surface(s));
+    }
     for (const proto::Zone& z : d.zones()) {
         ZoneInfo zone;
         zone.id = ZoneId(static_cast<std::uint16_t>(z.id()));
@@ -153,7 +261,9 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
         // The ground plane is given in world coordinates as well.
         zone.geometry = motion::StaticGeometry(
             boxes_around(d, zone.origin),
-            static_cast<float>(static_cast<double>(d.ground_height_m()) - zone.origin.y()));
+            static_cast<float>(static_cast<double>(d.ground_height_m()) - zone.origin.y()),
+            kStaticCell_m,
+            surfaces_around(d, surfaces, zone.origin));
         world.zones.push_back(std::move(zone));
     }
     return world;

@@ -34,6 +34,15 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
                 settings.boxes.size(),
                 settings.initial.size(),
                 settings.digest.c_str());
+    for (const ops::StaticSurface& surface : settings.surfaces) {
+        const bool field = surface.shape.kind == physics::ShapeKind::kHeightfield;
+        std::printf("%s: %s: %s from %s, %s\n",
+                    config.c_str(),
+                    surface.path.c_str(),
+                    field ? "heightfield" : "mesh",
+                    surface.file.c_str(),
+                    surface.told ? "told to clients" : "not told to clients");
+    }
     for (const std::string& strain : ops::strains_of(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), strain.c_str());
     }

@@ -13,7 +13,16 @@ bool settings_of(const ops::RecordHeader& header,
                  ops::Settings& settings) {
     std::vector<ops::ConfigError> errors;
     if (ops::parse_settings(header.config_text, {}, settings, errors)) {
-        return true;
+        if (settings.digest == header.config_digest) {
+            return true;
+        }
+        std::fprintf(stderr,
+                     "zoned: %s: its config now gives a world with digest %s, when it was recorded "
+                     "it was %s: a file that the config names has changed\n",
+                     file.c_str(),
+                     settings.digest.c_str(),
+                     header.config_digest.c_str());
+        return false;
     }
     std::fputs(ops::format_errors(file + " (its config)", errors).c_str(), stderr);
     return false;

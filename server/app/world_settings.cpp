@@ -8,8 +8,20 @@ namespace zoned::app {
 
 namespace {
 
-/// Static boxes that can be touched from within the region: those that overlap it, grown by a
-/// margin for ghosts and reach.
+constexpr float kStaticCell_m = 16.0F;
+
+/// Whether a surface overlaps the region, grown by a margin for ghosts and reach.
+bool reaches(const ops::StaticSurface& surface, const zone::Region& region, double margin) {
+    const Vec3d origin = region.origin();
+    const motion::PlacedSurface placed(surface.around(origin));
+    const Vec3d lower = origin + placed.bounds().lower.cast<double>();
+    const Vec3d upper = origin + placed.bounds().upper.cast<double>();
+    return upper.x() >= region.min_x - margin && lower.x() <= region.max_x + margin &&
+           upper.z() >= region.min_z - margin && lower.z() <= region.max_z + margin;
+}
+
+/// Static boxes and surfaces that can be touched from within the region: those that overlap it,
+/// grown by a margin for ghosts and reach.
 std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings& settings,
                                                             const zone::Region& region) {
     const Vec3d origin = region.origin();
@@ -23,8 +35,30 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings&
             local.push_back(moved);
         }
     }
-    return std::make_shared<const motion::StaticGeometry>(std::move(local),
-                                                          settings.ground_height_m);
+    std::vector<motion::StaticSurface> surfaces;
+    for (const ops::StaticSurface& surface : settings.surfaces) {
+        if (reaches(surface, region, margin)) {
+            surfaces.push_back(surface.around(origin));
+        }
+    }
+    return std::make_shared<const motion::StaticGeometry>(
+        std::move(local), settings.ground_height_m, kStaticCell_m, surfaces);
+}
+
+/// The same surfaces as bodies.
+std::vector<zone::SurfaceBody> local_surfaces(const ops::Settings& settings,
+                                              const zone::Region& region) {
+    std::vector<zone::SurfaceBody> bodies;
+    for (const ops::StaticSurface& surface : settings.surfaces) {
+        if (reaches(surface, region, static_cast<double>(settings.ghost_margin_m))) {
+            const motion::StaticSurface placed = surface.around(region.origin());
+            physics::Material material;
+            material.friction = surface.friction;
+            material.restitution = surface.restitution;
+            bodies.push_back({surface.shape, placed.position, placed.orientation, material});
+        }
+    }
+    return bodies;
 }
 
 zone::FaultSettings faults_of(const ops::Settings& settings, ZoneId id) {
@@ -80,6 +114,7 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.types = types;
     z.solids = settings.solids;
     z.statics = local_statics(settings, z.region());
+    z.surfaces = local_surfaces(settings, z.region());
     z.physics = settings.physics;
     z.ai = settings.ai;
     z.interest = settings.interest;

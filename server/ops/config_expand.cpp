@@ -227,6 +227,14 @@ static_assert(same(proto::Config::SEMI_IMPLICIT_EULER,
                    physics::PenaltyIntegrator::kSemiImplicitEuler) &&
               same(proto::Config::VELOCITY_VERLET, physics::PenaltyIntegrator::kVelocityVerlet));
 
+static_assert(same(proto::Config::AUTOMATIC, physics::BroadphaseKind::kAutomatic) &&
+              same(proto::Config::ALL_PAIRS, physics::BroadphaseKind::kAllPairs) &&
+              same(proto::Config::GRID, physics::BroadphaseKind::kGrid) &&
+              same(proto::Config::OCTREE, physics::BroadphaseKind::kOctree) &&
+              same(proto::Config::QUADTREE, physics::BroadphaseKind::kQuadtree) &&
+              same(proto::Config::SORT_AND_SWEEP, physics::BroadphaseKind::kSortAndSweep) &&
+              same(proto::Config::TREE, physics::BroadphaseKind::kTree));
+
 void expand_physics(const proto::Config::Physics& from, physics::Settings& out) {
     out.gravity = Vec3(0.0F, -narrow(from.gravity_mps2()), 0.0F);
     out.substeps = static_cast<int>(from.substeps());
@@ -235,7 +243,10 @@ void expand_physics(const proto::Config::Physics& from, physics::Settings& out) 
     out.sleep_speed_mps = narrow(from.sleep_speed_mps());
     out.sleep_spin_rps = narrow(from.sleep_spin_rps());
     out.sleep_after_s = narrow(from.sleep_after_s());
+    out.broadphase = static_cast<physics::BroadphaseKind>(from.broadphase());
     out.cell_m = narrow(from.broadphase_cell_m());
+    out.cell_depth = static_cast<int>(from.cell_depth());
+    out.boxes_per_cell = static_cast<int>(from.boxes_per_cell());
     out.method = static_cast<physics::Method>(from.method());
     expand_methods(from.method_parameters(), out.methods);
 }

@@ -117,6 +117,9 @@ core::Result<std::string> read_geometry_file(const std::string& path) {
     if (std::filesystem::is_directory(path, none)) {
         return Text::failure(path + ": is a folder");
     }
+    if (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none)) {
+        return Text::failure(path + ": is no regular file");  // a pipe would make us wait
+    }
     std::ifstream in(path, std::ios::binary | std::ios::ate);
     if (!in) {
         return Text::failure(path + ": cannot be opened");

@@ -15,6 +15,9 @@ namespace {
 constexpr float kClearance_m = 0.002F;
 constexpr float kApart_m = 0.05F;       // between two entities
 constexpr float kSpawnRadius_m = 1.0F;  // kept free around spawn points
+constexpr float kSpawnDisc_m = 0.5F;    // has to be level
+constexpr float kSpawnRise_m = 0.25F;   // over that disc on surfaces: 27 degrees
+constexpr float kInner = 0.7F;          // half a square's edge within a disc, of its radius
 constexpr int kAttempts = 400;          // per entity, before it is a mistake
 constexpr std::size_t kMaxEntities = 1000000;
 
@@ -172,9 +175,9 @@ class Placer {
         const auto x = static_cast<float>(placement.x_m());
         const auto z = static_cast<float>(placement.z_m());
         const float bottom = placement.has_y_m() ? static_cast<float>(placement.y_m()) - pose.centre
-                                                 : highest_under(x, z, pose.radius) + kClearance_m;
+                                                 : stand_on(x, z, pose.radius) + kClearance_m;
         // Half of the covered disc: a box in a corner must not be refused for its rounded bounds.
-        const float inner = 0.7F * pose.radius;
+        const float inner = kInner * pose.radius;
         const Aabb area{Vec3(x - inner, bottom, z - inner),
                         Vec3(x + inner, bottom + pose.height, z + inner)};
         if (!terrain_.clear(area)) {
@@ -187,7 +190,7 @@ class Placer {
             pose,
             Vec3d(placement.x_m(), bottom + pose.centre, placement.z_m()),
             yaw_from(placement.yaw_deg()),
-            placement.asleep());
+            placement.asleep() && (placement.has_y_m() || !slopes(x, z, pose.radius)));
     }
 
     void scatter(const proto::Config::Scatter& entry, int number, const std::string& path) {
@@ -266,6 +269,8 @@ class Placer {
                      Occupied& own) {
         const world::EntityType& kind = settings_.types[static_cast<std::size_t>(type)];
         const float r = pose.radius;
+        const double slope = entry.max_slope_deg() * std::numbers::pi / 180.0;
+        const float rise = slope > 0.0 ? r * static_cast<float>(std::tan(slope)) : 0.0F;
         if (region.max_x - region.min_x < 2.0F * r || region.max_z - region.min_z < 2.0F * r) {
             return false;
         }
@@ -274,19 +279,24 @@ class Placer {
             const float z = rng.range(region.min_z + r, region.max_z - r);
             const auto yaw = static_cast<std::uint16_t>(rng.next() >> 16);
             if (!occupied_.fits(x, z, r, kApart_m) || !own.fits(x, z, r, apart) ||
-                !terrain_.level(x, z, r)) {
+                !terrain_.level(x, z, r, rise)) {
                 continue;
             }
-            const float surface = terrain_.height(x, z);
+            // On a slope the uphill corners of the square around the disc lie in the hill: the
+            // square within the disc has to do.
+            const bool level = rise == 0.0F || terrain_.level(x, z, r);
+            const float surface = level ? terrain_.height(x, z) : terrain_.highest(x, z, r);
+            const float inner = level ? r : kInner * r;
             const float bottom = surface + kClearance_m;
             const bool raised = surface > static_cast<float>(config_.world().ground_height_m());
-            const Aabb area{Vec3(x - r, bottom, z - r), Vec3(x + r, bottom + pose.height, z + r)};
+            const Aabb area{Vec3(x - inner, bottom, z - inner),
+                            Vec3(x + inner, bottom + pose.height, z + inner)};
             if ((raised && !entry.statics_allowed()) || !terrain_.clear(area)) {
                 continue;
             }
             occupied_.add(x, z, r);
             own.add(x, z, r);
-            add(type, kind, pose, Vec3d(x, bottom + pose.centre, z), yaw, entry.asleep());
+            add(type, kind, pose, Vec3d(x, bottom + pose.centre, z), yaw, entry.asleep() && level);
             return true;
         }
         return false;
@@ -303,8 +313,17 @@ class Placer {
         settings_.initial.push_back(entity);
     }
 
-    /// Highest surface under the middle of a disc: what a placed entity stands on.
-    [[nodiscard]] float highest_under(float x, float z, float radius) const {
+    /// On a surface that is not level there: what stands there has to come to rest first.
+    [[nodiscard]] bool slopes(float x, float z, float radius) const {
+        return terrain_.on_surface(x, z) && !terrain_.level(x, z, radius);
+    }
+
+    /// What a placed entity stands on: the highest place under its disc on slopes from a file, else
+    /// under the middle of it, so that it may stand at the foot of a wall.
+    [[nodiscard]] float stand_on(float x, float z, float radius) const {
+        if (slopes(x, z, radius)) {
+            return terrain_.highest(x, z, radius);
+        }
         const float d = 0.5F * radius;
         return std::max({terrain_.height(x, z),
                          terrain_.height(x + d, z),
@@ -375,13 +394,16 @@ void place_spawn_points(const proto::Config& config,
         }
         const auto x = static_cast<float>(point.x_m());
         const auto z = static_cast<float>(point.z_m());
-        if (!terrain.level(x, z, 0.5F)) {
+        // Surfaces from files are hardly ever level: a slope to stand on is enough there.
+        const bool sloped = terrain.on_surface(x, z);
+        if (!terrain.level(x, z, kSpawnDisc_m, sloped ? kSpawnRise_m : 0.0F)) {
             diagnostics.add(path,
                             "the ground is not level here: a wall, an edge or a ramp is "
                             "within 0.5 m");
             continue;
         }
-        settings.spawn_points.emplace_back(point.x_m(), terrain.height(x, z) + stand, point.z_m());
+        const float floor = sloped ? terrain.highest(x, z, kSpawnDisc_m) : terrain.height(x, z);
+        settings.spawn_points.emplace_back(point.x_m(), floor + stand, point.z_m());
     }
 }
 

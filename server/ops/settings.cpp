@@ -6,6 +6,7 @@
 #include "server/ops/config_text.h"
 #include "server/ops/scatter.h"
 #include "server/ops/statics.h"
+#include "server/ops/surfaces.h"
 #include "server/ops/terrain.h"
 #include "server/ops/world_description.h"
 
@@ -39,11 +40,17 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
     for (int k = 0; k < config.session().ticket_public_key_file_size(); ++k) {
         resolve(*config.mutable_session()->mutable_ticket_public_key_file(k), folder);
     }
+    for (int k = 0; k < config.statics().surface_size(); ++k) {
+        if (config.statics().surface(k).has_file()) {
+            resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
+        }
+    }
 }
 
 /// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
 void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     const proto::Config& config = settings.config;
+    settings.surfaces = load_surfaces(settings.config, diagnostics);
     settings.zones = expand_zones(config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
@@ -51,7 +58,7 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     check_server(config, settings.zones, diagnostics);
     expand_stages(config, settings);
     settings.boxes = expand_statics(config, diagnostics);
-    const Terrain terrain(settings.boxes, settings.ground_height_m);
+    const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);
     settings.spawn_points.clear();
     settings.initial.clear();
     place_spawn_points(config, terrain, settings, diagnostics);

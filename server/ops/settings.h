@@ -11,6 +11,7 @@
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,27 @@ struct ZoneRegion {
     }
 };
 
+/// A surface that the config places. Where the same file is used again with the same options, shape
+/// and surface are shared.
+struct StaticSurface {
+    std::string path;     ///< of the setting, e.g. "statics.surface[2]"
+    std::string file;     ///< as opened
+    std::string content;  ///< hex SHA-256 of its baked form: the geometry itself
+    physics::Shape shape;
+    std::shared_ptr<const motion::Surface> surface;  ///< looks at the tables of `shape`
+    float level_m = 0.0F;            ///< height of one step of the image; 0: not from an image
+    Vec3d position = Vec3d::Zero();  ///< world coordinates, m
+    Quat orientation = Quat::Identity();
+    float friction = 0.6F;
+    float restitution = 0.0F;
+    bool told = true;
+
+    /// In zone-local coordinates around `origin`, or in the world's.
+    [[nodiscard]] motion::StaticSurface around(const Vec3d& origin) const {
+        return {surface, (position - origin).cast<float>(), orientation};
+    }
+};
+
 /// An entity to be there when the world begins (scatter entries of the config are expanded to these
 /// by seed).
 struct InitialEntity {
@@ -50,7 +72,9 @@ struct InitialEntity {
 
 /// Everything that a server needs to know, checked.
 struct Settings {
-    proto::Config config;  ///< as read, after --set; what is not below is read from here
+    /// As read, after --set, with the SHA-256 of each surface's file; what is not below is read
+    /// from here.
+    proto::Config config;
     std::string digest;  ///< hex SHA-256 of the canonical form of the parts that clients depend on
     std::string text;    ///< canonical text form of the whole config, for recordings
     double tick_rate_hz = 30.0;
@@ -61,6 +85,7 @@ struct Settings {
     float ghost_margin_m = 120.0F;
     float handoff_hysteresis_m = 2.0F;
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
+    std::vector<StaticSurface> surfaces;
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;
     std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where

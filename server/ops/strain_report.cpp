@@ -1,5 +1,6 @@
 #include "server/ops/strain_report.h"
 
+#include "server/ops/geometry_survey.h"
 #include "server/physics/strain.h"
 #include "server/zone/type_body.h"
 
@@ -49,6 +50,28 @@ physics::BodyDef corner_of(const ZoneRegion& zone) {
     return def;
 }
 
+std::vector<std::string> strains_of_surface(const StaticSurface& surface, float error_budget_m) {
+    if (surface.shape.kind == physics::ShapeKind::kHeightfield) {
+        const FieldSurvey figures = survey(physics::field_of(surface.shape));
+        return strains_of(figures, surface.level_m, error_budget_m);
+    }
+    return strains_of(survey(physics::mesh_of(surface.shape), error_budget_m), error_budget_m);
+}
+
+/// Of each geometry once, however often it stands in the world.
+void add_surfaces(const Settings& settings, std::vector<std::string>& out) {
+    std::vector<const physics::Geometry*> seen;
+    for (const StaticSurface& surface : settings.surfaces) {
+        const physics::Geometry* geometry = surface.shape.geometry.get();
+        if (std::find(seen.begin(), seen.end(), geometry) == seen.end()) {
+            seen.push_back(geometry);
+            add(surface.path + " (" + surface.file + "): ",
+                strains_of_surface(surface, settings.physics.error_budget_m),
+                out);
+        }
+    }
+}
+
 }  // namespace
 
 std::vector<std::string> strains_of(const Settings& settings) {
@@ -72,6 +95,7 @@ std::vector<std::string> strains_of(const Settings& settings) {
             physics::strains_of(corner_of(zone), physics, dt),
             out);
     }
+    add_surfaces(settings, out);
     return out;
 }
 

@@ -10,7 +10,8 @@ namespace zoned::ops {
 
 /// One sentence each, with the setting that it is about and the figures; empty when there is
 /// nothing to say. Looks at the step itself, each type's body, the heaviest prop on the lightest
-/// one, and how far out each zone reaches (see physics::strains_of).
+/// one, how far out each zone reaches (see physics::strains_of), and each surface
+/// from a file (see geometry_survey.h).
 std::vector<std::string> strains_of(const Settings& settings);
 
 }  // namespace zoned::ops

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 namespace zoned::ops {
 
@@ -10,6 +11,12 @@ namespace {
 
 constexpr float kEverywhere_m = 1e6F;
 constexpr float kLevel_m = 0.01F;
+
+constexpr int kSpokes = 8;
+// sqrt(1/2) by hand: the same bits from every mathematics library.
+constexpr float kD = 0.70710678F;
+constexpr float kSpoke[kSpokes][2] =
+    {{1, 0}, {kD, kD}, {0, 1}, {-kD, kD}, {-1, 0}, {-kD, -kD}, {0, -1}, {kD, -kD}};
 
 /// Upper end of the part of the vertical line through (x, z) that lies in the box; false when it
 /// misses. Slab method (Kay, Kajiya, SIGGRAPH 1986) in the box's own axes.
@@ -36,6 +43,38 @@ bool top_of_box(const motion::StaticBox& box, float x, float z, float& top) {
     }
     top = leave;
     return enter <= leave;
+}
+
+std::vector<motion::StaticSurface> in_world_coordinates(
+    const std::vector<StaticSurface>& surfaces) {
+    std::vector<motion::StaticSurface> out;
+    out.reserve(surfaces.size());
+    for (const StaticSurface& surface : surfaces) {
+        out.push_back(surface.around(Vec3d::Zero()));
+    }
+    return out;
+}
+
+/// True when `area` neither meets a triangle nor lies in what is solid behind them.
+bool surface_clear(const Aabb& area, const motion::PlacedSurface& placed) {
+    const Vec3 centre = 0.5F * (area.lower + area.upper);
+    const Vec3 half = 0.5F * (area.upper - area.lower);
+    const Vec3 local = placed.to_local(centre);
+    if (placed.surface().behind(local)) {
+        return false;
+    }
+    const float around = std::hypot(half.x(), half.z());
+    const Vec3 reach(around, half.y(), around);
+    bool free = true;
+    placed.surface().for_each_near({local - reach, local + reach}, [&](const FacedTriangle& t) {
+        FacedTriangle turned;
+        for (std::size_t i = 0; i < 3; ++i) {
+            turned.corner[i] = placed.to_world(t.corner[i]);
+        }
+        turned.normal = placed.turned_to_world(t.normal);
+        free = free && !box_triangle_overlap(centre, half, turned);
+    });
+    return free;
 }
 
 }  // namespace
@@ -68,13 +107,15 @@ bool boxes_overlap(const Aabb& area, const motion::StaticBox& box) {
     return true;
 }
 
-Terrain::Terrain(std::vector<motion::StaticBox> boxes, float ground_height)
-    : geometry_(std::move(boxes), ground_height, 16.0F) {
+Terrain::Terrain(std::vector<motion::StaticBox> boxes,
+                 float ground_height,
+                 const std::vector<StaticSurface>& surfaces)
+    : geometry_(std::move(boxes), ground_height, 16.0F, in_world_coordinates(surfaces)) {
 }
 
 float Terrain::height(float x, float z) const {
-    float best = geometry_.ground_height();
     const Aabb line{Vec3(x, -kEverywhere_m, z), Vec3(x, kEverywhere_m, z)};
+    float best = geometry_.floor_at(x, z);
     geometry_.for_each_near(line, [&](std::uint32_t index) {
         float top = 0.0F;
         if (top_of_box(geometry_.boxes()[index], x, z, top)) {
@@ -84,15 +125,24 @@ float Terrain::height(float x, float z) const {
     return best;
 }
 
-bool Terrain::level(float x, float z, float radius) const {
-    static constexpr int kSpokes = 8;
-    const float centre = height(x, z);
-    // sqrt(1/2) by hand: the same bits from every mathematics library.
-    static constexpr float kD = 0.70710678F;
-    static constexpr float kSpoke[kSpokes][2] = {
-        {1, 0}, {kD, kD}, {0, 1}, {-kD, kD}, {-1, 0}, {-kD, -kD}, {0, -1}, {kD, -kD}};
+bool Terrain::on_surface(float x, float z) const {
+    return !geometry_.surfaces().empty() && geometry_.floor_at(x, z) >= height(x, z) &&
+           geometry_.floor_at(x, z) > geometry_.ground_height();
+}
+
+float Terrain::highest(float x, float z, float radius) const {
+    float best = height(x, z);
     for (const auto& spoke : kSpoke) {
-        if (std::abs(height(x + radius * spoke[0], z + radius * spoke[1]) - centre) > kLevel_m) {
+        best = std::max(best, height(x + radius * spoke[0], z + radius * spoke[1]));
+    }
+    return best;
+}
+
+bool Terrain::level(float x, float z, float radius, float rise) const {
+    const float centre = height(x, z);
+    for (const auto& spoke : kSpoke) {
+        const float there = height(x + radius * spoke[0], z + radius * spoke[1]);
+        if (std::abs(there - centre) > kLevel_m + rise) {
             return false;
         }
     }
@@ -107,6 +157,9 @@ bool Terrain::clear(const Aabb& area) const {
     geometry_.for_each_near(area, [&](std::uint32_t index) {
         free = free && !boxes_overlap(area, geometry_.boxes()[index]);
     });
+    for (const motion::PlacedSurface& placed : geometry_.surfaces()) {
+        free = free && surface_clear(area, placed);
+    }
     return free;
 }
 

@@ -1,6 +1,7 @@
 // Terrain: the heights of the static world, to stand entities on.
 #pragma once
 
+#include "server/ops/settings.h"
 #include "shared/math/aabb.h"
 #include "shared/motion/static_geometry.h"
 
@@ -8,18 +9,28 @@
 
 namespace zoned::ops {
 
-/// Ground and static boxes, asked from above. World coordinates.
+/// Ground, static boxes and surfaces, asked from above. World coordinates.
 class Terrain {
   public:
-    Terrain(std::vector<motion::StaticBox> boxes, float ground_height);
+    Terrain(std::vector<motion::StaticBox> boxes,
+            float ground_height,
+            const std::vector<StaticSurface>& surfaces = {});
 
-    /// Height of the topmost surface at (x, z): the ground or the upper side of a box, m.
+    /// Height of the topmost surface at (x, z): the ground or the upper side of a box or surface,
+    /// m.
     [[nodiscard]] float height(float x, float z) const;
 
-    /// True when the surface is flat (to a centimetre) under a disc around (x, z).
-    [[nodiscard]] bool level(float x, float z, float radius) const;
+    /// True when the topmost thing at (x, z) is a surface from a file, on which little is level.
+    [[nodiscard]] bool on_surface(float x, float z) const;
 
-    /// True when no static box reaches into `area` and the ground lies below it.
+    /// The highest place of a disc around (x, z), as nine points tell, m.
+    [[nodiscard]] float highest(float x, float z, float radius) const;
+
+    /// True when no place of a disc around (x, z) is more than `rise` metres (and a centimetre)
+    /// above or below its middle.
+    [[nodiscard]] bool level(float x, float z, float radius, float rise = 0.0F) const;
+
+    /// True when no static box or surface reaches into `area` and the ground lies below it.
     [[nodiscard]] bool clear(const Aabb& area) const;
 
   private:

@@ -56,6 +56,21 @@ void describe_box(const motion::StaticBox& from, proto::StaticBox& out) {
     }
 }
 
+/// All but the geometry itself.
+void describe_surface(const StaticSurface& from, proto::StaticSurface& out) {
+    out.set_content(from.content);
+    out.set_told(from.told);
+    for (int axis = 0; axis < 3; ++axis) {
+        out.add_position(from.position[axis]);
+    }
+    if (from.orientation.coeffs() != Quat::Identity().coeffs()) {
+        out.add_orientation(from.orientation.w());
+        out.add_orientation(from.orientation.x());
+        out.add_orientation(from.orientation.y());
+        out.add_orientation(from.orientation.z());
+    }
+}
+
 void describe_zone(const ZoneRegion& from, proto::Zone& out) {
     out.set_id(from.id.value);
     const Vec3d origin = from.origin();
@@ -88,6 +103,9 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
     for (const motion::StaticBox& box : settings.boxes) {
         describe_box(box, *out.add_boxes());
     }
+    for (const StaticSurface& surface : settings.surfaces) {
+        describe_surface(surface, *out.add_surfaces());
+    }
     out.set_ground_height_m(settings.ground_height_m);
     out.set_interest_hysteresis(settings.interest.hysteresis);
     return out;
@@ -95,8 +113,35 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
 
 }  // namespace
 
+void describe_geometry(const motion::Surface& from, proto::StaticSurface& out) {
+    if (from.is_grid()) {
+        const motion::HeightGrid& grid = from.grid();
+        proto::StaticSurface::Heights& heights = *out.mutable_heights();
+        heights.set_columns(grid.columns);
+        heights.set_rows(grid.rows);
+        heights.set_spacing_x(grid.spacing_x);
+        heights.set_spacing_z(grid.spacing_z);
+        heights.set_thickness(grid.thickness);
+        heights.mutable_height()->Add(grid.heights.begin(), grid.heights.end());
+        return;
+    }
+    proto::StaticSurface::Triangles& triangles = *out.mutable_triangles();
+    for (const Vec3& v : from.mesh().vertices) {
+        triangles.mutable_vertex()->Add(v.data(), v.data() + 3);
+    }
+    for (const auto& corners : from.mesh().corners) {
+        triangles.mutable_corner()->Add(corners.begin(), corners.end());
+    }
+}
+
 proto::WorldDescription describe_world(const Settings& settings) {
     proto::WorldDescription out = describe_honestly(settings);
+    for (std::size_t s = 0; s < settings.surfaces.size(); ++s) {
+        if (settings.surfaces[s].told) {
+            describe_geometry(*settings.surfaces[s].surface,
+                              *out.mutable_surfaces(static_cast<int>(s)));
+        }
+    }
     if (!settings.config.testing().has_wrong_limit()) {
         return out;
     }

@@ -3,11 +3,15 @@
 
 #include "server/ops/settings.h"
 #include "proto/session.pb.h"
+#include "shared/motion/surface.h"
 
 #include <string>
 #include <string_view>
 
 namespace zoned::ops {
+
+/// Appends what a client needs of a surface to predict its avatar on it.
+void describe_geometry(const motion::Surface& from, proto::StaticSurface& out);
 
 /// What Welcome.world holds. The limits are the declared ones (testing.wrong_limit replaces them
 /// here and nowhere else).
@@ -16,8 +20,9 @@ proto::WorldDescription describe_world(const Settings& settings);
 /// SHA-256 (FIPS 180-4) in lower-case hex.
 std::string sha256_hex(std::string_view bytes);
 
-/// Settings::digest: the hash of the description in text format, honest limits included. Two
-/// configs have the same digest exactly when clients cannot tell them apart.
+/// Settings::digest: the hash of the description in text format, honest limits included; of each
+/// surface its content's hash stands for the geometry, told or not. Two configs have the same
+/// digest exactly when clients cannot tell them apart and their surfaces are the same.
 std::string world_digest(const Settings& settings);
 
 }  // namespace zoned::ops

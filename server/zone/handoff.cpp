@@ -115,7 +115,7 @@ void put_back(ZoneState& state, world::Row row) {
     Vec3& p = e.position[row];
     p.x() = std::clamp(p.x(), -half_x, half_x);
     p.z() = std::clamp(p.z(), -half_z, half_z);
-    p.y() = state.settings.statics->ground_height() + 2.0F;
+    p.y() = state.settings.statics->floor_at(p.x(), p.z()) + 2.0F;
     e.velocity[row].setZero();
     e.angular_velocity[row].setZero();
     e.discontinuity_tick[row] = state.now;

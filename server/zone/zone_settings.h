@@ -64,6 +64,14 @@ struct FaultSettings {
     Tick stall_ticks = 0;           ///< ... for this many
 };
 
+/// A static surface from a file as a body; characters meet it in ZoneSettings::statics.
+struct SurfaceBody {
+    physics::Shape shape;  ///< a mesh or a heightfield
+    Vec3 position = Vec3::Zero();
+    Quat orientation = Quat::Identity();
+    physics::Material material;
+};
+
 struct ZoneSettings {
     ZoneId id;
     std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
@@ -74,6 +82,7 @@ struct ZoneSettings {
     std::shared_ptr<const world::TypeTable> types;
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
+    std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;

@@ -30,6 +30,16 @@ void add_static_bodies(ZoneState& state) {
         const auto body = state.scene.add(def);
         ZONED_ASSERT(body.ok(), "static boxes were checked when the config was read");
     }
+    for (const SurfaceBody& surface : state.settings.surfaces) {
+        physics::BodyDef def;
+        def.kind = physics::BodyKind::kStatic;
+        def.shape = surface.shape;
+        def.position = surface.position;
+        def.orientation = surface.orientation;
+        def.material = surface.material;
+        const auto body = state.scene.add(def);
+        ZONED_ASSERT(body.ok(), "surfaces were checked when the config was read");
+    }
 }
 
 }  // namespace

@@ -54,6 +54,15 @@ CapsuleSweep::CapsuleSweep(const StaticGeometry& world, const Capsule& capsule, 
         }
         ++near_count_;
     });
+    const Aabb reached{area.lower - reach_, area.upper + reach_};
+    for (const PlacedSurface& placed : world.surfaces()) {
+        // What stands over the area may have to push the capsule up out of it.
+        const Aabb& bounds = placed.bounds();
+        near_surfaces_ =
+            near_surfaces_ ||
+            (bounds.lower.x() <= reached.upper.x() && bounds.upper.x() >= reached.lower.x() &&
+             bounds.lower.z() <= reached.upper.z() && bounds.upper.z() >= reached.lower.z());
+    }
 }
 
 SweepHit CapsuleSweep::sweep_ground(const Vec3& from, const Vec3& move) const {
@@ -97,6 +106,38 @@ SweepHit CapsuleSweep::sweep_box(std::uint32_t index, const Vec3& from, const Ve
     return hit;
 }
 
+SweepHit CapsuleSweep::sweep_triangle(const FacedTriangle& triangle,
+                                      const Vec3& from,
+                                      const Vec3& move) const {
+    SweepHit hit;
+    if (triangle.height(from) < 0.0F) {
+        return hit;
+    }
+    const Vec3 half(0.0F, capsule_.half_segment, 0.0F);
+    float s = 0.0F;
+    for (int step = 0; step < kNewtonSteps; ++step) {
+        const SegmentTriangleDistance found =
+            segment_triangle_distance(from + s * move, half, triangle);
+        const float approach = -found.normal.dot(move);
+        if (approach * (1.0F - s) <= kGraze) {
+            return {};
+        }
+        hit.normal = found.normal;
+        const float gap = found.distance - (capsule_.radius + kSkin);
+        if (gap <= kTolerance) {
+            break;
+        }
+        s += gap / approach;
+        if (s >= 1.0F) {
+            return {};
+        }
+    }
+    hit.hit = true;
+    hit.fraction = s;
+    hit.face_up = triangle.normal.y();
+    return hit;
+}
+
 SweepHit CapsuleSweep::sweep(const Vec3& from, const Vec3& move) const {
     SweepHit first = sweep_ground(from, move);
     for_each_on_way(from, move, [&](std::uint32_t box) {
@@ -106,7 +147,43 @@ SweepHit CapsuleSweep::sweep(const Vec3& from, const Vec3& move) const {
         }
         return false;
     });
+    if (near_surfaces_) {
+        const SweepHit hit = sweep_surfaces(from, move, [](const SweepHit&) { return true; });
+        if (hit.hit && (!first.hit || hit.fraction < first.fraction)) {
+            first = hit;
+        }
+    }
     return first;
+}
+
+bool CapsuleSweep::part_from_surfaces(Vec3& position) const {
+    bool overlapped = false;
+    for (const PlacedSurface& placed : world_.surfaces()) {
+        // What got below heights comes up out of them, as bodies do.
+        if (placed.surface().is_grid() && placed.surface().behind(placed.to_local(position))) {
+            const auto top = placed.top_at(position.x(), position.z());
+            if (top) {
+                position.y() = *top + capsule_.half_segment + capsule_.radius + kSkin;
+                overlapped = true;
+            }
+        }
+    }
+    const Vec3 half(0.0F, capsule_.half_segment, 0.0F);
+    const Vec3 begin = position;
+    for_each_triangle(
+        begin, Vec3::Zero(), [&](const PlacedSurface& placed, const FacedTriangle& t) {
+            const Vec3 local = placed.to_local(position);
+            if (t.height(local) < 0.0F) {
+                return;
+            }
+            const SegmentTriangleDistance found = segment_triangle_distance(local, half, t);
+            if (found.distance < capsule_.radius + 0.25F * kSkin) {
+                position += placed.turned_to_world(found.normal) *
+                            (capsule_.radius + 0.5F * kSkin - found.distance);
+                overlapped = true;
+            }
+        });
+    return overlapped;
 }
 
 Vec3 CapsuleSweep::parted(Vec3 position) const {
@@ -125,6 +202,9 @@ Vec3 CapsuleSweep::parted(Vec3 position) const {
             }
             return false;
         });
+        if (near_surfaces_ && part_from_surfaces(position)) {
+            overlapped = true;
+        }
         if (position.y() < floor_height_) {
             position.y() = floor_height_;
             overlapped = overlapped || pass == 0;

@@ -24,14 +24,16 @@ inline constexpr float kSkin = 0.001F;
 struct SweepHit {
     float fraction = 1.0F;        ///< of the move that is free
     bool hit = false;             ///< false: all of it is free
-    bool ground_plane = false;    ///< hit the ground plane, not a box
+    bool ground_plane = false;    ///< hit the ground plane, not a box or a surface
     Vec3 normal = Vec3::UnitY();  ///< unit, from the obstacle to the capsule
     /// Vertical part of the most upward normal among the faces that meet where the capsule was hit:
     /// tells the rim of something to stand on from the rim of a wall.
     float face_up = 1.0F;
 };
 
-/// The static boxes near one character's tick, gathered once. No allocation.
+/// The static boxes near one character's tick, gathered once, and the surfaces there. No
+/// allocation. Triangles are solid behind: one whose front the capsule's centre does not see is not
+/// there.
 class CapsuleSweep {
   public:
     /// `area` must hold all places where the capsule will be asked for, without its own size.
@@ -62,16 +64,21 @@ class CapsuleSweep {
             }
             return false;
         };
-        if (!consider(sweep_ground(from, move))) {
+        bool found = consider(sweep_ground(from, move));
+        if (!found) {
             for_each_on_way(from, move, [&](std::uint32_t box) {
-                return consider(sweep_box(box, from, move));
+                found = consider(sweep_box(box, from, move));
+                return found;
             });
+        }
+        if (!found && near_surfaces_) {
+            consider(sweep_surfaces(from, move, carries));
         }
         return best;
     }
 
-    /// `position`, moved out of boxes and ground where the capsule overlaps them. One that overlaps
-    /// nothing is returned as it is.
+    /// `position`, moved out of boxes, surfaces and ground where the capsule overlaps them. One
+    /// that overlaps nothing is returned as it is.
     [[nodiscard]] Vec3 parted(Vec3 position) const;
 
     /// The height at which the capsule's centre rests on the ground plane.
@@ -80,6 +87,33 @@ class CapsuleSweep {
   private:
     [[nodiscard]] SweepHit sweep_ground(const Vec3& from, const Vec3& move) const;
     [[nodiscard]] SweepHit sweep_box(std::uint32_t box, const Vec3& from, const Vec3& move) const;
+    /// `triangle` and the way in the triangle's own coordinates.
+    [[nodiscard]] SweepHit sweep_triangle(const FacedTriangle& triangle,
+                                          const Vec3& from,
+                                          const Vec3& move) const;
+    /// The first triangle on the way, of those whose hit `counts`.
+    template <class Counts>
+    [[nodiscard]] SweepHit sweep_surfaces(const Vec3& from,
+                                          const Vec3& move,
+                                          Counts&& counts) const;
+    /// Moves `position` out of the surfaces' triangles; true where there was any.
+    bool part_from_surfaces(Vec3& position) const;
+
+    /// Calls `visit(surface, triangle)` for the triangles that the moving capsule may touch.
+    template <class Visit>
+    void for_each_triangle(const Vec3& from, const Vec3& move, Visit&& visit) const {
+        const Vec3 to = from + move;
+        const Aabb way{from.cwiseMin(to) - reach_, from.cwiseMax(to) + reach_};
+        for (const PlacedSurface& placed : world_.surfaces()) {
+            if (!placed.bounds().overlaps(way)) {
+                continue;
+            }
+            const Vec3 a = placed.to_local(from);
+            const Vec3 b = a + placed.turned_to_local(move);
+            placed.surface().for_each_near({a.cwiseMin(b) - reach_, a.cwiseMax(b) + reach_},
+                                           [&](const FacedTriangle& t) { visit(placed, t); });
+        }
+    }
 
     /// Calls `visit(box)` for each gathered box whose bounds the moving capsule may touch, until it
     /// returns true.
@@ -106,8 +140,36 @@ class CapsuleSweep {
     Capsule capsule_;
     Vec3 reach_;
     float floor_height_;
+    bool near_surfaces_ = false;
     std::size_t near_count_ = 0;  // may exceed the array: then the array is not used
     std::array<std::uint32_t, 64> near_;
 };
+
+template <class Counts>
+SweepHit CapsuleSweep::sweep_surfaces(const Vec3& from, const Vec3& move, Counts&& counts) const {
+    // Of triangles that meet where the capsule is hit, all tell how the surface lies there.
+    constexpr float kSamePlace = 5e-5F;  // m along the way
+    const float length = move.norm();
+    SweepHit first;
+    for_each_triangle(from, move, [&](const PlacedSurface& placed, const FacedTriangle& t) {
+        SweepHit hit = sweep_triangle(t, placed.to_local(from), placed.turned_to_local(move));
+        if (!hit.hit) {
+            return;
+        }
+        hit.normal = placed.turned_to_world(hit.normal);
+        if (!counts(hit)) {
+            return;
+        }
+        const float behind = (hit.fraction - first.fraction) * length;
+        if (first.hit && behind > -kSamePlace && behind < kSamePlace &&
+            hit.normal.dot(first.normal) > 0.999F) {
+            first.face_up = first.face_up > hit.face_up ? first.face_up : hit.face_up;
+            first.fraction = first.fraction < hit.fraction ? first.fraction : hit.fraction;
+        } else if (!first.hit || hit.fraction < first.fraction) {
+            first = hit;
+        }
+    });
+    return first;
+}
 
 }  // namespace zoned::motion

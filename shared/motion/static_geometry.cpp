@@ -21,14 +21,45 @@ Aabb bounds_of(const StaticBox& box, const Mat3& axes) {
 
 }  // namespace
 
-StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes, float ground_height, float cell_m)
+PlacedSurface::PlacedSurface(const StaticSurface& from)
+    : surface_(from.surface),
+      position_(from.position),
+      axes_(from.orientation.toRotationMatrix()) {
+    const Aabb& box = surface_->box();
+    const Vec3 half = 0.5F * (box.upper - box.lower);
+    const Vec3 centre = to_world(0.5F * (box.upper + box.lower));
+    const Vec3 reach = axes_.cwiseAbs() * half;
+    bounds_ = {centre - reach, centre + reach};
+}
+
+std::optional<float> PlacedSurface::top_at(float x, float z) const {
+    if (x < bounds_.lower.x() || x > bounds_.upper.x() || z < bounds_.lower.z() ||
+        z > bounds_.upper.z()) {
+        return std::nullopt;
+    }
+    const Vec3 at = to_local(Vec3(x, 0.0F, z));
+    std::optional<float> top = surface_->top_at(at.x(), at.z());
+    if (top) {
+        *top += position_.y();
+    }
+    return top;
+}
+
+StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes,
+                               float ground_height,
+                               float cell_m,
+                               const std::vector<StaticSurface>& surfaces)
     : boxes_(std::move(boxes)),
+      surfaces_(surfaces.begin(), surfaces.end()),
       ground_height_(ground_height),
       cell_m_(cell_m) {
     ZONED_ASSERT(cell_m > 0.0F, "a cell has a size");
-    if (boxes_.empty()) {
-        return;
+    if (!boxes_.empty()) {
+        index_boxes();
     }
+}
+
+void StaticGeometry::index_boxes() {
     bounds_.reserve(boxes_.size());
     axes_.reserve(boxes_.size());
     for (const StaticBox& box : boxes_) {
@@ -72,6 +103,14 @@ StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes, float ground_height
     cell_items_.resize(cell_start_.back());
     std::vector<std::uint32_t> fill(cell_start_.begin(), cell_start_.end() - 1);
     visit_cells([&](std::size_t cell, std::uint32_t i) { cell_items_[fill[cell]++] = i; });
+}
+
+float StaticGeometry::floor_at(float x, float z) const {
+    float floor = ground_height_;
+    for (const PlacedSurface& placed : surfaces_) {
+        floor = std::max(floor, placed.top_at(x, z).value_or(floor));
+    }
+    return floor;
 }
 
 int StaticGeometry::cell_of(float coordinate, float origin, int cells) const {

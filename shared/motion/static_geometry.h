@@ -4,8 +4,11 @@
 
 #include "shared/math/aabb.h"
 #include "shared/math/types.h"
+#include "shared/motion/surface.h"
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,13 +23,53 @@ struct StaticBox {
     float restitution = 0.0F;
 };
 
-/// Oriented boxes in a uniform grid over x and z, above a ground plane y = ground_height.
+/// A surface where it stands, turned about y alone.
+struct StaticSurface {
+    std::shared_ptr<const Surface> surface;
+    Vec3 position = Vec3::Zero();  ///< of its origin, m
+    Quat orientation = Quat::Identity();
+};
+
+/// A surface in the world: its bounds there, and the way from the world to its own coordinates.
+class PlacedSurface {
+  public:
+    explicit PlacedSurface(const StaticSurface& from);
+
+    [[nodiscard]] const Surface& surface() const { return *surface_; }
+
+    [[nodiscard]] const Aabb& bounds() const { return bounds_; }
+
+    [[nodiscard]] const Vec3& position() const { return position_; }
+
+    [[nodiscard]] Vec3 to_local(const Vec3& p) const { return axes_.transpose() * (p - position_); }
+
+    [[nodiscard]] Vec3 turned_to_local(const Vec3& v) const { return axes_.transpose() * v; }
+
+    [[nodiscard]] Vec3 turned_to_world(const Vec3& v) const { return axes_ * v; }
+
+    [[nodiscard]] Vec3 to_world(const Vec3& p) const { return axes_ * p + position_; }
+
+    /// Height of the topmost front over or under (x, z); none beside it.
+    [[nodiscard]] std::optional<float> top_at(float x, float z) const;
+
+  private:
+    std::shared_ptr<const Surface> surface_;
+    Vec3 position_;
+    Mat3 axes_;
+    Aabb bounds_;
+};
+
+/// Oriented boxes in a uniform grid over x and z, and surfaces, above a ground plane
+/// y = ground_height.
 /// Immutable after construction, so that threads and bots share one copy.
 class StaticGeometry {
   public:
     StaticGeometry() = default;
     /// `boxes` in zone-local or world coordinates (the caller's choice, one for all); cell_m > 0.
-    StaticGeometry(std::vector<StaticBox> boxes, float ground_height, float cell_m = 16.0F);
+    StaticGeometry(std::vector<StaticBox> boxes,
+                   float ground_height,
+                   float cell_m = 16.0F,
+                   const std::vector<StaticSurface>& surfaces = {});
 
     [[nodiscard]] float ground_height() const { return ground_height_; }
 
@@ -37,6 +80,12 @@ class StaticGeometry {
     /// Columns are the box's axes in the coordinates of the world.
     [[nodiscard]] const Mat3& box_axes(std::uint32_t index) const { return axes_[index]; }
 
+    /// Few and large: whoever asks looks at the bounds of each.
+    [[nodiscard]] std::span<const PlacedSurface> surfaces() const { return surfaces_; }
+
+    /// Height of the topmost surface over or under (x, z), or of the ground, m. Boxes do not count.
+    [[nodiscard]] float floor_at(float x, float z) const;
+
     /// Calls `visit(index)` once, in ascending order, for each box whose bounds overlap `area`.
     template <class Visit>
     void for_each_near(const Aabb& area, Visit&& visit) const;
@@ -44,7 +93,10 @@ class StaticGeometry {
   private:
     [[nodiscard]] int cell_of(float coordinate, float origin, int cells) const;
 
+    void index_boxes();
+
     std::vector<StaticBox> boxes_;
+    std::vector<PlacedSurface> surfaces_;
     std::vector<Aabb> bounds_;
     std::vector<Mat3> axes_;
     std::vector<std::uint32_t>

@@ -21,6 +21,16 @@ std::vector<Bytes> seeds() {
                          std::ios::binary);
         all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
     }
+    // From any folder it finds its surfaces.
+    std::ifstream in(ZONED_SOURCE_DIR "/config/hills.txtpb", std::ios::binary);
+    std::string hills{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    const std::string name = "geometry/";
+    for (std::size_t at = 0; (at = hills.find(name, at)) != std::string::npos;) {
+        const std::string whole = std::string(ZONED_SOURCE_DIR "/config/") + name;
+        hills.replace(at, name.size(), whole);
+        at += whole.size();
+    }
+    all.emplace_back(hills.begin(), hills.end());
     return all;
 }
 

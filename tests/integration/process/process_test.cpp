@@ -1,6 +1,7 @@
 #include "tests/integration/process/fixture.h"
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 
 namespace zoned::testing_process {
@@ -65,6 +66,51 @@ TEST_F(Process, RecordsARunThatReplaysToTheSameHashesWithAnyNumberOfThreads) {
     std::ofstream(file, std::ios::binary) << bytes;
     Child damaged("zoned", {"replay", file});
     EXPECT_NE(damaged.wait(kPatience), 0);
+}
+
+TEST_F(Process, RefusesToReplayOverSurfacesThatChanged) {
+    const std::string config = ZONED_SOURCE_DIR "/config";
+    const std::string folder = scratch_folder() + "/hills";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    std::filesystem::copy(config + "/hills.txtpb", folder);
+    std::filesystem::copy(
+        config + "/geometry", folder + "/geometry", std::filesystem::copy_options::recursive);
+    const std::string recording = folder + "/run.zrec";
+    auto server =
+        std::make_unique<Child>("zoned",
+                                std::vector<std::string>{"serve",
+                                                         "--config",
+                                                         folder + "/hills.txtpb",
+                                                         "--set",
+                                                         state_set(),
+                                                         "--set",
+                                                         "recording.file=\"" + recording + "\""});
+    ASSERT_TRUE(server->wait_for_output("ready ", kPatience)) << server->errors();
+    tcp_port = number_after(server->output(), "tcp=");
+    Child client("client-sim", play(4, 2));
+    EXPECT_EQ(client.wait(kPatience), 0) << client.output();
+    server->signal(SIGTERM);
+    ASSERT_EQ(server->wait(kPatience), 0);
+    for (const char* threads : {"1", "2"}) {
+        Child replay("zoned", {"replay", recording, "--threads", threads});
+        EXPECT_EQ(replay.wait(kPatience), 0) << replay.errors();
+    }
+    // A bowl with one corner a centimetre higher is another world.
+    std::string bowl = read(folder + "/geometry/bowl.obj");
+    const std::size_t at = bowl.find("v 0 0.3 0");
+    ASSERT_NE(at, std::string::npos);
+    bowl.replace(at, 9, "v 0 0.31 0");
+    std::ofstream(folder + "/geometry/bowl.obj", std::ios::binary) << bowl;
+    Child changed("zoned", {"replay", recording});
+    EXPECT_EQ(changed.wait(kPatience), 2);
+    EXPECT_NE(changed.errors().find("bowl.obj has another content"), std::string::npos)
+        << changed.errors();
+    std::filesystem::remove(folder + "/geometry/bowl.obj");
+    Child missing("zoned", {"replay", recording});
+    EXPECT_EQ(missing.wait(kPatience), 2);
+    EXPECT_NE(missing.errors().find("bowl.obj: cannot be opened"), std::string::npos)
+        << missing.errors();
 }
 
 TEST_F(Process, SaysWhichPortIsInUse) {

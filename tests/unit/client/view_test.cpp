@@ -275,6 +275,76 @@ TEST(ReadWorld, RefusesWhatAClientCouldNotWorkWith) {
     EXPECT_TRUE(refused([](auto& w) { w.mutable_quantization()->set_orientation_bits(31); }));
 }
 
+/// A slope of 2 x 2 m as heights, and a triangle.
+proto::WorldDescription with_surfaces() {
+    proto::WorldDescription w = test::FakeServer().world();
+    proto::StaticSurface& slope = *w.add_surfaces();
+    for (const double at : {10.0, 1.0, 0.0}) {
+        slope.add_position(at);
+    }
+    proto::StaticSurface::Heights& heights = *slope.mutable_heights();
+    heights.set_columns(2);
+    heights.set_rows(2);
+    heights.set_spacing_x(2.0F);
+    heights.set_spacing_z(2.0F);
+    for (const float height : {0.0F, 1.0F, 0.0F, 1.0F}) {
+        heights.add_height(height);
+    }
+    proto::StaticSurface& triangle = *w.add_surfaces();
+    for (const double at : {-10.0, 0.0, 0.0}) {
+        triangle.add_position(at);
+    }
+    for (const float n : {0.0F, 2.0F, 0.0F, 0.0F, 2.0F, 3.0F, 3.0F, 2.0F, 0.0F}) {
+        triangle.mutable_triangles()->add_vertex(n);
+    }
+    for (const std::uint32_t corner : {0U, 1U, 2U}) {
+        triangle.mutable_triangles()->add_corner(corner);
+    }
+    w.add_surfaces()->mutable_position()->Resize(3, 0.0);  // one that the server keeps to itself
+    return w;
+}
+
+TEST(ReadWorld, PutsSurfacesAroundTheOriginOfEachZone) {
+    const auto world = read_world(with_surfaces());
+    ASSERT_TRUE(world.ok()) << world.error();
+    for (const ZoneInfo& zone : world->zones) {
+        ASSERT_EQ(zone.geometry.surfaces().size(), 2u);
+        const auto at = [&](double x, double z) {
+            return zone.geometry.floor_at(static_cast<float>(x - zone.origin.x()),
+                                          static_cast<float>(z - zone.origin.z())) +
+                   static_cast<float>(zone.origin.y());
+        };
+        EXPECT_FLOAT_EQ(at(10.0, 0.2), 1.5F);
+        EXPECT_FLOAT_EQ(at(-9.5, 0.5), 2.0F);
+        EXPECT_LT(at(-20.0, 0.0), 0.5F);
+    }
+    EXPECT_EQ(&world->zones.front().geometry.surfaces()[0].surface(),
+              &world->zones.back().geometry.surfaces()[0].surface())
+        << "zones share one copy";
+}
+
+TEST(ReadWorld, RefusesMalformedSurfaces) {
+    ASSERT_TRUE(read_world(with_surfaces()).ok());
+    const auto refused = [&](auto&& spoil) {
+        proto::WorldDescription w = with_surfaces();
+        spoil(*w.mutable_surfaces(0), *w.mutable_surfaces(1));
+        return !read_world(w).ok();
+    };
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.clear_position(); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.set_position(1, NAN); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.add_orientation(1.0F); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.mutable_triangles(); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.mutable_heights()->set_columns(3); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.mutable_heights()->set_columns(1U << 31U); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.mutable_heights()->set_spacing_x(0.0F); }));
+    EXPECT_TRUE(refused([](auto& h, auto&) { h.mutable_heights()->set_height(1, NAN); }));
+    EXPECT_TRUE(refused([](auto&, auto& t) { t.mutable_triangles()->set_corner(2, 3); }));
+    EXPECT_TRUE(refused([](auto&, auto& t) { t.mutable_triangles()->add_corner(0); }));
+    EXPECT_TRUE(refused([](auto&, auto& t) { t.mutable_triangles()->add_vertex(0.0F); }));
+    EXPECT_TRUE(refused([](auto&, auto& t) { t.mutable_triangles()->clear_corner(); }));
+    EXPECT_TRUE(refused([](auto&, auto& t) { t.mutable_triangles()->set_vertex(0, INFINITY); }));
+}
+
 struct OwnAvatarTest : testing::Test {
     /// What the server computes from the same inputs.
     motion::CharacterState server_step(const motion::InputCommand& c) {
