@@ -1,4 +1,5 @@
 // Particles: points with a mass that fly, bounce, slide and rest on what does not give way.
+#include "server/physics/integrator/free_flight.h"
 #include "server/physics/integrator/integrate.h"
 #include "server/physics/query/shape_ray.h"
 #include "server/physics/scene_impl.h"
@@ -32,8 +33,9 @@ Aabb box_about(const Vec3& x) {
 struct Scene::Impl::Flight {
     Vec3 position, velocity, acceleration;
     float left = 0.0F;
-    bool supported = false;  // by something that stands still
-    float beyond = 1.0F;     // surfaces count up to so many skins behind the end
+    Vec3 after = Vec3::Zero();  // acceleration once a surface was met
+    bool supported = false;     // by something that stands still
+    float beyond = 1.0F;        // surfaces count up to so many skins behind the end
 
     [[nodiscard]] Vec3 end_velocity() const { return velocity + left * acceleration; }
 
@@ -169,6 +171,8 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) co
         flight.velocity += time * flight.acceleration;
     }
     flight.left -= time;
+    flight.acceleration = flight.after;
+    const float press = n.dot(flight.acceleration);
     const Grip grip = combine(bodies.material[row], bodies.material[bump.body]);
     const Vec3 relative = flight.velocity - bump.surface_velocity;
     const float closing = std::max(0.0F, -n.dot(relative));
@@ -180,17 +184,18 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) co
         slide *= speed > most ? 1.0F - most / speed : 0.0F;
     };
     rub(grip.friction * (closing + away));
-    if (bounces || pull >= 0.0F) {
+    if (bounces || press >= 0.0F) {
         flight.velocity = bump.surface_velocity + slide + std::max(away, n.dot(relative)) * n;
         return;
     }
     // On the surface for what is left: the mean velocity is exact while it slides.
     const Vec3 start = slide;
-    slide += flight.left * (flight.acceleration - pull * n);
-    rub(grip.friction * -pull * flight.left);
+    slide += flight.left * (flight.acceleration - press * n);
+    rub(grip.friction * -press * flight.left);
     flight.velocity = bump.surface_velocity + start;
     flight.acceleration =
         flight.left > 0.0F ? Vec3((slide - start) / flight.left) : Vec3(Vec3::Zero());
+    flight.after = flight.acceleration;
     flight.supported |= bodies.kind[bump.body] == BodyKind::kStatic;
 }
 
@@ -221,12 +226,36 @@ void Scene::Impl::ride(std::uint32_t row,
     flight.position = wall.body != kNoIndex ? wall.before : to;
 }
 
-void Scene::Impl::step_particle(std::uint32_t row, float dt) {
+/// The step as if nothing were in the way: a parabola that ends where, and as fast as, the
+/// integrator says. The default's begins with the velocity that the particle has; that of another
+/// may not (semi-implicit Euler's is a straight line). What lies still on something is left to the
+/// default, or it would be lifted and dropped by turns. False where the integrator gave up.
+bool Scene::Impl::begin_flight(std::uint32_t row, float dt, Flight& flight) const {
     const Vec3 pull = settings.gravity + bodies.inv_mass[row] * bodies.force[row];
+    const float drag = bodies.damping[row].linear;
     const Vec3 start = bodies.velocity[row];
-    const Vec3 end = (start + dt * pull) / (1.0F + dt * bodies.damping[row].linear);
-    const bool damped = bodies.damping[row].linear > 0.0F;
-    Flight flight{bodies.position[row], start, damped ? Vec3((end - start) / dt) : pull, dt};
+    const Vec3 end = (start + dt * pull) / (1.0F + dt * drag);
+    flight.velocity = start;
+    flight.acceleration = drag > 0.0F ? Vec3((end - start) / dt) : pull;
+    flight.after = flight.acceleration;
+    if (settings.particle_integrator == IntegratorKind::kDefault || bodies.still_s[row] > 0.0F) {
+        return true;
+    }
+    Vec3 way = Vec3::Zero();
+    Vec3 velocity = start;
+    const bool arrived = free_flight(settings.particle_integrator, {pull, drag}, dt, way, velocity);
+    const Vec3 mean = way / dt;
+    flight.velocity = 2.0F * mean - velocity;
+    flight.acceleration = 2.0F * (velocity - mean) / dt;
+    return arrived;
+}
+
+void Scene::Impl::step_particle(std::uint32_t row, float dt) {
+    Flight flight{bodies.position[row], Vec3::Zero(), Vec3::Zero(), dt};
+    if (!begin_flight(row, dt, flight)) {
+        broken.push_back(row);
+        return;
+    }
     for (int bumps = 0; flight.left > 0.0F; ++bumps) {
         Bump bump;
         find_bump(row, flight, bump);
