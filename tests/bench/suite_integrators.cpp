@@ -29,7 +29,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// A motion, and how runs of it are judged. Rows differ by their time step alone.
 template <class Force>
-struct Motion {
+struct KnownMotion {
     using V = typename Force::V;
     using State = MotionState<V>;
 
@@ -61,7 +61,7 @@ class MotionTrial : public JudgedTrial {
   public:
     using State = MotionState<typename Force::V>;
 
-    MotionTrial(const Motion<Force>& motion, int size, int batch, const Method& method)
+    MotionTrial(const KnownMotion<Force>& motion, int size, int batch, const Method& method)
         : motion_(motion),
           size_(size),
           h_(motion.step_at(size)),
@@ -122,7 +122,7 @@ class MotionTrial : public JudgedTrial {
         row.metric("drift_steps", static_cast<double>(steps));
     }
 
-    const Motion<Force>& motion_;
+    const KnownMotion<Force>& motion_;
     int size_;
     double h_;
     int batch_;
@@ -153,10 +153,10 @@ struct EngineSpin {
 };
 
 template <class Force>
-std::unique_ptr<JudgedTrial> trial(const Motion<Force>& motion,
-                                   int size,
-                                   int batch,
-                                   IntegratorKind kind) {
+std::unique_ptr<JudgedTrial> trial_of(const KnownMotion<Force>& motion,
+                                      int size,
+                                      int batch,
+                                      IntegratorKind kind) {
     using V = typename Force::V;
     return physics::with_integrator<V>(kind, [&](auto method) -> std::unique_ptr<JudgedTrial> {
         using Method = decltype(method);
@@ -206,7 +206,7 @@ void add_order(Row& row, const Row& longer, double ratio) {
 
 /// Which steps the method bears on this spring.
 template <class Force>
-void add_stability(Row& row, const Motion<Force>& motion) {
+void add_stability(Row& row, const KnownMotion<Force>& motion) {
     const auto kind = std::find_if(physics::kIntegratorKinds.begin(),
                                    physics::kIntegratorKinds.end(),
                                    [&row](auto k) { return physics::name_of(k) == row.method; });
@@ -216,7 +216,7 @@ void add_stability(Row& row, const Motion<Force>& motion) {
 }
 
 template <class Force>
-void run_motion(Session& session, const Motion<Force>& motion) {
+void compare_on(Session& session, const KnownMotion<Force>& motion) {
     if (!session.wants_scene(motion.name)) {
         return;
     }
@@ -229,7 +229,7 @@ void run_motion(Session& session, const Motion<Force>& motion) {
         for (const IntegratorKind kind : physics::kIntegratorKinds) {
             if (has_meaning<Force>(kind)) {
                 methods.push_back({physics::name_of(kind), "", [&motion, size, batch, kind] {
-                                       return trial(motion, size, batch, kind);
+                                       return trial_of(motion, size, batch, kind);
                                    }});
             }
         }
@@ -267,7 +267,7 @@ void run_motion(Session& session, const Motion<Force>& motion) {
 void run_springs(Session& session, long drift_steps) {
     using scenario::Line;
     using scenario::SwayingSpring;
-    Motion<SwayingSpring> m;
+    KnownMotion<SwayingSpring> m;
     m.name = "oscillator";
     m.unit = "m";
     m.force = {2.0 * std::numbers::pi, 0.0, 0.0, 0.0};
@@ -286,7 +286,7 @@ void run_springs(Session& session, long drift_steps) {
     m.energy_error = [spring = m.force, whole](const MotionState<Line>& s, double) {
         return spring.energy(s) / whole - 1.0;
     };
-    run_motion(session, m);
+    compare_on(session, m);
 
     // k dt^2 / m = 10^4 at the longest step. The far end sways by a decimetre; the error is taken
     // at no special phase of that.
@@ -305,12 +305,12 @@ void run_springs(Session& session, long drift_steps) {
         const double exact = spring.exact(start, t).v.squaredNorm();
         return (s.v.squaredNorm() - exact) / (most * most);
     };
-    run_motion(session, m);
+    compare_on(session, m);
 }
 
 void run_conservative(Session& session, long drift_steps) {
     using scenario::Line;
-    Motion<scenario::Orbit> orbit;
+    KnownMotion<scenario::Orbit> orbit;
     orbit.name = "kepler";
     orbit.unit = "semi-axes";
     orbit.start = scenario::Orbit::exact(0.5, 0.0);
@@ -324,9 +324,9 @@ void run_conservative(Session& session, long drift_steps) {
     orbit.energy_error = [](const MotionState<scenario::Plane>& s, double) {
         return -2.0 * scenario::Orbit::energy(s) - 1.0;  // it is -1/2
     };
-    run_motion(session, orbit);
+    compare_on(session, orbit);
 
-    Motion<scenario::Pendulum> pendulum;
+    KnownMotion<scenario::Pendulum> pendulum;
     pendulum.name = "pendulum";
     pendulum.unit = "rad";
     pendulum.start = {Line(2.5), Line(0.0)};
@@ -341,12 +341,12 @@ void run_conservative(Session& session, long drift_steps) {
                                 const MotionState<Line>& s, double) {
         return force.energy(s) / force.energy(start) - 1.0;
     };
-    run_motion(session, pendulum);
+    compare_on(session, pendulum);
 }
 
 /// A ball thrown at 100 m/s; the reference is the adaptive pair at 1e-13.
 void run_projectile(Session& session, long drift_steps) {
-    Motion<scenario::ThrownBall> m;
+    KnownMotion<scenario::ThrownBall> m;
     m.name = "projectile_drag";
     m.unit = "m";
     m.start = {Vec3d::Zero(), Vec3d(70, 70, 10)};
@@ -364,15 +364,15 @@ void run_projectile(Session& session, long drift_steps) {
     m.energy_error = [most = m.force.terminal_speed()](const MotionState<Vec3d>& s, double) {
         return s.v.squaredNorm() / (most * most) - 1.0;
     };
-    run_motion(session, m);
+    compare_on(session, m);
 }
 
 /// Scene S7 of the physics suite: a box of 1 x 2 x 3 m and 6 kg, spun about its middle axis. Errors
 /// are those of the spin in body axes after 2 s, on the way to the first flip: what wobble there is
 /// has grown a hundredfold by then.
-void run_spin(Session& session, long drift_steps) {
+void run_free_spin(Session& session, long drift_steps) {
     const Vec3d spin(0.01, 5.0, 0.01);
-    Motion<scenario::FreeRotation> m;
+    KnownMotion<scenario::FreeRotation> m;
     m.name = "free_spin";
     m.unit = "share";
     m.force.moments = Vec3d(6.5, 5.0, 2.5);
@@ -394,7 +394,7 @@ void run_spin(Session& session, long drift_steps) {
         row.metric("momentum_turned_60s_degrees",
                    std::atan2(from.cross(to).norm(), from.dot(to)) * 180.0 / std::numbers::pi);
     };
-    run_motion(session, m);
+    compare_on(session, m);
 }
 
 void run_integrators(Session& session) {
@@ -414,7 +414,7 @@ void run_integrators(Session& session) {
         run_projectile(session, drift_steps);
     }
     if (session.wants_scene("free_spin")) {
-        run_spin(session, drift_steps);
+        run_free_spin(session, drift_steps);
     }
 }
 

@@ -101,17 +101,17 @@ TEST(Integrators, GainAndLoseEnergyAsTheoryHasIt) {
 /// position form rounds the way of a step, h v, by the same share). A velocity that is off changes
 /// the swing's period, and so the place by up to 3 x the time that is left x as much: where all
 /// roundings agree 2 n x n h x 3 x 1e-15 / 2.
-constexpr long kSteps = 10'000;
-constexpr double kReturn = 0.01 * kSteps * kSteps * 3 * 1e-15;
+constexpr long kReturnSteps = 10'000;
+constexpr double kReturn = 0.01 * kReturnSteps * kReturnSteps * 3 * 1e-15;
 
 TEST(VelocityVerlet, RunsBackToWhereItStarted) {
     const Pendulum pendulum;
     const auto return_error = [&](IntegratorKind kind) {
         const MotionState<Line> start{Line(2.0), Line(0.3)};
-        MotionState<Line> s = run_motion(kind, start, 0.01, kSteps, pendulum);
+        MotionState<Line> s = run_motion(kind, start, 0.01, kReturnSteps, pendulum);
         EXPECT_GT(apart(s, start), 0.1);
         s.v = -s.v;
-        s = run_motion(kind, s, 0.01, kSteps, pendulum);
+        s = run_motion(kind, s, 0.01, kReturnSteps, pendulum);
         s.v = -s.v;
         return apart(s, start);
     };
@@ -129,7 +129,7 @@ TEST(Verlet, RunsBackToItsFirstTwoPositions) {
     Verlet<Line> forth;
     MotionState<Line> s;
     forth.start_from(first, second, kH, s.x, s.v);
-    for (long i = 0; i < kSteps; ++i) {
+    for (long i = 0; i < kReturnSteps; ++i) {
         forth.step(s.x, s.v, 0.0, kH, pendulum);
         if (i == 0) {
             EXPECT_NEAR(s.x[0], second[0], 1e-15);
@@ -137,7 +137,7 @@ TEST(Verlet, RunsBackToItsFirstTwoPositions) {
     }
     Verlet<Line> back;
     back.start_from(Line(s.x + forth.way()), Line(s.x), kH, s.x, s.v);
-    for (long i = 0; i < kSteps; ++i) {
+    for (long i = 0; i < kReturnSteps; ++i) {
         back.step(s.x, s.v, 0.0, kH, pendulum);
     }
     EXPECT_NEAR(s.x[0], second[0], kReturn);

@@ -12,10 +12,10 @@
 namespace zoned::physics {
 namespace {
 
-constexpr int kSteps = 120;
-constexpr double kDrag = 1.5;
+constexpr int kFlightSteps = 120;
+constexpr double kAirDrag = 1.5;
 
-Settings by(IntegratorKind kind) {
+Settings flown_by(IntegratorKind kind) {
     Settings settings;
     settings.body_integrator = kind;
     settings.particle_integrator = kind;
@@ -45,7 +45,7 @@ double left_of_speed(IntegratorKind kind, double s) {
 }
 
 BodyState thrown(IntegratorKind kind, BodyKind body, float drag) {
-    Scene scene{by(kind)};
+    Scene scene{flown_by(kind)};
     BodyDef def;
     def.kind = body;
     def.shape = Shape::sphere(0.1F);
@@ -53,18 +53,18 @@ BodyState thrown(IntegratorKind kind, BodyKind body, float drag) {
     def.velocity = Vec3(3, 20, -2);
     def.damping.linear = drag;
     const BodyId id = *scene.add(def);
-    run_steps(scene, kSteps);
+    run_steps(scene, kFlightSteps);
     return scene.state(id);
 }
 
 /// Floats: 120 steps round positions and velocities of up to 22 by half an ulp, 1e-6, each.
-constexpr double kRounding = 1.2e-4;
+constexpr double kFloatRounding = 1.2e-4;
 
 class Thrown : public testing::TestWithParam<BodyKind> {};
 
 TEST_P(Thrown, LandsWhereTheMethodsTheorySays) {
     const auto h = static_cast<double>(kFrame);
-    const double t = kSteps * h;
+    const double t = kFlightSteps * h;
     for (const IntegratorKind kind : kIntegratorKinds) {
         if (!in_scenes(kind)) {
             continue;
@@ -78,8 +78,8 @@ TEST_P(Thrown, LandsWhereTheMethodsTheorySays) {
         }
         const BodyState end = thrown(kind, GetParam(), 0.0F);
         const Vec3d exact(1 + 3 * t, 2 + 20 * t - 0.5 * 9.81 * t * t + off, 3 - 2 * t);
-        EXPECT_LT((end.position.cast<double>() - exact).norm(), kRounding) << name_of(kind);
-        EXPECT_NEAR(static_cast<double>(end.velocity.y()), 20 - 9.81 * t, kRounding)
+        EXPECT_LT((end.position.cast<double>() - exact).norm(), kFloatRounding) << name_of(kind);
+        EXPECT_NEAR(static_cast<double>(end.velocity.y()), 20 - 9.81 * t, kFloatRounding)
             << name_of(kind);
     }
 }
@@ -90,13 +90,15 @@ TEST_P(Thrown, IsBrakedByDragAsTheMethodsTheorySays) {
         if (!in_scenes(kind)) {
             continue;
         }
-        const double left = std::pow(left_of_speed(kind, kDrag * h), kSteps);
-        const double terminal = -9.81 / kDrag;
-        const BodyState end = thrown(kind, GetParam(), static_cast<float>(kDrag));
+        const double left = std::pow(left_of_speed(kind, kAirDrag * h), kFlightSteps);
+        const double terminal = -9.81 / kAirDrag;
+        const BodyState end = thrown(kind, GetParam(), static_cast<float>(kAirDrag));
         // The adaptive pair may be off by its tolerance, 1e-6 of 20 m/s, in each step.
-        EXPECT_NEAR(static_cast<double>(end.velocity.x()), 3 * left, kRounding) << name_of(kind);
-        EXPECT_NEAR(
-            static_cast<double>(end.velocity.y()), terminal + (20 - terminal) * left, kRounding)
+        EXPECT_NEAR(static_cast<double>(end.velocity.x()), 3 * left, kFloatRounding)
+            << name_of(kind);
+        EXPECT_NEAR(static_cast<double>(end.velocity.y()),
+                    terminal + (20 - terminal) * left,
+                    kFloatRounding)
             << name_of(kind);
     }
 }
@@ -113,7 +115,7 @@ TEST(SceneIntegrator, RefusesVerletWithTheReason) {
     EXPECT_NE(why_unfit_integrator(IntegratorKind::kVerlet).find("velocity_verlet"),
               std::string::npos);
     EXPECT_NE(why_unfit_integrator(static_cast<IntegratorKind>(99)), "");
-    EXPECT_DEATH(Scene{by(IntegratorKind::kVerlet)}, "integrator");
+    EXPECT_DEATH(Scene{flown_by(IntegratorKind::kVerlet)}, "integrator");
 }
 
 /// Particles that fall on the ground bounce, slide and come to rest whatever moves them; bodies in
@@ -123,7 +125,7 @@ TEST(SceneIntegrator, LetsWhatFallsComeToRest) {
         if (!in_scenes(kind)) {
             continue;
         }
-        Scene scene{by(kind)};
+        Scene scene{flown_by(kind)};
         BodyDef ground;
         ground.kind = BodyKind::kStatic;
         ground.shape = Shape::plane();
@@ -157,7 +159,7 @@ TEST(SceneIntegrator, BouncesParticlesToTheSameHeight) {
         if (!in_scenes(kind)) {
             continue;
         }
-        Scene scene{by(kind)};
+        Scene scene{flown_by(kind)};
         BodyDef ground;
         ground.kind = BodyKind::kStatic;
         ground.shape = Shape::plane();
