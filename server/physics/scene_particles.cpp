@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace zoned::physics {
 
@@ -33,9 +34,9 @@ Aabb box_about(const Vec3& x) {
 struct Scene::Impl::Flight {
     Vec3 position, velocity, acceleration;
     float left = 0.0F;
-    Vec3 after = Vec3::Zero();  // acceleration once a surface was met
-    bool supported = false;     // by something that stands still
-    float beyond = 1.0F;        // surfaces count up to so many skins behind the end
+    bool supported = false;       // by something that stands still
+    float beyond = 1.0F;          // surfaces count up to so many skins behind the end
+    const Vec3* after = nullptr;  // acceleration once a surface was met, where it is another
 
     [[nodiscard]] Vec3 end_velocity() const { return velocity + left * acceleration; }
 
@@ -157,7 +158,7 @@ void Scene::Impl::land(std::uint32_t row, const Bump& bump, float time, Flight& 
 void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) const {
     const Vec3& n = bump.normal;
     const float before = n.dot(flight.velocity);
-    const float pull = n.dot(flight.acceleration);
+    float pull = n.dot(flight.acceleration);
     const float height = n.dot(flight.position - bump.point);
     float time = bump.share * flight.left;
     if (bodies.kind[bump.body] == BodyKind::kStatic && pull < 0.0F) {
@@ -171,8 +172,10 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) co
         flight.velocity += time * flight.acceleration;
     }
     flight.left -= time;
-    flight.acceleration = flight.after;
-    const float press = n.dot(flight.acceleration);
+    if (flight.after != nullptr) {
+        flight.acceleration = *std::exchange(flight.after, nullptr);
+        pull = n.dot(flight.acceleration);
+    }
     const Grip grip = combine(bodies.material[row], bodies.material[bump.body]);
     const Vec3 relative = flight.velocity - bump.surface_velocity;
     const float closing = std::max(0.0F, -n.dot(relative));
@@ -184,18 +187,17 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) co
         slide *= speed > most ? 1.0F - most / speed : 0.0F;
     };
     rub(grip.friction * (closing + away));
-    if (bounces || press >= 0.0F) {
+    if (bounces || pull >= 0.0F) {
         flight.velocity = bump.surface_velocity + slide + std::max(away, n.dot(relative)) * n;
         return;
     }
     // On the surface for what is left: the mean velocity is exact while it slides.
     const Vec3 start = slide;
-    slide += flight.left * (flight.acceleration - press * n);
-    rub(grip.friction * -press * flight.left);
+    slide += flight.left * (flight.acceleration - pull * n);
+    rub(grip.friction * -pull * flight.left);
     flight.velocity = bump.surface_velocity + start;
     flight.acceleration =
         flight.left > 0.0F ? Vec3((slide - start) / flight.left) : Vec3(Vec3::Zero());
-    flight.after = flight.acceleration;
     flight.supported |= bodies.kind[bump.body] == BodyKind::kStatic;
 }
 
@@ -226,24 +228,14 @@ void Scene::Impl::ride(std::uint32_t row,
     flight.position = wall.body != kNoIndex ? wall.before : to;
 }
 
-/// The step as if nothing were in the way: a parabola that ends where, and as fast as, the
-/// integrator says. The default's begins with the velocity that the particle has; that of another
-/// may not (semi-implicit Euler's is a straight line). What lies still on something is left to the
-/// default, or it would be lifted and dropped by turns. False where the integrator gave up.
-bool Scene::Impl::begin_flight(std::uint32_t row, float dt, Flight& flight) const {
-    const Vec3 pull = settings.gravity + bodies.inv_mass[row] * bodies.force[row];
-    const float drag = bodies.damping[row].linear;
-    const Vec3 start = bodies.velocity[row];
-    const Vec3 end = (start + dt * pull) / (1.0F + dt * drag);
-    flight.velocity = start;
-    flight.acceleration = drag > 0.0F ? Vec3((end - start) / dt) : pull;
-    flight.after = flight.acceleration;
-    if (settings.particle_integrator == IntegratorKind::kDefault || bodies.still_s[row] > 0.0F) {
-        return true;
-    }
+/// Bends the way of a step, as if nothing were on it, from the default's to another integrator's: a
+/// parabola that ends where, and as fast as, that one says. It may not begin with the velocity that
+/// the particle has (semi-implicit Euler's is a straight line). False where the integrator gave up.
+bool Scene::Impl::bend_flight(std::uint32_t row, const Vec3& pull, float dt, Flight& flight) const {
     Vec3 way = Vec3::Zero();
-    Vec3 velocity = start;
-    const bool arrived = free_flight(settings.particle_integrator, {pull, drag}, dt, way, velocity);
+    Vec3 velocity = flight.velocity;
+    const bool arrived = free_flight_by(
+        settings.particle_integrator, {pull, bodies.damping[row].linear}, dt, way, velocity);
     const Vec3 mean = way / dt;
     flight.velocity = 2.0F * mean - velocity;
     flight.acceleration = 2.0F * (velocity - mean) / dt;
@@ -251,10 +243,19 @@ bool Scene::Impl::begin_flight(std::uint32_t row, float dt, Flight& flight) cons
 }
 
 void Scene::Impl::step_particle(std::uint32_t row, float dt) {
-    Flight flight{bodies.position[row], Vec3::Zero(), Vec3::Zero(), dt};
-    if (!begin_flight(row, dt, flight)) {
-        broken.push_back(row);
-        return;
+    const Vec3 pull = settings.gravity + bodies.inv_mass[row] * bodies.force[row];
+    const Vec3 start = bodies.velocity[row];
+    const Vec3 end = (start + dt * pull) / (1.0F + dt * bodies.damping[row].linear);
+    const bool damped = bodies.damping[row].linear > 0.0F;
+    Flight flight{bodies.position[row], start, damped ? Vec3((end - start) / dt) : pull, dt};
+    const Vec3 after = flight.acceleration;
+    // What lies still on something is left to the default: others would lift and drop it by turns.
+    if (settings.particle_integrator != IntegratorKind::kDefault && bodies.still_s[row] == 0.0F) {
+        flight.after = &after;
+        if (!bend_flight(row, pull, dt, flight)) {
+            broken.push_back(row);
+            return;
+        }
     }
     for (int bumps = 0; flight.left > 0.0F; ++bumps) {
         Bump bump;
