@@ -158,18 +158,18 @@ std::unique_ptr<JudgedTrial> trial_of(const KnownMotion<Force>& motion,
                                       int batch,
                                       IntegratorKind kind) {
     using V = typename Force::V;
+    if constexpr (std::is_same_v<Force, scenario::FreeRotation>) {
+        if (kind == IntegratorKind::kDefault) {
+            const EngineSpin engine{motion.force.moments.template cast<float>()};
+            return std::make_unique<MotionTrial<Force, EngineSpin>>(motion, size, batch, engine);
+        }
+    }
     return physics::with_integrator<V>(kind, [&](auto method) -> std::unique_ptr<JudgedTrial> {
         using Method = decltype(method);
         if constexpr (std::is_same_v<Method, physics::Adaptive<V>>) {
             method.options = {kTolerance, kTolerance, 1'000'000};
         }
-        if constexpr (std::is_same_v<Force, scenario::FreeRotation> &&
-                      std::is_same_v<Method, physics::ConstantAcceleration<V>>) {
-            const EngineSpin engine{motion.force.moments.template cast<float>()};
-            return std::make_unique<MotionTrial<Force, EngineSpin>>(motion, size, batch, engine);
-        } else {
-            return std::make_unique<MotionTrial<Force, Method>>(motion, size, batch, method);
-        }
+        return std::make_unique<MotionTrial<Force, Method>>(motion, size, batch, method);
     });
 }
 
