@@ -25,6 +25,9 @@ void check_replication(const proto::Config& config,
                        const std::vector<ZoneRegion>& zones,
                        Diagnostics& diagnostics);
 
+/// Integrators that cannot move bodies.
+void check_physics(const proto::Config& config, Diagnostics& diagnostics);
+
 /// Addresses, ports, certificate and key files, rules settings, names that `testing` speaks of.
 void check_server(const proto::Config& config,
                   const std::vector<ZoneRegion>& zones,

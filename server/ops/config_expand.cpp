@@ -235,6 +235,17 @@ static_assert(same(proto::Config::AUTOMATIC, physics::BroadphaseKind::kAutomatic
               same(proto::Config::SORT_AND_SWEEP, physics::BroadphaseKind::kSortAndSweep) &&
               same(proto::Config::TREE, physics::BroadphaseKind::kTree));
 
+using Flight = proto::Config::Physics;
+static_assert(same(Flight::DEFAULT, physics::IntegratorKind::kDefault) &&
+              same(Flight::EXPLICIT_EULER, physics::IntegratorKind::kExplicitEuler) &&
+              same(Flight::IMPLICIT_EULER, physics::IntegratorKind::kImplicitEuler) &&
+              same(Flight::SEMI_IMPLICIT_EULER, physics::IntegratorKind::kSemiImplicitEuler) &&
+              same(Flight::VERLET, physics::IntegratorKind::kVerlet) &&
+              same(Flight::VELOCITY_VERLET, physics::IntegratorKind::kVelocityVerlet) &&
+              same(Flight::RK2, physics::IntegratorKind::kRk2) &&
+              same(Flight::RK4, physics::IntegratorKind::kRk4) &&
+              same(Flight::ADAPTIVE, physics::IntegratorKind::kAdaptive));
+
 void expand_physics(const proto::Config::Physics& from, physics::Settings& out) {
     out.gravity = Vec3(0.0F, -narrow(from.gravity_mps2()), 0.0F);
     out.substeps = static_cast<int>(from.substeps());
@@ -248,6 +259,8 @@ void expand_physics(const proto::Config::Physics& from, physics::Settings& out) 
     out.cell_depth = static_cast<int>(from.cell_depth());
     out.boxes_per_cell = static_cast<int>(from.boxes_per_cell());
     out.method = static_cast<physics::Method>(from.method());
+    out.body_integrator = static_cast<physics::IntegratorKind>(from.body_integrator());
+    out.particle_integrator = static_cast<physics::IntegratorKind>(from.particle_integrator());
     expand_methods(from.method_parameters(), out.methods);
 }
 

@@ -55,6 +55,7 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);
+    check_physics(config, diagnostics);
     check_server(config, settings.zones, diagnostics);
     expand_stages(config, settings);
     settings.boxes = expand_statics(config, diagnostics);

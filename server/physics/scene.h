@@ -1,6 +1,7 @@
 // Scene: the rigid bodies of one zone; add bodies, step, read states, contacts and queries.
 #pragma once
 
+#include "server/physics/integrator/integrator_kind.h"
 #include "server/physics/joints/joint.h"
 #include "server/physics/methods/method_settings.h"
 #include "server/physics/query/query.h"
@@ -50,6 +51,13 @@ struct Settings {
     float event_impulse_ns = 1000.0F;    ///< contacts that carry more are events in each step
     Method method = Method::kSoftStep;   ///< what answers contacts and joints
     MethodSettings methods;              ///< of all methods but kSoftStep
+    /// What moves the centre of mass of dynamic bodies while neither contact nor joint holds them;
+    /// the solver's substeps move the others, and rotation keeps its own method (rotate_freely),
+    /// whatever is chosen. All but kVerlet, see why_unfit_integrator.
+    IntegratorKind body_integrator = IntegratorKind::kDefault;
+    /// The same for particles until they meet a surface: the rest of that step, and what lies still
+    /// on something, is left to the default.
+    IntegratorKind particle_integrator = IntegratorKind::kDefault;
 };
 
 /// Times are measured by the caller (no clock in here); counts of one step.

@@ -186,6 +186,11 @@ struct Scene::Impl {
     struct Bump;
     void step_particles(float dt);
     void step_particle(std::uint32_t row, float dt);
+    /// Kept out of the way of those that fly by the default.
+    [[nodiscard, gnu::noinline, gnu::cold]] bool bend_flight(std::uint32_t row,
+                                                             const Vec3& pull,
+                                                             float dt,
+                                                             Flight& flight) const;
     [[nodiscard]] bool meets_particle(std::uint32_t row, std::uint32_t other) const;
     void find_bump(std::uint32_t row, const Flight& flight, Bump& bump) const;
     void find_moving_bump(std::uint32_t row, const Flight& flight, float dt, Bump& bump) const;

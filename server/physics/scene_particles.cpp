@@ -1,4 +1,5 @@
 // Particles: points with a mass that fly, bounce, slide and rest on what does not give way.
+#include "server/physics/integrator/free_flight.h"
 #include "server/physics/integrator/integrate.h"
 #include "server/physics/query/shape_ray.h"
 #include "server/physics/scene_impl.h"
@@ -6,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace zoned::physics {
 
@@ -32,8 +34,9 @@ Aabb box_about(const Vec3& x) {
 struct Scene::Impl::Flight {
     Vec3 position, velocity, acceleration;
     float left = 0.0F;
-    bool supported = false;  // by something that stands still
-    float beyond = 1.0F;     // surfaces count up to so many skins behind the end
+    bool supported = false;       // by something that stands still
+    float beyond = 1.0F;          // surfaces count up to so many skins behind the end
+    const Vec3* after = nullptr;  // acceleration once a surface was met, where it is another
 
     [[nodiscard]] Vec3 end_velocity() const { return velocity + left * acceleration; }
 
@@ -155,7 +158,7 @@ void Scene::Impl::land(std::uint32_t row, const Bump& bump, float time, Flight& 
 void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) const {
     const Vec3& n = bump.normal;
     const float before = n.dot(flight.velocity);
-    const float pull = n.dot(flight.acceleration);
+    float pull = n.dot(flight.acceleration);
     const float height = n.dot(flight.position - bump.point);
     float time = bump.share * flight.left;
     if (bodies.kind[bump.body] == BodyKind::kStatic && pull < 0.0F) {
@@ -169,6 +172,10 @@ void Scene::Impl::bounce(std::uint32_t row, const Bump& bump, Flight& flight) co
         flight.velocity += time * flight.acceleration;
     }
     flight.left -= time;
+    if (flight.after != nullptr) {
+        flight.acceleration = *std::exchange(flight.after, nullptr);
+        pull = n.dot(flight.acceleration);
+    }
     const Grip grip = combine(bodies.material[row], bodies.material[bump.body]);
     const Vec3 relative = flight.velocity - bump.surface_velocity;
     const float closing = std::max(0.0F, -n.dot(relative));
@@ -221,12 +228,35 @@ void Scene::Impl::ride(std::uint32_t row,
     flight.position = wall.body != kNoIndex ? wall.before : to;
 }
 
+/// Bends the way of a step, as if nothing were on it, from the default's to another integrator's: a
+/// parabola that ends where, and as fast as, that one says. It may not begin with the velocity that
+/// the particle has (semi-implicit Euler's is a straight line). False where the integrator gave up.
+bool Scene::Impl::bend_flight(std::uint32_t row, const Vec3& pull, float dt, Flight& flight) const {
+    Vec3 way = Vec3::Zero();
+    Vec3 velocity = flight.velocity;
+    const bool arrived = free_flight_by(
+        settings.particle_integrator, {pull, bodies.damping[row].linear}, dt, way, velocity);
+    const Vec3 mean = way / dt;
+    flight.velocity = 2.0F * mean - velocity;
+    flight.acceleration = 2.0F * (velocity - mean) / dt;
+    return arrived;
+}
+
 void Scene::Impl::step_particle(std::uint32_t row, float dt) {
     const Vec3 pull = settings.gravity + bodies.inv_mass[row] * bodies.force[row];
     const Vec3 start = bodies.velocity[row];
     const Vec3 end = (start + dt * pull) / (1.0F + dt * bodies.damping[row].linear);
     const bool damped = bodies.damping[row].linear > 0.0F;
     Flight flight{bodies.position[row], start, damped ? Vec3((end - start) / dt) : pull, dt};
+    const Vec3 after = flight.acceleration;
+    // What lies still on something is left to the default: others would lift and drop it by turns.
+    if (settings.particle_integrator != IntegratorKind::kDefault && bodies.still_s[row] == 0.0F) {
+        flight.after = &after;
+        if (!bend_flight(row, pull, dt, flight)) {
+            broken.push_back(row);
+            return;
+        }
+    }
     for (int bumps = 0; flight.left > 0.0F; ++bumps) {
         Bump bump;
         find_bump(row, flight, bump);

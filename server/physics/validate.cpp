@@ -119,6 +119,17 @@ std::string why_unfit_part(const CompoundPart& part) {
     return reason;
 }
 
+std::string why_unfit_integrator(IntegratorKind kind) {
+    if (static_cast<std::size_t>(kind) >= kIntegratorKinds.size()) {
+        return "unknown integrator";
+    }
+    if (kind == IntegratorKind::kVerlet) {
+        return "verlet: goes by the positions of earlier steps, which impulses and contacts make "
+               "void; started anew in each step it is velocity_verlet: take that";
+    }
+    return {};
+}
+
 bool fit_position(const Vec3& position) {
     return (position.array().abs() <= kMaxCoordinate).all();
 }

@@ -25,7 +25,11 @@ inline constexpr float kMaxDensity = 1.0e6F;     ///< kg/m3
 std::string why_unfit(const BodyDef& def);
 
 std::string why_unfit(const JointDef& def);
-/// The same for a part of a compound.
+
+/// Empty for an integrator that can move the bodies of a scene, otherwise the reason.
+std::string why_unfit_integrator(IntegratorKind kind);
+
+/// why_unfit for a part of a compound.
 std::string why_unfit_part(const CompoundPart& part);
 
 /// Finite and within the limits above; false for NaN.

@@ -135,17 +135,34 @@ std::string name_of(const Row& row) {
     return row.peer.empty() ? row.method : row.peer + "/" + row.method;
 }
 
-bool on_a_curve(const Row& row) {
-    return row.find_metric("passes") != nullptr;
+/// What rows with a certain metric are drawn against: time and that metric.
+struct CurveKind {
+    const char* metric;
+    const char* metric_label;
+    const char* time_label;
+    bool times_metric;  ///< time_us_p50 is that of one of so many
+};
+
+/// The kind of curve that a row is a point of, or null.
+const CurveKind* curve_of(const Row& row) {
+    static constexpr std::array<CurveKind, 2> kKinds{{
+        {"passes", "passes", "microseconds of a solve", false},
+        {"steps_per_s", "steps of a second", "microseconds of a simulated second", true},
+    }};
+    const auto found = std::find_if(kKinds.begin(), kKinds.end(), [&row](const CurveKind& kind) {
+        return row.find_metric(kind.metric) != nullptr;
+    });
+    return found == kKinds.end() ? nullptr : found;
 }
 
 std::string heading_of(const Row& row) {
-    const bool plain = row.parameter.empty() || on_a_curve(row);
+    const bool plain = row.parameter.empty() || curve_of(row) != nullptr;
     return row.suite + " " + row.scene + (plain ? "" : " " + row.parameter);
 }
 
 const char* colour(std::size_t i) {
-    constexpr std::array<const char*, 6> kColours{"#06c", "#c30", "#393", "#939", "#c80", "#066"};
+    constexpr std::array<const char*, 9> kColours{
+        "#06c", "#c30", "#393", "#939", "#c80", "#066", "#888", "#630", "#f6a"};
     return kColours[i % kColours.size()];
 }
 
@@ -256,21 +273,26 @@ std::string report_html(const Results& results) {
         const std::string heading = heading_of(results.rows[i]);
         std::vector<const Row*> rows;
         std::vector<Point> points;
-        std::vector<Point> passes;
+        std::vector<Point> along;
         for (; i < results.rows.size() && heading_of(results.rows[i]) == heading; ++i) {
             const Row& row = results.rows[i];
             rows.push_back(&row);
-            points.push_back({name_of(row), row.time_us_p50, row.error, row.peer.empty()});
-            if (on_a_curve(row)) {
-                const double at = *row.find_metric("passes");
-                passes.push_back({name_of(row), at, row.error, row.peer.empty()});
+            const CurveKind* curve = curve_of(row);
+            if (curve == nullptr) {
+                points.push_back({name_of(row), row.time_us_p50, row.error, row.peer.empty()});
+            } else if (std::isfinite(row.error)) {  // what exploded has no place
+                const double at = *row.find_metric(curve->metric);
+                const double time = row.time_us_p50 * (curve->times_metric ? at : 1.0);
+                points.push_back({name_of(row), time, row.error, row.peer.empty()});
+                along.push_back({name_of(row), at, row.error, row.peer.empty()});
             }
         }
         html += "<h2>" + escaped(heading) + "</h2>\n";
         const std::string unit = "error, " + rows[0]->error_unit;
-        html += passes.empty() ? scatter_svg("", "microseconds of a frame", unit, points)
-                               : curves_svg("microseconds of a solve", unit, points) +
-                                     curves_svg("passes", unit, passes);
+        const CurveKind* curve = curve_of(*rows[0]);
+        html += curve == nullptr ? scatter_svg("", "microseconds of a frame", unit, points)
+                                 : curves_svg(curve->time_label, unit, points) +
+                                       curves_svg(curve->metric_label, unit, along);
         html += table_html(rows);
     }
     return html + "</body></html>\n";

@@ -1,5 +1,6 @@
 #include "server/physics/solver/solver_bodies.h"
 
+#include "server/physics/integrator/free_flight.h"
 #include "server/physics/integrator/integrate.h"
 #include "server/physics/shapes/inertia.h"
 #include "server/physics/validate.h"
@@ -344,15 +345,15 @@ void fly_free(Bodies& bodies,
               std::uint32_t row,
               const Vec3& gravity,
               float dt,
+              IntegratorKind integrator,
               std::vector<std::uint32_t>& broken) {
     const bool dynamic = bodies.inv_mass[row] > 0.0F;
     const Vec3 pull =
         dynamic ? Vec3(gravity + bodies.inv_mass[row] * bodies.force[row]) : Vec3(Vec3::Zero());
-    const Vec3 velocity =
-        (bodies.velocity[row] + dt * pull) / (1.0F + dt * bodies.damping[row].linear);
-    // The mean of both velocities, rounded as they are: what rises falls back the same way, and
-    // rounding does not add up to energy.
-    const Vec3 position = bodies.position[row] + (0.5F * dt) * (bodies.velocity[row] + velocity);
+    Vec3 position = bodies.position[row];
+    Vec3 velocity = bodies.velocity[row];
+    const bool arrived =
+        free_flight(integrator, {pull, bodies.damping[row].linear}, dt, position, velocity);
     Quat orientation = bodies.orientation[row];
     const Mat3 r = bodies.inertia_axes(row, bodies.rotation[row]);
     const Vec3 twist = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * bodies.torque[row]);
@@ -366,7 +367,7 @@ void fly_free(Bodies& bodies,
             orientation = turned(orientation, Vec3(dt * spin));
         }
     }
-    if (!fit(position, velocity, spin, orientation)) {
+    if (!arrived || !fit(position, velocity, spin, orientation)) {
         stop_broken(bodies, row, broken);
         return;
     }

@@ -115,12 +115,13 @@ Vec3 rotate_body(const Bodies& bodies,
                  Quat& orientation,
                  Vec3& spin);
 
-/// A body that no constraint holds, over dt seconds: exact under constant acceleration, and free
-/// rotation that keeps the angular momentum.
+/// A body that no constraint holds, over dt seconds: its centre by the integrator, which by default
+/// is exact under constant acceleration, and free rotation that keeps the angular momentum.
 void fly_free(Bodies& bodies,
               std::uint32_t row,
               const Vec3& gravity,
               float dt,
+              IntegratorKind integrator,
               std::vector<std::uint32_t>& broken);
 
 }  // namespace zoned::physics

@@ -5,6 +5,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace zoned::bench {
@@ -115,6 +117,28 @@ TEST(Report, DrawsRowsWithPassesAsOneCurvePerMethod) {
     // Two methods, against time and against passes, under one heading.
     EXPECT_EQ(lines, 4U);
     EXPECT_EQ(html.find("<h2>s curve</h2>"), html.rfind("<h2>"));
+}
+
+TEST(Report, DrawsRowsWithStepsAsCurvesThatLeaveOutWhatExploded) {
+    Results results;
+    for (const int steps : {10, 20, 40}) {
+        Row row;
+        row.suite = "s";
+        row.scene = "motion";
+        row.method = "a";
+        row.parameter = "dt=" + std::to_string(1.0 / steps);
+        row.time_us_p50 = 0.5;
+        row.error = steps == 10 ? INFINITY : 1.0 / steps;
+        row.error_unit = std::string("m");
+        row.metric("steps_per_s", steps);
+        results.rows.push_back(row);
+    }
+    const std::string html = report_html(results);
+    EXPECT_NE(html.find("microseconds of a simulated second"), std::string::npos);
+    const std::size_t from = html.find("points=\"") + 8;
+    const std::string points = html.substr(from, html.find('"', from) - from);
+    EXPECT_EQ(std::count(points.begin(), points.end(), ','), 2);
+    EXPECT_EQ(html.find("<h2>s motion</h2>"), html.rfind("<h2>"));
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <map>
+#include <string>
 
 namespace zoned::bench {
 namespace {
@@ -95,6 +97,52 @@ TEST(Suites, JudgeOurRaysExactOverAField) {
         EXPECT_GT(*row.find_metric("hit_share"), 0.3);
         EXPECT_GT(*row.find_metric("rays_per_s"), 0.0);
     }
+}
+
+// Orders of theory where the shortest two steps are short enough, from runs that --quick does not
+// shorten; free rotation with its momentum.
+TEST(Suites, FindTheOrdersOfTheIntegrators) {
+    Session session;
+    session.quick = true;
+    const std::vector<Suite> suites = all_suites();
+    suite(suites, "integrators").run(session);
+    const std::map<std::string, double> orders{{"explicit_euler", 1},
+                                               {"implicit_euler", 1},
+                                               {"semi_implicit_euler", 1},
+                                               {"verlet", 2},
+                                               {"velocity_verlet", 2},
+                                               {"rk2", 2},
+                                               {"rk4", 4},
+                                               {"default", 1}};
+    std::map<std::string, int> rows;
+    for (const Row& row : session.results.rows) {
+        ++rows[row.scene];
+        EXPECT_GT(row.time_us_p50, 0.0) << row.scene << row.method;
+        const double* order = row.find_metric("order");
+        if (row.scene == "oscillator" && row.parameter == "dt=0.0015625") {
+            ASSERT_EQ(order != nullptr, row.method != "adaptive");
+            EXPECT_NEAR(order == nullptr ? 0.0 : *order,
+                        order == nullptr ? 0.0 : orders.at(row.method),
+                        0.1)
+                << row.method;
+        }
+        if (row.scene == "stiff_spring" && row.parameter == "dt=0.016667") {
+            const bool borne = row.method == "implicit_euler" || row.method == "adaptive";
+            EXPECT_EQ(*row.find_metric("stable"), borne ? 1.0 : 0.0) << row.method;
+            EXPECT_EQ(row.error < 1e-3, borne) << row.method;
+        }
+        if (row.scene == "free_spin" && row.parameter == "dt=0.016667" && row.method == "default") {
+            EXPECT_LT(std::abs(*row.find_metric("energy_error_60s")), 2e-4);
+            EXPECT_LT(*row.find_metric("momentum_turned_60s_degrees"), 0.1);
+        }
+    }
+    EXPECT_EQ(rows,
+              (std::map<std::string, int>{{"oscillator", 54},
+                                          {"stiff_spring", 54},
+                                          {"kepler", 54},
+                                          {"pendulum", 54},
+                                          {"projectile_drag", 54},
+                                          {"free_spin", 42}}));
 }
 
 // Free flight of bodies and points is exact but for rounding at 11 m; who lands sinks in by less
