@@ -13,7 +13,6 @@ namespace zoned::physics::soft {
 
 namespace {
 
-constexpr float kFastBody = 60.0F;    // m/s: faster bodies are seen when they are near
 constexpr float kPushOut = 1.0F;      // m/s: at which nodes leave what they were in before
 constexpr float kInsideReach = 2.0F;  // m: from where a surface is looked for that a node is behind
 
@@ -52,17 +51,27 @@ void add_contacts(SoftBody& body,
     const Vec3 x = body.position(i);
     const Vec3 way = r.dt * body.v[i].head<3>();
     const float reach = body.material.thickness + way.norm() + r.bodies;
-    QueryHit hit;
-    if (!query.closest_to_point(x, reach, {}, hit)) {
-        return;
+    // A node may be held between two bodies: one that stands and one that moves.
+    QueryFilter standing;
+    standing.kinematics = standing.dynamics = false;
+    QueryFilter moving;
+    moving.statics = false;
+    const std::size_t first = body.contacts.size();
+    for (const QueryFilter& filter : {standing, moving}) {
+        QueryHit hit;
+        if (query.closest_to_point(x, reach, filter, hit) &&
+            (hit.distance > 0.0F || way_out(query, scene, x, hit.body, hit))) {
+            body.contacts.push_back({i, hit.body, hit.point, hit.normal, Vec3::Zero()});
+        }
     }
-    if (hit.distance > 0.0F || way_out(query, scene, x, hit.body, hit)) {
-        body.contacts.push_back({i, hit.body, hit.point, hit.normal, Vec3::Zero()});
-    }
-    // What a fast node would run into may be another body than the nearest.
+    // What a fast node would run into may be another surface than the nearest.
     QueryHit ahead;
     if (way.norm() > body.material.thickness && query.ray({x, way, way.norm()}, {}, ahead) &&
-        (ahead.body != hit.body || ahead.normal.dot(hit.normal) < 0.99F)) {
+        std::none_of(body.contacts.begin() + static_cast<std::ptrdiff_t>(first),
+                     body.contacts.end(),
+                     [&](const NodeContact& c) {
+                         return c.body == ahead.body && c.normal.dot(ahead.normal) > 0.99F;
+                     })) {
         body.contacts.push_back({i, ahead.body, ahead.point, ahead.normal, Vec3::Zero()});
     }
 }

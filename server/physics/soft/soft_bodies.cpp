@@ -109,18 +109,25 @@ struct SoftBodies::Impl {
     std::vector<BodyId> near;
     SoftStats stats;
 
-    /// A sleeping body wakes when something that moves comes near.
-    void wake_touched(const Scene& scene, float speed) {
+    /// A sleeping body wakes when something that moves will be at it within the step.
+    void wake_touched(const Scene& scene, float slow, float dt) {
         for (SoftBody& body : bodies) {
             if (!body.there || !body.asleep || body.rigid || !body.material.collides) {
                 continue;
             }
-            near.clear();
-            scene.overlap(body.box, near);
-            body.asleep = std::none_of(near.begin(), near.end(), [&](BodyId id) {
-                const BodyState s = scene.state(id);
-                return !s.asleep && std::max(s.velocity.norm(), s.angular_velocity.norm()) > speed;
-            });
+            body.neighbours.clear();
+            scene.overlap(body.box.grown(dt * kFastBody), body.neighbours);
+            body.asleep =
+                std::none_of(body.neighbours.begin(), body.neighbours.end(), [&](BodyId id) {
+                    const BodyState s = scene.state(id);
+                    const float speed = s.velocity.norm() + s.angular_velocity.norm();
+                    if (s.asleep || !(speed > slow)) {
+                        return false;
+                    }
+                    near.clear();
+                    scene.overlap(body.box.grown(2.0F * dt * speed), near);
+                    return std::find(near.begin(), near.end(), id) != near.end();
+                });
             body.calm_s = body.asleep ? body.calm_s : 0.0F;
         }
     }
@@ -187,12 +194,14 @@ void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, floa
         body.batches.refresh(body.springs);
     }
     stats.contacts += static_cast<std::uint32_t>(body.contacts.size());
-    float fastest = 0.0F;
-    for (const Row4& v : body.v) {
-        fastest = std::max(fastest, v.squaredNorm());
+    // By the way of the step: where springs hold weight, the velocity at the end of a substep is
+    // g h / 2 (half of what gravity gave it), though nothing moves.
+    float farthest = 0.0F;
+    for (std::size_t i = 0; i < body.kept.size(); ++i) {
+        farthest = std::max(farthest, (body.x[i] - body.kept[i]).head<3>().squaredNorm());
     }
     const bool calm =
-        std::sqrt(fastest) < settings.sleep_speed_mps && torn == 0 && !body.touches_dynamic;
+        std::sqrt(farthest) < settings.sleep_speed_mps * dt && torn == 0 && !body.touches_dynamic;
     body.calm_s = calm ? body.calm_s + dt : 0.0F;
     if (settings.sleep_after_s > 0.0F && body.calm_s >= settings.sleep_after_s) {
         body.asleep = true;
@@ -266,7 +275,7 @@ SoftStats SoftBodies::step(float dt, Scene* scene) {
         return none;
     }
     if (scene != nullptr) {
-        impl_->wake_touched(*scene, settings_.sleep_speed_mps);
+        impl_->wake_touched(*scene, settings_.sleep_speed_mps, dt);
     }
     impl_->stats = SoftStats();
     if (std::none_of(impl_->bodies.begin(), impl_->bodies.end(), active)) {

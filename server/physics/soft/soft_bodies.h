@@ -22,7 +22,7 @@ namespace zoned::physics::soft {
 
 struct SoftSettings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
-    float sleep_speed_mps = 0.02F;               ///< a body with no node faster than this ...
+    float sleep_speed_mps = 0.02F;               ///< a body with no node faster over a step ...
     float sleep_after_s = 0.5F;                  ///< ... for this long sleeps; 0 = sleeping off
 };
 

@@ -91,6 +91,9 @@ double enclosed_volume(const SoftBody& body, std::vector<Vec3d>* gradient);
 /// Kinetic and potential energy, see SoftBodies::energy, J.
 double energy_of(const SoftBody& body, const Vec3& gravity);
 
+/// Rigid bodies that are faster are seen only when they are near, m/s.
+inline constexpr float kFastBody = 60.0F;
+
 /// Which surfaces nodes may meet within the step.
 void find_contacts(SoftBody& body, const Scene& scene, float dt);
 /// Pushes nodes off surfaces and gives the bodies what that takes.
