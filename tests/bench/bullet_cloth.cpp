@@ -11,7 +11,7 @@
 namespace zoned::bench {
 
 struct BulletCloth::World {
-    explicit World(const scenario::Cloth& c) : cloth(c) {
+    World(const scenario::Cloth& c, int passes) : cloth(c) {
         const btVector3 gravity(0.0F, static_cast<btScalar>(-c.gravity), 0.0F);
         world.setGravity(gravity);
         world.getWorldInfo().m_gravity = gravity;
@@ -39,6 +39,7 @@ struct BulletCloth::World {
             }
         }
         body->m_cfg.kDP = static_cast<btScalar>(-std::expm1(-c.drag * c.dt));
+        body->m_cfg.piterations = passes;
         world.addSoftBody(body);
     }
 
@@ -72,7 +73,8 @@ struct BulletCloth::World {
     btSoftBody* body = nullptr;
 };
 
-BulletCloth::BulletCloth(const scenario::Cloth& cloth) : world_(std::make_unique<World>(cloth)) {
+BulletCloth::BulletCloth(const scenario::Cloth& cloth, int passes)
+    : world_(std::make_unique<World>(cloth, passes)) {
 }
 
 BulletCloth::~BulletCloth() = default;

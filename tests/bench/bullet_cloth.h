@@ -15,7 +15,8 @@ namespace zoned::bench {
 /// it: one pass per step.
 class BulletCloth {
   public:
-    explicit BulletCloth(const scenario::Cloth& cloth);
+    /// `passes` over all links per step; Bullet's default is one.
+    explicit BulletCloth(const scenario::Cloth& cloth, int passes = 1);
     ~BulletCloth();
     BulletCloth(const BulletCloth&) = delete;
     BulletCloth& operator=(const BulletCloth&) = delete;

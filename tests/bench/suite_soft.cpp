@@ -169,11 +169,16 @@ std::vector<Method> cloth_methods(const Cloth& cloth, const ClothTruth& truth) {
     ClothWay implicit;
     implicit.solver.method = soft::SoftMethod::kImplicitEuler;
     ours("implicit_euler", implicit);
-    methods.push_back(
-        {"default", "bullet", [&cloth, &truth] {
-             return std::make_unique<ClothTrial<BulletCloth>>(
-                 cloth, truth, [](const Cloth& c) { return std::make_unique<BulletCloth>(c); });
-         }});
+    const auto bullet = [&](const char* name, int passes) {
+        methods.push_back({name, "bullet", [&cloth, &truth, passes] {
+                               return std::make_unique<ClothTrial<BulletCloth>>(
+                                   cloth, truth, [passes](const Cloth& c) {
+                                       return std::make_unique<BulletCloth>(c, passes);
+                                   });
+                           }});
+    };
+    bullet("default", 1);
+    bullet("passes_100", 100);
     return methods;
 }
 
@@ -201,11 +206,12 @@ void run_soft(Session& session) {
     }
 }
 
-const Registration kSoft({"soft",
-                          "cloth: error against time over stiffness",
-                          {"cloth_64"},
-                          {"default", "xpbd", "implicit_euler", "bullet/default"},
-                          run_soft});
+const Registration kSoft(
+    {"soft",
+     "cloth: error against time over stiffness",
+     {"cloth_64"},
+     {"default", "xpbd", "implicit_euler", "bullet/default", "bullet/passes_100"},
+     run_soft});
 
 }  // namespace
 
