@@ -39,7 +39,7 @@ ClothTruth truth_of(const Cloth& cloth) {
 
 /// How a cloth is simulated.
 struct ClothWay {
-    int coarsen = 1;
+    int coarsen = soft::ClothDef().coarsen;
     soft::SoftSolver solver;
 };
 
@@ -162,11 +162,11 @@ std::vector<Method> cloth_methods(const Cloth& cloth, const ClothTruth& truth) {
                                    });
                            }});
     };
-    ClothWay automatic;
-    automatic.coarsen = 0;
-    ours("default", automatic);
-    ours("xpbd", ClothWay());
-    ClothWay implicit;
+    ours("default", ClothWay());
+    ClothWay all;
+    all.coarsen = 1;
+    ours("xpbd", all);
+    ClothWay implicit = all;
     implicit.solver.method = soft::SoftMethod::kImplicitEuler;
     ours("implicit_euler", implicit);
     const auto bullet = [&](const char* name, int passes) {

@@ -38,7 +38,8 @@ struct ClothDef {
     /// of the fine one (masses and stiffness by its hat functions), and hangs the nx nz nodes on it
     /// as vertices. It must divide nx - 1 and nz - 1, and pins must lie on the coarse lattice. 0:
     /// the largest such factor that leaves at least kEnoughCells cells along the shorter side.
-    int coarsen = 1;
+    /// Cloth that tears wants 1: a vertex cannot hang on both sides of a cut.
+    int coarsen = 0;
 };
 
 /// What `coarsen` 0 leaves: the mean error of a hanging cloth is then below 1 % of its size (suite

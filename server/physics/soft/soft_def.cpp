@@ -119,6 +119,9 @@ std::string why_unfit_mesh(const SoftDef& def) {
 
 std::string why_unfit_material(const SoftDef& def) {
     const SoftMaterial& m = def.material;
+    if ((m.tear_strain > 0.0F || m.tear_force > 0.0F) && !def.vertices.empty()) {
+        return "vertices: none may hang on a body that tears";
+    }
     if (!in_range(m.drag, 0.0F, 1.0e4F)) {
         return "drag negative or out of range";
     }

@@ -52,6 +52,12 @@ TEST(SoftDefinition, IsRefusedWithThePlace) {
     std::swap(bad.tetrahedra[2][0], bad.tetrahedra[2][1]);
     expect_refused(bad, "tetrahedron 2: volume not positive");
     bad = good;
+    bad.vertices.resize(1);
+    bad.vertices[0].weight[0] = 1.0F;
+    EXPECT_EQ(why_unfit(bad), "");
+    bad.material.tear_strain = 0.1F;
+    expect_refused(bad, "vertices: none may hang on a body that tears");
+    bad = good;
     bad.solver.substeps = -1;
     expect_refused(bad, "substeps out of range");
 }
