@@ -102,6 +102,18 @@ void Scene::apply_impulse(BodyId body, const Vec3& impulse, const Vec3& point) {
     impl_->push(row, impulse, (point - impl_->bodies.position[row]).cross(impulse));
 }
 
+float Scene::response(BodyId body, const Vec3& point, const Vec3& direction) const {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    ZONED_ASSERT(row != kNoIndex, "response() of a body that is not in the scene");
+    const Bodies& bodies = impl_->bodies;
+    if (bodies.inv_mass[row] == 0.0F || bodies.is_particle(row)) {
+        return bodies.inv_mass[row];
+    }
+    const Mat3 r = bodies.inertia_axes(row, bodies.rotation[row]);
+    const Vec3 moment = r.transpose() * (point - bodies.position[row]).cross(direction);
+    return bodies.inv_mass[row] + moment.dot(bodies.inv_inertia[row].cwiseProduct(moment));
+}
+
 void Scene::apply_angular_impulse(BodyId body, const Vec3& impulse) {
     const std::uint32_t row = impl_->bodies.row_of(body);
     ZONED_ASSERT(row != kNoIndex, "apply_angular_impulse() to a body that is not in the scene");

@@ -155,6 +155,9 @@ class Scene {
     void apply_force(BodyId body, const Vec3& force, const Vec3& point);
     void apply_force(BodyId body, const Vec3& force);
     void apply_torque(BodyId body, const Vec3& torque);
+    /// How much velocity along the unit vector `direction` the body gets at a world point per
+    /// impulse in that direction there, 1/kg; 0 for static and kinematic bodies.
+    [[nodiscard]] float response(BodyId body, const Vec3& point, const Vec3& direction) const;
     /// Impulse of rotation in N m s; wakes the body.
     void apply_angular_impulse(BodyId body, const Vec3& impulse);
     void wake(BodyId body);

@@ -1,0 +1,477 @@
+#include "server/physics/soft/soft_bodies.h"
+
+#include "server/compute/team.h"
+#include "server/physics/scene.h"
+#include "server/physics/soft/soft_body.h"
+#include "server/physics/soft/volume.h"
+#include "server/physics/validate.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace zoned::physics::soft {
+
+namespace {
+
+/// Bodies with more springs are worked at by all threads, smaller ones each by one.
+constexpr std::size_t kLargeBody = 4096;
+
+void fit_box(SoftBody& body) {
+    Eigen::Array4f lower = body.x.front().array();
+    Eigen::Array4f upper = lower;
+    for (const Row4& x : body.x) {
+        lower = lower.min(x.array());
+        upper = upper.max(x.array());
+    }
+    body.box =
+        Aabb{lower.matrix().head<3>(), upper.matrix().head<3>()}.grown(body.material.thickness);
+}
+
+/// NaN anywhere shows in the sum; so does what is too large.
+bool is_fit(const SoftBody& body) {
+    Row4 x = Row4::Zero();
+    Row4 v = Row4::Zero();
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+        x += body.x[i].cwiseAbs();
+        v += body.v[i].cwiseAbs();
+    }
+    return x.head<3>().allFinite() && v.allFinite() && fit_position(body.box.lower) &&
+           fit_position(body.box.upper);
+}
+
+SoftBody make_body(const SoftDef& def) {
+    SoftBody body;
+    for (const SoftNode& n : def.nodes) {
+        Row4 x = Row4::Zero();
+        Row4 v = Row4::Zero();
+        x << n.position, (n.pinned ? 0.0F : 1.0F / n.mass);
+        v.head<3>() = n.velocity;
+        body.x.push_back(x);
+        body.v.push_back(v);
+        body.mass.push_back(n.mass);
+    }
+    body.start = body.kept = body.predicted = body.x;
+    for (const SoftSpring& s : def.springs) {
+        body.springs.push_back({s.a, s.b, s.rest, s.rest, s.stiffness, s.damping, s.kind, true});
+    }
+    body.faces = def.faces;
+    body.tetrahedra = def.tetrahedra;
+    for (const SoftTetrahedron& t : def.tetrahedra) {
+        body.rest_volume.push_back(tetrahedron_volume(def.nodes[t[0]].position,
+                                                      def.nodes[t[1]].position,
+                                                      def.nodes[t[2]].position,
+                                                      def.nodes[t[3]].position));
+    }
+    body.vertices = def.vertices;
+    body.material = def.material;
+    body.solver = def.solver;
+    body.user = def.user;
+    if (def.material.gas_pressure > 0.0F) {
+        body.gas = static_cast<double>(def.material.gas_pressure) * enclosed_volume(body, nullptr);
+        for (const SoftFace& f : def.faces) {
+            body.surface.insert(body.surface.end(), f.begin(), f.end());
+        }
+        std::sort(body.surface.begin(), body.surface.end());
+        body.surface.erase(std::unique(body.surface.begin(), body.surface.end()),
+                           body.surface.end());
+    }
+    body.there = true;
+    relink(body);
+    fit_box(body);
+    return body;
+}
+
+void solve(SoftBody& body, float h, compute::Team* team) {
+    switch (body.solver.method) {
+        case SoftMethod::kXpbd:
+            return solve_xpbd(body, h, team);
+        case SoftMethod::kImplicitEuler:
+            return solve_implicit(body, h);
+    }
+}
+
+void substep(SoftBody& body, const Vec3& gravity, float h, compute::Team* team) {
+    predict(body, gravity, h);
+    solve(body, h, team);
+    solve_close_pairs(body);
+}
+
+bool active(const SoftBody& body) {
+    return body.there && !body.asleep && !body.rigid;
+}
+
+}  // namespace
+
+struct SoftBodies::Impl {
+    std::vector<SoftBody> bodies;
+    std::vector<BodyId> near;
+    SoftStats stats;
+
+    /// A sleeping body wakes when something that moves will be at it within the step.
+    void wake_touched(const Scene& scene, float slow, float dt) {
+        for (SoftBody& body : bodies) {
+            if (!body.there || !body.asleep || body.rigid || !body.material.collides) {
+                continue;
+            }
+            body.neighbours.clear();
+            scene.overlap(body.box.grown(dt * kFastBody), body.neighbours);
+            body.asleep =
+                std::none_of(body.neighbours.begin(), body.neighbours.end(), [&](BodyId id) {
+                    const BodyState s = scene.state(id);
+                    const float speed = s.velocity.norm() + s.angular_velocity.norm();
+                    if (s.asleep || !(speed > slow)) {
+                        return false;
+                    }
+                    near.clear();
+                    scene.overlap(body.box.grown(2.0F * dt * speed), near);
+                    return std::find(near.begin(), near.end(), id) != near.end();
+                });
+            body.calm_s = body.asleep ? body.calm_s : 0.0F;
+        }
+    }
+
+    void integrate(const Vec3& gravity, float dt, Scene* scene, compute::Team* team);
+    void settle(SoftBody& body, const SoftSettings& settings, float dt);
+    void count(SoftStats& s) const;
+};
+
+void SoftBodies::Impl::integrate(const Vec3& gravity, float dt, Scene* scene, compute::Team* team) {
+    std::optional<compute::Team::Shift> shift;
+    if (team != nullptr) {
+        shift.emplace(*team);
+    }
+    const auto run = [&](SoftBody& body, compute::Team* helpers) {
+        const int n = body.substeps();
+        const float h = dt / static_cast<float>(n);
+        for (int i = 0; i < n; ++i) {
+            substep(body, gravity, h, helpers);
+            if (!body.contacts.empty()) {
+                solve_contacts(body, *scene, h);
+            }
+            finish(body, h);
+        }
+    };
+    // Bodies that push rigid ones go one by one: the order of impulses matters.
+    const auto alone = [](const SoftBody& body) {
+        return body.springs.size() > kLargeBody || !body.contacts.empty();
+    };
+    const auto run_small = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (active(bodies[i]) && !alone(bodies[i])) {
+                run(bodies[i], nullptr);
+            }
+        }
+    };
+    if (team != nullptr) {
+        team->run(bodies.size(), 1, run_small);
+    } else {
+        run_small(0, bodies.size());
+    }
+    for (SoftBody& body : bodies) {
+        if (active(body) && alone(body)) {
+            run(body, team);
+        }
+    }
+}
+
+/// After the substeps: tears, sets, quarantines, puts to sleep.
+void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, float dt) {
+    fit_box(body);
+    if (!is_fit(body)) {
+        body.x = body.kept;
+        std::fill(body.v.begin(), body.v.end(), Row4::Zero());
+        fit_box(body);
+        body.asleep = true;
+        ++stats.quarantined;
+        return;
+    }
+    const bool crept = creep(body, dt);
+    const std::uint32_t torn = tear(body);
+    stats.torn += torn;
+    if (crept && torn == 0) {
+        body.batches.refresh(body.springs);
+    }
+    stats.contacts += static_cast<std::uint32_t>(body.contacts.size());
+    // By the way of the step: where springs hold weight, the velocity at the end of a substep is
+    // g h / 2 (half of what gravity gave it), though nothing moves.
+    float farthest = 0.0F;
+    for (std::size_t i = 0; i < body.kept.size(); ++i) {
+        farthest = std::max(farthest, (body.x[i] - body.kept[i]).head<3>().squaredNorm());
+    }
+    const bool calm =
+        std::sqrt(farthest) < settings.sleep_speed_mps * dt && torn == 0 && !body.touches_dynamic;
+    body.calm_s = calm ? body.calm_s + dt : 0.0F;
+    if (settings.sleep_after_s > 0.0F && body.calm_s >= settings.sleep_after_s) {
+        body.asleep = true;
+        std::fill(body.v.begin(), body.v.end(), Row4::Zero());
+    }
+}
+
+void SoftBodies::Impl::count(SoftStats& s) const {
+    for (const SoftBody& body : bodies) {
+        if (body.there) {
+            ++s.bodies;
+            s.rigid += body.rigid ? 1 : 0;
+        }
+        if (active(body)) {
+            ++s.awake;
+            s.nodes += static_cast<std::uint32_t>(body.x.size());
+            s.springs += static_cast<std::uint32_t>(body.springs.size());
+        }
+    }
+}
+
+SoftBodies::SoftBodies(const SoftSettings& settings) : settings_(settings) {
+}
+
+SoftBodies::SoftBodies(SoftBodies&&) noexcept = default;
+SoftBodies& SoftBodies::operator=(SoftBodies&&) noexcept = default;
+SoftBodies::~SoftBodies() = default;
+
+core::Result<SoftId> SoftBodies::add(const SoftDef& def) {
+    using R = core::Result<SoftId>;
+    if (std::string reason = why_unfit(def); !reason.empty()) {
+        return R::failure(std::move(reason));
+    }
+    if (impl_ == nullptr) {
+        impl_ = std::make_unique<Impl>();
+    }
+    impl_->bodies.push_back(make_body(def));
+    return SoftId(retired_ + static_cast<std::uint32_t>(impl_->bodies.size()));
+}
+
+void SoftBodies::remove(SoftId id) {
+    if (!contains(id)) {
+        return;
+    }
+    impl_->bodies[id.value - 1 - retired_] = SoftBody();
+    if (empty()) {
+        retired_ += static_cast<std::uint32_t>(impl_->bodies.size());
+        impl_.reset();
+    }
+}
+
+bool SoftBodies::contains(SoftId id) const {
+    return impl_ != nullptr && id.value > retired_ && id.value - retired_ <= impl_->bodies.size() &&
+           impl_->bodies[id.value - 1 - retired_].there;
+}
+
+bool SoftBodies::empty() const {
+    return impl_ == nullptr || std::none_of(impl_->bodies.begin(),
+                                            impl_->bodies.end(),
+                                            [](const SoftBody& b) { return b.there; });
+}
+
+void SoftBodies::work_with(compute::Team* team) {
+    team_ = team;
+}
+
+SoftStats SoftBodies::step(float dt, Scene* scene) {
+    SoftStats none;
+    none.skipped = true;
+    if (impl_ == nullptr || !(dt > 0.0F) || !std::isfinite(dt)) {
+        return none;
+    }
+    if (scene != nullptr) {
+        impl_->wake_touched(*scene, settings_.sleep_speed_mps, dt);
+    }
+    impl_->stats = SoftStats();
+    if (std::none_of(impl_->bodies.begin(), impl_->bodies.end(), active)) {
+        impl_->count(impl_->stats);
+        impl_->stats.skipped = true;
+        return impl_->stats;
+    }
+    for (SoftBody& body : impl_->bodies) {
+        if (active(body)) {
+            body.kept = body.x;
+            body.contacts.clear();
+            if (scene != nullptr) {
+                find_contacts(body, *scene, dt);
+            }
+            find_close_pairs(body);
+        }
+    }
+    impl_->integrate(settings_.gravity, dt, scene, team_);
+    for (SoftBody& body : impl_->bodies) {
+        if (active(body)) {
+            impl_->settle(body, settings_, dt);
+        }
+    }
+    impl_->count(impl_->stats);
+    return impl_->stats;
+}
+
+SoftStats SoftBodies::stats() const {
+    return impl_ == nullptr ? SoftStats() : impl_->stats;
+}
+
+void SoftBodies::hash(core::StateHash& hash) const {
+    if (impl_ == nullptr) {
+        return;
+    }
+    hash.add(impl_->bodies.size());
+    for (const SoftBody& body : impl_->bodies) {
+        hash.add(std::uint64_t{body.there} | std::uint64_t{body.asleep} << 1U |
+                 std::uint64_t{body.rigid} << 2U);
+        hash.add(body.calm_s);
+        hash.add(body.x.size());
+        for (std::size_t i = 0; i < body.x.size(); ++i) {
+            for (int k = 0; k < 4; ++k) {
+                hash.add(body.x[i][k]);
+            }
+            for (int k = 0; k < 3; ++k) {
+                hash.add(body.v[i][k]);
+            }
+        }
+        for (const Spring& s : body.springs) {
+            hash.add(std::uint64_t{s.a} << 32U | s.b);
+            hash.add(s.rest);
+        }
+    }
+}
+
+#define ZONED_SOFT_BODY(id)                                      \
+    ZONED_ASSERT(contains(id), "a soft body that is not there"); \
+    SoftBody& body = impl_->bodies[(id).value - 1 - retired_]
+
+std::uint32_t SoftBodies::user(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.user;
+}
+
+std::size_t SoftBodies::node_count(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.x.size();
+}
+
+Vec3 SoftBodies::position(SoftId id, std::size_t node) const {
+    ZONED_SOFT_BODY(id);
+    return body.position(node);
+}
+
+Vec3 SoftBodies::velocity(SoftId id, std::size_t node) const {
+    ZONED_SOFT_BODY(id);
+    return body.v[node].head<3>();
+}
+
+float SoftBodies::mass(SoftId id, std::size_t node) const {
+    ZONED_SOFT_BODY(id);
+    return body.mass[node];
+}
+
+std::span<const SoftFace> SoftBodies::faces(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.faces;
+}
+
+std::size_t SoftBodies::spring_count(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.springs.size();
+}
+
+std::size_t SoftBodies::vertex_count(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.vertices.empty() ? body.x.size() : body.vertices.size();
+}
+
+std::size_t SoftBodies::vertices(SoftId id, std::span<Vec3> out) const {
+    ZONED_SOFT_BODY(id);
+    const std::size_t count = std::min(out.size(), vertex_count(id));
+    for (std::size_t i = 0; i < count; ++i) {
+        if (body.vertices.empty()) {
+            out[i] = body.position(i);
+            continue;
+        }
+        const SoftVertex& v = body.vertices[i];
+        Row4 sum = Row4::Zero();
+        for (std::size_t k = 0; k < 4; ++k) {
+            sum += v.weight[k] * body.x[v.node[k]];
+        }
+        out[i] = sum.head<3>();
+    }
+    return count;
+}
+
+Aabb SoftBodies::bounds(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.box;
+}
+
+bool SoftBodies::asleep(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.asleep;
+}
+
+double SoftBodies::volume(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return enclosed_volume(body, nullptr);
+}
+
+double SoftBodies::energy(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return energy_of(body, settings_.gravity);
+}
+
+void SoftBodies::apply_impulse(SoftId id, std::size_t node, const Vec3& impulse) {
+    ZONED_SOFT_BODY(id);
+    if (impulse.allFinite() && body.x[node].w() > 0.0F) {
+        body.v[node].head<3>() += body.x[node].w() * impulse;
+        wake(id);
+    }
+}
+
+void SoftBodies::lead(SoftId id, std::size_t node, const Vec3& velocity) {
+    ZONED_SOFT_BODY(id);
+    if (fit_velocity(velocity, Vec3::Zero()) && body.x[node].w() == 0.0F) {
+        body.v[node].head<3>() = velocity;
+        wake(id);
+    }
+}
+
+void SoftBodies::pin(SoftId id, std::size_t node, bool pinned) {
+    ZONED_SOFT_BODY(id);
+    if (pinned) {
+        body.v[node].setZero();
+    }
+    body.x[node].w() = pinned ? 0.0F : 1.0F / body.mass[node];
+    wake(id);
+}
+
+void SoftBodies::wake(SoftId id) {
+    ZONED_SOFT_BODY(id);
+    body.asleep = false;
+    body.calm_s = 0.0F;
+}
+
+RigidHull SoftBodies::rigid_hull(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return rigid_hull_of(body);
+}
+
+RigidHull SoftBodies::step_down(SoftId id) {
+    ZONED_SOFT_BODY(id);
+    body.rigid = true;
+    return rigid_hull_of(body);
+}
+
+void SoftBodies::step_up(SoftId id,
+                         const Vec3& position,
+                         const Quat& turn,
+                         const Vec3& velocity,
+                         const Vec3& angular_velocity) {
+    ZONED_SOFT_BODY(id);
+    if (!body.rigid || !fit_position(position) || !fit_orientation(turn) ||
+        !fit_velocity(velocity, angular_velocity)) {
+        return;
+    }
+    place_rigid(body, rigid_hull_of(body), position, turn, velocity, angular_velocity);
+    body.rigid = false;
+    fit_box(body);
+    wake(id);
+}
+
+#undef ZONED_SOFT_BODY
+
+}  // namespace zoned::physics::soft

@@ -1,0 +1,115 @@
+// SoftBodies: the soft bodies of one zone; add them, step them before the rigid scene, read states.
+#pragma once
+
+#include "server/physics/soft/rigid_hull.h"
+#include "server/physics/soft/soft_def.h"
+#include "shared/core/result.h"
+#include "shared/core/state_hash.h"
+#include "shared/math/aabb.h"
+
+#include <memory>
+#include <span>
+
+namespace zoned::compute {
+class Team;
+}
+
+namespace zoned::physics {
+class Scene;
+}
+
+namespace zoned::physics::soft {
+
+struct SoftSettings {
+    Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
+    float sleep_speed_mps = 0.02F;               ///< a body with no node faster over a step ...
+    float sleep_after_s = 0.5F;                  ///< ... for this long sleeps; 0 = sleeping off
+};
+
+/// What there is, for the zone's census, and what the last step did.
+struct SoftStats {
+    std::uint32_t bodies = 0;
+    std::uint32_t awake = 0;    ///< after the step
+    std::uint32_t rigid = 0;    ///< stepped down to rigid bodies
+    std::uint32_t nodes = 0;    ///< of those that are awake
+    std::uint32_t springs = 0;  ///< of those that are awake
+    std::uint32_t contacts = 0;
+    std::uint32_t torn = 0;         ///< springs that broke in the step
+    std::uint32_t quarantined = 0;  ///< bodies put to sleep as their state became not finite
+    bool skipped = false;           ///< nothing was awake: no pass ran
+};
+
+/// Deterministic: the same calls in the same order give the same bits for any number of threads. No
+/// allocation in step() after warm-up but where something tears. Without bodies it is one null
+/// pointer.
+class SoftBodies {
+  public:
+    explicit SoftBodies(const SoftSettings& settings = {});
+    SoftBodies(SoftBodies&&) noexcept;
+    SoftBodies& operator=(SoftBodies&&) noexcept;
+    ~SoftBodies();
+
+    /// Fails with the place and the reason, see why_unfit.
+    core::Result<SoftId> add(const SoftDef& def);
+    void remove(SoftId id);
+    [[nodiscard]] bool contains(SoftId id) const;
+    [[nodiscard]] bool empty() const;  ///< true: a zone need not step it
+
+    /// The team must outlive this, or be taken back by nullptr.
+    void work_with(compute::Team* team);
+
+    /// One step of `dt` > 0 s. With a scene, nodes meet its bodies where these are now and push
+    /// them: it is to be stepped by the same dt afterwards. Nothing happens, and stats().skipped is
+    /// set, where dt is not positive and finite.
+    SoftStats step(float dt, Scene* scene);
+
+    // What follows asks for bodies that are there.
+    [[nodiscard]] std::uint32_t user(SoftId id) const;
+    [[nodiscard]] std::size_t node_count(SoftId id) const;  ///< grows where a mesh is torn
+    [[nodiscard]] Vec3 position(SoftId id, std::size_t node) const;
+    [[nodiscard]] Vec3 velocity(SoftId id, std::size_t node) const;
+    [[nodiscard]] float mass(SoftId id, std::size_t node) const;
+    [[nodiscard]] std::span<const SoftFace> faces(SoftId id) const;
+    [[nodiscard]] std::size_t spring_count(SoftId id) const;  ///< that have not broken
+    /// The drawn vertices, or the nodes where there are none: as many as find room in `out`.
+    std::size_t vertices(SoftId id, std::span<Vec3> out) const;
+    [[nodiscard]] std::size_t vertex_count(SoftId id) const;
+    [[nodiscard]] Aabb bounds(SoftId id) const;  ///< of the nodes, grown by the thickness
+    [[nodiscard]] bool asleep(SoftId id) const;
+    [[nodiscard]] double volume(SoftId id) const;  ///< within the faces, m3
+    /// Kinetic and potential (springs, tetrahedra, gas over its first state, weight), J.
+    [[nodiscard]] double energy(SoftId id) const;
+
+    /// Impulse in N s on one node; wakes the body. Ignored where the node is pinned.
+    void apply_impulse(SoftId id, std::size_t node, const Vec3& impulse);
+    /// Leads a pinned node: it moves with this velocity from now on; wakes the body. Ignored where
+    /// the node is free or the velocity is not finite.
+    void lead(SoftId id, std::size_t node, const Vec3& velocity);
+    /// Pins a node where it is, or frees it; wakes the body.
+    void pin(SoftId id, std::size_t node, bool pinned);
+    void wake(SoftId id);
+
+    [[nodiscard]] RigidHull rigid_hull(SoftId id) const;
+    /// From now on the body is not stepped: the caller simulates the hull that it gets.
+    RigidHull step_down(SoftId id);
+    /// Takes the body back: moved as the hull was since step_down, turned by `turn`. Linear and
+    /// angular momentum are those of the hull. Ignored where it had not stepped down or what is
+    /// given is not finite.
+    void step_up(SoftId id,
+                 const Vec3& position,
+                 const Quat& turn,
+                 const Vec3& velocity,
+                 const Vec3& angular_velocity);
+
+    [[nodiscard]] SoftStats stats() const;
+    void hash(core::StateHash& hash) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+    SoftSettings settings_;
+    std::uint32_t retired_ = 0;  // ids below it are gone
+    compute::Team* team_ = nullptr;
+};
+
+}  // namespace zoned::physics::soft

@@ -1,0 +1,110 @@
+#include "server/physics/soft/soft_body.h"
+
+#include "server/physics/soft/volume.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::physics::soft {
+
+int SoftBody::substeps() const {
+    if (solver.substeps > 0) {
+        return solver.substeps;
+    }
+    if (solver.method == SoftMethod::kImplicitEuler) {
+        return 1;
+    }
+    const float root = std::sqrt(static_cast<float>(x.size()));
+    return static_cast<int>(std::clamp(std::ceil(root), 4.0F, 64.0F));
+}
+
+void predict(SoftBody& body, const Vec3& gravity, float h) {
+    // With c h small, (1 - e^-ch) / c loses its digits in floats: doubles keep them.
+    const double c = static_cast<double>(body.material.drag);
+    const double hd = static_cast<double>(h);
+    const double kept = std::exp(-c * hd);
+    const double reach = c > 0.0 ? -std::expm1(-c * hd) / c : hd;
+    const double fall = c > 1.0e-6 ? (hd - reach) / c : 0.5 * hd * hd;
+    Row4 g = Row4::Zero();
+    g.head<3>() = gravity;
+    const Row4 dv = static_cast<float>(reach) * g;
+    const Row4 dx = static_cast<float>(fall) * g;
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+        Row4& x = body.x[i];
+        body.start[i] = x;
+        if (x.w() > 0.0F) {
+            x += static_cast<float>(reach) * body.v[i] + dx;
+            body.v[i] = static_cast<float>(kept) * body.v[i] + dv;
+        } else {
+            x += h * body.v[i];
+        }
+        body.predicted[i] = x;
+    }
+}
+
+void finish(SoftBody& body, float h) {
+    const float rate = 1.0F / h;
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+        body.v[i] += rate * (body.x[i] - body.predicted[i]);
+    }
+}
+
+double enclosed_volume(const SoftBody& body, std::vector<Vec3d>* gradient) {
+    if (gradient != nullptr) {
+        gradient->assign(body.x.size(), Vec3d::Zero());
+    }
+    if (body.faces.empty()) {
+        return 0.0;
+    }
+    // About a point nearby the terms stay small.
+    const Vec3d middle = body.position(body.faces.front()[0]).cast<double>();
+    double volume = 0.0;
+    for (const SoftFace& f : body.faces) {
+        const Vec3d a = body.position(f[0]).cast<double>() - middle;
+        const Vec3d b = body.position(f[1]).cast<double>() - middle;
+        const Vec3d c = body.position(f[2]).cast<double>() - middle;
+        const Vec3d bc = b.cross(c);
+        volume += a.dot(bc) / 6.0;
+        if (gradient != nullptr) {
+            (*gradient)[f[0]] += bc / 6.0;
+            (*gradient)[f[1]] += c.cross(a) / 6.0;
+            (*gradient)[f[2]] += a.cross(b) / 6.0;
+        }
+    }
+    return volume;
+}
+
+double energy_of(const SoftBody& body, const Vec3& gravity) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+        const auto m = static_cast<double>(body.mass[i]);
+        sum += 0.5 * m * body.v[i].head<3>().cast<double>().squaredNorm() -
+               m * gravity.cast<double>().dot(body.position(i).cast<double>());
+    }
+    for (const Spring& s : body.springs) {
+        const double wrong = (body.position(s.b) - body.position(s.a)).cast<double>().norm() -
+                             static_cast<double>(s.rest);
+        sum += 0.5 * static_cast<double>(s.stiffness) * wrong * wrong;
+    }
+    for (std::size_t i = 0; i < body.tetrahedra.size(); ++i) {
+        const SoftTetrahedron& t = body.tetrahedra[i];
+        const auto rest = static_cast<double>(body.rest_volume[i]);
+        const double wrong = static_cast<double>(tetrahedron_volume(body.position(t[0]),
+                                                                    body.position(t[1]),
+                                                                    body.position(t[2]),
+                                                                    body.position(t[3]))) -
+                             rest;
+        sum += 0.5 * static_cast<double>(body.material.bulk_modulus) / rest * wrong * wrong;
+    }
+    if (body.gas > 0.0) {
+        // Isothermal: the work from the first volume on is -pV ln(V / V0), against the outside
+        // ambient (V - V0).
+        const double first = body.gas / static_cast<double>(body.material.gas_pressure);
+        const double volume = enclosed_volume(body, nullptr);
+        sum += static_cast<double>(body.material.ambient_pressure) * (volume - first) -
+               body.gas * std::log(volume / first);
+    }
+    return sum;
+}
+
+}  // namespace zoned::physics::soft
