@@ -1,0 +1,28 @@
+// DeviceTable: a table of the caller's on a device, sent only where it changed.
+#pragma once
+
+#include "server/compute/device.h"
+#include "server/compute/host_block.h"
+
+#include <cstddef>
+#include <optional>
+
+namespace zoned::compute {
+
+/// Keeps a copy in memory that a device may work in: the caller's memory need not begin on a page
+/// nor outlive the step. What kernels write into it is not brought back.
+class DeviceTable {
+  public:
+    /// The device has the table's bytes; none is allowed, so that a kernel has an argument.
+    Status set(Device& device, const void* table, std::size_t bytes);
+
+    [[nodiscard]] const Buffer& buffer() const { return *buffer_; }
+
+    [[nodiscard]] HostBlock& block() { return block_; }
+
+  private:
+    HostBlock block_;
+    std::optional<Buffer> buffer_;
+};
+
+}  // namespace zoned::compute
