@@ -149,6 +149,9 @@ Status Buffer::take(std::size_t offset, std::size_t bytes) {
     if (impl.buffers == BufferMode::kMapped) {
         return mapped_ ? done() : map();
     }
+    if (bytes == 0) {
+        return done();
+    }
     if (ranges_ == kRanges) {
         return device_->lose("more ranges come back than a buffer counts");
     }

@@ -164,7 +164,7 @@ class Buffer {
     /// touch the buffer until it took it back. Several ranges may be given and taken one after the
     /// other, at most kRanges: a mapped buffer changes hands as a whole.
     Status give(std::size_t offset, std::size_t bytes);
-    /// Queues the way back; then Device::finish(), then settle().
+    /// Queues the way back; then Device::finish(), then settle(). No bytes: nothing was changed.
     Status take(std::size_t offset, std::size_t bytes);
 
     Status give() { return give(0, bytes_); }

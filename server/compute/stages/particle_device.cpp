@@ -1,6 +1,7 @@
 // Particles on a device: buffers over the columns, a kernel per kind of scene, and what is left to
 // do when it fails.
 #include "server/compute/device.h"
+#include "server/compute/stages/device_columns.h"
 #include "server/compute/stages/device_table.h"
 #include "server/compute/stages/particle_stage.h"
 
@@ -19,8 +20,7 @@ struct ParticleStage::OnDevice {
     ParticleKernelOptions options;
     bool given_up = false;
     std::array<std::optional<Kernel>, 6> built;  ///< by air and collision
-    std::shared_ptr<HostBlock> block;            ///< of the columns; lives as long as its buffer
-    std::optional<Buffer> columns;
+    DeviceColumns columns;
     DeviceTable world, gusts, heights;
     HostBlock done_block;  ///< a flag per work group
     std::optional<Buffer> done;
@@ -38,7 +38,6 @@ struct ParticleStage::OnDevice {
     core::Result<Kernel*> kernel_of(const ParticleScene& scene);
     Status hold(ParticleColumns& of, std::size_t groups);
     Status set_arguments(Kernel& kernel, const ParticleColumns& of, std::size_t count);
-    Status run(Kernel& kernel, const ParticleColumns& of, std::size_t count);
 };
 
 core::Result<Kernel*> ParticleStage::OnDevice::kernel_of(const ParticleScene& scene) {
@@ -72,14 +71,8 @@ core::Result<Kernel*> ParticleStage::OnDevice::kernel_of(const ParticleScene& sc
 
 /// Buffers over the columns and the groups' flags.
 Status ParticleStage::OnDevice::hold(ParticleColumns& of, std::size_t groups) {
-    if (block != of.block()) {
-        columns.reset();
-        block = of.block();
-        auto made = Buffer::over(device, block->data(), block->bytes());
-        if (!made) {
-            return Status::failure(made.error());
-        }
-        columns.emplace(std::move(*made));
+    if (Status ok = columns.hold(device, of); !ok) {
+        return ok;
     }
     const std::size_t bytes = groups * sizeof(stamp);
     if (!done || done_block.bytes() < bytes) {
@@ -101,43 +94,14 @@ Status ParticleStage::OnDevice::set_arguments(Kernel& kernel,
                                               std::size_t count) {
     // A value that no group has left in its flag: a wrap takes two years at 60 steps a second.
     ++stamp;
-    Status results[] = {kernel.set(0, *columns),
-                        kernel.set(1, static_cast<std::uint32_t>(of.stride())),
-                        kernel.set(2, static_cast<std::uint32_t>(count)),
-                        kernel.set(3, world.buffer()),
-                        kernel.set(4, gusts.buffer()),
-                        kernel.set(5, heights.buffer()),
-                        kernel.set(6, *done),
-                        kernel.set(7, stamp)};
-    for (Status& result : results) {
-        if (!result) {
-            return std::move(result);
-        }
-    }
-    return Done{};
-}
-
-Status ParticleStage::OnDevice::run(Kernel& kernel, const ParticleColumns& of, std::size_t count) {
-    const std::size_t used = count * sizeof(float);
-    for (std::size_t c = 0; c < ParticleColumns::kColumns; ++c) {
-        if (Status ok = columns->give(c * of.stride() * sizeof(float), used); !ok) {
-            return ok;
-        }
-    }
-    group = kernel.group();
-    if (Status ok = kernel.launch(count); !ok) {
-        return ok;
-    }
-    for (std::size_t c = 0; c < ParticleColumns::kColumns; ++c) {
-        if (Status ok = columns->take(c * of.stride() * sizeof(float), used); !ok) {
-            return ok;
-        }
-    }
-    if (Status ok = device.finish(); !ok) {
-        return ok;
-    }
-    columns->settle();
-    return Done{};
+    return first_failure({kernel.set(0, columns.buffer()),
+                          kernel.set(1, static_cast<std::uint32_t>(of.stride())),
+                          kernel.set(2, static_cast<std::uint32_t>(count)),
+                          kernel.set(3, world.buffer()),
+                          kernel.set(4, gusts.buffer()),
+                          kernel.set(5, heights.buffer()),
+                          kernel.set(6, *done),
+                          kernel.set(7, stamp)});
 }
 
 Status ParticleStage::OnDevice::step(ParticleColumns& of,
@@ -148,19 +112,20 @@ Status ParticleStage::OnDevice::step(ParticleColumns& of,
     if (!kernel) {
         return Status::failure(kernel.error());
     }
-    Status steps[] = {hold(of, (*kernel)->groups_of(std::max(count, of.capacity()))),
-                      world.set(device, &scene.world, sizeof(scene.world)),
-                      gusts.set(device, scene.gusts.data(), scene.gusts.size_bytes()),
-                      heights.set(device, scene.heights.data(), scene.heights.size_bytes())};
-    for (Status& step : steps) {
-        if (!step) {
-            return std::move(step);
-        }
+    Kernel& k = **kernel;
+    Status ready =
+        first_failure({hold(of, k.groups_of(std::max(count, of.capacity()))),
+                       world.set(device, &scene.world, sizeof(scene.world)),
+                       gusts.set(device, scene.gusts.data(), scene.gusts.size_bytes()),
+                       heights.set(device, scene.heights.data(), scene.heights.size_bytes())});
+    if (!ready) {
+        return ready;
     }
-    if (Status ok = set_arguments(**kernel, of, count); !ok) {
-        return ok;
+    if (Status given = first_failure({set_arguments(k, of, count), columns.give(count)}); !given) {
+        return given;
     }
-    return run(**kernel, of, count);
+    group = k.group();
+    return first_failure({k.launch(count), columns.take(count), device.finish(), columns.settle()});
 }
 
 /// On a device that works in the host's memory, groups that ended have stored their particles and

@@ -1,7 +1,8 @@
 #include "server/compute/stages/particle_stage.h"
+
 #include "server/compute/worker_pool.h"
-#include "shared/core/rng.h"
 #include "tests/unit/compute/device_fixture.h"
+#include "shared/core/rng.h"
 
 #include <cmath>
 #include <cstring>
@@ -62,8 +63,8 @@ ParticleColumns scattered(std::size_t count) {
     core::Rng rng(5);
     for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t c = 0; c < ParticleColumns::kColumns; ++c) {
-            columns.column(c)[i] = c == ParticleColumns::kY ? rng.range(0.0F, 6.0F)
-                                                            : rng.range(-10.0F, 10.0F);
+            columns.column(c)[i] =
+                c == ParticleColumns::kY ? rng.range(0.0F, 6.0F) : rng.range(-10.0F, 10.0F);
         }
     }
     return columns;
