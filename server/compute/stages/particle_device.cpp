@@ -37,7 +37,7 @@ struct ParticleStage::OnDevice {
     /// The kernel for a scene, built on first need.
     core::Result<Kernel*> kernel_of(const ParticleScene& scene);
     Status hold(ParticleColumns& of, std::size_t groups);
-    Status set_arguments(Kernel& kernel, const ParticleColumns& of, std::size_t count);
+    Status set_arguments(Kernel& kernel, const ParticleColumns& of);
 };
 
 core::Result<Kernel*> ParticleStage::OnDevice::kernel_of(const ParticleScene& scene) {
@@ -58,12 +58,14 @@ core::Result<Kernel*> ParticleStage::OnDevice::kernel_of(const ParticleScene& sc
         if (options.group > 0) {
             kernel->set_group(options.group);
         }
-        if (kernel->group() % kernels::kLanes != 0) {
+        if (kernel->group() % kernels::kLanes != 0 ||
+            ParticleColumns::kRoom % kernel->group() != 0) {
             const std::size_t items = kernel->group();
             kernel.reset();
             return core::Result<Kernel*>::failure("kernels/particles.cl: work groups of " +
                                                   std::to_string(items) +
-                                                  " items do not hold whole lanes");
+                                                  " items are not whole lanes or no part of " +
+                                                  std::to_string(ParticleColumns::kRoom));
         }
     }
     return &*kernel;
@@ -89,19 +91,16 @@ Status ParticleStage::OnDevice::hold(ParticleColumns& of, std::size_t groups) {
     return Done{};
 }
 
-Status ParticleStage::OnDevice::set_arguments(Kernel& kernel,
-                                              const ParticleColumns& of,
-                                              std::size_t count) {
+Status ParticleStage::OnDevice::set_arguments(Kernel& kernel, const ParticleColumns& of) {
     // A value that no group has left in its flag: a wrap takes two years at 60 steps a second.
     ++stamp;
     return first_failure({kernel.set(0, columns.buffer()),
                           kernel.set(1, static_cast<std::uint32_t>(of.stride())),
-                          kernel.set(2, static_cast<std::uint32_t>(count)),
-                          kernel.set(3, world.buffer()),
-                          kernel.set(4, gusts.buffer()),
-                          kernel.set(5, heights.buffer()),
-                          kernel.set(6, *done),
-                          kernel.set(7, stamp)});
+                          kernel.set(2, world.buffer()),
+                          kernel.set(3, gusts.buffer()),
+                          kernel.set(4, heights.buffer()),
+                          kernel.set(5, *done),
+                          kernel.set(6, stamp)});
 }
 
 Status ParticleStage::OnDevice::step(ParticleColumns& of,
@@ -121,7 +120,7 @@ Status ParticleStage::OnDevice::step(ParticleColumns& of,
     if (!ready) {
         return ready;
     }
-    if (Status given = first_failure({set_arguments(k, of, count), columns.give(count)}); !given) {
+    if (Status given = first_failure({set_arguments(k, of), columns.give(count)}); !given) {
         return given;
     }
     group = k.group();

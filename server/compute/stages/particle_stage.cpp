@@ -57,7 +57,7 @@ void ParticleColumns::reserve(std::size_t particles) {
     if (particles <= capacity_) {
         return;
     }
-    const std::size_t capacity = (particles + 1023) / 1024 * 1024;
+    const std::size_t capacity = (particles + kRoom - 1) / kRoom * kRoom;
     const std::size_t stride = capacity + kSkew;
     auto block = std::make_shared<HostBlock>(kColumns * stride * sizeof(float));
     for (std::size_t c = 0; c < kColumns && capacity_ > 0; ++c) {

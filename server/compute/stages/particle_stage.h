@@ -32,6 +32,9 @@ class ParticleColumns {
         kColumns
     };
 
+    /// Columns have room for so many particles or a multiple of it, and so for whole work groups.
+    static constexpr std::size_t kRoom = 4096;
+
     /// Makes room; what is there stays. Pointers change where it grows.
     void reserve(std::size_t particles);
 
@@ -81,7 +84,8 @@ void step_particle_range(ParticleColumns& columns,
 
 /// Choices of a measurement; the defaults are what pays.
 struct ParticleKernelOptions {
-    std::size_t group = 0;                 ///< work items of a group; 0: chosen per device
+    std::size_t group =
+        0;  ///< work items of a group, a power of 2 in 8..4096; 0: chosen per device
     bool tables_in_global_memory = false;  ///< instead of constant memory
 };
 
