@@ -137,17 +137,22 @@ ZK_REAL_FN void particle_gust(ZK_TABLE const ParticleWorld* world,
 }
 
 /// Semi-implicit Euler: the velocity first, then the position with the new velocity. Drag is taken
-/// linearly implicitly: of the velocity relative to the air, the share 1 / (1 + h (k1 + k2 |w|)) is
-/// left, which is of first order and stable for any drag and any step.
+/// linearly implicitly: of the velocity relative to the air, after the forces, the share 1 / (1 + h
+/// (k1 + k2 |w|)) is left, with |w| before them. That is of first order, stable for any drag and
+/// any step, and has the exact speed at which drag carries the weight.
 ZK_REAL_FN void particle_fly(ZK_OF_REAL(ParticleMotion) * m,
                              ZK_TABLE const ParticleWorld* world,
                              ZK_TABLE const float* gusts,
                              const int air) {
     const float h = world->h;
-    m->vx = m->vx + h * world->gx;
-    m->vy = m->vy + h * world->gy;
-    m->vz = m->vz + h * world->gz;
-    if (air != ZK_AIR_NONE) {
+    const Real kx = m->vx + h * world->gx;
+    const Real ky = m->vy + h * world->gy;
+    const Real kz = m->vz + h * world->gz;
+    if (air == ZK_AIR_NONE) {
+        m->vx = kx;
+        m->vy = ky;
+        m->vz = kz;
+    } else {
         Real wx = zk_splat(world->wind_x);
         Real wy = zk_splat(world->wind_y);
         Real wz = zk_splat(world->wind_z);
@@ -159,9 +164,9 @@ ZK_REAL_FN void particle_fly(ZK_OF_REAL(ParticleMotion) * m,
         const Real rz = m->vz - wz;
         const Real speed = zk_sqrt(rx * rx + ry * ry + rz * rz);
         const Real left = 1.0f / (1.0f + h * (world->linear_drag + world->quadratic_drag * speed));
-        m->vx = wx + rx * left;
-        m->vy = wy + ry * left;
-        m->vz = wz + rz * left;
+        m->vx = wx + (kx - wx) * left;
+        m->vy = wy + (ky - wy) * left;
+        m->vz = wz + (kz - wz) * left;
     }
     m->x = m->x + h * m->vx;
     m->y = m->y + h * m->vy;

@@ -6,8 +6,16 @@
 namespace zoned::compute {
 
 Status DeviceTable::set(Device& device, const void* table, std::size_t bytes) {
+    return send(device, table, bytes, true);
+}
+
+Status DeviceTable::clear(Device& device, const void* table, std::size_t bytes) {
+    return send(device, table, bytes, false);
+}
+
+Status DeviceTable::send(Device& device, const void* table, std::size_t bytes, bool unless_same) {
     const bool fresh = !buffer_ || block_.bytes() < bytes;
-    if (!fresh && (bytes == 0 || std::memcmp(block_.data(), table, bytes) == 0)) {
+    if (!fresh && unless_same && (bytes == 0 || std::memcmp(block_.data(), table, bytes) == 0)) {
         return Done{};
     }
     if (fresh) {

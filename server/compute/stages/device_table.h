@@ -16,11 +16,16 @@ class DeviceTable {
     /// The device has the table's bytes; none is allowed, so that a kernel has an argument.
     Status set(Device& device, const void* table, std::size_t bytes);
 
+    /// The same for a table that kernels write into: it is sent whether it changed or not.
+    Status clear(Device& device, const void* table, std::size_t bytes);
+
     [[nodiscard]] const Buffer& buffer() const { return *buffer_; }
 
     [[nodiscard]] HostBlock& block() { return block_; }
 
   private:
+    Status send(Device& device, const void* table, std::size_t bytes, bool unless_same);
+
     HostBlock block_;
     std::optional<Buffer> buffer_;
 };
