@@ -113,7 +113,8 @@ TEST(Constraints, PullLinksToTheirRestLengths) {
     EXPECT_GT(worst(), 0.019);
     ConstraintStage stage;
     Team alone;
-    stage.solve(nodes, kSide * kSide, *made, 0.01F, 2000, alone);
+    // The slowest mode of 33 nodes loses two thirds in 2,000 passes.
+    stage.solve(nodes, kSide * kSide, *made, 0.01F, 14000, alone);
     EXPECT_LT(worst(), 0.002);
     EXPECT_EQ(nodes.column(0)[0], 0.0F) << "a held node moved";
 }
