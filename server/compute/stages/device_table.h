@@ -10,7 +10,7 @@
 namespace zoned::compute {
 
 /// Keeps a copy in memory that a device may work in: the caller's memory need not begin on a page
-/// nor outlive the step. What kernels write into it is not brought back.
+/// nor outlive the step.
 class DeviceTable {
   public:
     /// The device has the table's bytes; none is allowed, so that a kernel has an argument.
@@ -18,6 +18,9 @@ class DeviceTable {
 
     /// The same for a table that kernels write into: it is sent whether it changed or not.
     Status clear(Device& device, const void* table, std::size_t bytes);
+
+    /// What kernels wrote, once all that was queued is done; then the device has the table again.
+    Status read(Device& device, void* table, std::size_t bytes);
 
     [[nodiscard]] const Buffer& buffer() const { return *buffer_; }
 
