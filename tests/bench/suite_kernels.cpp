@@ -169,8 +169,9 @@ class KernelTrial : public JudgedTrial {
 };
 
 void add_wall_ratio(std::vector<Row>& rows, const std::string& against, double items) {
-    const auto base = std::find_if(
-        rows.begin(), rows.end(), [&](const Row& row) { return row.method == against; });
+    const auto base = std::find_if(rows.begin(), rows.end(), [&](const Row& row) {
+        return (row.peer.empty() ? row.method : row.peer) == against;
+    });
     for (Row& row : rows) {
         const double wall = *row.find_metric("wall_us_p50");
         row.metric("wall_ns_per_item", 1e3 * wall / items);
@@ -192,7 +193,7 @@ void run_boids(Session& session) {
     if (bench().device) {
         methods.push_back(ours("opencl", 2, bench().device.get()));
     }
-    methods.push_back({"plain_loop", "plain", [count] {
+    methods.push_back({"default", "plain_loop", [count] {
                            return std::make_unique<PlainFlockTrial>(count);
                        }});
     const Plan plan{
@@ -287,7 +288,7 @@ const Registration kKernels({"kernels",
                              {"default",
                               "cpu_1",
                               "opencl",
-                              "plain/plain_loop",
+                              "plain_loop/default",
                               "mapped",
                               "copied",
                               "constant_tables",

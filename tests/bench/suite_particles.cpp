@@ -175,7 +175,8 @@ class PlainTrial : public JudgedTrial {
 
 double wall_of(const std::vector<Row>& rows, const std::string& method) {
     for (const Row& row : rows) {
-        if (row.method == method && row.find_metric("wall_us_p50") != nullptr) {
+        if ((row.peer.empty() ? row.method : row.peer) == method &&
+            row.find_metric("wall_us_p50") != nullptr) {
             return *row.find_metric("wall_us_p50");
         }
     }
@@ -211,7 +212,7 @@ void run_particle_scene(Session& session, const std::string& scene, int count, i
     } else {
         session.note("particles: no opencl rows: " + machine().no_device);
     }
-    methods.push_back({"plain_loop", "plain", [count] {
+    methods.push_back({"default", "plain_loop", [count] {
                            return std::make_unique<PlainTrial>(count);
                        }});
     const Plan plan{session.quick ? 2 : 12, frames, session.quick ? 1 : session.repeats};
@@ -239,7 +240,7 @@ void run_particles(Session& session) {
 const Registration kParticles({"particles",
                                "particles on lanes, threads and a device beside a bare loop",
                                {"particles_1m", "particles_16k"},
-                               {"default", "cpu_1", "cpu_2", "opencl", "plain/plain_loop"},
+                               {"default", "cpu_1", "cpu_2", "opencl", "plain_loop/default"},
                                run_particles});
 
 }  // namespace
