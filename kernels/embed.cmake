@@ -1,0 +1,10 @@
+# Writes OUT: the files of kernels/ as string literals. -DSOURCE=root of the repository -DOUT=file.cpp
+file(GLOB FILES RELATIVE ${SOURCE} ${SOURCE}/kernels/*.cl ${SOURCE}/kernels/include/*.h)
+set(TEXT "// Written by kernels/embed.cmake from kernels/.\n#include \"server/compute/kernel_source.h\"\n\n")
+string(APPEND TEXT "namespace zoned::compute {\n\nnamespace {\n\nconstexpr KernelFile kKernelFiles[] = {\n")
+foreach(FILE IN LISTS FILES)
+  file(READ ${SOURCE}/${FILE} CONTENT)
+  string(APPEND TEXT "    {\"${FILE}\", R\"kernel_file(${CONTENT})kernel_file\"},\n")
+endforeach()
+string(APPEND TEXT "};\n\n}  // namespace\n\nstd::span<const KernelFile> kernel_files() {\n    return kKernelFiles;\n}\n\n}  // namespace zoned::compute\n")
+file(WRITE ${OUT} "${TEXT}")

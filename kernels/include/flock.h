@@ -1,0 +1,171 @@
+// Flock: Reynolds' rules for agents in a grid of cells, for a batch of agents at once.
+#pragma once
+
+#include "kernels/include/kernel_base.h"
+
+ZK_BEGIN
+
+/// Columns of cells over the ground: a cell is as wide as an agent looks far, so that whoever is
+/// near is in the same cell or one beside it. What lies outside counts to the cells at the rim.
+typedef struct FlockGrid {
+    float x0, z0;       // m
+    float cells_per_m;  // 1 / cell size
+    int columns, rows;  // along x, along z
+} FlockGrid;
+
+typedef struct FlockRules {
+    float h;                                            // s
+    float radius2;                                      // m2, of neighbours
+    float separation2;                                  // m2, within which they push off each other
+    float separation;                                   // m2/s2: acceleration times distance
+    float alignment;                                    // 1/s
+    float cohesion;                                     // 1/s2
+    float most_acceleration;                            // m/s2
+    float least_speed;                                  // m/s
+    float most_speed;                                   // m/s
+    float low_x, low_y, low_z, high_x, high_y, high_z;  // where they are at home, m
+    float turn_back;                                    // m/s2, outside of it
+} FlockRules;
+
+/// Agents that are worked on together: neighbours in the sorted order, of one row of cells.
+typedef struct FlockBatch {
+    int begin, end;             // at most as many as lanes
+    int first_cell, last_cell;  // columns in which they are
+    int row;
+} FlockBatch;
+
+ZK_FN int flock_clamp_cell(const float at, const int count) {
+    const float high = (float)(count - 1);
+    const float in = at < 0.0f ? 0.0f : (at > high ? high : at);
+    return (int)in;
+}
+
+ZK_FN int flock_cell(ZK_TABLE const FlockGrid* grid, const float x, const float z) {
+    const int column = flock_clamp_cell((x - grid->x0) * grid->cells_per_m, grid->columns);
+    const int row = flock_clamp_cell((z - grid->z0) * grid->cells_per_m, grid->rows);
+    return row * grid->columns + column;
+}
+
+ZK_REAL_STRUCT struct FlockSum {
+    Real count;
+    Real px, py, pz;  // offsets
+    Real vx, vy, vz;
+    Real sx, sy, sz;  // pushes
+};
+#ifdef __OPENCL_C_VERSION__
+typedef struct FlockSum FlockSum;
+#endif
+
+/// Adds the neighbour at n: in the sum order of the sorted agents, so that it does not matter how
+/// many agents are worked on together. Itself, at distance zero, does not count.
+ZK_REAL_FN void flock_add(ZK_OF_REAL(FlockSum) * s,
+                          ZK_TABLE const FlockRules* rules,
+                          const Real x,
+                          const Real y,
+                          const Real z,
+                          const float nx,
+                          const float ny,
+                          const float nz,
+                          const float nvx,
+                          const float nvy,
+                          const float nvz) {
+    const Real zero = zk_splat(0.0f);
+    const Real dx = nx - x;
+    const Real dy = ny - y;
+    const Real dz = nz - z;
+    const Real d2 = dx * dx + dy * dy + dz * dz;
+    const ZK_MASK near = (d2 < rules->radius2) & (d2 > 0.0f);
+    const ZK_MASK close = (d2 < rules->separation2) & (d2 > 0.0f);
+    s->count = s->count + zk_pick(near, zk_splat(1.0f), zero);
+    s->px = s->px + zk_pick(near, dx, zero);
+    s->py = s->py + zk_pick(near, dy, zero);
+    s->pz = s->pz + zk_pick(near, dz, zero);
+    s->vx = s->vx + zk_pick(near, zk_splat(nvx), zero);
+    s->vy = s->vy + zk_pick(near, zk_splat(nvy), zero);
+    s->vz = s->vz + zk_pick(near, zk_splat(nvz), zero);
+    const Real push = zk_pick(close, 1.0f / d2, zero);
+    s->sx = s->sx - push * dx;
+    s->sy = s->sy - push * dy;
+    s->sz = s->sz - push * dz;
+}
+
+/// All neighbours of a batch: rows of cells around it, each one stretch of the sorted agents.
+/// `sorted` holds x, y, z, vx, vy, vz, `stride` apart.
+ZK_REAL_FN void flock_look(ZK_OF_REAL(FlockSum) * s,
+                           ZK_TABLE const FlockRules* rules,
+                           ZK_TABLE const FlockGrid* grid,
+                           const FlockBatch batch,
+                           ZK_GLOBAL const int* cell_begin,
+                           ZK_GLOBAL const float* sorted,
+                           const int stride,
+                           const Real x,
+                           const Real y,
+                           const Real z) {
+    const int first = batch.first_cell > 0 ? batch.first_cell - 1 : 0;
+    const int last = batch.last_cell + 1 < grid->columns ? batch.last_cell + 1 : batch.last_cell;
+    const int low = batch.row > 0 ? batch.row - 1 : 0;
+    const int high = batch.row + 1 < grid->rows ? batch.row + 1 : batch.row;
+    for (int row = low; row <= high; ++row) {
+        const int begin = cell_begin[row * grid->columns + first];
+        const int end = cell_begin[row * grid->columns + last + 1];
+        for (int j = begin; j < end; ++j) {
+            ZK_GLOBAL const float* n = sorted + j;
+            flock_add(s,
+                      rules,
+                      x,
+                      y,
+                      z,
+                      n[0],
+                      n[stride],
+                      n[2 * stride],
+                      n[3 * stride],
+                      n[4 * stride],
+                      n[5 * stride]);
+        }
+    }
+}
+
+/// How much an axis is pushed back towards home.
+ZK_REAL_FN Real flock_home(const Real x, const float low, const float high, const float push) {
+    const Real zero = zk_splat(0.0f);
+    return zk_pick(x < low, zk_splat(push), zk_pick(x > high, zk_splat(-push), zero));
+}
+
+/// The rules (Reynolds, "Flocks, herds, and schools", SIGGRAPH 1987): away from who is too near,
+/// with the mean velocity, to the middle; then one step of semi-implicit Euler with limits.
+ZK_REAL_FN void flock_steer(const ZK_OF_REAL(FlockSum) * s,
+                            ZK_TABLE const FlockRules* r,
+                            Real* x,
+                            Real* y,
+                            Real* z,
+                            Real* vx,
+                            Real* vy,
+                            Real* vz) {
+    const Real zero = zk_splat(0.0f);
+    const ZK_MASK any = s->count > 0.0f;
+    const Real share = zk_pick(any, 1.0f / s->count, zero);
+    const Real follow = zk_pick(any, zk_splat(r->alignment), zero);
+    Real ax = s->px * share * r->cohesion + (s->vx * share - *vx) * follow + s->sx * r->separation;
+    Real ay = s->py * share * r->cohesion + (s->vy * share - *vy) * follow + s->sy * r->separation;
+    Real az = s->pz * share * r->cohesion + (s->vz * share - *vz) * follow + s->sz * r->separation;
+    const Real a2 = ax * ax + ay * ay + az * az;
+    const float most2 = r->most_acceleration * r->most_acceleration;
+    const Real cut = zk_pick(a2 > most2, r->most_acceleration / zk_sqrt(a2), zk_splat(1.0f));
+    ax = ax * cut + flock_home(*x, r->low_x, r->high_x, r->turn_back);
+    ay = ay * cut + flock_home(*y, r->low_y, r->high_y, r->turn_back);
+    az = az * cut + flock_home(*z, r->low_z, r->high_z, r->turn_back);
+    const Real nx = *vx + r->h * ax;
+    const Real ny = *vy + r->h * ay;
+    const Real nz = *vz + r->h * az;
+    const Real speed = zk_sqrt(nx * nx + ny * ny + nz * nz);
+    const Real wanted = zk_clamp(speed, zk_splat(r->least_speed), zk_splat(r->most_speed));
+    const Real scale = zk_pick(speed > 0.0f, wanted / speed, zero);
+    *vx = nx * scale;
+    *vy = ny * scale;
+    *vz = nz * scale;
+    *x = *x + r->h * *vx;
+    *y = *y + r->h * *vy;
+    *z = *z + r->h * *vz;
+}
+
+ZK_END

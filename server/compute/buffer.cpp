@@ -1,0 +1,182 @@
+// Buffers: mapped where the device works in the host's memory, copied where it has its own.
+#include "server/compute/device_impl.h"
+#include "server/compute/host_block.h"
+
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+namespace zoned::compute {
+
+core::Result<Buffer> Buffer::over(Device& device, void* host, std::size_t bytes) {
+    using Made = core::Result<Buffer>;
+    if (device.lost()) {
+        return Made::failure(device.fault());
+    }
+    Device::Impl& impl = *device.impl_;
+    const auto refuse = [&](const std::string& why) {
+        return Made::failure("OpenCL: a buffer of " + std::to_string(bytes) + " bytes on " +
+                             to_text(impl.info) + ": " + why);
+    };
+    if (bytes == 0 || reinterpret_cast<std::uintptr_t>(host) % HostBlock::kPage != 0) {
+        return refuse("it is empty or does not begin on a page");
+    }
+    if (bytes > impl.info.largest_buffer_bytes) {
+        return refuse("it takes " + std::to_string(impl.info.largest_buffer_bytes) + " at most");
+    }
+    if (impl.testing != nullptr && impl.memory_bytes + bytes > impl.testing->memory_bytes) {
+        return refuse("memory ran out on purpose");
+    }
+    const bool mapped = impl.buffers == BufferMode::kMapped;
+    cl_int code = CL_SUCCESS;
+    cl_mem handle = impl.cl->clCreateBuffer(
+        impl.context,
+        mapped ? CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR : CL_MEM_READ_WRITE,
+        bytes,
+        mapped ? host : nullptr,
+        &code);
+    if (code != CL_SUCCESS) {
+        return refuse(opencl_error(code));
+    }
+    Buffer buffer;
+    buffer.device_ = &device;
+    buffer.handle_ = handle;
+    buffer.host_ = host;
+    buffer.bytes_ = bytes;
+    impl.memory_bytes += bytes;
+    if (!mapped) {
+        buffer.staging_ = std::malloc(bytes);
+        if (buffer.staging_ == nullptr) {
+            return refuse("no memory of the host to copy back to");
+        }
+    } else if (!buffer.map() || !device.finish()) {
+        return Made::failure(device.fault());
+    }
+    return buffer;
+}
+
+/// Queued, not waited for.
+Status Buffer::map() {
+    Device::Impl& impl = *device_->impl_;
+    cl_int code = CL_SUCCESS;
+    impl.cl->clEnqueueMapBuffer(impl.queue,
+                                static_cast<cl_mem>(handle_),
+                                CL_FALSE,
+                                CL_MAP_READ | CL_MAP_WRITE,
+                                0,
+                                bytes_,
+                                0,
+                                nullptr,
+                                nullptr,
+                                &code);
+    mapped_ = code == CL_SUCCESS;
+    return mapped_ ? done() : device_->lose("mapping a buffer: " + opencl_error(code));
+}
+
+Status Buffer::unmap() {
+    if (!std::exchange(mapped_, false)) {
+        return done();
+    }
+    Device::Impl& impl = *device_->impl_;
+    // What was mapped lies where the host put it: that is what CL_MEM_USE_HOST_PTR says.
+    const cl_int code = impl.cl->clEnqueueUnmapMemObject(
+        impl.queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
+    return code == CL_SUCCESS ? done() : device_->lose("unmapping: " + opencl_error(code));
+}
+
+Buffer::Buffer(Buffer&& other) noexcept
+    : device_(other.device_),
+      handle_(std::exchange(other.handle_, nullptr)),
+      host_(other.host_),
+      staging_(std::exchange(other.staging_, nullptr)),
+      bytes_(other.bytes_),
+      coming_(other.coming_),
+      ranges_(other.ranges_),
+      mapped_(std::exchange(other.mapped_, false)) {
+}
+
+Buffer& Buffer::operator=(Buffer&& other) noexcept {
+    std::swap(device_, other.device_);
+    std::swap(handle_, other.handle_);
+    std::swap(host_, other.host_);
+    std::swap(staging_, other.staging_);
+    std::swap(bytes_, other.bytes_);
+    std::swap(coming_, other.coming_);
+    std::swap(ranges_, other.ranges_);
+    std::swap(mapped_, other.mapped_);
+    return *this;
+}
+
+Buffer::~Buffer() {
+    if (handle_ != nullptr) {
+        if (mapped_) {
+            device_->impl_->cl->clEnqueueUnmapMemObject(
+                device_->impl_->queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
+            device_->impl_->cl->clFinish(device_->impl_->queue);
+        }
+        device_->impl_->cl->clReleaseMemObject(static_cast<cl_mem>(handle_));
+        device_->impl_->memory_bytes -= bytes_;
+    }
+    std::free(staging_);
+}
+
+Status Buffer::give(std::size_t offset, std::size_t bytes) {
+    if (device_->lost()) {
+        return Status::failure(device_->fault());
+    }
+    ranges_ = 0;
+    Device::Impl& impl = *device_->impl_;
+    if (impl.buffers == BufferMode::kMapped) {
+        return unmap();
+    }
+    const cl_int code = impl.cl->clEnqueueWriteBuffer(impl.queue,
+                                                      static_cast<cl_mem>(handle_),
+                                                      CL_FALSE,
+                                                      offset,
+                                                      bytes,
+                                                      static_cast<char*>(host_) + offset,
+                                                      0,
+                                                      nullptr,
+                                                      nullptr);
+    return code == CL_SUCCESS ? done() : device_->lose("a copy to it: " + opencl_error(code));
+}
+
+Status Buffer::take(std::size_t offset, std::size_t bytes) {
+    if (device_->lost()) {
+        return Status::failure(device_->fault());
+    }
+    Device::Impl& impl = *device_->impl_;
+    if (impl.buffers == BufferMode::kMapped) {
+        return mapped_ ? done() : map();
+    }
+    if (bytes == 0) {
+        return done();
+    }
+    if (ranges_ == kRanges) {
+        return device_->lose("more ranges come back than a buffer counts");
+    }
+    const cl_int code = impl.cl->clEnqueueReadBuffer(impl.queue,
+                                                     static_cast<cl_mem>(handle_),
+                                                     CL_FALSE,
+                                                     offset,
+                                                     bytes,
+                                                     static_cast<char*>(staging_) + offset,
+                                                     0,
+                                                     nullptr,
+                                                     nullptr);
+    if (code == CL_SUCCESS) {
+        coming_[ranges_++] = {offset, bytes};
+    }
+    return code == CL_SUCCESS ? done() : device_->lose("a copy from it: " + opencl_error(code));
+}
+
+void Buffer::settle() {
+    for (std::size_t i = 0; i < ranges_ && !device_->lost(); ++i) {
+        std::memcpy(static_cast<char*>(host_) + coming_[i].offset,
+                    static_cast<const char*>(staging_) + coming_[i].offset,
+                    coming_[i].bytes);
+    }
+    ranges_ = 0;
+}
+
+}  // namespace zoned::compute

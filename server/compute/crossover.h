@@ -1,0 +1,62 @@
+// Crossover: which side is faster for how much work, from measured costs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace zoned::compute {
+
+enum class Side : std::uint8_t {
+    kCpu,
+    kDevice
+};
+
+/// What a batch of n items costs on a side: launch_us + n (item_us + copy_us).
+struct SideCost {
+    double launch_us = 0.0;  ///< a batch of any size: starting, waiting
+    double item_us = 0.0;    ///< work per item
+    double copy_us = 0.0;    ///< transfers per item, both ways; 0 where memory is shared
+
+    [[nodiscard]] double of(std::size_t items) const {
+        return launch_us + static_cast<double>(items) * (item_us + copy_us);
+    }
+};
+
+/// The line through two measured batches, copies apart: the time of a small one and of a large one
+/// (us) with their numbers of items. Slopes and launches below zero, which noise makes, become
+/// zero.
+SideCost cost_through(std::size_t few, double few_us, std::size_t many, double many_us);
+
+/// The choice by work size. Whoever owns a clock measures both sides and says so here; until then,
+/// and for work that enters state hashes without being bit-identical on the device, the CPU does
+/// it. Because of the measured costs two runs may choose differently: only what is bit-identical on
+/// both sides keeps a run repeatable, so exactness is asked for at each choice.
+class Crossover {
+  public:
+    Crossover() = default;
+
+    Crossover(const SideCost& cpu, const SideCost& device)
+        : cpu_(cpu),
+          device_(device),
+          measured_(true) {}
+
+    [[nodiscard]] bool measured() const { return measured_; }
+
+    /// `hashed`: the result enters a state hash. `exact`: both sides give the same bits.
+    [[nodiscard]] Side choose(std::size_t items, bool hashed, bool exact) const;
+
+    /// The fewest items for which the device is chosen; SIZE_MAX where there is no such number.
+    /// (The device may be faster below another number instead: then this is 1, or SIZE_MAX.)
+    [[nodiscard]] std::size_t threshold() const;
+
+    [[nodiscard]] const SideCost& cpu() const { return cpu_; }
+
+    [[nodiscard]] const SideCost& device() const { return device_; }
+
+  private:
+    SideCost cpu_;
+    SideCost device_;
+    bool measured_ = false;
+};
+
+}  // namespace zoned::compute

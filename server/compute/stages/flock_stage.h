@@ -1,0 +1,85 @@
+// FlockStage: moves flocking agents by one step: a grid of cells, agents sorted by cell, eight at a
+// time.
+#pragma once
+
+#include "server/compute/stages/particle_stage.h"
+#include "kernels/include/flock.h"
+
+#include <memory>
+#include <vector>
+
+namespace zoned::compute {
+
+/// Agents in the order of their cells: what a step reads.
+class FlockOrder {
+  public:
+    /// Sorts (stable, by counting) the first `count` agents into cells of `cell_size` (m, > 0) over
+    /// the box of `rules`; cells are made larger where there would be more than kMostCells.
+    void sort(const ParticleColumns& agents,
+              std::size_t count,
+              const kernels::FlockRules& rules,
+              float cell_size,
+              Team& team);
+
+    static constexpr std::size_t kMostCells = 1U << 18U;
+
+    [[nodiscard]] const kernels::FlockGrid& grid() const { return grid_; }
+
+    [[nodiscard]] ParticleColumns& sorted() { return sorted_; }
+
+    [[nodiscard]] const ParticleColumns& sorted() const { return sorted_; }
+
+    /// Number of the agent at each place of sorted().
+    [[nodiscard]] const std::vector<std::int32_t>& order() const { return order_; }
+
+    /// First place of each cell, and the end.
+    [[nodiscard]] const std::vector<std::int32_t>& cell_begin() const { return cell_begin_; }
+
+    [[nodiscard]] const std::vector<kernels::FlockBatch>& batches() const { return batches_; }
+
+  private:
+    void lay_grid(const kernels::FlockRules& rules, float cell_size);
+    void make_batches();
+
+    kernels::FlockGrid grid_{};
+    ParticleColumns sorted_;
+    std::vector<std::int32_t> cell_of_;
+    std::vector<std::int32_t> order_;
+    std::vector<std::int32_t> cell_begin_;
+    std::vector<kernels::FlockBatch> batches_;
+};
+
+/// One step of the batches [begin, end) on eight lanes, into `agents`.
+void step_flock_batches(ParticleColumns& agents,
+                        const FlockOrder& order,
+                        const kernels::FlockRules& rules,
+                        std::size_t begin,
+                        std::size_t end);
+
+/// A step of a flock, on all threads of a team or on a device: the same bits. The state before the
+/// step stays in FlockOrder, so that a device that fails costs nothing but time.
+class FlockStage {
+  public:
+    explicit FlockStage(Device* device = nullptr);
+    ~FlockStage();
+    FlockStage(FlockStage&&) noexcept;
+    FlockStage& operator=(FlockStage&&) noexcept;
+
+    StageRun step(ParticleColumns& agents,
+                  std::size_t count,
+                  const kernels::FlockRules& rules,
+                  Team& team);
+
+    [[nodiscard]] const FlockOrder& order() const { return order_; }
+
+    /// Whether a device is there that did not fail yet.
+    [[nodiscard]] bool has_device() const;
+
+  private:
+    struct OnDevice;
+
+    FlockOrder order_;
+    std::unique_ptr<OnDevice> on_device_;
+};
+
+}  // namespace zoned::compute

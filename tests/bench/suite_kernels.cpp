@@ -1,0 +1,300 @@
+// Suite `kernels`: flocking agents on lanes, threads and a device beside a plain loop; what copies,
+// work groups and the place of tables cost on a device.
+#include "server/compute/device.h"
+#include "server/compute/stages/flock_stage.h"
+#include "server/compute/worker_pool.h"
+#include "tests/bench/comparison.h"
+#include "tests/bench/plain_flock.h"
+#include "tests/scenario/flock.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace zoned::bench {
+
+namespace {
+
+/// Devices as they are by themselves, and one whose buffers are copied to and fro.
+struct Bench {
+    compute::WorkerPool pool{2};
+    std::unique_ptr<compute::Device> device;
+    std::unique_ptr<compute::Device> copying;
+    std::string no_device;
+
+    Bench() {
+        auto opened = compute::Device::open({});
+        if (!opened) {
+            no_device = opened.error();
+            return;
+        }
+        device = std::move(*opened);
+        compute::DeviceSettings settings;
+        settings.buffers = compute::BufferMode::kCopied;
+        auto second = compute::Device::open(settings);
+        if (second) {
+            copying = std::move(*second);
+        }
+    }
+};
+
+Bench& bench() {
+    static Bench the;
+    return the;
+}
+
+class FlockTrial : public JudgedTrial {
+  public:
+    FlockTrial(std::size_t count, int threads, compute::Device* device)
+        : count_(count),
+          rules_(scenario::flock_rules(count)),
+          stage_(device) {
+        if (threads > 1) {
+            team_.join_pool(bench().pool);
+        }
+        agents_.reserve(count);
+        scenario::scatter_flock(count, rules_, [this](std::size_t i, auto... values) {
+            std::size_t c = 0;
+            ((agents_.column(c++)[i] = values), ...);
+        });
+    }
+
+    void frame() override {
+        const compute::Team::Shift shift(team_);
+        const compute::StageRun run = stage_.step(agents_, count_, rules_, team_);
+        if (!run.fault.empty()) {
+            throw std::runtime_error(run.fault);
+        }
+        ++frames_;
+    }
+
+    /// How far the first step's velocities are from the plain loop's: rounding in another order.
+    void observe() override {
+        if (frames_ != 1) {
+            return;
+        }
+        PlainFlock plain;
+        plain.rules = rules_;
+        plain.agents.resize(count_);
+        scenario::scatter_flock(
+            count_, rules_, [&](std::size_t i, auto... values) { plain.agents[i] = {values...}; });
+        plain.step();
+        for (std::size_t i = 0; i < count_; ++i) {
+            const double dx = static_cast<double>(agents_.column(3)[i] - plain.agents[i].vx);
+            const double dy = static_cast<double>(agents_.column(4)[i] - plain.agents[i].vy);
+            const double dz = static_cast<double>(agents_.column(5)[i] - plain.agents[i].vz);
+            error_ = std::max(error_, std::sqrt(dx * dx + dy * dy + dz * dz));
+        }
+    }
+
+    void judge(Row& row) override {
+        row.error = error_;
+        row.error_unit = "m/s";
+    }
+
+  private:
+    std::size_t count_;
+    kernels::FlockRules rules_;
+    compute::Team team_;
+    compute::ParticleColumns agents_;
+    compute::FlockStage stage_;
+    int frames_ = 0;
+    double error_ = 0.0;
+};
+
+class PlainFlockTrial : public JudgedTrial {
+  public:
+    explicit PlainFlockTrial(std::size_t count) {
+        plain_.rules = scenario::flock_rules(count);
+        plain_.agents.resize(count);
+        scenario::scatter_flock(count, plain_.rules, [this](std::size_t i, auto... values) {
+            plain_.agents[i] = {values...};
+        });
+    }
+
+    void frame() override { plain_.step(); }
+
+    void judge(Row& row) override {
+        row.error_unit = "m/s";
+        row.metric("tested_per_agent",
+                   static_cast<double>(plain_.tested) / static_cast<double>(plain_.agents.size()));
+    }
+
+  private:
+    PlainFlock plain_;
+};
+
+/// Particles in gusts with walls to hit: what tables in constant memory and work groups matter for.
+class KernelTrial : public JudgedTrial {
+  public:
+    KernelTrial(std::size_t count,
+                compute::Device& device,
+                compute::ParticleKernelOptions options,
+                bool gusts)
+        : count_(count),
+          stage_(&device, options) {
+        columns_.reserve(count);
+        scene_.world.h = kStepTime;
+        scene_.world.gy = -9.81F;
+        if (gusts) {
+            scene_.world.linear_drag = 0.5F;
+            scene_.world.gust_cells_per_m = 0.2F;
+            gusts_.assign(3 * kernels::ZK_GUST_CORNERS, 0.5F);
+            scene_.gusts = gusts_;
+            scene_.world.planes = 4;
+            for (int i = 0; i < 4; ++i) {
+                scene_.world.plane[i] = {0.0F, 1.0F, 0.0F, -100.0F};
+            }
+        }
+    }
+
+    void frame() override {
+        const compute::StageRun run = stage_.step(columns_, count_, scene_, team_);
+        if (!run.fault.empty()) {
+            throw std::runtime_error(run.fault);
+        }
+    }
+
+    void judge(Row& row) override { row.error_unit = "-"; }
+
+  private:
+    std::size_t count_;
+    compute::Team team_;
+    compute::ParticleColumns columns_;
+    compute::ParticleScene scene_;
+    std::vector<float> gusts_;
+    compute::ParticleStage stage_;
+};
+
+void add_wall_ratio(std::vector<Row>& rows, const std::string& against, double items) {
+    const auto base = std::find_if(rows.begin(), rows.end(), [&](const Row& row) {
+        return (row.peer.empty() ? row.method : row.peer) == against;
+    });
+    for (Row& row : rows) {
+        const double wall = *row.find_metric("wall_us_p50");
+        row.metric("wall_ns_per_item", 1e3 * wall / items);
+        if (base != rows.end()) {
+            row.metric("wall_" + against + "_ratio", wall / *base->find_metric("wall_us_p50"));
+        }
+    }
+}
+
+void run_boids(Session& session) {
+    const std::size_t count = session.quick ? 10'000 : 50'000;
+    session.progress("kernels boids_50k");
+    const auto ours = [count](const char* name, int threads, compute::Device* device) {
+        return Method{name, "", [=] {
+                          return std::make_unique<FlockTrial>(count, threads, device);
+                      }};
+    };
+    std::vector<Method> methods{ours("default", 2, nullptr), ours("cpu_1", 1, nullptr)};
+    if (bench().device) {
+        methods.push_back(ours("opencl", 2, bench().device.get()));
+    }
+    methods.push_back({"default", "plain_loop", [count] {
+                           return std::make_unique<PlainFlockTrial>(count);
+                       }});
+    const Plan plan{
+        session.quick ? 1 : 5, session.quick ? 4 : 60, session.quick ? 1 : session.repeats};
+    std::vector<Row> rows =
+        compare("kernels", "boids_50k", "", wanted(session, std::move(methods)), plan);
+    add_wall_ratio(rows, "plain_loop", static_cast<double>(count));
+    session.add(std::move(rows));
+}
+
+/// The same steps with buffers mapped and copied: the difference is what copies cost.
+void run_copies(Session& session) {
+    if (!bench().copying) {
+        return;
+    }
+    std::vector<std::size_t> sizes{4096, 65'536, 1'048'576};
+    sizes.resize(session.quick ? 1 : sizes.size());
+    for (const std::size_t count : sizes) {
+        session.progress("kernels copies " + std::to_string(count));
+        const auto with = [count](const char* name, compute::Device& device) {
+            return Method{name, "", [count, &device] {
+                              return std::make_unique<KernelTrial>(
+                                  count, device, compute::ParticleKernelOptions(), false);
+                          }};
+        };
+        const Plan plan{2, session.quick ? 10 : 100, session.quick ? 1 : session.repeats};
+        std::vector<Row> rows = compare(
+            "kernels",
+            "copies",
+            "n=" + std::to_string(count),
+            wanted(session, {with("mapped", *bench().device), with("copied", *bench().copying)}),
+            plan);
+        for (Row& row : rows) {
+            row.metric("bytes_each_way", 24.0 * static_cast<double>(count));
+        }
+        add_wall_ratio(rows, "mapped", static_cast<double>(count));
+        session.add(std::move(rows));
+    }
+}
+
+void run_groups(Session& session) {
+    if (!bench().device) {
+        return;
+    }
+    const std::size_t count = session.quick ? 16'384 : 262'144;
+    std::vector<std::size_t> groups{0, 64, 256, 1024, 4096};
+    groups.resize(session.quick ? 1 : groups.size());
+    for (const std::size_t group : groups) {
+        session.progress("kernels groups " + std::to_string(group));
+        const auto with = [&](const char* name, bool global) {
+            return Method{name, "", [=] {
+                              return std::make_unique<KernelTrial>(
+                                  count,
+                                  *bench().device,
+                                  compute::ParticleKernelOptions{group, global},
+                                  true);
+                          }};
+        };
+        const Plan plan{2, session.quick ? 5 : 40, session.quick ? 1 : session.repeats};
+        std::vector<Row> rows =
+            compare("kernels",
+                    "groups",
+                    group == 0 ? "chosen" : "group=" + std::to_string(group),
+                    wanted(session, {with("constant_tables", false), with("global_tables", true)}),
+                    plan);
+        add_wall_ratio(rows, "constant_tables", static_cast<double>(count));
+        session.add(std::move(rows));
+    }
+}
+
+void run_kernels(Session& session) {
+    session.note(
+        "kernels: wall_* are times on the wall; time_us is CPU time of the calling thread");
+    if (!bench().device) {
+        session.note("kernels: no device rows: " + bench().no_device);
+    }
+    if (session.wants_scene("boids_50k")) {
+        run_boids(session);
+    }
+    if (session.wants_scene("copies")) {
+        run_copies(session);
+    }
+    // Each kind of group is built by the driver anew, which takes longer than a quick run may.
+    if (session.wants_scene("groups") && !session.quick) {
+        run_groups(session);
+    }
+}
+
+const Registration kKernels({"kernels",
+                             "flocking agents; copies, work groups and tables on a device",
+                             {"boids_50k", "copies", "groups"},
+                             {"default",
+                              "cpu_1",
+                              "opencl",
+                              "plain_loop/default",
+                              "mapped",
+                              "copied",
+                              "constant_tables",
+                              "global_tables"},
+                             run_kernels});
+
+}  // namespace
+
+}  // namespace zoned::bench

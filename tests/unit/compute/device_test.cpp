@@ -1,0 +1,330 @@
+#include "server/compute/device.h"
+
+#include "server/compute/host_block.h"
+#include "server/compute/opencl_api.h"
+#include "server/compute/stages/particle_stage.h"
+#include "tests/unit/compute/device_fixture.h"
+
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace zoned::compute {
+namespace {
+
+using DeviceLifeTest = DeviceTest;
+
+bool is_mapped(const std::string& library) {
+    std::ifstream maps("/proc/self/maps");
+    const std::string all((std::istreambuf_iterator<char>(maps)), std::istreambuf_iterator<char>());
+    return all.find(library) != std::string::npos;
+}
+
+ParticleScene falling() {
+    ParticleScene scene;
+    scene.world.h = 1.0F / 60.0F;
+    scene.world.gy = -9.81F;
+    return scene;
+}
+
+ParticleColumns standing(std::size_t count) {
+    ParticleColumns columns;
+    columns.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        columns.column(ParticleColumns::kX)[i] = 0.25F * static_cast<float>(i);
+    }
+    return columns;
+}
+
+bool all_fell_once(const ParticleColumns& columns, std::size_t count) {
+    const float h = falling().world.h;
+    const float speed = 0.0F + h * -9.81F;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (columns.column(ParticleColumns::kVy)[i] != speed ||
+            columns.column(ParticleColumns::kY)[i] != 0.0F + h * speed) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// What a scene without a device may do: exit code 0 where OpenCL stayed out of the process.
+int work_without_a_device() {
+    Team alone;
+    ParticleStage stage;
+    ParticleColumns columns = standing(1000);
+    stage.step(columns, 1000, falling(), alone);
+    DeviceSettings none;
+    none.wish = "none";
+    const bool refused = !Device::open(none).ok();
+    const bool clean = !opencl_was_asked_for() && !is_mapped("OpenCL") && !is_mapped("pocl");
+    return refused && clean && all_fell_once(columns, 1000) ? 0 : 1;
+}
+
+class OpenCl : public DeviceTest {
+  protected:
+    void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
+};
+
+TEST_F(OpenCl, IsNotLoadedBeforeADeviceIsNeeded) {
+    EXPECT_EXIT(std::exit(work_without_a_device()), ::testing::ExitedWithCode(0), "");
+}
+
+TEST_F(OpenCl, IsLoadedByTheFirstDevice) {
+    // The check above would see it.
+    EXPECT_EXIT(
+        {
+            const bool before = is_mapped("libOpenCL");
+            const auto device = Device::open({});
+            std::_Exit(!before && is_mapped("libOpenCL") && is_mapped("pocl") ? 0 : 1);
+        },
+        ::testing::ExitedWithCode(0),
+        "");
+}
+
+TEST_F(OpenCl, WithoutADriverGivesAReasonAndNoDevice) {
+    const std::string folder = fresh_folder();
+    std::filesystem::create_directories(folder);
+    EXPECT_EXIT(
+        {
+            setenv("OCL_ICD_VENDORS", folder.c_str(), 1);
+            const auto device = Device::open({});
+            if (device.ok()) {
+                std::_Exit(1);
+            }
+            std::fprintf(stderr, "%s\n", device.error().c_str());
+            std::_Exit(0);
+        },
+        ::testing::ExitedWithCode(0),
+        "no platform");
+}
+
+TEST_F(DeviceLifeTest, ListsAndChoosesAndSaysWhy) {
+    const auto device = open();
+    ASSERT_NE(device, nullptr);
+    EXPECT_FALSE(device->info().name.empty());
+    EXPECT_GE(device->info().compute_units, 1U);
+    EXPECT_GT(device->info().memory_bytes, 0U);
+    EXPECT_NE(device->reason().find(device->info().name), std::string::npos);
+    DeviceSettings other;
+    other.wish = "no such device";
+    const auto none = Device::open(other);
+    ASSERT_FALSE(none.ok());
+    EXPECT_NE(none.error().find("no such device"), std::string::npos);
+}
+
+DeviceInfo made_up(const char* name, DeviceKind kind, unsigned units) {
+    DeviceInfo info;
+    info.name = name;
+    info.kind = kind;
+    info.compute_units = units;
+    info.correctly_rounded = true;
+    info.largest_group = 1024;
+    return info;
+}
+
+TEST(ChooseDevice, TakesAGpuBeforeACpuAndTheLargerOfTwo) {
+    DeviceInfo inexact = made_up("Fast", DeviceKind::kGpu, 99);
+    inexact.correctly_rounded = false;
+    const std::vector<DeviceInfo> list{made_up("Cpu", DeviceKind::kCpu, 64),
+                                       made_up("Small", DeviceKind::kGpu, 8),
+                                       made_up("Large", DeviceKind::kGpu, 16),
+                                       inexact};
+    EXPECT_EQ(choose_device(list, "").index, 2U);
+    EXPECT_EQ(choose_device(list, "cpu").index, 0U);
+    EXPECT_EQ(choose_device(list, "small").index, 1U);
+    EXPECT_FALSE(choose_device(list, "none").index);
+    const DeviceChoice refused = choose_device(list, "fast");
+    EXPECT_FALSE(refused.index);
+    EXPECT_NE(refused.reason.find("round"), std::string::npos);
+    EXPECT_FALSE(choose_device({}, "auto").index);
+}
+
+TEST(ChooseGroup, KeepsToTheKernelsLimitAndTheDevicesWidth) {
+    EXPECT_EQ(choose_group(made_up("", DeviceKind::kCpu, 2), 4096, 1), 1024U);
+    EXPECT_EQ(choose_group(made_up("", DeviceKind::kGpu, 2), 1024, 32), 256U);
+    EXPECT_EQ(choose_group(made_up("", DeviceKind::kGpu, 2), 128, 32), 128U);
+    EXPECT_EQ(choose_group(made_up("", DeviceKind::kGpu, 2), 1024, 96), 192U);
+}
+
+/// A file of kernels/ with a mistake, for the real compiler.
+FindKernelFile broken(const std::string& path) {
+    return [path](std::string_view wanted) -> std::optional<std::string_view> {
+        if (wanted != path) {
+            return std::nullopt;
+        }
+        return "// A mistake.\n__kernel void particles_step(__global float* x) {\n"
+               "    x[0] = no_such_name;\n}\n";
+    };
+}
+
+TEST_F(DeviceLifeTest, AKernelThatDoesNotBuildIsNamedWithFileAndLineAndTheCpuDoesTheWork) {
+    DeviceSettings settings;
+    settings.kernels = broken("kernels/particles.cl");
+    const auto device = open(settings);
+    ASSERT_NE(device, nullptr);
+    ParticleStage stage(device.get());
+    ParticleColumns columns = standing(3000);
+    Team alone;
+    const StageRun run = stage.step(columns, 3000, falling(), alone);
+    EXPECT_FALSE(run.on_device);
+    EXPECT_NE(run.fault.find("kernels/particles.cl:3"), std::string::npos) << run.fault;
+    EXPECT_NE(run.fault.find("no_such_name"), std::string::npos) << run.fault;
+    EXPECT_TRUE(all_fell_once(columns, 3000));
+    EXPECT_FALSE(stage.has_device());
+    EXPECT_TRUE(stage.step(columns, 3000, falling(), alone).fault.empty()) << "reported twice";
+    EXPECT_FALSE(device->lost()) << "other kernels may go on";
+}
+
+TEST(KernelSource, NamesThePlaceOfAnIncludeThatIsNotThere) {
+    const auto source = expand_kernel("a.cl", [](std::string_view path) {
+        return path == "a.cl" ? std::optional<std::string_view>("\n#include \"b.h\"\n")
+                              : std::nullopt;
+    });
+    ASSERT_FALSE(source.ok());
+    EXPECT_EQ(source.error(), "a.cl:2: there is no kernel file \"b.h\"");
+}
+
+TEST_F(DeviceLifeTest, ADeviceThatDiesHalfwayLosesNothing) {
+    for (const BufferMode mode : {BufferMode::kMapped, BufferMode::kCopied}) {
+        for (const double share : {0.0, 0.4, 1.0}) {
+            DeviceFaults faults;
+            faults.launches = 0;
+            faults.share_run = share;
+            DeviceSettings settings;
+            settings.testing = &faults;
+            settings.buffers = mode;
+            const auto device = open(settings);
+            ASSERT_NE(device, nullptr);
+            ParticleStage stage(device.get());
+            constexpr std::size_t kMany = 10'003;
+            ParticleColumns columns = standing(kMany);
+            Team alone;
+            const StageRun run = stage.step(columns, kMany, falling(), alone);
+            EXPECT_FALSE(run.on_device);
+            EXPECT_NE(run.fault.find("on purpose"), std::string::npos) << run.fault;
+            EXPECT_TRUE(all_fell_once(columns, kMany)) << "share " << share;
+            EXPECT_TRUE(device->lost());
+            EXPECT_TRUE(stage.step(columns, kMany, falling(), alone).fault.empty());
+        }
+    }
+}
+
+TEST_F(DeviceLifeTest, ADeviceWithoutMemoryLeavesTheWorkToTheCpu) {
+    DeviceFaults faults;
+    faults.memory_bytes = 1U << 16U;
+    DeviceSettings settings;
+    settings.testing = &faults;
+    const auto device = open(settings);
+    ASSERT_NE(device, nullptr);
+    ParticleStage stage(device.get());
+    ParticleColumns columns = standing(50'000);
+    Team alone;
+    const StageRun run = stage.step(columns, 50'000, falling(), alone);
+    EXPECT_NE(run.fault.find("memory ran out"), std::string::npos) << run.fault;
+    EXPECT_TRUE(all_fell_once(columns, 50'000));
+}
+
+TEST_F(DeviceLifeTest, ABufferLargerThanTheDeviceIsRefused) {
+    const auto device = open();
+    ASSERT_NE(device, nullptr);
+    HostBlock small(HostBlock::kPage);
+    const auto buffer =
+        Buffer::over(*device, small.data(), device->info().largest_buffer_bytes + 1);
+    ASSERT_FALSE(buffer.ok());
+    EXPECT_NE(buffer.error().find("at most"), std::string::npos) << buffer.error();
+    EXPECT_FALSE(device->lost());
+}
+
+TEST_F(DeviceLifeTest, CopiedBuffersGiveTheSameAsMappedOnes) {
+    for (const BufferMode mode : {BufferMode::kMapped, BufferMode::kCopied}) {
+        DeviceSettings settings;
+        settings.buffers = mode;
+        const auto device = open(settings);
+        ASSERT_NE(device, nullptr);
+        ParticleStage stage(device.get());
+        ParticleColumns columns = standing(5001);
+        Team alone;
+        const StageRun run = stage.step(columns, 5001, falling(), alone);
+        EXPECT_TRUE(run.on_device) << run.fault;
+        EXPECT_TRUE(all_fell_once(columns, 5001));
+    }
+}
+
+/// The programs of a device that has built one kernel with this cache.
+ProgramCounts build_once(const std::string& folder, const DeviceFaults* faults = nullptr) {
+    DeviceSettings settings;
+    settings.cache_folder = folder;
+    settings.testing = faults;
+    const auto device = Device::open(settings);
+    EXPECT_TRUE(device.ok());
+    ParticleStage stage(device->get());
+    ParticleColumns columns = standing(2000);
+    Team alone;
+    const StageRun run = stage.step(columns, 2000, falling(), alone);
+    EXPECT_TRUE(run.on_device) << run.fault;
+    EXPECT_TRUE(all_fell_once(columns, 2000));
+    return (*device)->programs();
+}
+
+std::filesystem::path only_file(const std::string& folder) {
+    return std::filesystem::directory_iterator(folder)->path();
+}
+
+TEST_F(DeviceLifeTest, TheProgramCacheSurvivesARestart) {
+    const std::string folder = fresh_folder();
+    const ProgramCounts first = build_once(folder);
+    EXPECT_EQ(first.built, 1U);
+    EXPECT_EQ(first.stored, 1U);
+    const ProgramCounts second = build_once(folder);
+    EXPECT_EQ(second.built, 0U);
+    EXPECT_EQ(second.loaded, 1U);
+}
+
+TEST_F(DeviceLifeTest, ADamagedCacheIsBuiltAnewAndNeverTrusted) {
+    const std::string folder = fresh_folder();
+    build_once(folder);
+    const auto size = std::filesystem::file_size(only_file(folder));
+    for (const std::uintmax_t at : {std::uintmax_t{3}, size / 2, size - 3}) {
+        {
+            std::fstream file(only_file(folder), std::ios::in | std::ios::out | std::ios::binary);
+            file.seekg(static_cast<std::streamoff>(at));
+            const char was = static_cast<char>(file.get());
+            file.seekp(static_cast<std::streamoff>(at));
+            file.put(static_cast<char>(was ^ 0x10));
+        }
+        EXPECT_EQ(build_once(folder).built, 1U) << "byte " << at;
+        EXPECT_EQ(build_once(folder).loaded, 1U) << "it was not written anew";
+    }
+    std::filesystem::resize_file(only_file(folder), size / 3);
+    EXPECT_EQ(build_once(folder).built, 1U);
+}
+
+TEST_F(DeviceLifeTest, ABinaryThatTheDriverRefusesIsBuiltAnew) {
+    const std::string folder = fresh_folder();
+    build_once(folder);
+    DeviceFaults faults;
+    faults.refuse_binaries = true;
+    EXPECT_EQ(build_once(folder, &faults).built, 1U);
+}
+
+TEST(ProgramCache, KeepsProgramsOfOtherKeysApart) {
+    const auto folder = std::filesystem::path(::testing::TempDir()) / "zoned_program_keys";
+    std::filesystem::remove_all(folder);
+    const ProgramCache cache(folder.string());
+    const ProgramKey key{"device", "driver 1", "-DA", "source"};
+    const std::vector<std::uint8_t> binary{1, 2, 3};
+    ASSERT_TRUE(cache.store(key, binary));
+    EXPECT_EQ(cache.load(key), binary);
+    ProgramKey other = key;
+    other.driver = "driver 2";
+    EXPECT_FALSE(cache.load(other));
+    // Not even where another key's file lies in its place.
+    std::filesystem::copy_file(cache.path_of(key), cache.path_of(other));
+    EXPECT_FALSE(cache.load(other));
+}
+
+}  // namespace
+}  // namespace zoned::compute
