@@ -113,6 +113,7 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.seed = settings.seed;
     z.types = types;
     z.solids = settings.solids;
+    z.outers = settings.outers;
     z.statics = local_statics(settings, z.region());
     z.surfaces = local_surfaces(settings, z.region());
     z.physics = settings.physics;

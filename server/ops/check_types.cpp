@@ -1,6 +1,7 @@
 #include "server/ops/config_checks.h"
 #include "server/ops/type_shapes.h"
 
+#include <algorithm>
 #include <map>
 
 namespace zoned::ops {
@@ -78,6 +79,45 @@ void check_shape(const proto::Config::Type& type,
     }
 }
 
+double most_of(const proto::Config::Radii& radii) {
+    return std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
+}
+
+/// Stepping up from a point may move a prop by its own size: nobody must hear of it there.
+void check_representation(const proto::Config& config,
+                          const proto::Config::Type& type,
+                          const std::string& path,
+                          Diagnostics& diagnostics) {
+    if (!type.has_representation()) {
+        return;
+    }
+    const std::string here = path + ".representation";
+    const double single = type.representation().single_beyond_m();
+    const double particle = type.representation().particle_beyond_m();
+    if (type.kind() == proto::Config::CHARACTER) {
+        diagnostics.add(here, "belongs to props only");
+    }
+    if (single > 0.0 && !type.has_compound()) {
+        diagnostics.add(here + ".single_beyond_m",
+                        "only a compound { ... } has parts to put into one");
+    }
+    if (single > 0.0 && particle > 0.0 && particle <= single) {
+        diagnostics.add(here + ".particle_beyond_m",
+                        text_of("%g m is no farther than single_beyond_m, %g", particle, single));
+    }
+    double nimbus = 0.0;
+    for (const auto& other : config.type()) {
+        nimbus = std::max(nimbus, most_of(other.nimbus_m()));
+    }
+    const double heard =
+        std::min(nimbus, most_of(type.aura_m())) * (1.0 + config.interest().hysteresis()) / 0.9;
+    if (particle > 0.0 && particle < heard) {
+        diagnostics.add(
+            here + ".particle_beyond_m",
+            text_of("%g m is too near: players hear of it, at least %g", particle, heard));
+    }
+}
+
 void check_transition(const proto::Config::Machine& machine,
                       const proto::Config::Transition& transition,
                       const std::map<std::string, int>& states,
@@ -142,6 +182,7 @@ void check_types(const proto::Config& config, Diagnostics& diagnostics) {
         }
         check_shape(type, path, diagnostics);
         check_limits(config, type, path, diagnostics);
+        check_representation(config, type, path, diagnostics);
         if (type.has_machine() && machines.count(type.machine()) == 0) {
             diagnostics.add(path + ".machine",
                             "there is no machine named '" + type.machine() + "'");

@@ -55,9 +55,7 @@ std::uint16_t mind_of(const proto::Config& config, const std::string& machine) {
     return 0;
 }
 
-void expand_solid(const proto::Config::Type& type,
-                  world::EntityType& out,
-                  std::vector<physics::Shape>& solids) {
+void expand_solid(const proto::Config::Type& type, world::EntityType& out, Settings& settings) {
     const auto solid = build_solid(type);
     if (!solid) {
         return;  // check_types says why, and nobody uses the settings
@@ -66,13 +64,15 @@ void expand_solid(const proto::Config::Type& type,
     out.radius = solid->radius;
     out.stands = solid->stands;
     out.standing = solid->standing;
-    out.solid = static_cast<std::uint16_t>(solids.size());
-    solids.push_back(solid->shape);
+    out.solid = static_cast<std::uint16_t>(settings.solids.size());
+    settings.solids.push_back(solid->shape);
+    settings.outers.push_back(type.representation().single_beyond_m() > 0.0 ? solid->outer
+                                                                            : physics::Shape());
 }
 
 world::EntityType expand_type(const proto::Config& config,
                               const proto::Config::Type& type,
-                              std::vector<physics::Shape>& solids) {
+                              Settings& settings) {
     world::EntityType out;
     out.name = type.name();
     if (type.kind() == proto::Config::CHARACTER) {
@@ -92,7 +92,7 @@ world::EntityType expand_type(const proto::Config& config,
         out.radius = narrow(type.capsule().radius_m());
         out.half_segment = narrow(0.5 * type.capsule().length_m());
     } else {
-        expand_solid(type, out, solids);
+        expand_solid(type, out, settings);
     }
     out.mass = narrow(type.mass_kg());
     out.friction = narrow(type.friction());
@@ -102,6 +102,8 @@ world::EntityType expand_type(const proto::Config& config,
     out.max_acceleration_mps2 = narrow(type.max_acceleration_mps2());
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
+    out.single_beyond_m = narrow(type.representation().single_beyond_m());
+    out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
     out.mind = mind_of(config, type.machine());
     return out;
 }
@@ -274,8 +276,9 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.handoff_hysteresis_m = narrow(config.zones().handoff_hysteresis_m());
     settings.types.clear();
     settings.solids.clear();
+    settings.outers.clear();
     for (const auto& type : config.type()) {
-        settings.types.push_back(expand_type(config, type, settings.solids));
+        settings.types.push_back(expand_type(config, type, settings));
     }
     settings.ai.machines.clear();
     for (const auto& machine : config.machine()) {

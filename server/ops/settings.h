@@ -81,6 +81,7 @@ struct Settings {
     std::uint64_t seed = 1;
     world::TypeTable types;
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
+    std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
     std::vector<ZoneRegion> zones;       ///< index = ZoneId - 1
     float ghost_margin_m = 120.0F;
     float handoff_hysteresis_m = 2.0F;

@@ -3,6 +3,7 @@
 #include "server/physics/shapes/bounds.h"
 #include "server/physics/shapes/compound.h"
 #include "server/physics/shapes/hull.h"
+#include "server/physics/shapes/outer.h"
 
 #include <numbers>
 #include <string>
@@ -70,10 +71,12 @@ core::Result<physics::CompoundPart> part_of(const proto::Config::Part& part,
 }
 
 Solid solid_of(const physics::Shape& shape, const physics::Frame& frame, float radius) {
-    return {shape,
-            frame.rotation,
-            physics::shape_bounds(shape, Vec3::Zero(), frame.rotation.toRotationMatrix()),
-            radius};
+    Solid out;
+    out.shape = shape;
+    out.stands = frame.rotation;
+    out.standing = physics::shape_bounds(shape, Vec3::Zero(), frame.rotation.toRotationMatrix());
+    out.radius = radius;
+    return out;
 }
 
 }  // namespace
@@ -99,8 +102,17 @@ core::Result<Solid> build_solid(const proto::Config::Type& type) {
     if (!built) {
         return core::Result<Solid>::failure(built.error());
     }
-    return solid_of(
+    Solid out = solid_of(
         physics::Shape::compound(built->compound), built->frame, built->compound->radius());
+    if (type.representation().single_beyond_m() > 0.0) {
+        const auto outer = physics::outer_of(*built->compound);
+        if (!outer) {
+            return core::Result<Solid>::failure("the hull around it: " + outer.error());
+        }
+        out.outer = physics::Shape::compound(outer->compound);
+        out.outer_cut_m = outer->cut_off;
+    }
+    return out;
 }
 
 }  // namespace zoned::ops

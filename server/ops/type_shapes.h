@@ -14,6 +14,8 @@ struct Solid {
     physics::Shape shape;
     Quat stands = Quat::Identity();  ///< turns it to how the config wrote it down
     Aabb standing;                   ///< its box then, about the centre of mass, m
+    physics::Shape outer;            ///< of a compound: one hull around it
+    float outer_cut_m = 0.0F;        ///< how far parts stand out of that, m
     float radius = 0.0F;             ///< of the sphere about the centre of mass that holds it, m
 };
 

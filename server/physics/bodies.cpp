@@ -123,6 +123,11 @@ void Bodies::set_inertia(std::uint32_t row, const BodyDef& def) {
     round[row] = moments.x() == moments.y() && moments.y() == moments.z() ? 1 : 0;
 }
 
+void Bodies::set_shape(std::uint32_t row, const Shape& to) {
+    shape[row] = to;
+    radius[row] = bounding_radius(to);
+}
+
 void Bodies::destroy(std::uint32_t row) {
     mark_asleep(row);
     telling -= events[row] != 0 ? 1 : 0;

@@ -109,6 +109,9 @@ struct Bodies {
         return awake[row] != 0 && is_dynamic(row);
     }
 
+    /// Another shape; its pose has to be set anew.
+    void set_shape(std::uint32_t row, const Shape& to);
+
     /// A fresh row, not yet awake; kNoIndex when all ids are taken.
     std::uint32_t create(const BodyDef& def);
     void destroy(std::uint32_t row);

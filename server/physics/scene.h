@@ -171,6 +171,14 @@ class Scene {
     /// reason for other kinds, sensors, and bodies with joints.
     core::Result<BodyState> set_representation(BodyId body, Representation representation);
 
+    /// Another shape about the same centre and axes, for a body that forces move and that is no
+    /// particle; mass, moments, material, pose, motion and id stay. Wakes it and what it touched.
+    /// What would overlap static and kinematic bodies is lifted out of them. Fails with the reason
+    /// where there is no such body or the shape is none that it can have.
+    core::Result<BodyState> set_shape(BodyId body, const Shape& shape);
+    /// Whether it touched another body that can move in the last step.
+    [[nodiscard]] bool touches_bodies(BodyId body) const;
+
     /// Refuses bodies that are not there, two bodies of which none is dynamic, a body and itself,
     /// and what is not finite or out of range; says what. Wakes both bodies.
     core::Result<JointId> add_joint(const JointDef& def);

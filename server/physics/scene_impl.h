@@ -201,6 +201,8 @@ struct Scene::Impl {
     /// Wakes the particles that rest on or near a body.
     void disturb_particles(std::uint32_t row);
     void lift_out(std::uint32_t row);
+    template <class Change>
+    void exchange(std::uint32_t row, Change&& change);
     [[nodiscard]] float deepest_overlap(std::uint32_t row, std::uint32_t other, Vec3& out);
 
     // scene_solve.cpp

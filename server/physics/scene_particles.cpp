@@ -397,6 +397,23 @@ void Scene::Impl::lift_out(std::uint32_t row) {
     }
 }
 
+/// Takes a body out, lets it change, and puts it back where it stands.
+template <class Change>
+void Scene::Impl::exchange(std::uint32_t row, Change&& change) {
+    drop_contacts(row);
+    leave_broadphase(row);
+    bodies.mark_asleep(row);
+    change();
+    bodies.still_s[row] = 0.0F;
+    make_room(bodies.kind[row]);
+    bodies.set_pose(row, bodies.position[row], bodies.orientation[row]);
+    if (bodies.is_dynamic(row)) {
+        lift_out(row);
+    }
+    enter_broadphase(row);
+    bodies.mark_awake(row);
+}
+
 core::Result<BodyState> Scene::set_representation(BodyId body, Representation representation) {
     using Refused = core::Result<BodyState>;
     Bodies& bodies = impl_->bodies;
@@ -412,19 +429,40 @@ core::Result<BodyState> Scene::set_representation(BodyId body, Representation re
     if (wanted == bodies.kind[row]) {
         return state(body);
     }
-    impl_->drop_contacts(row);
-    impl_->leave_broadphase(row);
-    bodies.mark_asleep(row);
-    bodies.kind[row] = wanted;
-    bodies.still_s[row] = 0.0F;
-    impl_->make_room(wanted);
-    bodies.set_pose(row, bodies.position[row], bodies.orientation[row]);
-    if (wanted == BodyKind::kDynamic) {
-        impl_->lift_out(row);
-    }
-    impl_->enter_broadphase(row);
-    bodies.mark_awake(row);
+    impl_->exchange(row, [&] { bodies.kind[row] = wanted; });
     return state(body);
+}
+
+core::Result<BodyState> Scene::set_shape(BodyId body, const Shape& shape) {
+    using Refused = core::Result<BodyState>;
+    Bodies& bodies = impl_->bodies;
+    const std::uint32_t row = bodies.row_of(body);
+    if (row == kNoIndex || !bodies.is_dynamic(row)) {
+        return Refused::failure("shape: no such body, or none that forces move and that has one");
+    }
+    BodyDef def;
+    def.shape = shape;
+    def.mass = 1.0F / bodies.inv_mass[row];
+    def.moments = bodies.inertia[row];
+    if (std::string reason = why_unfit(def); !reason.empty()) {
+        return Refused::failure("shape: " + reason);
+    }
+    impl_->exchange(row, [&] { bodies.set_shape(row, shape); });
+    impl_->wake_joined(row);
+    return state(body);
+}
+
+bool Scene::touches_bodies(BodyId body) const {
+    const std::uint32_t row = impl_->bodies.row_of(body);
+    bool touches = false;
+    if (row != kNoIndex && !impl_->bodies.is_particle(row)) {
+        impl_->graph.for_each_of(
+            impl_->bodies, row, [&](std::uint32_t contact, std::uint32_t other) {
+                touches |= impl_->graph.pair(contact).touching &&
+                           impl_->bodies.kind[other] != BodyKind::kStatic;
+            });
+    }
+    return touches;
 }
 
 }  // namespace zoned::physics

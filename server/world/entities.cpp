@@ -32,6 +32,7 @@ Row Entities::add(EntityId entity, TypeIndex entity_type) {
     body.emplace_back();
     client.emplace_back();
     command.emplace_back();
+    representation.push_back(0);
     discontinuity_tick.push_back(0);
     return row;
 }
@@ -53,6 +54,7 @@ void Entities::remove(Row row) {
     move_last_into(body, row);
     move_last_into(client, row);
     move_last_into(command, row);
+    move_last_into(representation, row);
     move_last_into(discontinuity_tick, row);
     if (row < size()) {
         row_of_[id[row]] = row;

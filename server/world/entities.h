@@ -44,6 +44,7 @@ class Entities {
     std::vector<BodyId> body;      ///< in the zone's physics scene; none for hidden entities
     std::vector<ClientId> client;  ///< the client whose avatar this is, or none
     std::vector<motion::InputCommand> command;  ///< characters: consumed by the next movement pass
+    std::vector<std::uint8_t> representation;   ///< props: as what they are simulated, see zone
     std::vector<Tick> discontinuity_tick;       ///< last spawn, teleport or unhide: nobody can have
                                                 ///< predicted across it
 

@@ -56,7 +56,9 @@ struct EntityType {
     float max_acceleration_mps2 = 20.0F;  ///< declared limit a_max of the promised bound
     float max_velocity_jump_mps = 10.0F;  ///< declared limit dv_max of the promised bound
     float priority = 1.0F;                ///< relative weight under a byte budget
-    std::uint16_t mind = 0;               ///< 1 + index of the state machine; 0 = mindless
+    float single_beyond_m = 0.0F;    ///< farther from all players a compound is one hull; 0: never
+    float particle_beyond_m = 0.0F;  ///< farther from all players it is a point; 0: never
+    std::uint16_t mind = 0;          ///< 1 + index of the state machine; 0 = mindless
 
     /// Radius of a sphere about the centre that holds the shape, m.
     [[nodiscard]] float extent() const {
@@ -70,6 +72,11 @@ struct EntityType {
                 break;
         }
         return radius;
+    }
+
+    /// Whether it may be simulated as less than it is.
+    [[nodiscard]] bool reducible() const {
+        return single_beyond_m > 0.0F || particle_beyond_m > 0.0F;
     }
 
     /// Upright entities turn about y only; their orientation travels as a yaw.

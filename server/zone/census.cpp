@@ -14,6 +14,7 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
             continue;
         }
         ++census.entities;
+        census.reducible += types[e.type[row]].reducible() ? 1U : 0U;
         if (types[e.type[row]].kind == world::EntityKind::kCharacter &&
             !e.has(row, world::kHidden)) {
             ++census.characters;

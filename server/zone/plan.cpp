@@ -7,6 +7,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "rules",
                                                                      "minds",
                                                                      "movement",
+                                                                     "representation",
                                                                      "physics",
                                                                      "contacts",
                                                                      "handoff",
@@ -52,6 +53,12 @@ StepPlan plan_for(const Census& census) {
            physics,
            census.awake_bodies > 0 ? "bodies are awake" : "somebody may touch a body",
            census.frozen ? frozen : "all bodies sleep");
+    decide(Pass::kRepresentation,
+           physics && census.reducible > 0,
+           "props may be less than they are where nobody is near",
+           census.frozen ? frozen
+                         : (census.reducible == 0 ? "no type may be simulated as less than it is"
+                                                  : "physics does not run"));
     decide(
         Pass::kContacts, physics, "physics runs", census.frozen ? frozen : "physics does not run");
     decide(Pass::kHandoff,

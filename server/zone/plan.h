@@ -14,6 +14,7 @@ enum class Pass : std::uint8_t {
     kRules,
     kMinds,
     kMovement,
+    kRepresentation,
     kPhysics,
     kContacts,
     kHandoff,
@@ -24,7 +25,7 @@ enum class Pass : std::uint8_t {
     kHash,
 };
 
-inline constexpr std::size_t kPasses = 12;
+inline constexpr std::size_t kPasses = 13;
 
 std::string_view pass_name(Pass pass);
 
@@ -36,6 +37,7 @@ struct Census {
     std::uint32_t moving_characters = 0;  ///< of these: not at rest, or with a command that moves
     std::uint32_t minds = 0;
     std::uint32_t awake_bodies = 0;  ///< dynamic
+    std::uint32_t reducible = 0;     ///< owned props that may be simulated as less than they are
     std::uint32_t viewers = 0;
     std::uint32_t audited = 0;  ///< viewers whose ticket allows audits
     std::uint32_t inbox = 0;

@@ -8,6 +8,7 @@
 #include "server/zone/handoff.h"
 #include "server/zone/inbox.h"
 #include "server/zone/movement.h"
+#include "server/zone/representation.h"
 #include "server/zone/sync.h"
 
 #include <algorithm>
@@ -163,6 +164,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         return s.report.ai.decisions;
     });
     pass(Pass::kMovement, [&] { return move_characters(s); });
+    pass(Pass::kRepresentation, [&] { return choose_representations(s); });
     pass(Pass::kPhysics, [&] {
         s.report.physics = s.scene.step(s.settings.dt);
         return copy_moved_bodies(s);

@@ -81,6 +81,7 @@ struct ZoneSettings {
     std::uint64_t seed = 1;
     std::shared_ptr<const world::TypeTable> types;
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
+    std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
     std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
     physics::Settings physics;

@@ -98,6 +98,7 @@ void add_body(ZoneState& state, world::Row row, bool asleep) {
     const auto body = state.scene.add(def);
     ZONED_ASSERT(body.ok(), "entity types and states are valid bodies");
     e.body[row] = *body;
+    e.representation[row] = 0;
 }
 
 void remove_body(ZoneState& state, world::Row row) {

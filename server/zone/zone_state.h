@@ -89,7 +89,9 @@ struct ZoneState {
     bool accepted = false;                          ///< a handoff came in during this tick
     std::vector<replication::OwnInput> own_inputs;  ///< scratch of the replication pass
     std::vector<Contact> contacts;                  ///< scratch of the contacts pass
-    bool ghosts_moved = false;  ///< some imported ghost changed in the last tick
+    std::vector<Vec3> players;        ///< scratch of the representation pass: where players are
+    std::vector<BodyId> bodies_near;  ///< scratch of the same
+    bool ghosts_moved = false;        ///< some imported ghost changed in the last tick
     std::vector<RulesMessage> messages_in;
 
     core::StateHash hash;
