@@ -16,6 +16,8 @@ namespace {
 constexpr float kOnTriangle = 1.0e-6F;
 /// A normal within this angle of the face's, in radians, is the face's.
 constexpr float kFlat = 2.0e-3F;
+/// Edges that pass each other at this distance or less cross, m.
+constexpr float kCrossing = 1.0e-3F;
 
 std::size_t index(int i) {
     return static_cast<std::size_t>(i);
@@ -86,6 +88,19 @@ bool cuts(const Triangle& t, const Vec3& c, const Vec3& e) {
         }
     }
     return true;
+}
+
+/// Whether the edges of an axis cross, seen along it. A triangle is no closed surface: its edge may
+/// be the best that it has to offer though the hull touches another triangle, far from that edge.
+bool edges_cross(const HullView& a, const HullView& b, const HullAxis& axis) {
+    const HullEdge& ea = a.edges[axis.i];
+    const HullEdge& eb = b.edges[axis.j];
+    const Vec3 pa = a.points[ea.from];
+    const Vec3 pb = b.points[eb.from];
+    const SegmentPoints p = nearest_on_edges(pa, a.points[ea.to] - pa, pb, b.points[eb.to] - pb);
+    const Vec3 apart = p.on_b - p.on_a;
+    const Vec3 beside = apart - axis.normal.dot(apart) * axis.normal;
+    return beside.squaredNorm() <= kCrossing * kCrossing;
 }
 
 }  // namespace
@@ -252,7 +267,9 @@ void SurfaceVisitor::collide_hull(const Triangle& t, float margin, Manifold& out
     if (axis.separation > margin) {
         return;
     }
-    add_points(triangle.view(), hull, axis, margin, out);
+    if (axis.kind != AxisKind::kEdges || edges_cross(triangle.view(), hull, axis)) {
+        add_points(triangle.view(), hull, axis, margin, out);
+    }
     if (out.count == 0 && axis.kind != AxisKind::kFaceA) {
         // What touches lies beside the feature that won; what of the hull is over the triangle
         // still has to stay above it.
