@@ -32,6 +32,7 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
         compute::Team& team = teams_[zones_.size() - 1];
         team.join_pool(pool_);
         zones_.back()->state().scene.work_with(&team);
+        zones_.back()->state().team = &team;
     }
     inboxes_.resize(zones_.size());
     populate(settings, regions_, zones_);

@@ -114,6 +114,7 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.types = types;
     z.solids = settings.solids;
     z.outers = settings.outers;
+    z.softs = settings.softs;
     z.statics = local_statics(settings, z.region());
     z.surfaces = local_surfaces(settings, z.region());
     z.physics = settings.physics;

@@ -24,6 +24,9 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     }
     census.minds = static_cast<std::uint32_t>(state.minds.size());
     census.awake_bodies = state.scene.awake_count();
+    const SoftCount soft = count_soft(state);
+    census.soft_bodies = soft.bodies;
+    census.awake_soft = soft.awake;
     census.viewers = static_cast<std::uint32_t>(state.clients.size());
     for (const ZoneClient& client : state.clients) {
         const bool audited = (client.rights & mailbox::kRightAudit) != 0;

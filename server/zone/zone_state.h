@@ -11,6 +11,7 @@
 #include "server/zone/exchange.h"
 #include "server/zone/plan.h"
 #include "server/zone/rules.h"
+#include "server/zone/soft.h"
 #include "server/zone/zone_settings.h"
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"
@@ -20,6 +21,10 @@
 #include <memory>
 #include <span>
 #include <vector>
+
+namespace zoned::compute {
+class Team;
+}
 
 namespace zoned::zone {
 
@@ -43,6 +48,7 @@ struct StepReport {
     StepPlan plan;
     PassReports passes{};
     physics::StepStats physics;
+    physics::soft::SoftStats soft;
     ai::Report ai;
     interest::Report interest;
     replication::Report replication;
@@ -67,6 +73,8 @@ struct ZoneState {
 
     world::Entities entities;
     physics::Scene scene;
+    std::unique_ptr<SoftMatter> soft;  ///< null until there is a soft body
+    compute::Team* team = nullptr;     ///< helps with soft bodies; outlives this
     ai::Minds minds;
     std::unique_ptr<Rules> rules;
     core::Rng rng;
@@ -108,9 +116,10 @@ int find_client(const ZoneState& state, ClientId client);
 /// World-wide unique id, see EntityId.
 EntityId next_entity_id(ZoneState& state);
 
-/// Adds the body that an owned, visible entity's type asks for and remembers it in the columns.
+/// Adds the body that an owned, visible entity's type asks for, rigid (remembered in the columns)
+/// or soft; a soft ghost gets none.
 void add_body(ZoneState& state, world::Row row, bool asleep);
-/// Removes the body if there is one.
+/// Removes the body if there is one, rigid or soft.
 void remove_body(ZoneState& state, world::Row row);
 /// Gives an owned entity the mind of its type, if the type has one.
 void add_mind(ZoneState& state, world::Row row);
