@@ -24,7 +24,7 @@ void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
     // wait, the longer the farther.
     const auto weight = [&](int i) {
         const float s = at(i).separation;
-        return s > kLevel ? kLevel * kLevel / s : std::max(kLevel, -s);
+        return s > kLevel ? kLevel * kLevel / s : kLevel;
     };
     float lowest = at(0).separation;
     Vec3 middle = at(0).point;
