@@ -34,8 +34,7 @@ std::vector<world::Row> approached(const ZoneState& state, world::Row row, bool 
         }
         const Vec3 apart = state.scene.state(body).position - at;
         const Vec3 closing = e.velocity[row] - e.velocity[other];
-        const float gap =
-            apart.norm() - radius - (*state.settings.types)[e.type[other]].extent();
+        const float gap = apart.norm() - radius - (*state.settings.types)[e.type[other]].extent();
         if (closing.dot(apart) > 0.0F && gap <= closing.norm() * time + kSlack) {
             rows.push_back(other);
         }
