@@ -1,5 +1,6 @@
 #include "server/ops/config_expand.h"
 
+#include "server/ops/config_numbers.h"
 #include "server/ops/soft_types.h"
 #include "server/ops/type_shapes.h"
 
@@ -10,10 +11,6 @@
 namespace zoned::ops {
 
 namespace {
-
-float narrow(double value) {
-    return static_cast<float>(value);
-}
 
 std::array<float, world::kBehaviours> expand_radii(const proto::Config::Radii& radii) {
     std::array<float, world::kBehaviours> out{};

@@ -1,6 +1,7 @@
 #include "server/ops/soft_types.h"
 
 #include "server/ops/config_checks.h"
+#include "server/ops/config_numbers.h"
 #include "server/physics/soft/builders.h"
 
 #include <algorithm>
@@ -18,10 +19,6 @@ using SoftResult = core::Result<soft::SoftDef>;
 static_assert(static_cast<int>(soft::SoftMethod::kXpbd) == Soft::XPBD);
 static_assert(static_cast<int>(soft::SoftMethod::kImplicitEuler) == Soft::IMPLICIT_EULER);
 
-float as_float(double value) {
-    return static_cast<float>(value);
-}
-
 int count_of(std::uint32_t value) {
     return static_cast<int>(value);
 }
@@ -29,15 +26,15 @@ int count_of(std::uint32_t value) {
 SoftResult cloth_of(const proto::Config::Type& type) {
     const auto& from = type.soft().cloth();
     soft::ClothDef def;
-    def.size_x = as_float(from.width_m());
-    def.size_z = as_float(from.height_m());
+    def.size_x = narrow(from.width_m());
+    def.size_z = narrow(from.height_m());
     def.nx = count_of(from.columns());
     def.nz = count_of(from.rows());
-    def.density = as_float(type.mass_kg() / (from.width_m() * from.height_m()));
-    def.stiffness = as_float(from.stiffness_npm());
-    def.shear_stiffness = as_float(from.shear_stiffness_npm());
-    def.bend_stiffness = as_float(from.bend_stiffness_npm());
-    def.damping_share = as_float(type.soft().damping());
+    def.density = narrow(type.mass_kg() / (from.width_m() * from.height_m()));
+    def.stiffness = narrow(from.stiffness_npm());
+    def.shear_stiffness = narrow(from.shear_stiffness_npm());
+    def.bend_stiffness = narrow(from.bend_stiffness_npm());
+    def.damping_share = narrow(type.soft().damping());
     def.coarsen = 1;  // nobody draws on this side
     for (int p = 0; p < from.pin_size(); ++p) {
         const auto& pin = from.pin(p);
@@ -60,12 +57,12 @@ SoftResult rope_of(const proto::Config::Type& type) {
     const auto& from = type.soft().rope();
     soft::RopeDef def;
     const Vec3 along = from.level() ? Vec3(Vec3::UnitX()) : Vec3(-Vec3::UnitY());
-    def.to = as_float(from.length_m()) * along;
+    def.to = narrow(from.length_m()) * along;
     def.nodes = count_of(from.nodes());
-    def.mass = as_float(type.mass_kg());
-    def.stiffness = as_float(from.stiffness_npm());
-    def.bend_stiffness = as_float(from.bend_stiffness_npm());
-    def.damping_share = as_float(type.soft().damping());
+    def.mass = narrow(type.mass_kg());
+    def.stiffness = narrow(from.stiffness_npm());
+    def.bend_stiffness = narrow(from.bend_stiffness_npm());
+    def.damping_share = narrow(type.soft().damping());
     def.pin_from = from.pin_first();
     def.pin_to = from.pin_last();
     return soft::build_rope(def);
@@ -75,24 +72,24 @@ SoftResult jelly_of(const proto::Config::Type& type) {
     const auto& from = type.soft().jelly();
     soft::JellyDef def;
     def.size =
-        Vec3(as_float(from.size().x_m()), as_float(from.size().y_m()), as_float(from.size().z_m()));
+        Vec3(narrow(from.size().x_m()), narrow(from.size().y_m()), narrow(from.size().z_m()));
     def.nodes = {count_of(from.nodes_x()), count_of(from.nodes_y()), count_of(from.nodes_z())};
-    def.mass = as_float(type.mass_kg());
-    def.stiffness = as_float(from.stiffness_npm());
-    def.damping_share = as_float(type.soft().damping());
-    def.bulk_modulus = as_float(from.bulk_modulus_pa());
+    def.mass = narrow(type.mass_kg());
+    def.stiffness = narrow(from.stiffness_npm());
+    def.damping_share = narrow(type.soft().damping());
+    def.bulk_modulus = narrow(from.bulk_modulus_pa());
     return soft::build_jelly(def);
 }
 
 SoftResult balloon_of(const proto::Config::Type& type) {
     const auto& from = type.soft().balloon();
     soft::BalloonDef def;
-    def.radius = as_float(from.radius_m());
+    def.radius = narrow(from.radius_m());
     def.splits = count_of(from.splits());
-    def.mass = as_float(type.mass_kg());
-    def.stiffness = as_float(from.stiffness_npm());
-    def.damping_share = as_float(type.soft().damping());
-    def.gas_pressure = as_float(from.gas_pressure_pa());
+    def.mass = narrow(type.mass_kg());
+    def.stiffness = narrow(from.stiffness_npm());
+    def.damping_share = narrow(type.soft().damping());
+    def.gas_pressure = narrow(from.gas_pressure_pa());
     return soft::build_balloon(def);
 }
 
@@ -114,13 +111,13 @@ SoftResult form_of(const proto::Config::Type& type) {
 
 void set_material(const proto::Config::Type& type, soft::SoftDef& def) {
     const Soft& from = type.soft();
-    def.material.drag = as_float(from.drag_ps());
-    def.material.tear_strain = as_float(from.tear_strain());
-    def.material.tear_force = as_float(from.tear_force_n());
-    def.material.yield_strain = as_float(from.yield_strain());
-    def.material.creep_rate = as_float(from.creep_ps());
-    def.material.thickness = as_float(from.thickness_m());
-    def.material.friction = as_float(type.friction());
+    def.material.drag = narrow(from.drag_ps());
+    def.material.tear_strain = narrow(from.tear_strain());
+    def.material.tear_force = narrow(from.tear_force_n());
+    def.material.yield_strain = narrow(from.yield_strain());
+    def.material.creep_rate = narrow(from.creep_ps());
+    def.material.thickness = narrow(from.thickness_m());
+    def.material.friction = narrow(type.friction());
     def.material.self_collision = from.self_collision();
     def.solver.method = static_cast<soft::SoftMethod>(from.method());
     def.solver.substeps = count_of(from.substeps());
