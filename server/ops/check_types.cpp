@@ -101,9 +101,9 @@ void check_representation(const proto::Config& config,
     if (type.kind() == proto::Config::CHARACTER) {
         diagnostics.add(here, "belongs to props only");
     }
-    if (single > 0.0 && !type.has_compound()) {
+    if (single > 0.0 && !type.has_compound() && !type.has_soft()) {
         diagnostics.add(here + ".single_beyond_m",
-                        "only a compound { ... } has parts to put into one");
+                        "only a compound or soft { ... } is more than one rigid body");
     }
     if (single > 0.0 && particle > 0.0 && particle <= single) {
         diagnostics.add(here + ".particle_beyond_m",

@@ -176,6 +176,13 @@ void check_soft(const proto::Config::Type& type,
         diagnostics.add(here, shape.error());
         return;
     }
+    const auto& nodes = shape->def.nodes;
+    if (type.representation().single_beyond_m() > 0.0 &&
+        std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.pinned; })) {
+        diagnostics.add(path + ".representation.single_beyond_m",
+                        "a rigid hull does not hang on pins: one that swings is neither cheaper "
+                        "nor true, and what hangs still sleeps by itself");
+    }
     if (from.tear_strain() > 0.0 && from.yield_strain() >= from.tear_strain()) {
         diagnostics.add(here + ".yield_strain",
                         text_of("%g is not below tear_strain, %g: it tears before it yields",

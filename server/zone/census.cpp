@@ -27,6 +27,7 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     const SoftCount soft = count_soft(state);
     census.soft_bodies = soft.bodies;
     census.awake_soft = soft.awake;
+    census.rigid_soft = soft.rigid;
     census.viewers = static_cast<std::uint32_t>(state.clients.size());
     for (const ZoneClient& client : state.clients) {
         const bool audited = (client.rights & mailbox::kRightAudit) != 0;

@@ -1,5 +1,6 @@
 #include "server/zone/context.h"
 
+#include "server/zone/soft_hull.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -47,6 +48,7 @@ void ZoneContext::teleport(EntityId entity, const Vec3& position) {
     if (row == world::kNoRow) {
         return;
     }
+    step_up_soft(*state_, row);
     place(row, position, Vec3::Zero());
     const world::Entities& e = state_->entities;
     if (e.body[row]) {
@@ -61,6 +63,7 @@ void ZoneContext::add_velocity(EntityId entity, const Vec3& change) {
     if (row == world::kNoRow) {
         return;
     }
+    step_up_soft(*state_, row);
     world::Entities& e = state_->entities;
     e.set(row, world::kAtRest, false);
     const world::EntityType& type = types()[e.type[row]];

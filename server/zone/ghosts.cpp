@@ -1,5 +1,7 @@
 #include "server/zone/ghosts.h"
 
+#include "shared/math/turn_rate.h"
+
 #include <algorithm>
 
 namespace zoned::zone {
@@ -32,15 +34,6 @@ bool same(const EntityState& a, const world::Entities& e, world::Row row, const 
 /// step, m.
 constexpr float kTeleport = 1.0F;
 constexpr float kStill = 1e-4F;
-
-/// The angular velocity that turns `from` into `to` within `dt`.
-Vec3 turn_rate(const Quat& from, const Quat& to, float dt) {
-    Eigen::AngleAxisf turn(Eigen::Quaternionf((to * from.conjugate()).coeffs()));
-    if (turn.angle() > static_cast<float>(EIGEN_PI)) {
-        turn.angle() -= 2.0F * static_cast<float>(EIGEN_PI);
-    }
-    return turn.axis() * (turn.angle() / dt);
-}
 
 /// Gives the kinematic body the velocity that leads it, within the next step, to where its owner's
 /// entity will then be.

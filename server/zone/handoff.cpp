@@ -1,6 +1,7 @@
 #include "server/zone/handoff.h"
 
 #include "server/zone/approach.h"
+#include "server/zone/soft_hull.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -84,6 +85,7 @@ void continue_hearing(ZoneState& state, ClientId client, std::vector<world::Visi
 
 Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     world::Entities& e = state.entities;
+    step_up_soft(state, row);
     Handoff h;
     h.from = state.settings.id;
     h.to = to;
@@ -108,6 +110,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
 
 /// An entity that fell out of the world is put back on the ground, just inside.
 void put_back(ZoneState& state, world::Row row) {
+    step_up_soft(state, row);
     world::Entities& e = state.entities;
     const Region& region = state.settings.region();
     const Vec3d origin = region.origin();

@@ -26,9 +26,9 @@ void freeze(ZoneState& state, bool on) {
         // themselves.
         for (world::Row row = 0; row < e.size(); ++row) {
             const physics::soft::SoftId soft = soft_of(state, e.id[row]);
-            const bool sleeps = soft ? state.soft->bodies.asleep(soft)
-                                     : e.body[row] && !e.has(row, world::kGhost) &&
-                                           state.scene.state(e.body[row]).asleep;
+            const bool sleeps = soft && !e.body[row] ? state.soft->bodies.asleep(soft)
+                                                     : e.body[row] && !e.has(row, world::kGhost) &&
+                                                           state.scene.state(e.body[row]).asleep;
             e.set(row, world::kAtRest, sleeps || e.has(row, world::kHidden));
         }
         return;

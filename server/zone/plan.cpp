@@ -65,7 +65,9 @@ StepPlan plan_for(const Census& census) {
                                                   : "physics does not run"));
     decide(Pass::kSoft,
            physics && census.soft_bodies > 0,
-           census.awake_soft > 0 ? "soft bodies are awake" : "somebody may touch a soft body",
+           census.awake_soft > 0                     ? "soft bodies are awake"
+           : census.rigid_soft == census.soft_bodies ? "rigid hulls may be soft again"
+                                                     : "somebody may touch a soft body",
            census.soft_bodies == 0
                ? "no soft body"
                : (census.frozen ? frozen : "all soft bodies sleep and nothing comes near"));

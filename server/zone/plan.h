@@ -41,6 +41,7 @@ struct Census {
     std::uint32_t reducible = 0;     ///< owned props that may be simulated as less than they are
     std::uint32_t soft_bodies = 0;
     std::uint32_t awake_soft = 0;  ///< of these
+    std::uint32_t rigid_soft = 0;  ///< of these, simulated as rigid hulls
     std::uint32_t viewers = 0;
     std::uint32_t audited = 0;  ///< viewers whose ticket allows audits
     std::uint32_t inbox = 0;

@@ -1,5 +1,6 @@
 #include "server/zone/representation.h"
 
+#include "server/zone/soft_hull.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -73,6 +74,15 @@ void become(ZoneState& state, world::Row row, Representation wanted) {
     world::Entities& e = state.entities;
     const world::EntityType& type = (*state.settings.types)[e.type[row]];
     const auto now = static_cast<Representation>(e.representation[row]);
+    if (is_soft(state, row)) {
+        if (wanted == Representation::kFull) {
+            step_up_soft(state, row);
+        } else if (!step_down_soft(state, row)) {
+            return;
+        }
+        e.representation[row] = static_cast<std::uint8_t>(wanted);
+        return;
+    }
     const BodyId body = e.body[row];
     if ((now == Representation::kParticle) != (wanted == Representation::kParticle)) {
         const auto as = wanted == Representation::kParticle ? physics::Representation::kParticle
@@ -90,6 +100,13 @@ void become(ZoneState& state, world::Row row, Representation wanted) {
     e.representation[row] = static_cast<std::uint8_t>(wanted);
 }
 
+/// Whether it is in touch with what may push it.
+bool touches(const ZoneState& state, world::Row row) {
+    const BodyId body = state.entities.body[row];
+    return body ? state.scene.touches_bodies(body)
+                : state.soft->bodies.touches_bodies(soft_of(state, state.entities.id[row]));
+}
+
 }  // namespace
 
 std::uint32_t choose_representations(ZoneState& state) {
@@ -101,13 +118,13 @@ std::uint32_t choose_representations(ZoneState& state) {
     std::uint32_t changed = 0;
     for (world::Row row = 0; row < e.size(); ++row) {
         const world::EntityType& type = (*state.settings.types)[e.type[row]];
-        if (!type.reducible() || e.has(row, world::kGhost) || !e.body[row]) {
+        const bool here = e.body[row] || soft_of(state, e.id[row]);
+        if (!type.reducible() || e.has(row, world::kGhost) || !here) {
             continue;
         }
         const auto now = static_cast<Representation>(e.representation[row]);
         Representation wanted = wanted_at(type, nearest_player(state, e.position[row]), now);
-        if (wanted > now &&
-            (e.has(row, world::kAtRest) || state.scene.touches_bodies(e.body[row]))) {
+        if (wanted > now && (e.has(row, world::kAtRest) || touches(state, row))) {
             continue;  // what sleeps costs nothing, and nobody pulls a stone out of a wall
         }
         if (wanted == Representation::kParticle && may_touch(state, row, type)) {

@@ -2,9 +2,9 @@
 
 #include "server/zone/zone_state.h"
 #include "shared/core/assert.h"
+#include "shared/math/turn_rate.h"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 namespace zoned::zone {
@@ -44,15 +44,6 @@ void link(ZoneState& state, world::Row row, soft::SoftId body) {
     links.insert(link_at(links, entity), {entity, body});
 }
 
-/// The angular velocity that turns `from` into `to` within `dt`, the short way.
-Vec3 spin_between(const Quat& from, const Quat& to, float dt) {
-    Eigen::AngleAxisf turn(Eigen::Quaternionf((to * from.conjugate()).coeffs()));
-    if (turn.angle() > std::numbers::pi_v<float>) {
-        turn.angle() -= 2.0F * std::numbers::pi_v<float>;
-    }
-    return turn.axis() * (turn.angle() / dt);
-}
-
 /// The columns of one entity after a step.
 void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
     world::Entities& e = state.entities;
@@ -65,8 +56,7 @@ void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
     e.acceleration[row] =
         asleep ? Vec3(Vec3::Zero()) : Vec3((hull.velocity - e.velocity[row]) / dt);
     e.velocity[row] = asleep ? Vec3(Vec3::Zero()) : hull.velocity;
-    e.angular_velocity[row] =
-        asleep ? Vec3(Vec3::Zero()) : spin_between(e.orientation[row], turn, dt);
+    e.angular_velocity[row] = asleep ? Vec3(Vec3::Zero()) : turn_rate(e.orientation[row], turn, dt);
     e.position[row] = hull.position;
     e.orientation[row] = turn;
     e.set(row, world::kAtRest, asleep);
@@ -78,12 +68,17 @@ bool is_soft(const ZoneState& state, world::Row row) {
     return (*state.settings.types)[state.entities.type[row]].shape == world::ShapeKind::kSoft;
 }
 
-soft::SoftId soft_of(const ZoneState& state, EntityId entity) {
+SoftLink* soft_link(const ZoneState& state, EntityId entity) {
     if (state.soft == nullptr) {
-        return {};
+        return nullptr;
     }
     const auto at = link_at(state.soft->links, entity);
-    return at != state.soft->links.end() && at->entity == entity ? at->body : soft::SoftId();
+    return at != state.soft->links.end() && at->entity == entity ? &*at : nullptr;
+}
+
+soft::SoftId soft_of(const ZoneState& state, EntityId entity) {
+    const SoftLink* link = soft_link(state, entity);
+    return link != nullptr ? link->body : soft::SoftId();
 }
 
 void add_soft(ZoneState& state, world::Row row, bool asleep) {
@@ -143,6 +138,9 @@ std::uint32_t step_soft(ZoneState& state) {
     state.report.soft = matter.bodies.step(state.settings.dt, &state.scene);
     std::uint32_t moved = 0;
     for (const SoftLink& link : matter.links) {
+        if (matter.bodies.rigid(link.body)) {
+            continue;
+        }
         const world::Row row = state.entities.find(link.entity);
         ZONED_ASSERT(row != world::kNoRow, "a soft body belongs to an entity of this zone");
         if (!matter.bodies.asleep(link.body) || !state.entities.has(row, world::kAtRest)) {
@@ -158,8 +156,10 @@ SoftCount count_soft(const ZoneState& state) {
     SoftCount count;
     if (state.soft != nullptr) {
         for (const SoftLink& link : state.soft->links) {
+            const bool rigid = state.soft->bodies.rigid(link.body);
             ++count.bodies;
-            count.awake += state.soft->bodies.asleep(link.body) ? 0U : 1U;
+            count.rigid += rigid ? 1U : 0U;
+            count.awake += rigid || state.soft->bodies.asleep(link.body) ? 0U : 1U;
         }
     }
     return count;

@@ -18,6 +18,9 @@ struct ZoneState;
 struct SoftLink {
     EntityId entity;
     physics::soft::SoftId body;
+    // Where it has stepped down to a rigid hull, see soft_hull.h:
+    Quat start = Quat::Identity();  ///< the hull's orientation then
+    Quat turn = Quat::Identity();   ///< from the hull's orientation to the entity's
 };
 
 /// The soft bodies of a zone and whose they are. Made with the first one.
@@ -28,6 +31,9 @@ struct SoftMatter {
 
 /// True for an entity whose type is a soft body, owned or a ghost.
 bool is_soft(const ZoneState& state, world::Row row);
+
+/// Null where soft_of is none. Valid until a soft body comes or goes.
+SoftLink* soft_link(const ZoneState& state, EntityId entity);
 
 /// The body of an owned entity; none where it is rigid, hidden or not here.
 physics::soft::SoftId soft_of(const ZoneState& state, EntityId entity);
@@ -57,7 +63,8 @@ std::uint32_t step_soft(ZoneState& state);
 
 struct SoftCount {
     std::uint32_t bodies = 0;
-    std::uint32_t awake = 0;
+    std::uint32_t awake = 0;  ///< as soft bodies
+    std::uint32_t rigid = 0;  ///< stepped down to their hulls
 };
 
 SoftCount count_soft(const ZoneState& state);

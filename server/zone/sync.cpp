@@ -2,6 +2,7 @@
 
 #include "server/zone/approach.h"
 #include "server/zone/context.h"
+#include "server/zone/soft_hull.h"
 
 #include <algorithm>
 
@@ -45,7 +46,7 @@ std::uint32_t copy_moved_bodies(ZoneState& state) {
         const physics::BodyState moved = state.scene.state(body);
         e.acceleration[row] = (moved.velocity - e.velocity[row]) / state.settings.dt;
         e.position[row] = moved.position;
-        e.orientation[row] = moved.orientation;
+        e.orientation[row] = turn_of_hull(state, row, moved.orientation);
         e.velocity[row] = moved.asleep ? Vec3(Vec3::Zero()) : moved.velocity;
         e.angular_velocity[row] = moved.asleep ? Vec3(Vec3::Zero()) : moved.angular_velocity;
         if (moved.asleep) {

@@ -106,10 +106,10 @@ void add_body(ZoneState& state, world::Row row, bool asleep) {
     const auto body = state.scene.add(def);
     ZONED_ASSERT(body.ok(), "entity types and states are valid bodies");
     e.body[row] = *body;
-    e.representation[row] = 0;
 }
 
 void remove_body(ZoneState& state, world::Row row) {
+    state.entities.representation[row] = 0;
     if (state.entities.body[row]) {
         state.scene.remove(state.entities.body[row]);
         state.entities.body[row] = BodyId();

@@ -1,12 +1,52 @@
 #include "server/physics/soft/rigid_hull.h"
 
+#include "server/physics/shapes/compound.h"
+#include "server/physics/shapes/hull.h"
 #include "server/physics/soft/soft_body.h"
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <limits>
+#include <vector>
 
 namespace zoned::physics::soft {
+
+namespace {
+
+/// Directions in which the outermost nodes are looked for: to the points of a lattice on a cube's
+/// faces, so many along each half edge.
+constexpr int kHalfEdge = 2;
+
+/// The outermost nodes, ascending: of a body with millions of them a few dozen make its hull.
+std::vector<std::uint32_t> outermost_nodes(const SoftBody& body) {
+    std::vector<std::uint32_t> found;
+    for (int x = -kHalfEdge; x <= kHalfEdge; ++x) {
+        for (int y = -kHalfEdge; y <= kHalfEdge; ++y) {
+            for (int z = -kHalfEdge; z <= kHalfEdge; ++z) {
+                if (std::max({std::abs(x), std::abs(y), std::abs(z)}) != kHalfEdge) {
+                    continue;
+                }
+                const Vec3 way(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+                float farthest = -std::numeric_limits<float>::infinity();
+                std::uint32_t node = 0;
+                for (std::uint32_t i = 0; i < body.x.size(); ++i) {
+                    const float along = way.dot(body.x[i].head<3>());
+                    if (along > farthest) {
+                        farthest = along;
+                        node = i;
+                    }
+                }
+                found.push_back(node);
+            }
+        }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+}
+
+}  // namespace
 
 RigidHull rigid_hull_of(const SoftBody& body) {
     double mass = 0.0;
@@ -30,7 +70,8 @@ RigidHull rigid_hull_of(const SoftBody& body) {
         half = half.cwiseMax(r.cwiseAbs());
     }
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia);
-    const double least = std::max(1.0e-6 * eigen.eigenvalues().maxCoeff(), 1.0e-12);
+    const auto thickness = static_cast<double>(body.material.thickness);
+    const double least = 0.4 * mass * thickness * thickness;
     const Vec3d moments = eigen.eigenvalues().cwiseMax(least);
     const Eigen::Matrix3d axes = eigen.eigenvectors();
     RigidHull hull;
@@ -41,6 +82,41 @@ RigidHull rigid_hull_of(const SoftBody& body) {
     hull.inertia = (axes * moments.asDiagonal() * axes.transpose()).cast<float>();
     hull.half_extents = half.cast<float>();
     return hull;
+}
+
+core::Result<BodyDef> rigid_body_of(const SoftBody& body) {
+    using Made = core::Result<BodyDef>;
+    const RigidHull hull = rigid_hull_of(body);
+    std::vector<Vec3> points;
+    for (const std::uint32_t i : outermost_nodes(body)) {
+        for (int k = 0; k < 6; ++k) {
+            const float side = (k & 1) != 0 ? body.material.thickness : -body.material.thickness;
+            points.push_back(body.position(i) - hull.position + side * Vec3::Unit(k / 2));
+        }
+    }
+    const auto around = build_hull(points);
+    if (!around) {
+        return Made::failure(around.error());
+    }
+    CompoundPart part;
+    part.shape = Shape::hull(around->hull);
+    part.frame = around->frame;
+    part.material.friction = body.material.friction;
+    const auto solid = build_compound({&part, 1}, hull.mass, Vec3::Zero(), hull.inertia);
+    if (!solid) {
+        return Made::failure(solid.error());
+    }
+    BodyDef def;
+    def.shape = Shape::compound(solid->compound);
+    def.material = part.material;
+    def.mass = hull.mass;
+    def.damping = {body.material.drag, body.material.drag};
+    def.position = hull.position;
+    def.orientation = solid->frame.rotation;
+    def.velocity = hull.velocity;
+    def.angular_velocity = hull.angular_velocity;
+    def.user = body.user;
+    return def;
 }
 
 void place_rigid(SoftBody& body,

@@ -1,6 +1,8 @@
 // RigidHull: what a soft body is as a rigid one: mass, motion, inertia; momentum is the same.
 #pragma once
 
+#include "server/physics/shapes/shape.h"
+#include "shared/core/result.h"
 #include "shared/math/types.h"
 
 namespace zoned::physics::soft {
@@ -16,8 +18,15 @@ struct RigidHull {
     Vec3 half_extents = Vec3::Zero();      ///< of the box about the centre of mass, world axes, m
 };
 
-/// Moments that vanish (nodes in one line or point) are raised to a millionth of the largest one.
+/// Moments that vanish (nodes in one line) are raised to that of a ball of the thickness: only the
+/// spin about such a line is not carried over.
 RigidHull rigid_hull_of(const SoftBody& body);
+
+/// The body that moves on in place of the nodes: the convex hull of the outermost of them, each as
+/// large as the thickness, so that it rests where they rested; mass, tensor and motion are the
+/// hull's, friction and drag are the material's. Its orientation is that of the tensor's principal
+/// axes. Fails where the mass or the tensor is none that a rigid body may have.
+core::Result<BodyDef> rigid_body_of(const SoftBody& body);
 
 /// Moves the body as if it had been rigid since `hull` was taken: turned by `turn`, centre of mass
 /// at `position`, with these velocities.

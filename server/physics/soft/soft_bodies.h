@@ -126,8 +126,13 @@ class SoftBodies {
     [[nodiscard]] Quat best_fit_turn(SoftId id, const SoftDef& rest, const Quat& guess) const;
 
     [[nodiscard]] RigidHull rigid_hull(SoftId id) const;
+    /// See rigid_body_of.
+    [[nodiscard]] core::Result<BodyDef> rigid_body(SoftId id) const;
     /// From now on the body is not stepped: the caller simulates the hull that it gets.
     RigidHull step_down(SoftId id);
+    [[nodiscard]] bool rigid(SoftId id) const;  ///< it has stepped down
+    /// Whether it pushed a body in the last step that pushes back.
+    [[nodiscard]] bool touches_bodies(SoftId id) const;
     /// Takes the body back: moved as the hull was since step_down, turned by `turn`. Linear and
     /// angular momentum are those of the hull. Ignored where it had not stepped down or what is
     /// given is not finite.

@@ -78,6 +78,21 @@ void SoftBodies::place(SoftId id, const Vec3& position, const Quat& turn) {
     wake(id);
 }
 
+core::Result<BodyDef> SoftBodies::rigid_body(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return rigid_body_of(body);
+}
+
+bool SoftBodies::rigid(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.rigid;
+}
+
+bool SoftBodies::touches_bodies(SoftId id) const {
+    ZONED_SOFT_BODY(id);
+    return body.touches_dynamic;
+}
+
 SoftParcel SoftBodies::take(SoftId id) {
     ZONED_SOFT_BODY(id);
     SoftParcel parcel;

@@ -269,30 +269,5 @@ TEST(SoftRest, LastsWithoutSleep) {
     EXPECT_LT((bodies.position(id, 7) - end).norm(), 1e-4F);
 }
 
-TEST(RigidHull, StepsDownAndUpWithoutAJump) {
-    SoftDef def = jelly();
-    for (SoftNode& n : def.nodes) {
-        n.velocity = Vec3(1, 0, 0) + Vec3(0.5F, 2, 1).cross(n.position - Vec3(0, 2, 0));
-    }
-    SoftBodies bodies(weightless_soft());
-    const SoftId id = put(bodies, def);
-    run(bodies, 10);
-    const Momenta before = momenta(bodies, id);
-    const Vec3 corner = bodies.position(id, 0);
-    const RigidHull hull = bodies.step_down(id);
-    run(bodies, 10);
-    EXPECT_EQ(bodies.position(id, 0), corner);
-    EXPECT_EQ(bodies.stats().rigid, 1U);
-    EXPECT_LT(
-        (static_cast<double>(hull.mass) * hull.velocity.cast<double>() - before.linear).norm(),
-        1e-6 * before.size);
-    // Put back where it was, nothing moves and both momenta stay.
-    bodies.step_up(id, hull.position, Quat::Identity(), hull.velocity, hull.angular_velocity);
-    EXPECT_LT((bodies.position(id, 0) - corner).norm(), 1e-6F);
-    const Momenta after = momenta(bodies, id);
-    EXPECT_LT((after.linear - before.linear).norm(), 1e-5 * before.size);
-    EXPECT_LT((after.angular - before.angular).norm(), 1e-5 * before.size);
-}
-
 }  // namespace
 }  // namespace zoned::physics::soft
