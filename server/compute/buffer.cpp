@@ -77,7 +77,7 @@ Status Buffer::map() {
 }
 
 Status Buffer::unmap() {
-    if (!std::exchange(mapped_, false)) {
+    if (!mapped_) {
         return done();
     }
     Device::Impl& impl = *device_->impl_;
@@ -86,6 +86,8 @@ Status Buffer::unmap() {
         return impl.cl->clEnqueueUnmapMemObject(
             impl.queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
     });
+    mapped_ =
+        code != CL_SUCCESS;  // then the destructor tries again, or the driver keeps the buffer
     return code == CL_SUCCESS ? done() : device_->lose("unmapping: " + opencl_error(code));
 }
 
