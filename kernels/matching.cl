@@ -36,7 +36,7 @@ __kernel void matching_viewers(__global const MatchViewer* viewers,
                             entities[j + 3 * stride],
                             viewer.nimbus)) {
                 if (count < most) {
-                    out[v * most + count] = order[j];
+                    out[(size_t)v * most + count] = order[j];
                 }
                 ++count;
             }

@@ -34,9 +34,10 @@ typedef struct FlockBatch {
     int row;
 } FlockBatch;
 
+/// The cell 0..count - 1 of a place, in cells; what is not a number counts to the first.
 ZK_FN int flock_clamp_cell(const float at, const int count) {
     const float high = (float)(count - 1);
-    const float in = at < 0.0f ? 0.0f : (at > high ? high : at);
+    const float in = at > 0.0f ? (at < high ? at : high) : 0.0f;
     return (int)in;
 }
 
@@ -89,6 +90,27 @@ ZK_REAL_FN void flock_add(ZK_OF_REAL(FlockSum) * s,
     s->sz = s->sz - push * dz;
 }
 
+/// Where the neighbours of a batch in one row of cells begin among the sorted agents, and where
+/// they end. Beyond the grid's first and last row there are none: both are where such agents would
+/// stand, so that neither decreases from one batch to the next.
+ZK_FN int flock_stretch_begin(ZK_TABLE const FlockGrid* grid,
+                              ZK_GLOBAL const int* cell_begin,
+                              const FlockBatch batch,
+                              const int row) {
+    const int first = batch.first_cell > 0 ? batch.first_cell - 1 : 0;
+    const int in = row < grid->rows ? row * grid->columns + first : grid->rows * grid->columns;
+    return row < 0 ? 0 : cell_begin[in];
+}
+
+ZK_FN int flock_stretch_end(ZK_TABLE const FlockGrid* grid,
+                            ZK_GLOBAL const int* cell_begin,
+                            const FlockBatch batch,
+                            const int row) {
+    const int last = batch.last_cell + 1 < grid->columns ? batch.last_cell + 1 : batch.last_cell;
+    const int in = row < grid->rows ? row * grid->columns + last + 1 : grid->rows * grid->columns;
+    return row < 0 ? 0 : cell_begin[in];
+}
+
 /// All neighbours of a batch: rows of cells around it, each one stretch of the sorted agents.
 /// `sorted` holds x, y, z, vx, vy, vz, `stride` apart.
 ZK_REAL_FN void flock_look(ZK_OF_REAL(FlockSum) * s,
@@ -101,14 +123,9 @@ ZK_REAL_FN void flock_look(ZK_OF_REAL(FlockSum) * s,
                            const Real x,
                            const Real y,
                            const Real z) {
-    const int first = batch.first_cell > 0 ? batch.first_cell - 1 : 0;
-    const int last = batch.last_cell + 1 < grid->columns ? batch.last_cell + 1 : batch.last_cell;
-    const int low = batch.row > 0 ? batch.row - 1 : 0;
-    const int high = batch.row + 1 < grid->rows ? batch.row + 1 : batch.row;
-    for (int row = low; row <= high; ++row) {
-        const int begin = cell_begin[row * grid->columns + first];
-        const int end = cell_begin[row * grid->columns + last + 1];
-        for (int j = begin; j < end; ++j) {
+    for (int row = batch.row - 1; row <= batch.row + 1; ++row) {
+        const int end = flock_stretch_end(grid, cell_begin, batch, row);
+        for (int j = flock_stretch_begin(grid, cell_begin, batch, row); j < end; ++j) {
             ZK_GLOBAL const float* n = sorted + j;
             flock_add(s,
                       rules,

@@ -58,29 +58,36 @@ core::Result<Buffer> Buffer::over(Device& device, void* host, std::size_t bytes)
 /// Queued, not waited for.
 Status Buffer::map() {
     Device::Impl& impl = *device_->impl_;
-    cl_int code = CL_SUCCESS;
-    impl.cl->clEnqueueMapBuffer(impl.queue,
-                                static_cast<cl_mem>(handle_),
-                                CL_FALSE,
-                                CL_MAP_READ | CL_MAP_WRITE,
-                                0,
-                                bytes_,
-                                0,
-                                nullptr,
-                                nullptr,
-                                &code);
+    const cl_int code = impl.call([&] {
+        cl_int mapped = CL_SUCCESS;
+        impl.cl->clEnqueueMapBuffer(impl.queue,
+                                    static_cast<cl_mem>(handle_),
+                                    CL_FALSE,
+                                    CL_MAP_READ | CL_MAP_WRITE,
+                                    0,
+                                    bytes_,
+                                    0,
+                                    nullptr,
+                                    nullptr,
+                                    &mapped);
+        return mapped;
+    });
     mapped_ = code == CL_SUCCESS;
     return mapped_ ? done() : device_->lose("mapping a buffer: " + opencl_error(code));
 }
 
 Status Buffer::unmap() {
-    if (!std::exchange(mapped_, false)) {
+    if (!mapped_) {
         return done();
     }
     Device::Impl& impl = *device_->impl_;
     // What was mapped lies where the host put it: that is what CL_MEM_USE_HOST_PTR says.
-    const cl_int code = impl.cl->clEnqueueUnmapMemObject(
-        impl.queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
+    const cl_int code = impl.call([&] {
+        return impl.cl->clEnqueueUnmapMemObject(
+            impl.queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
+    });
+    mapped_ =
+        code != CL_SUCCESS;  // then the destructor tries again, or the driver keeps the buffer
     return code == CL_SUCCESS ? done() : device_->lose("unmapping: " + opencl_error(code));
 }
 
@@ -107,15 +114,18 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     return *this;
 }
 
+/// Not in anybody's turn: what it calls may be called from several threads at a time.
 Buffer::~Buffer() {
     if (handle_ != nullptr) {
+        Device::Impl& impl = *device_->impl_;
         if (mapped_) {
-            device_->impl_->cl->clEnqueueUnmapMemObject(
-                device_->impl_->queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
-            device_->impl_->cl->clFinish(device_->impl_->queue);
+            impl.cl->clEnqueueUnmapMemObject(
+                impl.queue, static_cast<cl_mem>(handle_), host_, 0, nullptr, nullptr);
         }
-        device_->impl_->cl->clReleaseMemObject(static_cast<cl_mem>(handle_));
-        device_->impl_->memory_bytes -= bytes_;
+        // A step that was broken off may have left a copy in the queue, from memory that goes next.
+        impl.cl->clFinish(impl.queue);
+        impl.cl->clReleaseMemObject(static_cast<cl_mem>(handle_));
+        impl.memory_bytes -= bytes_;
     }
     std::free(staging_);
 }
@@ -129,15 +139,17 @@ Status Buffer::give(std::size_t offset, std::size_t bytes) {
     if (impl.buffers == BufferMode::kMapped) {
         return unmap();
     }
-    const cl_int code = impl.cl->clEnqueueWriteBuffer(impl.queue,
-                                                      static_cast<cl_mem>(handle_),
-                                                      CL_FALSE,
-                                                      offset,
-                                                      bytes,
-                                                      static_cast<char*>(host_) + offset,
-                                                      0,
-                                                      nullptr,
-                                                      nullptr);
+    const cl_int code = impl.call([&] {
+        return impl.cl->clEnqueueWriteBuffer(impl.queue,
+                                             static_cast<cl_mem>(handle_),
+                                             CL_FALSE,
+                                             offset,
+                                             bytes,
+                                             static_cast<char*>(host_) + offset,
+                                             0,
+                                             nullptr,
+                                             nullptr);
+    });
     return code == CL_SUCCESS ? done() : device_->lose("a copy to it: " + opencl_error(code));
 }
 
@@ -155,15 +167,17 @@ Status Buffer::take(std::size_t offset, std::size_t bytes) {
     if (ranges_ == kRanges) {
         return device_->lose("more ranges come back than a buffer counts");
     }
-    const cl_int code = impl.cl->clEnqueueReadBuffer(impl.queue,
-                                                     static_cast<cl_mem>(handle_),
-                                                     CL_FALSE,
-                                                     offset,
-                                                     bytes,
-                                                     static_cast<char*>(staging_) + offset,
-                                                     0,
-                                                     nullptr,
-                                                     nullptr);
+    const cl_int code = impl.call([&] {
+        return impl.cl->clEnqueueReadBuffer(impl.queue,
+                                            static_cast<cl_mem>(handle_),
+                                            CL_FALSE,
+                                            offset,
+                                            bytes,
+                                            static_cast<char*>(staging_) + offset,
+                                            0,
+                                            nullptr,
+                                            nullptr);
+    });
     if (code == CL_SUCCESS) {
         coming_[ranges_++] = {offset, bytes};
     }

@@ -41,7 +41,11 @@ core::Result<std::unique_ptr<Device>> Device::open(const DeviceSettings& setting
     impl->reason = std::move(choice.reason);
     impl->buffers = settings.buffers;
     if (settings.buffers == BufferMode::kAuto) {
-        impl->buffers = impl->info.host_memory ? BufferMode::kMapped : BufferMode::kCopied;
+        // A CPU ends each work group that it began, so that after a fault it is known which columns
+        // have changed. A GPU that is reset in a step leaves some groups half done, even where it
+        // shares the host's memory.
+        const bool in_place = impl->info.host_memory && impl->info.kind == DeviceKind::kCpu;
+        impl->buffers = in_place ? BufferMode::kMapped : BufferMode::kCopied;
     }
     impl->kernels = settings.kernels;
     impl->testing = settings.testing;
@@ -95,7 +99,7 @@ Status Device::finish() {
     if (lost()) {
         return Status::failure(fault());
     }
-    const cl_int code = impl_->cl->clFinish(impl_->queue);
+    const cl_int code = impl_->call([&] { return impl_->cl->clFinish(impl_->queue); });
     return code == CL_SUCCESS ? done() : lose("waiting for it: " + opencl_error(code));
 }
 

@@ -26,13 +26,14 @@ using Status = core::Result<Done>;
 struct DeviceFaults {
     int launches = -1;       ///< so many launches succeed, the next fails; -1: none fails
     double share_run = 0.0;  ///< 0..1: of the failing launch's work groups that run all the same
+    int calls = -1;  ///< so many calls that queue, wait or set arguments succeed, the next fails
     bool refuse_binaries = false;         ///< programs from the cache fail to build
     std::size_t memory_bytes = SIZE_MAX;  ///< buffers may take as much in all
 };
 
 /// How buffers reach the device.
 enum class BufferMode : std::uint8_t {
-    kAuto,    ///< mapped where the device works in the host's memory, else copied
+    kAuto,    ///< mapped on a CPU, which works in the host's memory, else copied
     kMapped,  ///< the device works on the host's columns; nothing is copied
     kCopied   ///< transfers, queued with the kernels and waited for once
 };
@@ -58,7 +59,8 @@ struct ProgramCounts {
 /// A device that failed once is lost: every later call fails at once with the first reason, and its
 /// user goes on without it. That a kernel does not build loses that kernel only.
 ///
-/// Threads take turns: who queues work holds turn() until it is finished.
+/// Threads take turns: who queues work holds turn() until it is finished. Kernels and buffers may
+/// go at any time.
 class Device {
   public:
     /// Chooses among the devices and opens one. Fails with the reason where none fits or opens:

@@ -4,6 +4,7 @@
 #include "server/compute/device.h"
 #include "server/compute/opencl_api.h"
 
+#include <atomic>
 #include <map>
 #include <utility>
 
@@ -22,11 +23,22 @@ struct Device::Impl {
     std::mutex turn;
     cl_context context = nullptr;
     cl_command_queue queue = nullptr;
-    std::size_t memory_bytes = 0;  ///< of all buffers
+    std::atomic<std::size_t> memory_bytes{0};  ///< of all buffers, which go without a turn
     int launches = 0;
-    std::map<std::pair<std::string, std::string>, cl_program> programs;  ///< by file and options
+    int calls = 0;
+    using ProgramName = std::pair<std::string, std::string>;  ///< file and options
+    std::map<ProgramName, cl_program> programs;
+    std::map<ProgramName, std::string> broken;  ///< why; they are not built again
 
     [[nodiscard]] cl_device_id device() const { return static_cast<cl_device_id>(info.handle); }
+
+    /// What a call of the driver gives, or the fault that a test wants in its place.
+    template <class Call>
+    cl_int call(const Call& driver) {
+        const bool fails = testing != nullptr && testing->calls >= 0 && calls >= testing->calls;
+        ++calls;
+        return fails ? CL_OUT_OF_RESOURCES : driver();
+    }
 
     /// From the cache, or from source.
     core::Result<cl_program> program(std::string_view file, const std::string& options);

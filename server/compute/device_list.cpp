@@ -18,7 +18,7 @@ std::string device_text(const OpenClApi& cl, cl_device_id device, cl_device_info
     if (cl.clGetDeviceInfo(device, what, size, text.data(), nullptr) != CL_SUCCESS) {
         return {};
     }
-    text.resize(text.find('\0'));  // OpenCL counts the terminator
+    text.resize(std::min(text.find('\0'), text.size()));  // OpenCL counts the terminator
     return text;
 }
 
@@ -55,6 +55,9 @@ DeviceInfo describe(const OpenClApi& cl, cl_platform_id platform, cl_device_id d
     info.memory_bytes = device_value<cl_ulong>(cl, device, CL_DEVICE_GLOBAL_MEM_SIZE);
     info.largest_buffer_bytes = device_value<cl_ulong>(cl, device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
     info.largest_group = device_value<std::size_t>(cl, device, CL_DEVICE_MAX_WORK_GROUP_SIZE);
+    info.local_bytes = device_value<cl_ulong>(cl, device, CL_DEVICE_LOCAL_MEM_SIZE);
+    info.own_local_memory =
+        device_value<cl_device_local_mem_type>(cl, device, CL_DEVICE_LOCAL_MEM_TYPE) == CL_LOCAL;
     info.host_memory = device_value<cl_bool>(cl, device, CL_DEVICE_HOST_UNIFIED_MEMORY) != 0;
     const auto rounding = device_value<cl_device_fp_config>(cl, device, CL_DEVICE_SINGLE_FP_CONFIG);
     info.correctly_rounded = (rounding & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;

@@ -30,6 +30,8 @@ struct DeviceInfo {
     std::uint64_t memory_bytes = 0;
     std::uint64_t largest_buffer_bytes = 0;
     std::size_t largest_group = 1;   ///< work items of a work group
+    std::size_t local_bytes = 0;     ///< local memory of a work group
+    bool own_local_memory = false;   ///< it is fast memory of its own, not a part of the common one
     bool host_memory = false;        ///< works in the host's memory: mapping copies nothing
     bool correctly_rounded = false;  ///< division and square root, which equal results need
     bool available = true;           ///< and it has a compiler

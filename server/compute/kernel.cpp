@@ -90,8 +90,10 @@ Status Kernel::set_bytes(unsigned index, const void* value, std::size_t bytes) {
     if (device_->lost()) {
         return Status::failure(device_->fault());
     }
-    const cl_int code =
-        device_->impl_->cl->clSetKernelArg(static_cast<cl_kernel>(handle_), index, bytes, value);
+    Device::Impl& impl = *device_->impl_;
+    const cl_int code = impl.call([&] {
+        return impl.cl->clSetKernelArg(static_cast<cl_kernel>(handle_), index, bytes, value);
+    });
     return code == CL_SUCCESS
                ? done()
                : device_->lose("argument " + std::to_string(index) + ": " + opencl_error(code));
@@ -128,15 +130,17 @@ Status Kernel::launch(std::size_t count) {
 Status Kernel::launch_groups(std::size_t groups) {
     Device::Impl& impl = *device_->impl_;
     const std::size_t items = groups * group_;
-    const cl_int code = impl.cl->clEnqueueNDRangeKernel(impl.queue,
-                                                        static_cast<cl_kernel>(handle_),
-                                                        1,
-                                                        nullptr,
-                                                        &items,
-                                                        &group_,
-                                                        0,
-                                                        nullptr,
-                                                        nullptr);
+    const cl_int code = impl.call([&] {
+        return impl.cl->clEnqueueNDRangeKernel(impl.queue,
+                                               static_cast<cl_kernel>(handle_),
+                                               1,
+                                               nullptr,
+                                               &items,
+                                               &group_,
+                                               0,
+                                               nullptr,
+                                               nullptr);
+    });
     return code == CL_SUCCESS ? done() : device_->lose("a launch: " + opencl_error(code));
 }
 

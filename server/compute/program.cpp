@@ -27,6 +27,10 @@ core::Result<cl_program> Device::Impl::program(std::string_view file, const std:
     if (known != programs.end()) {
         return known->second;
     }
+    const auto failed = broken.find(name);
+    if (failed != broken.end()) {
+        return core::Result<cl_program>::failure(failed->second);
+    }
     const auto source = kernels ? expand_kernel(file, kernels) : kernel_source(file);
     if (!source) {
         return core::Result<cl_program>::failure(source.error());
@@ -48,6 +52,8 @@ core::Result<cl_program> Device::Impl::program(std::string_view file, const std:
         ++counts.built;
         programs.emplace(name, *built);
         store(key, *built);
+    } else {
+        broken.emplace(name, built.error());
     }
     return built;
 }

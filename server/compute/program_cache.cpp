@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -117,19 +118,26 @@ bool ProgramCache::store(const ProgramKey& key, std::span<const std::uint8_t> bi
     put(file, first);
     put(file, second);
     const std::string path = path_of(key);
-    const std::string fresh = path + "." + std::to_string(getpid());
-    {
-        std::ofstream out(fresh, std::ios::binary | std::ios::trunc);
-        out.write(reinterpret_cast<const char*>(file.data()),
-                  static_cast<std::streamsize>(file.size()));
-        if (!out) {
-            out.close();
-            std::filesystem::remove(fresh, error);
-            return false;
-        }
+    // Its own name for each writer: process numbers are not enough where containers share a folder.
+    std::string fresh = path + ".XXXXXX";
+    const int made = mkstemp(fresh.data());
+    if (made < 0) {
+        return false;
     }
-    std::filesystem::rename(fresh, path, error);
-    return !error;
+    close(made);
+    std::ofstream out(fresh, std::ios::binary | std::ios::trunc);
+    out.write(reinterpret_cast<const char*>(file.data()),
+              static_cast<std::streamsize>(file.size()));
+    out.close();  // what a full disk refuses is known only now
+    if (out) {
+        std::filesystem::rename(fresh, path, error);
+    }
+    if (!out || error) {
+        std::error_code ignored;
+        std::filesystem::remove(fresh, ignored);
+        return false;
+    }
+    return true;
 }
 
 }  // namespace zoned::compute

@@ -1,5 +1,5 @@
 // Suite `kernels`: flocking agents on lanes, threads and a device beside a plain loop; what copies,
-// work groups and the place of tables cost on a device.
+// work groups, the place of tables and tiles in local memory cost on a device.
 #include "server/compute/device.h"
 #include "server/compute/stages/flock_stage.h"
 #include "server/compute/worker_pool.h"
@@ -47,10 +47,13 @@ Bench& bench() {
 
 class FlockTrial : public JudgedTrial {
   public:
-    FlockTrial(std::size_t count, int threads, compute::Device* device)
+    FlockTrial(std::size_t count,
+               int threads,
+               compute::Device* device,
+               compute::FlockKernelOptions options = {})
         : count_(count),
           rules_(scenario::flock_rules(count)),
-          stage_(device) {
+          stage_(device, options) {
         if (threads > 1) {
             team_.join_pool(bench().pool);
         }
@@ -264,6 +267,35 @@ void run_groups(Session& session) {
     }
 }
 
+/// Flocking with neighbours in tiles of local memory and without, by the batches of a work group.
+void run_tiles(Session& session) {
+    if (!bench().device) {
+        return;
+    }
+    using Tiles = compute::FlockKernelOptions::Tiles;
+    const std::size_t count = 50'000;
+    for (const std::size_t group : {0U, 8U, 32U, 256U}) {
+        session.progress("kernels tiles " + std::to_string(group));
+        const auto with = [=](const char* name, Tiles tiles) {
+            return Method{name, "", [=] {
+                              return std::make_unique<FlockTrial>(
+                                  count,
+                                  2,
+                                  bench().device.get(),
+                                  compute::FlockKernelOptions{group, tiles, 0});
+                          }};
+        };
+        std::vector<Row> rows =
+            compare("kernels",
+                    "tiles",
+                    group == 0 ? "chosen" : "group=" + std::to_string(group),
+                    wanted(session, {with("no_tiles", Tiles::kOff), with("tiles", Tiles::kOn)}),
+                    {3, 40, session.repeats});
+        add_wall_ratio(rows, "no_tiles", static_cast<double>(count));
+        session.add(std::move(rows));
+    }
+}
+
 void run_kernels(Session& session) {
     session.note(
         "kernels: wall_* are times on the wall; time_us is CPU time of the calling thread");
@@ -280,11 +312,14 @@ void run_kernels(Session& session) {
     if (session.wants_scene("groups") && !session.quick) {
         run_groups(session);
     }
+    if (session.wants_scene("tiles") && !session.quick) {
+        run_tiles(session);
+    }
 }
 
 const Registration kKernels({"kernels",
-                             "flocking agents; copies, work groups and tables on a device",
-                             {"boids_50k", "copies", "groups"},
+                             "flocking agents; copies, work groups, tables and tiles on a device",
+                             {"boids_50k", "copies", "groups", "tiles"},
                              {"default",
                               "cpu_1",
                               "opencl",
@@ -292,7 +327,9 @@ const Registration kKernels({"kernels",
                               "mapped",
                               "copied",
                               "constant_tables",
-                              "global_tables"},
+                              "global_tables",
+                              "no_tiles",
+                              "tiles"},
                              run_kernels});
 
 }  // namespace

@@ -92,7 +92,7 @@ void run_all(std::span<Lane* const> lanes, const Plan& plan, bool observed) {
         turns = std::max(turns, ends.back().size());
     }
     for (std::size_t turn = 0; turn < turns; ++turn) {
-        for (std::size_t i = 0; i < lanes.size(); ++i) {
+        for (const std::size_t i : order_of_turn(turn, lanes.size())) {
             if (turn >= ends[i].size()) {
                 continue;
             }
@@ -120,6 +120,19 @@ Timing summary(const Lane& lane) {
 }
 
 }  // namespace
+
+std::vector<std::size_t> order_of_turn(std::size_t turn, std::size_t count) {
+    std::vector<std::size_t> order;
+    // 0, 1, last, 2, last but one, ...: all distances between neighbours differ.
+    for (std::size_t place = 0; place < count; ++place) {
+        const std::size_t half = (place + 1) / 2;
+        order.push_back(((place % 2 == 1 ? half : count - half) + (count > 2 ? turn : 0)) % count);
+    }
+    if (count % 2 == 1 && turn / count % 2 == 1) {
+        std::reverse(order.begin(), order.end());
+    }
+    return order;
+}
 
 std::vector<Timing> time_interleaved(std::span<const Contender> contenders,
                                      const Plan& plan,

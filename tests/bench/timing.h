@@ -2,6 +2,7 @@
 // count.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <span>
@@ -44,6 +45,14 @@ struct Timing {
     double mean_us = 0.0;
     double wall_p50_us = 0.0;  ///< time on the wall: what more threads shorten
 };
+
+/// The order in which `count` contenders take a turn. Who comes after one that has both cores at
+/// work, or that slept while a device worked, finds another machine than who comes after a bare
+/// loop: over `count` turns (twice as many where it is odd) each comes directly after each other
+/// one equally often, within turns. Two alternate. (Williams, "Experimental designs balanced for
+/// the estimation of residual effects of treatments", Australian Journal of Scientific Research A
+/// 2, 1949.)
+std::vector<std::size_t> order_of_turn(std::size_t turn, std::size_t count);
 
 /// `finish(i, run)` is called with each contender's observed run after its last frame.
 std::vector<Timing> time_interleaved(std::span<const Contender> contenders,

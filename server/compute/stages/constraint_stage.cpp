@@ -133,7 +133,6 @@ struct ConstraintStage::OnDevice {
     explicit OnDevice(Device& opened) : device(opened) {}
 
     Device& device;
-    bool given_up = false;
     std::optional<Kernel> kernel;
     DeviceColumns nodes;
     DeviceTable links, lambdas;
@@ -217,7 +216,7 @@ ConstraintStage::ConstraintStage(ConstraintStage&&) noexcept = default;
 ConstraintStage& ConstraintStage::operator=(ConstraintStage&&) noexcept = default;
 
 bool ConstraintStage::has_device() const {
-    return on_device_ != nullptr && !on_device_->given_up;
+    return on_device_ != nullptr;
 }
 
 void ConstraintStage::solve_on_cpu(ParticleColumns& nodes,
@@ -266,8 +265,8 @@ StageRun ConstraintStage::solve(ParticleColumns& nodes,
         run.on_device = done.ok();
         if (!done) {
             run.fault = done.error();
-            on.given_up = true;
             on.restore(nodes, count);
+            on_device_.reset();
         }
     }
     if (!run.on_device) {

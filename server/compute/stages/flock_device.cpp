@@ -4,6 +4,7 @@
 #include "server/compute/stages/device_table.h"
 #include "server/compute/stages/flock_stage.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -15,18 +16,41 @@ namespace {
 constexpr std::size_t kFlockGrain = 64;  ///< batches: some ten microseconds
 /// Batches of a work group: each is a loop of its own, so a few are enough.
 constexpr std::size_t kFlockGroup = 64;
+constexpr std::size_t kAgentBytes = ParticleColumns::kColumns * sizeof(float);
+/// Agents of a tile: 12 KiB, of which a compute unit holds several groups' at a time.
+constexpr std::size_t kTileAgents = 512;
+/// Batches of a work group with tiles, at most. At a barrier a CPU device keeps what all items of a
+/// group hold, a kilobyte each, on one stack: PoCL dies of 4,096.
+constexpr std::size_t kMostTileGroup = 256;
+constexpr std::size_t kMostTileAgents = 1U << 16U;
 
 }  // namespace
 
+std::size_t choose_tile(const DeviceInfo& device, const FlockKernelOptions& options) {
+    using Tiles = FlockKernelOptions::Tiles;
+    const bool wanted =
+        options.tiles == Tiles::kOn || (options.tiles == Tiles::kChosen && device.own_local_memory);
+    // Drivers keep some of it for themselves; where it is a part of the common memory, a device may
+    // name any size.
+    const std::size_t most = std::min(device.local_bytes / 2 / kAgentBytes, kMostTileAgents);
+    const std::size_t agents = options.tile_agents > 0 ? options.tile_agents : kTileAgents;
+    return wanted ? std::min(agents, most) : 0;
+}
+
 struct FlockStage::OnDevice {
-    explicit OnDevice(Device& opened) : device(opened) {}
+    OnDevice(Device& opened, const FlockKernelOptions& chosen)
+        : device(opened),
+          options(chosen),
+          tile(choose_tile(opened.info(), chosen)) {}
 
     Device& device;
-    bool given_up = false;
+    FlockKernelOptions options;
+    std::size_t tile;  ///< agents, 0: without
     std::optional<Kernel> kernel;
     DeviceColumns agents, sorted;
     DeviceTable order, cells, batches, rules, grid;
 
+    Status make_kernel();
     Status prepare(ParticleColumns& of, FlockOrder& by, const kernels::FlockRules& how);
     Status step(ParticleColumns& of,
                 std::size_t count,
@@ -34,16 +58,29 @@ struct FlockStage::OnDevice {
                 const kernels::FlockRules& how);
 };
 
-Status FlockStage::OnDevice::prepare(ParticleColumns& of,
-                                     FlockOrder& by,
-                                     const kernels::FlockRules& how) {
+Status FlockStage::OnDevice::make_kernel() {
     if (!kernel) {
-        auto made = Kernel::make(device, "kernels/flock.cl", "flock_step", "");
+        auto made = Kernel::make(
+            device, "kernels/flock.cl", tile > 0 ? "flock_step_tiles" : "flock_step", "");
         if (!made) {
             return Status::failure(made.error());
         }
         kernel.emplace(std::move(*made));
-        kernel->set_group(kFlockGroup);
+        const std::size_t group = options.group > 0 ? options.group : kFlockGroup;
+        kernel->set_group(tile > 0 ? std::min(group, kMostTileGroup) : group);
+        if (tile > 0) {
+            return first_failure({kernel->set_local(9, tile * kAgentBytes),
+                                  kernel->set(10, static_cast<std::int32_t>(tile))});
+        }
+    }
+    return Done{};
+}
+
+Status FlockStage::OnDevice::prepare(ParticleColumns& of,
+                                     FlockOrder& by,
+                                     const kernels::FlockRules& how) {
+    if (Status made = make_kernel(); !made) {
+        return made;
     }
     const auto bytes = [](const auto& list) {
         return list.size() * sizeof(list[0]);
@@ -85,8 +122,8 @@ Status FlockStage::OnDevice::step(ParticleColumns& of,
                           agents.settle()});
 }
 
-FlockStage::FlockStage(Device* device)
-    : on_device_(device != nullptr ? std::make_unique<OnDevice>(*device) : nullptr) {
+FlockStage::FlockStage(Device* device, FlockKernelOptions options)
+    : on_device_(device != nullptr ? std::make_unique<OnDevice>(*device, options) : nullptr) {
 }
 
 FlockStage::~FlockStage() = default;
@@ -94,7 +131,7 @@ FlockStage::FlockStage(FlockStage&&) noexcept = default;
 FlockStage& FlockStage::operator=(FlockStage&&) noexcept = default;
 
 bool FlockStage::has_device() const {
-    return on_device_ != nullptr && !on_device_->given_up;
+    return on_device_ != nullptr;
 }
 
 StageRun FlockStage::step(ParticleColumns& agents,
@@ -112,7 +149,7 @@ StageRun FlockStage::step(ParticleColumns& agents,
         run.on_device = done.ok();
         if (!done) {
             run.fault = done.error();
-            on_device_->given_up = true;
+            on_device_.reset();
         }
     }
     if (!run.on_device) {

@@ -1,5 +1,7 @@
 #include "server/compute/stages/flock_stage.h"
 
+#include "shared/core/assert.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -50,15 +52,19 @@ void step_flock_batch(ParticleColumns& agents,
 }  // namespace
 
 void FlockOrder::lay_grid(const kernels::FlockRules& rules, float cell_size) {
-    const float width = std::max(rules.high_x - rules.low_x, cell_size);
-    const float depth = std::max(rules.high_z - rules.low_z, cell_size);
-    const float least = std::sqrt(width * depth / static_cast<float>(kMostCells / 2));
-    const float size = std::max(cell_size, least);
+    const double width = std::max<double>(double{rules.high_x} - double{rules.low_x}, cell_size);
+    const double depth = std::max<double>(double{rules.high_z} - double{rules.low_z}, cell_size);
+    // With s the size: (w / s + 1) (d / s + 1) is at most K / 2 + K / 8 + K / 8 + 1.
+    constexpr auto kMost = static_cast<double>(kMostCells);
+    const double least =
+        std::max(std::sqrt(width * depth / (kMost / 2.0)), std::max(width, depth) / (kMost / 8.0));
+    const auto size = std::max(cell_size, static_cast<float>(least));
+    ZONED_ASSERT(size > 0.0F && std::isfinite(size), "cells have a size, the box has ends");
     grid_.x0 = rules.low_x;
     grid_.z0 = rules.low_z;
     grid_.cells_per_m = 1.0F / size;
-    grid_.columns = static_cast<int>(std::ceil(width / size));
-    grid_.rows = static_cast<int>(std::ceil(depth / size));
+    grid_.columns = static_cast<int>(std::ceil(width / static_cast<double>(size)));
+    grid_.rows = static_cast<int>(std::ceil(depth / static_cast<double>(size)));
 }
 
 void FlockOrder::sort(const ParticleColumns& agents,

@@ -5,16 +5,22 @@
 #include "server/compute/stages/particle_stage.h"
 #include "kernels/include/flock.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 namespace zoned::compute {
 
+struct DeviceInfo;
+
 /// Agents in the order of their cells: what a step reads.
 class FlockOrder {
   public:
     /// Sorts (stable, by counting) the first `count` agents into cells of `cell_size` (m, > 0) over
-    /// the box of `rules`; cells are made larger where there would be more than kMostCells.
+    /// the box of `rules`, which is finite; cells are made larger where there would be more than
+    /// kMostCells. Who is outside of the box counts to the rim, a place that is no number to the
+    /// first cell.
     void sort(const ParticleColumns& agents,
               std::size_t count,
               const kernels::FlockRules& rules,
@@ -56,11 +62,28 @@ void step_flock_batches(ParticleColumns& agents,
                         std::size_t begin,
                         std::size_t end);
 
+/// Choices of a measurement; the defaults are what pays. All give the same bits.
+struct FlockKernelOptions {
+    enum class Tiles : std::uint8_t {
+        kChosen,  ///< on where a device has local memory of its own
+        kOff,     ///< neighbours are read from the sorted agents
+        kOn       ///< work groups copy neighbours to local memory, tile by tile
+    };
+
+    std::size_t group = 0;  ///< batches of a work group, cut to what is possible; 0: chosen
+    Tiles tiles = Tiles::kChosen;
+    std::size_t tile_agents = 0;  ///< of a tile, cut to what local memory holds; 0: chosen
+};
+
+/// Agents of a tile for a device; 0: no tiles.
+std::size_t choose_tile(const DeviceInfo& device, const FlockKernelOptions& options);
+
 /// A step of a flock, on all threads of a team or on a device: the same bits. The state before the
 /// step stays in FlockOrder, so that a device that fails costs nothing but time.
 class FlockStage {
   public:
-    explicit FlockStage(Device* device = nullptr);
+    /// Null: there is no device. It must outlive the stage.
+    explicit FlockStage(Device* device = nullptr, FlockKernelOptions options = {});
     ~FlockStage();
     FlockStage(FlockStage&&) noexcept;
     FlockStage& operator=(FlockStage&&) noexcept;

@@ -87,7 +87,6 @@ struct MatchStage::OnDevice {
     explicit OnDevice(Device& opened) : device(opened) {}
 
     Device& device;
-    bool given_up = false;
     std::optional<Kernel> kernel;
     DeviceColumns entities;
     DeviceTable viewers, order, cells, grid, found, out;
@@ -163,7 +162,7 @@ MatchStage::MatchStage(MatchStage&&) noexcept = default;
 MatchStage& MatchStage::operator=(MatchStage&&) noexcept = default;
 
 bool MatchStage::has_device() const {
-    return on_device_ != nullptr && !on_device_->given_up;
+    return on_device_ != nullptr;
 }
 
 StageRun MatchStage::match(const ParticleColumns& entities,
@@ -190,7 +189,7 @@ StageRun MatchStage::match(const ParticleColumns& entities,
             run.on_device = done.ok();
             if (!done) {
                 run.fault = done.error();
-                on_device_->given_up = true;
+                on_device_.reset();
             }
         }
         if (!run.on_device) {

@@ -18,7 +18,6 @@ struct ParticleStage::OnDevice {
 
     Device& device;
     ParticleKernelOptions options;
-    bool given_up = false;
     std::array<std::optional<Kernel>, 6> built;  ///< by air and collision
     DeviceColumns columns;
     DeviceTable world, gusts, heights;
@@ -154,7 +153,7 @@ ParticleStage::ParticleStage(ParticleStage&&) noexcept = default;
 ParticleStage& ParticleStage::operator=(ParticleStage&&) noexcept = default;
 
 bool ParticleStage::has_device() const {
-    return on_device_ != nullptr && !on_device_->given_up;
+    return on_device_ != nullptr;
 }
 
 StageRun ParticleStage::step(ParticleColumns& columns,
@@ -174,8 +173,8 @@ StageRun ParticleStage::step(ParticleColumns& columns,
     run.on_device = done.ok();
     if (!done) {
         run.fault = done.error();
-        on_device_->given_up = true;
         on_device_->finish_on_cpu(columns, count, scene, team);
+        on_device_.reset();
     }
     return run;
 }

@@ -101,5 +101,31 @@ TEST(TimeInterleaved, LetsContendersTakeTurns) {
     EXPECT_GE(changes, 20);  // twelve turns each
 }
 
+TEST(TimeInterleaved, LetsEachComeAfterEachOtherEquallyOften) {
+    for (std::size_t count = 3; count <= 9; ++count) {
+        const std::size_t turns = count % 2 == 0 ? count : 2 * count;
+        std::vector<int> after(count * count, 0);
+        for (std::size_t turn = 0; turn < turns; ++turn) {
+            const std::vector<std::size_t> order = order_of_turn(turn, count);
+            std::vector<std::size_t> sorted = order;
+            std::sort(sorted.begin(), sorted.end());
+            for (std::size_t i = 0; i < count; ++i) {
+                ASSERT_EQ(sorted[i], i) << "each has one turn";
+            }
+            for (std::size_t i = 1; i < count; ++i) {
+                ++after[order[i - 1] * count + order[i]];
+            }
+        }
+        const int times = count % 2 == 0 ? 1 : 2;
+        for (std::size_t pair = 0; pair < count * count; ++pair) {
+            const bool itself = pair / count == pair % count;
+            EXPECT_EQ(after[pair], itself ? 0 : times) << count << ": " << pair;
+        }
+    }
+    EXPECT_EQ(order_of_turn(5, 2), (std::vector<std::size_t>{0, 1}));
+    EXPECT_EQ(order_of_turn(5, 1), (std::vector<std::size_t>{0}));
+    EXPECT_TRUE(order_of_turn(5, 0).empty());
+}
+
 }  // namespace
 }  // namespace zoned::bench

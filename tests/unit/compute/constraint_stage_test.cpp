@@ -93,6 +93,25 @@ TEST_F(ConstraintTest, GiveTheSameBitsOnThreadsOnADeviceAndAfterItDied) {
     }
 }
 
+TEST_F(ConstraintTest, AreSolvedOnceWhicheverCallFails) {
+    const auto links = *ColouredLinks::make(cloth_links(1e-4F), kSide * kSide);
+    Team alone;
+    ParticleColumns expected = stretched_cloth();
+    ConstraintStage cpu;
+    cpu.solve(expected, kSide * kSide, links, 0.01F, 1, alone);
+    for (const BufferMode mode : {BufferMode::kMapped, BufferMode::kCopied}) {
+        const int faults = fail_at_every_call(mode, [&](Device& device) {
+            ConstraintStage stage(&device);
+            ParticleColumns nodes = stretched_cloth();
+            const bool on_device =
+                stage.solve(nodes, kSide * kSide, links, 0.01F, 1, alone).on_device;
+            EXPECT_TRUE(same_positions(expected, nodes));
+            return on_device;
+        });
+        EXPECT_GT(faults, static_cast<int>(3 * links.colours())) << "two arguments and a launch";
+    }
+}
+
 TEST(Constraints, PullLinksToTheirRestLengths) {
     const auto made = ColouredLinks::make(cloth_links(0.0F), kSide * kSide);
     ASSERT_TRUE(made.ok());

@@ -24,6 +24,25 @@ class DeviceTest : public ::testing::Test {
         return std::move(*opened);
     }
 
+    /// Lets the first call of a device fail, then the second of another, and so on until a device
+    /// comes through. `work(device)` tells whether it did the work. Gives the number of faults.
+    template <class Work>
+    int fail_at_every_call(BufferMode mode, const Work& work) {
+        for (int calls = 0;; ++calls) {
+            DeviceFaults faults;
+            faults.calls = calls;
+            DeviceSettings settings;
+            settings.testing = &faults;
+            settings.buffers = mode;
+            settings.cache_folder = ::testing::TempDir() + "zoned_programs_of_tests";
+            const auto device = open(settings);
+            if (device == nullptr || work(*device) || ::testing::Test::HasFailure()) {
+                return calls;
+            }
+            EXPECT_TRUE(device->lost()) << "call " << calls;
+        }
+    }
+
     /// An empty folder of this test's own.
     static std::string fresh_folder() {
         const auto* const test = ::testing::UnitTest::GetInstance()->current_test_info();

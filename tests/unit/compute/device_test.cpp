@@ -5,11 +5,15 @@
 #include "server/compute/stages/particle_stage.h"
 #include "tests/unit/compute/device_fixture.h"
 
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace zoned::compute {
 namespace {
@@ -147,6 +151,7 @@ TEST(ChooseGroup, KeepsToTheKernelsLimitAndTheDevicesWidth) {
     EXPECT_EQ(choose_group(made_up("", DeviceKind::kGpu, 2), 1024, 32), 256U);
     EXPECT_EQ(choose_group(made_up("", DeviceKind::kGpu, 2), 128, 32), 128U);
     EXPECT_EQ(choose_group(made_up("", DeviceKind::kGpu, 2), 1024, 96), 192U);
+    EXPECT_EQ(choose_group(made_up("", DeviceKind::kGpu, 2), 0, 0), 1U) << "a driver says nothing";
 }
 
 /// A file of kernels/ with a mistake, for the real compiler.
@@ -210,6 +215,98 @@ TEST_F(DeviceLifeTest, ADeviceThatDiesHalfwayLosesNothing) {
             EXPECT_TRUE(stage.step(columns, kMany, falling(), alone).fault.empty());
         }
     }
+}
+
+/// Two steps, so that buffers are made in one and used again in the other.
+TEST_F(DeviceLifeTest, WhicheverCallFailsTheStepIsDoneOnce) {
+    constexpr std::size_t kMany = 5001;
+    Team alone;
+    ParticleColumns expected = standing(kMany);
+    step_particles(expected, kMany, falling(), alone);
+    step_particles(expected, kMany, falling(), alone);
+    for (const BufferMode mode : {BufferMode::kMapped, BufferMode::kCopied}) {
+        const int faults = fail_at_every_call(mode, [&](Device& device) {
+            ParticleStage stage(&device);
+            ParticleColumns columns = standing(kMany);
+            stage.step(columns, kMany, falling(), alone);
+            const bool on_device = stage.step(columns, kMany, falling(), alone).on_device;
+            for (std::size_t c = 0; c < ParticleColumns::kColumns; ++c) {
+                EXPECT_EQ(std::memcmp(columns.column(c), expected.column(c), 4 * kMany), 0) << c;
+            }
+            return on_device;
+        });
+        EXPECT_GT(faults, 20) << "seven arguments, a launch and a wait, twice";
+    }
+}
+
+/// In copied mode the tables that fit are on their way when the one that does not is refused. This
+/// one is so large that it is still on its way when the stage lets go of it; what is so large goes
+/// back to the system at once, so that reading it ends the process.
+TEST_F(DeviceLifeTest, AStageThatBrokeOffLeavesNoCopyOfItsMemoryBehind) {
+    const std::size_t pages = 16'384;
+    std::vector<float> gusts(pages * HostBlock::kPage / sizeof(float), 1.0F);
+    ParticleScene scene = falling();
+    scene.world.linear_drag = 0.1F;
+    scene.gusts = gusts;
+    // Pages: 25 of columns, one each of flags and world; those of the heights are too many.
+    DeviceFaults faults;
+    faults.memory_bytes = (27 + pages) * HostBlock::kPage;
+    DeviceSettings settings;
+    settings.testing = &faults;
+    settings.buffers = BufferMode::kCopied;
+    const auto device = open(settings);
+    ASSERT_NE(device, nullptr);
+    Team alone;
+    {
+        ParticleStage stage(device.get());
+        ParticleColumns columns = standing(100);
+        const StageRun run = stage.step(columns, 100, scene, alone);
+        EXPECT_NE(run.fault.find("memory ran out"), std::string::npos) << run.fault;
+    }
+    EXPECT_FALSE(device->lost());
+    EXPECT_TRUE(device->finish().ok());
+    // What it held is free again.
+    ParticleStage other(device.get());
+    ParticleColumns columns = standing(100);
+    EXPECT_TRUE(other.step(columns, 100, falling(), alone).on_device);
+}
+
+TEST_F(DeviceLifeTest, ThreadsShareADeviceWhoseStagesComeAndGo) {
+    const auto device = open();
+    ASSERT_NE(device, nullptr);
+    std::atomic<int> good{0};
+    const auto work = [&](std::size_t count) {
+        Team alone;
+        for (int round = 0; round < 8; ++round) {
+            ParticleStage stage(device.get());
+            ParticleColumns columns = standing(count);
+            const bool on_device = stage.step(columns, count, falling(), alone).on_device;
+            good += on_device && all_fell_once(columns, count) ? 1 : 0;
+        }
+    };
+    std::thread one(work, 3000);
+    std::thread two(work, 9000);
+    one.join();
+    two.join();
+    EXPECT_EQ(good, 16);
+}
+
+TEST_F(DeviceLifeTest, AKernelThatDoesNotBuildIsNotBuiltAgain) {
+    int asked = 0;
+    DeviceSettings settings;
+    settings.kernels = [&asked](std::string_view) -> std::optional<std::string_view> {
+        ++asked;
+        return "no kernel at all\n";
+    };
+    const auto device = open(settings);
+    ASSERT_NE(device, nullptr);
+    Team alone;
+    for (int stages = 0; stages < 3; ++stages) {
+        ParticleStage stage(device.get());
+        ParticleColumns columns = standing(10);
+        EXPECT_FALSE(stage.step(columns, 10, falling(), alone).fault.empty());
+    }
+    EXPECT_EQ(asked, 1);
 }
 
 TEST_F(DeviceLifeTest, ADeviceWithoutMemoryLeavesTheWorkToTheCpu) {
@@ -302,12 +399,91 @@ TEST_F(DeviceLifeTest, ADamagedCacheIsBuiltAnewAndNeverTrusted) {
     EXPECT_EQ(build_once(folder).built, 1U);
 }
 
+TEST_F(DeviceLifeTest, ACacheFolderFullOfOtherThingsDoesNoHarm) {
+    const std::string folder = fresh_folder();
+    build_once(folder);
+    const std::filesystem::path program = only_file(folder);
+    // A folder where the program ought to be, with something in it.
+    std::filesystem::remove(program);
+    std::filesystem::create_directories(program / "inside");
+    for (int start = 0; start < 2; ++start) {
+        const ProgramCounts counts = build_once(folder);
+        EXPECT_EQ(counts.built, 1U);
+        EXPECT_EQ(counts.stored, 0U) << "there is no place for it";
+        EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1)
+            << "what could not be put in place was left behind";
+    }
+    // An empty file, then one of the right name that is another's.
+    std::filesystem::remove_all(program);
+    std::ofstream(program).close();
+    EXPECT_EQ(build_once(folder).built, 1U);
+    std::ofstream(program) << "garbage\n";
+    EXPECT_EQ(build_once(folder).built, 1U);
+    EXPECT_EQ(build_once(folder).loaded, 1U);
+}
+
+TEST_F(DeviceLifeTest, ACacheFolderThatIsAFileKeepsNothing) {
+    const std::string folder = fresh_folder();
+    std::ofstream(folder) << "a file";
+    const ProgramCounts counts = build_once(folder);
+    EXPECT_EQ(counts.built, 1U);
+    EXPECT_EQ(counts.stored, 0U);
+}
+
+TEST_F(DeviceLifeTest, AGroupThatNoColumnsFitLeavesTheWorkToTheCpu) {
+    const auto device = open();
+    ASSERT_NE(device, nullptr);
+    Team alone;
+    for (const std::size_t group : {std::size_t{1}, std::size_t{24}, std::size_t{1000}}) {
+        ParticleStage stage(device.get(), {group, false});
+        ParticleColumns columns = standing(2000);
+        const StageRun run = stage.step(columns, 2000, falling(), alone);
+        EXPECT_NE(run.fault.find("work groups of"), std::string::npos) << run.fault;
+        EXPECT_TRUE(all_fell_once(columns, 2000));
+    }
+    ParticleStage cut(device.get(), {SIZE_MAX, false});
+    ParticleColumns columns = standing(2000);
+    const StageRun run = cut.step(columns, 2000, falling(), alone);
+    EXPECT_TRUE(run.on_device) << "cut to the kernel's limit: " << run.fault;
+    EXPECT_TRUE(all_fell_once(columns, 2000));
+}
+
 TEST_F(DeviceLifeTest, ABinaryThatTheDriverRefusesIsBuiltAnew) {
     const std::string folder = fresh_folder();
     build_once(folder);
     DeviceFaults faults;
     faults.refuse_binaries = true;
     EXPECT_EQ(build_once(folder, &faults).built, 1U);
+}
+
+TEST(ProgramCache, ReadersSeeAllOfAFileOrNoneWhileOthersWriteIt) {
+    const auto folder = std::filesystem::path(::testing::TempDir()) / "zoned_program_writers";
+    std::filesystem::remove_all(folder);
+    const ProgramCache cache(folder.string());
+    const ProgramKey key{"device", "driver 1", "-DA", "source"};
+    const std::vector<std::uint8_t> binary(200'000, 7);
+    ASSERT_TRUE(cache.store(key, binary));
+    std::atomic<int> stored{0};
+    const auto write = [&] {
+        for (int i = 0; i < 50; ++i) {
+            stored += cache.store(key, binary) ? 1 : 0;
+        }
+    };
+    std::thread one(write);
+    std::thread two(write);
+    int torn = 0;
+    while (stored < 100) {
+        torn += cache.load(key) == binary ? 0 : 1;
+        std::this_thread::yield();
+        if (torn > 0) {
+            break;
+        }
+    }
+    one.join();
+    two.join();
+    EXPECT_EQ(torn, 0);
+    EXPECT_EQ(stored, 100);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
 }
 
 TEST(ProgramCache, KeepsProgramsOfOtherKeysApart) {

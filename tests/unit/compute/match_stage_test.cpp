@@ -5,6 +5,7 @@
 #include "shared/core/rng.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace zoned::compute {
 namespace {
@@ -87,6 +88,55 @@ TEST_F(MatchTest, FindsWhatAllPairsFindOnLanesThreadsDevicesAndAfterAFault) {
                     std::equal(matches.of(v).begin(), matches.of(v).end(), expected.of(v).begin()));
             }
         }
+    }
+}
+
+TEST_F(MatchTest, FindsTheSameWhicheverCallFails) {
+    const Crowd crowd;
+    Team alone;
+    MatchStage cpu;
+    Matches expected;
+    cpu.match(crowd.entities, kEntities, crowd.box, 15.0F, crowd.viewers, expected, alone);
+    for (const BufferMode mode : {BufferMode::kMapped, BufferMode::kCopied}) {
+        const int faults = fail_at_every_call(mode, [&](Device& device) {
+            MatchStage stage(&device);
+            Matches matches;
+            const bool on_device =
+                stage
+                    .match(
+                        crowd.entities, kEntities, crowd.box, 15.0F, crowd.viewers, matches, alone)
+                    .on_device;
+            EXPECT_EQ(matches.found, expected.found);
+            for (std::size_t v = 0; v < crowd.viewers.size(); ++v) {
+                EXPECT_TRUE(
+                    std::equal(matches.of(v).begin(), matches.of(v).end(), expected.of(v).begin()));
+            }
+            return on_device;
+        });
+        EXPECT_GT(faults, 24) << "eleven arguments, a launch and waits, twice";
+    }
+}
+
+/// Whoever is nowhere hears nobody, and is no index into the grid.
+TEST_F(MatchTest, AViewerThatIsNoNumberHearsNobody) {
+    Crowd crowd;
+    crowd.viewers.resize(4);
+    crowd.viewers[0] = {std::numeric_limits<float>::quiet_NaN(), 10.0F, 50.0F};
+    crowd.viewers[1] = {10.0F, std::numeric_limits<float>::infinity(), 50.0F};
+    crowd.viewers[2] = {10.0F, 10.0F, std::numeric_limits<float>::quiet_NaN()};
+    const auto device = open();
+    ASSERT_NE(device, nullptr);
+    Team alone;
+    for (Device* const on : {static_cast<Device*>(nullptr), device.get()}) {
+        MatchStage stage(on);
+        Matches matches;
+        const StageRun run =
+            stage.match(crowd.entities, kEntities, crowd.box, 15.0F, crowd.viewers, matches, alone);
+        EXPECT_EQ(run.on_device, on != nullptr) << run.fault;
+        EXPECT_EQ(matches.found[0], 0);
+        EXPECT_EQ(matches.found[1], 0);
+        EXPECT_EQ(matches.found[2], 0);
+        EXPECT_EQ(static_cast<std::size_t>(matches.found[3]), crowd.brute(crowd.viewers[3]).size());
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 namespace zoned::compute {
@@ -100,6 +101,37 @@ TEST_F(DeviceTest, GivesTheSameBitsAsTheLanesInEveryKindOfScene) {
                 ASSERT_TRUE(run.on_device) << run.fault;
             }
             EXPECT_EQ(differing_bits(host, other, kCount), 0U) << "air " << air << " " << collides;
+        }
+    }
+}
+
+/// A speed beyond floats makes a place that is no number: it must not become an index into the
+/// field, nor touch others.
+TEST_F(DeviceTest, AParticleThatIsNoNumberHarmsNobody) {
+    const auto device = open();
+    ASSERT_NE(device, nullptr);
+    Team alone;
+    const World world(kernels::ZK_AIR_GUSTS, true);
+    ParticleColumns good = scattered(kCount);
+    ParticleColumns host = scattered(kCount);
+    ParticleColumns other = scattered(kCount);
+    constexpr std::size_t kBad = 1234;
+    for (ParticleColumns* columns : {&host, &other}) {
+        columns->column(ParticleColumns::kX)[kBad] = std::numeric_limits<float>::quiet_NaN();
+        columns->column(ParticleColumns::kZ)[kBad + 1] = std::numeric_limits<float>::infinity();
+        columns->column(ParticleColumns::kVz)[kBad + 2] = 3e38F;
+    }
+    ParticleStage stage(device.get());
+    for (int step = 0; step < 20; ++step) {
+        step_particles(good, kCount, world.scene, alone);
+        step_particles(host, kCount, world.scene, alone);
+        ASSERT_TRUE(stage.step(other, kCount, world.scene, alone).on_device);
+    }
+    EXPECT_FALSE(std::isfinite(host.column(ParticleColumns::kX)[kBad]));
+    for (std::size_t i = 0; i < kCount; ++i) {
+        for (std::size_t c = 0; c < ParticleColumns::kColumns && (i < kBad || i > kBad + 2); ++c) {
+            ASSERT_EQ(std::memcmp(host.column(c) + i, good.column(c) + i, 4), 0) << i;
+            ASSERT_EQ(std::memcmp(other.column(c) + i, good.column(c) + i, 4), 0) << i;
         }
     }
 }
