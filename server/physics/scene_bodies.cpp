@@ -53,6 +53,7 @@ void Scene::Impl::make_room(BodyKind kind) {
     const std::size_t movers = room[1] + room[2];
     moved.reserve(movers + room[3]);
     broken.reserve(movers + room[3]);
+    stopped.reserve(movers + room[3]);
     if (kind == BodyKind::kParticle) {
         resting.reserve(bodies.rows() + room[k]);
         bodies.particle_list.reserve(room[k]);
@@ -221,6 +222,7 @@ void Scene::Impl::stop(std::uint32_t row) {
         rest_particle(row);
     } else {
         put_to_sleep(bodies, graph, row);
+        stopped.push_back(row);
     }
 }
 

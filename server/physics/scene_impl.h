@@ -73,8 +73,9 @@ struct Scene::Impl {
     std::vector<SensorEvent> left_sensors;  ///< between steps: reported by the next one
     ContactSet parts;                       ///< scratch of find_chain
     std::vector<BodyId> moved;
-    std::uint32_t substeps = 0;  ///< most that an island got in this step
-    std::uint32_t strained = 0;  ///< of this step, see StepStats
+    std::vector<std::uint32_t> stopped;  ///< rows put to sleep within the step
+    std::uint32_t substeps = 0;          ///< most that an island got in this step
+    std::uint32_t strained = 0;          ///< of this step, see StepStats
     std::uint32_t far_bodies = 0;
     std::uint32_t held_back = 0;
     std::uint32_t quarantined = 0;  ///< since the last step began

@@ -323,6 +323,7 @@ void Scene::Impl::rest_particle(std::uint32_t row) {
     bodies.velocity[row].setZero();
     bodies.still_s[row] = 0.0F;
     bodies.mark_asleep(row);
+    stopped.push_back(row);
     const Aabb box = box_about(bodies.position[row]);
     bodies.fat[row] = box;
     resting.insert(row, box);

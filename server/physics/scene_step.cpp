@@ -63,8 +63,15 @@ void Scene::Impl::list_moved() {
             far_bodies += bodies.position[row].cwiseAbs().maxCoeff() > far_m ? 1 : 0;
         }
     }
+    for (const std::uint32_t row : stopped) {
+        if (bodies.alive[row] != 0 && bodies.listed[row] == 0) {
+            moved.push_back(bodies.id_of(row));
+        }
+    }
+    stopped.clear();
     if (!std::is_sorted(moved.begin(), moved.end())) {
         std::sort(moved.begin(), moved.end());
+        moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
     }
 }
 

@@ -119,6 +119,19 @@ TEST(RepresentationByNeed, StandsWhereItFellAsABody) {
     EXPECT_NEAR(e.position[field.crate(0)].x(), 150.0F, 0.05F);
 }
 
+/// A point slides to a stop by friction (v / (0.5 g), about a second for 4 m/s) and then costs
+/// nothing any more.
+TEST(RepresentationByNeed, ComesToRestAsAPoint) {
+    Field field(true, {Vec3d(150, 4, 0)});
+    field.run(1);
+    zone::ZoneContext(field.state())
+        .add_velocity(field.state().entities.id[field.crate(0)], Vec3(4, 1.2F, 0));
+    field.run(150);
+    ASSERT_EQ(field.as(0), Representation::kParticle);
+    EXPECT_TRUE(field.state().entities.has(field.crate(0), world::kAtRest));
+    EXPECT_FALSE(field.state().report.plan.has(zone::Pass::kPhysics));
+}
+
 /// Nobody pulls a stone out of a wall, nor lets one fall through another.
 TEST(RepresentationByNeed, StaysABodyWhileOthersTouchItOrMay) {
     Field field(true, {Vec3d(150, 0.6, 0), Vec3d(150, 1.7, 0), Vec3d(150, 4.0, 0)});
