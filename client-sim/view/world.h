@@ -7,6 +7,7 @@
 #include "shared/core/result.h"
 #include "shared/math/types.h"
 #include "shared/motion/apply_input.h"
+#include "shared/motion/emitter.h"
 #include "shared/motion/static_geometry.h"
 #include "shared/wire/quantize.h"
 
@@ -42,6 +43,12 @@ struct ZoneInfo {
     motion::StaticGeometry geometry;  ///< zone-local coordinates
 };
 
+/// Smoke, rain: drawn from motion::replay() for any tick; the server sends nothing more of it.
+struct CosmeticSystem {
+    std::string name;
+    std::vector<motion::CosmeticEmitter> emitters;  ///< world coordinates
+};
+
 /// Immutable once made.
 struct World {
     double tick_s = 1.0 / 30.0;
@@ -50,6 +57,7 @@ struct World {
     std::vector<Lod> lods;
     std::vector<ZoneInfo> zones;
     float interest_hysteresis = 0.0F;
+    std::vector<CosmeticSystem> cosmetics;
 
     /// nullptr for a zone that the world does not have.
     [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;

@@ -1,6 +1,7 @@
 #include "server/rules/combat.h"
 
 #include "server/rules/peer_messages.h"
+#include "server/rules/weather.h"
 
 #include <algorithm>
 #include <cmath>
@@ -84,6 +85,7 @@ void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payloa
              static_cast<std::uint32_t>(game.settings.damage));
     } else {
         const float mass = context.types()[context.entities().type[target]].mass;
+        throw_debris(game, context, hit.point, hit.normal);
         knock(context, hit.entity, *along * (game.settings.shot_impulse_ns / mass));
     }
 }
@@ -139,6 +141,10 @@ void knock(RulesContext& context, EntityId target, const Vec3& change) {
 void impact(Game& game, RulesContext& context, const zone::Contact& contact) {
     if (contact.approach_speed <= game.settings.impact_mps) {
         return;
+    }
+    // Both zones see the contact at a border: the owner of its first entity throws the debris.
+    if (owned_row(context, contact.a ? contact.a : contact.b) != world::kNoRow) {
+        throw_debris(game, context, contact.point, contact.normal);
     }
     // Only the zone that owns the prop knows that it was thrown: so exactly one zone acts, though
     // both may see the contact.

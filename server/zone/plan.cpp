@@ -9,6 +9,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "movement",
                                                                      "representation",
                                                                      "physics",
+                                                                     "particles",
                                                                      "contacts",
                                                                      "handoff",
                                                                      "ghosts",
@@ -59,6 +60,12 @@ StepPlan plan_for(const Census& census) {
            census.frozen ? frozen
                          : (census.reducible == 0 ? "no type may be simulated as less than it is"
                                                   : "physics does not run"));
+    decide(Pass::kParticles,
+           live && census.particles_go_on,
+           "particles live or will be born",
+           census.particle_systems == 0 ? "no particles that rules ask about"
+           : census.frozen              ? frozen
+                                        : "all particles are gone and no emitter goes on");
     decide(
         Pass::kContacts, physics, "physics runs", census.frozen ? frozen : "physics does not run");
     decide(Pass::kHandoff,

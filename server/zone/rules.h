@@ -117,6 +117,20 @@ class RulesContext {
     /// too.
     virtual void near(const Vec3& point, float radius, std::vector<EntityId>& out) const = 0;
 
+    /// Particles of a simulated system of the config within `radius` m of a point, in this zone
+    /// alone; 0 where it has no such system. Looks at every particle of the system: some
+    /// microseconds per thousand, so ask for a few points a tick.
+    [[nodiscard]] virtual std::uint32_t particles_near(std::string_view system,
+                                                       const Vec3& point,
+                                                       float radius) const = 0;
+    /// Lets `count` particles of a simulated system with a `burst` out at `position` with about
+    /// `velocity` (m/s), from the next tick on; those beyond the system's `most` are not born, and
+    /// none while the world is frozen. No client is told. False where this zone has no such system.
+    virtual bool emit(std::string_view system,
+                      const Vec3& position,
+                      const Vec3& velocity,
+                      std::uint32_t count) = 0;
+
     virtual EventId send(ClientId client, const RulesEvent& event) = 0;
     /// To all subscribers of a topic, in all zones.
     virtual EventId publish(std::string_view topic, const RulesEvent& event) = 0;

@@ -8,6 +8,7 @@
 #include "server/zone/handoff.h"
 #include "server/zone/inbox.h"
 #include "server/zone/movement.h"
+#include "server/zone/particles.h"
 #include "server/zone/representation.h"
 #include "server/zone/sync.h"
 
@@ -108,6 +109,9 @@ std::uint32_t hash_tick(ZoneState& state) {
     if (state.report.plan.has(Pass::kMinds)) {
         state.minds.hash(state.hash);
     }
+    if (state.report.plan.has(Pass::kParticles)) {
+        state.particles.simulated.hash(state.hash);
+    }
     if (state.report.plan.has(Pass::kRules)) {
         state.rules->hash(state.hash);
     }
@@ -169,6 +173,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         s.report.physics = s.scene.step(s.settings.dt);
         return copy_moved_bodies(s);
     });
+    pass(Pass::kParticles, [&] { return step_particles(s); });
     pass(Pass::kContacts, [&] { return report_contacts(s); });
     pass(Pass::kHandoff, [&] { return s.report.handoffs_out = hand_off(s); });
 }

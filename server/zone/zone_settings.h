@@ -3,6 +3,7 @@
 
 #include "server/ai/ai_step.h"
 #include "server/interest/interest_step.h"
+#include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
@@ -11,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,6 +74,24 @@ struct SurfaceBody {
     physics::Material material;
 };
 
+/// What rules leave open when they let particles out.
+struct ParticleBurst {
+    float cone_cosine = 0.5F;  ///< around the velocity
+    float slowest = 0.5F;      ///< speeds are uniform in [slowest, 1] times the speed, 0..1
+    float spread_m = 0.0F;
+    float lifetime_min_s = 1.0F;
+    float lifetime_max_s = 1.0F;
+};
+
+/// A particle system that rules may ask about, for the whole world.
+struct ParticleSource {
+    physics::ParticleSystemDef def;         ///< without what is there to hit
+    std::vector<motion::Emitter> emitters;  ///< but for their positions:
+    std::vector<Vec3d> positions;           ///< of `emitters`, world coordinates, m
+    std::optional<ParticleBurst> burst;     ///< none: rules may not let any out
+    std::uint32_t characters_met = 0;       ///< as balls, at most kernels::ZK_MOST_SPHERES
+};
+
 struct ZoneSettings {
     ZoneId id;
     std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
@@ -84,6 +104,7 @@ struct ZoneSettings {
     std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
     std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
+    std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;
@@ -92,6 +113,16 @@ struct ZoneSettings {
     FaultSettings faults;
 
     [[nodiscard]] const Region& region() const { return regions[id.value - 1U]; }
+
+    /// The first zone whose region holds a point of the world; none outside.
+    [[nodiscard]] ZoneId owner_of(double x, double z) const {
+        for (const Region& r : regions) {
+            if (r.outside(x, z) == 0.0) {
+                return r.id;
+            }
+        }
+        return ZoneId();
+    }
 };
 
 }  // namespace zoned::zone

@@ -3,6 +3,7 @@
 
 #include "server/ai/ai_step.h"
 #include "server/interest/interest_step.h"
+#include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"
 #include "server/spatial/point_grid.h"
@@ -18,7 +19,9 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::zone {
@@ -43,6 +46,7 @@ struct StepReport {
     StepPlan plan;
     PassReports passes{};
     physics::StepStats physics;
+    physics::ParticleReport particles;
     ai::Report ai;
     interest::Report interest;
     replication::Report replication;
@@ -58,6 +62,29 @@ struct GhostContact {
     ZoneId owner;  ///< of the ghost
 };
 
+/// The zone's simulated particles; empty where the world has none.
+struct ParticlesOfZone {
+    struct System {
+        std::string name;
+        physics::ParticleSystemId id;
+        std::optional<ParticleBurst> burst;
+        std::uint32_t characters_met = 0;
+        Vec3 focus = Vec3::Zero();  ///< the characters nearest to here are met
+    };
+
+    struct Near {
+        float distance2 = 0.0F;
+        EntityId id;
+        world::Row row = world::kNoRow;
+    };
+
+    physics::ParticleSystems simulated;
+    std::vector<System> systems;
+    std::uint64_t bursts = 0;                  ///< so far: each gets a seed of its own
+    std::vector<Near> near;                    ///< scratch
+    std::vector<physics::ParticleBall> balls;  ///< scratch
+};
+
 struct ZoneState {
     ZoneSettings settings;
     Tick now = 0;
@@ -67,6 +94,8 @@ struct ZoneState {
 
     world::Entities entities;
     physics::Scene scene;
+    ParticlesOfZone particles;
+    compute::Team* team = nullptr;  ///< helps where a stage is large; null: nobody does
     ai::Minds minds;
     std::unique_ptr<Rules> rules;
     core::Rng rng;

@@ -54,6 +54,13 @@ struct Sent {
     Tick tick = 0;
 };
 
+struct Emitted {
+    std::string system;
+    Vec3 position = Vec3::Zero();
+    Vec3 velocity = Vec3::Zero();
+    std::uint32_t count = 0;
+};
+
 struct Mail {
     EntityId target;
     zone::Bytes payload;
@@ -300,6 +307,20 @@ class FakeZone final : public zone::RulesContext {
             {Channel::kTopic, ClientId(), std::string(topic), EntityId(), event, EventId(), now_});
     }
 
+    std::uint32_t particles_near(std::string_view system,
+                                 const Vec3& /*point*/,
+                                 float /*radius*/) const override {
+        return system == "hail" ? hail_near : 0;
+    }
+
+    bool emit(std::string_view system,
+              const Vec3& position,
+              const Vec3& velocity,
+              std::uint32_t count) override {
+        emitted.push_back({std::string(system), position, velocity, count});
+        return true;
+    }
+
     EventId announce(EntityId source, const zone::RulesEvent& event) override {
         static_cast<void>(owned(source));
         return note({Channel::kHearers, ClientId(), "", source, event, EventId(), now_});
@@ -341,6 +362,8 @@ class FakeZone final : public zone::RulesContext {
     Sandbox game;
     std::vector<Sent> sent;
     std::vector<Mail> outbox;
+    std::vector<Emitted> emitted;
+    std::uint32_t hail_near = 0;  ///< particles of "hail" wherever one asks
     std::vector<std::string> topics;
     float wall_x = 1e6F;
 
