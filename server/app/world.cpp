@@ -32,9 +32,16 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
         compute::Team& team = teams_[zones_.size() - 1];
         team.join_pool(pool_);
         zones_.back()->state().scene.work_with(&team);
+        zones_.back()->state().team = &team;
     }
     inboxes_.resize(zones_.size());
     populate(settings, regions_, zones_);
+}
+
+void World::use_device(compute::Device* device, const compute::Crossover& crossover) {
+    for (const auto& zone : zones_) {
+        zone->state().particles.simulated.use_device(device, crossover);
+    }
 }
 
 std::uint64_t World::state_hash() const {
@@ -50,7 +57,7 @@ bool World::idle() const {
         const zone::StepPlan& plan = zone->report().plan;
         return !plan.has(zone::Pass::kRules) && !plan.has(zone::Pass::kMinds) &&
                !plan.has(zone::Pass::kMovement) && !plan.has(zone::Pass::kPhysics) &&
-               !plan.has(zone::Pass::kInterest);
+               !plan.has(zone::Pass::kParticles) && !plan.has(zone::Pass::kInterest);
     });
 }
 

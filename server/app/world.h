@@ -26,6 +26,10 @@ class World {
     /// `threads` counts the caller. Throws std::runtime_error when the rules refuse their settings.
     World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch = nullptr);
 
+    /// From now on large particle systems may be moved on a device, which must outlive the world.
+    /// The results stay the same bits.
+    void use_device(compute::Device* device, const compute::Crossover& crossover);
+
     /// One tick: routes `items` to the zones in their order, steps, collects what goes out.
     void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
     /// One tick from a recording: the inbox of each zone as inboxes() was.
