@@ -1,0 +1,278 @@
+// Particles in zones: what rules ask about is simulated, what only looks nice is not.
+#include "client-sim/view/world.h"
+#include "server/compute/device.h"
+#include "server/ops/world_description.h"
+#include "server/zone/context.h"
+#include "tests/harness/game_test.h"
+
+namespace zoned::harness {
+namespace {
+
+const std::string kWeather = ZONED_SOURCE_DIR "/config/weather.txtpb";
+
+ops::Settings weather(const std::vector<std::string>& sets = {}) {
+    ops::Settings settings;
+    std::vector<ops::ConfigError> errors;
+    EXPECT_TRUE(ops::load_settings(kWeather, sets, settings, errors))
+        << ops::format_errors(kWeather, errors);
+    return settings;
+}
+
+void run_ticks(app::World& world, int ticks) {
+    std::vector<mailbox::OutboxItem> out;
+    for (int t = 0; t < ticks; ++t) {
+        world.tick({}, out);
+        out.clear();
+    }
+}
+
+class Weather : public GameTest {
+  protected:
+    Weather() { server.config = kWeather; }
+};
+
+TEST_F(Weather, IsSeenAsPromisedAndTheSameForAnyNumberOfThreads) {
+    bots.bots = 20;
+    bots.seconds = 10.0;
+    std::uint64_t hashes[2] = {};
+    std::size_t hail = 0;
+    for (unsigned threads : {1U, 2U}) {
+        server.threads = threads;
+        const measure::Report report = run([&](VirtualServer& w, double) {
+            for (const auto& zone : w.world().zones()) {
+                hail = std::max(hail, zone->report().particles.particles);
+            }
+        });
+        EXPECT_TRUE(report.consistent) << reasons(report);
+        EXPECT_EQ(report.converged_bots, 20u);
+        hashes[threads - 1] = world->world().state_hash();
+    }
+    EXPECT_EQ(hashes[0], hashes[1]);
+    // 200 a second for three to five seconds.
+    EXPECT_GE(hail, 600u);
+}
+
+TEST(ParticlesInZones, LiveOnlyInTheZonesWhereTheirEmittersAre) {
+    const ops::Settings settings = weather({"particles[hail].emitter[1].x_m=-25"});
+    app::World world(settings, 1);
+    run_ticks(world, 60);
+    const auto& west = world.zones()[0]->state();
+    const auto& east = world.zones()[1]->state();
+    // 2 x 200 a second for two seconds, none of which is old enough to be gone.
+    EXPECT_EQ(west.report.particles.particles, 800u);
+    EXPECT_EQ(east.report.particles.particles, 0u);
+    // Rain and smoke are no part of the server's state.
+    EXPECT_EQ(west.particles.systems.size(), 2u);
+    EXPECT_EQ(settings.cosmetics.size(), 2u);
+    EXPECT_TRUE(west.report.plan.has(zone::Pass::kParticles));
+    EXPECT_FALSE(east.report.plan.has(zone::Pass::kParticles));
+    EXPECT_EQ(east.report.plan.reason[static_cast<std::size_t>(zone::Pass::kParticles)],
+              "all particles are gone and no emitter goes on");
+}
+
+TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
+    const ops::Settings settings = weather();
+    const auto told = view::read_world(ops::describe_world(settings));
+    ASSERT_TRUE(told.ok()) << told.error();
+    ASSERT_EQ(told->cosmetics.size(), settings.cosmetics.size());
+    for (std::size_t s = 0; s < settings.cosmetics.size(); ++s) {
+        const ops::CosmeticSystem& mine = settings.cosmetics[s];
+        std::vector<motion::Spark> here;
+        std::vector<motion::Spark> there;
+        motion::replay({mine.emitters[0], mine.gravity, mine.drag, mine.wind},
+                       1000,
+                       1.0 / settings.tick_rate_hz,
+                       here);
+        motion::replay(told->cosmetics[s].emitters[0], 1000, told->tick_s, there);
+        ASSERT_EQ(here.size(), there.size());
+        EXPECT_GT(here.size(), 100u);
+        for (std::size_t i = 0; i < here.size(); ++i) {
+            EXPECT_EQ(here[i].position, there[i].position);
+        }
+    }
+}
+
+TEST(ParticlesInZones, AreNoPassWhereTheWorldHasNone) {
+    ops::Settings settings;
+    std::vector<ops::ConfigError> errors;
+    ASSERT_TRUE(ops::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", {}, settings, errors));
+    app::World world(settings, 1);
+    run_ticks(world, 1);
+    const zone::StepReport& report = world.zones()[0]->report();
+    EXPECT_FALSE(report.plan.has(zone::Pass::kParticles));
+    EXPECT_EQ(report.plan.reason[static_cast<std::size_t>(zone::Pass::kParticles)],
+              "no particles that rules ask about");
+}
+
+TEST(ParticlesInZones, AreLetOutAndCountedByRules) {
+    const ops::Settings settings = weather();
+    app::World world(settings, 1);
+    run_ticks(world, 1);
+    zone::ZoneState& state = world.zones()[0]->state();
+    zone::ZoneContext context(state);
+    const Vec3 at(3.0F, 5.0F, 2.0F);
+    EXPECT_FALSE(context.emit("hail", at, Vec3::UnitY(), 5)) << "it has no burst";
+    EXPECT_FALSE(context.emit("rain", at, Vec3::UnitY(), 5)) << "it is cosmetic";
+    EXPECT_FALSE(context.emit("debris", at, Vec3::UnitY(), 0));
+    EXPECT_FALSE(context.emit("debris", at, Vec3::Constant(NAN), 5));
+    ASSERT_TRUE(context.emit("debris", at, 3.0F * Vec3::UnitY(), 40));
+    EXPECT_EQ(context.particles_near("debris", at, 100.0F), 0u) << "born in the next tick";
+    run_ticks(world, 1);
+    // In one tick none flies farther than the speed and gravity take it: 3 m/s / 30 Hz.
+    EXPECT_EQ(context.particles_near("debris", at, 0.11F), 40u);
+    EXPECT_EQ(context.particles_near("debris", at + Vec3(1.0F, 0.0F, 0.0F), 0.5F), 0u);
+    EXPECT_EQ(context.particles_near("rain", at, 100.0F), 0u);
+    // They live for one to three seconds, and lie on the ground at the end.
+    run_ticks(world, 26);
+    EXPECT_EQ(context.particles_near("debris", at, 100.0F), 40u);
+    run_ticks(world, 70);
+    EXPECT_EQ(context.particles_near("debris", at, 100.0F), 0u);
+}
+
+TEST(ParticlesInZones, AreNotBornBeyondTheirMost) {
+    const ops::Settings settings = weather({"particles[debris].most=30"});
+    app::World world(settings, 1);
+    run_ticks(world, 1);
+    zone::ZoneContext context(world.zones()[0]->state());
+    ASSERT_TRUE(context.emit("debris", Vec3(0.0F, 5.0F, 0.0F), Vec3::UnitY(), 40));
+    run_ticks(world, 1);
+    EXPECT_EQ(context.particles_near("debris", Vec3(0.0F, 5.0F, 0.0F), 10.0F), 30u);
+    EXPECT_EQ(world.zones()[0]->report().particles.counts.refused, 10u);
+}
+
+TEST(ParticlesInZones, ShowInTheStateHash) {
+    const ops::Settings settings = weather();
+    std::uint64_t hashes[3] = {};
+    for (int i = 0; i < 3; ++i) {
+        app::World world(settings, 1);
+        run_ticks(world, 10);
+        if (i > 0) {
+            // One particle more, in one of the runs elsewhere by a centimetre.
+            zone::ZoneContext context(world.zones()[0]->state());
+            context.emit(
+                "debris", Vec3(0.01F * static_cast<float>(i), 5.0F, 0.0F), Vec3::UnitY(), 1);
+        }
+        run_ticks(world, 2);
+        hashes[i] = world.state_hash();
+    }
+    EXPECT_NE(hashes[0], hashes[1]);
+    EXPECT_NE(hashes[1], hashes[2]);
+}
+
+TEST(ParticlesInZones, BounceOffTheGroundAndOffCharacters) {
+    // Straight down onto a player who stands below: without being met, all would reach the ground.
+    const std::vector<std::string> sets = {"particles[hail].emitter[0].spread_m=0.05",
+                                           "particles[hail].emitter[0].cone_deg=0",
+                                           "particles[hail].emitter[0].y_m=10",
+                                           "particles[hail].wind={}",
+                                           "spawn[4].x_m=-20",
+                                           "spawn[4].z_m=10",
+                                           "rules[1].value=0"};
+    std::uint32_t under_head[2] = {};
+    for (const int met : {0, 8}) {
+        std::vector<std::string> all = sets;
+        all.push_back("particles[hail].characters_met=" + std::to_string(met));
+        // The player is spawned where the first number of a client leads.
+        for (const char* point : {"1", "2", "3"}) {
+            all.push_back("spawn[" + std::string(point) + "].x_m=-20");
+            all.push_back("spawn[" + std::string(point) + "].z_m=10");
+        }
+        const ops::Settings settings = weather(all);
+        app::World world(settings, 1);
+        mailbox::Join join;
+        join.client = ClientId(1);
+        join.name = "one";
+        const std::vector<mailbox::InboxItem> items = {join};
+        std::vector<mailbox::OutboxItem> out;
+        world.tick(items, out);
+        run_ticks(world, 60);
+        const zone::ZoneState& state = world.zones()[0]->state();
+        const world::Row player = state.entities.find(state.clients[0].avatar);
+        const Vec3 at = state.entities.position[player];
+        const physics::ParticleSystem& hail =
+            *state.particles.simulated.find(state.particles.systems[0].id);
+        ASSERT_GT(hail.size(), 300u);
+        for (std::size_t i = 0; i < hail.size(); ++i) {
+            EXPECT_GE(hail.position(i).y(), 0.0099F);
+            under_head[met > 0 ? 1 : 0] += (hail.position(i) - at).norm() < 0.85F ? 1U : 0U;
+        }
+    }
+    EXPECT_GT(under_head[0], 20u);
+    EXPECT_EQ(under_head[1], 0u) << "the ball around a character is 0.9 m wide";
+}
+
+TEST(ParticlesInZones, LieOnHillsAndNotInThem) {
+    ops::Settings settings;
+    std::vector<ops::ConfigError> errors;
+    ASSERT_TRUE(ops::load_settings(
+        ZONED_SOURCE_DIR "/config/hills.txtpb",
+        {"particles[0]={name: \"hail\" cosmetic: false radius_m: 0.05 emitter { x_m: -10 y_m: 30 "
+         "spread_m: 8 rate_hz: 100 speed_min_mps: 0 lifetime_min_s: 60 }}"},
+        settings,
+        errors))
+        << ops::format_errors("hills", errors);
+    app::World world(settings, 1);
+    run_ticks(world, 300);
+    float highest = 0.0F;
+    std::size_t seen = 0;
+    for (const auto& zone : world.zones()) {
+        const zone::ZoneState& state = zone->state();
+        if (state.particles.systems.empty()) {
+            continue;
+        }
+        zone::ZoneContext context(zone->state());
+        const auto& hail = *state.particles.simulated.find(state.particles.systems[0].id);
+        for (std::size_t i = 0; i < hail.size(); ++i) {
+            const Vec3 at = hail.position(i);
+            const zone::RayResult below =
+                context.ray_cast(Vec3(at.x(), 60.0F, at.z()), -Vec3::UnitY(), 100.0F, EntityId());
+            ASSERT_TRUE(below.hit);
+            ++seen;
+            if (below.entity) {
+                continue;  // a prop stands here, which particles fly through
+            }
+            // Each step pushes it out along the normal; a step of sliding may take it in again by
+            // the slope's change between two triangles.
+            EXPECT_GE(at.y(), below.point.y() - 0.05F) << at.transpose();
+            highest = std::max(highest, below.point.y());
+        }
+    }
+    EXPECT_EQ(seen, 1000u);
+    EXPECT_GT(highest, 1.0F) << "no hill lies under the cloud";
+}
+
+TEST(ParticlesInZones, GoOnWithTheSameHashWhereTheirDeviceFails) {
+    compute::DeviceFaults faults;
+    faults.launches = 5;
+    compute::DeviceSettings open;
+    open.testing = &faults;
+    auto device = compute::Device::open(open);
+    if (!device.ok()) {
+        GTEST_SKIP() << device.error();
+    }
+    // As if the device were faster for any number.
+    const compute::Crossover crossover({1e6, 1.0, 0.0}, {0.0, 1e-6, 0.0});
+    const ops::Settings settings = weather();
+    app::World on_cpu(settings, 1);
+    app::World on_device(settings, 1);
+    on_device.use_device(device->get(), crossover);
+    std::vector<mailbox::OutboxItem> out;
+    unsigned moved = 0;
+    std::size_t faults_told = 0;
+    for (int t = 0; t < 30; ++t) {
+        on_cpu.tick({}, out);
+        on_device.tick({}, out);
+        ASSERT_EQ(on_cpu.state_hash(), on_device.state_hash()) << t;
+        for (const auto& zone : on_device.zones()) {
+            moved += zone->report().particles.on_device;
+            faults_told += zone->report().particles.fault.empty() ? 0 : 1;
+        }
+    }
+    EXPECT_GT(moved, 0u);
+    EXPECT_GE(faults_told, 1u);
+    EXPECT_TRUE((*device)->lost());
+    // The worlds end before their device.
+}
+
+}  // namespace
+}  // namespace zoned::harness
