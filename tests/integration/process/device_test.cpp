@@ -8,9 +8,9 @@ namespace {
 
 /// Whether a library whose name holds `word` is mapped into a running process.
 bool maps(const Child& child, const std::string& word) {
-    const std::string maps = read("/proc/" + std::to_string(child.pid()) + "/maps");
-    EXPECT_NE(maps.find("zoned"), std::string::npos) << "the maps of another program";
-    return maps.find(word) != std::string::npos;
+    const std::string text = read("/proc/" + std::to_string(child.pid()) + "/maps");
+    EXPECT_NE(text.find("zoned"), std::string::npos) << "the maps of another program";
+    return text.find(word) != std::string::npos;
 }
 
 const std::vector<std::string> kHail = {

@@ -104,7 +104,7 @@ const Case kCases[] = {
      "rate_hz: 1000000 lifetime_min_s: 2",
      "particles {",
      "more than the 1e+06 that a client replays"},
-    {"NamelessDevice", "spawn {", "compute { device: \"\" } spawn {", "device: \"\"", "1"},
+    {"NamelessDevice", "spawn {", "compute { device: \"\" } spawn {", "device: \"\"", "bytes"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Particles,
