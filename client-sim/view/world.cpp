@@ -15,8 +15,6 @@ namespace {
 
 using Failure = core::Result<World>;
 
-constexpr float kStaticCell_m = 16.0F;
-
 wire::Quantization read_quantization(const proto::Quantization& q) {
     wire::Quantization out;
     out.position_step_m = q.position_step_m();
@@ -263,7 +261,7 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
         zone.geometry = motion::StaticGeometry(
             boxes_around(d, zone.origin),
             static_cast<float>(static_cast<double>(d.ground_height_m()) - zone.origin.y()),
-            kStaticCell_m,
+            motion::kStaticCell_m,
             surfaces_around(d, surfaces, zone.origin));
         world.zones.push_back(std::move(zone));
     }

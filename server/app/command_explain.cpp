@@ -56,13 +56,15 @@ void print_zone(const ops::ZoneRegion& region,
                 region.max_z);
     std::printf(
         "  census: %u entities, %u ghosts, %u characters (%u moving), %u minds, %u bodies awake, "
-        "%u viewers\n",
+        "%u of %u soft bodies awake, %u viewers\n",
         c.entities,
         c.ghosts,
         c.characters,
         c.moving_characters,
         c.minds,
         c.awake_bodies,
+        c.awake_soft,
+        c.soft_bodies,
         c.viewers);
     if (c.particle_systems > 0) {
         std::printf(

@@ -177,7 +177,7 @@ void TickLoop::count_zone(std::size_t index) {
     s.records_resent += r.replication.records_resent;
     s.publications += r.replication.publications;
     s.out_of_world += r.out_of_world;
-    s.quarantined += r.physics.quarantined;
+    s.quarantined += r.physics.quarantined + r.soft.quarantined;
     s.strained += r.physics.strained;
     s.far_bodies += r.physics.far_bodies;
     s.held_back += r.physics.held_back;

@@ -8,8 +8,6 @@ namespace zoned::app {
 
 namespace {
 
-constexpr float kStaticCell_m = 16.0F;
-
 /// Whether a surface overlaps the region, grown by a margin for ghosts and reach.
 bool reaches(const ops::StaticSurface& surface, const zone::Region& region, double margin) {
     const Vec3d origin = region.origin();
@@ -42,7 +40,7 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings&
         }
     }
     return std::make_shared<const motion::StaticGeometry>(
-        std::move(local), settings.ground_height_m, kStaticCell_m, surfaces);
+        std::move(local), settings.ground_height_m, motion::kStaticCell_m, surfaces);
 }
 
 /// The same surfaces as bodies.
@@ -114,6 +112,7 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.types = types;
     z.solids = settings.solids;
     z.outers = settings.outers;
+    z.softs = settings.softs;
     z.statics = local_statics(settings, z.region());
     z.surfaces = local_surfaces(settings, z.region());
     z.particles = settings.particles;

@@ -1,4 +1,5 @@
 #include "server/ops/config_checks.h"
+#include "server/ops/soft_types.h"
 #include "server/ops/type_shapes.h"
 
 #include <algorithm>
@@ -61,8 +62,9 @@ void check_shape(const proto::Config::Type& type,
     if (type.shape_case() == proto::Config::Type::SHAPE_NOT_SET) {
         diagnostics.add(
             path,
-            character ? "a character needs a capsule { ... }"
-                      : "a prop needs a shape: box, sphere, capsule, hull or compound { ... }");
+            character
+                ? "a character needs a capsule { ... }"
+                : "a prop needs a shape: box, sphere, capsule, hull, compound or soft { ... }");
     } else if (character && !type.has_capsule()) {
         diagnostics.add(path, "a character is a capsule { ... }, no other shape");
     } else if (type.has_hull() || type.has_compound()) {
@@ -70,6 +72,8 @@ void check_shape(const proto::Config::Type& type,
         if (!solid) {
             diagnostics.add(path + (type.has_hull() ? ".hull" : ".compound"), solid.error());
         }
+    } else if (type.has_soft()) {
+        check_soft(type, path, diagnostics);
     }
     if (!character && type.has_character()) {
         diagnostics.add(path + ".character", "belongs to kind: CHARACTER only");
@@ -104,6 +108,10 @@ void check_representation(const proto::Config& config,
     if (single > 0.0 && particle > 0.0 && particle <= single) {
         diagnostics.add(here + ".particle_beyond_m",
                         text_of("%g m is no farther than single_beyond_m, %g", particle, single));
+    }
+    if (particle > 0.0 && type.has_soft()) {
+        diagnostics.add(here + ".particle_beyond_m", "a soft body is never simulated as a point");
+        return;
     }
     double nimbus = 0.0;
     for (const auto& other : config.type()) {

@@ -1,17 +1,16 @@
 #include "server/ops/config_expand.h"
 
+#include "server/ops/config_numbers.h"
+#include "server/ops/soft_types.h"
 #include "server/ops/type_shapes.h"
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace zoned::ops {
 
 namespace {
-
-float narrow(double value) {
-    return static_cast<float>(value);
-}
 
 std::array<float, world::kBehaviours> expand_radii(const proto::Config::Radii& radii) {
     std::array<float, world::kBehaviours> out{};
@@ -70,6 +69,19 @@ void expand_solid(const proto::Config::Type& type, world::EntityType& out, Setti
                                                                             : physics::Shape());
 }
 
+void expand_soft(const proto::Config::Type& type, world::EntityType& out, Settings& settings) {
+    auto soft = build_soft(type);
+    if (!soft) {
+        return;  // as above
+    }
+    out.shape = world::ShapeKind::kSoft;
+    out.radius = soft->radius;
+    out.half_extents = soft->box.lower.cwiseAbs().cwiseMax(soft->box.upper);
+    out.standing = soft->box;
+    out.solid = static_cast<std::uint16_t>(settings.softs.size());
+    settings.softs.push_back(std::make_shared<const physics::soft::SoftDef>(std::move(soft->def)));
+}
+
 world::EntityType expand_type(const proto::Config& config,
                               const proto::Config::Type& type,
                               Settings& settings) {
@@ -91,6 +103,8 @@ world::EntityType expand_type(const proto::Config& config,
         out.shape = world::ShapeKind::kCapsule;
         out.radius = narrow(type.capsule().radius_m());
         out.half_segment = narrow(0.5 * type.capsule().length_m());
+    } else if (type.has_soft()) {
+        expand_soft(type, out, settings);
     } else {
         expand_solid(type, out, settings);
     }
@@ -277,6 +291,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.types.clear();
     settings.solids.clear();
     settings.outers.clear();
+    settings.softs.clear();
     for (const auto& type : config.type()) {
         settings.types.push_back(expand_type(config, type, settings));
     }

@@ -39,7 +39,8 @@ Pose pose_of(const world::EntityType& type) {
             return {type.radius, 2.0F * type.radius, type.radius, false};
         case world::ShapeKind::kCapsule:
             return {type.radius + type.half_segment, 2.0F * type.radius, type.radius, true};
-        case world::ShapeKind::kSolid: {
+        case world::ShapeKind::kSolid:
+        case world::ShapeKind::kSoft: {
             const Vec3 reach = type.standing.lower.cwiseAbs().cwiseMax(type.standing.upper);
             return {std::hypot(reach.x(), reach.z()),
                     type.standing.upper.y() - type.standing.lower.y(),

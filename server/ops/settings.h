@@ -4,6 +4,7 @@
 #include "server/ai/ai_step.h"
 #include "server/interest/interest_step.h"
 #include "server/physics/scene.h"
+#include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
 #include "server/zone/rules.h"
@@ -93,7 +94,10 @@ struct Settings {
     world::TypeTable types;
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
     std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
-    std::vector<ZoneRegion> zones;       ///< index = ZoneId - 1
+    /// Soft bodies of types, by EntityType::solid; about their centres of mass, shared by all
+    /// zones.
+    std::vector<std::shared_ptr<const physics::soft::SoftDef>> softs;
+    std::vector<ZoneRegion> zones;  ///< index = ZoneId - 1
     float ghost_margin_m = 120.0F;
     float handoff_hysteresis_m = 2.0F;
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)

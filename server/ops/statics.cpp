@@ -1,5 +1,7 @@
 #include "server/ops/statics.h"
 
+#include "server/ops/config_numbers.h"
+
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -10,16 +12,11 @@ namespace {
 
 using motion::StaticBox;
 
-constexpr double kRadians = std::numbers::pi / 180.0;
 /// A ramp ends this far before the next edge of its tread, so that there is ground to step on, m.
 constexpr double kRampFoot_m = 0.3;
 constexpr double kRampThickness_m = 0.4;
 
 using Quatd = Eigen::Quaterniond;
-
-Quatd turn(double degrees, const Vec3d& axis) {
-    return Quatd(Eigen::AngleAxisd(degrees * kRadians, axis));
-}
 
 StaticBox make_box(const Vec3d& centre,
                    const Vec3d& size,
@@ -29,7 +26,7 @@ StaticBox make_box(const Vec3d& centre,
     StaticBox box;
     box.centre = centre.cast<float>();
     box.half_extents = (0.5 * size).cast<float>();
-    box.orientation = Quat(orientation.cast<float>()).normalized();
+    box.orientation = narrow(orientation);
     box.friction = static_cast<float>(friction);
     box.restitution = static_cast<float>(restitution);
     return box;
@@ -166,9 +163,7 @@ std::vector<StaticBox> expand_statics(const proto::Config& config, Diagnostics& 
     for (int i = 0; i < statics.box_size(); ++i) {
         const auto& box = statics.box(i);
         const Vec3d size(box.size().x_m(), box.size().y_m(), box.size().z_m());
-        const Quatd orientation = turn(box.yaw_deg(), Vec3d::UnitY()) *
-                                  turn(box.pitch_deg(), Vec3d::UnitX()) *
-                                  turn(box.roll_deg(), Vec3d::UnitZ());
+        const Quatd orientation = turn(box.yaw_deg(), box.pitch_deg(), box.roll_deg());
         out.push_back(make_box(Vec3d(box.x_m(), box.y_m(), box.z_m()),
                                size,
                                orientation,

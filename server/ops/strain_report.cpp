@@ -18,7 +18,7 @@ void add(const std::string& about,
     }
 }
 
-/// The props with the least and the greatest mass; null when there are none.
+/// The rigid props with the least and the greatest mass; null when there are none.
 struct Extremes {
     const world::EntityType* light = nullptr;
     const world::EntityType* heavy = nullptr;
@@ -27,7 +27,7 @@ struct Extremes {
 Extremes extremes_of(const world::TypeTable& types) {
     Extremes out;
     for (const world::EntityType& type : types) {
-        if (type.kind != world::EntityKind::kProp) {
+        if (type.kind != world::EntityKind::kProp || type.shape == world::ShapeKind::kSoft) {
             continue;
         }
         if (out.light == nullptr || type.mass < out.light->mass) {
@@ -80,6 +80,9 @@ std::vector<std::string> strains_of(const Settings& settings) {
     std::vector<std::string> out;
     add("physics: ", physics::strains_of(physics, dt), out);
     for (const world::EntityType& type : settings.types) {
+        if (type.shape == world::ShapeKind::kSoft) {
+            continue;  // any stiffness is stable there
+        }
         add("type '" + type.name + "': ",
             physics::strains_of(zone::body_of(type, settings.solids), physics, dt),
             out);

@@ -1,13 +1,13 @@
 #include "server/ops/surfaces.h"
 
 #include "server/ops/baked_geometry.h"
+#include "server/ops/config_numbers.h"
 #include "server/ops/geometry_files.h"
 #include "server/ops/world_description.h"
 #include "server/physics/validate.h"
 
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -19,10 +19,6 @@ namespace {
 using SurfaceConfig = proto::Config::Surface;
 
 constexpr std::size_t kObjMistakesTold = 3;
-
-float surface_float(double value) {
-    return static_cast<float>(value);
-}
 
 /// What a file with its options holds, shared by all places where it stands.
 struct LoadedSurface {
@@ -79,19 +75,18 @@ core::Result<physics::Shape> shape_of_obj(const SurfaceConfig& s, const std::str
         }
         return Made::failure(text + "; `zoned bake --check` tells all of an OBJ");
     }
-    const auto built =
-        mesh_from_scanned(scan, surface_float(s.scale()), {surface_float(s.weld_m())});
+    const auto built = mesh_from_scanned(scan, narrow(s.scale()), {narrow(s.weld_m())});
     return built ? Made(physics::Shape::mesh(built->mesh)) : Made::failure(built.error());
 }
 
 core::Result<physics::Shape> shape_of_png(const SurfaceConfig& s, const std::string& bytes) {
     using Made = core::Result<physics::Shape>;
     physics::FieldOptions options;
-    options.spacing_x = options.spacing_z = surface_float(s.spacing_m());
-    options.offset = surface_float(s.offset_m());
-    options.thickness = surface_float(s.thickness_m());
+    options.spacing_x = options.spacing_z = narrow(s.spacing_m());
+    options.offset = narrow(s.offset_m());
+    options.thickness = narrow(s.thickness_m());
     auto field =
-        heightfield_from_png(std::as_bytes(std::span(bytes)), surface_float(s.height_m()), options);
+        heightfield_from_png(std::as_bytes(std::span(bytes)), narrow(s.height_m()), options);
     return field ? Made(physics::Shape::heightfield(std::move(*field)))
                  : Made::failure(field.error());
 }
@@ -148,8 +143,8 @@ LoadedSurface load(const SurfaceConfig& s, SurfaceMistakes& mistakes) {
     out.content = sha256_hex(bake(out.shape));
     out.surface = surface_over(out.shape);
     if (content == GeometryContent::kPng) {
-        out.level_m = surface_float(std::abs(s.height_m())) /
-                      static_cast<float>((1U << png_bits(*bytes)) - 1U);
+        out.level_m =
+            narrow(std::abs(s.height_m())) / static_cast<float>((1U << png_bits(*bytes)) - 1U);
     }
     proto::StaticSurface told;
     describe_geometry(*out.surface, told);
@@ -166,11 +161,9 @@ StaticSurface place(const SurfaceConfig& s, const LoadedSurface& loaded, const s
     out.surface = loaded.surface;
     out.level_m = loaded.level_m;
     out.position = Vec3d(s.x_m(), s.y_m(), s.z_m());
-    const Eigen::Quaterniond turned(
-        Eigen::AngleAxisd(s.yaw_deg() * std::numbers::pi / 180.0, Vec3d::UnitY()));
-    out.orientation = Quat(turned.cast<float>()).normalized();
-    out.friction = surface_float(s.friction());
-    out.restitution = surface_float(s.restitution());
+    out.orientation = narrow(turn(s.yaw_deg(), Vec3d::UnitY()));
+    out.friction = narrow(s.friction());
+    out.restitution = narrow(s.restitution());
     out.told = s.told();
     return out;
 }

@@ -110,7 +110,10 @@ bool boxes_overlap(const Aabb& area, const motion::StaticBox& box) {
 Terrain::Terrain(std::vector<motion::StaticBox> boxes,
                  float ground_height,
                  const std::vector<StaticSurface>& surfaces)
-    : geometry_(std::move(boxes), ground_height, 16.0F, in_world_coordinates(surfaces)) {
+    : geometry_(std::move(boxes),
+                ground_height,
+                motion::kStaticCell_m,
+                in_world_coordinates(surfaces)) {
 }
 
 float Terrain::height(float x, float z) const {

@@ -1,21 +1,17 @@
 #include "server/ops/type_shapes.h"
 
+#include "server/ops/config_numbers.h"
 #include "server/physics/shapes/bounds.h"
 #include "server/physics/shapes/compound.h"
 #include "server/physics/shapes/hull.h"
 #include "server/physics/shapes/outer.h"
 
-#include <numbers>
 #include <string>
 #include <vector>
 
 namespace zoned::ops {
 
 namespace {
-
-float narrow(double value) {
-    return static_cast<float>(value);
-}
 
 core::Result<physics::BuiltHull> hull_of_points(const proto::Config::Hull& hull) {
     std::vector<Vec3> points;
@@ -25,19 +21,11 @@ core::Result<physics::BuiltHull> hull_of_points(const proto::Config::Hull& hull)
     return physics::build_hull(points);
 }
 
-Quat turned_by(const proto::Config::Part& part) {
-    constexpr float kDegree = std::numbers::pi_v<float> / 180.0F;
-    return Quat(Eigen::AngleAxisf(narrow(part.yaw_deg()) * kDegree, Vec3::UnitY()) *
-                Eigen::AngleAxisf(narrow(part.pitch_deg()) * kDegree, Vec3::UnitX()) *
-                Eigen::AngleAxisf(narrow(part.roll_deg()) * kDegree, Vec3::UnitZ()))
-        .normalized();
-}
-
 core::Result<physics::CompoundPart> part_of(const proto::Config::Part& part,
                                             const proto::Config::Type& type) {
     physics::CompoundPart out;
     out.frame.position = Vec3(narrow(part.x_m()), narrow(part.y_m()), narrow(part.z_m()));
-    out.frame.rotation = turned_by(part);
+    out.frame.rotation = narrow(turn(part.yaw_deg(), part.pitch_deg(), part.roll_deg()));
     out.material.friction = narrow(type.friction());
     out.material.restitution = narrow(type.restitution());
     out.material.density = narrow(part.density_kgpm3());

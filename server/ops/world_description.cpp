@@ -43,17 +43,21 @@ void describe_quantization(const wire::Quantization& from, proto::Quantization& 
     out.set_max_speed_mps(from.max_speed_mps);
 }
 
+/// Nothing where it is not turned.
+void describe_turn(const Quat& from, google::protobuf::RepeatedField<float>& out) {
+    if (from.coeffs() != Quat::Identity().coeffs()) {
+        for (const float part : {from.w(), from.x(), from.y(), from.z()}) {
+            out.Add(part);
+        }
+    }
+}
+
 void describe_box(const motion::StaticBox& from, proto::StaticBox& out) {
     for (int axis = 0; axis < 3; ++axis) {
         out.add_centre(from.centre[axis]);
         out.add_half_extents(from.half_extents[axis]);
     }
-    if (from.orientation.coeffs() != Quat::Identity().coeffs()) {
-        out.add_orientation(from.orientation.w());
-        out.add_orientation(from.orientation.x());
-        out.add_orientation(from.orientation.y());
-        out.add_orientation(from.orientation.z());
-    }
+    describe_turn(from.orientation, *out.mutable_orientation());
 }
 
 /// All but the geometry itself.
@@ -63,12 +67,7 @@ void describe_surface(const StaticSurface& from, proto::StaticSurface& out) {
     for (int axis = 0; axis < 3; ++axis) {
         out.add_position(from.position[axis]);
     }
-    if (from.orientation.coeffs() != Quat::Identity().coeffs()) {
-        out.add_orientation(from.orientation.w());
-        out.add_orientation(from.orientation.x());
-        out.add_orientation(from.orientation.y());
-        out.add_orientation(from.orientation.z());
-    }
+    describe_turn(from.orientation, *out.mutable_orientation());
 }
 
 void describe_zone(const ZoneRegion& from, proto::Zone& out) {

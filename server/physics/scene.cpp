@@ -176,7 +176,7 @@ std::uint32_t Scene::body_count() const {
 }
 
 std::uint32_t Scene::awake_count() const {
-    return impl_->bodies.awake_dynamic;
+    return impl_->bodies.awake_dynamic + impl_->bodies.awake_particles;
 }
 
 void Scene::hash(core::StateHash& hash) const {

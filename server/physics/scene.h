@@ -225,7 +225,7 @@ class Scene {
     [[nodiscard]] const RowSystem* problem() const;
 
     [[nodiscard]] std::uint32_t body_count() const;
-    [[nodiscard]] std::uint32_t awake_count() const;
+    [[nodiscard]] std::uint32_t awake_count() const;  ///< that forces move, particles too
     /// The bodies connected to `body` by contacts of the last step through dynamic bodies, itself
     /// included, ascending.
     void island_of(BodyId body, std::vector<BodyId>& out) const;

@@ -14,7 +14,7 @@
 namespace zoned::world {
 
 enum class EntityKind : std::uint8_t {
-    kProp,       ///< a rigid body under physics
+    kProp,       ///< a rigid or soft body under physics
     kCharacter,  ///< a capsule moved by apply_input (player or NPC), kinematic for the physics
 };
 
@@ -22,7 +22,8 @@ enum class ShapeKind : std::uint8_t {
     kSphere,
     kBox,
     kCapsule,
-    kSolid  ///< a convex hull, or several shapes as one body: the physics knows more of it
+    kSolid,  ///< a convex hull, or several shapes as one body: the physics knows more of it
+    kSoft    ///< a soft body: nodes and springs
 };
 
 inline constexpr int kBehaviours =
@@ -40,12 +41,13 @@ struct EntityType {
     std::string name;
     EntityKind kind = EntityKind::kProp;
     ShapeKind shape = ShapeKind::kBox;
-    Vec3 half_extents = Vec3::Constant(0.5F);  ///< box: half sizes, m
-    float radius = 0.5F;        ///< sphere, capsule; of a solid: of the sphere that holds it, m
+    /// Box: half sizes, m. Soft: of its box as defined, about the centre of mass.
+    Vec3 half_extents = Vec3::Constant(0.5F);
+    float radius = 0.5F;        ///< sphere, capsule; solid, soft: of the sphere that holds it, m
     float half_segment = 0.5F;  ///< capsule: half of the segment along y, m
-    std::uint16_t solid = 0;    ///< kSolid: which of those that the world has
+    std::uint16_t solid = 0;    ///< kSolid, kSoft: which of those that the world has
     Quat stands = Quat::Identity();  ///< kSolid: how it is turned as it was written down
-    Aabb standing;                   ///< kSolid: its box then, about the centre, m
+    Aabb standing;                   ///< kSolid, kSoft: its box then, about the centre, m
     float mass = 1.0F;               ///< kg, > 0
     float friction = 0.5F;
     float restitution = 0.0F;
@@ -69,6 +71,7 @@ struct EntityType {
                 return radius + half_segment;
             case ShapeKind::kSphere:
             case ShapeKind::kSolid:
+            case ShapeKind::kSoft:
                 break;
         }
         return radius;

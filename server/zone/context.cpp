@@ -54,6 +54,7 @@ void ZoneContext::teleport(EntityId entity, const Vec3& position) {
         state_->scene.set_state(e.body[row],
                                 {position, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
     }
+    place_soft(*state_, row);
 }
 
 void ZoneContext::add_velocity(EntityId entity, const Vec3& change) {
@@ -75,6 +76,8 @@ void ZoneContext::add_velocity(EntityId entity, const Vec3& change) {
         state_->scene.set_velocity(e.body[row], body.velocity + change, body.angular_velocity);
         state_->scene.wake(e.body[row]);
         e.velocity[row] = body.velocity + change;
+    } else {
+        push_soft(*state_, row, change);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "server/ai/ai_step.h"
 #include "server/mailbox/messages.h"
 #include "server/physics/scene.h"
+#include "server/physics/soft/soft_bodies.h"
 #include "server/replication/replicator.h"
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
@@ -60,6 +61,7 @@ struct Handoff {
     ZoneId to;
     EntityState state;
     std::optional<ai::Mind> mind;
+    physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;
     std::vector<world::Visible> visible;   ///< what the client heard of, so that hysteresis goes on

@@ -99,6 +99,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
         h.visible = heard_by(state, h.state.client);
         state.clients.erase(state.clients.begin() + index);
     }
+    h.soft = take_soft(state, h.state.id);
     remove_body(state, row);
     e.remove(row);
     state.grid_valid = false;
@@ -124,6 +125,7 @@ void put_back(ZoneState& state, world::Row row) {
         state.scene.set_state(e.body[row],
                               {p, e.orientation[row], Vec3::Zero(), Vec3::Zero(), false});
     }
+    place_soft(state, row);
     state.grid_valid = false;
     ++state.report.out_of_world;
 }
@@ -260,7 +262,9 @@ void accept(ZoneState& state, Handoff& handoff) {
     const world::Row row = e.add(id, handoff.state.type);
     write_entity(handoff.state, shift, e, row);
     e.set(row, world::kGhost, false);
-    if (!e.has(row, world::kHidden)) {
+    if (!handoff.soft.empty()) {
+        give_soft(state, row, std::move(handoff.soft), shift);
+    } else if (!e.has(row, world::kHidden)) {
         add_body(state, row, e.has(row, world::kAtRest));
     }
     if (handoff.mind) {

@@ -25,8 +25,10 @@ void freeze(ZoneState& state, bool on) {
         // Bodies kept their motion; characters are looked at once and come to rest again by
         // themselves.
         for (world::Row row = 0; row < e.size(); ++row) {
-            const bool sleeps =
-                e.body[row] && !e.has(row, world::kGhost) && state.scene.state(e.body[row]).asleep;
+            const physics::soft::SoftId soft = soft_of(state, e.id[row]);
+            const bool sleeps = soft ? state.soft->bodies.asleep(soft)
+                                     : e.body[row] && !e.has(row, world::kGhost) &&
+                                           state.scene.state(e.body[row]).asleep;
             e.set(row, world::kAtRest, sleeps || e.has(row, world::kHidden));
         }
         return;

@@ -8,6 +8,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "minds",
                                                                      "movement",
                                                                      "representation",
+                                                                     "soft",
                                                                      "physics",
                                                                      "particles",
                                                                      "contacts",
@@ -29,7 +30,8 @@ StepPlan plan_for(const Census& census) {
         };
     const bool live = !census.frozen;
     const std::string_view frozen = "the world is frozen";
-    const bool simulated_change = census.awake_bodies > 0 || census.moving_characters > 0;
+    const bool simulated_change =
+        census.awake_bodies > 0 || census.awake_soft > 0 || census.moving_characters > 0;
 
     decide(Pass::kInbox, census.inbox > 0, "messages wait", "no message waits");
     decide(Pass::kRules,
@@ -47,12 +49,14 @@ StepPlan plan_for(const Census& census) {
                (census.moving_characters > 0 || census.minds > 0 || census.viewers > 0),
            "characters move or may begin to",
            census.frozen ? frozen : "no character moves");
-    const bool physics =
-        live && (census.awake_bodies > 0 || census.moving_characters > 0 || census.minds > 0 ||
-                 census.viewers > 0 || census.ghosts_moved || census.rules_busy);
+    const bool physics = live && (census.awake_bodies > 0 || census.awake_soft > 0 ||
+                                  census.moving_characters > 0 || census.minds > 0 ||
+                                  census.viewers > 0 || census.ghosts_moved || census.rules_busy);
     decide(Pass::kPhysics,
            physics,
-           census.awake_bodies > 0 ? "bodies are awake" : "somebody may touch a body",
+           census.awake_bodies > 0 ? "bodies are awake"
+           : census.awake_soft > 0 ? "soft bodies may push bodies"
+                                   : "somebody may touch a body",
            census.frozen ? frozen : "all bodies sleep");
     decide(Pass::kRepresentation,
            physics && census.reducible > 0,
@@ -60,6 +64,12 @@ StepPlan plan_for(const Census& census) {
            census.frozen ? frozen
                          : (census.reducible == 0 ? "no type may be simulated as less than it is"
                                                   : "physics does not run"));
+    decide(Pass::kSoft,
+           physics && census.soft_bodies > 0,
+           census.awake_soft > 0 ? "soft bodies are awake" : "somebody may touch a soft body",
+           census.soft_bodies == 0
+               ? "no soft body"
+               : (census.frozen ? frozen : "all soft bodies sleep and nothing comes near"));
     decide(Pass::kParticles,
            live && census.particles_go_on,
            "particles live or will be born",

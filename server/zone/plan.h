@@ -15,6 +15,7 @@ enum class Pass : std::uint8_t {
     kMinds,
     kMovement,
     kRepresentation,
+    kSoft,
     kPhysics,
     kParticles,
     kContacts,
@@ -39,6 +40,8 @@ struct Census {
     std::uint32_t minds = 0;
     std::uint32_t awake_bodies = 0;  ///< dynamic
     std::uint32_t reducible = 0;     ///< owned props that may be simulated as less than they are
+    std::uint32_t soft_bodies = 0;
+    std::uint32_t awake_soft = 0;  ///< of these
     std::uint32_t particle_systems = 0;  ///< simulated here
     std::uint32_t viewers = 0;
     std::uint32_t audited = 0;  ///< viewers whose ticket allows audits

@@ -55,6 +55,10 @@ struct Contact {
     bool ended = false;
 };
 
+// Entities that are soft bodies (their type has soft { ... }): position is the centre of mass of
+// their nodes. near() finds them; ray_cast() goes through them and their touches are not told as
+// contacts. What else rules do to them is said below.
+
 /// Which contacts rules hear of besides those that begin and those with an impulse of more than
 /// physics::Settings::event_impulse_ns.
 struct ContactWish {
@@ -98,10 +102,14 @@ class RulesContext {
 
     virtual EntityId spawn(const SpawnDef& def) = 0;
     virtual void despawn(EntityId entity) = 0;
+    /// At rest. A soft body comes whole, as deformed as it is; pinned nodes hold where they come
+    /// to.
     virtual void teleport(EntityId entity, const Vec3& position) = 0;
-    /// Props: impulse / mass; characters: a knock that apply_input starts from. m/s.
+    /// Props: impulse / mass, of soft ones for each node that is not pinned; characters: a knock
+    /// that apply_input starts from. m/s.
     virtual void add_velocity(EntityId entity, const Vec3& change) = 0;
-    /// Takes an entity out of the world (no body, heard by nobody) or puts it back at `position`.
+    /// Takes an entity out of the world (no body, heard by nobody) or puts it back at `position`. A
+    /// soft body comes back as its type defines it: what was torn is whole, what had set is not.
     virtual void hide(EntityId entity) = 0;
     virtual void show(EntityId entity, const Vec3& position, const Vec3& velocity) = 0;
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;

@@ -9,6 +9,7 @@ physics::Shape shape_of(const world::EntityType& type, std::span<const physics::
         case world::ShapeKind::kSphere:
             return physics::Shape::sphere(type.radius);
         case world::ShapeKind::kBox:
+        case world::ShapeKind::kSoft:
             return physics::Shape::box(type.half_extents);
         case world::ShapeKind::kCapsule:
             return physics::Shape::capsule(type.radius, type.half_segment);

@@ -106,6 +106,9 @@ std::uint32_t hash_tick(ZoneState& state) {
         ++hashed;
     }
     state.hash.add(e.size());
+    if (first || state.report.plan.has(Pass::kSoft)) {
+        hash_soft(state, state.hash);
+    }
     if (state.report.plan.has(Pass::kMinds)) {
         state.minds.hash(state.hash);
     }
@@ -169,6 +172,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     });
     pass(Pass::kMovement, [&] { return move_characters(s); });
     pass(Pass::kRepresentation, [&] { return choose_representations(s); });
+    pass(Pass::kSoft, [&] { return step_soft(s); });
     pass(Pass::kPhysics, [&] {
         s.report.physics = s.scene.step(s.settings.dt);
         return copy_moved_bodies(s);

@@ -5,6 +5,7 @@
 #include "server/interest/interest_step.h"
 #include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene.h"
+#include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
 #include "shared/core/rng.h"
@@ -102,6 +103,9 @@ struct ZoneSettings {
     std::shared_ptr<const world::TypeTable> types;
     std::vector<physics::Shape> solids;  ///< hulls and compounds of types, by EntityType::solid
     std::vector<physics::Shape> outers;  ///< hulls around these, where a type asks for them
+    /// Soft bodies of types, by EntityType::solid; about their centres of mass, shared by all
+    /// zones.
+    std::vector<std::shared_ptr<const physics::soft::SoftDef>> softs;
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
     std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
     std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones

@@ -83,6 +83,14 @@ EntityId next_entity_id(ZoneState& state) {
 
 void add_body(ZoneState& state, world::Row row, bool asleep) {
     world::Entities& e = state.entities;
+    if (is_soft(state, row)) {
+        // Soft bodies do not meet each other: a rigid ghost of one, that nothing can push, would
+        // throw another about.
+        if (!e.has(row, world::kGhost)) {
+            add_soft(state, row, asleep);
+        }
+        return;
+    }
     const world::EntityType& type = (*state.settings.types)[e.type[row]];
     physics::BodyDef def = body_of(type, state.settings.solids);
     if (e.has(row, world::kGhost)) {
@@ -107,6 +115,9 @@ void remove_body(ZoneState& state, world::Row row) {
     if (state.entities.body[row]) {
         state.scene.remove(state.entities.body[row]);
         state.entities.body[row] = BodyId();
+    }
+    if (state.soft != nullptr) {
+        remove_soft(state, state.entities.id[row]);
     }
 }
 

@@ -12,6 +12,7 @@
 #include "server/zone/exchange.h"
 #include "server/zone/plan.h"
 #include "server/zone/rules.h"
+#include "server/zone/soft.h"
 #include "server/zone/zone_settings.h"
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"
@@ -23,6 +24,10 @@
 #include <span>
 #include <string>
 #include <vector>
+
+namespace zoned::compute {
+class Team;
+}
 
 namespace zoned::zone {
 
@@ -46,6 +51,7 @@ struct StepReport {
     StepPlan plan;
     PassReports passes{};
     physics::StepStats physics;
+    physics::soft::SoftStats soft;
     physics::ParticleReport particles;
     ai::Report ai;
     interest::Report interest;
@@ -94,8 +100,9 @@ struct ZoneState {
 
     world::Entities entities;
     physics::Scene scene;
+    std::unique_ptr<SoftMatter> soft;  ///< null until there is a soft body
+    compute::Team* team = nullptr;     ///< helps where a stage is large; outlives this; null: nobody does
     ParticlesOfZone particles;
-    compute::Team* team = nullptr;  ///< helps where a stage is large; null: nobody does
     ai::Minds minds;
     std::unique_ptr<Rules> rules;
     core::Rng rng;
@@ -137,9 +144,10 @@ int find_client(const ZoneState& state, ClientId client);
 /// World-wide unique id, see EntityId.
 EntityId next_entity_id(ZoneState& state);
 
-/// Adds the body that an owned, visible entity's type asks for and remembers it in the columns.
+/// Adds the body that an owned, visible entity's type asks for, rigid (remembered in the columns)
+/// or soft; a soft ghost gets none.
 void add_body(ZoneState& state, world::Row row, bool asleep);
-/// Removes the body if there is one.
+/// Removes the body if there is one, rigid or soft.
 void remove_body(ZoneState& state, world::Row row);
 /// Gives an owned entity the mind of its type, if the type has one.
 void add_mind(ZoneState& state, world::Row row);

@@ -46,44 +46,42 @@ bool inside(const FacedTriangle& t, const Vec3& p) {
 
 }  // namespace
 
-Vec3 closest_on_triangle(const FacedTriangle& t, const Vec3& p) {
-    const Vec3& a = t.corner[0];
-    const Vec3& b = t.corner[1];
-    const Vec3& c = t.corner[2];
+TrianglePoint nearest_on_triangle(const std::array<Vec3, 3>& corner, const Vec3& p) {
+    const Vec3& a = corner[0];
+    const Vec3& b = corner[1];
+    const Vec3& c = corner[2];
     const Vec3 ab = b - a;
     const Vec3 ac = c - a;
-    const Vec3 ap = p - a;
-    const float d1 = ab.dot(ap);
-    const float d2 = ac.dot(ap);
+    const Vec3 bc = c - b;
+    const float d1 = ab.dot(p - a);
+    const float d2 = ac.dot(p - a);
     if (d1 <= 0.0F && d2 <= 0.0F) {
-        return a;
+        return {a, -1, 0};
     }
-    const Vec3 bp = p - b;
-    const float d3 = ab.dot(bp);
-    const float d4 = ac.dot(bp);
+    const float d3 = ab.dot(p - b);
+    const float d4 = ac.dot(p - b);
     if (d3 >= 0.0F && d4 <= d3) {
-        return b;
+        return {b, -1, 1};
     }
     const float vc = d1 * d4 - d3 * d2;
     if (vc <= 0.0F && d1 >= 0.0F && d3 <= 0.0F) {
-        return a + ab * (d1 / (d1 - d3));
+        return {a + d1 / (d1 - d3) * ab, 0, -1};
     }
-    const Vec3 cp = p - c;
-    const float d5 = ab.dot(cp);
-    const float d6 = ac.dot(cp);
+    const float d5 = ab.dot(p - c);
+    const float d6 = ac.dot(p - c);
     if (d6 >= 0.0F && d5 <= d6) {
-        return c;
+        return {c, -1, 2};
     }
     const float vb = d5 * d2 - d1 * d6;
     if (vb <= 0.0F && d2 >= 0.0F && d6 <= 0.0F) {
-        return a + ac * (d2 / (d2 - d6));
+        return {a + d2 / (d2 - d6) * ac, 2, -1};
     }
     const float va = d3 * d6 - d5 * d4;
-    if (va <= 0.0F && d4 - d3 >= 0.0F && d5 - d6 >= 0.0F) {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    if (va <= 0.0F && d4 >= d3 && d5 >= d6) {
+        return {b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * bc, 1, -1};
     }
-    const float whole = va + vb + vc;
-    return a + ab * (vb / whole) + ac * (vc / whole);
+    const float denominator = 1.0F / (va + vb + vc);
+    return {a + vb * denominator * ab + vc * denominator * ac, -1, -1};
 }
 
 SegmentTriangleDistance segment_triangle_distance(const Vec3& middle,
@@ -97,7 +95,7 @@ SegmentTriangleDistance segment_triangle_distance(const Vec3& middle,
     if (crosses && inside(t, first + (second - first) * (h1 / (h1 - h2)))) {
         return {t.normal, std::min(h1, h2)};
     }
-    Vec3 best = first - closest_on_triangle(t, first);
+    Vec3 best = first - nearest_on_triangle(t.corner, first).point;
     float least = best.squaredNorm();
     const auto consider = [&](const Vec3& apart) {
         const float squared = apart.squaredNorm();
@@ -106,7 +104,7 @@ SegmentTriangleDistance segment_triangle_distance(const Vec3& middle,
             best = apart;
         }
     };
-    consider(second - closest_on_triangle(t, second));
+    consider(second - nearest_on_triangle(t.corner, second).point);
     for (std::size_t i = 0; i < 3; ++i) {
         consider(between_segments(
             first, second - first, t.corner[i], t.corner[(i + 1) % 3] - t.corner[i]));

@@ -24,8 +24,15 @@ struct SegmentTriangleDistance {
     float distance = 0.0F;
 };
 
-/// The point of a triangle closest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
-Vec3 closest_on_triangle(const FacedTriangle& t, const Vec3& p);
+/// Nearest point of a triangle, and which corners span the feature that it lies on.
+struct TrianglePoint {
+    Vec3 point = Vec3::Zero();
+    int edge = -1;    ///< lies within this edge
+    int corner = -1;  ///< is this corner; neither: within the face
+};
+
+/// (Ericson, Real-Time Collision Detection, 5.1.5.)
+TrianglePoint nearest_on_triangle(const std::array<Vec3, 3>& corner, const Vec3& p);
 
 /// Distance of the segment middle +- half to a triangle with an area, in metres. Exact up to
 /// rounding: unless the segment pierces the triangle, the closest points are an end of the segment

@@ -40,6 +40,30 @@ float face_up(const Mat3& axes, const SegmentBoxDistance& found) {
     return up;
 }
 
+/// Newton's iteration for the share of a move after which a capsule is `reach` away from an
+/// obstacle. `distance_at(s)` gives its `normal` and `distance` after the share s, both as `way`
+/// sees them. The last of these stay in `found`. Negative: it is not reached.
+template <class Found, class DistanceAt>
+float first_contact(const Vec3& way, float reach, DistanceAt&& distance_at, Found& found) {
+    float s = 0.0F;
+    for (int step = 0; step < kNewtonSteps; ++step) {
+        found = distance_at(s);
+        const float approach = -found.normal.dot(way);
+        if (approach * (1.0F - s) <= kGraze) {
+            return -1.0F;
+        }
+        const float gap = found.distance - reach;
+        if (gap <= kTolerance) {
+            break;
+        }
+        s += gap / approach;
+        if (s >= 1.0F) {
+            return -1.0F;
+        }
+    }
+    return s;
+}
+
 }  // namespace
 
 CapsuleSweep::CapsuleSweep(const StaticGeometry& world, const Capsule& capsule, const Aabb& area)
@@ -81,61 +105,33 @@ SweepHit CapsuleSweep::sweep_box(std::uint32_t index, const Vec3& from, const Ve
     const Mat3& axes = world_.box_axes(index);
     const LocalSegment segment = local_segment(box, axes, from, capsule_.half_segment);
     const Vec3 way = axes.transpose() * move;
-    SweepHit hit;
-    float s = 0.0F;
-    for (int step = 0; step < kNewtonSteps; ++step) {
-        const SegmentBoxDistance found =
-            segment_box_distance(segment.middle + s * way, segment.half, box.half_extents);
-        const float approach = -found.normal.dot(way);
-        if (approach * (1.0F - s) <= kGraze) {
-            return {};
-        }
-        hit.normal = axes * found.normal;
-        hit.face_up = face_up(axes, found);
-        const float gap = found.distance - (capsule_.radius + kSkin);
-        if (gap <= kTolerance) {
-            break;
-        }
-        s += gap / approach;
-        if (s >= 1.0F) {
-            return {};
-        }
+    const auto distance_at = [&](float s) {
+        return segment_box_distance(segment.middle + s * way, segment.half, box.half_extents);
+    };
+    SegmentBoxDistance found;
+    const float s = first_contact(way, capsule_.radius + kSkin, distance_at, found);
+    if (s < 0.0F) {
+        return {};
     }
-    hit.hit = true;
-    hit.fraction = s;
-    return hit;
+    return {s, true, false, axes * found.normal, face_up(axes, found)};
 }
 
 SweepHit CapsuleSweep::sweep_triangle(const FacedTriangle& triangle,
                                       const Vec3& from,
                                       const Vec3& move) const {
-    SweepHit hit;
     if (triangle.height(from) < 0.0F) {
-        return hit;
+        return {};
     }
     const Vec3 half(0.0F, capsule_.half_segment, 0.0F);
-    float s = 0.0F;
-    for (int step = 0; step < kNewtonSteps; ++step) {
-        const SegmentTriangleDistance found =
-            segment_triangle_distance(from + s * move, half, triangle);
-        const float approach = -found.normal.dot(move);
-        if (approach * (1.0F - s) <= kGraze) {
-            return {};
-        }
-        hit.normal = found.normal;
-        const float gap = found.distance - (capsule_.radius + kSkin);
-        if (gap <= kTolerance) {
-            break;
-        }
-        s += gap / approach;
-        if (s >= 1.0F) {
-            return {};
-        }
+    const auto distance_at = [&](float s) {
+        return segment_triangle_distance(from + s * move, half, triangle);
+    };
+    SegmentTriangleDistance found;
+    const float s = first_contact(move, capsule_.radius + kSkin, distance_at, found);
+    if (s < 0.0F) {
+        return {};
     }
-    hit.hit = true;
-    hit.fraction = s;
-    hit.face_up = triangle.normal.y();
-    return hit;
+    return {s, true, false, found.normal, triangle.normal.y()};
 }
 
 SweepHit CapsuleSweep::sweep(const Vec3& from, const Vec3& move) const {

@@ -59,6 +59,9 @@ class PlacedSurface {
     Aabb bounds_;
 };
 
+/// Boxes are listed in cells of this size where nobody asks for another, m.
+inline constexpr float kStaticCell_m = 16.0F;
+
 /// Oriented boxes in a uniform grid over x and z, and surfaces, above a ground plane
 /// y = ground_height.
 /// Immutable after construction, so that threads and bots share one copy.
@@ -68,7 +71,7 @@ class StaticGeometry {
     /// `boxes` in zone-local or world coordinates (the caller's choice, one for all); cell_m > 0.
     StaticGeometry(std::vector<StaticBox> boxes,
                    float ground_height,
-                   float cell_m = 16.0F,
+                   float cell_m = kStaticCell_m,
                    const std::vector<StaticSurface>& surfaces = {});
 
     [[nodiscard]] float ground_height() const { return ground_height_; }
@@ -103,7 +106,7 @@ class StaticGeometry {
         cell_start_;  // columns of a compressed sparse row layout over the cells
     std::vector<std::uint32_t> cell_items_;
     float ground_height_ = 0.0F;
-    float cell_m_ = 16.0F;
+    float cell_m_ = kStaticCell_m;
     float origin_x_ = 0.0F;
     float origin_z_ = 0.0F;
     int cells_x_ = 0;

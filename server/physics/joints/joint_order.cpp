@@ -24,6 +24,11 @@ void JointSolver::reserve(std::size_t joints) {
     queue_.reserve(joints);
 }
 
+void JointSolver::reserve_bodies(std::size_t bodies) {
+    first_of_.reserve(bodies + 2);
+    queue_.reserve(bodies + 2);
+}
+
 void JointSolver::prepare(Bodies& bodies,
                           const JointTable& table,
                           std::span<const std::uint32_t> joints,

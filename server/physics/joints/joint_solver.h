@@ -32,6 +32,7 @@ namespace zoned::physics {
 class JointSolver {
   public:
     void reserve(std::size_t joints);
+    void reserve_bodies(std::size_t bodies);  ///< that joints may hold
 
     /// Takes the joints and their bodies in. `h`: length of a substep, s.
     void prepare(Bodies& bodies,

@@ -16,6 +16,8 @@ namespace {
 constexpr float kOnTriangle = 1.0e-6F;
 /// A normal within this angle of the face's, in radians, is the face's.
 constexpr float kFlat = 2.0e-3F;
+/// Edges that pass each other at this distance or less cross, m.
+constexpr float kCrossing = 1.0e-3F;
 
 std::size_t index(int i) {
     return static_cast<std::size_t>(i);
@@ -51,7 +53,7 @@ CoreDistance core_distance(const Triangle& t, const Vec3& c, const Vec3& e) {
     CoreDistance best;
     for (const float end : {-1.0F, 1.0F}) {
         const Vec3 p = c + end * e;
-        const TrianglePoint q = nearest_on_triangle(t, p);
+        const TrianglePoint q = nearest_on_triangle(t.corner, p);
         const float d = (p - q.point).norm();
         if (d < best.distance) {
             best = {d, q, p};
@@ -88,45 +90,20 @@ bool cuts(const Triangle& t, const Vec3& c, const Vec3& e) {
     return true;
 }
 
-}  // namespace
-
-TrianglePoint nearest_on_triangle(const Triangle& t, const Vec3& p) {
-    const Vec3& a = t.corner[0];
-    const Vec3& b = t.corner[1];
-    const Vec3& c = t.corner[2];
-    const Vec3 ab = b - a;
-    const Vec3 ac = c - a;
-    const Vec3 bc = c - b;
-    const float d1 = ab.dot(p - a);
-    const float d2 = ac.dot(p - a);
-    if (d1 <= 0.0F && d2 <= 0.0F) {
-        return {a, -1, 0};
-    }
-    const float d3 = ab.dot(p - b);
-    const float d4 = ac.dot(p - b);
-    if (d3 >= 0.0F && d4 <= d3) {
-        return {b, -1, 1};
-    }
-    const float vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.0F && d1 >= 0.0F && d3 <= 0.0F) {
-        return {a + d1 / (d1 - d3) * ab, 0, -1};
-    }
-    const float d5 = ab.dot(p - c);
-    const float d6 = ac.dot(p - c);
-    if (d6 >= 0.0F && d5 <= d6) {
-        return {c, -1, 2};
-    }
-    const float vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.0F && d2 >= 0.0F && d6 <= 0.0F) {
-        return {a + d2 / (d2 - d6) * ac, 2, -1};
-    }
-    const float va = d3 * d6 - d5 * d4;
-    if (va <= 0.0F && d4 >= d3 && d5 >= d6) {
-        return {b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * bc, 1, -1};
-    }
-    const float denominator = 1.0F / (va + vb + vc);
-    return {a + vb * denominator * ab + vc * denominator * ac, -1, -1};
+/// Whether the edges of an axis cross, seen along it. A triangle is no closed surface: its edge may
+/// be the best that it has to offer though the hull touches another triangle, far from that edge.
+bool edges_cross(const HullView& a, const HullView& b, const HullAxis& axis) {
+    const HullEdge& ea = a.edges[axis.i];
+    const HullEdge& eb = b.edges[axis.j];
+    const Vec3 pa = a.points[ea.from];
+    const Vec3 pb = b.points[eb.from];
+    const SegmentPoints p = nearest_on_edges(pa, a.points[ea.to] - pa, pb, b.points[eb.to] - pb);
+    const Vec3 apart = p.on_b - p.on_a;
+    const Vec3 beside = apart - axis.normal.dot(apart) * axis.normal;
+    return beside.squaredNorm() <= kCrossing * kCrossing;
 }
+
+}  // namespace
 
 bool allows(const Triangle& t, const TrianglePoint& feature, const Vec3& unit) {
     if (feature.edge >= 0) {
@@ -177,7 +154,7 @@ void SurfaceVisitor::collide(const Triangle& t, float margin, Manifold& out) con
 void SurfaceVisitor::collide_sphere(const Triangle& t, float margin, Manifold& out) const {
     const float r = shape_.shape.radius;
     const Vec3& c = shape_.position;
-    const TrianglePoint nearest = nearest_on_triangle(t, c);
+    const TrianglePoint nearest = nearest_on_triangle(t.corner, c);
     const Vec3 d = c - nearest.point;
     const float distance = d.norm();
     out.separation = distance - r;
@@ -252,7 +229,9 @@ void SurfaceVisitor::collide_hull(const Triangle& t, float margin, Manifold& out
     if (axis.separation > margin) {
         return;
     }
-    add_points(triangle.view(), hull, axis, margin, out);
+    if (axis.kind != AxisKind::kEdges || edges_cross(triangle.view(), hull, axis)) {
+        add_points(triangle.view(), hull, axis, margin, out);
+    }
     if (out.count == 0 && axis.kind != AxisKind::kFaceA) {
         // What touches lies beside the feature that won; what of the hull is over the triangle
         // still has to stay above it.

@@ -4,6 +4,7 @@
 #include "server/physics/narrowphase/collide.h"
 #include "server/physics/narrowphase/hull_axis.h"
 #include "server/physics/shapes/surface.h"
+#include "shared/math/segment_triangle.h"
 
 #include <optional>
 
@@ -41,16 +42,6 @@ class SurfaceVisitor {
     std::optional<MovedHull> hull_;
     float scale_ = 1.0F;
 };
-
-/// Nearest point of a triangle, and which corners span the feature that it lies on.
-struct TrianglePoint {
-    Vec3 point = Vec3::Zero();
-    int edge = -1;    ///< lies within this edge
-    int corner = -1;  ///< is this corner; neither: within the face
-};
-
-/// (Ericson, Real-Time Collision Detection, section 5.1.5.)
-TrianglePoint nearest_on_triangle(const Triangle& t, const Vec3& p);
 
 /// Whether the surface goes on from the feature with this normal (unit, to the front).
 bool allows(const Triangle& t, const TrianglePoint& feature, const Vec3& unit);

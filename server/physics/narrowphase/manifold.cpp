@@ -20,6 +20,12 @@ void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
         }
         return;
     }
+    // A point that is left out where the shapes overlap lets them sink; one that is still apart can
+    // wait, the longer the farther.
+    const auto weight = [&](int i) {
+        const float s = at(i).separation;
+        return s > kLevel ? kLevel * kLevel / s : kLevel;
+    };
     float lowest = at(0).separation;
     Vec3 middle = at(0).point;
     for (int i = 1; i < count; ++i) {
@@ -39,7 +45,7 @@ void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
     int second = -1;
     float farthest = -1.0F;
     for (int i = 0; i < count; ++i) {
-        const float d = (at(i).point - at(first).point).squaredNorm();
+        const float d = weight(i) * (at(i).point - at(first).point).norm();
         if (i != first && d > farthest) {
             farthest = d;
             second = i;
@@ -52,7 +58,7 @@ void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
     int third = -1;
     float largest = -1.0F;
     for (int i = 0; i < count; ++i) {
-        const float a = std::abs(area(first, second, i));
+        const float a = weight(i) * std::abs(area(first, second, i));
         if (i != first && i != second && a > largest) {
             largest = a;
             third = i;
@@ -66,9 +72,9 @@ void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out) {
             continue;
         }
         // Outside an edge of the triangle the area counts negative.
-        const float outside = std::min({side * area(first, second, i),
-                                        side * area(second, third, i),
-                                        side * area(third, first, i)});
+        const float outside = weight(i) * std::min({side * area(first, second, i),
+                                                    side * area(second, third, i),
+                                                    side * area(third, first, i)});
         if (-outside > gain) {
             gain = -outside;
             fourth = i;

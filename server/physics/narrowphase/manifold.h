@@ -94,7 +94,9 @@ void clip(const PolygonOf<kCapacity>& polygon,
 /// Adds at most four of the candidates to the manifold: the deepest, and of several that are as
 /// deep within 0.2 mm the one farthest from the middle; the one farthest from it; the one that
 /// spans the largest triangle with these two; the one that adds the most area on the other side of
-/// that triangle. Ties go to the earlier candidate.
+/// that triangle. Where shapes are apart by more than that, distances and areas count in inverse
+/// proportion to the gap: of the points on a ridge under a box none is left out for a corner in the
+/// air. Ties go to the earlier candidate.
 void keep_four(std::span<const ManifoldPoint> candidates, Manifold& out);
 
 }  // namespace zoned::physics

@@ -2,7 +2,7 @@
 
 #include "server/compute/team.h"
 #include "server/physics/scene.h"
-#include "server/physics/soft/soft_body.h"
+#include "server/physics/soft/soft_impl.h"
 #include "server/physics/soft/volume.h"
 #include "server/physics/validate.h"
 #include "shared/core/assert.h"
@@ -17,17 +17,6 @@ namespace {
 
 /// Bodies with more springs are worked at by all threads, smaller ones each by one.
 constexpr std::size_t kLargeBody = 4096;
-
-void fit_box(SoftBody& body) {
-    Eigen::Array4f lower = body.x.front().array();
-    Eigen::Array4f upper = lower;
-    for (const Row4& x : body.x) {
-        lower = lower.min(x.array());
-        upper = upper.max(x.array());
-    }
-    body.box =
-        Aabb{lower.matrix().head<3>(), upper.matrix().head<3>()}.grown(body.material.thickness);
-}
 
 /// NaN anywhere shows in the sum; so does what is too large.
 bool is_fit(const SoftBody& body) {
@@ -104,38 +93,37 @@ bool active(const SoftBody& body) {
 
 }  // namespace
 
-struct SoftBodies::Impl {
-    std::vector<SoftBody> bodies;
-    std::vector<BodyId> near;
-    SoftStats stats;
-
-    /// A sleeping body wakes when something that moves will be at it within the step.
-    void wake_touched(const Scene& scene, float slow, float dt) {
-        for (SoftBody& body : bodies) {
-            if (!body.there || !body.asleep || body.rigid || !body.material.collides) {
-                continue;
-            }
-            body.neighbours.clear();
-            scene.overlap(body.box.grown(dt * kFastBody), body.neighbours);
-            body.asleep =
-                std::none_of(body.neighbours.begin(), body.neighbours.end(), [&](BodyId id) {
-                    const BodyState s = scene.state(id);
-                    const float speed = s.velocity.norm() + s.angular_velocity.norm();
-                    if (s.asleep || !(speed > slow)) {
-                        return false;
-                    }
-                    near.clear();
-                    scene.overlap(body.box.grown(2.0F * dt * speed), near);
-                    return std::find(near.begin(), near.end(), id) != near.end();
-                });
-            body.calm_s = body.asleep ? body.calm_s : 0.0F;
-        }
+void fit_box(SoftBody& body) {
+    Eigen::Array4f lower = body.x.front().array();
+    Eigen::Array4f upper = lower;
+    for (const Row4& x : body.x) {
+        lower = lower.min(x.array());
+        upper = upper.max(x.array());
     }
+    body.box =
+        Aabb{lower.matrix().head<3>(), upper.matrix().head<3>()}.grown(body.material.thickness);
+}
 
-    void integrate(const Vec3& gravity, float dt, Scene* scene, compute::Team* team);
-    void settle(SoftBody& body, const SoftSettings& settings, float dt);
-    void count(SoftStats& s) const;
-};
+void SoftBodies::Impl::wake_touched(const Scene& scene, float slow, float dt) {
+    for (SoftBody& body : bodies) {
+        if (!body.there || !body.asleep || body.rigid || !body.material.collides) {
+            continue;
+        }
+        body.neighbours.clear();
+        scene.overlap(body.box.grown(dt * kFastBody), body.neighbours);
+        body.asleep = std::none_of(body.neighbours.begin(), body.neighbours.end(), [&](BodyId id) {
+            const BodyState s = scene.state(id);
+            const float speed = s.velocity.norm() + s.angular_velocity.norm();
+            if (s.asleep || !(speed > slow)) {
+                return false;
+            }
+            near.clear();
+            scene.overlap(body.box.grown(2.0F * dt * speed), near);
+            return std::find(near.begin(), near.end(), id) != near.end();
+        });
+        body.calm_s = body.asleep ? body.calm_s : 0.0F;
+    }
+}
 
 void SoftBodies::Impl::integrate(const Vec3& gravity, float dt, Scene* scene, compute::Team* team) {
     std::optional<compute::Team::Shift> shift;

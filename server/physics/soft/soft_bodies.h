@@ -39,6 +39,22 @@ struct SoftStats {
     bool skipped = false;           ///< nothing was awake: no pass ran
 };
 
+/// A soft body on its way from one SoftBodies to another, whole: nodes, springs, what was torn and
+/// what has set, whether it sleeps.
+class SoftParcel {
+  public:
+    SoftParcel();
+    SoftParcel(SoftParcel&&) noexcept;
+    SoftParcel& operator=(SoftParcel&&) noexcept;
+    ~SoftParcel();
+
+    [[nodiscard]] bool empty() const { return body_ == nullptr; }
+
+  private:
+    friend class SoftBodies;
+    std::unique_ptr<SoftBody> body_;
+};
+
 /// Deterministic: the same calls in the same order give the same bits for any number of threads. No
 /// allocation in step() after warm-up but where something tears. Without bodies it is one null
 /// pointer.
@@ -88,6 +104,26 @@ class SoftBodies {
     /// Pins a node where it is, or frees it; wakes the body.
     void pin(SoftId id, std::size_t node, bool pinned);
     void wake(SoftId id);
+    /// At rest where it is until something moves it, whatever forces act within it.
+    void sleep(SoftId id);
+    /// Adds a velocity, m/s, to all nodes that are not pinned; wakes the body. Ignored where it is
+    /// not finite.
+    void push(SoftId id, const Vec3& change);
+    /// Moves all nodes, pinned ones too, as one rigid thing: turned by `turn` about the centre of
+    /// mass, that to `position`, then at rest. Wakes the body. Ignored where what is given is not
+    /// finite.
+    void place(SoftId id, const Vec3& position, const Quat& turn);
+
+    /// Removes the body and gives it away.
+    SoftParcel take(SoftId id);
+    /// Takes in a body that is not empty, moved by `shift` m (from the coordinates of the other).
+    SoftId give(SoftParcel parcel, const Vec3& shift);
+
+    /// The turn that leads the nodes of `rest`, the definition that the body was made from, nearest
+    /// to where they are now: the rotation R that minimises the sum of m |R q - x|^2, both about
+    /// their centres of mass. Begins at `guess`; about axes that the nodes do not determine (a
+    /// straight rope's own) it stays there.
+    [[nodiscard]] Quat best_fit_turn(SoftId id, const SoftDef& rest, const Quat& guess) const;
 
     [[nodiscard]] RigidHull rigid_hull(SoftId id) const;
     /// From now on the body is not stepped: the caller simulates the hull that it gets.

@@ -44,6 +44,7 @@ void ContactSolver::reserve(std::size_t bodies, std::size_t contacts) {
     points_.reserve(contacts);
     couplings_.reserve(contacts);
     watches_.reserve(contacts);
+    joints_.reserve_bodies(bodies);
 }
 
 template <class Visit>

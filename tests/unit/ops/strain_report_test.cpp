@@ -46,8 +46,9 @@ TEST(StrainReport, NamesTheHeaviestPropOnTheLightest) {
         "type { name: \"anvil\" mass_kg: 1000000 box { x_m: 1 y_m: 1 z_m: 1 } }\n";
     const auto out = parse(with("type {\n  name: \"guard\"", anvil + "type {\n  name: \"guard\""));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    EXPECT_THAT(strains_of(out.settings),
-                ElementsAre(HasSubstr("type 'anvil' on type 'crate': 1e+06 kg on 1 kg is too much")));
+    EXPECT_THAT(
+        strains_of(out.settings),
+        ElementsAre(HasSubstr("type 'anvil' on type 'crate': 1e+06 kg on 1 kg is too much")));
 }
 
 TEST(StrainReport, NamesAStepThatIsTooLong) {

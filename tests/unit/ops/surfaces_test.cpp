@@ -293,7 +293,8 @@ TEST(Broadphase, ReachesTheEngineByNameAndIsTheEnginesOwnDefault) {
         EXPECT_EQ(out.settings.physics.cell_depth, 9);
         EXPECT_EQ(out.settings.physics.boxes_per_cell, 7);
     }
-    test::expect_single(test::kValid + "physics { cell_depth: 31 }\n", "cell_depth", "must lie in [1..30]");
+    test::expect_single(
+        test::kValid + "physics { cell_depth: 31 }\n", "cell_depth", "must lie in [1..30]");
     test::expect_single(
         test::kValid + "physics { broadphase: KD_TREE }\n", "broadphase", "choose one of");
 }

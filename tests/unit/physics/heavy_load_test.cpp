@@ -90,8 +90,8 @@ TEST(HeavyLoad, LeavesNothingBehindThatThrowsWhatCarriedIt) {
     EXPECT_LT(bed.fastest(), 0.05F);
 }
 
-/// Where nothing is strained masses are what they are: what lies on a heavy body and pushes it
-/// along the ice moves it by what it weighs.
+/// Where nothing is strained masses are what they are: a light ball that bounces off a heavy box
+/// gives it twice its momentum, less what the box moves.
 TEST(HeavyLoad, MovesByTheMomentumOfWhatIsLightWhereNothingIsStrained) {
     Scene scene(weightless());
     BodyDef heavy = box_at(Vec3::Zero());

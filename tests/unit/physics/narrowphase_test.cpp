@@ -225,6 +225,23 @@ TEST(KeepFour, KeepsTheDeepestAndTheWidestOfAnOctagon) {
     EXPECT_EQ(m.points[2].feature + m.points[3].feature, 1U + 5U);
 }
 
+/// A box across a ridge: the ridge cuts into it at two points, its corners are in the air.
+TEST(KeepFour, PrefersWhatOverlapsToWhatIsApart) {
+    const std::array<ManifoldPoint, 6> points{{{Vec3(-0.3F, 0, 0), -0.004F, 0},
+                                               {Vec3(0.3F, 0, 0), -0.003F, 1},
+                                               {Vec3(-0.5F, 0, -0.5F), 0.008F, 2},
+                                               {Vec3(0.5F, 0, -0.5F), 0.008F, 3},
+                                               {Vec3(0.5F, 0, 0.5F), 0.008F, 4},
+                                               {Vec3(-0.5F, 0, 0.5F), 0.0F, 5}}};
+    Manifold m;
+    m.normal = Vec3::UnitY();
+    keep_four(points, m);
+    ASSERT_EQ(m.count, 4);
+    EXPECT_EQ(m.points[0].feature, 0U);
+    EXPECT_EQ(m.points[1].feature, 1U);
+    EXPECT_EQ(m.points[2].feature, 5U);
+}
+
 TEST(Clip, CutsAQuadrilateralByAPlane) {
     Polygon p;
     const float xs[] = {-1, 1, 1, -1};

@@ -290,7 +290,8 @@ float distance_to(const Heightfield& field, const Vec3& p) {
         for (std::uint32_t i = cells.first_i; i < cells.last_i; ++i) {
             for (std::uint32_t half = 0; half < 2; ++half) {
                 least = std::min(
-                    least, (nearest_on_triangle(field.triangle(i, k, half), p).point - p).norm());
+                    least,
+                    (nearest_on_triangle(field.triangle(i, k, half).corner, p).point - p).norm());
             }
         }
     }

@@ -1,0 +1,31 @@
+// Numbers of configs: from doubles and degrees to what the stages compute with.
+#pragma once
+
+#include "shared/math/types.h"
+
+#include <numbers>
+
+namespace zoned::ops {
+
+inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< in a degree
+
+inline float narrow(double value) {
+    return static_cast<float>(value);
+}
+
+/// A turn by `degrees` about a unit vector.
+inline Eigen::Quaterniond turn(double degrees, const Vec3d& axis) {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * kRadians, axis));
+}
+
+/// By yaw about y, then pitch about its own x, then roll about its own z, degrees.
+inline Eigen::Quaterniond turn(double yaw_deg, double pitch_deg, double roll_deg) {
+    return turn(yaw_deg, Vec3d::UnitY()) * turn(pitch_deg, Vec3d::UnitX()) *
+           turn(roll_deg, Vec3d::UnitZ());
+}
+
+inline Quat narrow(const Eigen::Quaterniond& turned) {
+    return Quat(turned.cast<float>()).normalized();
+}
+
+}  // namespace zoned::ops

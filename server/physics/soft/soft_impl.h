@@ -1,0 +1,26 @@
+// SoftBodies::Impl: the bodies of one SoftBodies, for the sources that implement it.
+#pragma once
+
+#include "server/physics/soft/soft_bodies.h"
+#include "server/physics/soft/soft_body.h"
+
+#include <vector>
+
+namespace zoned::physics::soft {
+
+struct SoftBodies::Impl {
+    std::vector<SoftBody> bodies;
+    std::vector<BodyId> near;
+    SoftStats stats;
+
+    /// A sleeping body wakes when something that moves will be at it within the step.
+    void wake_touched(const Scene& scene, float slow, float dt);
+    void integrate(const Vec3& gravity, float dt, Scene* scene, compute::Team* team);
+    void settle(SoftBody& body, const SoftSettings& settings, float dt);
+    void count(SoftStats& s) const;
+};
+
+/// Its box, from the nodes.
+void fit_box(SoftBody& body);
+
+}  // namespace zoned::physics::soft

@@ -1,0 +1,67 @@
+// Soft: entities that are soft bodies; a zone without any holds nothing for them.
+#pragma once
+
+#include "server/physics/soft/soft_bodies.h"
+#include "server/world/entities.h"
+#include "shared/core/ids.h"
+#include "shared/core/state_hash.h"
+#include "shared/math/types.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace zoned::zone {
+
+struct ZoneState;
+
+/// Which body an owned entity is.
+struct SoftLink {
+    EntityId entity;
+    physics::soft::SoftId body;
+};
+
+/// The soft bodies of a zone and whose they are. Made with the first one.
+struct SoftMatter {
+    physics::soft::SoftBodies bodies;
+    std::vector<SoftLink> links;  ///< ascending by entity
+};
+
+/// True for an entity whose type is a soft body, owned or a ghost.
+bool is_soft(const ZoneState& state, world::Row row);
+
+/// The body of an owned entity; none where it is rigid, hidden or not here.
+physics::soft::SoftId soft_of(const ZoneState& state, EntityId entity);
+
+/// Gives an owned entity the body of its type, whole and as it is defined, turned, placed and
+/// moving as the columns say (pinned nodes stay).
+void add_soft(ZoneState& state, world::Row row, bool asleep);
+void remove_soft(ZoneState& state, EntityId entity);
+
+/// Adds a velocity to all nodes that are not pinned.
+void push_soft(ZoneState& state, world::Row row, const Vec3& change);
+/// Moves all nodes to where the columns say, at rest, as deformed as they are.
+void place_soft(ZoneState& state, world::Row row);
+
+/// The body on its way to another zone, or an empty parcel; and back. `shift` as in write_entity.
+physics::soft::SoftParcel take_soft(ZoneState& state, EntityId entity);
+void give_soft(ZoneState& state,
+               world::Row row,
+               physics::soft::SoftParcel parcel,
+               const Vec3& shift);
+
+/// One step of all that is awake, with the rigid bodies where they are now, which are stepped
+/// afterwards. The columns take the centre of mass and its velocity, the turn that fits best (see
+/// SoftBodies::best_fit_turn) and the rate at which this turned, which is what clients predict it
+/// by. Returns the number of bodies that were awake.
+std::uint32_t step_soft(ZoneState& state);
+
+struct SoftCount {
+    std::uint32_t bodies = 0;
+    std::uint32_t awake = 0;
+};
+
+SoftCount count_soft(const ZoneState& state);
+
+void hash_soft(const ZoneState& state, core::StateHash& hash);
+
+}  // namespace zoned::zone
