@@ -27,7 +27,7 @@ enum class Pass : std::uint8_t {
     kHash,
 };
 
-inline constexpr std::size_t kPasses = 14;
+inline constexpr std::size_t kPasses = static_cast<std::size_t>(Pass::kHash) + 1;
 
 std::string_view pass_name(Pass pass);
 
@@ -41,7 +41,7 @@ struct Census {
     std::uint32_t awake_bodies = 0;  ///< dynamic
     std::uint32_t reducible = 0;     ///< owned props that may be simulated as less than they are
     std::uint32_t soft_bodies = 0;
-    std::uint32_t awake_soft = 0;  ///< of these
+    std::uint32_t awake_soft = 0;        ///< of these
     std::uint32_t particle_systems = 0;  ///< simulated here
     std::uint32_t viewers = 0;
     std::uint32_t audited = 0;  ///< viewers whose ticket allows audits
