@@ -35,6 +35,9 @@ struct ZoneCost {
 
 void print_particles(const ops::Settings& settings, const ParticleDevice& device) {
     std::printf("%s\n", device.text.c_str());
+    if (!device.no_cache.empty()) {
+        std::printf("%s\n", device.no_cache.c_str());
+    }
     if (!settings.cosmetics.empty()) {
         std::printf(
             "cosmetic particle systems: %zu, neither simulated nor sent: clients replay them\n",

@@ -118,7 +118,12 @@ class Server {
     void open_device() {
         particle_device_ = open_particle_device(settings_, world_.pool().threads());
         if (!settings_.particles.empty()) {
-            spdlog::info("{}", particle_device_.text);
+            spdlog::log(particle_device_.failed ? spdlog::level::warn : spdlog::level::info,
+                        "{}",
+                        particle_device_.text);
+        }
+        if (!particle_device_.no_cache.empty()) {
+            spdlog::warn("{}", particle_device_.no_cache);
         }
         if (particle_device_.device) {
             world_.use_device(particle_device_.device.get(), particle_device_.crossover);

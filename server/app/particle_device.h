@@ -10,20 +10,38 @@
 
 namespace zoned::app {
 
-/// A zone whose simulated systems hold fewer particles together is faster on the CPU wherever it
-/// was measured, so that no device is looked for.
-inline constexpr std::size_t kDeviceParticles = 16'384;
+/// A device can save no more of a tick than the CPU's step takes. To load OpenCL, open a device and
+/// build kernels takes the start of a server one to three seconds (measured with PoCL), a hundredth
+/// of which each second of play pays back where the step takes a hundredth of the tick: in some
+/// minutes. Where all systems of a zone, as full as they may be, take less, none is looked for.
+inline constexpr double kDeviceShare = 0.01;
+
+/// What a step of a particle takes one thread of the CPU, ns, estimated: 1 with the ground alone, 2
+/// with drag, 9 with gusts, 4.3 more for each ball that may be met and 4 for a heightfield.
+/// Measured on one AMD EPYC (AVX2 lanes, 16,384 particles): within 10 % there, a matter of scale
+/// elsewhere.
+double particle_ns(const zone::ParticleSource& source, bool heightfield);
+
+/// The same for all systems of a zone at their `most`, us a tick.
+double particle_step_us(const ops::Settings& settings);
 
 struct ParticleDevice {
     std::unique_ptr<compute::Device> device;  ///< null: the CPU does it all
     compute::Crossover crossover;
     bool needed = false;  ///< the world has work for one; if not, OpenCL was not even loaded
+    bool failed = false;  ///< one that the config names is not there, or one that opened is no good
     std::string text;     ///< one line: what was chosen, and why
+    std::string
+        no_cache;  ///< one line: why built kernels are not kept; empty: they are, or need not
 };
 
 /// Looks for a device as the config asks, where the world has work for one, opens it and measures
-/// from how many particles on it is faster than `threads` threads. The results are the same bits on
-/// either side, so that the choice needs no recording: a replay may make another one.
-ParticleDevice open_particle_device(const ops::Settings& settings, unsigned threads);
+/// from how many particles on it is faster than `threads` threads, in the air and among the balls
+/// of the system that costs most. The results are the same bits on either side, so that the choice
+/// needs no recording: a replay may make another one. `with` is what the config does not say:
+/// buffers, other kernels and faults, for tests.
+ParticleDevice open_particle_device(const ops::Settings& settings,
+                                    unsigned threads,
+                                    compute::DeviceSettings with = {});
 
 }  // namespace zoned::app

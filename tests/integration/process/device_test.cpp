@@ -13,9 +13,9 @@ bool maps(const Child& child, const std::string& word) {
     return text.find(word) != std::string::npos;
 }
 
-const std::vector<std::string> kHail = {
-    "--set",
-    "particles[0]={name: \"hail\" cosmetic: false most: 20000 emitter { y_m: 20 rate_hz: 1000 }}"};
+const std::vector<std::string> kHail = {"--set",
+                                        "particles[0]={name: \"hail\" cosmetic: false most: "
+                                        "2000000 emitter { y_m: 20 rate_hz: 1000 }}"};
 
 TEST_F(Process, LoadsNoOpenClWhereNoParticlesAreSimulated) {
     const auto server = start_server();
@@ -33,7 +33,8 @@ TEST_F(Process, LoadsNoOpenClForFewParticlesOrAgainstTheConfigsWill) {
     few.insert(few.end(), {"--set", "particles[hail].most=1000"});
     const auto small = start_server(few);
     EXPECT_FALSE(maps(*small, "libOpenCL"));
-    EXPECT_NE(small->errors().find("too few for a device"), std::string::npos) << small->errors();
+    EXPECT_NE(small->errors().find("too little for a device"), std::string::npos)
+        << small->errors();
     auto none = kHail;
     none.insert(none.end(), {"--set", "compute.device=none"});
     const auto unwilling = start_server(none);
@@ -49,7 +50,7 @@ TEST_F(Process, LooksForADeviceWhereThereIsWorkForOneAndSaysWhatItChose) {
     const bool chosen = log.find("particles: device ") != std::string::npos;
     const bool refused = log.find("particles: on the CPU, ") != std::string::npos;
     EXPECT_TRUE(chosen != refused) << log;
-    EXPECT_EQ(log.find("too few"), std::string::npos) << log;
+    EXPECT_EQ(log.find("too little"), std::string::npos) << log;
     if (chosen) {
         EXPECT_TRUE(maps(*server, "libOpenCL"));
         EXPECT_NE(log.find("CPU "), std::string::npos) << "the measured costs: " << log;
