@@ -42,6 +42,14 @@ motion::Emitter read_emitter(const proto::Emitter& from) {
     return e;
 }
 
+motion::BurstKind read_burst(const proto::CosmeticSystem::Burst& from) {
+    return {from.cone_cosine(),
+            from.slowest(),
+            from.spread(),
+            from.lifetime_min_s(),
+            from.lifetime_max_s()};
+}
+
 }  // namespace
 
 std::string wrong_with_cosmetics(const proto::WorldDescription& description) {
@@ -50,6 +58,9 @@ std::string wrong_with_cosmetics(const proto::WorldDescription& description) {
         if (!is_vector(system.gravity()) || !is_vector(system.wind()) ||
             !(system.drag() >= 0.0F && system.drag() <= 1e6F)) {
             return "malformed cosmetic particle system";
+        }
+        if (system.has_burst() && !motion::unfit(read_burst(system.burst())).empty()) {
+            return "malformed burst of a cosmetic particle system";
         }
         for (const proto::Emitter& e : system.emitters()) {
             if (!is_vector(e.position()) || !is_vector(e.direction()) || e.start_tick() < 0 ||
@@ -68,11 +79,14 @@ std::vector<CosmeticSystem> read_cosmetics(const proto::WorldDescription& descri
     for (const proto::CosmeticSystem& from : description.cosmetics()) {
         CosmeticSystem& system = out.emplace_back();
         system.name = core::is_clean_utf8(from.name()) ? from.name() : "?";
+        system.air.gravity = vector_of(from.gravity());
+        system.air.drag = from.drag();
+        system.air.wind = vector_of(from.wind());
         for (const proto::Emitter& emitter : from.emitters()) {
-            system.emitters.push_back({read_emitter(emitter),
-                                       vector_of(from.gravity()),
-                                       from.drag(),
-                                       vector_of(from.wind())});
+            system.emitters.emplace_back(system.air).emitter = read_emitter(emitter);
+        }
+        if (from.has_burst()) {
+            system.burst = read_burst(from.burst());
         }
     }
     return out;

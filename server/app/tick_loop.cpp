@@ -140,6 +140,7 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.handoffs = world_.handoffs();
     s.client_handoffs = world_.client_handoffs();
     s.undeliverable = world_.undeliverable();
+    s.bursts_told = world_.bursts_told();
     s.entities = 0;
     s.awake_bodies = 0;
     s.particles = 0;

@@ -52,6 +52,9 @@ class World {
     /// Messages for clients or entities that nobody owns (they left meanwhile).
     [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
 
+    /// Cosmetic bursts that somebody heard.
+    [[nodiscard]] std::uint64_t bursts_told() const { return bursts_told_; }
+
     /// True when no zone has anything awake, moving or watched: the next tick will change nothing
     /// by itself.
     [[nodiscard]] bool idle() const;
@@ -69,6 +72,8 @@ class World {
     void apply_topics();
     void deliver_messages();
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
+    void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
+    [[nodiscard]] EventId own_event_id();
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
     [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
 
@@ -83,6 +88,7 @@ class World {
     compute::WorkerPool pool_;
     Tick now_ = 0;
     std::uint64_t next_event_ = 0;
+    std::uint64_t bursts_told_ = 0;
     std::uint64_t handoffs_ = 0;
     std::uint64_t client_handoffs_ = 0;
     std::uint64_t undeliverable_ = 0;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -61,14 +62,13 @@ void check_emitter(const proto::Config::World& world,
 
 /// What is closed form for clients has no use for, named as in the config.
 void check_cosmetic(const System& system, const std::string& path, Diagnostics& diagnostics) {
-    const std::array<std::pair<bool, const char*>, 8> given = {{
+    const std::array<std::pair<bool, const char*>, 7> given = {{
         {system.has_quadratic_drag_per_m(), "quadratic_drag_per_m"},
         {system.has_radius_m(), "radius_m"},
         {system.has_restitution(), "restitution"},
         {system.has_friction(), "friction"},
         {system.has_most(), "most"},
         {system.has_characters_met(), "characters_met"},
-        {system.has_burst(), "burst"},
         {system.wind().gust_mps() > 0.0, "wind.gust_mps"},
     }};
     for (const auto& [is, name] : given) {
@@ -92,8 +92,20 @@ void check_cosmetic(const System& system, const std::string& path, Diagnostics& 
 }
 
 void check_burst(const proto::Config::Burst& burst,
+                 bool cosmetic,
                  const std::string& path,
                  Diagnostics& diagnostics) {
+    const std::array<std::pair<bool, const char*>, 2> given = {{
+        {burst.has_aura_m(), "aura_m"},
+        {burst.has_events_per_s(), "events_per_s"},
+    }};
+    for (const auto& [is, name] : given) {
+        if (is && !cosmetic) {
+            diagnostics.add(path + "." + name,
+                            "has no meaning for a simulated system, of which no client is told: "
+                            "leave it out, or set cosmetic: true");
+        }
+    }
     if (longest_life(burst) < burst.lifetime_min_s()) {
         diagnostics.add(path + ".lifetime_max_s",
                         text_of("%g is less than lifetime_min_s, %g",
@@ -138,6 +150,18 @@ Vec3 wind_of(const System& system) {
     return Vec3d(system.wind().x_mps(), system.wind().y_mps(), system.wind().z_mps()).cast<float>();
 }
 
+std::optional<motion::BurstKind> burst_of(const System& system) {
+    if (!system.has_burst()) {
+        return std::nullopt;
+    }
+    const proto::Config::Burst& burst = system.burst();
+    return motion::BurstKind{cosine_of(burst.cone_deg()),
+                             narrow_number(burst.slowest()),
+                             narrow_number(burst.spread_m()),
+                             narrow_number(burst.lifetime_min_s()),
+                             narrow_number(longest_life(burst))};
+}
+
 zone::ParticleSource source_of(const System& system) {
     zone::ParticleSource out;
     out.def.name = system.name();
@@ -152,14 +176,7 @@ zone::ParticleSource source_of(const System& system) {
     out.def.friction = narrow_number(system.friction());
     out.def.most = system.most();
     out.characters_met = system.characters_met();
-    if (system.has_burst()) {
-        const auto& burst = system.burst();
-        out.burst = zone::ParticleBurst{cosine_of(burst.cone_deg()),
-                                        narrow_number(burst.slowest()),
-                                        narrow_number(burst.spread_m()),
-                                        narrow_number(burst.lifetime_min_s()),
-                                        narrow_number(longest_life(burst))};
-    }
+    out.burst = burst_of(system);
     return out;
 }
 
@@ -175,10 +192,7 @@ void check_particles(const proto::Config& config, Diagnostics& diagnostics) {
             diagnostics.add(path + ".name", "'" + system.name() + "' is given twice");
         }
         if (system.emitter_size() == 0 && !system.has_burst()) {
-            diagnostics.add(path,
-                            system.cosmetic()
-                                ? "has no emitter: nothing is ever born"
-                                : "has neither an emitter nor a burst: nothing is ever born");
+            diagnostics.add(path, "has neither an emitter nor a burst: nothing is ever born");
         }
         const bool drag = system.drag_per_s() > 0.0 || system.quadratic_drag_per_m() > 0.0;
         if (system.has_wind() && !drag) {
@@ -191,7 +205,7 @@ void check_particles(const proto::Config& config, Diagnostics& diagnostics) {
                           join_path(path, "emitter", e),
                           diagnostics);
         }
-        check_burst(system.burst(), path + ".burst", diagnostics);
+        check_burst(system.burst(), system.cosmetic(), path + ".burst", diagnostics);
         if (system.cosmetic()) {
             check_cosmetic(system, path, diagnostics);
         }
@@ -201,6 +215,7 @@ void check_particles(const proto::Config& config, Diagnostics& diagnostics) {
 void expand_particles(const proto::Config& config, Settings& settings) {
     settings.particles.clear();
     settings.cosmetics.clear();
+    settings.cosmetic_bursts.clear();
     for (int s = 0; s < config.particles_size(); ++s) {
         const System& system = config.particles(s);
         const Vec3 gravity(
@@ -215,11 +230,20 @@ void expand_particles(const proto::Config& config, Settings& settings) {
             positions.emplace_back(emitter.x_m(), emitter.y_m(), emitter.z_m());
         }
         if (system.cosmetic()) {
+            if (system.has_burst()) {
+                settings.cosmetic_bursts.push_back(
+                    {system.name(),
+                     static_cast<std::uint32_t>(settings.cosmetics.size()),
+                     *burst_of(system),
+                     narrow_number(system.burst().aura_m()),
+                     narrow_number(system.burst().events_per_s())});
+            }
             settings.cosmetics.push_back({system.name(),
                                           gravity,
                                           narrow_number(system.drag_per_s()),
                                           wind_of(system),
-                                          std::move(emitters)});
+                                          std::move(emitters),
+                                          burst_of(system)});
             continue;
         }
         zone::ParticleSource source = source_of(system);

@@ -10,11 +10,12 @@
 #include "server/zone/rules.h"
 #include "server/zone/zone_settings.h"
 #include "proto/config.pb.h"
-#include "shared/motion/emitter.h"
+#include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -76,10 +77,11 @@ struct InitialEntity {
 /// Particles that only look nice: told to clients, and to nobody else.
 struct CosmeticSystem {
     std::string name;
-    Vec3 gravity = Vec3::Zero();            ///< m/s2
-    float drag = 0.0F;                      ///< 1/s
-    Vec3 wind = Vec3::Zero();               ///< m/s
-    std::vector<motion::Emitter> emitters;  ///< world coordinates (float: worlds are some km)
+    Vec3 gravity = Vec3::Zero();             ///< m/s2
+    float drag = 0.0F;                       ///< 1/s
+    Vec3 wind = Vec3::Zero();                ///< m/s
+    std::vector<motion::Emitter> emitters;   ///< world coordinates (float: worlds are some km)
+    std::optional<motion::BurstKind> burst;  ///< none: no event lets any out
 };
 
 /// Everything that a server needs to know, checked.
@@ -108,6 +110,7 @@ struct Settings {
                                       ///< the centre of the tallest mindless character stands
     std::vector<zone::ParticleSource> particles;  ///< simulated ones
     std::vector<CosmeticSystem> cosmetics;
+    std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;

@@ -106,6 +106,14 @@ void describe_cosmetic(const CosmeticSystem& from, proto::CosmeticSystem& out) {
         emitter.set_lifetime_min_s(e.lifetime_min_s);
         emitter.set_lifetime_max_s(e.lifetime_max_s);
     }
+    if (from.burst) {
+        proto::CosmeticSystem::Burst& burst = *out.mutable_burst();
+        burst.set_cone_cosine(from.burst->cone_cosine);
+        burst.set_slowest(from.burst->slowest);
+        burst.set_spread(from.burst->spread);
+        burst.set_lifetime_min_s(from.burst->lifetime_min_s);
+        burst.set_lifetime_max_s(from.burst->lifetime_max_s);
+    }
 }
 
 proto::WorldDescription describe_honestly(const Settings& settings) {

@@ -74,6 +74,9 @@ void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payloa
         context.ray_cast(eye(context, actor.row), *along, game.settings.shot_range_m, actor.avatar);
     const world::Row target =
         hit.hit && hit.entity ? context.entities().find(hit.entity) : world::kNoRow;
+    if (hit.hit && (target == world::kNoRow || !is_character(context, target))) {
+        throw_debris(game, context, hit.point, hit.normal);
+    }
     if (target == world::kNoRow) {
         return;
     }
@@ -85,7 +88,6 @@ void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payloa
              static_cast<std::uint32_t>(game.settings.damage));
     } else {
         const float mass = context.types()[context.entities().type[target]].mass;
-        throw_debris(game, context, hit.point, hit.normal);
         knock(context, hit.entity, *along * (game.settings.shot_impulse_ns / mass));
     }
 }
@@ -144,7 +146,9 @@ void impact(Game& game, RulesContext& context, const zone::Contact& contact) {
     }
     // Both zones see the contact at a border: the owner of its first entity throws the debris.
     if (owned_row(context, contact.a ? contact.a : contact.b) != world::kNoRow) {
-        throw_debris(game, context, contact.point, contact.normal);
+        // Off the static world, not into it.
+        throw_debris(
+            game, context, contact.point, contact.b ? contact.normal : Vec3(-contact.normal));
     }
     // Only the zone that owns the prop knows that it was thrown: so exactly one zone acts, though
     // both may see the contact.

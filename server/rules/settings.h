@@ -32,7 +32,7 @@ struct GameSettings {
     float impact_knock_mps = 4.0F;      ///< most that a thrown prop knocks a character, [0, 50]
 
     std::string debris_system =
-        "debris";                ///< simulated particles that hits throw up; may be missing
+        "debris";                ///< particles with a burst that hits throw up; may be missing
     float debris_count = 12.0F;  ///< particles of a hit, [0, 1000]
     std::string hail_system;     ///< simulated particles that hurt players; empty: none
     float hail_damage = 0.0F;    ///< of each one within 1 m, some four times a second, [0, 10000]

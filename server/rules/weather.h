@@ -6,7 +6,7 @@
 namespace zoned::rules {
 
 /// Debris flies off a surface at `point` along its outward `normal`, where the world has such a
-/// system.
+/// system: cosmetic, clients are told; simulated, nobody is.
 void throw_debris(const Game& game, RulesContext& context, const Vec3& point, const Vec3& normal);
 
 /// Players are hurt by the hail within their reach, each looked at a few times a second in turn.

@@ -14,8 +14,8 @@ namespace {
 /// Where balls wait that stand for nobody.
 const Vec3 kNowhere(0.0F, -1e6F, 0.0F);
 constexpr float kNobody_m = 0.01F;
-/// All particles of a burst are born in the same step, whatever the tick's length.
-constexpr double kBurstRate_hz = 1e9;
+/// Keeps seeds of cosmetic bursts apart from those of simulated ones.
+constexpr std::uint64_t kCosmetic = 0x636F736D65746963;
 
 ParticlesOfZone::System* find_system(ZoneState& state, std::string_view name) {
     auto& systems = state.particles.systems;
@@ -78,9 +78,67 @@ std::vector<motion::Emitter> emitters_here(const ZoneState& state, const Particl
     return here;
 }
 
+std::uint64_t burst_seed(const ZoneState& state, std::uint64_t number) {
+    return core::mix(state.settings.seed ^ core::mix(state.settings.id.value ^ core::mix(number)));
+}
+
+/// A burst that is simulated here.
+bool let_out(ZoneState& state,
+             ParticlesOfZone::System& system,
+             const Vec3& position,
+             const Vec3& velocity,
+             std::uint32_t count) {
+    ParticlesOfZone& particles = state.particles;
+    // The pass of this tick may be over, or not have been planned.
+    const motion::Emitter emitter = emitter_of(
+        *system.burst,
+        motion::Burst{
+            burst_seed(state, particles.bursts + 1), state.now + 1, position, velocity, count});
+    // Bursts of the past would make all later steps dearer.
+    particles.simulated.find(system.id)->forget_over(state.now, state.settings.dt);
+    if (!particles.simulated.add_emitter(system.id, emitter).ok()) {
+        return false;
+    }
+    ++particles.bursts;
+    system.focus = position;
+    return true;
+}
+
+/// A burst of which clients are told; it changes nothing that is simulated or hashed.
+bool tell(ZoneState& state,
+          std::size_t index,
+          const Vec3& position,
+          const Vec3& velocity,
+          std::uint32_t count) {
+    const CosmeticBurst& told = state.settings.cosmetic_bursts[index];
+    ParticlesOfZone& particles = state.particles;
+    motion::Burst burst{burst_seed(state, kCosmetic + particles.cosmetic_bursts + 1),
+                        state.now,
+                        (state.settings.region().origin() + position.cast<double>()).cast<float>(),
+                        velocity,
+                        count};
+    if (count > motion::kMostInCosmeticBurst || !unfit(emitter_of(told.kind, burst)).empty()) {
+        return false;
+    }
+    // Each event pays for its share of a second; a second's worth may be owed, or one event (and a
+    // thousandth of a tick, for rounding).
+    const double now = static_cast<double>(state.now);
+    const double second = 1.0 / static_cast<double>(state.settings.dt);
+    const double share = second / static_cast<double>(told.events_per_s);
+    const double due = std::max(particles.cosmetic_due[index], now) + share;
+    if (due - now > std::max(share, second) + 1e-3) {
+        return false;
+    }
+    particles.cosmetic_due[index] = due;
+    ++particles.cosmetic_bursts;
+    state.out.bursts.push_back({told.system, burst, told.aura_m});
+    return true;
+}
+
 }  // namespace
 
 void add_particle_systems(ZoneState& state) {
+    state.particles.cosmetic_due.assign(state.settings.cosmetic_bursts.size(), 0.0);
     for (const ParticleSource& source : state.settings.particles) {
         const std::vector<motion::Emitter> here = emitters_here(state, source);
         if (here.empty() && !source.burst) {
@@ -127,33 +185,18 @@ bool emit_particles(ZoneState& state,
                     const Vec3& position,
                     const Vec3& velocity,
                     std::uint32_t count) {
+    if (count == 0) {
+        return false;
+    }
     ParticlesOfZone::System* const found = find_system(state, system);
-    if (found == nullptr || !found->burst || count == 0) {
-        return false;
+    if (found != nullptr) {
+        return found->burst && let_out(state, *found, position, velocity, count);
     }
-    const float speed = velocity.norm();
-    motion::Emitter emitter;
-    emitter.seed = core::mix(state.settings.seed ^ core::mix(state.settings.id.value ^
-                                                             core::mix(++state.particles.bursts)));
-    // The pass of this tick may be over, or not have been planned.
-    emitter.start = state.now + 1;
-    emitter.rate_hz = kBurstRate_hz;
-    emitter.most = count;
-    emitter.position = position;
-    emitter.spread = found->burst->spread_m;
-    emitter.direction = speed > 1e-6F ? Vec3(velocity / speed) : Vec3(Vec3::UnitY());
-    emitter.cone_cosine = found->burst->cone_cosine;
-    emitter.speed_min = found->burst->slowest * speed;
-    emitter.speed_max = speed;
-    emitter.lifetime_min_s = found->burst->lifetime_min_s;
-    emitter.lifetime_max_s = found->burst->lifetime_max_s;
-    // Bursts of the past would make all later steps dearer.
-    state.particles.simulated.find(found->id)->forget_over(state.now, state.settings.dt);
-    if (!state.particles.simulated.add_emitter(found->id, emitter).ok()) {
-        return false;
-    }
-    found->focus = position;
-    return true;
+    const auto& told = state.settings.cosmetic_bursts;
+    const auto it =
+        std::find_if(told.begin(), told.end(), [&](const auto& t) { return t.name == system; });
+    return it != told.end() &&
+           tell(state, static_cast<std::size_t>(it - told.begin()), position, velocity, count);
 }
 
 std::uint32_t particles_near(const ZoneState& state,

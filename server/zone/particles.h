@@ -1,5 +1,5 @@
-// The zone's simulated particles: made from the settings, moved by the particle pass, asked about
-// and let out by rules.
+// The zone's particles: simulated ones, made from the settings, moved by the particle pass, asked
+// about by rules; and bursts that rules let out, simulated or told to clients.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -19,9 +19,11 @@ bool particles_go_on(const ZoneState& state);
 /// Births, deaths and motion of one tick. Returns the particles that there are then.
 std::uint32_t step_particles(ZoneState& state);
 
-/// `count` particles from `position` with about `velocity`, born in the next tick in which the
-/// particle pass may run, as the system's burst settings say. False where this zone has no such
-/// system, the numbers are not finite or there is nothing to emit.
+/// `count` particles from `position` (zone-local, m) with about `velocity` (m/s), as the system's
+/// burst settings say. Simulated: born in the next tick, if the particle pass runs then. Cosmetic:
+/// put into the output for who hears the place, at most motion::kMostInCosmeticBurst of them and
+/// as many events as the config allows; nothing else changes. False where the world has no such
+/// system with a burst, the numbers are not finite, or there is nothing to emit or too much.
 bool emit_particles(ZoneState& state,
                     std::string_view system,
                     const Vec3& position,

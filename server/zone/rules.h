@@ -131,9 +131,12 @@ class RulesContext {
     [[nodiscard]] virtual std::uint32_t particles_near(std::string_view system,
                                                        const Vec3& point,
                                                        float radius) const = 0;
-    /// Lets `count` particles of a simulated system with a `burst` out at `position` with about
-    /// `velocity` (m/s), from the next tick on; those beyond the system's `most` are not born, and
-    /// none while the world is frozen. No client is told. False where this zone has no such system.
+    /// Lets `count` particles of a system with a `burst` out at `position` with about `velocity`
+    /// (m/s). Of a simulated system they are born in the next tick, those beyond its `most` not,
+    /// and no client is told. Of a cosmetic system nothing is simulated: the clients whose nimbus
+    /// and the burst's aura reach the place get one reliable event, from which they compute the
+    /// particles themselves; at most 1000 of them, and `events_per_s` events. False where the world
+    /// has no such system, it has no `burst`, or the numbers are not finite or too large.
     virtual bool emit(std::string_view system,
                       const Vec3& position,
                       const Vec3& velocity,

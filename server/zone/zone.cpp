@@ -250,6 +250,26 @@ void Zone::hearers(EntityId source, std::vector<ClientId>& out) const {
     }
 }
 
+void Zone::hearers_of_place(const Vec3d& place, float aura_m, std::vector<ClientId>& out) const {
+    const world::Entities& e = state_->entities;
+    const Vec3 here = (place - state_->settings.region().origin()).cast<float>();
+    for (const ZoneClient& client : state_->clients) {
+        const world::Row row = e.find(client.avatar);
+        if (row == world::kNoRow) {
+            continue;
+        }
+        const world::EntityType& type = (*state_->settings.types)[e.type[row]];
+        const Vec3 d = e.position[row] - here;
+        if (interest::hears(d.x() * d.x() + d.z() * d.z(),
+                            type.nimbus_m[e.behaviour[row]],
+                            aura_m,
+                            false,
+                            0.0F)) {
+            out.push_back(client.client);
+        }
+    }
+}
+
 bool Zone::owns(EntityId entity) const {
     const world::Row row = state_->entities.find(entity);
     return row != world::kNoRow && !state_->entities.has(row, world::kGhost);

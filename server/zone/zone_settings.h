@@ -9,6 +9,7 @@
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
 #include "shared/core/rng.h"
+#include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
@@ -75,22 +76,23 @@ struct SurfaceBody {
     physics::Material material;
 };
 
-/// What rules leave open when they let particles out.
-struct ParticleBurst {
-    float cone_cosine = 0.5F;  ///< around the velocity
-    float slowest = 0.5F;      ///< speeds are uniform in [slowest, 1] times the speed, 0..1
-    float spread_m = 0.0F;
-    float lifetime_min_s = 1.0F;
-    float lifetime_max_s = 1.0F;
-};
-
 /// A particle system that rules may ask about, for the whole world.
 struct ParticleSource {
-    physics::ParticleSystemDef def;         ///< without what is there to hit
-    std::vector<motion::Emitter> emitters;  ///< but for their positions:
-    std::vector<Vec3d> positions;           ///< of `emitters`, world coordinates, m
-    std::optional<ParticleBurst> burst;     ///< none: rules may not let any out
-    std::uint32_t characters_met = 0;       ///< as balls, at most kernels::ZK_MOST_SPHERES
+    physics::ParticleSystemDef def;          ///< without what is there to hit
+    std::vector<motion::Emitter> emitters;   ///< but for their positions:
+    std::vector<Vec3d> positions;            ///< of `emitters`, world coordinates, m
+    std::optional<motion::BurstKind> burst;  ///< none: rules may not let any out
+    std::uint32_t characters_met = 0;        ///< as balls, at most kernels::ZK_MOST_SPHERES
+};
+
+/// A cosmetic system that rules may let bursts out of: who hears the place is told, once, and
+/// nothing is simulated.
+struct CosmeticBurst {
+    std::string name;
+    std::uint32_t system = 0;  ///< its number among those that clients are told of at login
+    motion::BurstKind kind;
+    float aura_m = 50.0F;
+    float events_per_s = 20.0F;  ///< of this zone; a second's worth may come at once
 };
 
 struct ZoneSettings {
@@ -109,6 +111,7 @@ struct ZoneSettings {
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
     std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
     std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones
+    std::vector<CosmeticBurst> cosmetic_bursts;
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;

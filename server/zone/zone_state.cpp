@@ -49,6 +49,7 @@ void StepOutput::clear() {
     packets.clear();
     messages.clear();
     events.clear();
+    bursts.clear();
     topics.clear();
     rules_messages.clear();
     handoffs.clear();

@@ -36,6 +36,7 @@ struct StepOutput {
     std::vector<mailbox::StatePacket> packets;
     std::vector<mailbox::OutboxItem> messages;  ///< Joined, Kick, AuditRecord
     std::vector<PendingEvent> events;
+    std::vector<BurstOut> bursts;
     std::vector<TopicChange> topics;
     std::vector<RulesMessage> rules_messages;
     std::vector<Handoff> handoffs;
@@ -68,12 +69,13 @@ struct GhostContact {
     ZoneId owner;  ///< of the ghost
 };
 
-/// The zone's simulated particles; empty where the world has none.
+/// The zone's simulated particles, empty where the world has none, and when cosmetic bursts were
+/// let out last.
 struct ParticlesOfZone {
     struct System {
         std::string name;
         physics::ParticleSystemId id;
-        std::optional<ParticleBurst> burst;
+        std::optional<motion::BurstKind> burst;
         std::uint32_t characters_met = 0;
         Vec3 focus = Vec3::Zero();  ///< the characters nearest to here are met
     };
@@ -87,6 +89,9 @@ struct ParticlesOfZone {
     physics::ParticleSystems simulated;
     std::vector<System> systems;
     std::uint64_t bursts = 0;                  ///< so far: each gets a seed of its own
+    std::uint64_t cosmetic_bursts = 0;         ///< counted apart: they change nothing simulated
+    std::vector<double> cosmetic_due;          ///< of each cosmetic burst: the tick up to which the
+                                               ///< events so far are paid for
     std::vector<Near> near;                    ///< scratch
     std::vector<physics::ParticleBall> balls;  ///< scratch
 };
@@ -101,7 +106,8 @@ struct ZoneState {
     world::Entities entities;
     physics::Scene scene;
     std::unique_ptr<SoftMatter> soft;  ///< null until there is a soft body
-    compute::Team* team = nullptr;     ///< helps where a stage is large; outlives this; null: nobody does
+    compute::Team* team =
+        nullptr;  ///< helps where a stage is large; outlives this; null: nobody does
     ParticlesOfZone particles;
     ai::Minds minds;
     std::unique_ptr<Rules> rules;

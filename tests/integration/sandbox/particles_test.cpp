@@ -5,6 +5,9 @@
 #include "server/zone/context.h"
 #include "tests/harness/game_test.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace zoned::harness {
 namespace {
 
@@ -16,6 +19,15 @@ ops::Settings weather(const std::vector<std::string>& sets = {}) {
     EXPECT_TRUE(ops::load_settings(kWeather, sets, settings, errors))
         << ops::format_errors(kWeather, errors);
     return settings;
+}
+
+/// With a simulated system that rules may let bursts out of, beside the cosmetic debris.
+ops::Settings weather_with_gravel(std::vector<std::string> sets = {}) {
+    sets.insert(
+        sets.begin(),
+        "particles[4]={name: \"gravel\" cosmetic: false drag_per_s: 0.2 radius_m: 0.02 most: "
+        "1000 burst { cone_deg: 50 slowest: 0.3 lifetime_min_s: 1 lifetime_max_s: 3 } }");
+    return weather(sets);
 }
 
 void run_ticks(app::World& world, int ticks) {
@@ -62,12 +74,13 @@ TEST(ParticlesInZones, LiveOnlyInTheZonesWhereTheirEmittersAre) {
     EXPECT_EQ(west.report.particles.particles, 800u);
     EXPECT_EQ(east.report.particles.particles, 0u);
     // Rain and smoke are no part of the server's state.
-    EXPECT_EQ(west.particles.systems.size(), 2u);
-    EXPECT_EQ(settings.cosmetics.size(), 2u);
+    EXPECT_EQ(west.particles.systems.size(), 1u);
+    EXPECT_TRUE(east.particles.systems.empty());
+    EXPECT_EQ(settings.cosmetics.size(), 3u);
     EXPECT_TRUE(west.report.plan.has(zone::Pass::kParticles));
     EXPECT_FALSE(east.report.plan.has(zone::Pass::kParticles));
     EXPECT_EQ(east.report.plan.reason[static_cast<std::size_t>(zone::Pass::kParticles)],
-              "all particles are gone and no emitter goes on");
+              "no particles that rules ask about");
 }
 
 TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
@@ -77,6 +90,9 @@ TEST(CosmeticParticles, AreReplayedByClientsAsTheServersClosedFormSays) {
     ASSERT_EQ(told->cosmetics.size(), settings.cosmetics.size());
     for (std::size_t s = 0; s < settings.cosmetics.size(); ++s) {
         const ops::CosmeticSystem& mine = settings.cosmetics[s];
+        if (mine.emitters.empty()) {
+            continue;  // let out by events alone
+        }
         std::vector<motion::Spark> here;
         std::vector<motion::Spark> there;
         motion::replay({mine.emitters[0], mine.gravity, mine.drag, mine.wind},
@@ -105,7 +121,7 @@ TEST(ParticlesInZones, AreNoPassWhereTheWorldHasNone) {
 }
 
 TEST(ParticlesInZones, AreLetOutAndCountedByRules) {
-    const ops::Settings settings = weather();
+    const ops::Settings settings = weather_with_gravel();
     app::World world(settings, 1);
     run_ticks(world, 1);
     zone::ZoneState& state = world.zones()[0]->state();
@@ -113,35 +129,35 @@ TEST(ParticlesInZones, AreLetOutAndCountedByRules) {
     const Vec3 at(3.0F, 5.0F, 2.0F);
     EXPECT_FALSE(context.emit("hail", at, Vec3::UnitY(), 5)) << "it has no burst";
     EXPECT_FALSE(context.emit("rain", at, Vec3::UnitY(), 5)) << "it is cosmetic";
-    EXPECT_FALSE(context.emit("debris", at, Vec3::UnitY(), 0));
-    EXPECT_FALSE(context.emit("debris", at, Vec3::Constant(NAN), 5));
-    ASSERT_TRUE(context.emit("debris", at, 3.0F * Vec3::UnitY(), 40));
-    EXPECT_EQ(context.particles_near("debris", at, 100.0F), 0u) << "born in the next tick";
+    EXPECT_FALSE(context.emit("gravel", at, Vec3::UnitY(), 0));
+    EXPECT_FALSE(context.emit("gravel", at, Vec3::Constant(NAN), 5));
+    ASSERT_TRUE(context.emit("gravel", at, 3.0F * Vec3::UnitY(), 40));
+    EXPECT_EQ(context.particles_near("gravel", at, 100.0F), 0u) << "born in the next tick";
     run_ticks(world, 1);
     // In one tick none flies farther than the speed and gravity take it: 3 m/s / 30 Hz.
-    EXPECT_EQ(context.particles_near("debris", at, 0.11F), 40u);
-    EXPECT_EQ(context.particles_near("debris", at + Vec3(1.0F, 0.0F, 0.0F), 0.5F), 0u);
+    EXPECT_EQ(context.particles_near("gravel", at, 0.11F), 40u);
+    EXPECT_EQ(context.particles_near("gravel", at + Vec3(1.0F, 0.0F, 0.0F), 0.5F), 0u);
     EXPECT_EQ(context.particles_near("rain", at, 100.0F), 0u);
     // They live for one to three seconds, and lie on the ground at the end.
     run_ticks(world, 26);
-    EXPECT_EQ(context.particles_near("debris", at, 100.0F), 40u);
+    EXPECT_EQ(context.particles_near("gravel", at, 100.0F), 40u);
     run_ticks(world, 70);
-    EXPECT_EQ(context.particles_near("debris", at, 100.0F), 0u);
+    EXPECT_EQ(context.particles_near("gravel", at, 100.0F), 0u);
 }
 
 TEST(ParticlesInZones, AreNotBornBeyondTheirMost) {
-    const ops::Settings settings = weather({"particles[debris].most=30"});
+    const ops::Settings settings = weather_with_gravel({"particles[gravel].most=30"});
     app::World world(settings, 1);
     run_ticks(world, 1);
     zone::ZoneContext context(world.zones()[0]->state());
-    ASSERT_TRUE(context.emit("debris", Vec3(0.0F, 5.0F, 0.0F), Vec3::UnitY(), 40));
+    ASSERT_TRUE(context.emit("gravel", Vec3(0.0F, 5.0F, 0.0F), Vec3::UnitY(), 40));
     run_ticks(world, 1);
-    EXPECT_EQ(context.particles_near("debris", Vec3(0.0F, 5.0F, 0.0F), 10.0F), 30u);
+    EXPECT_EQ(context.particles_near("gravel", Vec3(0.0F, 5.0F, 0.0F), 10.0F), 30u);
     EXPECT_EQ(world.zones()[0]->report().particles.counts.refused, 10u);
 }
 
 TEST(ParticlesInZones, ShowInTheStateHash) {
-    const ops::Settings settings = weather();
+    const ops::Settings settings = weather_with_gravel();
     std::uint64_t hashes[3] = {};
     for (int i = 0; i < 3; ++i) {
         app::World world(settings, 1);
@@ -150,13 +166,25 @@ TEST(ParticlesInZones, ShowInTheStateHash) {
             // One particle more, in one of the runs elsewhere by a centimetre.
             zone::ZoneContext context(world.zones()[0]->state());
             context.emit(
-                "debris", Vec3(0.01F * static_cast<float>(i), 5.0F, 0.0F), Vec3::UnitY(), 1);
+                "gravel", Vec3(0.01F * static_cast<float>(i), 5.0F, 0.0F), Vec3::UnitY(), 1);
         }
         run_ticks(world, 2);
         hashes[i] = world.state_hash();
     }
     EXPECT_NE(hashes[0], hashes[1]);
     EXPECT_NE(hashes[1], hashes[2]);
+}
+
+TEST(ParticlesInZones, RestOnceAllAreGoneAndNoneWillBeBorn) {
+    const ops::Settings settings = weather_with_gravel(
+        {"particles[hail].emitter[0].most=1", "particles[hail].emitter[1].x_m=-25"});
+    app::World world(settings, 1);
+    run_ticks(world, 5);
+    const zone::StepReport& east = world.zones()[1]->report();
+    EXPECT_EQ(east.census.particle_systems, 1u) << "the gravel";
+    EXPECT_FALSE(east.plan.has(zone::Pass::kParticles));
+    EXPECT_EQ(east.plan.reason[static_cast<std::size_t>(zone::Pass::kParticles)],
+              "all particles are gone and no emitter goes on");
 }
 
 TEST(ParticlesInZones, BounceOffTheGroundAndOffCharacters) {
@@ -272,6 +300,81 @@ TEST(ParticlesInZones, GoOnWithTheSameHashWhereTheirDeviceFails) {
     EXPECT_GE(faults_told, 1u);
     EXPECT_TRUE((*device)->lost());
     // The worlds end before their device.
+}
+
+/// All bursts that zones let out, as emitters in world coordinates.
+class BurstLog {
+  public:
+    void add(const app::World& world, const ops::Settings& settings) {
+        if (world.now() == seen_) {
+            return;
+        }
+        seen_ = world.now();
+        for (const auto& zone : world.zones()) {
+            for (const zone::BurstOut& out : zone->output().bursts) {
+                const ops::CosmeticSystem& system = settings.cosmetics.at(out.system);
+                all_.push_back({motion::emitter_of(*system.burst, out.burst),
+                                system.gravity,
+                                system.drag,
+                                system.wind});
+            }
+        }
+    }
+
+    [[nodiscard]] std::size_t size() const { return all_.size(); }
+
+    /// Whether one of the bursts has such a particle at a tick, bit for bit.
+    [[nodiscard]] bool has(const motion::Spark& spark, Tick tick, double tick_s) const {
+        return std::any_of(all_.begin(), all_.end(), [&](const motion::CosmeticEmitter& burst) {
+            std::vector<motion::Spark> mine;
+            motion::replay(burst, tick, tick_s, mine);
+            return std::any_of(mine.begin(), mine.end(), [&](const motion::Spark& m) {
+                return m.index == spark.index && m.position == spark.position &&
+                       m.velocity == spark.velocity;
+            });
+        });
+    }
+
+  private:
+    std::vector<motion::CosmeticEmitter> all_;
+    Tick seen_ = 0;
+};
+
+TEST_F(Weather, ShowsBotsTheDebrisThatItsHitsThrowUpAndSimulatesNoneOfIt) {
+    bots.bots = 12;
+    bots.seconds = 10.0;
+    bots.mix = bot::parse_mix("fight:1").value();
+    BurstLog log;
+    std::size_t compared = 0;
+    std::size_t astray = 0;
+    std::size_t others = 0;
+    const measure::Report report = run([&](VirtualServer& w, double now_s) {
+        log.add(w.world(), w.settings());
+        for (const auto& zone : w.world().zones()) {
+            others += zone->report().census.particle_systems > 1 ? 1 : 0;  // than the hail
+        }
+        const bool look = std::fmod(now_s, 0.5) < w.world().zones()[0]->state().settings.dt;
+        for (std::size_t b = 0; look && b < swarm->bots().size(); ++b) {
+            const view::View* view = swarm->bots()[b]->view();
+            if (view == nullptr) {
+                continue;
+            }
+            std::vector<motion::Spark> sparks;
+            view->bursts().replay(view->tick(), sparks);
+            for (const motion::Spark& spark : sparks) {
+                ++compared;
+                astray += log.has(spark, view->tick(), view->world().tick_s) ? 0 : 1;
+            }
+        }
+    });
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GT(log.size(), 0u) << "nobody hit anything";
+    EXPECT_GT(report.bursts, 0u);
+    EXPECT_EQ(report.bursts_malformed, 0u);
+    EXPECT_GT(compared, 0u);
+    EXPECT_EQ(astray, 0u);
+    EXPECT_EQ(others, 0u);
+    EXPECT_GT(world->world().bursts_told(), 0u);
 }
 
 }  // namespace

@@ -56,8 +56,24 @@ const Case kCases[] = {
      "emitter { x_m: 5 rate_hz: 10 }",
      "",
      "particles {",
-     "has no emitter: nothing is ever born"},
+     "has neither an emitter nor a burst: nothing is ever born"},
     {"RateOutOfRange", "rate_hz: 10", "rate_hz: 0", "rate_hz: 0", "[0.001"},
+    {"NegativeDrag", "drag_per_s: 0.5", "drag_per_s: -0.5", "drag_per_s: -0.5", "[0"},
+    {"AuraOfASimulatedBurst",
+     "burst { lifetime_min_s: 1",
+     "burst { aura_m: 5 lifetime_min_s: 1",
+     "aura_m: 5",
+     "no meaning for a simulated system"},
+    {"EventsOfASimulatedBurst",
+     "burst { lifetime_min_s: 1",
+     "burst { events_per_s: 5 lifetime_min_s: 1",
+     "events_per_s: 5",
+     "no meaning for a simulated system"},
+    {"NoEvents",
+     "drag_per_s: 0.5",
+     "drag_per_s: 0.5 burst { events_per_s: 0 }",
+     "events_per_s: 0",
+     "[0.1"},
     {"RestitutionOutOfRange",
      "cosmetic: false",
      "cosmetic: false restitution: 1.5",
@@ -110,7 +126,7 @@ const Case kCases[] = {
 INSTANTIATE_TEST_SUITE_P(Particles,
                          ParticleMistake,
                          testing::ValuesIn(kCases),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& one) { return one.param.name; });
 
 TEST(ParticleSettings, TellClientsOfCosmeticSystemsAndZonesOfTheOthers) {
     const Outcome out = parse(world_with(kSmoke + kHail));
@@ -131,6 +147,32 @@ TEST(ParticleSettings, TellClientsOfCosmeticSystemsAndZonesOfTheOthers) {
     ASSERT_EQ(told.cosmetics_size(), 1);
     EXPECT_EQ(told.cosmetics(0).name(), "smoke");
     EXPECT_EQ(told.cosmetics(0).emitters(0).seed(), out.settings.cosmetics[0].emitters[0].seed);
+}
+
+TEST(ParticleSettings, TellClientsWhatBurstsHaveInCommonAndZonesWhoHears) {
+    const std::string shards =
+        "particles { name: \"shards\" burst { cone_deg: 60 slowest: 0.25 "
+        "spread_m: 0.5 lifetime_min_s: 1.5 aura_m: 20 events_per_s: 7 } }\n";
+    const Outcome out = parse(world_with(kSmoke + kHail + shards));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    ASSERT_EQ(out.settings.particles.size(), 1u) << "it is not simulated";
+    ASSERT_EQ(out.settings.cosmetic_bursts.size(), 1u);
+    const zone::CosmeticBurst& burst = out.settings.cosmetic_bursts[0];
+    EXPECT_EQ(burst.name, "shards");
+    EXPECT_EQ(burst.system, 1u);
+    EXPECT_EQ(burst.aura_m, 20.0F);
+    EXPECT_EQ(burst.events_per_s, 7.0F);
+    const proto::WorldDescription told = describe_world(out.settings);
+    ASSERT_EQ(told.cosmetics_size(), 2);
+    EXPECT_FALSE(told.cosmetics(0).has_burst());
+    EXPECT_EQ(told.cosmetics(1).name(), "shards");
+    EXPECT_EQ(told.cosmetics(1).emitters_size(), 0);
+    EXPECT_NEAR(told.cosmetics(1).burst().cone_cosine(), 0.5, 1e-6);
+    EXPECT_EQ(told.cosmetics(1).burst().cone_cosine(), burst.kind.cone_cosine);
+    EXPECT_EQ(told.cosmetics(1).burst().slowest(), 0.25F);
+    EXPECT_EQ(told.cosmetics(1).burst().spread(), 0.5F);
+    EXPECT_EQ(told.cosmetics(1).burst().lifetime_min_s(), 1.5F);
+    EXPECT_EQ(told.cosmetics(1).burst().lifetime_max_s(), 1.5F) << "as lifetime_min_s";
 }
 
 TEST(ParticleSettings, GiveEveryEmitterASeedOfItsOwnThatComesOfTheWorlds) {

@@ -284,6 +284,8 @@ class FakeZone final : public zone::RulesContext {
                 best.entity = entities_.id[row];
             }
         }
+        best.point = from + direction * best.distance;
+        best.normal = -direction;
         return best;
     }
 

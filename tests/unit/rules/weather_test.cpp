@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace zoned::rules::test {
 namespace {
 
@@ -13,7 +15,7 @@ TEST(Debris, FliesOffPropsThatAreShotAndNotOffPlayers) {
     ASSERT_EQ(zone.emitted.size(), 1u);
     EXPECT_EQ(zone.emitted[0].system, "debris");
     EXPECT_EQ(zone.emitted[0].count, 12u);
-    EXPECT_GT(zone.emitted[0].velocity.norm(), 0.0F);
+    EXPECT_LT(zone.emitted[0].velocity.x(), 0.0F) << "back to the shooter";
     zone.despawn(crate);
     zone.join(2, Vec3(10.0F, 0.0F, 0.0F));
     zone.tick(8);
@@ -41,8 +43,28 @@ TEST(Debris, FliesWherePropsMeetHardAndInTheOwnersZoneAlone) {
     EXPECT_EQ(east.emitted.size(), 0u);
     contact.a = EntityId();  // the ground
     contact.b = other;
+    contact.normal = Vec3::UnitY();
     east.game.on_contact(east, contact);
-    EXPECT_EQ(east.emitted.size(), 1u);
+    ASSERT_EQ(east.emitted.size(), 1u);
+    EXPECT_GT(east.emitted[0].velocity.y(), 0.0F);
+    // The same the other way round: the normal leads from a to b, into the ground.
+    std::swap(contact.a, contact.b);
+    contact.normal = -Vec3::UnitY();
+    east.game.on_contact(east, contact);
+    ASSERT_EQ(east.emitted.size(), 2u);
+    EXPECT_GT(east.emitted[1].velocity.y(), 0.0F);
+}
+
+TEST(Debris, FliesOffWallsThatAreShot) {
+    FakeZone zone;
+    const EntityId shooter = zone.join(1, Vec3::Zero());
+    zone.command(1, shooter, sandbox::COMMAND_SHOOT, shot(1.0F, 0.0F, 0.0F));
+    EXPECT_TRUE(zone.emitted.empty()) << "it hit nothing";
+    zone.wall_x = 8.0F;
+    zone.tick(8);
+    zone.command(1, shooter, sandbox::COMMAND_SHOOT, shot(1.0F, 0.0F, 0.0F));
+    ASSERT_EQ(zone.emitted.size(), 1u);
+    EXPECT_NEAR(zone.emitted[0].position.x(), 8.0F, 1e-4F);
 }
 
 TEST(Debris, IsASettingThatMayBeNone) {
