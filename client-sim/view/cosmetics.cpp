@@ -10,8 +10,8 @@ namespace zoned::view {
 
 namespace {
 
-/// Alive at a time, in all systems together: far above what servers send, below what hangs a
-/// client.
+/// Alive at a time, in all systems together: as many as a config may ask for, 64 systems of a
+/// million.
 constexpr double kMostAlive = 64e6;
 
 using Numbers = google::protobuf::RepeatedField<float>;

@@ -40,7 +40,9 @@ void print_particles(const ops::Settings& settings, const ParticleDevice& device
     }
     if (!settings.cosmetics.empty()) {
         std::printf(
-            "cosmetic particle systems: %zu, neither simulated nor sent: clients replay them\n",
+            "cosmetic particle systems: %zu, neither simulated nor sent (but for one event a "
+            "burst): "
+            "clients replay them\n",
             settings.cosmetics.size());
     }
 }

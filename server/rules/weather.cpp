@@ -9,7 +9,7 @@ namespace zoned::rules {
 
 namespace {
 
-constexpr Tick kHailEvery = 8;  ///< avatars take turns: each is looked at every so many ticks
+constexpr float kHailEvery_s = 0.25F;  ///< avatars take turns: each is looked at so often
 constexpr float kHailReach_m = 1.0F;
 constexpr float kDebrisSpeed_mps = 4.0F;
 
@@ -26,8 +26,9 @@ void hail(Game& game, RulesContext& context) {
     if (game.settings.hail_system.empty() || game.settings.hail_damage <= 0.0F) {
         return;
     }
+    const Tick every = ticks(context, kHailEvery_s);
     for (const auto& [client, avatar] : game.avatars) {
-        const bool turn = (context.now() + static_cast<Tick>(avatar.value)) % kHailEvery == 0;
+        const bool turn = (context.now() + static_cast<Tick>(avatar.value)) % every == 0;
         const world::Row row = turn ? owned_row(context, avatar) : world::kNoRow;
         if (row == world::kNoRow || game.characters.at(avatar).life != Life::kAlive) {
             continue;
