@@ -187,7 +187,8 @@ void TickLoop::count_zone(std::size_t index) {
     s.particles += r.particles.particles;
     s.device_particles += r.particles.on_device;
     if (!r.particles.fault.empty() && s.device_faults++ == 0) {
-        spdlog::warn("the device is given up, the CPU goes on: {}", r.particles.fault);
+        spdlog::warn("compute.device: the device is given up, the CPU goes on: {}",
+                     r.particles.fault);
     }
     s.zone_hashes.push_back(zone.state_hash());
     s.zone_entities.push_back(r.census.entities);

@@ -269,37 +269,43 @@ TEST(ParticlesInZones, LieOnHillsAndNotInThem) {
     EXPECT_GT(highest, 1.0F) << "no hill lies under the cloud";
 }
 
+/// As if the device were faster for any number.
+const compute::Crossover kAlwaysDevice({1e6, 1.0, 0.0}, {0.0, 1e-6, 0.0});
+
 TEST(ParticlesInZones, GoOnWithTheSameHashWhereTheirDeviceFails) {
-    compute::DeviceFaults faults;
-    faults.launches = 5;
-    compute::DeviceSettings open;
-    open.testing = &faults;
-    auto device = compute::Device::open(open);
-    if (!device.ok()) {
-        GTEST_SKIP() << device.error();
-    }
-    // As if the device were faster for any number.
-    const compute::Crossover crossover({1e6, 1.0, 0.0}, {0.0, 1e-6, 0.0});
-    const ops::Settings settings = weather();
-    app::World on_cpu(settings, 1);
-    app::World on_device(settings, 1);
-    on_device.use_device(device->get(), crossover);
-    std::vector<mailbox::OutboxItem> out;
-    unsigned moved = 0;
-    std::size_t faults_told = 0;
-    for (int t = 0; t < 30; ++t) {
-        on_cpu.tick({}, out);
-        on_device.tick({}, out);
-        ASSERT_EQ(on_cpu.state_hash(), on_device.state_hash()) << t;
-        for (const auto& zone : on_device.zones()) {
-            moved += zone->report().particles.on_device;
-            faults_told += zone->report().particles.fault.empty() ? 0 : 1;
+    for (const bool memory : {false, true}) {
+        compute::DeviceFaults faults;
+        faults.launches = memory ? -1 : 5;
+        faults.memory_bytes = memory ? 1U << 16U : SIZE_MAX;
+        compute::DeviceSettings open;
+        open.testing = &faults;
+        const auto device = compute::Device::open(open);
+        ASSERT_TRUE(device.ok()) << device.error();
+        const ops::Settings settings = weather();
+        app::World on_cpu(settings, 1);
+        app::World on_device(settings, 1);
+        on_device.use_device(device->get(), kAlwaysDevice);
+        std::vector<mailbox::OutboxItem> out;
+        unsigned moved = 0;
+        std::vector<std::string> told;
+        for (int t = 0; t < 30; ++t) {
+            on_cpu.tick({}, out);
+            on_device.tick({}, out);
+            ASSERT_EQ(on_cpu.state_hash(), on_device.state_hash()) << t;
+            for (const auto& zone : on_device.zones()) {
+                moved += zone->report().particles.on_device;
+                if (!zone->report().particles.fault.empty()) {
+                    told.push_back(zone->report().particles.fault);
+                }
+            }
         }
+        // Each of the two systems gives it up, once; one of buffers too large was of no use ever.
+        EXPECT_EQ(told.size(), 2u);
+        EXPECT_EQ(moved > 0, !memory);
+        EXPECT_EQ((*device)->lost(), !memory);
+        EXPECT_EQ(told.at(0).find("memory") != std::string::npos, memory) << told.at(0);
+        // The worlds end before their device.
     }
-    EXPECT_GT(moved, 0u);
-    EXPECT_GE(faults_told, 1u);
-    EXPECT_TRUE((*device)->lost());
-    // The worlds end before their device.
 }
 
 /// All bursts that zones let out, as emitters in world coordinates.

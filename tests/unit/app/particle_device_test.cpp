@@ -2,16 +2,24 @@
 // told in one line that names the setting, and the CPU does it.
 #include "server/app/particle_device.h"
 
+#include "server/app/tick_loop.h"
+#include "server/app/world.h"
 #include "server/ops/settings.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 namespace zoned::app {
@@ -141,6 +149,45 @@ TEST(ParticleDevice, SaysWhereBuiltKernelsCannotBeKept) {
         EXPECT_EQ(kept.device->programs().built, built) << "the second start finds them";
     }
     std::filesystem::remove_all(folder);
+}
+
+TEST(ParticleDevice, ThatDiesInPlayIsLoggedOnceAndTheWorldGoesOn) {
+    compute::DeviceFaults faults;
+    faults.launches = 5;
+    compute::DeviceSettings with;
+    with.testing = &faults;
+    const auto device = compute::Device::open(with);
+    ASSERT_TRUE(device.ok()) << device.error();
+    std::ostringstream log;
+    const auto before = spdlog::default_logger();
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+    LoopStats stats;
+    {
+        const ops::Settings settings = with_particles(1000);
+        World world(settings, 1);
+        // As if it were faster for any number.
+        world.use_device(device->get(), {{1e6, 1.0, 0.0}, {0.0, 1e-6, 0.0}});
+        LoopSettings fast;
+        fast.rate_hz = 240.0;
+        TickLoop loop(
+            world, fast, [](TickResult) {}, nullptr);
+        loop.start();
+        for (int i = 0; i < 1000 && stats.ticks < 20; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            stats = loop.stats();
+        }
+        loop.stop();
+    }
+    spdlog::set_default_logger(before);
+    EXPECT_GE(stats.ticks, 20) << "it goes on";
+    EXPECT_EQ(stats.device_faults, 2u) << "both systems lost it";
+    EXPECT_EQ(stats.device_particles, 5u);
+    EXPECT_GT(stats.particles, 0u);
+    const std::string text = log.str();
+    const std::size_t first = text.find("the device is given up");
+    ASSERT_NE(first, std::string::npos) << text;
+    EXPECT_EQ(text.find("the device is given up", first + 1), std::string::npos) << text;
 }
 
 }  // namespace
