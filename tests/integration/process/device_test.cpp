@@ -2,6 +2,7 @@
 #include "tests/integration/process/fixture.h"
 
 #include <csignal>
+#include <cstdlib>
 
 namespace zoned::testing_process {
 namespace {
@@ -41,6 +42,37 @@ TEST_F(Process, LoadsNoOpenClForFewParticlesOrAgainstTheConfigsWill) {
     EXPECT_FALSE(maps(*unwilling, "libOpenCL"));
     EXPECT_NE(unwilling->errors().find("as compute.device says"), std::string::npos)
         << unwilling->errors();
+}
+
+/// `zoned explain` with the dynamic loader's account of what it looks for on standard error.
+struct Explained {
+    explicit Explained(const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{"explain", minimal()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        setenv("LD_DEBUG", "libs", 1);
+        Child child("zoned", arguments);
+        unsetenv("LD_DEBUG");
+        code = child.wait(kPatience);
+        output = child.output();
+        loader = child.errors();
+    }
+
+    int code = -1;
+    std::string output;
+    std::string loader;
+};
+
+TEST_F(Process, ExplainsAWorldWithoutSimulatedParticlesWithoutLookingForOpenCl) {
+    const Explained without({});
+    EXPECT_EQ(without.code, 0);
+    EXPECT_NE(without.output.find("none is simulated, no device is looked for"), std::string::npos)
+        << without.output;
+    EXPECT_NE(without.loader.find("find library=libc.so"), std::string::npos) << "no account";
+    EXPECT_EQ(without.loader.find("OpenCL"), std::string::npos);
+    const Explained with(kHail);
+    EXPECT_EQ(with.code, 0);
+    EXPECT_NE(with.output.find("particles: "), std::string::npos) << with.output;
+    EXPECT_NE(with.loader.find("find library=libOpenCL"), std::string::npos);
 }
 
 TEST_F(Process, LooksForADeviceWhereThereIsWorkForOneAndSaysWhatItChose) {
