@@ -192,6 +192,9 @@ void Bot::on_joined(const proto::Joined& joined) {
 }
 
 void Bot::on_event(const proto::Event& event) {
+    if (view_) {
+        view_->apply(event);
+    }
     observer_.on_event(*this, event);
 }
 

@@ -275,6 +275,9 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
         r.view_resets += v.resets;
         r.unknown_keyframes += v.unknown_keyframes;
         r.malformed_records += v.malformed_records;
+        r.bursts += v.bursts;
+        r.bursts_malformed += v.bursts_malformed;
+        r.bursts_refused += v.bursts_refused;
         r.zone_changes += v.zone_changes;
         r.input_missing += v.input_missing;
         r.publications_absolute += v.absolutes;

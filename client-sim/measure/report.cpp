@@ -83,6 +83,9 @@ void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("packets_unauthenticated", r.unauthenticated);
     json.field("packets_malformed", r.malformed);
     json.field("records_malformed", r.malformed_records);
+    json.field("bursts", r.bursts);
+    json.field("bursts_malformed", r.bursts_malformed);
+    json.field("bursts_refused", r.bursts_refused);
     json.field("unknown_keyframes", r.unknown_keyframes);
     json.field("server_silences", r.server_silences);
     json.field("silent_bots", r.silent_bots);

@@ -64,7 +64,10 @@ struct Report {
     std::uint64_t view_resets = 0;
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
-    std::uint64_t zone_changes = 0;  ///< handoffs that clients saw
+    std::uint64_t bursts = 0;  ///< of cosmetic particles, told by events
+    std::uint64_t bursts_malformed = 0;
+    std::uint64_t bursts_refused = 0;  ///< more at a time than a client displays
+    std::uint64_t zone_changes = 0;    ///< handoffs that clients saw
     std::uint64_t input_missing = 0;
     std::uint64_t publications_absolute = 0;
     std::array<std::uint64_t, motion::kPredictorOrders> publications_by_order{};

@@ -148,6 +148,14 @@ void judge(Report& r) {
         r.reasons.push_back("wire: " + std::to_string(r.malformed + r.malformed_records) +
                             " malformed packets or records");
     }
+    if (r.bursts_malformed > 0) {
+        r.reasons.push_back("particles: " + count_of(r.bursts_malformed, "burst", "bursts") +
+                            " that no client can replay");
+    }
+    if (r.bursts_refused > 0) {
+        r.warnings.push_back("particles: " + count_of(r.bursts_refused, "burst", "bursts") +
+                             " more than a client displays at a time");
+    }
     const double clock_ms = r.clock_error_ms.percentile(0.99);
     if (clock_ms > r.clock_bound_ms + kClockSlackMs) {
         r.reasons.push_back("clock: error of " + number(clock_ms) + " ms at p99, " +

@@ -10,7 +10,8 @@ View::View(std::shared_ptr<const World> world, const ViewSettings& settings, Vie
       settings_(settings),
       listener_(listener),
       store_(*world_, settings.convergence, settings.keep_history),
-      own_(*world_) {
+      own_(*world_),
+      bursts_(*world_) {
 }
 
 void View::evaluate(Tick tick) {
@@ -20,6 +21,7 @@ void View::evaluate(Tick tick) {
 void View::clear() {
     store_ = EntityStore(*world_, settings_.convergence, settings_.keep_history);
     own_ = OwnAvatar(*world_);
+    bursts_.clear();
     zone_ = {};
     newest_sequence_ = 0;
     wish_.clear();
@@ -59,6 +61,23 @@ Correction View::apply(const link::OpenedPacket& packet, double now_s) {
         }
     }
     return correction;
+}
+
+void View::apply(const proto::Event& event) {
+    if (event.kind() != proto::CORE_EVENT_PARTICLE_BURST) {
+        return;
+    }
+    switch (bursts_.apply(event, tick_)) {
+        case Bursts::Outcome::kTaken:
+            ++stats_.bursts;
+            break;
+        case Bursts::Outcome::kMalformed:
+            ++stats_.bursts_malformed;
+            break;
+        case Bursts::Outcome::kNoRoom:
+            ++stats_.bursts_refused;
+            break;
+    }
 }
 
 bool View::apply_record(wire::RecordReader& reader,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "client-sim/link/datagram_channel.h"
+#include "client-sim/view/bursts.h"
 #include "client-sim/view/entity_store.h"
 #include "client-sim/view/own_avatar.h"
 #include "client-sim/view/world.h"
@@ -39,7 +40,10 @@ struct ViewStats {
     std::uint64_t resets = 0;
     std::uint64_t dropped_by_reset = 0;
     std::uint64_t zone_changes = 0;
-    std::uint64_t input_missing = 0;  ///< own states that say that the command came too late
+    std::uint64_t bursts = 0;  ///< events that let cosmetic particles out
+    std::uint64_t bursts_malformed = 0;
+    std::uint64_t bursts_refused = 0;  ///< too many at a time
+    std::uint64_t input_missing = 0;   ///< own states that say that the command came too late
 };
 
 class View {
@@ -60,6 +64,10 @@ class View {
     /// prediction fared when the packet carried the own state.
     Correction apply(const link::OpenedPacket& packet, double now_s);
 
+    /// An event of the server's own: cosmetic bursts are taken in, other kinds are of no concern
+    /// here.
+    void apply(const proto::Event& event);
+
     /// Called about once a second: forgets, looks for entities that fell silent.
     void maintain(double now_s);
 
@@ -71,6 +79,8 @@ class View {
     [[nodiscard]] const EntityStore& store() const { return store_; }
 
     [[nodiscard]] const World& world() const { return *world_; }
+
+    [[nodiscard]] const Bursts& bursts() const { return bursts_; }
 
     [[nodiscard]] OwnAvatar& own() { return own_; }
 
@@ -90,6 +100,7 @@ class View {
     ViewListener* listener_;
     EntityStore store_;
     OwnAvatar own_;
+    Bursts bursts_;
     ViewStats stats_;
     Tick tick_ = 0;
     ZoneId zone_;

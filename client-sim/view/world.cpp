@@ -1,5 +1,6 @@
 #include "client-sim/view/world.h"
 
+#include "client-sim/view/cosmetics.h"
 #include "shared/core/utf8.h"
 #include "shared/wire/publication.h"
 
@@ -204,7 +205,7 @@ std::string wrong_with(const proto::WorldDescription& d) {
             return "malformed static surface";
         }
     }
-    return {};
+    return wrong_with_cosmetics(d);
 }
 
 }  // namespace
@@ -264,6 +265,7 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
             surfaces_around(d, surfaces, zone.origin));
         world.zones.push_back(std::move(zone));
     }
+    world.cosmetics = read_cosmetics(d);
     return world;
 }
 

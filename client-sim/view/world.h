@@ -7,11 +7,13 @@
 #include "shared/core/result.h"
 #include "shared/math/types.h"
 #include "shared/motion/apply_input.h"
+#include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 #include "shared/wire/quantize.h"
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,15 @@ struct ZoneInfo {
     motion::StaticGeometry geometry;  ///< zone-local coordinates
 };
 
+/// Smoke, rain: drawn from motion::replay() for any tick; the server sends nothing more of it but
+/// an event for each burst.
+struct CosmeticSystem {
+    std::string name;
+    std::vector<motion::CosmeticEmitter> emitters;  ///< world coordinates
+    motion::CosmeticEmitter air;  ///< gravity, drag and wind of bursts; its emitter is idle
+    std::optional<motion::BurstKind> burst;  ///< none: events of it are malformed
+};
+
 /// Immutable once made.
 struct World {
     double tick_s = 1.0 / 30.0;
@@ -50,6 +61,7 @@ struct World {
     std::vector<Lod> lods;
     std::vector<ZoneInfo> zones;
     float interest_hysteresis = 0.0F;
+    std::vector<CosmeticSystem> cosmetics;
 
     /// nullptr for a zone that the world does not have.
     [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;

@@ -1,5 +1,6 @@
 #include "server/app/commands.h"
 #include "server/app/load.h"
+#include "server/app/particle_device.h"
 #include "server/app/tick_loop.h"
 #include "server/app/world.h"
 
@@ -32,6 +33,20 @@ struct ZoneCost {
     }
 };
 
+void print_particles(const ops::Settings& settings, const ParticleDevice& device) {
+    std::printf("%s\n", device.text.c_str());
+    if (!device.no_cache.empty()) {
+        std::printf("%s\n", device.no_cache.c_str());
+    }
+    if (!settings.cosmetics.empty()) {
+        std::printf(
+            "cosmetic particle systems: %zu, neither simulated nor sent (but for one event a "
+            "burst): "
+            "clients replay them\n",
+            settings.cosmetics.size());
+    }
+}
+
 void print_zone(const ops::ZoneRegion& region,
                 const zone::StepReport& last,
                 const ZoneCost& cost,
@@ -56,6 +71,13 @@ void print_zone(const ops::ZoneRegion& region,
         c.awake_soft,
         c.soft_bodies,
         c.viewers);
+    if (c.particle_systems > 0) {
+        std::printf(
+            "  particles: %u systems, %zu particles in the last tick, %u systems on a device\n",
+            c.particle_systems,
+            last.particles.particles,
+            last.particles.on_device);
+    }
     std::printf("  %-12s %-5s %10s %10s %8s  %s\n",
                 "pass",
                 "plan",
@@ -85,7 +107,11 @@ int explain(const ExplainArguments& arguments) {
     if (!load_or_complain(arguments.config, arguments.sets, settings)) {
         return kUsage;
     }
+    ParticleDevice device = open_particle_device(settings, 1);  // outlives the world
     World world(settings, 1, &thread_cpu_ns);
+    if (device.device) {
+        world.use_device(device.device.get(), device.crossover);
+    }
     std::vector<mailbox::InboxItem> items;
     std::vector<mailbox::OutboxItem> out;
     join_viewers(arguments.viewers, items);
@@ -101,6 +127,7 @@ int explain(const ExplainArguments& arguments) {
     std::printf("plan of the last of %u ticks, with mean thread CPU time per tick (%u viewers)\n",
                 arguments.ticks,
                 arguments.viewers);
+    print_particles(settings, device);
     for (std::size_t z = 0; z < costs.size(); ++z) {
         print_zone(settings.zones[z], world.zones()[z]->report(), costs[z], arguments.ticks);
     }

@@ -2,6 +2,7 @@
 #include "server/app/host_settings.h"
 #include "server/app/load.h"
 #include "server/app/network.h"
+#include "server/app/particle_device.h"
 #include "server/app/serve_report.h"
 #include "server/app/tick_loop.h"
 #include "server/app/world.h"
@@ -62,6 +63,7 @@ class Server {
               loop_->post(std::move(item));
           }) {
         open_recording();
+        open_device();
         LoopSettings loop;
         loop.rate_hz = settings.tick_rate_hz;
         loop.max_catch_up = settings.config.run().max_catch_up_ticks();
@@ -110,6 +112,21 @@ class Server {
         const auto opened = recorder_->open(recording.file(), record_header(settings_));
         if (!opened.ok()) {
             throw std::runtime_error(opened.error());
+        }
+    }
+
+    void open_device() {
+        particle_device_ = open_particle_device(settings_, world_.pool().threads());
+        if (!settings_.particles.empty()) {
+            spdlog::log(particle_device_.failed ? spdlog::level::warn : spdlog::level::info,
+                        "{}",
+                        particle_device_.text);
+        }
+        if (!particle_device_.no_cache.empty()) {
+            spdlog::warn("{}", particle_device_.no_cache);
+        }
+        if (particle_device_.device) {
+            world_.use_device(particle_device_.device.get(), particle_device_.crossover);
         }
     }
 
@@ -178,6 +195,7 @@ class Server {
     asio::signal_set signals_;
     asio::steady_timer stop_timer_;
     std::chrono::steady_clock::time_point farewell_end_;
+    ParticleDevice particle_device_;  // outlives the world
     World world_;
     Network network_;
     std::unique_ptr<ops::RecordWriter> recorder_;

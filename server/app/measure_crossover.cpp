@@ -34,7 +34,8 @@ double median_us(const Work& work) {
     return times[kTimed / 2];
 }
 
-/// What most particle systems are: drag in a steady wind, a floor.
+}  // namespace
+
 compute::ParticleScene common_scene() {
     compute::ParticleScene scene;
     scene.world.h = 1.0F / 60.0F;
@@ -46,11 +47,10 @@ compute::ParticleScene common_scene() {
     return scene;
 }
 
-}  // namespace
-
-MeasuredCrossover measure_particles(compute::Device& device, compute::Team& team) {
+MeasuredCrossover measure_particles(compute::Device& device,
+                                    compute::Team& team,
+                                    const compute::ParticleScene& scene) {
     MeasuredCrossover measured;
-    const compute::ParticleScene scene = common_scene();
     compute::ParticleColumns columns;
     columns.reserve(kMany);
     compute::ParticleStage stage(&device);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/compute/crossover.h"
+#include "server/compute/stages/particle_stage.h"
 #include "server/compute/team.h"
 
 #include <string>
@@ -17,10 +18,15 @@ struct MeasuredCrossover {
     std::string fault;             ///< why; empty: it did not
 };
 
+/// What most particle systems are: drag in a steady wind, a floor.
+compute::ParticleScene common_scene();
+
 /// Steps a few thousand and a few hundred thousand particles on both sides, five times each after
-/// the kernel is built and both are warm; the median counts. Takes some 20 ms and, where the
-/// program is in no cache, the time of a build. For the first need of a device, not for every
-/// start. The choice is recorded by whoever makes it.
-MeasuredCrossover measure_particles(compute::Device& device, compute::Team& team);
+/// the kernel is built and both are warm; the median counts. Takes some 20 ms in the
+/// common scene, a second among 16 balls on a slow device and, where the program is in no cache,
+/// the time of a build. For the first need of a device, not for every start.
+MeasuredCrossover measure_particles(compute::Device& device,
+                                    compute::Team& team,
+                                    const compute::ParticleScene& scene = common_scene());
 
 }  // namespace zoned::app

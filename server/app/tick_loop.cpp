@@ -1,5 +1,7 @@
 #include "server/app/tick_loop.h"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <ctime>
 #include <utility>
@@ -138,8 +140,10 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
     s.handoffs = world_.handoffs();
     s.client_handoffs = world_.client_handoffs();
     s.undeliverable = world_.undeliverable();
+    s.bursts_told = world_.bursts_told();
     s.entities = 0;
     s.awake_bodies = 0;
+    s.particles = 0;
     s.zone_hashes.clear();
     s.zone_entities.clear();
     zone_ran_.resize(world_.zones().size());
@@ -180,6 +184,12 @@ void TickLoop::count_zone(std::size_t index) {
     s.held_back += r.physics.held_back;
     s.slowed += r.physics.slowed;
     s.broadcast_ticks += r.interest.broadcast ? 1 : 0;
+    s.particles += r.particles.particles;
+    s.device_particles += r.particles.on_device;
+    if (!r.particles.fault.empty() && s.device_faults++ == 0) {
+        spdlog::warn("compute.device: the device is given up, the CPU goes on: {}",
+                     r.particles.fault);
+    }
     s.zone_hashes.push_back(zone.state_hash());
     s.zone_entities.push_back(r.census.entities);
 }

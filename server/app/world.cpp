@@ -16,6 +16,24 @@ std::string zone_topic(ZoneId zone) {
     return "zone/" + std::to_string(zone.value);
 }
 
+mailbox::Bytes bytes_of(const google::protobuf::MessageLite& message) {
+    mailbox::Bytes bytes(message.ByteSizeLong());
+    message.SerializeToArray(bytes.data(), static_cast<int>(bytes.size()));
+    return bytes;
+}
+
+proto::ParticleBurst describe_burst(const zone::BurstOut& from) {
+    proto::ParticleBurst out;
+    out.set_system(from.system);
+    out.set_seed(from.burst.seed);
+    out.set_count(from.burst.count);
+    for (int axis = 0; axis < 3; ++axis) {
+        out.add_position(from.burst.position[axis]);
+        out.add_velocity(from.burst.velocity[axis]);
+    }
+    return out;
+}
+
 }  // namespace
 
 World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch)
@@ -38,6 +56,12 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
     populate(settings, regions_, zones_);
 }
 
+void World::use_device(compute::Device* device, const compute::Crossover& crossover) {
+    for (const auto& zone : zones_) {
+        zone->state().particles.simulated.use_device(device, crossover);
+    }
+}
+
 std::uint64_t World::state_hash() const {
     core::StateHash hash;
     for (const auto& zone : zones_) {
@@ -51,7 +75,7 @@ bool World::idle() const {
         const zone::StepPlan& plan = zone->report().plan;
         return !plan.has(zone::Pass::kRules) && !plan.has(zone::Pass::kMinds) &&
                !plan.has(zone::Pass::kMovement) && !plan.has(zone::Pass::kPhysics) &&
-               !plan.has(zone::Pass::kInterest);
+               !plan.has(zone::Pass::kParticles) && !plan.has(zone::Pass::kInterest);
     });
 }
 
@@ -148,6 +172,7 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     for_each_zone(&World::exchange_zone);
     for_each_zone(&World::publish_zone);
     resolve_events(out);
+    resolve_bursts(out);
     for (const auto& zone : zones_) {
         zone::StepOutput& from = zone->output();
         for (mailbox::OutboxItem& message : from.messages) {
@@ -199,16 +224,19 @@ void World::carry_handoffs(std::vector<mailbox::OutboxItem>& out) {
     }
 }
 
+EventId World::own_event_id() {
+    return EventId(++next_event_ << 16U);  // zone 0: the world itself
+}
+
 void World::enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out) {
     topics_.subscribe(client, zone_topic(zone));
     proto::ZoneEntered entered;
     entered.set_zone(zone.value);
     mailbox::EventOut event;
-    event.event = EventId((++next_event_ << 16U));  // zone 0: the world itself
+    event.event = own_event_id();
     event.tick = now_;
     event.kind = proto::CORE_EVENT_ZONE_ENTERED;
-    event.payload.resize(entered.ByteSizeLong());
-    entered.SerializeToArray(event.payload.data(), static_cast<int>(event.payload.size()));
+    event.payload = bytes_of(entered);
     event.recipients.push_back(client);
     out.emplace_back(std::move(event));
 }
@@ -264,6 +292,28 @@ void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
             if (!recipients.empty()) {
                 out.emplace_back(std::move(pending.event));
             }
+        }
+    }
+}
+
+void World::resolve_bursts(std::vector<mailbox::OutboxItem>& out) {
+    for (const auto& zone : zones_) {
+        for (const zone::BurstOut& burst : zone->output().bursts) {
+            mailbox::EventOut event;
+            for (const auto& other : zones_) {
+                other->hearers_of_place(
+                    burst.burst.position.cast<double>(), burst.aura_m, event.recipients);
+            }
+            if (event.recipients.empty()) {
+                continue;
+            }
+            std::sort(event.recipients.begin(), event.recipients.end());
+            event.event = own_event_id();
+            event.tick = burst.burst.start;
+            event.kind = proto::CORE_EVENT_PARTICLE_BURST;
+            event.payload = bytes_of(describe_burst(burst));
+            out.emplace_back(std::move(event));
+            ++bursts_told_;
         }
     }
 }

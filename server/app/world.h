@@ -26,6 +26,10 @@ class World {
     /// `threads` counts the caller. Throws std::runtime_error when the rules refuse their settings.
     World(const ops::Settings& settings, unsigned threads, zone::Stopwatch stopwatch = nullptr);
 
+    /// From now on large particle systems may be moved on a device, which must outlive the world.
+    /// The results stay the same bits.
+    void use_device(compute::Device* device, const compute::Crossover& crossover);
+
     /// One tick: routes `items` to the zones in their order, steps, collects what goes out.
     void tick(std::span<const mailbox::InboxItem> items, std::vector<mailbox::OutboxItem>& out);
     /// One tick from a recording: the inbox of each zone as inboxes() was.
@@ -48,6 +52,9 @@ class World {
     /// Messages for clients or entities that nobody owns (they left meanwhile).
     [[nodiscard]] std::uint64_t undeliverable() const { return undeliverable_; }
 
+    /// Cosmetic bursts that somebody heard.
+    [[nodiscard]] std::uint64_t bursts_told() const { return bursts_told_; }
+
     /// True when no zone has anything awake, moving or watched: the next tick will change nothing
     /// by itself.
     [[nodiscard]] bool idle() const;
@@ -65,6 +72,8 @@ class World {
     void apply_topics();
     void deliver_messages();
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
+    void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
+    [[nodiscard]] EventId own_event_id();
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
     [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
 
@@ -79,6 +88,7 @@ class World {
     compute::WorkerPool pool_;
     Tick now_ = 0;
     std::uint64_t next_event_ = 0;
+    std::uint64_t bursts_told_ = 0;
     std::uint64_t handoffs_ = 0;
     std::uint64_t client_handoffs_ = 0;
     std::uint64_t undeliverable_ = 0;

@@ -115,6 +115,8 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.softs = settings.softs;
     z.statics = local_statics(settings, z.region());
     z.surfaces = local_surfaces(settings, z.region());
+    z.particles = settings.particles;
+    z.cosmetic_bursts = settings.cosmetic_bursts;
     z.physics = settings.physics;
     z.ai = settings.ai;
     z.interest = settings.interest;

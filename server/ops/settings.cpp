@@ -4,6 +4,7 @@
 #include "server/ops/config_expand.h"
 #include "server/ops/config_set.h"
 #include "server/ops/config_text.h"
+#include "server/ops/particles.h"
 #include "server/ops/scatter.h"
 #include "server/ops/statics.h"
 #include "server/ops/surfaces.h"
@@ -40,6 +41,9 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
     for (int k = 0; k < config.session().ticket_public_key_file_size(); ++k) {
         resolve(*config.mutable_session()->mutable_ticket_public_key_file(k), folder);
     }
+    if (config.compute().has_cache_folder()) {
+        resolve(*config.mutable_compute()->mutable_cache_folder(), folder);
+    }
     for (int k = 0; k < config.statics().surface_size(); ++k) {
         if (config.statics().surface(k).has_file()) {
             resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
@@ -57,7 +61,9 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     check_replication(config, settings.zones, diagnostics);
     check_physics(config, diagnostics);
     check_server(config, settings.zones, diagnostics);
+    check_particles(config, diagnostics);
     expand_stages(config, settings);
+    expand_particles(config, settings);
     settings.boxes = expand_statics(config, diagnostics);
     const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);
     settings.spawn_points.clear();

@@ -8,11 +8,14 @@
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
 #include "server/zone/rules.h"
+#include "server/zone/zone_settings.h"
 #include "proto/config.pb.h"
+#include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +74,16 @@ struct InitialEntity {
     bool asleep = false;  ///< props: sleeps until it is touched
 };
 
+/// Particles that only look nice: told to clients, and to nobody else.
+struct CosmeticSystem {
+    std::string name;
+    Vec3 gravity = Vec3::Zero();             ///< m/s2
+    float drag = 0.0F;                       ///< 1/s
+    Vec3 wind = Vec3::Zero();                ///< m/s
+    std::vector<motion::Emitter> emitters;   ///< world coordinates (float: worlds are some km)
+    std::optional<motion::BurstKind> burst;  ///< none: no event lets any out
+};
+
 /// Everything that a server needs to know, checked.
 struct Settings {
     /// As read, after --set, with the SHA-256 of each surface's file; what is not below is read
@@ -95,6 +108,9 @@ struct Settings {
     std::vector<InitialEntity> initial;
     std::vector<Vec3d> spawn_points;  ///< at least one; players are spread over them; y is where
                                       ///< the centre of the tallest mindless character stands
+    std::vector<zone::ParticleSource> particles;  ///< simulated ones
+    std::vector<CosmeticSystem> cosmetics;
+    std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;

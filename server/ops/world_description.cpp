@@ -82,6 +82,40 @@ void describe_zone(const ZoneRegion& from, proto::Zone& out) {
     out.add_upper(from.max_z);
 }
 
+void describe_cosmetic(const CosmeticSystem& from, proto::CosmeticSystem& out) {
+    out.set_name(from.name);
+    out.set_drag(from.drag);
+    for (int axis = 0; axis < 3; ++axis) {
+        out.add_gravity(from.gravity[axis]);
+        out.add_wind(from.wind[axis]);
+    }
+    for (const motion::Emitter& e : from.emitters) {
+        proto::Emitter& emitter = *out.add_emitters();
+        emitter.set_seed(e.seed);
+        emitter.set_start_tick(e.start);
+        emitter.set_rate_hz(e.rate_hz);
+        emitter.set_most(e.most == UINT64_MAX ? 0 : e.most);
+        for (int axis = 0; axis < 3; ++axis) {
+            emitter.add_position(e.position[axis]);
+            emitter.add_direction(e.direction[axis]);
+        }
+        emitter.set_spread(e.spread);
+        emitter.set_cone_cosine(e.cone_cosine);
+        emitter.set_speed_min(e.speed_min);
+        emitter.set_speed_max(e.speed_max);
+        emitter.set_lifetime_min_s(e.lifetime_min_s);
+        emitter.set_lifetime_max_s(e.lifetime_max_s);
+    }
+    if (from.burst) {
+        proto::CosmeticSystem::Burst& burst = *out.mutable_burst();
+        burst.set_cone_cosine(from.burst->cone_cosine);
+        burst.set_slowest(from.burst->slowest);
+        burst.set_spread(from.burst->spread);
+        burst.set_lifetime_min_s(from.burst->lifetime_min_s);
+        burst.set_lifetime_max_s(from.burst->lifetime_max_s);
+    }
+}
+
 proto::WorldDescription describe_honestly(const Settings& settings) {
     proto::WorldDescription out;
     out.set_tick_rate_hz(settings.tick_rate_hz);
@@ -104,6 +138,9 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
     }
     for (const StaticSurface& surface : settings.surfaces) {
         describe_surface(surface, *out.add_surfaces());
+    }
+    for (const CosmeticSystem& cosmetic : settings.cosmetics) {
+        describe_cosmetic(cosmetic, *out.add_cosmetics());
     }
     out.set_ground_height_m(settings.ground_height_m);
     out.set_interest_hysteresis(settings.interest.hysteresis);

@@ -1,6 +1,7 @@
 #include "server/rules/combat.h"
 
 #include "server/rules/peer_messages.h"
+#include "server/rules/weather.h"
 
 #include <algorithm>
 #include <cmath>
@@ -73,6 +74,9 @@ void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payloa
         context.ray_cast(eye(context, actor.row), *along, game.settings.shot_range_m, actor.avatar);
     const world::Row target =
         hit.hit && hit.entity ? context.entities().find(hit.entity) : world::kNoRow;
+    if (hit.hit && (target == world::kNoRow || !is_character(context, target))) {
+        throw_debris(game, context, hit.point, hit.normal);
+    }
     if (target == world::kNoRow) {
         return;
     }
@@ -139,6 +143,12 @@ void knock(RulesContext& context, EntityId target, const Vec3& change) {
 void impact(Game& game, RulesContext& context, const zone::Contact& contact) {
     if (contact.approach_speed <= game.settings.impact_mps) {
         return;
+    }
+    // Both zones see the contact at a border: the owner of its first entity throws the debris.
+    if (owned_row(context, contact.a ? contact.a : contact.b) != world::kNoRow) {
+        // Off the static world, not into it.
+        throw_debris(
+            game, context, contact.point, contact.b ? contact.normal : Vec3(-contact.normal));
     }
     // Only the zone that owns the prop knows that it was thrown: so exactly one zone acts, though
     // both may see the contact.

@@ -6,6 +6,7 @@
 #include "server/rules/inventory.h"
 #include "server/rules/peer_messages.h"
 #include "server/rules/push.h"
+#include "server/rules/weather.h"
 
 namespace zoned::rules {
 
@@ -187,6 +188,7 @@ void Sandbox::on_tick(RulesContext& context) {
     }
     run_timers(context);
     bite(game_, context);
+    hail(game_, context);
 }
 
 void Sandbox::on_confirm(RulesContext& context, ClientId client, EventId event) {

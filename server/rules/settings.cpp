@@ -36,6 +36,8 @@ constexpr std::array kNumbers = {
     Number{"impact_mps", &GameSettings::impact_mps, 1.0F, 100.0F},
     Number{"impact_damage_per_ns", &GameSettings::impact_damage_per_ns, 0.0F, 100.0F},
     Number{"impact_knock_mps", &GameSettings::impact_knock_mps, 0.0F, 50.0F},
+    Number{"debris_count", &GameSettings::debris_count, 0.0F, 1000.0F},
+    Number{"hail_damage", &GameSettings::hail_damage, 0.0F, 10000.0F},
     Number{"chat_per_s", &GameSettings::chat_per_s, 0.1F, 100.0F},
     Number{"chat_burst", &GameSettings::chat_burst, 1.0F, 100.0F},
     Number{"bite_damage", &GameSettings::bite_damage, 0.0F, 10000.0F},
@@ -86,6 +88,10 @@ GameSettings parse_settings(const zone::RulesSettings& settings, const world::Ty
         }
         if (name == "bite_type") {
             game.bite_type = value;
+            continue;
+        }
+        if (name == "debris_system" || name == "hail_system") {
+            (name == "hail_system" ? game.hail_system : game.debris_system) = value;
             continue;
         }
         const auto number = std::find_if(

@@ -31,6 +31,12 @@ struct GameSettings {
     float impact_damage_per_ns = 0.4F;  ///< [0, 100]
     float impact_knock_mps = 4.0F;      ///< most that a thrown prop knocks a character, [0, 50]
 
+    std::string debris_system =
+        "debris";                ///< particles with a burst that hits throw up; may be missing
+    float debris_count = 12.0F;  ///< particles of a hit, [0, 1000]
+    std::string hail_system;     ///< simulated particles that hurt players; empty: none
+    float hail_damage = 0.0F;    ///< of each one within 1 m, some four times a second, [0, 10000]
+
     float chat_per_s = 2.0F;  ///< [0.1, 100]
     float chat_burst = 5.0F;  ///< [1, 100]
 

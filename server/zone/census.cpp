@@ -1,6 +1,7 @@
 #include "server/zone/census.h"
 
 #include "server/zone/movement.h"
+#include "server/zone/particles.h"
 
 namespace zoned::zone {
 
@@ -24,6 +25,8 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     }
     census.minds = static_cast<std::uint32_t>(state.minds.size());
     census.awake_bodies = state.scene.awake_count();
+    census.particle_systems = static_cast<std::uint32_t>(state.particles.systems.size());
+    census.particles_go_on = particles_go_on(state);
     const SoftCount soft = count_soft(state);
     census.soft_bodies = soft.bodies;
     census.awake_soft = soft.awake;

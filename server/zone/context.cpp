@@ -1,5 +1,6 @@
 #include "server/zone/context.h"
 
+#include "server/zone/particles.h"
 #include "server/zone/soft_hull.h"
 #include "shared/core/assert.h"
 
@@ -149,6 +150,19 @@ void ZoneContext::near(const Vec3& point, float radius, std::vector<EntityId>& o
             }
         });
     std::sort(out.begin(), out.end());
+}
+
+std::uint32_t ZoneContext::particles_near(std::string_view system,
+                                          const Vec3& point,
+                                          float radius) const {
+    return zone::particles_near(*state_, system, point, radius);
+}
+
+bool ZoneContext::emit(std::string_view system,
+                       const Vec3& position,
+                       const Vec3& velocity,
+                       std::uint32_t count) {
+    return emit_particles(*state_, system, position, velocity, count);
 }
 
 PendingEvent& ZoneContext::queue_event(const RulesEvent& event, Audience audience) {

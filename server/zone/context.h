@@ -40,6 +40,14 @@ class ZoneContext final : public RulesContext {
                                      EntityId ignore) const override;
     void near(const Vec3& point, float radius, std::vector<EntityId>& out) const override;
 
+    [[nodiscard]] std::uint32_t particles_near(std::string_view system,
+                                               const Vec3& point,
+                                               float radius) const override;
+    bool emit(std::string_view system,
+              const Vec3& position,
+              const Vec3& velocity,
+              std::uint32_t count) override;
+
     EventId send(ClientId client, const RulesEvent& event) override;
     EventId publish(std::string_view topic, const RulesEvent& event) override;
     EventId announce(EntityId source, const RulesEvent& event) override;

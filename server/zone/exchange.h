@@ -11,6 +11,7 @@
 #include "server/world/visibility.h"
 #include "server/zone/input_ring.h"
 #include "shared/core/ids.h"
+#include "shared/motion/burst.h"
 
 #include <cstdint>
 #include <optional>
@@ -85,6 +86,13 @@ struct PendingEvent {
     mailbox::EventOut event;
     Audience audience = Audience::kClient;
     EntityId source;  ///< kHearers
+};
+
+/// Cosmetic particles that rules threw up: who hears the place when all zones have stepped is told.
+struct BurstOut {
+    std::uint32_t system = 0;  ///< among those that clients are told of at login
+    motion::Burst burst;       ///< its position is in world coordinates
+    float aura_m = 0.0F;
 };
 
 struct TopicChange {

@@ -10,6 +10,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "representation",
                                                                      "soft",
                                                                      "physics",
+                                                                     "particles",
                                                                      "contacts",
                                                                      "handoff",
                                                                      "ghosts",
@@ -71,6 +72,12 @@ StepPlan plan_for(const Census& census) {
            census.soft_bodies == 0
                ? "no soft body"
                : (census.frozen ? frozen : "all soft bodies sleep and nothing comes near"));
+    decide(Pass::kParticles,
+           live && census.particles_go_on,
+           "particles live or will be born",
+           census.particle_systems == 0 ? "no particles that rules ask about"
+           : census.frozen              ? frozen
+                                        : "all particles are gone and no emitter goes on");
     decide(
         Pass::kContacts, physics, "physics runs", census.frozen ? frozen : "physics does not run");
     decide(Pass::kHandoff,

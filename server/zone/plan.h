@@ -17,6 +17,7 @@ enum class Pass : std::uint8_t {
     kRepresentation,
     kSoft,
     kPhysics,
+    kParticles,
     kContacts,
     kHandoff,
     kGhosts,
@@ -26,7 +27,7 @@ enum class Pass : std::uint8_t {
     kHash,
 };
 
-inline constexpr std::size_t kPasses = 14;
+inline constexpr std::size_t kPasses = static_cast<std::size_t>(Pass::kHash) + 1;
 
 std::string_view pass_name(Pass pass);
 
@@ -40,12 +41,14 @@ struct Census {
     std::uint32_t awake_bodies = 0;  ///< dynamic
     std::uint32_t reducible = 0;     ///< owned props that may be simulated as less than they are
     std::uint32_t soft_bodies = 0;
-    std::uint32_t awake_soft = 0;  ///< of these
-    std::uint32_t rigid_soft = 0;  ///< of these, simulated as rigid hulls
+    std::uint32_t awake_soft = 0;        ///< of these
+    std::uint32_t rigid_soft = 0;        ///< of these, simulated as rigid hulls
+    std::uint32_t particle_systems = 0;  ///< simulated here
     std::uint32_t viewers = 0;
     std::uint32_t audited = 0;  ///< viewers whose ticket allows audits
     std::uint32_t inbox = 0;
     std::uint32_t neighbours = 0;
+    bool particles_go_on = false;  ///< one of these has particles or will have
     bool rules_busy = false;
     bool ghosts_moved = false;  ///< a neighbour's ghost changed in the last tick
     bool frozen = false;

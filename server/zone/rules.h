@@ -125,6 +125,23 @@ class RulesContext {
     /// too.
     virtual void near(const Vec3& point, float radius, std::vector<EntityId>& out) const = 0;
 
+    /// Particles of a simulated system of the config within `radius` m of a point, in this zone
+    /// alone; 0 where it has no such system. Looks at every particle of the system: some
+    /// microseconds per thousand, so ask for a few points a tick.
+    [[nodiscard]] virtual std::uint32_t particles_near(std::string_view system,
+                                                       const Vec3& point,
+                                                       float radius) const = 0;
+    /// Lets `count` particles of a system with a `burst` out at `position` with about `velocity`
+    /// (m/s). Of a simulated system they are born in the next tick, those beyond its `most` not,
+    /// and no client is told. Of a cosmetic system nothing is simulated: the clients whose nimbus
+    /// and the burst's aura reach the place get one reliable event, from which they compute the
+    /// particles themselves; at most 1000 of them, and `events_per_s` events. False where the world
+    /// has no such system, it has no `burst`, or the numbers are not finite or too large.
+    virtual bool emit(std::string_view system,
+                      const Vec3& position,
+                      const Vec3& velocity,
+                      std::uint32_t count) = 0;
+
     virtual EventId send(ClientId client, const RulesEvent& event) = 0;
     /// To all subscribers of a topic, in all zones.
     virtual EventId publish(std::string_view topic, const RulesEvent& event) = 0;

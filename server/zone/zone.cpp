@@ -8,6 +8,7 @@
 #include "server/zone/handoff.h"
 #include "server/zone/inbox.h"
 #include "server/zone/movement.h"
+#include "server/zone/particles.h"
 #include "server/zone/representation.h"
 #include "server/zone/sync.h"
 
@@ -111,6 +112,9 @@ std::uint32_t hash_tick(ZoneState& state) {
     if (state.report.plan.has(Pass::kMinds)) {
         state.minds.hash(state.hash);
     }
+    if (state.report.plan.has(Pass::kParticles)) {
+        state.particles.simulated.hash(state.hash);
+    }
     if (state.report.plan.has(Pass::kRules)) {
         state.rules->hash(state.hash);
     }
@@ -173,6 +177,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         s.report.physics = s.scene.step(s.settings.dt);
         return copy_moved_bodies(s);
     });
+    pass(Pass::kParticles, [&] { return step_particles(s); });
     pass(Pass::kContacts, [&] { return report_contacts(s); });
     pass(Pass::kHandoff, [&] { return s.report.handoffs_out = hand_off(s); });
 }
@@ -240,6 +245,26 @@ void Zone::hearers(EntityId source, std::vector<ClientId>& out) const {
     }
     for (const ZoneClient& client : state_->clients) {
         if (client.avatar == source) {
+            out.push_back(client.client);
+        }
+    }
+}
+
+void Zone::hearers_of_place(const Vec3d& place, float aura_m, std::vector<ClientId>& out) const {
+    const world::Entities& e = state_->entities;
+    const Vec3 here = (place - state_->settings.region().origin()).cast<float>();
+    for (const ZoneClient& client : state_->clients) {
+        const world::Row row = e.find(client.avatar);
+        if (row == world::kNoRow) {
+            continue;
+        }
+        const world::EntityType& type = (*state_->settings.types)[e.type[row]];
+        const Vec3 d = e.position[row] - here;
+        if (interest::hears(d.x() * d.x() + d.z() * d.z(),
+                            type.nimbus_m[e.behaviour[row]],
+                            aura_m,
+                            false,
+                            0.0F)) {
             out.push_back(client.client);
         }
     }

@@ -3,15 +3,18 @@
 
 #include "server/ai/ai_step.h"
 #include "server/interest/interest_step.h"
+#include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene.h"
 #include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
 #include "shared/core/rng.h"
+#include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,6 +76,25 @@ struct SurfaceBody {
     physics::Material material;
 };
 
+/// A particle system that rules may ask about, for the whole world.
+struct ParticleSource {
+    physics::ParticleSystemDef def;          ///< without what is there to hit
+    std::vector<motion::Emitter> emitters;   ///< but for their positions:
+    std::vector<Vec3d> positions;            ///< of `emitters`, world coordinates, m
+    std::optional<motion::BurstKind> burst;  ///< none: rules may not let any out
+    std::uint32_t characters_met = 0;        ///< as balls, at most kernels::ZK_MOST_SPHERES
+};
+
+/// A cosmetic system that rules may let bursts out of: who hears the place is told, once, and
+/// nothing is simulated.
+struct CosmeticBurst {
+    std::string name;
+    std::uint32_t system = 0;  ///< its number among those that clients are told of at login
+    motion::BurstKind kind;
+    float aura_m = 50.0F;
+    float events_per_s = 20.0F;  ///< of this zone; a second's worth may come at once
+};
+
 struct ZoneSettings {
     ZoneId id;
     std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
@@ -88,6 +110,8 @@ struct ZoneSettings {
     std::vector<std::shared_ptr<const physics::soft::SoftDef>> softs;
     std::shared_ptr<const motion::StaticGeometry> statics;  ///< zone-local
     std::vector<SurfaceBody> surfaces;                      ///< those of `statics`, zone-local
+    std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones
+    std::vector<CosmeticBurst> cosmetic_bursts;
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;
@@ -96,6 +120,16 @@ struct ZoneSettings {
     FaultSettings faults;
 
     [[nodiscard]] const Region& region() const { return regions[id.value - 1U]; }
+
+    /// The first zone whose region holds a point of the world; none outside.
+    [[nodiscard]] ZoneId owner_of(double x, double z) const {
+        for (const Region& r : regions) {
+            if (r.outside(x, z) == 0.0) {
+                return r.id;
+            }
+        }
+        return ZoneId();
+    }
 };
 
 }  // namespace zoned::zone

@@ -1,5 +1,6 @@
 #include "server/zone/zone_state.h"
 
+#include "server/zone/particles.h"
 #include "server/zone/type_body.h"
 #include "shared/core/assert.h"
 
@@ -48,6 +49,7 @@ void StepOutput::clear() {
     packets.clear();
     messages.clear();
     events.clear();
+    bursts.clear();
     topics.clear();
     rules_messages.clear();
     handoffs.clear();
@@ -61,6 +63,7 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       rng(settings.seed, settings.id.value),
       replicator(settings.replication) {
     add_static_bodies(*this);
+    add_particle_systems(*this);
 }
 
 int find_client(const ZoneState& state, ClientId client) {

@@ -3,6 +3,7 @@
 
 #include "server/ai/ai_step.h"
 #include "server/interest/interest_step.h"
+#include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"
 #include "server/spatial/point_grid.h"
@@ -19,7 +20,9 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::compute {
@@ -33,6 +36,7 @@ struct StepOutput {
     std::vector<mailbox::StatePacket> packets;
     std::vector<mailbox::OutboxItem> messages;  ///< Joined, Kick, AuditRecord
     std::vector<PendingEvent> events;
+    std::vector<BurstOut> bursts;
     std::vector<TopicChange> topics;
     std::vector<RulesMessage> rules_messages;
     std::vector<Handoff> handoffs;
@@ -49,6 +53,7 @@ struct StepReport {
     PassReports passes{};
     physics::StepStats physics;
     physics::soft::SoftStats soft;
+    physics::ParticleReport particles;
     ai::Report ai;
     interest::Report interest;
     replication::Report replication;
@@ -64,6 +69,33 @@ struct GhostContact {
     ZoneId owner;  ///< of the ghost
 };
 
+/// The zone's simulated particles, empty where the world has none, and when cosmetic bursts were
+/// let out last.
+struct ParticlesOfZone {
+    struct System {
+        std::string name;
+        physics::ParticleSystemId id;
+        std::optional<motion::BurstKind> burst;
+        std::uint32_t characters_met = 0;
+        Vec3 focus = Vec3::Zero();  ///< the characters nearest to here are met
+    };
+
+    struct Near {
+        float distance2 = 0.0F;
+        EntityId id;
+        world::Row row = world::kNoRow;
+    };
+
+    physics::ParticleSystems simulated;
+    std::vector<System> systems;
+    std::uint64_t bursts = 0;                  ///< so far: each gets a seed of its own
+    std::uint64_t cosmetic_bursts = 0;         ///< counted apart: they change nothing simulated
+    std::vector<double> cosmetic_due;          ///< of each cosmetic burst: the tick up to which the
+                                               ///< events so far are paid for
+    std::vector<Near> near;                    ///< scratch
+    std::vector<physics::ParticleBall> balls;  ///< scratch
+};
+
 struct ZoneState {
     ZoneSettings settings;
     Tick now = 0;
@@ -74,7 +106,9 @@ struct ZoneState {
     world::Entities entities;
     physics::Scene scene;
     std::unique_ptr<SoftMatter> soft;  ///< null until there is a soft body
-    compute::Team* team = nullptr;     ///< helps with soft bodies; outlives this
+    compute::Team* team =
+        nullptr;  ///< helps where a stage is large; outlives this; null: nobody does
+    ParticlesOfZone particles;
     ai::Minds minds;
     std::unique_ptr<Rules> rules;
     core::Rng rng;

@@ -6,6 +6,7 @@
 #include "tests/bench/comparison.h"
 #include "tests/bench/plain_flock.h"
 #include "tests/scenario/flock.h"
+#include "shared/core/rng.h"
 
 #include <algorithm>
 #include <array>
@@ -171,6 +172,79 @@ class KernelTrial : public JudgedTrial {
     compute::ParticleStage stage_;
 };
 
+/// What a system's particles may live in, each dearer than the one before.
+enum class Surroundings : std::uint8_t {
+    kGround,
+    kDrag,
+    kGusts,
+    kEightBalls,
+    kAll,  ///< sixteen balls and a heightfield
+};
+
+/// Particles that fall through 20 m over an area of 60 x 60 m: app/particle_device.h estimates the
+/// cost of a system from these times.
+class SurroundedTrial : public JudgedTrial {
+  public:
+    SurroundedTrial(std::size_t count, Surroundings in, compute::Device* device)
+        : count_(count),
+          stage_(device) {
+        kernels::ParticleWorld& w = scene_.world;
+        w.h = kStepTime;
+        w.gy = -9.81F;
+        w.restitution = 0.4F;
+        w.friction = 0.5F;
+        w.radius = 0.01F;
+        w.planes = 1;
+        w.plane[0] = {0.0F, 1.0F, 0.0F, 0.0F};
+        w.linear_drag = in >= Surroundings::kDrag ? 0.1F : 0.0F;
+        if (in >= Surroundings::kGusts) {
+            w.gust_cells_per_m = 0.1F;
+            gusts_.assign(3 * kernels::ZK_GUST_CORNERS, 0.5F);
+            scene_.gusts = gusts_;
+        }
+        w.spheres = in == Surroundings::kAll ? 16 : (in == Surroundings::kEightBalls ? 8 : 0);
+        for (int ball = 0; ball < w.spheres; ++ball) {
+            w.sphere[ball] = {3.0F * static_cast<float>(ball), 1.0F, 0.0F, 0.9F};
+        }
+        if (in == Surroundings::kAll) {
+            heights_.assign(64 * 64, 0.0F);
+            scene_.heights = heights_;
+            w.field = {64, 64, -32.0F, 0.0F, -32.0F, 1.0F, 1.0F, -1.0F};
+        }
+        core::Rng rng(1, 1);
+        columns_.reserve(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const float values[] = {rng.range(-30.0F, 30.0F),
+                                    rng.range(0.0F, 20.0F),
+                                    rng.range(-30.0F, 30.0F),
+                                    rng.range(-2.0F, 2.0F),
+                                    rng.range(-8.0F, 0.0F),
+                                    rng.range(-2.0F, 2.0F)};
+            for (std::size_t c = 0; c < compute::ParticleColumns::kColumns; ++c) {
+                columns_.column(c)[i] = values[c];
+            }
+        }
+    }
+
+    void frame() override {
+        const compute::StageRun run = stage_.step(columns_, count_, scene_, team_);
+        if (!run.fault.empty()) {
+            throw std::runtime_error(run.fault);
+        }
+    }
+
+    void judge(Row& row) override { row.error_unit = "-"; }
+
+  private:
+    std::size_t count_;
+    compute::Team team_;
+    compute::ParticleColumns columns_;
+    compute::ParticleScene scene_;
+    std::vector<float> gusts_;
+    std::vector<float> heights_;
+    compute::ParticleStage stage_;
+};
+
 void add_wall_ratio(std::vector<Row>& rows, const std::string& against, double items) {
     const auto base = std::find_if(rows.begin(), rows.end(), [&](const Row& row) {
         return (row.peer.empty() ? row.method : row.peer) == against;
@@ -296,6 +370,35 @@ void run_tiles(Session& session) {
     }
 }
 
+void run_surroundings(Session& session) {
+    const std::size_t count = session.quick ? 4096 : 16'384;
+    const std::pair<const char*, Surroundings> all[] = {
+        {"ground", Surroundings::kGround},
+        {"drag", Surroundings::kDrag},
+        {"gusts", Surroundings::kGusts},
+        {"balls_8", Surroundings::kEightBalls},
+        {"balls_16_field", Surroundings::kAll},
+    };
+    for (const auto& [name, in] : all) {
+        session.progress(std::string("kernels surroundings ") + name);
+        const auto with = [count, in = in](const char* method, compute::Device* device) {
+            return Method{method, "", [=] {
+                              return std::make_unique<SurroundedTrial>(count, in, device);
+                          }};
+        };
+        std::vector<Method> methods{with("cpu_1", nullptr)};
+        // Each kind of surroundings is a kernel of its own, which takes long to build.
+        if (bench().device && !session.quick) {
+            methods.push_back(with("opencl", bench().device.get()));
+        }
+        const Plan plan{2, session.quick ? 5 : 60, session.quick ? 1 : session.repeats};
+        std::vector<Row> rows =
+            compare("kernels", "surroundings", name, wanted(session, std::move(methods)), plan);
+        add_wall_ratio(rows, "cpu_1", static_cast<double>(count));
+        session.add(std::move(rows));
+    }
+}
+
 void run_kernels(Session& session) {
     session.note(
         "kernels: wall_* are times on the wall; time_us is CPU time of the calling thread");
@@ -308,6 +411,9 @@ void run_kernels(Session& session) {
     if (session.wants_scene("copies")) {
         run_copies(session);
     }
+    if (session.wants_scene("surroundings")) {
+        run_surroundings(session);
+    }
     // Each kind of group is built by the driver anew, which takes longer than a quick run may.
     if (session.wants_scene("groups") && !session.quick) {
         run_groups(session);
@@ -318,8 +424,9 @@ void run_kernels(Session& session) {
 }
 
 const Registration kKernels({"kernels",
-                             "flocking agents; copies, work groups, tables and tiles on a device",
-                             {"boids_50k", "copies", "groups", "tiles"},
+                             "flocking agents; what particles live in; copies, work groups, tables "
+                             "and tiles on a device",
+                             {"boids_50k", "surroundings", "copies", "groups", "tiles"},
                              {"default",
                               "cpu_1",
                               "opencl",

@@ -23,6 +23,7 @@ enum What : std::uint8_t {
 /// A bot that has joined a truthful server.
 struct Session {
     Session() : collector(1, 28) {
+        server.sparks = true;
         server.entities[3].truth.position = Vec3(3.0F, 1.0F, 2.0F);
         server.entities[3].truth.velocity = Vec3(1.0F, 0.0F, 0.0F);
         bot::BotSettings settings;
@@ -80,6 +81,18 @@ std::vector<Bytes> seeds() {
     message.mutable_event()->set_confirm(true);
     message.mutable_event()->set_topic("world");
     Actions::add(kFrame, message.SerializeAsString(), events);
+    proto::ParticleBurst burst;
+    burst.set_seed(5);
+    burst.set_count(12);
+    for (int axis = 0; axis < 3; ++axis) {
+        burst.add_position(1.0F);
+        burst.add_velocity(2.0F);
+    }
+    message.mutable_event()->set_number(2);
+    message.mutable_event()->set_event_id(2 << 16);
+    message.mutable_event()->set_kind(proto::CORE_EVENT_PARTICLE_BURST);
+    message.mutable_event()->set_payload(burst.SerializeAsString());
+    Actions::add(kFrame, message.SerializeAsString(), events);
     message.mutable_command_ack()->set_through(1);
     Actions::add(kFrame, message.SerializeAsString(), events);
     message.mutable_joined()->set_avatar(3);
@@ -132,6 +145,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         fuzz::act(session, what, bytes);
     }
     session.run(3);
+    std::vector<motion::Spark> sparks;
+    const view::View* const view = session.bots[0]->view();
+    if (view != nullptr) {
+        view->bursts().replay(view->tick(), sparks);
+    }
+    for (const motion::Spark& spark : sparks) {
+        ZONED_ASSERT(spark.position.allFinite() && spark.velocity.allFinite(),
+                     "what passed as a burst can be drawn");
+    }
     session.collector.end_run(session.bots, session.now_s);
     (void)session.collector.report(session.bots, 1);
     return 0;

@@ -4,6 +4,7 @@
 
 #include "server/zone/rules.h"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,6 +20,8 @@ struct PlainLog {
     std::vector<zone::Contact> contacts;
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
     std::vector<std::uint16_t> commands;
+    /// Called by each zone's on_tick; set before the world runs.
+    std::function<void(zone::RulesContext&)> each_tick;
 };
 
 class PlainRules final : public zone::Rules {
@@ -66,7 +69,11 @@ class PlainRules final : public zone::Rules {
 
     [[nodiscard]] zone::ContactWish contact_wish(TypeIndex) const override { return log_->wish; }
 
-    void on_tick(zone::RulesContext&) override {}
+    void on_tick(zone::RulesContext& context) override {
+        if (log_->each_tick) {
+            log_->each_tick(context);
+        }
+    }
 
     void on_confirm(zone::RulesContext&, ClientId, EventId) override {}
 

@@ -126,6 +126,12 @@ std::uint32_t ParticleSystem::add(const motion::Emitter& emitter) {
     return static_cast<std::uint32_t>(emitters_.size() - 1);
 }
 
+void ParticleSystem::forget_over(Tick now, float h) {
+    std::erase_if(emitters_, [&](const motion::Emitter& e) {
+        return motion::born_before(e, now, static_cast<double>(h)) == e.most;
+    });
+}
+
 void ParticleSystem::move_balls(std::span<const ParticleBall> balls) {
     const std::size_t count =
         std::min(balls.size(), static_cast<std::size_t>(scene_.world.spheres));

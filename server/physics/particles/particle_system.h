@@ -66,6 +66,9 @@ class ParticleSystem {
     /// `emitter` is fit. Its number among the system's emitters.
     std::uint32_t add(const motion::Emitter& emitter);
 
+    /// Drops emitters that are through before tick `now`; those behind them get other numbers.
+    void forget_over(Tick now, float h);
+
     /// Another device from now on, or none.
     void use_device(compute::Device* device) { stage_ = compute::ParticleStage(device); }
 

@@ -26,6 +26,8 @@ class Child {
     /// Exit code; 128 + signal when a signal ended it; -1 when it still runs after `seconds`.
     int wait(double seconds);
 
+    [[nodiscard]] pid_t pid() const { return pid_; }
+
     [[nodiscard]] std::string output() const;
     [[nodiscard]] std::string errors() const;
 

@@ -68,6 +68,18 @@ proto::WorldDescription FakeServer::world() const {
     l.set_max_slope_cos(limits.max_slope_cos);
     l.set_step_down(limits.step_down);
     l.set_gravity(limits.gravity);
+    if (sparks) {
+        proto::CosmeticSystem& system = *w.add_cosmetics();
+        for (int axis = 0; axis < 3; ++axis) {
+            system.add_gravity(axis == 1 ? -9.81F : 0.0F);
+            system.add_wind(0.0F);
+        }
+        proto::CosmeticSystem::Burst& burst = *system.mutable_burst();
+        burst.set_cone_cosine(0.5F);
+        burst.set_slowest(0.5F);
+        burst.set_lifetime_min_s(1.0F);
+        burst.set_lifetime_max_s(2.0F);
+    }
     proto::Lod& lod = *w.add_lods();
     lod.set_position_bound_m(kBound);
     lod.set_orientation_bound_rad(0.1F);

@@ -78,6 +78,7 @@ class FakeServer final : public link::Transport {
     bool stalled = false;
     bool frozen = false;
     bool states = true;
+    bool sparks = false;  ///< the world has cosmetic particles that events let out
     std::uint32_t rights = 7;
     bool audit_on_request = true;
     std::vector<proto::ClientMessage> received;

@@ -54,6 +54,13 @@ struct Sent {
     Tick tick = 0;
 };
 
+struct Emitted {
+    std::string system;
+    Vec3 position = Vec3::Zero();
+    Vec3 velocity = Vec3::Zero();
+    std::uint32_t count = 0;
+};
+
 struct Mail {
     EntityId target;
     zone::Bytes payload;
@@ -277,6 +284,8 @@ class FakeZone final : public zone::RulesContext {
                 best.entity = entities_.id[row];
             }
         }
+        best.point = from + direction * best.distance;
+        best.normal = -direction;
         return best;
     }
 
@@ -298,6 +307,20 @@ class FakeZone final : public zone::RulesContext {
     EventId publish(std::string_view topic, const zone::RulesEvent& event) override {
         return note(
             {Channel::kTopic, ClientId(), std::string(topic), EntityId(), event, EventId(), now_});
+    }
+
+    std::uint32_t particles_near(std::string_view system,
+                                 const Vec3& /*point*/,
+                                 float /*radius*/) const override {
+        return system == "hail" ? hail_near : 0;
+    }
+
+    bool emit(std::string_view system,
+              const Vec3& position,
+              const Vec3& velocity,
+              std::uint32_t count) override {
+        emitted.push_back({std::string(system), position, velocity, count});
+        return true;
     }
 
     EventId announce(EntityId source, const zone::RulesEvent& event) override {
@@ -341,6 +364,8 @@ class FakeZone final : public zone::RulesContext {
     Sandbox game;
     std::vector<Sent> sent;
     std::vector<Mail> outbox;
+    std::vector<Emitted> emitted;
+    std::uint32_t hail_near = 0;  ///< particles of "hail" wherever one asks
     std::vector<std::string> topics;
     float wall_x = 1e6F;
 

@@ -1,0 +1,73 @@
+#include "client-sim/view/bursts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::view {
+
+namespace {
+
+/// Far above what worlds hold, far below where floats end.
+constexpr float kFarthest_m = 1e6F;
+constexpr float kFastest_mps = 1e5F;
+
+bool is_within(const google::protobuf::RepeatedField<float>& numbers, float limit) {
+    return numbers.size() == 3 && std::all_of(numbers.begin(), numbers.end(), [limit](float n) {
+               return std::abs(n) <= limit;
+           });
+}
+
+}  // namespace
+
+Bursts::Outcome Bursts::apply(const proto::Event& event, Tick now) {
+    proto::ParticleBurst told;
+    if (!told.ParseFromString(event.payload()) || told.system() >= world_->cosmetics.size() ||
+        !world_->cosmetics[told.system()].burst || told.count() == 0 ||
+        told.count() > motion::kMostInCosmeticBurst || event.tick() < 0 ||
+        !is_within(told.position(), kFarthest_m) || !is_within(told.velocity(), kFastest_mps)) {
+        return Outcome::kMalformed;
+    }
+    const CosmeticSystem& system = world_->cosmetics[told.system()];
+    motion::Burst burst;
+    burst.seed = told.seed();
+    burst.start = static_cast<Tick>(event.tick());
+    burst.position = {told.position(0), told.position(1), told.position(2)};
+    burst.velocity = {told.velocity(0), told.velocity(1), told.velocity(2)};
+    burst.count = told.count();
+    const auto full = [&] {
+        return live_.size() >= kMost || particles_ + burst.count > kMostAlive;
+    };
+    if (full()) {
+        forget_over(now);
+    }
+    if (full()) {
+        return Outcome::kNoRoom;
+    }
+    live_.emplace_back(system.air).emitter = motion::emitter_of(*system.burst, burst);
+    particles_ += burst.count;
+    return Outcome::kTaken;
+}
+
+void Bursts::forget_over(Tick now) {
+    std::erase_if(live_, [&](const motion::CosmeticEmitter& burst) {
+        const motion::Emitter& e = burst.emitter;
+        // A tick more: a particle is born within the first step.
+        const double age_s = static_cast<double>(now - e.start - 1) * world_->tick_s;
+        const bool over = age_s > static_cast<double>(e.lifetime_max_s);
+        particles_ -= over ? e.most : 0;
+        return over;
+    });
+}
+
+void Bursts::replay(Tick tick, std::vector<motion::Spark>& out) const {
+    for (const motion::CosmeticEmitter& burst : live_) {
+        motion::replay(burst, tick, world_->tick_s, out);
+    }
+}
+
+void Bursts::clear() {
+    live_.clear();
+    particles_ = 0;
+}
+
+}  // namespace zoned::view

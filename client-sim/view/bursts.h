@@ -1,0 +1,49 @@
+// Bursts: cosmetic particles that events let out, computed from those events alone.
+#pragma once
+
+#include "client-sim/view/world.h"
+#include "proto/session.pb.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace zoned::view {
+
+/// Holds the bursts that have particles left. Bounded: what a hostile server says costs no more
+/// than kMost entries and kMostAlive particles.
+class Bursts {
+  public:
+    static constexpr std::size_t kMost = 1024;
+    static constexpr std::uint64_t kMostAlive = 65'536;  ///< particles, in all bursts together
+
+    /// What became of an event.
+    enum class Outcome : std::uint8_t {
+        kTaken,
+        kMalformed,  ///< no such system, numbers that no server sends
+        kNoRoom,     ///< too many at a time: not displayed
+    };
+
+    explicit Bursts(const World& world) : world_(&world) {}
+
+    /// An event of the kind CORE_EVENT_PARTICLE_BURST. Forgets bursts that are over at `now` where
+    /// it needs the room.
+    Outcome apply(const proto::Event& event, Tick now);
+
+    /// All particles of bursts that are alive at `tick`, in the order of the events, appended to
+    /// `out`. World coordinates.
+    void replay(Tick tick, std::vector<motion::Spark>& out) const;
+
+    [[nodiscard]] std::size_t size() const { return live_.size(); }
+
+    void clear();
+
+  private:
+    void forget_over(Tick now);
+
+    const World* world_;
+    std::vector<motion::CosmeticEmitter> live_;
+    std::uint64_t particles_ = 0;
+};
+
+}  // namespace zoned::view
