@@ -1,5 +1,7 @@
 #include "client-sim/link/arrival_log.h"
 
+#include "shared/wire/give_up.h"
+
 #include <algorithm>
 
 namespace zoned::link {
@@ -55,9 +57,15 @@ NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
         const Hole& hole = holes_[i];
         const bool whole = hole.filled > hole.last - hole.first;
         // Lost news matters at T from the tick after the last packet before the hole until the
-        // packet after it came and a resend could follow.
+        // server gave up the last packet in it and what it then sent came: a packet of the tick
+        // after that.
         const double from_s = static_cast<double>(hole.tick_before) * tick_s_;
-        const double until_s = hole.closed_s + (whole ? tick_s_ : resend_s + tick_s_);
+        const Tick sent_again = hole.tick_after + wire::give_up_ticks(rtt_s, tick_s_);
+        const double until_s =
+            whole ? hole.closed_s + tick_s_
+                  : std::max(hole.closed_s + resend_s,
+                             static_cast<double>(sent_again) * tick_s_ + age.delay_s) +
+                        tick_s_;
         if (at_s <= from_s || at_s > until_s) {
             continue;
         }

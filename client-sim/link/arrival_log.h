@@ -28,7 +28,8 @@ class ArrivalLog {
     void on_packet(std::uint64_t sequence, Tick tick, double arrival_server_s);
 
     /// D at tick T by DESIGN's formula: the largest delay within `window_s` around T plus one tick;
-    /// where a packet whose news could matter at T was lost, plus a round trip and a tick. Across
+    /// where a packet whose news could matter at T was lost, plus a round trip and a tick: from the
+    /// loss until the server has given the packet up (wire::give_up_ticks) and sent again. Across
     /// an outage (a hole in the sequence longer than kOutageTicks) news is as old as the outage.
     [[nodiscard]] NewsAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
 

@@ -1,9 +1,9 @@
 #include "server/replication/client_state.h"
 
 #include "shared/core/assert.h"
+#include "shared/wire/give_up.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace zoned::replication {
 
@@ -206,12 +206,12 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
     newest_acked_ = std::max(newest_acked_, acks.newest);
 }
 
-/// A packet is given up when one sent three packets later has arrived, or after one and a half
-/// round trips and two ticks. It counts as lost only after twice that: what was merely late must
+/// A packet is given up when one sent three packets later has arrived, or after
+/// wire::give_up_ticks. It counts as lost only after twice that: what was merely late must
 /// not raise the estimate.
 void ClientState::expire(Tick now, float tick_s) {
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
-    const Tick patience = 2 + static_cast<Tick>(std::ceil(1.5e-6 * rtt_us / tick_s));
+    const Tick patience = wire::give_up_ticks(1e-6 * rtt_us, static_cast<double>(tick_s));
     bool resolved_so_far = true;
     for (std::uint64_t sequence = oldest_open_; sequence < next_sequence_; ++sequence) {
         SentPacket* packet = log_.find(sequence);

@@ -1,0 +1,16 @@
+// GiveUp: how long the server waits for word of a packet before it sends its news again.
+#pragma once
+
+#include "shared/core/ids.h"
+
+#include <cmath>
+
+namespace zoned::wire {
+
+/// A packet is given up that is more ticks old than this, or sooner where later ones were
+/// acknowledged: one and a half round trips and two ticks. `rtt_s` >= 0, `tick_s` > 0.
+inline Tick give_up_ticks(double rtt_s, double tick_s) {
+    return 2 + static_cast<Tick>(std::ceil(1.5 * rtt_s / tick_s));
+}
+
+}  // namespace zoned::wire
