@@ -31,7 +31,7 @@ std::string instead_text(const budget::Choice& choice) {
     std::snprintf(text.data(),
                   text.size(),
                   found ? "the cheapest that keeps it is %s, off by %.3g %s"
-                        : "nothing keeps it: the best is %s, off by %.3g %s",
+                        : "nothing that was tried keeps it: the best is %s, off by %.3g %s",
                   budget::name_of(*c).c_str(),
                   c->error,
                   choice.unit.c_str());

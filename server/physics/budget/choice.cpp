@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 namespace zoned::physics::budget {
 
@@ -52,15 +53,20 @@ std::string time_text(double ns) {
     return ns < 1.0e6 ? print("%.3g us", 1.0e-3 * ns) : print("%.3g ms", 1.0e-6 * ns);
 }
 
-void choose(Choice& choice, std::vector<Option> options) {
-    std::stable_sort(options.begin(), options.end(), [](const Option& a, const Option& b) {
-        return a.least_cost_ns < b.least_cost_ns;
+void choose(Choice& choice, const std::vector<Option>& options) {
+    std::vector<std::size_t> order(options.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        const double one = options[a].least_cost_ns;
+        const double other = options[b].least_cost_ns;
+        return one != other ? one < other : a < b;
     });
     double spent = 0.0;
     const auto dearer = [](double than) {
         return "dearer than " + time_text(than);
     };
-    for (const Option& option : options) {
+    for (const std::size_t next : order) {
+        const Option& option = options[next];
         Candidate candidate;
         candidate.code = option.code;
         candidate.method = option.method;

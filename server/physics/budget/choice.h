@@ -56,11 +56,11 @@ std::string name_of(const Candidate& candidate);
 std::string time_text(double ns);
 
 /// So much may all trials of a choice cost by the table, ns: start-up waits for them.
-inline constexpr double kMostSpent = 1.0e9;
+inline constexpr double kMostSpent = 5.0e8;
 
 /// Tries options from the one that may be cheapest on, those first that come first where costs are
 /// equal, until no other can be cheaper than the cheapest that keeps `choice.budget`, and fills
 /// `candidates` and `chosen`. Depends on what is passed alone: no clock.
-void choose(Choice& choice, std::vector<Option> options);
+void choose(Choice& choice, const std::vector<Option>& options);
 
 }  // namespace zoned::physics::budget

@@ -213,7 +213,7 @@ Choice choose_flight(std::string subject,
             options.push_back(option_of(kind, pieces, flights, budget));
         }
     }
-    choose(choice, std::move(options));
+    choose(choice, options);
     return choice;
 }
 

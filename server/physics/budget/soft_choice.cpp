@@ -125,7 +125,7 @@ Choice choose_soft(const SoftSubject& subject,
             options.push_back(trials.option(method, n));
         }
     }
-    choose(choice, std::move(options));
+    choose(choice, options);
     choice.basis = trials.basis();
     return choice;
 }

@@ -119,7 +119,9 @@ ProbeReference SoftProbe::reference(double budget) const {
     const auto text = [](const char* method, int n) {
         return std::string(method) + " in " + std::to_string(n) + " substeps a tick";
     };
-    const double parts = static_cast<double>(def_.springs.size() + def_.tetrahedra.size());
+    // As many springs as take the same time: a tetrahedron 20, whatever a substep has to do 50.
+    const double parts =
+        static_cast<double>(def_.springs.size() + 20 * def_.tetrahedra.size() + 50);
     const auto affordable = [&](double n) {
         return 1.5 * n * ticks_ * parts <= kMostReference;
     };

@@ -62,7 +62,7 @@ class SoftProbe {
     bool pinned_ = false;
 };
 
-/// Springs and tetrahedra, times substeps, that a reference may take: a quarter of a second.
+/// Springs (and what takes as long) times substeps that a reference may take: some 0.1 s.
 inline constexpr double kMostReference = 4.0e7;
 
 }  // namespace zoned::physics::budget

@@ -2,6 +2,7 @@
 #include "server/ops/method_plan.h"
 
 #include "server/ops/soft_types.h"
+#include "server/zone/type_body.h"
 #include "tests/unit/ops/config_helpers.h"
 
 #include <algorithm>
@@ -137,10 +138,10 @@ TEST(ErrorBudget, RefusesANamedIntegratorThatMissesIt) {
 TEST(ErrorBudget, SaysWhatComesNearestWhereNothingKeepsIt) {
     expect_single(kValid + "budget {\n  free_flight_m: 1e-9\n}\n",
                   "free_flight_m",
-                  "nothing keeps it: the best is");
+                  "nothing that was tried keeps it: the best is");
     expect_single(kValid + kSheet + "budget {\n  soft_share: 1e-7\n}\n",
                   "soft_share",
-                  "soft type sheet: nothing keeps it: the best is");
+                  "soft type sheet: nothing that was tried keeps it: the best is");
 }
 
 TEST(ErrorBudget, RefusesASoftMethodThatMissesItOrIsUnstable) {
@@ -158,6 +159,14 @@ TEST(ErrorBudget, RefusesASoftMethodThatMissesItOrIsUnstable) {
         with("  }\n  mass_kg: 1", "    method: SEMI_IMPLICIT_EULER\n  }\n  mass_kg: 1", kSheet));
     expect_single(kValid + stiff, "method: SEMI", "256 substeps are too few");
     expect_single(kValid + stiff + "budget { soft_share: 0.1 }\n", "method: SEMI", "omega h = ");
+}
+
+TEST(PropDrag, ReachesTheBody) {
+    const Outcome out = parse(with_drag("2.5"));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const auto& crate = out.settings.types[1];
+    EXPECT_EQ(zone::body_of(crate, out.settings.solids).damping.linear, 2.5F);
+    EXPECT_EQ(zone::body_of(out.settings.types[0], out.settings.solids).damping.linear, 0.0F);
 }
 
 TEST(ErrorBudget, HasRanges) {

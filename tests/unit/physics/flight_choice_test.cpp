@@ -26,10 +26,10 @@ Option fake(const std::string& name, double least, Trial trial, int* tried = nul
     return option;
 }
 
-Choice chosen_from(double budget, std::vector<Option> options) {
+Choice chosen_from(double budget, const std::vector<Option>& options) {
     Choice choice;
     choice.budget = budget;
-    choose(choice, std::move(options));
+    choose(choice, options);
     return choice;
 }
 
