@@ -3,6 +3,7 @@
 #include "server/app/particle_device.h"
 #include "server/app/tick_loop.h"
 #include "server/app/world.h"
+#include "server/ops/method_plan.h"
 
 #include <cstdio>
 #include <string>
@@ -131,6 +132,7 @@ int explain(const ExplainArguments& arguments) {
     for (std::size_t z = 0; z < costs.size(); ++z) {
         print_zone(settings.zones[z], world.zones()[z]->report(), costs[z], arguments.ticks);
     }
+    std::printf("\n%s", ops::methods_text(settings).c_str());
     return kGood;
 }
 

@@ -55,7 +55,8 @@ void check_limits(const proto::Config& config,
     }
 }
 
-void check_shape(const proto::Config::Type& type,
+void check_shape(const proto::Config& config,
+                 const proto::Config::Type& type,
                  const std::string& path,
                  Diagnostics& diagnostics) {
     const bool character = type.kind() == proto::Config::CHARACTER;
@@ -73,7 +74,12 @@ void check_shape(const proto::Config::Type& type,
             diagnostics.add(path + (type.has_hull() ? ".hull" : ".compound"), solid.error());
         }
     } else if (type.has_soft()) {
-        check_soft(type, path, diagnostics);
+        check_soft(config, type, path, diagnostics);
+    }
+    if (type.drag_ps() > 0.0 && (character || type.has_soft())) {
+        diagnostics.add(path + ".drag_ps",
+                        character ? "belongs to props only: what walks sets its own speed"
+                                  : "a soft body has its own, soft.drag_ps");
     }
     if (!character && type.has_character()) {
         diagnostics.add(path + ".character", "belongs to kind: CHARACTER only");
@@ -188,7 +194,7 @@ void check_types(const proto::Config& config, Diagnostics& diagnostics) {
             !names.emplace(type.name(), t).second) {
             diagnostics.add(path + ".name", "'" + type.name() + "' is the name of another type");
         }
-        check_shape(type, path, diagnostics);
+        check_shape(config, type, path, diagnostics);
         check_limits(config, type, path, diagnostics);
         check_representation(config, type, path, diagnostics);
         if (type.has_machine() && machines.count(type.machine()) == 0) {

@@ -111,6 +111,7 @@ world::EntityType expand_type(const proto::Config& config,
     out.mass = narrow(type.mass_kg());
     out.friction = narrow(type.friction());
     out.restitution = narrow(type.restitution());
+    out.drag = narrow(type.drag_ps());
     out.aura_m = expand_radii(type.aura_m());
     out.nimbus_m = expand_radii(type.nimbus_m());
     out.max_acceleration_mps2 = narrow(type.max_acceleration_mps2());

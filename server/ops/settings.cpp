@@ -4,6 +4,7 @@
 #include "server/ops/config_expand.h"
 #include "server/ops/config_set.h"
 #include "server/ops/config_text.h"
+#include "server/ops/method_plan.h"
 #include "server/ops/particles.h"
 #include "server/ops/scatter.h"
 #include "server/ops/statics.h"
@@ -70,6 +71,10 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     settings.initial.clear();
     place_spawn_points(config, terrain, settings, diagnostics);
     place_entities(config, terrain, settings, diagnostics);
+    settings.methods.clear();
+    if (diagnostics.empty()) {
+        plan_methods(settings, diagnostics);
+    }
 }
 
 bool parse_in_folder(const std::string& text,

@@ -3,6 +3,7 @@
 
 #include "server/ai/ai_step.h"
 #include "server/interest/interest_step.h"
+#include "server/physics/budget/choice.h"
 #include "server/physics/scene.h"
 #include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
@@ -84,6 +85,14 @@ struct CosmeticSystem {
     std::optional<motion::BurstKind> burst;  ///< none: no event lets any out
 };
 
+/// Which method moves a part of the world, and why.
+struct MethodPlan {
+    std::string subject;  ///< "bodies", "particles", "soft type curtain"
+    std::string used;     ///< "default x 1"; empty: there is nothing to move
+    std::string reason;
+    std::optional<physics::budget::Choice> choice;  ///< where a budget asked for one
+};
+
 /// Everything that a server needs to know, checked.
 struct Settings {
     /// As read, after --set, with the SHA-256 of each surface's file; what is not below is read
@@ -112,6 +121,7 @@ struct Settings {
     std::vector<CosmeticSystem> cosmetics;
     std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
     physics::Settings physics;
+    std::vector<MethodPlan> methods;  ///< how `physics` and `softs` came by their methods
     ai::Settings ai;
     interest::Settings interest;
     replication::Settings replication;

@@ -18,6 +18,7 @@ using SoftResult = core::Result<soft::SoftDef>;
 
 static_assert(static_cast<int>(soft::SoftMethod::kXpbd) == Soft::XPBD);
 static_assert(static_cast<int>(soft::SoftMethod::kImplicitEuler) == Soft::IMPLICIT_EULER);
+static_assert(static_cast<int>(soft::SoftMethod::kSemiImplicitEuler) == Soft::SEMI_IMPLICIT_EULER);
 
 int count_of(std::uint32_t value) {
     return static_cast<int>(value);
@@ -144,6 +145,26 @@ SoftShape centred(soft::SoftDef def) {
     return out;
 }
 
+/// Nodes along a side, at least two, when they lie so much farther apart.
+std::uint32_t fewer(std::uint32_t nodes, std::uint32_t coarser) {
+    return std::max<std::uint32_t>(2, (nodes - 1) / coarser + 1);
+}
+
+std::uint32_t moved(std::uint32_t place, std::uint32_t nodes, std::uint32_t left) {
+    return (2 * place * (left - 1) + nodes - 1) / (2 * (nodes - 1));
+}
+
+void coarsen_cloth(proto::Config::Cloth& cloth, std::uint32_t coarser) {
+    const std::uint32_t columns = fewer(cloth.columns(), coarser);
+    const std::uint32_t rows = fewer(cloth.rows(), coarser);
+    for (auto& pin : *cloth.mutable_pin()) {
+        pin.set_column(moved(pin.column(), cloth.columns(), columns));
+        pin.set_row(moved(pin.row(), cloth.rows(), rows));
+    }
+    cloth.set_columns(columns);
+    cloth.set_rows(rows);
+}
+
 double least_distance(const soft::SoftDef& def) {
     float least = INFINITY;
     for (const soft::SoftSpring& spring : def.springs) {
@@ -166,7 +187,41 @@ core::Result<SoftShape> build_soft(const proto::Config::Type& type) {
     return centred(std::move(*def));
 }
 
-void check_soft(const proto::Config::Type& type,
+proto::Config::Type coarsened(const proto::Config::Type& type, std::uint32_t coarser) {
+    proto::Config::Type out = type;
+    Soft& soft = *out.mutable_soft();
+    // Springs side by side do not change with the lattice, springs in a row grow softer with their
+    // length, and what fills a volume has both: stiffer by the width, softer by the length.
+    if (soft.has_cloth()) {
+        coarsen_cloth(*soft.mutable_cloth(), coarser);
+    } else if (soft.has_rope()) {
+        auto& rope = *soft.mutable_rope();
+        const std::uint32_t nodes = fewer(rope.nodes(), coarser);
+        const double share = static_cast<double>(nodes - 1) / (rope.nodes() - 1);
+        rope.set_stiffness_npm(share * rope.stiffness_npm());
+        rope.set_bend_stiffness_npm(share * rope.bend_stiffness_npm());
+        rope.set_nodes(nodes);
+    } else if (soft.has_jelly()) {
+        auto& jelly = *soft.mutable_jelly();
+        jelly.set_stiffness_npm(coarser * jelly.stiffness_npm());
+        jelly.set_nodes_x(fewer(jelly.nodes_x(), coarser));
+        jelly.set_nodes_y(fewer(jelly.nodes_y(), coarser));
+        jelly.set_nodes_z(fewer(jelly.nodes_z(), coarser));
+    } else if (soft.has_balloon()) {
+        auto& balloon = *soft.mutable_balloon();
+        std::uint32_t splits = balloon.splits();
+        for (std::uint32_t c = 1; c < coarser && splits > 0; c *= 2) {
+            --splits;
+        }
+        balloon.set_splits(splits);
+    }
+    // A spring's critical damping grows with its length in all of these; its own ought not to.
+    soft.set_damping(soft.damping() / coarser);
+    return out;
+}
+
+void check_soft(const proto::Config& config,
+                const proto::Config::Type& type,
                 const std::string& path,
                 Diagnostics& diagnostics) {
     const Soft& from = type.soft();
@@ -182,6 +237,10 @@ void check_soft(const proto::Config::Type& type,
         diagnostics.add(path + ".representation.single_beyond_m",
                         "a rigid hull does not hang on pins: one that swings is neither cheaper "
                         "nor true, and what hangs still sleeps by itself");
+    }
+    const float tick_s = narrow(1.0 / config.world().tick_rate_hz());
+    if (const std::string reason = soft::why_unstable(shape->def, tick_s); !reason.empty()) {
+        diagnostics.add(here + ".method", reason);
     }
     if (from.tear_strain() > 0.0 && from.yield_strain() >= from.tear_strain()) {
         diagnostics.add(here + ".yield_strain",

@@ -22,7 +22,15 @@ struct SoftShape {
 /// the cloth, or the physics refuses it (see physics::soft::why_unfit).
 core::Result<SoftShape> build_soft(const proto::Config::Type& type);
 
+/// The same matter on a lattice whose nodes lie `coarser` >= 1 times as far apart (of a balloon:
+/// the next power of two): the same mass, stiffness and damping per length, area or volume. A pin
+/// goes to the nearest node.
+proto::Config::Type coarsened(const proto::Config::Type& type, std::uint32_t coarser);
+
 /// What is wrong with the soft { ... } of a type, that it has, and what contradicts it.
-void check_soft(const proto::Config::Type& type, const std::string& path, Diagnostics& diagnostics);
+void check_soft(const proto::Config& config,
+                const proto::Config::Type& type,
+                const std::string& path,
+                Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

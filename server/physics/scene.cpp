@@ -1,5 +1,6 @@
 #include "server/physics/scene.h"
 
+#include "server/physics/integrator/free_flight.h"
 #include "server/physics/scene_impl.h"
 #include "server/physics/validate.h"
 #include "shared/core/assert.h"
@@ -10,6 +11,9 @@ Scene::Scene(const Settings& settings) : impl_(std::make_unique<Impl>(settings))
     ZONED_ASSERT(why_unfit_integrator(settings.body_integrator).empty() &&
                      why_unfit_integrator(settings.particle_integrator).empty(),
                  "this integrator cannot move the bodies of a scene");
+    for (const int pieces : {settings.body_flight_pieces, settings.particle_flight_pieces}) {
+        ZONED_ASSERT(pieces >= 1 && pieces <= kMostFlightPieces, "a flight has 1..64 pieces");
+    }
 }
 
 Scene::Scene(Scene&&) noexcept = default;

@@ -58,6 +58,9 @@ struct Settings {
     /// The same for particles until they meet a surface: the rest of that step, and what lies still
     /// on something, is left to the default.
     IntegratorKind particle_integrator = IntegratorKind::kDefault;
+    /// Free flight is cut into so many equal pieces a step, 1..kMostFlightPieces.
+    int body_flight_pieces = 1;
+    int particle_flight_pieces = 1;
 };
 
 /// Times are measured by the caller (no clock in here); counts of one step.

@@ -228,14 +228,19 @@ void Scene::Impl::ride(std::uint32_t row,
     flight.position = wall.body != kNoIndex ? wall.before : to;
 }
 
-/// Bends the way of a step, as if nothing were on it, from the default's to another integrator's: a
+/// Bends the way of a step, as if nothing were on it, from the default's to another integrator's
+/// (or the default's in several pieces): a
 /// parabola that ends where, and as fast as, that one says. It may not begin with the velocity that
 /// the particle has (semi-implicit Euler's is a straight line). False where the integrator gave up.
 bool Scene::Impl::bend_flight(std::uint32_t row, const Vec3& pull, float dt, Flight& flight) const {
     Vec3 way = Vec3::Zero();
     Vec3 velocity = flight.velocity;
-    const bool arrived = free_flight_by(
-        settings.particle_integrator, {pull, bodies.damping[row].linear}, dt, way, velocity);
+    const bool arrived = free_flight_in(settings.particle_flight_pieces,
+                                        settings.particle_integrator,
+                                        {pull, bodies.damping[row].linear},
+                                        dt,
+                                        way,
+                                        velocity);
     const Vec3 mean = way / dt;
     flight.velocity = 2.0F * mean - velocity;
     flight.acceleration = 2.0F * (velocity - mean) / dt;
@@ -250,7 +255,10 @@ void Scene::Impl::step_particle(std::uint32_t row, float dt) {
     Flight flight{bodies.position[row], start, damped ? Vec3((end - start) / dt) : pull, dt};
     const Vec3 after = flight.acceleration;
     // What lies still on something is left to the default: others would lift and drop it by turns.
-    if (settings.particle_integrator != IntegratorKind::kDefault && bodies.still_s[row] == 0.0F) {
+    // Without drag the default's pieces add up to its whole.
+    const bool other = settings.particle_integrator != IntegratorKind::kDefault ||
+                       (settings.particle_flight_pieces > 1 && damped);
+    if (other && bodies.still_s[row] == 0.0F) {
         flight.after = &after;
         if (!bend_flight(row, pull, dt, flight)) {
             broken.push_back(row);

@@ -27,11 +27,17 @@ void Scene::Impl::solve(float dt) {
     }
     for (const std::uint32_t row : bodies.awake_list) {
         if (in_contact[row] == 0) {
-            fly_free(bodies, row, settings.gravity, dt, settings.body_integrator, broken);
+            fly_free(bodies,
+                     row,
+                     settings.gravity,
+                     dt,
+                     settings.body_integrator,
+                     settings.body_flight_pieces,
+                     broken);
         }
     }
     for (const std::uint32_t row : bodies.mover_list) {
-        fly_free(bodies, row, settings.gravity, dt, IntegratorKind::kDefault, broken);
+        fly_free(bodies, row, settings.gravity, dt, IntegratorKind::kDefault, 1, broken);
     }
     for (const std::uint32_t row : broken) {
         quarantine(row);

@@ -51,7 +51,8 @@ struct EntityType {
     float mass = 1.0F;               ///< kg, > 0
     float friction = 0.5F;
     float restitution = 0.0F;
-    motion::CharacterLimits character;        ///< kCharacter only
+    float drag = 0.0F;                  ///< props: share of its speed that it loses per second, 1/s
+    motion::CharacterLimits character;  ///< kCharacter only
     std::array<float, kBehaviours> aura_m{};  ///< how far the entity is heard, by behaviour, m
     std::array<float, kBehaviours>
         nimbus_m{};  ///< how far a viewer with this avatar listens, by behaviour, m

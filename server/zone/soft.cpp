@@ -27,6 +27,7 @@ SoftMatter& matter_of(ZoneState& state) {
         settings.gravity = state.settings.physics.gravity;
         settings.sleep_speed_mps = state.settings.physics.sleep_speed_mps;
         settings.sleep_after_s = state.settings.physics.sleep_after_s;
+        settings.step_s = state.settings.dt;
         state.soft = std::make_unique<SoftMatter>();
         state.soft->bodies = soft::SoftBodies(settings);
         state.soft->bodies.work_with(state.team);

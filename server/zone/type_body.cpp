@@ -28,6 +28,7 @@ physics::BodyDef body_of(const world::EntityType& type, std::span<const physics:
     def.shape = shape_of(type, solids);
     def.material = {type.friction, type.restitution};
     def.mass = type.mass;
+    def.damping.linear = type.drag;
     return def;
 }
 

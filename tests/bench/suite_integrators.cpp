@@ -4,6 +4,7 @@
 #include "server/physics/integrator/integrator.h"
 #include "server/physics/integrator/stability.h"
 #include "tests/bench/comparison.h"
+#include "tests/bench/method_costs.h"
 #include "tests/scenario/motions.h"
 #include "tests/scenario/spin_reference.h"
 
@@ -416,22 +417,30 @@ void run_integrators(Session& session) {
     if (session.wants_scene("free_spin")) {
         run_free_spin(session, drift_steps);
     }
+    if (session.wants_scene("free_flight")) {
+        run_flight_costs(session);
+    }
 }
 
-const Registration kIntegrators(
-    {"integrators",
-     "error, order, energy and cost of what carries motions on",
-     {"oscillator", "stiff_spring", "kepler", "pendulum", "projectile_drag", "free_spin"},
-     {"explicit_euler",
-      "implicit_euler",
-      "semi_implicit_euler",
-      "verlet",
-      "velocity_verlet",
-      "rk2",
-      "rk4",
-      "adaptive",
-      "default"},
-     run_integrators});
+const Registration kIntegrators({"integrators",
+                                 "error, order, energy and cost of what carries motions on",
+                                 {"oscillator",
+                                  "stiff_spring",
+                                  "kepler",
+                                  "pendulum",
+                                  "projectile_drag",
+                                  "free_spin",
+                                  "free_flight"},
+                                 {"explicit_euler",
+                                  "implicit_euler",
+                                  "semi_implicit_euler",
+                                  "verlet",
+                                  "velocity_verlet",
+                                  "rk2",
+                                  "rk4",
+                                  "adaptive",
+                                  "default"},
+                                 run_integrators});
 
 }  // namespace
 

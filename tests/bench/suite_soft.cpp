@@ -4,6 +4,7 @@
 #include "server/physics/soft/soft_bodies.h"
 #include "tests/bench/bullet_cloth.h"
 #include "tests/bench/comparison.h"
+#include "tests/bench/method_costs.h"
 #include "tests/scenario/cloth_scene.h"
 
 #include <cstdio>
@@ -182,7 +183,7 @@ std::vector<Method> cloth_methods(const Cloth& cloth, const ClothTruth& truth) {
     return methods;
 }
 
-void run_soft(Session& session) {
+void run_cloths(Session& session) {
     session.note(
         "soft: one thread; a frame is a step of 1/60 s up to 1 s, the drawn vertices included. "
         "`default` simulates a lattice coarser by three and hangs the 64 x 64 nodes on it; `xpbd` "
@@ -206,11 +207,26 @@ void run_soft(Session& session) {
     }
 }
 
+void run_soft(Session& session) {
+    if (session.wants_scene("cloth_64")) {
+        run_cloths(session);
+    }
+    if (session.wants_scene("substeps")) {
+        run_substep_costs(session);
+    }
+}
+
 const Registration kSoft(
     {"soft",
-     "cloth: error against time over stiffness",
-     {"cloth_64"},
-     {"default", "xpbd", "implicit_euler", "bullet/default", "bullet/passes_100"},
+     "cloth: error against time over stiffness; what a step of each method costs",
+     {"cloth_64", "substeps"},
+     {"default",
+      "xpbd",
+      "implicit_euler",
+      "semi_implicit_euler",
+      "implicit_one_pass",
+      "bullet/default",
+      "bullet/passes_100"},
      run_soft});
 
 }  // namespace

@@ -40,4 +40,23 @@ bool free_flight_by(IntegratorKind kind,
     return done;
 }
 
+bool free_flight_in(int pieces,
+                    IntegratorKind kind,
+                    const FreeFall<float, 3>& fall,
+                    float dt,
+                    Vec3& position,
+                    Vec3& velocity) {
+    if (pieces <= 1) {
+        return free_flight(kind, fall, dt, position, velocity);
+    }
+    const float piece = dt / static_cast<float>(pieces);
+    Vec3 way = Vec3::Zero();
+    bool done = true;
+    for (int i = 0; i < pieces; ++i) {
+        done = free_flight(kind, fall, piece, way, velocity) && done;
+    }
+    position += way;
+    return done;
+}
+
 }  // namespace zoned::physics

@@ -7,6 +7,8 @@
 
 namespace zoned::physics {
 
+inline constexpr int kMostFlightPieces = 64;  ///< of a step
+
 /// free_flight for all kinds but kDefault.
 bool free_flight_by(IntegratorKind kind,
                     const FreeFall<float, 3>& fall,
@@ -30,5 +32,14 @@ inline bool free_flight(IntegratorKind kind,
     }
     return free_flight_by(kind, fall, dt, position, velocity);
 }
+
+/// The same in `pieces` equal pieces, from 1 to kMostFlightPieces. One: the very bits of the above;
+/// several: their ways are summed up before the position is rounded to its own fineness.
+bool free_flight_in(int pieces,
+                    IntegratorKind kind,
+                    const FreeFall<float, 3>& fall,
+                    float dt,
+                    Vec3& position,
+                    Vec3& velocity);
 
 }  // namespace zoned::physics

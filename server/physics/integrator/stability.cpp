@@ -160,12 +160,33 @@ std::string why_unstable(IntegratorKind kind, double omega, double damping_ratio
     std::snprintf(text.data(),
                   text.size(),
                   "%s: a spring of %g rad/s with damping ratio %g is stable for steps up to %g s, "
-                  "not for %g s",
+                  "not for %g s (omega h = %.4g, at most %.4g)",
                   name_of(kind),
                   omega,
                   damping_ratio,
                   limit.step_s,
-                  h);
+                  h,
+                  omega * h,
+                  omega * limit.step_s);
+    return text.data();
+}
+
+std::string why_unstable_drag(IntegratorKind kind, double drag, double h) {
+    if (!(drag > 0.0) || drag_limit(kind, drag).stable(h)) {
+        return {};
+    }
+    const double longest = drag_limit(kind, drag).step_s;
+    std::array<char, 200> text{};
+    std::snprintf(text.data(),
+                  text.size(),
+                  "%s: a drag of %g 1/s is stable for steps up to %g s, not for %g s (drag x h = "
+                  "%.4g, at most %.4g)",
+                  name_of(kind),
+                  drag,
+                  longest,
+                  h,
+                  drag * h,
+                  drag * longest);
     return text.data();
 }
 

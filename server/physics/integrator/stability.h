@@ -31,8 +31,11 @@ StabilityLimit stability_limit(IntegratorKind kind, double omega, double damping
 /// WithLinearDrag), as free bodies have it, and bears any.
 StabilityLimit drag_limit(IntegratorKind kind, double drag);
 
-/// Why a method is refused for a spring and a step of h seconds: names both and the limit. Empty
-/// where the step is stable.
+/// Why a method is refused for a spring and a step of h seconds: names both, omega h and the limit.
+/// Empty where the step is stable.
 std::string why_unstable(IntegratorKind kind, double omega, double damping_ratio, double h);
+
+/// The same for a drag, >= 0 in 1/s.
+std::string why_unstable_drag(IntegratorKind kind, double drag, double h);
 
 }  // namespace zoned::physics

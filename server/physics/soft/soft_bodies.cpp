@@ -30,58 +30,21 @@ bool is_fit(const SoftBody& body) {
            fit_position(body.box.upper);
 }
 
-SoftBody make_body(const SoftDef& def) {
-    SoftBody body;
-    for (const SoftNode& n : def.nodes) {
-        Row4 x = Row4::Zero();
-        Row4 v = Row4::Zero();
-        x << n.position, (n.pinned ? 0.0F : 1.0F / n.mass);
-        v.head<3>() = n.velocity;
-        body.x.push_back(x);
-        body.v.push_back(v);
-        body.mass.push_back(n.mass);
-    }
-    body.start = body.kept = body.predicted = body.x;
-    for (const SoftSpring& s : def.springs) {
-        body.springs.push_back({s.a, s.b, s.rest, s.rest, s.stiffness, s.damping, s.kind, true});
-    }
-    body.faces = def.faces;
-    body.tetrahedra = def.tetrahedra;
-    for (const SoftTetrahedron& t : def.tetrahedra) {
-        body.rest_volume.push_back(tetrahedron_volume(def.nodes[t[0]].position,
-                                                      def.nodes[t[1]].position,
-                                                      def.nodes[t[2]].position,
-                                                      def.nodes[t[3]].position));
-    }
-    body.vertices = def.vertices;
-    body.material = def.material;
-    body.solver = def.solver;
-    body.user = def.user;
-    if (def.material.gas_pressure > 0.0F) {
-        body.gas = static_cast<double>(def.material.gas_pressure) * enclosed_volume(body, nullptr);
-        for (const SoftFace& f : def.faces) {
-            body.surface.insert(body.surface.end(), f.begin(), f.end());
-        }
-        std::sort(body.surface.begin(), body.surface.end());
-        body.surface.erase(std::unique(body.surface.begin(), body.surface.end()),
-                           body.surface.end());
-    }
-    body.there = true;
-    relink(body);
-    fit_box(body);
-    return body;
-}
-
 void solve(SoftBody& body, float h, compute::Team* team) {
     switch (body.solver.method) {
         case SoftMethod::kXpbd:
             return solve_xpbd(body, h, team);
         case SoftMethod::kImplicitEuler:
             return solve_implicit(body, h);
+        case SoftMethod::kSemiImplicitEuler:
+            return;  // its springs have pushed before the nodes moved
     }
 }
 
 void substep(SoftBody& body, const Vec3& gravity, float h, compute::Team* team) {
+    if (body.solver.method == SoftMethod::kSemiImplicitEuler) {
+        push_springs(body, h);
+    }
     predict(body, gravity, h);
     solve(body, h, team);
     solve_close_pairs(body);
@@ -92,17 +55,6 @@ bool active(const SoftBody& body) {
 }
 
 }  // namespace
-
-void fit_box(SoftBody& body) {
-    Eigen::Array4f lower = body.x.front().array();
-    Eigen::Array4f upper = lower;
-    for (const Row4& x : body.x) {
-        lower = lower.min(x.array());
-        upper = upper.max(x.array());
-    }
-    body.box =
-        Aabb{lower.matrix().head<3>(), upper.matrix().head<3>()}.grown(body.material.thickness);
-}
 
 void SoftBodies::Impl::wake_touched(const Scene& scene, float slow, float dt) {
     for (SoftBody& body : bodies) {
@@ -131,7 +83,7 @@ void SoftBodies::Impl::integrate(const Vec3& gravity, float dt, Scene* scene, co
         shift.emplace(*team);
     }
     const auto run = [&](SoftBody& body, compute::Team* helpers) {
-        const int n = body.substeps();
+        const int n = body.substeps(dt);
         const float h = dt / static_cast<float>(n);
         for (int i = 0; i < n; ++i) {
             substep(body, gravity, h, helpers);
@@ -207,6 +159,8 @@ void SoftBodies::Impl::count(SoftStats& s) const {
             ++s.awake;
             s.nodes += static_cast<std::uint32_t>(body.x.size());
             s.springs += static_cast<std::uint32_t>(body.springs.size());
+            s.newton_steps += body.implicit.newton_steps;
+            s.gradient_passes += body.implicit.gradient_passes;
         }
     }
 }
@@ -220,7 +174,11 @@ SoftBodies::~SoftBodies() = default;
 
 core::Result<SoftId> SoftBodies::add(const SoftDef& def) {
     using R = core::Result<SoftId>;
-    if (std::string reason = why_unfit(def); !reason.empty()) {
+    std::string reason = why_unfit(def);
+    if (reason.empty()) {
+        reason = why_unstable(def, settings_.step_s);
+    }
+    if (!reason.empty()) {
         return R::failure(std::move(reason));
     }
     if (impl_ == nullptr) {
@@ -275,10 +233,15 @@ SoftStats SoftBodies::step(float dt, Scene* scene) {
         if (active(body)) {
             body.kept = body.x;
             body.contacts.clear();
+            body.implicit.newton_steps = 0;
+            body.implicit.gradient_passes = 0;
             if (scene != nullptr) {
                 find_contacts(body, *scene, dt);
             }
             find_close_pairs(body);
+            if (body.gas > 0.0 || body.material.bulk_modulus > 0.0F) {
+                limit_step(body);  // what is pressed is stiffer
+            }
         }
     }
     impl_->integrate(settings_.gravity, dt, scene, team_);
@@ -424,7 +387,17 @@ void SoftBodies::pin(SoftId id, std::size_t node, bool pinned) {
         body.v[node].setZero();
     }
     body.x[node].w() = pinned ? 0.0F : 1.0F / body.mass[node];
+    limit_step(body);
     wake(id);
+}
+
+void SoftBodies::move_node(SoftId id, std::size_t node, const Vec3& position) {
+    ZONED_SOFT_BODY(id);
+    if (fit_position(position)) {
+        body.x[node].head<3>() = position;
+        fit_box(body);
+        wake(id);
+    }
 }
 
 void SoftBodies::wake(SoftId id) {

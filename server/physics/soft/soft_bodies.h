@@ -24,6 +24,9 @@ struct SoftSettings {
     Vec3 gravity = Vec3(0.0F, -kGravity, 0.0F);  ///< m/s2
     float sleep_speed_mps = 0.02F;               ///< a body with no node faster over a step ...
     float sleep_after_s = 0.5F;                  ///< ... for this long sleeps; 0 = sleeping off
+    /// The longest that step() will be called with, s: springs that semi-implicit Euler could not
+    /// bear then are refused (see why_unstable); 0: nobody says, and none of them are taken.
+    float step_s = 0.0F;
 };
 
 /// What there is, for the zone's census, and what the last step did.
@@ -34,9 +37,11 @@ struct SoftStats {
     std::uint32_t nodes = 0;    ///< of those that are awake
     std::uint32_t springs = 0;  ///< of those that are awake
     std::uint32_t contacts = 0;
-    std::uint32_t torn = 0;         ///< springs that broke in the step
-    std::uint32_t quarantined = 0;  ///< bodies put to sleep as their state became not finite
-    bool skipped = false;           ///< nothing was awake: no pass ran
+    std::uint32_t newton_steps = 0;     ///< of implicit Euler, of those that are awake
+    std::uint32_t gradient_passes = 0;  ///< conjugate gradients within them
+    std::uint32_t torn = 0;             ///< springs that broke in the step
+    std::uint32_t quarantined = 0;      ///< bodies put to sleep as their state became not finite
+    bool skipped = false;               ///< nothing was awake: no pass ran
 };
 
 /// A soft body on its way from one SoftBodies to another, whole: nodes, springs, what was torn and
@@ -65,7 +70,7 @@ class SoftBodies {
     SoftBodies& operator=(SoftBodies&&) noexcept;
     ~SoftBodies();
 
-    /// Fails with the place and the reason, see why_unfit.
+    /// Fails with the place and the reason, see why_unfit and why_unstable.
     core::Result<SoftId> add(const SoftDef& def);
     void remove(SoftId id);
     [[nodiscard]] bool contains(SoftId id) const;
@@ -103,6 +108,9 @@ class SoftBodies {
     void lead(SoftId id, std::size_t node, const Vec3& velocity);
     /// Pins a node where it is, or frees it; wakes the body.
     void pin(SoftId id, std::size_t node, bool pinned);
+    /// Puts a node elsewhere, with the velocity that it has; wakes the body. Ignored where the
+    /// place is not finite.
+    void move_node(SoftId id, std::size_t node, const Vec3& position);
     void wake(SoftId id);
     /// At rest where it is until something moves it, whatever forces act within it.
     void sleep(SoftId id);

@@ -7,7 +7,14 @@
 
 namespace zoned::physics::soft {
 
-int SoftBody::substeps() const {
+int SoftBody::substeps(float dt) const {
+    if (solver.method == SoftMethod::kSemiImplicitEuler) {
+        // A cut leaves lighter nodes than the definition had: then it takes more than were asked
+        // for.
+        const double least = std::ceil(static_cast<double>(dt) / limit.longest_step_s);
+        return std::max(solver.substeps,
+                        static_cast<int>(std::clamp(least, 1.0, double{kMostSubsteps})));
+    }
     if (solver.substeps > 0) {
         return solver.substeps;
     }

@@ -34,6 +34,14 @@ struct ImplicitWork {
     std::vector<Vec3d> stiff;  ///< along, across, length of each spring
     std::vector<std::array<Vec3d, 4>> volume_gradient;
     std::vector<Vec3d> gas_gradient;
+    std::uint32_t newton_steps = 0;  ///< of the step
+    std::uint32_t gradient_passes = 0;
+};
+
+/// Of semi-implicit Euler; see spring_limit.h.
+struct LimitWork {
+    double longest_step_s = 0.0;  ///< that push_springs bears
+    std::vector<double> share, sizes;
 };
 
 struct SoftBody {
@@ -62,6 +70,8 @@ struct SoftBody {
     std::vector<std::uint64_t> linked;  ///< springs as pairs of nodes, ascending
     std::vector<Vec3d> gradient;        ///< work of the gas
     ImplicitWork implicit;
+    std::vector<Row4> impulse;  ///< work of push_springs, N s
+    LimitWork limit;
 
     Aabb box;
     float calm_s = 0.0F;  ///< for how long it has been slow
@@ -73,8 +83,11 @@ struct SoftBody {
 
     [[nodiscard]] Vec3 position(std::size_t i) const { return x[i].head<3>(); }
 
-    [[nodiscard]] int substeps() const;
+    /// Of a step of dt s.
+    [[nodiscard]] int substeps(float dt) const;
 };
+
+SoftBody make_body(const SoftDef& def);
 
 // The stages of a step, in order. A substep moves x from `predicted` to where constraints want it.
 
@@ -82,6 +95,9 @@ struct SoftBody {
 void predict(SoftBody& body, const Vec3& gravity, float h);
 void solve_xpbd(SoftBody& body, float h, compute::Team* team);
 void solve_implicit(SoftBody& body, float h);
+/// Semi-implicit Euler, before predict: what springs, tetrahedra and gas do where the nodes are
+/// changes velocities, and these then move the nodes.
+void push_springs(SoftBody& body, float h);
 /// Velocities take what constraints moved.
 void finish(SoftBody& body, float h);
 
@@ -108,5 +124,12 @@ bool creep(SoftBody& body, float dt);
 std::uint32_t tear(SoftBody& body);
 /// After springs were added, removed or led to other nodes.
 void relink(SoftBody& body);
+/// Finds limit.longest_step_s, for the nodes as they lie, where the method needs it.
+void limit_step(SoftBody& body);
+
+/// Gas that would be pressed into less pushes as it does there, m3.
+inline double least_gas_volume(const SoftBody& body) {
+    return 1.0e-3 * body.gas / static_cast<double>(body.material.gas_pressure);
+}
 
 }  // namespace zoned::physics::soft

@@ -162,10 +162,10 @@ std::string why_unfit_gas(const SoftDef& def) {
 }
 
 std::string why_unfit_solver(const SoftSolver& s) {
-    if (s.method > SoftMethod::kImplicitEuler) {
+    if (s.method > SoftMethod::kSemiImplicitEuler) {
         return "unknown method";
     }
-    if (s.substeps < 0 || s.substeps > 256) {
+    if (s.substeps < 0 || s.substeps > kMostSubsteps) {
         return "substeps out of range";
     }
     if (s.newton_iterations < 1 || s.newton_iterations > 100 || s.gradient_iterations < 1 ||

@@ -18,7 +18,19 @@ using SoftId = StrongId<struct SoftTag>;
 enum class SoftMethod : std::uint8_t {
     kXpbd,           ///< solve_xpbd.cpp
     kImplicitEuler,  ///< solve_implicit.cpp
+    /// push_springs.cpp: explicit springs, the cheapest substep, for slack springs only; see
+    /// why_unstable.
+    kSemiImplicitEuler,
 };
+
+/// As messages name it.
+constexpr const char* name_of(SoftMethod method) {
+    constexpr std::array kNames{"xpbd", "implicit_euler", "semi_implicit_euler"};
+    const auto i = static_cast<std::size_t>(method);
+    return i < kNames.size() ? kNames[i] : "unknown";
+}
+
+inline constexpr int kMostSubsteps = 256;  ///< of a step
 
 enum class SpringKind : std::uint8_t {
     kStructural,
@@ -72,7 +84,8 @@ struct SoftMaterial {
 struct SoftSolver {
     SoftMethod method = SoftMethod::kXpbd;
     /// Per step, 1..256; 0: for XPBD the root of the number of nodes within 4..64 (a spring passes
-    /// a load on by about one node per substep), for implicit Euler one.
+    /// a load on by about one node per substep), for implicit Euler one, for semi-implicit Euler as
+    /// many as its springs need.
     int substeps = 0;
     int newton_iterations = 2;        ///< implicit Euler, per substep, 1..100
     int gradient_iterations = 60;     ///< implicit Euler: conjugate gradients per Newton step, >= 1
@@ -93,5 +106,10 @@ struct SoftDef {
 /// Empty when the definition is fit, otherwise the place and the reason ("spring 17: rest length
 /// out of range").
 std::string why_unfit(const SoftDef& def);
+
+/// Why the method of a definition that is fit cannot bear steps of `dt` > 0 s in so many substeps:
+/// names the fastest spring, omega h and the limit (see spring_limit.h). Empty where it can; XPBD
+/// and implicit Euler can always.
+std::string why_unstable(const SoftDef& def, float dt);
 
 }  // namespace zoned::physics::soft

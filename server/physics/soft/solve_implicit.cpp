@@ -45,6 +45,7 @@ class Newton {
         for (int k = 0; k < b_.solver.newton_iterations; ++k) {
             linearise();
             solve_linear();
+            ++w_.newton_steps;
             double share = 1.0;
             double next = value;
             int halved = 0;
@@ -285,6 +286,7 @@ class Newton {
         const double enough = size * std::pow(static_cast<double>(b_.solver.gradient_accuracy), 2);
         w_.direction = w_.scaled;
         for (int k = 0; k < b_.solver.gradient_iterations && size > enough && size > 0.0; ++k) {
+            ++w_.gradient_passes;
             multiply(w_.direction, w_.image);
             const double step = size / dot(w_.direction, w_.image);
             for (std::size_t i = 0; i < w_.at.size(); ++i) {

@@ -346,14 +346,15 @@ void fly_free(Bodies& bodies,
               const Vec3& gravity,
               float dt,
               IntegratorKind integrator,
+              int pieces,
               std::vector<std::uint32_t>& broken) {
     const bool dynamic = bodies.inv_mass[row] > 0.0F;
     const Vec3 pull =
         dynamic ? Vec3(gravity + bodies.inv_mass[row] * bodies.force[row]) : Vec3(Vec3::Zero());
     Vec3 position = bodies.position[row];
     Vec3 velocity = bodies.velocity[row];
-    const bool arrived =
-        free_flight(integrator, {pull, bodies.damping[row].linear}, dt, position, velocity);
+    const bool arrived = free_flight_in(
+        pieces, integrator, {pull, bodies.damping[row].linear}, dt, position, velocity);
     Quat orientation = bodies.orientation[row];
     const Mat3 r = bodies.inertia_axes(row, bodies.rotation[row]);
     const Vec3 twist = r * bodies.inv_inertia[row].cwiseProduct(r.transpose() * bodies.torque[row]);

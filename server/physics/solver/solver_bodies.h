@@ -122,6 +122,7 @@ void fly_free(Bodies& bodies,
               const Vec3& gravity,
               float dt,
               IntegratorKind integrator,
+              int pieces,
               std::vector<std::uint32_t>& broken);
 
 }  // namespace zoned::physics

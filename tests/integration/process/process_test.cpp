@@ -201,6 +201,13 @@ TEST_F(Process, ExplainsThePlanAndShowsHelp) {
     Child explain("zoned", {"explain", minimal(), "--ticks", "5"});
     EXPECT_EQ(explain.wait(kPatience), 0) << explain.errors();
     EXPECT_NE(explain.output().find("no viewer"), std::string::npos) << explain.output();
+    EXPECT_NE(explain.output().find("soft bodies: nothing to choose: no soft type"),
+              std::string::npos)
+        << explain.output();
+    Child cloth("zoned", {"explain", ZONED_SOURCE_DIR "/config/cloth.txtpb", "--ticks", "5"});
+    EXPECT_EQ(cloth.wait(kPatience), 0) << cloth.errors();
+    EXPECT_NE(cloth.output().find("soft type curtain: "), std::string::npos) << cloth.output();
+    EXPECT_NE(cloth.output().find("more than 0.02"), std::string::npos) << cloth.output();
     Child help("zoned", {"--help"});
     EXPECT_EQ(help.wait(kPatience), 0);
     Child nonsense("zoned", {"serve", "--no-such-option"});

@@ -1,0 +1,22 @@
+// Method plan: what moves bodies, particles and soft bodies, chosen by the error budgets of a
+// config.
+#pragma once
+
+#include "server/ops/diagnostics.h"
+#include "server/ops/settings.h"
+
+#include <string>
+
+namespace zoned::ops {
+
+/// Fills settings.methods, and what it chooses into settings.physics and settings.softs, which have
+/// been expanded from settings.config, a config without mistakes so far. Reports a method named
+/// there that cannot bear its drag or misses its budget, with the cheapest that would keep it, and
+/// a budget that nothing keeps. Depends on the config alone: a replay makes the same choices.
+void plan_methods(Settings& settings, Diagnostics& diagnostics);
+
+/// The plan as a section of `zoned explain`: for each part what is used and why, errors beside the
+/// budget, costs, and why each of the others was refused.
+std::string methods_text(const Settings& settings);
+
+}  // namespace zoned::ops

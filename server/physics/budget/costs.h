@@ -1,0 +1,60 @@
+// Costs: what methods cost, in nanoseconds, as measured; the one table from which choices are made.
+#pragma once
+
+#include "server/physics/integrator/integrator_kind.h"
+#include "server/physics/soft/soft_def.h"
+
+#include <array>
+#include <cstddef>
+
+namespace zoned::physics::budget {
+
+// Measured by `zoned-bench integrators soft --scene free_flight,substeps` on one core of an AMD Zen
+// 5 (x86-64-v3, g++ 12, -O2), medians of three runs; the same command prints what it measures
+// beside what stands here. Choices compare these figures with each other alone.
+
+/// Of a piece of free flight of one body, by IntegratorKind.
+inline constexpr std::array<double, kIntegratorKinds.size()>
+    kFlightPiece_ns{6.2, 6.4, 190.0, 6.4, 6.9, 6.8, 6.6, 21.0, 107.0};
+
+constexpr double flight_cost_ns(IntegratorKind kind, int pieces) {
+    return kFlightPiece_ns[static_cast<std::size_t>(kind)] * pieces;
+}
+
+/// Of one sweep over a soft body, by what it is made of.
+struct SweepCost {
+    double node_ns = 0.0;
+    double spring_ns = 0.0;
+    double tetrahedron_ns = 0.0;
+    double face_ns = 0.0;  ///< of those that hold gas
+};
+
+/// What there is of each.
+struct SweepCounts {
+    double nodes = 0.0;
+    double springs = 0.0;
+    double tetrahedra = 0.0;
+    double faces = 0.0;
+};
+
+constexpr double sweep_cost_ns(const SweepCost& cost, const SweepCounts& counts) {
+    return cost.node_ns * counts.nodes + cost.spring_ns * counts.springs +
+           cost.tetrahedron_ns * counts.tetrahedra + cost.face_ns * counts.faces;
+}
+
+inline constexpr SweepCost kXpbdSubstep{2.9, 1.9, 47.0, 8.4};
+/// With the bound on substeps that bodies with volumes look up once a step.
+inline constexpr SweepCost kSemiImplicitSubstep{4.9, 1.5, 37.0, 7.8};
+inline constexpr SweepCost kNewtonStep{14.0, 22.0, 88.0, 17.0};  ///< without its passes
+inline constexpr SweepCost kGradientPass{8.8, 3.2, 8.4, 1.3};
+
+SweepCounts counts_of(const soft::SoftDef& def);
+
+/// Of a tick with so many substeps; implicit Euler's with so many Newton steps and passes in all.
+double soft_cost_ns(soft::SoftMethod method,
+                    const SweepCounts& counts,
+                    double substeps,
+                    double newton_steps,
+                    double gradient_passes);
+
+}  // namespace zoned::physics::budget
