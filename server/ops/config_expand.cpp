@@ -1,9 +1,11 @@
 #include "server/ops/config_expand.h"
 
 #include "server/ops/config_numbers.h"
+#include "server/ops/method_plan.h"
 #include "server/ops/soft_types.h"
 #include "server/ops/type_shapes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -54,7 +56,10 @@ std::uint16_t mind_of(const proto::Config& config, const std::string& machine) {
     return 0;
 }
 
-void expand_solid(const proto::Config::Type& type, world::EntityType& out, Settings& settings) {
+void expand_solid(const proto::Config& config,
+                  const proto::Config::Type& type,
+                  world::EntityType& out,
+                  Settings& settings) {
     const auto solid = build_solid(type);
     if (!solid) {
         return;  // check_types says why, and nobody uses the settings
@@ -65,11 +70,14 @@ void expand_solid(const proto::Config::Type& type, world::EntityType& out, Setti
     out.standing = solid->standing;
     out.solid = static_cast<std::uint16_t>(settings.solids.size());
     settings.solids.push_back(solid->shape);
-    settings.outers.push_back(type.representation().single_beyond_m() > 0.0 ? solid->outer
-                                                                            : physics::Shape());
+    out.single_beyond_m = narrow(single_beyond_m(config, type, out.radius, false));
+    settings.outers.push_back(out.single_beyond_m > 0.0F ? solid->outer : physics::Shape());
 }
 
-void expand_soft(const proto::Config::Type& type, world::EntityType& out, Settings& settings) {
+void expand_soft(const proto::Config& config,
+                 const proto::Config::Type& type,
+                 world::EntityType& out,
+                 Settings& settings) {
     auto soft = build_soft(type);
     if (!soft) {
         return;  // as above
@@ -79,6 +87,10 @@ void expand_soft(const proto::Config::Type& type, world::EntityType& out, Settin
     out.half_extents = soft->box.lower.cwiseAbs().cwiseMax(soft->box.upper);
     out.standing = soft->box;
     out.solid = static_cast<std::uint16_t>(settings.softs.size());
+    const auto& nodes = soft->def.nodes;
+    const bool pinned =
+        std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.pinned; });
+    out.single_beyond_m = narrow(single_beyond_m(config, type, out.radius, pinned));
     settings.softs.push_back(std::make_shared<const physics::soft::SoftDef>(std::move(soft->def)));
 }
 
@@ -104,9 +116,9 @@ world::EntityType expand_type(const proto::Config& config,
         out.radius = narrow(type.capsule().radius_m());
         out.half_segment = narrow(0.5 * type.capsule().length_m());
     } else if (type.has_soft()) {
-        expand_soft(type, out, settings);
+        expand_soft(config, type, out, settings);
     } else {
-        expand_solid(type, out, settings);
+        expand_solid(config, type, out, settings);
     }
     out.mass = narrow(type.mass_kg());
     out.friction = narrow(type.friction());
@@ -117,7 +129,6 @@ world::EntityType expand_type(const proto::Config& config,
     out.max_acceleration_mps2 = narrow(type.max_acceleration_mps2());
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
-    out.single_beyond_m = narrow(type.representation().single_beyond_m());
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
     out.mind = mind_of(config, type.machine());
     return out;

@@ -3,7 +3,9 @@
 #include "server/ops/config_checks.h"
 #include "server/ops/config_numbers.h"
 #include "server/ops/soft_types.h"
+#include "server/physics/budget/costs.h"
 #include "server/physics/budget/flight_choice.h"
+#include "server/physics/budget/particle_choice.h"
 #include "server/physics/budget/soft_choice.h"
 #include "server/physics/soft/soft_body.h"
 
@@ -216,6 +218,76 @@ MethodPlan plan_soft(Settings& settings,
     return plan;
 }
 
+double longest_life_of(const zone::ParticleSource& source) {
+    float longest = source.burst ? source.burst->lifetime_max_s : 0.0F;
+    for (const motion::Emitter& emitter : source.emitters) {
+        longest = std::max(longest, emitter.lifetime_max_s);
+    }
+    return static_cast<double>(longest);
+}
+
+/// Of bursts nothing is known before rules let them out: as fast as anything that is sent.
+double fastest_of(const proto::Config& config, const zone::ParticleSource& source) {
+    double fastest = source.burst ? config.replication().quantization().max_speed_mps() : 0.0;
+    for (const motion::Emitter& emitter : source.emitters) {
+        fastest = std::max(fastest, static_cast<double>(emitter.speed_max));
+    }
+    return fastest;
+}
+
+MethodPlan plan_particles(const Settings& settings,
+                          zone::ParticleSource& source,
+                          double tick_s,
+                          Diagnostics& diagnostics) {
+    MethodPlan plan;
+    plan.subject = "particle system " + source.def.name;
+    const proto::Config& config = settings.config;
+    if (config.budget().particles_m() <= 0.0) {
+        plan.used = "semi_implicit_euler x 1";
+        plan.reason = "the default; no budget (budget.particles_m)";
+        return plan;
+    }
+    const budget::FlightBudget wish{config.budget().particles_m(),
+                                    std::min(config.budget().flight_s(), longest_life_of(source)),
+                                    tick_s};
+    const double fastest = fastest_of(config, source);
+    budget::Choice choice = budget::choose_particle_pieces(source.def, fastest, wish);
+    choice.basis =
+        text_of("largest distance from the exact path within %g s, from rest and thrown at %g m/s",
+                wish.seconds,
+                fastest);
+    if (choice.chosen) {
+        source.def.pieces = choice.candidates[*choice.chosen].pieces;
+        plan.used = budget::name_of(choice.candidates[*choice.chosen]);
+        plan.reason = "the fewest pieces that keep the budget";
+    } else {
+        diagnostics.add("budget.particles_m", plan.subject + ": " + instead_text(choice));
+    }
+    plan.choice = std::move(choice);
+    return plan;
+}
+
+/// A type that is one hull far away: from where on, and why from there.
+MethodPlan plan_representation(const proto::Config& config,
+                               const proto::Config::Type& from,
+                               const world::EntityType& type) {
+    MethodPlan plan;
+    plan.subject = "type " + type.name + " far away";
+    plan.used = text_of("one hull beyond %.3g m", static_cast<double>(type.single_beyond_m));
+    if (from.representation().has_single_beyond_m()) {
+        plan.reason = "named by the config";
+        return plan;
+    }
+    const double share = from.has_soft() ? budget::kSoftHullErrorShare : budget::kSingleErrorShare;
+    plan.reason = text_of(
+        "where %.3g m, %g of its diameter, by which it is off then, are seen "
+        "under %g rad",
+        2.0 * static_cast<double>(type.radius) * share,
+        share,
+        config.budget().representation_rad());
+    return plan;
+}
+
 /// One line of a candidate: method and pieces, error, cost, verdict.
 std::string candidate_text(const budget::Candidate& c) {
     std::array<char, 64> error{};
@@ -237,6 +309,19 @@ std::string candidate_text(const budget::Candidate& c) {
 
 }  // namespace
 
+double single_beyond_m(const proto::Config& config,
+                       const proto::Config::Type& type,
+                       float radius,
+                       bool pinned) {
+    const double angle = config.budget().representation_rad();
+    const bool reducible = type.has_compound() || (type.has_soft() && !pinned);
+    if (type.representation().has_single_beyond_m() || angle <= 0.0 || !reducible) {
+        return type.representation().single_beyond_m();
+    }
+    const double share = type.has_soft() ? budget::kSoftHullErrorShare : budget::kSingleErrorShare;
+    return 2.0 * static_cast<double>(radius) * share / angle;
+}
+
 void plan_methods(Settings& settings, Diagnostics& diagnostics) {
     const proto::Config& config = settings.config;
     const double tick_s = 1.0 / settings.tick_rate_hz;
@@ -250,7 +335,7 @@ void plan_methods(Settings& settings, Diagnostics& diagnostics) {
                             settings.physics.body_integrator,
                             settings.physics.body_flight_pieces};
     const FlightPart particles{
-        "particles",
+        "props as points",
         "physics.particle_integrator",
         "budget.particles_m",
         "no type is ever a point (representation.particle_beyond_m)",
@@ -262,8 +347,14 @@ void plan_methods(Settings& settings, Diagnostics& diagnostics) {
         settings.physics.particle_flight_pieces};
     settings.methods.push_back(plan_flight(config, bodies, tick_s, diagnostics));
     settings.methods.push_back(plan_flight(config, particles, tick_s, diagnostics));
+    for (zone::ParticleSource& source : settings.particles) {
+        settings.methods.push_back(plan_particles(settings, source, tick_s, diagnostics));
+    }
     for (int t = 0; t < config.type_size(); ++t) {
         const world::EntityType& type = settings.types[static_cast<std::size_t>(t)];
+        if (type.single_beyond_m > 0.0F) {
+            settings.methods.push_back(plan_representation(config, config.type(t), type));
+        }
         if (type.shape == world::ShapeKind::kSoft) {
             settings.methods.push_back(plan_soft(settings,
                                                  config.type(t),

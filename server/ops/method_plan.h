@@ -15,6 +15,15 @@ namespace zoned::ops {
 /// a budget that nothing keeps. Depends on the config alone: a replay makes the same choices.
 void plan_methods(Settings& settings, Diagnostics& diagnostics);
 
+/// From which distance to all players on a compound or soft type with the radius of its sphere, m,
+/// is one hull: as it says itself, or from where on what it is then off by (budget::
+/// kSingleErrorShare, kSoftHullErrorShare of its diameter) is seen under budget.representation_rad.
+/// 0: never.
+double single_beyond_m(const proto::Config& config,
+                       const proto::Config::Type& type,
+                       float radius,
+                       bool pinned);
+
 /// The plan as a section of `zoned explain`: for each part what is used and why, errors beside the
 /// budget, costs, and why each of the others was refused.
 std::string methods_text(const Settings& settings);

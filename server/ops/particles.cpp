@@ -1,6 +1,7 @@
 #include "server/ops/particles.h"
 
 #include "server/ops/config_checks.h"
+#include "server/ops/config_numbers.h"
 #include "shared/core/rng.h"
 
 #include <algorithm>
@@ -114,12 +115,8 @@ void check_burst(const proto::Config::Burst& burst,
     }
 }
 
-float narrow_number(double value) {
-    return static_cast<float>(value);
-}
-
 float cosine_of(double degrees) {
-    return narrow_number(std::cos(degrees * std::numbers::pi / 180.0));
+    return narrow(std::cos(degrees * std::numbers::pi / 180.0));
 }
 
 Vec3 axis_of(const proto::Config::Emitter& e) {
@@ -136,13 +133,13 @@ motion::Emitter emitter_of(const proto::Config::Emitter& e, std::uint64_t seed) 
     out.rate_hz = e.rate_hz();
     out.most = e.most() > 0 ? e.most() : UINT64_MAX;
     out.position = Vec3d(e.x_m(), e.y_m(), e.z_m()).cast<float>();
-    out.spread = narrow_number(e.spread_m());
+    out.spread = narrow(e.spread_m());
     out.direction = axis_of(e);
     out.cone_cosine = cosine_of(e.cone_deg());
-    out.speed_min = narrow_number(e.speed_min_mps());
-    out.speed_max = narrow_number(highest_speed(e));
-    out.lifetime_min_s = narrow_number(e.lifetime_min_s());
-    out.lifetime_max_s = narrow_number(longest_life(e));
+    out.speed_min = narrow(e.speed_min_mps());
+    out.speed_max = narrow(highest_speed(e));
+    out.lifetime_min_s = narrow(e.lifetime_min_s());
+    out.lifetime_max_s = narrow(longest_life(e));
     return out;
 }
 
@@ -156,24 +153,24 @@ std::optional<motion::BurstKind> burst_of(const System& system) {
     }
     const proto::Config::Burst& burst = system.burst();
     return motion::BurstKind{cosine_of(burst.cone_deg()),
-                             narrow_number(burst.slowest()),
-                             narrow_number(burst.spread_m()),
-                             narrow_number(burst.lifetime_min_s()),
-                             narrow_number(longest_life(burst))};
+                             narrow(burst.slowest()),
+                             narrow(burst.spread_m()),
+                             narrow(burst.lifetime_min_s()),
+                             narrow(longest_life(burst))};
 }
 
 zone::ParticleSource source_of(const System& system) {
     zone::ParticleSource out;
     out.def.name = system.name();
-    out.def.linear_drag = narrow_number(system.drag_per_s());
-    out.def.quadratic_drag = narrow_number(system.quadratic_drag_per_m());
+    out.def.linear_drag = narrow(system.drag_per_s());
+    out.def.quadratic_drag = narrow(system.quadratic_drag_per_m());
     out.def.wind.uniform = wind_of(system);
-    out.def.wind.gust_speed = narrow_number(system.wind().gust_mps());
-    out.def.wind.gust_size = narrow_number(system.wind().gust_size_m());
+    out.def.wind.gust_speed = narrow(system.wind().gust_mps());
+    out.def.wind.gust_size = narrow(system.wind().gust_size_m());
     out.def.wind.seed = system.wind().gust_seed();
-    out.def.radius = narrow_number(system.radius_m());
-    out.def.restitution = narrow_number(system.restitution());
-    out.def.friction = narrow_number(system.friction());
+    out.def.radius = narrow(system.radius_m());
+    out.def.restitution = narrow(system.restitution());
+    out.def.friction = narrow(system.friction());
     out.def.most = system.most();
     out.characters_met = system.characters_met();
     out.burst = burst_of(system);
@@ -219,7 +216,7 @@ void expand_particles(const proto::Config& config, Settings& settings) {
     for (int s = 0; s < config.particles_size(); ++s) {
         const System& system = config.particles(s);
         const Vec3 gravity(
-            0.0F, narrow_number(-system.gravity_factor() * config.physics().gravity_mps2()), 0.0F);
+            0.0F, narrow(-system.gravity_factor() * config.physics().gravity_mps2()), 0.0F);
         std::vector<motion::Emitter> emitters;
         std::vector<Vec3d> positions;
         for (int e = 0; e < system.emitter_size(); ++e) {
@@ -235,12 +232,12 @@ void expand_particles(const proto::Config& config, Settings& settings) {
                     {system.name(),
                      static_cast<std::uint32_t>(settings.cosmetics.size()),
                      *burst_of(system),
-                     narrow_number(system.burst().aura_m()),
-                     narrow_number(system.burst().events_per_s())});
+                     narrow(system.burst().aura_m()),
+                     narrow(system.burst().events_per_s())});
             }
             settings.cosmetics.push_back({system.name(),
                                           gravity,
-                                          narrow_number(system.drag_per_s()),
+                                          narrow(system.drag_per_s()),
                                           wind_of(system),
                                           std::move(emitters),
                                           burst_of(system)});

@@ -1,6 +1,7 @@
 // Suite `representation`: what far props are off by when they are simulated as less than they are,
 // and what that saves; zones step, nobody is near.
 #include "server/app/world.h"
+#include "server/physics/budget/costs.h"
 #include "server/zone/context.h"
 #include "server/zone/representation.h"
 #include "tests/bench/comparison.h"
@@ -14,6 +15,9 @@ namespace zoned::bench {
 
 namespace {
 
+using physics::budget::kSingleErrorShare;
+using physics::budget::kSoftHullErrorShare;
+
 constexpr int kTicks = 150;       ///< 5 s
 constexpr int kFlightTicks = 15;  ///< 0.5 s: nothing has landed yet
 
@@ -24,7 +28,8 @@ struct Throw {
     std::string reduced;  ///< how far off it may be what, in the config's words
     double height_m = 0.0;
     float speed_mps = 0.0F;
-    int side = 8;  ///< props along each edge of the grid
+    double share_in_table = 0.0;  ///< of budget/costs.h, for error_max_share; 0: none there
+    int side = 8;                 ///< props along each edge of the grid
 };
 
 const std::string kTable = R"(compound {
@@ -84,6 +89,12 @@ class FarWorld {
             context.add_velocity(ids[i],
                                  scene.speed_mps * Vec3(std::cos(turn), 0.3F, std::sin(turn)));
         }
+    }
+
+    /// Of the sphere that holds a prop, m.
+    [[nodiscard]] double diameter_m() const {
+        const world::TypeTable& types = *world_.zones()[0]->state().settings.types;
+        return 2.0 * static_cast<double>(types.back().extent());
     }
 
     void tick() {
@@ -151,7 +162,8 @@ class FarTrial : public JudgedTrial {
   public:
     FarTrial(const Throw& scene, bool reduced, const Truth& truth)
         : world_(scene, reduced),
-          truth_(truth) {}
+          truth_(truth),
+          share_(scene.share_in_table) {}
 
     void frame() override { world_.tick(); }
 
@@ -177,6 +189,10 @@ class FarTrial : public JudgedTrial {
         row.error = sum_ / static_cast<double>(truth_.front().size());
         row.error_unit = "m";
         row.metric("error_max_m", largest_);
+        row.metric("error_max_share", largest_ / world_.diameter_m());
+        if (share_ > 0.0) {
+            row.metric("error_max_share_table", share_);
+        }
         row.metric("error_flight_m", in_flight_);
         row.metric("turn_error_max_rad", turned_);
         row.metric("reduced_share", reduced_);
@@ -186,6 +202,7 @@ class FarTrial : public JudgedTrial {
   private:
     FarWorld world_;
     const Truth& truth_;
+    double share_;
     std::size_t tick_ = 0;
     double sum_ = 0.0;
     double largest_ = 0.0;
@@ -198,10 +215,11 @@ void run_representation(Session& session) {
     session.note(
         "representation: 64 props thrown, nobody within sight; a frame is a tick of 1/30 s. The "
         "error is the mean distance from the full simulation after 5 s");
-    const std::vector<Throw> scenes{{"tables_as_hulls", kTable, "single_beyond_m: 1", 4.0, 4.0F},
-                                    {"tables_as_points", kTable, "particle_beyond_m: 1", 4.0, 4.0F},
-                                    {"jellies_as_hulls", kJelly, "single_beyond_m: 1", 4.0, 4.0F},
-                                    {"ropes_as_hulls", kRope, "single_beyond_m: 1", 4.0, 4.0F}};
+    const std::vector<Throw> scenes{
+        {"tables_as_hulls", kTable, "single_beyond_m: 1", 4.0, 4.0F, kSingleErrorShare},
+        {"tables_as_points", kTable, "particle_beyond_m: 1", 4.0, 4.0F},
+        {"jellies_as_hulls", kJelly, "single_beyond_m: 1", 4.0, 4.0F, kSoftHullErrorShare},
+        {"ropes_as_hulls", kRope, "single_beyond_m: 1", 4.0, 4.0F, kSoftHullErrorShare}};
     for (Throw scene : scenes) {
         if (!session.wants_scene(scene.name)) {
             continue;

@@ -2,6 +2,12 @@
 
 namespace zoned::physics::budget {
 
+double particle_cost_ns(const ParticleSystemDef& def, int pieces) {
+    const bool drags = def.linear_drag > 0.0F || def.quadratic_drag > 0.0F;
+    const bool gusts = drags && def.wind.gust_speed > 0.0F;
+    return kParticlePiece_ns[gusts ? 2 : (drags ? 1 : 0)] * pieces;
+}
+
 SweepCounts counts_of(const soft::SoftDef& def) {
     const auto count = [](const auto& column, bool there) {
         return there ? static_cast<double>(column.size()) : 0.0;

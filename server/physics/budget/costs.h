@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/physics/integrator/integrator_kind.h"
+#include "server/physics/particles/particle_system.h"
 #include "server/physics/soft/soft_def.h"
 
 #include <array>
@@ -20,6 +21,18 @@ inline constexpr std::array<double, kIntegratorKinds.size()>
 constexpr double flight_cost_ns(IntegratorKind kind, int pieces) {
     return kFlightPiece_ns[static_cast<std::size_t>(kind)] * pieces;
 }
+
+/// Of a piece of a particle's flight: through nothing, with drag, and in gusts, as
+/// `zoned-bench kernels --scene surroundings` has them on the same core.
+inline constexpr std::array<double, 3> kParticlePiece_ns{1.2, 2.2, 8.7};
+
+double particle_cost_ns(const ParticleSystemDef& def, int pieces);
+
+/// By how much of its diameter a prop that is one hull far away was off at most, of 64 that were
+/// thrown, after 5 s: tables, as one hull for their parts; jellies, as rigid hulls (ropes: 0.2).
+/// `zoned-bench representation` prints its own as error_max_share.
+inline constexpr double kSingleErrorShare = 0.08;
+inline constexpr double kSoftHullErrorShare = 0.7;
 
 /// Of one sweep over a soft body, by what it is made of.
 struct SweepCost {

@@ -105,33 +105,14 @@ bool step_flight(IntegratorKind kind,
     return arrived;
 }
 
-/// Ends of ticks on the exact path.
-std::vector<Vec3d> exact_path(const Flight& flight, const Motion& start, double tick_s, int ticks) {
-    std::vector<Vec3d> path;
-    Adaptive<Vec3d> method;
-    method.options.relative = method.options.absolute = 1.0e-9;
-    Motion now = start;
-    for (int i = 1; i <= ticks; ++i) {
-        if (flight.quadratic_drag > 0.0) {
-            method.step(now.x, now.v, (i - 1) * tick_s, tick_s, Dragged<double>(flight));
-        } else {
-            now = exact_flight(flight, start, i * tick_s);
-        }
-        path.push_back(now.x);
-    }
-    return path;
-}
-
 double error_from(const Flight& flight,
-                  const Motion& start,
+                  const Vec3d& start,
                   IntegratorKind kind,
                   int pieces,
                   const FlightBudget& budget) {
-    const int ticks =
-        std::max(1, static_cast<int>(std::ceil(budget.seconds / budget.tick_s - 1e-9)));
-    const std::vector<Vec3d> path = exact_path(flight, start, budget.tick_s, ticks);
-    Vec3 x = start.x.cast<float>();
-    Vec3 v = start.v.cast<float>();
+    const std::vector<Vec3d> path = exact_path(flight, start, budget.tick_s, ticks_of(budget));
+    Vec3 x = Vec3::Zero();
+    Vec3 v = start.cast<float>();
     double most = 0.0;
     for (const Vec3d& there : path) {
         const bool arrived =
@@ -189,14 +170,41 @@ std::string why_unstable(IntegratorKind kind, int pieces, const Flight& flight, 
     return reason.empty() || flight.name.empty() ? reason : reason + ": " + flight.name;
 }
 
+std::vector<Vec3d> exact_path(const Flight& flight,
+                              const Vec3d& velocity,
+                              double tick_s,
+                              int ticks) {
+    std::vector<Vec3d> path;
+    Adaptive<Vec3d> method;
+    method.options.relative = method.options.absolute = 1.0e-9;
+    Motion start;
+    start.v = velocity;
+    Motion now = start;
+    for (int i = 1; i <= ticks; ++i) {
+        if (flight.quadratic_drag > 0.0) {
+            method.step(now.x, now.v, (i - 1) * tick_s, tick_s, Dragged<double>(flight));
+        } else {
+            now = exact_flight(flight, start, i * tick_s);
+        }
+        path.push_back(now.x);
+    }
+    return path;
+}
+
+Vec3d launch_of(const Flight& flight) {
+    return flight.fastest * Vec3d(std::sqrt(0.5), std::sqrt(0.5), 0.0);
+}
+
+int ticks_of(const FlightBudget& budget) {
+    return std::max(1, static_cast<int>(std::ceil(budget.seconds / budget.tick_s - 1e-9)));
+}
+
 double flight_error(IntegratorKind kind,
                     int pieces,
                     const Flight& flight,
                     const FlightBudget& budget) {
-    Motion thrown;
-    thrown.v = flight.fastest * Vec3d(std::sqrt(0.5), std::sqrt(0.5), 0.0);
-    return std::max(error_from(flight, Motion(), kind, pieces, budget),
-                    error_from(flight, thrown, kind, pieces, budget));
+    return std::max(error_from(flight, Vec3d::Zero(), kind, pieces, budget),
+                    error_from(flight, launch_of(flight), kind, pieces, budget));
 }
 
 Choice choose_flight(std::string subject,

@@ -7,6 +7,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 namespace zoned::physics::budget {
 
@@ -41,6 +42,18 @@ inline constexpr std::array kFlightMethods{IntegratorKind::kDefault,
                                            IntegratorKind::kImplicitEuler,
                                            IntegratorKind::kRk4,
                                            IntegratorKind::kAdaptive};
+
+/// Ends of ticks on the exact path from the origin with `velocity`, m/s.
+std::vector<Vec3d> exact_path(const Flight& flight,
+                              const Vec3d& velocity,
+                              double tick_s,
+                              int ticks);
+
+/// A launch at 45 degrees at the fastest speed.
+Vec3d launch_of(const Flight& flight);
+
+/// Ticks within the time of a budget, at least one.
+int ticks_of(const FlightBudget& budget);
 
 /// Why a method in so many pieces a tick cannot bear a flight's drag; empty where it can.
 std::string why_unstable(IntegratorKind kind, int pieces, const Flight& flight, double tick_s);

@@ -52,6 +52,9 @@ std::string unfit_numbers(const ParticleSystemDef& def) {
     if (def.most == 0 || def.most > (std::size_t{1} << 28U)) {
         return "most: must be 1..2^28";
     }
+    if (def.pieces < 1 || def.pieces > 64) {
+        return "pieces: must be 1..64";
+    }
     return {};
 }
 
@@ -216,11 +219,10 @@ void ParticleSystem::give_birth(Tick now, float h, ParticleCounts& counts) {
     }
 }
 
-void ParticleSystem::update_world(Tick now, float h) {
+void ParticleSystem::update_world(double time_s, float h) {
     scene_.world.h = h;
     if (!gusts_.empty()) {
-        const Vec3 origin =
-            gust_origin(def_.wind, static_cast<double>(now) * static_cast<double>(h));
+        const Vec3 origin = gust_origin(def_.wind, time_s);
         scene_.world.gust_x = origin.x();
         scene_.world.gust_y = origin.y();
         scene_.world.gust_z = origin.z();
@@ -234,8 +236,20 @@ compute::StageRun ParticleSystem::step(Tick now,
                                        ParticleCounts& counts) {
     bury(now, counts);
     give_birth(now, h, counts);
-    update_world(now, h);
-    return (on_device ? stage_ : cpu_stage_).step(columns_, size_, scene_, team);
+    const float piece = h / static_cast<float>(def_.pieces);
+    compute::StageRun all;
+    for (int i = 0; i < def_.pieces; ++i) {
+        update_world(static_cast<double>(now) * static_cast<double>(h) +
+                         static_cast<double>(i) * static_cast<double>(piece),
+                     piece);
+        compute::StageRun run =
+            (on_device ? stage_ : cpu_stage_).step(columns_, size_, scene_, team);
+        all.on_device = all.on_device || run.on_device;
+        if (!run.fault.empty()) {
+            all.fault = std::move(run.fault);
+        }
+    }
+    return all;
 }
 
 bool ParticleSystem::keeps_threads_busy() const {

@@ -41,6 +41,7 @@ struct ParticleSystemDef {
     std::shared_ptr<const Heightfield> field;  ///< or null
     Vec3 field_origin = Vec3::Zero();          ///< where its middle lies
     std::size_t most = 1U << 20U;              ///< particles at a time; more are not born
+    int pieces = 1;                            ///< equal steps that a step is cut into, 1..64
 };
 
 /// Why a system is refused ("smoke: restitution: must be 0..1"); empty: it is not.
@@ -76,7 +77,7 @@ class ParticleSystem {
     void move_balls(std::span<const ParticleBall> balls);
 
     /// Deaths, births (with the part of the step that they live already), then one step of h
-    /// seconds. `now` is the tick in which the step begins. On which side the motion is computed is
+    /// seconds, in as many pieces as the system is defined with. `now` is the tick in which the step begins. On which side the motion is computed is
     /// the caller's choice; where there is no device it is the CPU.
     compute::StageRun step(Tick now,
                            float h,
@@ -108,7 +109,7 @@ class ParticleSystem {
     void remove(std::size_t i);
     void give_birth(Tick now, float h, ParticleCounts& counts);
     void put(const motion::Birth& birth, Tick now, double h, double since_start_s);
-    void update_world(Tick now, float h);
+    void update_world(double time_s, float h);
 
     ParticleSystemDef def_;
     std::vector<float> gusts_;

@@ -57,7 +57,7 @@ TEST(ErrorBudget, UnsetLeavesEverythingAsItWas) {
     // The root of 81 nodes.
     EXPECT_NE(text.find("soft type sheet: xpbd x 9, the default; no budget"), std::string::npos)
         << text;
-    EXPECT_NE(text.find("particles: nothing to choose: no type is ever a point"), std::string::npos)
+    EXPECT_NE(text.find("props as points: nothing to choose: no type is ever a point"), std::string::npos)
         << text;
 }
 
@@ -65,7 +65,7 @@ TEST(ErrorBudget, HasNothingToChooseWhereThereIsNothing) {
     const std::string text =
         methods_text(parse(kValid + "budget { soft_share: 0.01 particles_m: 0.1 }\n").settings);
     EXPECT_NE(text.find("soft bodies: nothing to choose: no soft type"), std::string::npos) << text;
-    EXPECT_NE(text.find("particles: nothing to choose"), std::string::npos) << text;
+    EXPECT_NE(text.find("props as points: nothing to choose"), std::string::npos) << text;
 }
 
 TEST(ErrorBudget, ReachesBodiesParticlesAndSoftTypes) {
@@ -80,7 +80,7 @@ TEST(ErrorBudget, ReachesBodiesParticlesAndSoftTypes) {
                      0.01,
                      out.settings.physics.body_integrator,
                      out.settings.physics.body_flight_pieces),
-          std::tuple("particles",
+          std::tuple("props as points",
                      5.0,
                      out.settings.physics.particle_integrator,
                      out.settings.physics.particle_flight_pieces)}) {
