@@ -30,7 +30,7 @@ ops::Settings weather_with_gravel(std::vector<std::string> sets = {}) {
     return weather(sets);
 }
 
-void run_ticks(app::World& world, int ticks) {
+void pass_ticks(app::World& world, int ticks) {
     std::vector<mailbox::OutboxItem> out;
     for (int t = 0; t < ticks; ++t) {
         world.tick({}, out);
@@ -67,7 +67,7 @@ TEST_F(Weather, IsSeenAsPromisedAndTheSameForAnyNumberOfThreads) {
 TEST(ParticlesInZones, LiveOnlyInTheZonesWhereTheirEmittersAre) {
     const ops::Settings settings = weather({"particles[hail].emitter[1].x_m=-25"});
     app::World world(settings, 1);
-    run_ticks(world, 60);
+    pass_ticks(world, 60);
     const auto& west = world.zones()[0]->state();
     const auto& east = world.zones()[1]->state();
     // 2 x 200 a second for two seconds, none of which is old enough to be gone.
@@ -113,7 +113,7 @@ TEST(ParticlesInZones, AreNoPassWhereTheWorldHasNone) {
     std::vector<ops::ConfigError> errors;
     ASSERT_TRUE(ops::load_settings(ZONED_SOURCE_DIR "/config/minimal.txtpb", {}, settings, errors));
     app::World world(settings, 1);
-    run_ticks(world, 1);
+    pass_ticks(world, 1);
     const zone::StepReport& report = world.zones()[0]->report();
     EXPECT_FALSE(report.plan.has(zone::Pass::kParticles));
     EXPECT_EQ(report.plan.reason[static_cast<std::size_t>(zone::Pass::kParticles)],
@@ -123,7 +123,7 @@ TEST(ParticlesInZones, AreNoPassWhereTheWorldHasNone) {
 TEST(ParticlesInZones, AreLetOutAndCountedByRules) {
     const ops::Settings settings = weather_with_gravel();
     app::World world(settings, 1);
-    run_ticks(world, 1);
+    pass_ticks(world, 1);
     zone::ZoneState& state = world.zones()[0]->state();
     zone::ZoneContext context(state);
     const Vec3 at(3.0F, 5.0F, 2.0F);
@@ -133,25 +133,25 @@ TEST(ParticlesInZones, AreLetOutAndCountedByRules) {
     EXPECT_FALSE(context.emit("gravel", at, Vec3::Constant(NAN), 5));
     ASSERT_TRUE(context.emit("gravel", at, 3.0F * Vec3::UnitY(), 40));
     EXPECT_EQ(context.particles_near("gravel", at, 100.0F), 0u) << "born in the next tick";
-    run_ticks(world, 1);
+    pass_ticks(world, 1);
     // In one tick none flies farther than the speed and gravity take it: 3 m/s / 30 Hz.
     EXPECT_EQ(context.particles_near("gravel", at, 0.11F), 40u);
     EXPECT_EQ(context.particles_near("gravel", at + Vec3(1.0F, 0.0F, 0.0F), 0.5F), 0u);
     EXPECT_EQ(context.particles_near("rain", at, 100.0F), 0u);
     // They live for one to three seconds, and lie on the ground at the end.
-    run_ticks(world, 26);
+    pass_ticks(world, 26);
     EXPECT_EQ(context.particles_near("gravel", at, 100.0F), 40u);
-    run_ticks(world, 70);
+    pass_ticks(world, 70);
     EXPECT_EQ(context.particles_near("gravel", at, 100.0F), 0u);
 }
 
 TEST(ParticlesInZones, AreNotBornBeyondTheirMost) {
     const ops::Settings settings = weather_with_gravel({"particles[gravel].most=30"});
     app::World world(settings, 1);
-    run_ticks(world, 1);
+    pass_ticks(world, 1);
     zone::ZoneContext context(world.zones()[0]->state());
     ASSERT_TRUE(context.emit("gravel", Vec3(0.0F, 5.0F, 0.0F), Vec3::UnitY(), 40));
-    run_ticks(world, 1);
+    pass_ticks(world, 1);
     EXPECT_EQ(context.particles_near("gravel", Vec3(0.0F, 5.0F, 0.0F), 10.0F), 30u);
     EXPECT_EQ(world.zones()[0]->report().particles.counts.refused, 10u);
 }
@@ -161,14 +161,14 @@ TEST(ParticlesInZones, ShowInTheStateHash) {
     std::uint64_t hashes[3] = {};
     for (int i = 0; i < 3; ++i) {
         app::World world(settings, 1);
-        run_ticks(world, 10);
+        pass_ticks(world, 10);
         if (i > 0) {
             // One particle more, in one of the runs elsewhere by a centimetre.
             zone::ZoneContext context(world.zones()[0]->state());
             context.emit(
                 "gravel", Vec3(0.01F * static_cast<float>(i), 5.0F, 0.0F), Vec3::UnitY(), 1);
         }
-        run_ticks(world, 2);
+        pass_ticks(world, 2);
         hashes[i] = world.state_hash();
     }
     EXPECT_NE(hashes[0], hashes[1]);
@@ -179,7 +179,7 @@ TEST(ParticlesInZones, RestOnceAllAreGoneAndNoneWillBeBorn) {
     const ops::Settings settings = weather_with_gravel(
         {"particles[hail].emitter[0].most=1", "particles[hail].emitter[1].x_m=-25"});
     app::World world(settings, 1);
-    run_ticks(world, 5);
+    pass_ticks(world, 5);
     const zone::StepReport& east = world.zones()[1]->report();
     EXPECT_EQ(east.census.particle_systems, 1u) << "the gravel";
     EXPECT_FALSE(east.plan.has(zone::Pass::kParticles));
@@ -213,7 +213,7 @@ TEST(ParticlesInZones, BounceOffTheGroundAndOffCharacters) {
         const std::vector<mailbox::InboxItem> items = {join};
         std::vector<mailbox::OutboxItem> out;
         world.tick(items, out);
-        run_ticks(world, 60);
+        pass_ticks(world, 60);
         const zone::ZoneState& state = world.zones()[0]->state();
         const world::Row player = state.entities.find(state.clients[0].avatar);
         const Vec3 at = state.entities.position[player];
@@ -240,7 +240,7 @@ TEST(ParticlesInZones, LieOnHillsAndNotInThem) {
         errors))
         << ops::format_errors("hills", errors);
     app::World world(settings, 1);
-    run_ticks(world, 300);
+    pass_ticks(world, 300);
     float highest = 0.0F;
     std::size_t seen = 0;
     for (const auto& zone : world.zones()) {

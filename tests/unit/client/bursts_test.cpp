@@ -17,7 +17,7 @@ namespace {
 const motion::BurstKind kShards{0.6F, 0.3F, 0.05F, 0.5F, 2.0F};
 
 /// System 0 has no burst, system 1 has.
-proto::WorldDescription described() {
+proto::WorldDescription told_description() {
     proto::WorldDescription w = test::FakeServer().world();
     for (const char* name : {"rain", "shards"}) {
         proto::CosmeticSystem& system = *w.add_cosmetics();
@@ -37,8 +37,8 @@ proto::WorldDescription described() {
     return w;
 }
 
-std::shared_ptr<const World> world() {
-    const auto read = read_world(described());
+std::shared_ptr<const World> told_world() {
+    const auto read = read_world(told_description());
     EXPECT_TRUE(read.ok());
     return std::make_shared<const World>(*read);
 }
@@ -66,7 +66,7 @@ proto::Event event(const proto::ParticleBurst& told, std::int64_t tick = 100) {
 }
 
 TEST(Bursts, AreReplayedBitForBitAsWhoeverLetThemOutWould) {
-    const auto w = world();
+    const auto w = told_world();
     Bursts bursts(*w);
     proto::Event received;  // through the wire's bytes
     ASSERT_TRUE(received.ParseFromString(event(payload()).SerializeAsString()));
@@ -103,7 +103,7 @@ TEST(Bursts, CostAFewDozenBytesAnEvent) {
 }
 
 TEST(Bursts, ThatAreMalformedAreRefused) {
-    const auto w = world();
+    const auto w = told_world();
     Bursts bursts(*w);
     const auto outcome = [&](const std::function<void(proto::ParticleBurst&)>& spoil) {
         proto::ParticleBurst told = payload();
@@ -131,7 +131,7 @@ TEST(Bursts, ThatAreMalformedAreRefused) {
 }
 
 TEST(Bursts, OfAHostileServerTakeABoundedPlace) {
-    const auto w = world();
+    const auto w = told_world();
     Bursts many(*w);
     Bursts large(*w);
     std::size_t refused = 0;
@@ -152,7 +152,7 @@ TEST(Bursts, OfAHostileServerTakeABoundedPlace) {
 }
 
 TEST(Bursts, ThatAreOverMakeRoomForOthers) {
-    const auto w = world();
+    const auto w = told_world();
     Bursts bursts(*w);
     for (std::size_t i = 0; i < Bursts::kMost; ++i) {
         ASSERT_EQ(bursts.apply(event(payload(1), 100), 100), Bursts::Outcome::kTaken);
@@ -164,7 +164,7 @@ TEST(Bursts, ThatAreOverMakeRoomForOthers) {
 }
 
 TEST(Bursts, AreCountedByTheViewThatTakesThem) {
-    View view(world(), {}, nullptr);
+    View view(told_world(), {}, nullptr);
     view.apply(event(payload()));
     view.apply(event(payload(0)));
     proto::Event other = event(payload(0));
@@ -183,7 +183,7 @@ TEST(Bursts, AreCountedByTheViewThatTakesThem) {
 
 TEST(Cosmetics, WithABurstThatNobodyCouldReplayAreRefusedAtLogin) {
     const auto refused = [](const std::function<void(proto::CosmeticSystem::Burst&)>& spoil) {
-        proto::WorldDescription w = described();
+        proto::WorldDescription w = told_description();
         spoil(*w.mutable_cosmetics(1)->mutable_burst());
         return !read_world(w).ok();
     };

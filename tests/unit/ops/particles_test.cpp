@@ -26,7 +26,7 @@ std::string world_with(const std::string& particles) {
     return kValid + particles;
 }
 
-struct Case {
+struct ParticleCase {
     std::string name;
     std::string from;
     std::string to;
@@ -34,18 +34,18 @@ struct Case {
     std::string words;
 };
 
-void PrintTo(const Case& c, std::ostream* out) {
+void PrintTo(const ParticleCase& c, std::ostream* out) {
     *out << c.name;
 }
 
-class ParticleMistake : public testing::TestWithParam<Case> {};
+class ParticleMistake : public testing::TestWithParam<ParticleCase> {};
 
 TEST_P(ParticleMistake, IsReportedAtItsPlace) {
-    const Case& c = GetParam();
+    const ParticleCase& c = GetParam();
     expect_single(with(c.from, c.to, world_with(kSmoke + kHail)), c.needle, c.words);
 }
 
-const Case kCases[] = {
+const ParticleCase kParticleCases[] = {
     {"Nameless", "name: \"smoke\"\n", "", "particles {", "name"},
     {"NamedTwice",
      "name: \"hail\"",
@@ -125,7 +125,7 @@ const Case kCases[] = {
 
 INSTANTIATE_TEST_SUITE_P(Particles,
                          ParticleMistake,
-                         testing::ValuesIn(kCases),
+                         testing::ValuesIn(kParticleCases),
                          [](const auto& one) { return one.param.name; });
 
 TEST(ParticleSettings, TellClientsOfCosmeticSystemsAndZonesOfTheOthers) {
