@@ -84,6 +84,7 @@ void SoftBodies::Impl::integrate(const Vec3& gravity, float dt, Scene* scene, co
     }
     const auto run = [&](SoftBody& body, compute::Team* helpers) {
         const int n = body.substeps(dt);
+        body.substeps_done = static_cast<std::uint32_t>(n);
         const float h = dt / static_cast<float>(n);
         for (int i = 0; i < n; ++i) {
             substep(body, gravity, h, helpers);
@@ -159,6 +160,7 @@ void SoftBodies::Impl::count(SoftStats& s) const {
             ++s.awake;
             s.nodes += static_cast<std::uint32_t>(body.x.size());
             s.springs += static_cast<std::uint32_t>(body.springs.size());
+            s.substeps += body.substeps_done;
             s.newton_steps += body.implicit.newton_steps;
             s.gradient_passes += body.implicit.gradient_passes;
         }

@@ -37,6 +37,7 @@ struct SoftStats {
     std::uint32_t nodes = 0;    ///< of those that are awake
     std::uint32_t springs = 0;  ///< of those that are awake
     std::uint32_t contacts = 0;
+    std::uint32_t substeps = 0;         ///< in the step, of those that are awake
     std::uint32_t newton_steps = 0;     ///< of implicit Euler, of those that are awake
     std::uint32_t gradient_passes = 0;  ///< conjugate gradients within them
     std::uint32_t torn = 0;             ///< springs that broke in the step

@@ -73,6 +73,8 @@ struct SoftBody {
     std::vector<Row4> impulse;  ///< work of push_springs, N s
     LimitWork limit;
 
+    std::uint32_t substeps_done = 0;  ///< in the step
+
     Aabb box;
     float calm_s = 0.0F;  ///< for how long it has been slow
     bool there = false;

@@ -69,12 +69,14 @@ TEST(Choose, GoesByWhatATrialShowsItToCost) {
     int tried = 0;
     const Choice choice = chosen_from(1.0,
                                       {fake("surprise", 1.0, {0.0, 50.0, 0.0}, &tried),
-                                       fake("plain", 20.0, {0.5, 20.0, 0.0}, &tried),
+                                       fake("plain", 12.0, {0.5, 20.0, 0.0}, &tried),
+                                       fake("trap", 15.0, {0.0, 60.0, 0.0}, &tried),
                                        fake("other", 10.0, {0.5, 25.0, 0.0}, &tried)});
-    EXPECT_EQ(tried, 3);
+    EXPECT_EQ(tried, 4);
     EXPECT_EQ(winner(choice), "plain");
     EXPECT_EQ(candidate(choice, "surprise").refused, "dearer than 25 ns");
     EXPECT_EQ(candidate(choice, "other").refused, "dearer than 20 ns");
+    EXPECT_EQ(candidate(choice, "trap").refused, "dearer than 20 ns");
 }
 
 TEST(Choose, NeverTriesWhatIsRefusedNorTakesWhatIsNotFinite) {
