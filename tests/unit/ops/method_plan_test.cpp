@@ -2,6 +2,7 @@
 #include "server/ops/method_plan.h"
 
 #include "server/ops/soft_types.h"
+#include "server/physics/budget/costs.h"
 #include "server/zone/type_body.h"
 #include "tests/unit/ops/config_helpers.h"
 
@@ -57,7 +58,8 @@ TEST(ErrorBudget, UnsetLeavesEverythingAsItWas) {
     // The root of 81 nodes.
     EXPECT_NE(text.find("soft type sheet: xpbd x 9, the default; no budget"), std::string::npos)
         << text;
-    EXPECT_NE(text.find("props as points: nothing to choose: no type is ever a point"), std::string::npos)
+    EXPECT_NE(text.find("props as points: nothing to choose: no type is ever a point"),
+              std::string::npos)
         << text;
 }
 
@@ -159,6 +161,56 @@ TEST(ErrorBudget, RefusesASoftMethodThatMissesItOrIsUnstable) {
         with("  }\n  mass_kg: 1", "    method: SEMI_IMPLICIT_EULER\n  }\n  mass_kg: 1", kSheet));
     expect_single(kValid + stiff, "method: SEMI", "256 substeps are too few");
     expect_single(kValid + stiff + "budget { soft_share: 0.1 }\n", "method: SEMI", "omega h = ");
+}
+
+/// Hail lives for a second: 1 s of a fall in one piece of 1/30 s is off by 0.16 m.
+TEST(ErrorBudget, CutsTheStepsOfParticles) {
+    const std::string hail = R"(particles {
+  name: "hail"
+  cosmetic: false
+  emitter { x_m: -50 y_m: 20 z_m: 0 rate_hz: 10 speed_min_mps: 5 lifetime_min_s: 1 }
+}
+)";
+    const Outcome without = parse(kValid + hail);
+    ASSERT_TRUE(without.ok) << format_errors("test", without.errors);
+    EXPECT_EQ(without.settings.particles[0].def.pieces, 1);
+    const Outcome out = parse(kValid + hail + "budget { particles_m: 0.05 }\n");
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    EXPECT_EQ(out.settings.particles[0].def.pieces, 4);
+    const std::string text = methods_text(out.settings);
+    EXPECT_NE(text.find("particle system hail: semi_implicit_euler x 4, the fewest pieces"),
+              std::string::npos)
+        << text;
+    expect_single(kValid + hail + "budget {\n  particles_m: 1e-6\n}\n",
+                  "particles_m",
+                  "particle system hail: nothing that was tried keeps it");
+}
+
+TEST(ErrorBudget, MakesOneHullOfACompoundFromWhereItsErrorIsSmallEnough) {
+    const std::string table = with("box { x_m: 1 y_m: 1 z_m: 1 }",
+                                   "compound { part { box { } } part { box { } y_m: 1 } }");
+    const Outcome never = parse(table);
+    ASSERT_TRUE(never.ok) << format_errors("test", never.errors);
+    EXPECT_EQ(never.settings.types[1].single_beyond_m, 0.0F);
+    const Outcome out = parse(table + "budget { representation_rad: 0.01 }\n");
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const world::EntityType& type = out.settings.types[1];
+    const auto diameter = 2.0 * static_cast<double>(type.radius);
+    EXPECT_NEAR(static_cast<double>(type.single_beyond_m),
+                diameter * physics::budget::kSingleErrorShare / 0.01,
+                1e-4);
+    EXPECT_NE(methods_text(out.settings).find("type " + type.name + " far away: one hull beyond"),
+              std::string::npos)
+        << methods_text(out.settings);
+    const Outcome named =
+        parse(with("compound {", "representation { single_beyond_m: 70 }\n  compound {", table) +
+              "budget { representation_rad: 0.01 }\n");
+    ASSERT_TRUE(named.ok) << format_errors("test", named.errors);
+    EXPECT_EQ(named.settings.types[1].single_beyond_m, 70.0F);
+    // What hangs on pins stays what it is.
+    const Outcome sheet = parse(kValid + kSheet + "budget { representation_rad: 0.01 }\n");
+    ASSERT_TRUE(sheet.ok) << format_errors("test", sheet.errors);
+    EXPECT_EQ(sheet.settings.types.back().single_beyond_m, 0.0F);
 }
 
 TEST(PropDrag, ReachesTheBody) {
