@@ -4,6 +4,7 @@
 #include "server/compute/stages/particle_stage.h"
 #include "server/compute/worker_pool.h"
 #include "server/ops/particles.h"
+#include "server/physics/budget/costs.h"
 #include "server/physics/particles/particle_system.h"
 #include "server/physics/particles/wind.h"
 
@@ -53,7 +54,7 @@ std::string one_line(std::string text) {
 struct Surroundings {
     Surroundings(const ops::Settings& settings, const zone::ParticleSource& source) {
         const physics::ParticleSystemDef& def = source.def;
-        scene.world.h = static_cast<float>(1.0 / settings.tick_rate_hz);
+        scene.world.h = static_cast<float>(1.0 / settings.tick_rate_hz / def.pieces);
         scene.world.gy = def.gravity.y();
         scene.world.linear_drag = def.linear_drag;
         scene.world.quadratic_drag = def.quadratic_drag;
@@ -128,16 +129,11 @@ std::string why_none(const ops::Settings& settings) {
 }  // namespace
 
 double particle_ns(const zone::ParticleSource& source, bool heightfield) {
-    constexpr double kGround_ns = 1.0;
-    constexpr double kDrag_ns = 1.1;
-    constexpr double kGusts_ns = 6.8;
-    constexpr double kBall_ns = 4.3;
-    constexpr double kField_ns = 4.0;
-    double ns = kGround_ns + kBall_ns * source.characters_met + (heightfield ? kField_ns : 0.0);
-    if (has_drag(source.def)) {
-        ns += kDrag_ns + (source.def.wind.gust_speed > 0.0F ? kGusts_ns : 0.0);
-    }
-    return ns;
+    using Cost = physics::budget::ParticleCost;
+    const double met =
+        Cost::kBall_ns * source.characters_met + (heightfield ? Cost::kField_ns : 0.0);
+    return physics::budget::particle_cost_ns(source.def, source.def.pieces) +
+           met * source.def.pieces;
 }
 
 double particle_step_us(const ops::Settings& settings) {

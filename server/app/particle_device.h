@@ -17,10 +17,8 @@ namespace zoned::app {
 /// for.
 inline constexpr double kDeviceShare = 0.01;
 
-/// What a step of a particle takes one thread of the CPU, ns, estimated: 1 with the ground alone, 2
-/// with drag, 9 with gusts, 4.3 more for each ball that may be met and 4 for a heightfield. From
-/// `zoned-bench kernels --scene surroundings` on an AMD EPYC (AVX2 lanes): 1.0 to 1.4, 2.1 to 2.4,
-/// 8.7 to 8.9, 43 to 44 with 8 balls, 80 to 82 with 16 and a field; other machines differ.
+/// What a tick of a particle takes one thread of the CPU by physics::budget::ParticleCost, ns;
+/// other machines differ.
 double particle_ns(const zone::ParticleSource& source, bool heightfield);
 
 /// The same for all systems of a zone at their `most`, us a tick.

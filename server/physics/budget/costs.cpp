@@ -3,9 +3,12 @@
 namespace zoned::physics::budget {
 
 double particle_cost_ns(const ParticleSystemDef& def, int pieces) {
-    const bool drags = def.linear_drag > 0.0F || def.quadratic_drag > 0.0F;
-    const bool gusts = drags && def.wind.gust_speed > 0.0F;
-    return kParticlePiece_ns[gusts ? 2 : (drags ? 1 : 0)] * pieces;
+    double ns = ParticleCost::kGround_ns;
+    if (def.linear_drag > 0.0F || def.quadratic_drag > 0.0F) {
+        ns += ParticleCost::kDrag_ns;
+        ns += def.wind.gust_speed > 0.0F ? ParticleCost::kGusts_ns : 0.0;
+    }
+    return ns * pieces;
 }
 
 SweepCounts counts_of(const soft::SoftDef& def) {

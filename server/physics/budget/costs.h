@@ -22,10 +22,19 @@ constexpr double flight_cost_ns(IntegratorKind kind, int pieces) {
     return kFlightPiece_ns[static_cast<std::size_t>(kind)] * pieces;
 }
 
-/// Of a piece of a particle's flight: through nothing, with drag, and in gusts, as
-/// `zoned-bench kernels --scene surroundings` has them on the same core.
-inline constexpr std::array<double, 3> kParticlePiece_ns{1.2, 2.2, 8.7};
+/// Of a piece of a particle's flight over the ground, by what else it lives in. From `zoned-bench
+/// kernels --scene surroundings` on the same core: 1.0 to 1.4 ns on the ground alone, 2.1 to 2.4
+/// with drag, 8.7 to 8.9 with gusts, 43 to 44 with 8 balls, 80 to 82 with 16 and a heightfield.
+struct ParticleCost {
+    static constexpr double kGround_ns = 1.0;
+    static constexpr double kDrag_ns = 1.1;
+    static constexpr double kGusts_ns = 6.8;  ///< beside drag
+    static constexpr double kBall_ns = 4.3;   ///< each that may be met
+    static constexpr double kField_ns = 4.0;  ///< a heightfield
+};
 
+/// A step of one particle of a system in so many pieces, but for balls and fields, which the zone
+/// adds.
 double particle_cost_ns(const ParticleSystemDef& def, int pieces);
 
 /// By how much of its diameter a prop that is one hull far away was off at most, of 64 that were
