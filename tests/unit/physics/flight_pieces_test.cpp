@@ -3,6 +3,8 @@
 #include "server/physics/integrator/stability.h"
 #include "tests/unit/physics/physics_test.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 
 namespace zoned::physics {
