@@ -142,7 +142,8 @@ TEST(Suites, FindTheOrdersOfTheIntegrators) {
                                           {"kepler", 54},
                                           {"pendulum", 54},
                                           {"projectile_drag", 54},
-                                          {"free_spin", 42}}));
+                                          {"free_spin", 42},
+                                          {"free_flight", 8}}));
 }
 
 // Free flight of bodies and points is exact but for rounding at 11 m; who lands sinks in by less
