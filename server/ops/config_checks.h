@@ -34,7 +34,7 @@ void check_server(const proto::Config& config,
                   Diagnostics& diagnostics);
 
 /// printf of two or three numbers, cut at 299 characters.
-std::string text_of(const char* format, double a, double b, double c = 0.0);
+std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0);
 
 /// Names travel, stand in logs and in paths: letters, digits, '_', '-' and '.' only. Reports a
 /// missing or bad name under `path`.name.

@@ -77,8 +77,9 @@ class ParticleSystem {
     void move_balls(std::span<const ParticleBall> balls);
 
     /// Deaths, births (with the part of the step that they live already), then one step of h
-    /// seconds, in as many pieces as the system is defined with. `now` is the tick in which the step begins. On which side the motion is computed is
-    /// the caller's choice; where there is no device it is the CPU.
+    /// seconds, in as many pieces as the system is defined with. `now` is the tick in which the
+    /// step begins. On which side the motion is computed is the caller's choice; where there is no
+    /// device it is the CPU.
     compute::StageRun step(Tick now,
                            float h,
                            bool on_device,

@@ -17,7 +17,7 @@ namespace {
 
 namespace soft = physics::soft;
 
-constexpr float kFar = 50.0F;
+constexpr float kSoftFar = 50.0F;
 constexpr TypeIndex kSoft = 3;
 constexpr float kTick = 1.0F / 30.0F;
 
@@ -28,8 +28,8 @@ soft::SoftDef cube() {
 }
 
 /// Zones of 200 m side by side with one soft body; players where a test brings them.
-struct Field {
-    Field(bool reducible, const soft::SoftDef& def, const Vec3d& at, int columns = 1) {
+struct SoftField {
+    SoftField(bool reducible, const soft::SoftDef& def, const Vec3d& at, int columns = 1) {
         plain_log() = std::make_shared<scenario::PlainLog>();
         ops::Settings settings = scenario::small_world(columns, 1, 200.0);
         world::EntityType type;
@@ -39,7 +39,7 @@ struct Field {
         type.radius = 1.1F;
         type.standing = Aabb{-type.half_extents, type.half_extents};
         type.aura_m.fill(40.0F);
-        type.single_beyond_m = reducible ? kFar : 0.0F;
+        type.single_beyond_m = reducible ? kSoftFar : 0.0F;
         settings.types.push_back(type);
         settings.softs.push_back(std::make_shared<const soft::SoftDef>(def));
         settings.initial.push_back({kSoft, at});
@@ -95,7 +95,7 @@ struct Field {
 };
 
 TEST(SoftHull, IsWhatASoftBodyIsFarFromPlayersAndNotNearThem) {
-    const Field field(true, cube(), Vec3d(0, 40, 0));
+    const SoftField field(true, cube(), Vec3d(0, 40, 0));
     field.run(1);
     EXPECT_FALSE(field.rigid());
     field.run(zone::kRepresentationTicks);
@@ -114,7 +114,7 @@ TEST(SoftHull, IsWhatASoftBodyIsFarFromPlayersAndNotNearThem) {
 /// In the air neither place nor velocity nor turn jumps, down or up: from tick to tick the velocity
 /// changes by g dt, the centre moves by what both velocities say, and the turn by the spin.
 TEST(SoftHull, ChangesPlaceVelocityAndTurnNowhereByAJump) {
-    const Field field(true, cube(), Vec3d(0, 60, 0));
+    const SoftField field(true, cube(), Vec3d(0, 60, 0));
     field.run(1);
     field.push(Vec3(2, 6, 1));
     const soft::SoftId body =
@@ -152,8 +152,8 @@ TEST(SoftHull, ChangesPlaceVelocityAndTurnNowhereByAJump) {
 /// It lands as a box and is one when somebody comes: centre half its height, give or take what it
 /// is squeezed by.
 TEST(SoftHull, LiesWhereTheSoftBodyWouldLie) {
-    const Field hull(true, cube(), Vec3d(0, 3, 0));
-    const Field full(false, cube(), Vec3d(0, 3, 0));
+    const SoftField hull(true, cube(), Vec3d(0, 3, 0));
+    const SoftField full(false, cube(), Vec3d(0, 3, 0));
     hull.run(150);
     full.run(150);
     EXPECT_TRUE(hull.rigid());
@@ -167,7 +167,7 @@ TEST(SoftHull, LiesWhereTheSoftBodyWouldLie) {
 }
 
 TEST(SoftHull, IsSoftAgainWhenRulesMoveHideOrRemoveIt) {
-    const Field field(true, cube(), Vec3d(0, 40, 0));
+    const SoftField field(true, cube(), Vec3d(0, 40, 0));
     const EntityId id = field.state().entities.id[field.row_of(kSoft)];
     const auto wait = [&] {
         field.run(2 * zone::kRepresentationTicks);
@@ -201,7 +201,7 @@ TEST(SoftHull, IsSoftAgainWhenRulesMoveHideOrRemoveIt) {
 
 /// Over the border it goes as its nodes, and steps down on the other side by itself.
 TEST(SoftHull, GoesOverABorder) {
-    const Field field(true, cube(), Vec3d(-3, 60, 0), 2);
+    const SoftField field(true, cube(), Vec3d(-3, 60, 0), 2);
     field.run(2 * zone::kRepresentationTicks);
     ASSERT_TRUE(field.rigid());
     field.push(Vec3(8, 10, 0));
