@@ -379,9 +379,9 @@ void run_surroundings(Session& session) {
         {"balls_8", Surroundings::kEightBalls},
         {"balls_16_field", Surroundings::kAll},
     };
-    for (const auto& [name, in] : all) {
+    for (const auto& [name, surroundings] : all) {
         session.progress(std::string("kernels surroundings ") + name);
-        const auto with = [count, in = in](const char* method, compute::Device* device) {
+        const auto with = [count, in = surroundings](const char* method, compute::Device* device) {
             return Method{method, "", [=] {
                               return std::make_unique<SurroundedTrial>(count, in, device);
                           }};
