@@ -19,9 +19,9 @@ struct Line {
 /// Rigid bodies alone: piles, pyramids, columns and chains, hashed once a second.
 std::vector<Line> physics_lines(unsigned threads);
 
-/// The valley with bots on a bad virtual network: each zone's hash every 60 ticks, and at the end
-/// what the clients measured.
-std::vector<Line> valley_lines(unsigned threads);
+/// A world of config/ with bots on a bad virtual network: each zone's hash every 60 ticks, and at
+/// the end what the clients measured.
+std::vector<Line> world_lines(const std::string& name, std::size_t bot_count, unsigned threads);
 
 /// 16 hex digits.
 std::string hex(unsigned long long value);

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <utility>
 
 namespace zoned::determinism {
 namespace {
@@ -23,15 +24,23 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
     return one.size() == other.size();
 }
 
+/// Rigid bodies, then worlds: rigid bodies and minds, soft bodies, particles.
+std::vector<Line> all_lines(unsigned threads) {
+    std::vector<Line> lines = physics_lines(threads);
+    for (const auto& [world, bots] :
+         {std::pair("valley", std::size_t{60}), {"cloth", 12}, {"weather", 12}}) {
+        const std::vector<Line> more = world_lines(world, bots, threads);
+        lines.insert(lines.end(), more.begin(), more.end());
+    }
+    return lines;
+}
+
 int run() {
-    std::vector<Line> lines = physics_lines(1);
-    const std::vector<Line> valley = valley_lines(1);
+    const std::vector<Line> lines = all_lines(1);
     bool good = true;
     for (const unsigned threads : {2U, 4U}) {
-        good = same(lines, physics_lines(threads), threads) && good;
-        good = same(valley, valley_lines(threads), threads) && good;
+        good = same(lines, all_lines(threads), threads) && good;
     }
-    lines.insert(lines.end(), valley.begin(), valley.end());
     for (const Line& line : lines) {
         std::printf(
             "%-20s %-16s %s\n", line.scenario.c_str(), line.moment.c_str(), line.hash.c_str());

@@ -13,15 +13,15 @@ std::string hex(unsigned long long value) {
     return text;
 }
 
-std::vector<Line> valley_lines(unsigned threads) {
+std::vector<Line> world_lines(const std::string& name, std::size_t bot_count, unsigned threads) {
     harness::VirtualServerSettings server;
-    server.config = ZONED_SOURCE_DIR "/config/valley.txtpb";
+    server.config = ZONED_SOURCE_DIR "/config/" + name + ".txtpb";
     server.network.loss = 0.03;
     server.network.delay_s = 0.03;
     server.network.jitter_s = 0.01;
     server.threads = threads;
     app::SwarmSettings bots;
-    bots.bots = 60;
+    bots.bots = bot_count;
     bots.seconds = 10.0;
     harness::VirtualServer world(server);
     app::Swarm swarm(bots, [&](std::size_t) { return world.connect(); });
@@ -36,7 +36,7 @@ std::vector<Line> valley_lines(unsigned threads) {
         }
         printed = now;
         for (const auto& zone : world.world().zones()) {
-            lines.push_back({"valley/zone " + std::to_string(zone->state().settings.id.value),
+            lines.push_back({name + "/zone " + std::to_string(zone->state().settings.id.value),
                              "tick " + std::to_string(now),
                              hex(zone->state_hash())});
         }
@@ -45,10 +45,11 @@ std::vector<Line> valley_lines(unsigned threads) {
     const auto exact = [](double value) {
         return hex(std::bit_cast<std::uint64_t>(value));
     };
-    lines.push_back({"valley/clients", "samples", std::to_string(report.audit.samples)});
-    lines.push_back({"valley/clients", "greatest error", exact(report.audit.displayed_m.max())});
-    lines.push_back({"valley/clients", "events", std::to_string(report.events_delivered)});
-    lines.push_back({"valley/clients", "verdict", report.consistent ? "consistent" : "not"});
+    const std::string clients = name + "/clients";
+    lines.push_back({clients, "samples", std::to_string(report.audit.samples)});
+    lines.push_back({clients, "greatest error", exact(report.audit.displayed_m.max())});
+    lines.push_back({clients, "events", std::to_string(report.events_delivered)});
+    lines.push_back({clients, "verdict", report.consistent ? "consistent" : "not"});
     return lines;
 }
 
