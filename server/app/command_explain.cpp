@@ -79,7 +79,7 @@ void print_zone(const ops::ZoneRegion& region,
             last.particles.particles,
             last.particles.on_device);
     }
-    std::printf("  %-12s %-5s %10s %10s %8s  %s\n",
+    std::printf("  %-14s %-5s %10s %10s %8s  %s\n",
                 "pass",
                 "plan",
                 "ran/ticks",
@@ -90,7 +90,7 @@ void print_zone(const ops::ZoneRegion& region,
         const PassTotals& t = cost.passes[p];
         const std::string name(zone::pass_name(static_cast<zone::Pass>(p)));
         const std::string reason(last.plan.reason[p]);
-        std::printf("  %-12s %-5s %5llu/%-4u %10.1f %8.1f  %s\n",
+        std::printf("  %-14s %-5s %5llu/%-4u %10.1f %8.1f  %s\n",
                     name.c_str(),
                     last.plan.runs[p] ? "run" : "skip",
                     static_cast<unsigned long long>(t.ran),
