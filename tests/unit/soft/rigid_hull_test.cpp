@@ -5,13 +5,17 @@
 namespace zoned::physics::soft {
 namespace {
 
-TEST(RigidHull, StepsDownAndUpWithoutAJump) {
+SoftDef spinning_jelly() {
     SoftDef def = jelly();
     for (SoftNode& n : def.nodes) {
         n.velocity = Vec3(1, 0, 0) + Vec3(0.5F, 2, 1).cross(n.position - Vec3(0, 2, 0));
     }
+    return def;
+}
+
+TEST(RigidHull, StepsDownAndUpWithoutAJump) {
     SoftBodies bodies(weightless_soft());
-    const SoftId id = put(bodies, def);
+    const SoftId id = put(bodies, spinning_jelly());
     run(bodies, 10);
     const Momenta before = momenta(bodies, id);
     const Vec3 corner = bodies.position(id, 0);
@@ -55,12 +59,8 @@ TEST(RigidHull, RestsWhereTheNodesRested) {
 
 /// The moments of points about their centre of mass, in the order that the body's axes have.
 TEST(RigidHull, HasTheMassTheTensorAndTheMotionOfTheNodes) {
-    SoftDef def = jelly();
-    for (SoftNode& n : def.nodes) {
-        n.velocity = Vec3(1, 0, 0) + Vec3(0.5F, 2, 1).cross(n.position - Vec3(0, 2, 0));
-    }
     SoftBodies bodies(weightless_soft());
-    const SoftId id = put(bodies, def);
+    const SoftId id = put(bodies, spinning_jelly());
     run(bodies, 10);
     const Momenta nodes = momenta(bodies, id);
     const auto rigid = bodies.rigid_body(id);
