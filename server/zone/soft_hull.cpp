@@ -42,7 +42,7 @@ void step_up_soft(ZoneState& state, world::Row row) {
 }
 
 Quat turn_of_hull(const ZoneState& state, world::Row row, const Quat& turn) {
-    const SoftLink* link = soft_link(state, state.entities.id[row]);
+    const SoftLink* link = is_soft(state, row) ? soft_link(state, state.entities.id[row]) : nullptr;
     return link == nullptr ? turn : Quat((turn * link->turn).normalized());
 }
 

@@ -130,28 +130,15 @@ class PlainFlockTrial : public JudgedTrial {
     PlainFlock plain_;
 };
 
-/// Particles in gusts with walls to hit: what tables in constant memory and work groups matter for.
-class KernelTrial : public JudgedTrial {
+/// Particles that a stage steps, alone, through a scene that its heirs set.
+class StageTrial : public JudgedTrial {
   public:
-    KernelTrial(std::size_t count,
-                compute::Device& device,
-                compute::ParticleKernelOptions options,
-                bool gusts)
+    StageTrial(std::size_t count, compute::Device* device, compute::ParticleKernelOptions options)
         : count_(count),
-          stage_(&device, options) {
+          stage_(device, options) {
         columns_.reserve(count);
         scene_.world.h = kStepTime;
         scene_.world.gy = -9.81F;
-        if (gusts) {
-            scene_.world.linear_drag = 0.5F;
-            scene_.world.gust_cells_per_m = 0.2F;
-            gusts_.assign(3 * kernels::ZK_GUST_CORNERS, 0.5F);
-            scene_.gusts = gusts_;
-            scene_.world.planes = 4;
-            for (int i = 0; i < 4; ++i) {
-                scene_.world.plane[i] = {0.0F, 1.0F, 0.0F, -100.0F};
-            }
-        }
     }
 
     void frame() override {
@@ -163,13 +150,40 @@ class KernelTrial : public JudgedTrial {
 
     void judge(Row& row) override { row.error_unit = "-"; }
 
+  protected:
+    void blow(float cells_per_m) {
+        scene_.world.gust_cells_per_m = cells_per_m;
+        gusts_.assign(3 * kernels::ZK_GUST_CORNERS, 0.5F);
+        scene_.gusts = gusts_;
+    }
+
+    compute::ParticleColumns columns_;
+    compute::ParticleScene scene_;
+
   private:
     std::size_t count_;
     compute::Team team_;
-    compute::ParticleColumns columns_;
-    compute::ParticleScene scene_;
     std::vector<float> gusts_;
     compute::ParticleStage stage_;
+};
+
+/// Particles in gusts with walls to hit: what tables in constant memory and work groups matter for.
+class KernelTrial : public StageTrial {
+  public:
+    KernelTrial(std::size_t count,
+                compute::Device& device,
+                compute::ParticleKernelOptions options,
+                bool gusts)
+        : StageTrial(count, &device, options) {
+        if (gusts) {
+            scene_.world.linear_drag = 0.5F;
+            blow(0.2F);
+            scene_.world.planes = 4;
+            for (int i = 0; i < 4; ++i) {
+                scene_.world.plane[i] = {0.0F, 1.0F, 0.0F, -100.0F};
+            }
+        }
+    }
 };
 
 /// What a system's particles may live in, each dearer than the one before.
@@ -181,16 +195,13 @@ enum class Surroundings : std::uint8_t {
     kAll,  ///< sixteen balls and a heightfield
 };
 
-/// Particles that fall through 20 m over an area of 60 x 60 m: app/particle_device.h estimates the
-/// cost of a system from these times.
-class SurroundedTrial : public JudgedTrial {
+/// Particles that fall through 20 m over an area of 60 x 60 m: what ParticleCost
+/// (physics/budget/costs.h) is made of.
+class SurroundedTrial : public StageTrial {
   public:
     SurroundedTrial(std::size_t count, Surroundings in, compute::Device* device)
-        : count_(count),
-          stage_(device) {
+        : StageTrial(count, device, {}) {
         kernels::ParticleWorld& w = scene_.world;
-        w.h = kStepTime;
-        w.gy = -9.81F;
         w.restitution = 0.4F;
         w.friction = 0.5F;
         w.radius = 0.01F;
@@ -198,9 +209,7 @@ class SurroundedTrial : public JudgedTrial {
         w.plane[0] = {0.0F, 1.0F, 0.0F, 0.0F};
         w.linear_drag = in >= Surroundings::kDrag ? 0.1F : 0.0F;
         if (in >= Surroundings::kGusts) {
-            w.gust_cells_per_m = 0.1F;
-            gusts_.assign(3 * kernels::ZK_GUST_CORNERS, 0.5F);
-            scene_.gusts = gusts_;
+            blow(0.1F);
         }
         w.spheres = in == Surroundings::kAll ? 16 : (in == Surroundings::kEightBalls ? 8 : 0);
         for (int ball = 0; ball < w.spheres; ++ball) {
@@ -212,7 +221,6 @@ class SurroundedTrial : public JudgedTrial {
             w.field = {64, 64, -32.0F, 0.0F, -32.0F, 1.0F, 1.0F, -1.0F};
         }
         core::Rng rng(1, 1);
-        columns_.reserve(count);
         for (std::size_t i = 0; i < count; ++i) {
             const float values[] = {rng.range(-30.0F, 30.0F),
                                     rng.range(0.0F, 20.0F),
@@ -226,23 +234,8 @@ class SurroundedTrial : public JudgedTrial {
         }
     }
 
-    void frame() override {
-        const compute::StageRun run = stage_.step(columns_, count_, scene_, team_);
-        if (!run.fault.empty()) {
-            throw std::runtime_error(run.fault);
-        }
-    }
-
-    void judge(Row& row) override { row.error_unit = "-"; }
-
   private:
-    std::size_t count_;
-    compute::Team team_;
-    compute::ParticleColumns columns_;
-    compute::ParticleScene scene_;
-    std::vector<float> gusts_;
     std::vector<float> heights_;
-    compute::ParticleStage stage_;
 };
 
 void add_wall_ratio(std::vector<Row>& rows, const std::string& against, double items) {

@@ -54,10 +54,7 @@ void push_tetrahedra(SoftBody& body, double h) {
     }
     for (std::size_t i = 0; i < body.tetrahedra.size(); ++i) {
         const SoftTetrahedron& t = body.tetrahedra[i];
-        std::array<Vec3d, 4> p;
-        for (std::size_t k = 0; k < 4; ++k) {
-            p[k] = body.position(t[k]).cast<double>();
-        }
+        const std::array<Vec3d, 4> p = body.corners(i);
         const auto g = tetrahedron_gradient(p[0], p[1], p[2], p[3]);
         const auto rest = static_cast<double>(body.rest_volume[i]);
         const double push = -h * modulus * (g[3].dot(p[3] - p[0]) - rest) / rest;

@@ -86,6 +86,15 @@ struct SoftBody {
     [[nodiscard]] Vec3 position(std::size_t i) const { return x[i].head<3>(); }
 
     /// Of a step of dt s.
+    /// Of a tetrahedron, m.
+    [[nodiscard]] std::array<Vec3d, 4> corners(std::size_t tetrahedron) const {
+        const SoftTetrahedron& t = tetrahedra[tetrahedron];
+        return {position(t[0]).cast<double>(),
+                position(t[1]).cast<double>(),
+                position(t[2]).cast<double>(),
+                position(t[3]).cast<double>()};
+    }
+
     [[nodiscard]] int substeps(float dt) const;
 };
 

@@ -85,10 +85,7 @@ void solve_tetrahedra(SoftBody& body, float h) {
     const double h2 = static_cast<double>(h) * static_cast<double>(h);
     for (std::size_t i = 0; i < body.tetrahedra.size(); ++i) {
         const SoftTetrahedron& t = body.tetrahedra[i];
-        std::array<Vec3d, 4> p;
-        for (std::size_t k = 0; k < 4; ++k) {
-            p[k] = body.position(t[k]).cast<double>();
-        }
+        const std::array<Vec3d, 4> p = body.corners(i);
         const auto g = tetrahedron_gradient(p[0], p[1], p[2], p[3]);
         const double rest = static_cast<double>(body.rest_volume[i]);
         const double volume = g[3].dot(p[3] - p[0]);

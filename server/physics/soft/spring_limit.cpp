@@ -72,11 +72,9 @@ double damper_bound(SoftBody& body) {
     return bound.most();
 }
 
-std::array<double, 4> volume_sizes(const SoftBody& body, const SoftTetrahedron& t) {
-    const auto g = tetrahedron_gradient(body.position(t[0]).cast<double>(),
-                                        body.position(t[1]).cast<double>(),
-                                        body.position(t[2]).cast<double>(),
-                                        body.position(t[3]).cast<double>());
+std::array<double, 4> volume_sizes(const SoftBody& body, std::size_t tetrahedron) {
+    const std::array<Vec3d, 4> p = body.corners(tetrahedron);
+    const auto g = tetrahedron_gradient(p[0], p[1], p[2], p[3]);
     constexpr double kWider = kLonger * kLonger;
     return {kWider * g[0].norm(), kWider * g[1].norm(), kWider * g[2].norm(), kWider * g[3].norm()};
 }
@@ -131,7 +129,7 @@ double stiffness_bound(SoftBody& body) {
     for (std::size_t i = 0; volumes && i < body.tetrahedra.size(); ++i) {
         const double k = static_cast<double>(body.material.bulk_modulus) /
                          static_cast<double>(body.rest_volume[i]);
-        bound.deal(k, body.tetrahedra[i], volume_sizes(body, body.tetrahedra[i]));
+        bound.deal(k, body.tetrahedra[i], volume_sizes(body, i));
     }
     bound.deal(gas, body.surface, body.limit.sizes);
     for (const Spring& s : body.springs) {
@@ -140,7 +138,7 @@ double stiffness_bound(SoftBody& body) {
         }
     }
     for (std::size_t i = 0; volumes && i < body.tetrahedra.size(); ++i) {
-        bound.judge(body.tetrahedra[i], volume_sizes(body, body.tetrahedra[i]));
+        bound.judge(body.tetrahedra[i], volume_sizes(body, i));
     }
     bound.judge(body.surface, body.limit.sizes);
     return bound.most() + turning_bound(body);
