@@ -131,7 +131,7 @@ void EntityStore::show(Entity& entity, const Record& record, const wire::Quantiz
         const motion::KinematicState now = local_prediction(next, record.view_tick);
         next.converging = method_ != motion::ConvergenceMethod::kSnap &&
                           (shown.position - now.position).norm() < kSnapM;
-        next.convergence.begin(shown, next.converging ? kBlendS : 0.0F);
+        next.convergence.begin(shown, now, next.converging ? kBlendS : 0.0F);
     } else {
         entity.present_since = next.from_tick;
         ++present_count_;

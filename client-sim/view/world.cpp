@@ -26,6 +26,7 @@ wire::Quantization read_quantization(const proto::Quantization& q) {
     out.horizontal_extent_m = q.horizontal_extent_m();
     out.vertical_extent_m = q.vertical_extent_m();
     out.max_speed_mps = q.max_speed_mps();
+    out.gravity_mps2 = q.gravity_mps2();
     return out;
 }
 
@@ -37,7 +38,7 @@ bool sensible(const wire::Quantization& q) {
            q.orientation_bits <= 15 && q.yaw_bits >= 5 && q.yaw_bits <= 16 &&
            q.horizontal_extent_m > 0.0F && q.horizontal_extent_m < 1e6F &&
            q.vertical_extent_m > 0.0F && q.vertical_extent_m < 1e6F && q.max_speed_mps > 0.0F &&
-           q.max_speed_mps < 1e6F;
+           q.max_speed_mps < 1e6F && q.gravity_mps2 >= 0.0F && q.gravity_mps2 < 1e3F;
 }
 
 TypeInfo read_type(const proto::EntityType& t) {

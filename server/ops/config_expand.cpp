@@ -194,6 +194,7 @@ wire::Quantization expand_quantization(const proto::Config::Quantization& q) {
 void expand_replication(const proto::Config& config, replication::Settings& out) {
     const auto& from = config.replication();
     out.quantization = expand_quantization(from.quantization());
+    out.quantization.gravity_mps2 = narrow(config.physics().gravity_mps2());
     out.lods.clear();
     for (const auto& lod : config.lod()) {
         out.lods.push_back({narrow(lod.position_bound_m()), narrow(lod.orientation_bound_rad())});

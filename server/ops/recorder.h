@@ -14,7 +14,7 @@
 namespace zoned::ops {
 
 /// Of the simulation. Raise it with every change after which the same input gives other hashes.
-inline constexpr std::uint32_t kSimulationGeneration = 10;
+inline constexpr std::uint32_t kSimulationGeneration = 11;
 /// Of the file format.
 inline constexpr std::uint32_t kRecordingFormat = 1;
 

@@ -41,6 +41,7 @@ void describe_quantization(const wire::Quantization& from, proto::Quantization& 
     out.set_horizontal_extent_m(from.horizontal_extent_m);
     out.set_vertical_extent_m(from.vertical_extent_m);
     out.set_max_speed_mps(from.max_speed_mps);
+    out.set_gravity_mps2(from.gravity_mps2);
 }
 
 /// Nothing where it is not turned.

@@ -7,6 +7,7 @@
 #include "server/world/visibility.h"
 #include "shared/core/ids.h"
 #include "shared/core/state_hash.h"
+#include "shared/motion/static_geometry.h"
 #include "shared/wire/quantize.h"
 
 #include <cstdint>
@@ -34,7 +35,11 @@ struct Settings {
         6;  ///< own avatar's state at least this often while it moves, 1..60
     std::uint32_t silence_ticks = 12;  ///< a client hears a datagram at least this often, 1..15
     float tick_s = 1.0F / 30.0F;
-    int forced_order = -1;  ///< -1: the least volatile order per entity; 0..2: only this one
+    /// -1: the least volatile kind per entity; 0..4: only this PredictorOrder (order 1 where
+    /// nothing falls, order 2 where nothing turns)
+    int forced_order = -1;
+    /// What falls lands on it, zone-local; null: it falls on for all that is predicted.
+    std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
         1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
 };

@@ -22,8 +22,7 @@ bool leaves_velocity(const Stream& stream,
     if (stream.state.order == motion::PredictorOrder::kStatic) {
         return false;
     }
-    // Publications of order 1 carry no acceleration.
-    const Vec3 predicted = stream.from.velocity + stream.from.acceleration * elapsed_s;
+    const Vec3 predicted = motion::predict_velocity(stream.from, stream.state.order, elapsed_s);
     return (predicted - truth.velocity).squaredNorm() > allowed_mps * allowed_mps;
 }
 
@@ -138,16 +137,12 @@ void StreamTable::publish(Tick now,
             continue;
         }
         const world::EntityType& type = types[entities.type[row]];
-        motion::KinematicState truth = entities.kinematic(row);
-        if (!(truth.acceleration.norm() <= 1.001F * type.max_acceleration_mps2)) {
-            // An impact, spread over a tick: it does not last, so nobody shall extrapolate it.
-            truth.acceleration.setZero();
-        }
+        const Truth truth = truth_of(now, entities, row, type, slot.estimate);
         if (!entities.has(row, world::kGhost) &&
             slot.limits.exceeded(now,
                                  entities.discontinuity_tick[row],
-                                 truth.position,
-                                 truth.velocity,
+                                 entities.position[row],
+                                 entities.velocity[row],
                                  type,
                                  settings_.tick_s)) {
             ++report.limit_exceeded;
@@ -160,11 +155,35 @@ void StreamTable::publish(Tick now,
     }
 }
 
+/// The truth of a row as predictions start from it.
+Truth StreamTable::truth_of(Tick now,
+                            const world::Entities& entities,
+                            world::Row row,
+                            const world::EntityType& type,
+                            MotionEstimate& estimate) const {
+    Truth truth{entities.kinematic(row), &estimate, &type};
+    if (!(truth.state.acceleration.norm() <= 1.001F * type.max_acceleration_mps2)) {
+        // An impact, spread over a tick: it does not last, so nobody shall extrapolate it.
+        truth.state.acceleration.setZero();
+    }
+    // An acceleration counts when it takes an entity out of the bound within a second.
+    estimate.observe(now,
+                     entities.discontinuity_tick[row],
+                     truth.state,
+                     {settings_.tick_s,
+                      settings_.quantization.gravity_mps2,
+                      2.0F * settings_.lods.front().position_m});
+    if (!entities.has(row, world::kAtRest)) {
+        truth.state.velocity += estimate.centring();
+    }
+    return truth;
+}
+
 void StreamTable::step_stream(Stream& stream,
                               Tick now,
                               const world::Entities& entities,
                               world::Row row,
-                              const motion::KinematicState& truth,
+                              const Truth& truth,
                               const world::EntityType& type,
                               Report& report) {
     const bool at_rest = entities.has(row, world::kAtRest);
@@ -178,26 +197,26 @@ void StreamTable::step_stream(Stream& stream,
         stream.type = entities.type[row];
         stream.upright = type.upright();
         stream.priority = type.priority;
-        stream.volatility.restart(now, truth);
+        stream.volatility.restart(now, truth.state);
         publish_state(stream, now, truth, at_rest, appearance, report);
         return;
     }
     if (at_rest && stream.at_rest && stream.replaced.watched_until == 0 &&
-        same_place(stream.settled, truth) && stream.state.appearance == appearance) {
+        same_place(stream.settled, truth.state) && stream.state.appearance == appearance) {
         stream.alive_tick = now;
         return;
     }
-    const bool breach = note_breach(stream, now, truth, type);
+    const bool breach = note_breach(stream, now, truth.state, type);
     if (at_rest) {
         // Rest is published exactly, so that a world that has come to rest is the same everywhere.
-        const wire::QuantizedState rest = wire::quantize(truth,
+        const wire::QuantizedState rest = wire::quantize(truth.state,
                                                          motion::PredictorOrder::kStatic,
                                                          stream.upright,
                                                          true,
                                                          appearance,
                                                          settings_.quantization);
         if (rest == stream.state) {
-            stream.settled = truth;
+            stream.settled = truth.state;
             stream.alive_tick = now;
         } else {
             publish_state(stream, now, truth, true, appearance, report);
@@ -240,13 +259,14 @@ bool StreamTable::note_breach(Stream& stream,
 
 void StreamTable::publish_state(Stream& stream,
                                 Tick now,
-                                const motion::KinematicState& truth,
+                                const Truth& truth,
                                 bool at_rest,
                                 std::uint16_t appearance,
                                 Report& report) {
     motion::PredictorOrder order = stream.volatility.best();
     if (settings_.forced_order >= 0) {
-        order = static_cast<motion::PredictorOrder>(settings_.forced_order);
+        order =
+            fitting(*truth.estimate, static_cast<motion::PredictorOrder>(settings_.forced_order));
     }
     if (at_rest) {
         order = motion::PredictorOrder::kStatic;
@@ -254,10 +274,14 @@ void StreamTable::publish_state(Stream& stream,
     if (stream.version > 0 && stream.breach_tick != now && stream.replaced.watched_until == 0) {
         stream.replaced = {stream.from, stream.state.order, stream.tick, now + kWatchTicks};
     }
-    stream.state =
-        wire::quantize(truth, order, stream.upright, at_rest, appearance, settings_.quantization);
+    stream.state = wire::quantize(start_of(truth, order, settings_),
+                                  order,
+                                  stream.upright,
+                                  at_rest,
+                                  appearance,
+                                  settings_.quantization);
     stream.from = wire::dequantize(stream.state, stream.upright, settings_.quantization);
-    stream.settled = truth;
+    stream.settled = truth.state;
     stream.at_rest = at_rest;
     stream.tick = now;
     stream.alive_tick = now;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/replication/limit_check.h"
+#include "server/replication/motion_estimate.h"
 #include "server/replication/replicator.h"
 #include "server/replication/volatility.h"
 #include "shared/wire/publication.h"
@@ -108,6 +109,7 @@ class StreamTable {
         EntityId entity;  // none: free
         std::array<StreamIndex, wire::kLods> stream{};
         LimitCheck limits;
+        MotionEstimate estimate;
     };
 
     Slot& slot_of(EntityId entity);
@@ -115,9 +117,14 @@ class StreamTable {
                      Tick now,
                      const world::Entities& entities,
                      world::Row row,
-                     const motion::KinematicState& truth,
+                     const Truth& truth,
                      const world::EntityType& type,
                      Report& report);
+    [[nodiscard]] Truth truth_of(Tick now,
+                                 const world::Entities& entities,
+                                 world::Row row,
+                                 const world::EntityType& type,
+                                 MotionEstimate& estimate) const;
     /// Whether truth leaves the newest prediction now; notes the breach, also of the one before.
     bool note_breach(Stream& stream,
                      Tick now,
@@ -125,7 +132,7 @@ class StreamTable {
                      const world::EntityType& type);
     void publish_state(Stream& stream,
                        Tick now,
-                       const motion::KinematicState& truth,
+                       const Truth& truth,
                        bool at_rest,
                        std::uint16_t appearance,
                        Report& report);

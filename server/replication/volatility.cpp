@@ -1,18 +1,24 @@
 #include "server/replication/volatility.h"
 
+#include "server/replication/landing.h"
+
+#include <algorithm>
+
 namespace zoned::replication {
 
 namespace {
 
 using motion::PredictorOrder;
 
-// What one publication of each order costs, relative to each other: higher orders carry more
+// What one publication of each kind costs, relative to each other: those that say more carry more
 // fields. The share of a packet's headers is in all of them, hence the small differences.
-constexpr std::array<float, motion::kPredictorOrders> kCost = {1.0F, 1.1F, 1.2F};
+constexpr std::array<float, motion::kPredictorOrders> kCost = {1.0F, 1.1F, 1.2F, 1.15F, 1.3F};
 // Payments fade with a time constant of 64 ticks, about two seconds.
 constexpr float kKeep = 1.0F - 1.0F / 64.0F;
 // Another order must be this much cheaper before it replaces the present one.
 constexpr float kAdvantage = 0.85F;
+// What begins to fall will fall until it meets something: no experience is needed.
+constexpr float kFallingCredit = 0.8F;
 
 }  // namespace
 
@@ -37,16 +43,71 @@ bool leaves_bound(const motion::KinematicState& from,
     return !(motion::angle_between(turned, truth.orientation) <= bound.orientation_rad);
 }
 
+motion::KinematicState start_of(const Truth& truth,
+                                PredictorOrder order,
+                                const Settings& settings) {
+    motion::KinematicState from = truth.state;
+    if (order == PredictorOrder::kTurning) {
+        from.acceleration = truth.estimate->acceleration();
+        from.turn = truth.estimate->turn();
+    } else if (order == PredictorOrder::kBallistic) {
+        from.acceleration = Vec3(0.0F, -settings.quantization.gravity_mps2, 0.0F);
+        if (settings.ground) {
+            from.floor = landing_height(
+                *settings.ground, from, resting_height(*truth.type, from.orientation));
+        }
+    }
+    return from;
+}
+
+bool suits(const MotionEstimate& estimate, PredictorOrder order) {
+    switch (order) {
+        case PredictorOrder::kBallistic:
+            return estimate.falls();
+        case PredictorOrder::kTurning:
+            return estimate.turns();
+        case PredictorOrder::kStatic:
+        case PredictorOrder::kLinear:
+        case PredictorOrder::kQuadratic:
+            break;
+    }
+    return true;
+}
+
+PredictorOrder fitting(const MotionEstimate& estimate, PredictorOrder order) {
+    if (suits(estimate, order)) {
+        return order;
+    }
+    return order == PredictorOrder::kTurning ? PredictorOrder::kQuadratic : PredictorOrder::kLinear;
+}
+
 void Volatility::restart(Tick now, const motion::KinematicState& truth) {
-    for (std::size_t order = 0; order < processes_.size(); ++order) {
+    for (std::size_t i = 0; i < processes_.size(); ++i) {
         // Until experience says otherwise, constant velocity is the best guess.
-        processes_[order] = {truth, now, order == 1 ? 0.0F : 0.2F};
+        const auto order = static_cast<PredictorOrder>(i);
+        processes_[i] = {truth,
+                         now,
+                         order == PredictorOrder::kLinear ? 0.0F : 0.2F,
+                         order <= PredictorOrder::kQuadratic};
     }
     best_ = PredictorOrder::kLinear;
 }
 
+void Volatility::begin(Process& process,
+                       Tick now,
+                       const Truth& truth,
+                       PredictorOrder order,
+                       bool upright,
+                       const Settings& settings) {
+    const wire::QuantizedState sent = wire::quantize(
+        start_of(truth, order, settings), order, upright, false, 0, settings.quantization);
+    process.from = wire::dequantize(sent, upright, settings.quantization);
+    process.tick = now;
+    process.live = true;
+}
+
 void Volatility::observe(Tick now,
-                         const motion::KinematicState& truth,
+                         const Truth& truth,
                          bool upright,
                          const LodBound& bound,
                          const Settings& settings) {
@@ -54,25 +115,42 @@ void Volatility::observe(Tick now,
         Process& process = processes_[i];
         const auto order = static_cast<PredictorOrder>(i);
         process.cost *= kKeep;
+        const bool suited = suits(*truth.estimate, order);
+        if (!process.live) {
+            if (!suited) {
+                continue;
+            }
+            const float credit = order == PredictorOrder::kBallistic ? kFallingCredit : 1.0F;
+            process.cost =
+                std::max(process.cost, credit * processes_[static_cast<std::size_t>(best_)].cost);
+            begin(process, now, truth, order, upright, settings);
+            continue;
+        }
         if (leaves_bound(process.from,
                          order,
                          elapsed_seconds(process.tick, now, settings.tick_s),
-                         truth,
+                         truth.state,
                          bound)) {
-            const wire::QuantizedState sent =
-                wire::quantize(truth, order, upright, false, 0, settings.quantization);
-            process.from = wire::dequantize(sent, upright, settings.quantization);
-            process.tick = now;
             process.cost += kCost[i];
+            process.live = suited;
+            if (suited) {
+                begin(process, now, truth, order, upright, settings);
+            }
         }
     }
-    choose();
+    choose(*truth.estimate);
 }
 
-void Volatility::choose() {
+void Volatility::choose(const MotionEstimate& estimate) {
+    const auto cost = [&](PredictorOrder order) {
+        return processes_[static_cast<std::size_t>(order)].cost;
+    };
+    best_ = fitting(estimate, best_);
     for (std::size_t i = 0; i < processes_.size(); ++i) {
-        if (processes_[i].cost < kAdvantage * processes_[static_cast<std::size_t>(best_)].cost) {
-            best_ = static_cast<PredictorOrder>(i);
+        const auto order = static_cast<PredictorOrder>(i);
+        if (processes_[i].live && suits(estimate, order) &&
+            cost(order) < kAdvantage * cost(best_)) {
+            best_ = order;
         }
     }
 }

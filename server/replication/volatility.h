@@ -1,6 +1,7 @@
-// Volatility: which predictor order would have needed the fewest publications lately.
+// Volatility: which kind of prediction would have needed the fewest publications lately.
 #pragma once
 
+#include "server/replication/motion_estimate.h"
 #include "server/replication/replicator.h"
 #include "shared/motion/dead_reckoning.h"
 #include "shared/motion/kinematic_state.h"
@@ -9,9 +10,32 @@
 
 namespace zoned::replication {
 
-/// Runs, beside the one real stream, a private publication process per predictor order: each starts
-/// again from (quantised) truth whenever its own prediction leaves the bound, and pays for that.
-/// The payments decay, so the cheapest order is the least volatile of the last seconds.
+/// An entity at one tick, as kinds of prediction start from it.
+struct Truth {
+    motion::KinematicState state;  ///< where and how it is; its velocity is the centred one
+    const MotionEstimate* estimate = nullptr;
+    const world::EntityType* type = nullptr;
+};
+
+/// What a publication of `truth` in this kind says: the acceleration of kTurning is not that of the
+/// last tick but of the estimate, that of kBallistic gravity down to where it lands, which is
+/// looked for here.
+motion::KinematicState start_of(const Truth& truth,
+                                motion::PredictorOrder order,
+                                const Settings& settings);
+
+/// Whether an entity moves as the kind supposes: what does not fall is not ballistic, what does not
+/// turn not turning; the orders are for everything.
+bool suits(const MotionEstimate& estimate, motion::PredictorOrder order);
+
+/// What is published in the place of a kind that does not suit the entity now: order 1 for what
+/// does not fall, order 2 for what does not turn.
+motion::PredictorOrder fitting(const MotionEstimate& estimate, motion::PredictorOrder order);
+
+/// Runs, beside the one real stream, a private publication process per kind: each starts again from
+/// (quantised) truth whenever its own prediction leaves the bound, and pays for that. The payments
+/// decay, so the cheapest kind is the least volatile of the last seconds. A kind that does not suit
+/// the entity has no process and costs a multiplication per tick; it enters on a par with the best.
 class Volatility {
   public:
     /// Forgets everything; all orders predict from `truth`.
@@ -19,11 +43,12 @@ class Volatility {
 
     /// One tick of truth.
     void observe(Tick now,
-                 const motion::KinematicState& truth,
+                 const Truth& truth,
                  bool upright,
                  const LodBound& bound,
                  const Settings& settings);
 
+    /// The least volatile of those that suit the entity.
     [[nodiscard]] motion::PredictorOrder best() const { return best_; }
 
   private:
@@ -31,9 +56,16 @@ class Volatility {
         motion::KinematicState from;
         Tick tick = 0;
         float cost = 0.0F;
+        bool live = false;
     };
 
-    void choose();
+    void begin(Process& process,
+               Tick now,
+               const Truth& truth,
+               motion::PredictorOrder order,
+               bool upright,
+               const Settings& settings);
+    void choose(const MotionEstimate& estimate);
 
     std::array<Process, motion::kPredictorOrders> processes_;
     motion::PredictorOrder best_ = motion::PredictorOrder::kLinear;

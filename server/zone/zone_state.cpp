@@ -43,6 +43,13 @@ void add_static_bodies(ZoneState& state) {
     }
 }
 
+/// Predictions of what falls end where characters stand as well.
+replication::Settings with_ground(const ZoneSettings& settings) {
+    replication::Settings out = settings.replication;
+    out.ground = settings.statics;
+    return out;
+}
+
 }  // namespace
 
 void StepOutput::clear() {
@@ -61,7 +68,7 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       scene(settings.physics),
       rules(std::move(game_rules)),
       rng(settings.seed, settings.id.value),
-      replicator(settings.replication) {
+      replicator(with_ground(settings)) {
     add_static_bodies(*this);
     add_particle_systems(*this);
 }

@@ -1,9 +1,8 @@
 #include "shared/motion/convergence.h"
 
-#include "shared/motion/dead_reckoning.h"
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace zoned::motion {
 
@@ -35,6 +34,15 @@ Remainder remainder_at(ConvergenceMethod method, float s, float period_s) {
             const float drift = left * s * period_s;
             return {fade, fade * drift, fade_rate, fade_rate * drift + fade * (1.0F - 2.0F * s)};
         }
+        case ConvergenceMethod::kHermite: {
+            // The basis functions of the start: 2 s^3 - 3 s^2 + 1 and s (1 - s)^2; those of the end
+            // carry an offset of zero.
+            const float left = 1.0F - s;
+            return {left * left * (1.0F + 2.0F * s),
+                    left * left * s * period_s,
+                    -6.0F * s * left / period_s,
+                    left * (1.0F - 3.0F * s)};
+        }
     }
     return {};
 }
@@ -46,9 +54,20 @@ bool in_progress(ConvergenceMethod method, float elapsed_s, float period_s) {
 
 }  // namespace
 
-void Convergence::begin(const KinematicState& shown, float period_s) {
-    shown_ = shown;
+void Convergence::begin(const KinematicState& shown,
+                        const KinematicState& predicted,
+                        float period_s) {
     period_s_ = period_s;
+    jump_ = shown.position - predicted.position;
+    velocity_jump_ = shown.velocity - predicted.velocity;
+    // Of the two ways round the shorter one is taken.
+    Quat turn = shown.orientation * predicted.orientation.conjugate();
+    if (turn.w() < 0.0F) {
+        turn.coeffs() = -turn.coeffs();
+    }
+    const float sine = turn.vec().norm();
+    axis_ = sine > 0.0F ? Vec3(turn.vec() / sine) : Vec3(Vec3::Zero());
+    angle_ = sine > 0.0F ? 2.0F * std::atan2(sine, turn.w()) : 0.0F;
 }
 
 KinematicState Convergence::display(ConvergenceMethod method,
@@ -59,31 +78,16 @@ KinematicState Convergence::display(ConvergenceMethod method,
     }
     const float elapsed = std::max(elapsed_s, 0.0F);
     const Remainder left = remainder_at(method, elapsed / period_s_, period_s_);
-    // Where the new prediction was at begin(): its own motion, backwards.
-    const KinematicState start = predict(predicted, PredictorOrder::kQuadratic, -elapsed);
-    const Vec3 jump = shown_.position - start.position;
-    const Vec3 velocity_jump = shown_.velocity - start.velocity;
-
     KinematicState display = predicted;
-    display.position += jump * left.position + velocity_jump * left.velocity;
-    display.velocity += jump * left.position_rate + velocity_jump * left.velocity_rate;
-
-    // The turn from predicted to shown at begin(), of which a part remains. Of the two ways round
-    // the shorter one is taken.
-    Quat turn = shown_.orientation * start.orientation.conjugate();
-    if (turn.w() < 0.0F) {
-        turn.coeffs() = -turn.coeffs();
-    }
-    const float sine = turn.vec().norm();
-    if (sine > 0.0F) {
-        const Vec3 axis = turn.vec() / sine;
-        const float angle = 2.0F * std::atan2(sine, turn.w());
-        const float half = 0.5F * angle * left.position;
-        const Vec3 part = axis * std::sin(half);
+    display.position += jump_ * left.position + velocity_jump_ * left.velocity;
+    display.velocity += jump_ * left.position_rate + velocity_jump_ * left.velocity_rate;
+    if (angle_ > 0.0F) {
+        const float half = 0.5F * angle_ * left.position;
+        const Vec3 part = axis_ * std::sin(half);
         const Quat remaining(std::cos(half), part.x(), part.y(), part.z());
         display.orientation = remaining * predicted.orientation;
         display.angular_velocity =
-            remaining * predicted.angular_velocity + axis * (angle * left.position_rate);
+            remaining * predicted.angular_velocity + axis_ * (angle_ * left.position_rate);
     }
     return display;
 }
@@ -98,6 +102,28 @@ float Convergence::owed(ConvergenceMethod method,
     }
     const Remainder left = remainder_at(method, std::max(elapsed_s, 0.0F) / period_s, period_s);
     return jump_m * left.position + velocity_jump_mps * left.velocity;
+}
+
+float Convergence::jerk(ConvergenceMethod method,
+                        float jump_m,
+                        float period_s,
+                        float velocity_jump_mps) {
+    if (jump_m == 0.0F && velocity_jump_mps == 0.0F) {
+        return 0.0F;
+    }
+    const float of_position = 12.0F * jump_m / (period_s * period_s * period_s);
+    const float of_velocity = velocity_jump_mps / (period_s * period_s);
+    switch (method) {
+        case ConvergenceMethod::kSnap:
+        case ConvergenceMethod::kLinear:
+            break;
+        case ConvergenceMethod::kProjectiveVelocity:
+            // The third derivative of T s (1 - s)^3 (1 + 2 s) is (-18 + 120 s - 120 s^2) / T^2.
+            return of_position + 18.0F * of_velocity;
+        case ConvergenceMethod::kHermite:
+            return of_position + 6.0F * of_velocity;
+    }
+    return std::numeric_limits<float>::infinity();
 }
 
 }  // namespace zoned::motion

@@ -16,36 +16,53 @@ enum class ConvergenceMethod : std::uint8_t {
                           ///< velocity, ends with the predicted one. The weight of the prediction
                           ///< is 3 s^2 - 2 s^3 instead of Murphy's s = elapsed / period, which
                           ///< jumps in velocity at both ends.
+    kHermite,             ///< the cubic Hermite spline whose position and velocity are the shown
+                          ///< ones at the start and the predicted ones at the end: the least jerk
+                          ///< of the methods without a kink
 };
+
+inline constexpr int kConvergenceMethods = 4;
 
 /// Smooths one entity. `begin` is called when a new publication changes the prediction, `display`
 /// for every frame.
 class Convergence {
   public:
-    /// `shown` is what was displayed at this moment (position, velocity), `period_s` >= 0 how long
-    /// blending takes.
-    void begin(const KinematicState& shown, float period_s);
+    /// `shown` is what was displayed at this moment, `predicted` the new prediction for it; their
+    /// offset is led to zero, whatever way the prediction takes meanwhile. `period_s` >= 0: how
+    /// long blending takes.
+    void begin(const KinematicState& shown, const KinematicState& predicted, float period_s);
 
-    /// What to display: `predicted` is the prediction for now from the newest publication, as
-    /// predict() returns it (so that it describes its own motion: blending needs where it was at
-    /// begin()), `elapsed_s` the time since begin(). Equal to `predicted` from period_s on.
-    /// Velocity and angular velocity are those of the displayed motion.
+    /// What to display: `predicted` is the prediction for now, `elapsed_s` the time since begin().
+    /// Equal to `predicted` from period_s on. Velocity and angular velocity are those of the
+    /// displayed motion.
     [[nodiscard]] KinematicState display(ConvergenceMethod method,
                                          const KinematicState& predicted,
                                          float elapsed_s) const;
 
     /// Upper bound of |displayed - predicted| in metres at `elapsed_s`: the jump that begin()
     /// absorbed, falling as the method declares. `jump_m` is |shown - predicted| at begin, in
-    /// position; `velocity_jump_mps` the same in velocity, which only kProjectiveVelocity takes
-    /// over: there the bound holds only when it is given.
+    /// position; `velocity_jump_mps` the same in velocity, which kProjectiveVelocity and kHermite
+    /// take over: there the bound holds only when it is given.
     [[nodiscard]] static float owed(ConvergenceMethod method,
                                     float jump_m,
                                     float elapsed_s,
                                     float period_s,
                                     float velocity_jump_mps = 0.0F);
 
+    /// The largest jerk (rate of the acceleration) of displayed - predicted within the blend, in
+    /// m/s3, for jumps as in owed(): 12 jump / T^3 plus 18 (kProjectiveVelocity) or 6 (kHermite)
+    /// velocity_jump / T^2. Infinite where the displayed velocity jumps (kSnap, kLinear), unless
+    /// nothing does.
+    [[nodiscard]] static float jerk(ConvergenceMethod method,
+                                    float jump_m,
+                                    float period_s,
+                                    float velocity_jump_mps);
+
   private:
-    KinematicState shown_;
+    Vec3 jump_ = Vec3::Zero();           // shown - predicted at begin(), m
+    Vec3 velocity_jump_ = Vec3::Zero();  // likewise, m/s
+    Vec3 axis_ = Vec3::Zero();           // of the turn from predicted to shown, the shorter way
+    float angle_ = 0.0F;                 // of it, rad
     float period_s_ = 0.0F;
 };
 

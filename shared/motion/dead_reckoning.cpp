@@ -1,27 +1,92 @@
 #include "shared/motion/dead_reckoning.h"
 
+#include "shared/motion/turn_integrals.h"
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace zoned::motion {
 
+namespace {
+
+/// For how long what was published goes on: all the time, or until it lands.
+float in_motion(const KinematicState& from, PredictorOrder order, float elapsed_s) {
+    return order == PredictorOrder::kBallistic ? std::min(elapsed_s, landing_time(from))
+                                               : elapsed_s;
+}
+
+/// p + v t + the acceleration, which turns, integrated twice.
+Vec3 turning_position(const KinematicState& from, float t) {
+    const Vec3& a = from.acceleration;
+    const Vec3& w = from.turn;
+    const TurnIntegrals i = turn_integrals(static_cast<double>(w.norm() * t));
+    const Vec3 turned = a * static_cast<float>(i.versine) +
+                        w.cross(a) * (t * static_cast<float>(i.arc)) +
+                        w * (w.dot(a) * t * t * static_cast<float>(i.sagitta));
+    return from.position + (from.velocity + turned * t) * t;
+}
+
+/// The acceleration, which turns, integrated once.
+Vec3 turning_velocity(const KinematicState& from, float t) {
+    const Vec3& a = from.acceleration;
+    const Vec3& w = from.turn;
+    const TurnIntegrals i = turn_integrals(static_cast<double>(w.norm() * t));
+    return from.velocity +
+           (a * static_cast<float>(i.sine) + w.cross(a) * (t * static_cast<float>(i.versine)) +
+            w * (w.dot(a) * t * t * static_cast<float>(i.arc))) *
+               t;
+}
+
+Quat turned_by(const Vec3& rate, float t, const Quat& orientation) {
+    const float speed = rate.norm();
+    if (speed == 0.0F) {
+        return orientation;
+    }
+    // q(t) = exp(w t / 2) q(0) for a constant w in world axes.
+    const float half_angle = 0.5F * speed * t;
+    const float s = std::sin(half_angle) / speed;
+    return Quat(std::cos(half_angle), rate.x() * s, rate.y() * s, rate.z() * s) * orientation;
+}
+
+}  // namespace
+
+float landing_time(const KinematicState& from) {
+    const float drop = from.position.y() - from.floor;
+    const float pull = -from.acceleration.y();
+    const float rise = from.velocity.y();
+    if (drop <= 0.0F && rise <= 0.0F) {
+        return 0.0F;
+    }
+    if (!(pull > 0.0F) || !std::isfinite(drop)) {
+        return std::numeric_limits<float>::infinity();
+    }
+    // drop + rise t - pull t^2 / 2 = 0, in the form in which nothing cancels.
+    const float root = std::sqrt(std::max(0.0F, rise * rise + 2.0F * pull * drop));
+    return rise >= 0.0F ? (rise + root) / pull : 2.0F * drop / (root - rise);
+}
+
 KinematicState predict(const KinematicState& from, PredictorOrder order, float elapsed_s) {
     KinematicState to;
     to.position = predict_position(from, order, elapsed_s);
+    to.velocity = predict_velocity(from, order, elapsed_s);
     to.orientation = predict_orientation(from, order, elapsed_s);
-    switch (order) {
-        case PredictorOrder::kStatic:
-            break;
-        case PredictorOrder::kLinear:
-            to.velocity = from.velocity;
-            to.angular_velocity = from.angular_velocity;
-            break;
-        case PredictorOrder::kQuadratic:
-            to.velocity = from.velocity + from.acceleration * elapsed_s;
-            to.acceleration = from.acceleration;
-            to.angular_velocity = from.angular_velocity;
-            break;
+    const bool moves =
+        order != PredictorOrder::kStatic && in_motion(from, order, elapsed_s) >= elapsed_s;
+    if (!moves) {
+        return to;
+    }
+    to.angular_velocity = from.angular_velocity;
+    if (order == PredictorOrder::kQuadratic || order == PredictorOrder::kBallistic) {
+        to.acceleration = from.acceleration;
+    }
+    if (order == PredictorOrder::kBallistic) {
+        to.floor = from.floor;
+    }
+    if (order == PredictorOrder::kTurning) {
+        to.acceleration = turned_by(from.turn, elapsed_s, Quat::Identity()) * from.acceleration;
+        to.turn = from.turn;
     }
     return to;
 }
@@ -33,22 +98,40 @@ Vec3 predict_position(const KinematicState& from, PredictorOrder order, float el
         case PredictorOrder::kLinear:
             return from.position + from.velocity * elapsed_s;
         case PredictorOrder::kQuadratic:
-            return from.position +
-                   (from.velocity + from.acceleration * (0.5F * elapsed_s)) * elapsed_s;
+        case PredictorOrder::kBallistic: {
+            const float t = in_motion(from, order, elapsed_s);
+            return from.position + (from.velocity + from.acceleration * (0.5F * t)) * t;
+        }
+        case PredictorOrder::kTurning:
+            return turning_position(from, elapsed_s);
     }
     return from.position;
 }
 
+Vec3 predict_velocity(const KinematicState& from, PredictorOrder order, float elapsed_s) {
+    switch (order) {
+        case PredictorOrder::kStatic:
+            break;
+        case PredictorOrder::kLinear:
+            return from.velocity;
+        case PredictorOrder::kBallistic:
+            if (in_motion(from, order, elapsed_s) < elapsed_s) {
+                break;
+            }
+            [[fallthrough]];
+        case PredictorOrder::kQuadratic:
+            return from.velocity + from.acceleration * elapsed_s;
+        case PredictorOrder::kTurning:
+            return turning_velocity(from, elapsed_s);
+    }
+    return Vec3::Zero();
+}
+
 Quat predict_orientation(const KinematicState& from, PredictorOrder order, float elapsed_s) {
-    const float rate = from.angular_velocity.norm();
-    if (order == PredictorOrder::kStatic || rate == 0.0F) {
+    if (order == PredictorOrder::kStatic) {
         return from.orientation;
     }
-    // q(t) = exp(w t / 2) q(0) for a constant w in world axes.
-    const float half_angle = 0.5F * rate * elapsed_s;
-    const float s = std::sin(half_angle) / rate;
-    const Vec3& w = from.angular_velocity;
-    return Quat(std::cos(half_angle), w.x() * s, w.y() * s, w.z() * s) * from.orientation;
+    return turned_by(from.angular_velocity, in_motion(from, order, elapsed_s), from.orientation);
 }
 
 float angle_between(const Quat& a, const Quat& b) {

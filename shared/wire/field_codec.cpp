@@ -144,6 +144,9 @@ bool read_fields(BitReader& reader,
         }
     }
     const QuantizedState state = state_of(columns);
+    if (state.floor > state.position[1] && motion_of(columns) == Motion::kBallistic) {
+        return false;
+    }
     return upright ||
            is_canonical_orientation(
                state.orientation_largest, state.orientation, layout[Range::kSmallestThree].maximum);

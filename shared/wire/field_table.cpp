@@ -25,7 +25,11 @@ Columns columns_of(const QuantizedState& s) {
             s.angular_velocity[0],
             s.angular_velocity[2],
             s.angular_velocity[1],
-            s.appearance};
+            s.appearance,
+            s.turn[0],
+            s.turn[2],
+            s.turn[1],
+            s.floor};
 }
 
 QuantizedState state_of(const Columns& c) {
@@ -39,6 +43,8 @@ QuantizedState state_of(const Columns& c) {
     s.orientation_largest = c[13];
     s.angular_velocity = {c[14], c[16], c[15]};
     s.appearance = static_cast<std::uint16_t>(c[17]);
+    s.turn = {c[18], c[20], c[19]};
+    s.floor = c[21];
     return s;
 }
 

@@ -12,7 +12,7 @@ namespace zoned::wire {
 
 /// What a field's values range over; the Quantization decides how many values that are.
 enum class Range : std::uint8_t {
-    kMotion,           ///< 0..3, see Motion
+    kMotion,           ///< 0..5, see Motion
     kHorizontal,       ///< -limit..limit in position_step_m
     kVertical,         ///< likewise
     kVelocity,         ///< in velocity_step_mps
@@ -26,19 +26,25 @@ enum class Range : std::uint8_t {
 
 inline constexpr int kRanges = 10;
 
-/// Order of prediction and rest in one number: the value of the first field.
+/// Kind of prediction and rest in one number: the value of the first field.
 enum class Motion : std::uint8_t {
     kAtRest = 0,
     kStatic = 1,
     kLinear = 2,
     kQuadratic = 3,
+    kBallistic = 4,
+    kTurning = 5,
 };
+
+inline constexpr std::int32_t kMotions = 6;
 
 /// When a field is in a record; absent fields are zero.
 enum class Presence : std::uint8_t {
     kAlways,
-    kMoving,          ///< motion is linear or quadratic
-    kQuadratic,       ///< motion is quadratic
+    kMoving,          ///< motion is linear, quadratic, ballistic or turning
+    kAccelerating,    ///< motion is quadratic or turning
+    kFalling,         ///< motion is ballistic
+    kTurning,         ///< motion is turning
     kUpright,         ///< the type turns about y only
     kUprightMoving,   ///< both
     kTumbling,        ///< the type turns freely
@@ -72,20 +78,23 @@ struct Field {
 };
 
 /// A QuantizedState as one row of integers, in the order in which fields are written.
-inline constexpr int kColumns = 18;
+inline constexpr int kColumns = 22;
 using Columns = std::array<std::int32_t, kColumns>;
 
 // Widths: what costs least for walking characters that are published when dead reckoning is off by
 // 0.05 m or 0.1 rad, with a keyframe every 8 publications, and for tumbling props.
 // clang-format off
-inline constexpr std::array<Field, 14> kFields{{
+inline constexpr std::array<Field, 17> kFields{{
     {"motion", "-", 0, 1, Presence::kAlways, Range::kMotion, kFullOnly, kFullOnly},
     {"position_xz", "position_step_m", 1, 2, Presence::kAlways, Range::kHorizontal, kFullOnly, {{0, 9, 12, kFull}, 4}},
     {"position_y", "position_step_m", 3, 1, Presence::kAlways, Range::kVertical, {{8, 12, 15, kFull}, 4}, {{0, 5, 9, kFull}, 4}},
     {"velocity_xz", "velocity_step_mps", 4, 2, Presence::kMoving, Range::kVelocity, {{0, 8, 10, kFull}, 4}, {{0, 8, 10, kFull}, 4}},
     {"velocity_y", "velocity_step_mps", 6, 1, Presence::kMoving, Range::kVelocity, {{0, 5, 8, kFull}, 4}, {{0, 5, 8, kFull}, 4}},
-    {"acceleration_xz", "acceleration_step_mps2", 7, 2, Presence::kQuadratic, Range::kAcceleration, {{0, 5, 8, kFull}, 4}, {{0, 5, 8, kFull}, 4}},
-    {"acceleration_y", "acceleration_step_mps2", 9, 1, Presence::kQuadratic, Range::kAcceleration, {{0, 5, 8, kFull}, 4}, {{0, 5, 8, kFull}, 4}},
+    {"acceleration_xz", "acceleration_step_mps2", 7, 2, Presence::kAccelerating, Range::kAcceleration, {{0, 5, 8, kFull}, 4}, {{0, 5, 8, kFull}, 4}},
+    {"acceleration_y", "acceleration_step_mps2", 9, 1, Presence::kAccelerating, Range::kAcceleration, {{0, 5, 8, kFull}, 4}, {{0, 5, 8, kFull}, 4}},
+    {"acceleration_turn_xz", "angular_velocity_step_rps", 18, 2, Presence::kTurning, Range::kAngularVelocity, {{0, 6, 8, kFull}, 4}, {{0, 6, 8, kFull}, 4}},
+    {"acceleration_turn_y", "angular_velocity_step_rps", 20, 1, Presence::kTurning, Range::kAngularVelocity, {{0, 6, 8, kFull}, 4}, {{0, 6, 8, kFull}, 4}},
+    {"floor_y", "position_step_m", 21, 1, Presence::kFalling, Range::kVertical, {{8, 12, 15, kFull}, 4}, {{0, 5, 9, kFull}, 4}},
     {"yaw", "turn / 2^yaw_bits", 10, 1, Presence::kUpright, Range::kYaw, kFullOnly, {{0, 7, 9, kFull}, 4}},
     {"turn_rate", "angular_velocity_step_rps", 16, 1, Presence::kUprightMoving, Range::kAngularVelocity, {{0, 6, 8, kFull}, 4}, {{0, 8, 9, kFull}, 4}},
     {"left_out", "-", 13, 1, Presence::kTumbling, Range::kLeftOut, kFullOnly, {{0, kFull}, 2}},
@@ -105,8 +114,12 @@ constexpr bool is_present(Presence presence, Motion motion, bool upright) {
             return true;
         case Presence::kMoving:
             return moving;
-        case Presence::kQuadratic:
-            return motion == Motion::kQuadratic;
+        case Presence::kAccelerating:
+            return motion == Motion::kQuadratic || motion == Motion::kTurning;
+        case Presence::kFalling:
+            return motion == Motion::kBallistic;
+        case Presence::kTurning:
+            return motion == Motion::kTurning;
         case Presence::kUpright:
             return upright;
         case Presence::kUprightMoving:
@@ -133,7 +146,7 @@ class FieldLayout {
   public:
     explicit FieldLayout(const Quantization& q) {
         const QuantizationLimits limits = limits_of(q);
-        set(Range::kMotion, 0, 3);
+        set(Range::kMotion, 0, kMotions - 1);
         set(Range::kHorizontal, -limits.horizontal, limits.horizontal);
         set(Range::kVertical, -limits.vertical, limits.vertical);
         set(Range::kVelocity, -limits.velocity, limits.velocity);

@@ -37,7 +37,7 @@ struct RecordHead {
 };
 
 /// A record never takes more bytes than this, whatever the Quantization.
-inline constexpr std::size_t kMaxRecordBytes = 56;
+inline constexpr std::size_t kMaxRecordBytes = 64;
 
 /// A publication's tick from its low byte: the newest tick <= packet_tick with these low bits.
 Tick expand_tick(std::uint8_t tick_low, Tick packet_tick);

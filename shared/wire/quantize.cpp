@@ -335,9 +335,18 @@ QuantizedState quantize(const motion::KinematicState& state,
     }
     out.velocity = velocity;
     out.angular_velocity = angular;
-    if (order == motion::PredictorOrder::kQuadratic) {
+    const bool turning = order == motion::PredictorOrder::kTurning;
+    if (order == motion::PredictorOrder::kQuadratic || turning) {
         out.acceleration =
             quantize_vector(state.acceleration, q.acceleration_step_mps2, limits.acceleration);
+    }
+    if (turning) {
+        out.turn =
+            quantize_vector(state.turn, q.angular_velocity_step_rps, limits.angular_velocity);
+    }
+    if (order == motion::PredictorOrder::kBallistic) {
+        out.floor = std::min(quantize_component(state.floor, q.position_step_m, limits.vertical),
+                             out.position[1]);
     }
     return out;
 }
@@ -351,6 +360,11 @@ motion::KinematicState dequantize(const QuantizedState& state,
     out.velocity = dequantize_vector(state.velocity, q.velocity_step_mps);
     out.acceleration = dequantize_vector(state.acceleration, q.acceleration_step_mps2);
     out.angular_velocity = dequantize_vector(state.angular_velocity, q.angular_velocity_step_rps);
+    out.turn = dequantize_vector(state.turn, q.angular_velocity_step_rps);
+    if (state.order == motion::PredictorOrder::kBallistic) {
+        out.acceleration = Vec3(0.0F, -q.gravity_mps2, 0.0F);
+        out.floor = dequantize_component(state.floor, q.position_step_m);
+    }
     if (upright) {
         out.orientation = dequantize_yaw(state.orientation[0], limits.yaw_steps);
     } else {

@@ -31,6 +31,7 @@ struct Quantization {
         2048.0F;  ///< |x|, |z| of zone-local positions never exceed this; clamped
     float vertical_extent_m = 1024.0F;  ///< |y| likewise
     float max_speed_mps = 256.0F;       ///< velocity components are clamped to this
+    float gravity_mps2 = kGravity;      ///< downwards: what falls is predicted with it, not told it
 
     /// Largest distance between a position within the extents and its quantised value: half a step
     /// along each axis, as a length, and what rounding to float takes at the rim of the zone (half
@@ -66,13 +67,16 @@ QuantizationLimits limits_of(const Quantization& q);
 struct QuantizedState {
     std::array<std::int32_t, 3> position{};
     std::array<std::int32_t, 3> velocity{};
-    std::array<std::int32_t, 3> acceleration{};  ///< only for order 2
+    std::array<std::int32_t, 3> acceleration{};  ///< only for order 2 and turning
     std::array<std::int32_t, 3>
         orientation{};  ///< smallest three, or {yaw, 0, 0} for upright entities
     std::int32_t orientation_largest =
         0;  ///< index 0..3 of the component left out (w, x, y, z); 0 for upright
     std::array<std::int32_t, 3> angular_velocity{};  ///< {0, wy, 0} for upright entities
-    std::uint16_t appearance = 0;                    ///< rules' visible state of the entity
+    std::array<std::int32_t, 3> turn{};              ///< of the acceleration; only for turning
+    std::int32_t floor = 0;        ///< only for ballistic: height, never above the position;
+                                   ///< the lower limit where no floor is known
+    std::uint16_t appearance = 0;  ///< rules' visible state of the entity
     motion::PredictorOrder order = motion::PredictorOrder::kStatic;
     bool at_rest = false;  ///< velocity, acceleration and angular velocity are exactly zero
 
@@ -80,9 +84,10 @@ struct QuantizedState {
 };
 
 /// Rounds to the nearest step, clamped to the ranges. `upright` entities keep only their yaw. An
-/// order 0 state carries no velocity, only order 2 carries acceleration; a state whose velocities
-/// all round to zero under order 0 is at rest if `at_rest`. Not a number counts as 0, infinity as
-/// the limit, an orientation without a direction as the identity (upright: yaw 0).
+/// order 0 state carries no velocity, only order 2 and turning carry acceleration, only turning its
+/// turn, only ballistic a floor; a state whose velocities all round to zero under order 0 is at
+/// rest if `at_rest`. Not a number counts as 0, infinity as the limit, an orientation without a
+/// direction as the identity (upright: yaw 0).
 QuantizedState quantize(const motion::KinematicState& state,
                         motion::PredictorOrder order,
                         bool upright,

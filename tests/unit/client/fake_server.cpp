@@ -46,6 +46,7 @@ proto::WorldDescription FakeServer::world() const {
     out.set_horizontal_extent_m(q.horizontal_extent_m);
     out.set_vertical_extent_m(q.vertical_extent_m);
     out.set_max_speed_mps(q.max_speed_mps);
+    out.set_gravity_mps2(q.gravity_mps2);
     proto::EntityType& ball = *w.add_types();
     ball.set_name("ball");
     ball.set_max_acceleration_mps2(10.0F);

@@ -88,17 +88,105 @@ TEST(DeadReckoning, AQuarterTurnAboutUpTakesForwardToTheRightHandedSide) {
 TEST(DeadReckoning, ThePredictedStateDescribesItsOwnFurtherMotion) {
     core::Rng rng(3);
     for (int i = 0; i < 300; ++i) {
-        const KinematicState from = random_state(rng);
-        for (const PredictorOrder order :
-             {PredictorOrder::kStatic, PredictorOrder::kLinear, PredictorOrder::kQuadratic}) {
+        KinematicState from = random_state(rng);
+        from.position = random_vector(rng, 20.0F);
+        from.turn = random_vector(rng, 4.0F);
+        from.acceleration.y() = -9.81F;
+        from.floor = from.position.y() - rng.range(0.0F, 8.0F);
+        for (int kind = 0; kind < kPredictorOrders; ++kind) {
+            const auto order = static_cast<PredictorOrder>(kind);
             const KinematicState half = predict(from, order, 0.5F);
-            const KinematicState twice = predict(half, PredictorOrder::kQuadratic, 0.5F);
+            // Whoever does not move (any more) is predicted to stay by all orders below falling.
+            const bool moves = !half.velocity.isZero();
+            const KinematicState twice =
+                predict(half, moves ? order : PredictorOrder::kQuadratic, 0.5F);
             const KinematicState once = predict(from, order, 1.0F);
-            EXPECT_LT((twice.position - once.position).norm(), 1e-3F);  // 8 ulp at 1 km
-            EXPECT_LT((twice.velocity - once.velocity).norm(), 2e-5F);
-            EXPECT_LT(angle_between(twice.orientation, once.orientation), 4e-6F);
+            // Some 10 roundings at 50 m. When something lands depends on rounding divided by how
+            // fast it does: 4e-6 m / 0.1 m/s, at 5 rad/s.
+            const bool falls = order == PredictorOrder::kBallistic;
+            EXPECT_LT((twice.position - once.position).norm(), 1e-4F);
+            EXPECT_LT((twice.velocity - once.velocity).norm(), 1e-4F);
+            EXPECT_LT(angle_between(twice.orientation, once.orientation), falls ? 2e-4F : 1e-5F);
         }
     }
+}
+
+// Around a centre that drifts with u, on a radius r, turning at w about an axis n, with any drift
+// along n as well (a helix): p(t) = c + u t + R(w t) r.
+TEST(DeadReckoning, TurningIsExactOnCirclesAndHelicesAboutDriftingCentres) {
+    core::Rng rng(8);
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3d n = random_vector(rng, 1.0F).cast<double>().normalized();
+        const double w = static_cast<double>(rng.range(0.0F, 6.0F));
+        const Vec3d r = n.cross(random_vector(rng, 1.0F).cast<double>()).normalized() * 5.0;
+        const Vec3d u = random_vector(rng, 10.0F).cast<double>();
+        const double t = static_cast<double>(rng.range(0.0F, 3.0F));
+        KinematicState from;
+        from.position = r.cast<float>();
+        from.velocity = (u + w * n.cross(r)).cast<float>();
+        from.acceleration = (-w * w * r).cast<float>();
+        from.turn = (w * n).cast<float>();
+        const Eigen::AngleAxisd turn(w * t, n);
+        // Roundings of the inputs, relative 2^-24: of a (180 m/s2 at most) over t^2 / 2, of v (40
+        // m/s) over t, of w (6 rad/s) as |a| dw t^3 / 6, and some of the result.
+        const double allowed = 1e-6 * (1.0 + 5.0 * w * w * t * t * (1.0 + w * t) + 40.0 * t);
+        const KinematicState to = predict(from, PredictorOrder::kTurning, static_cast<float>(t));
+        EXPECT_LT((to.position.cast<double>() - (turn * r + u * t)).norm(), allowed);
+        EXPECT_LT((to.velocity.cast<double>() - (u + w * n.cross(turn * r))).norm(),
+                  allowed * (1.0 + w) + 1e-5);
+    }
+}
+
+TEST(DeadReckoning, TurningWithoutATurnIsOrderTwo) {
+    core::Rng rng(9);
+    for (int i = 0; i < 300; ++i) {
+        KinematicState from = random_state(rng);
+        const float t = rng.range(0.0F, 2.0F);
+        const Vec3 expected = predict_position(from, PredictorOrder::kQuadratic, t);
+        EXPECT_LT((predict_position(from, PredictorOrder::kTurning, t) - expected).norm(), 1e-3F);
+        from.turn = random_vector(rng, 1e-6F);
+        EXPECT_LT((predict_position(from, PredictorOrder::kTurning, t) - expected).norm(), 1e-3F);
+    }
+}
+
+TEST(DeadReckoning, WhatFallsRestsWhereItsFloorIs) {
+    core::Rng rng(10);
+    for (int i = 0; i < 1000; ++i) {
+        KinematicState from = random_state(rng);
+        from.position = random_vector(rng, 20.0F);
+        from.acceleration = Vec3(0.0F, -9.81F, 0.0F);
+        from.floor = from.position.y() - rng.range(0.0F, 15.0F);
+        const float landing = landing_time(from);
+        ASSERT_TRUE(std::isfinite(landing));
+        // The root of the parabola, by substitution: rounding of terms up to 15 + 30 * 7 m.
+        const KinematicState there = predict(from, PredictorOrder::kBallistic, landing);
+        EXPECT_NEAR(there.position.y(), from.floor, 3e-4F);
+        const KinematicState later = predict(from, PredictorOrder::kBallistic, landing + 5.0F);
+        EXPECT_EQ(later.position, there.position);
+        EXPECT_EQ(later.velocity, Vec3(Vec3::Zero()));
+        EXPECT_EQ(later.angular_velocity, Vec3(Vec3::Zero()));
+        // Up to then it is order 2, and never under the floor.
+        const float before = landing * rng.range(0.0F, 0.999F);
+        EXPECT_EQ(predict_position(from, PredictorOrder::kBallistic, before),
+                  predict_position(from, PredictorOrder::kQuadratic, before));
+        EXPECT_GE(predict_position(from, PredictorOrder::kBallistic, before).y(),
+                  from.floor - 1e-4F);
+    }
+}
+
+TEST(DeadReckoning, WhatIsOnTheFloorStaysAndWhatHasNoneFallsOn) {
+    KinematicState from;
+    from.acceleration = Vec3(0.0F, -9.81F, 0.0F);
+    from.velocity = Vec3(1.0F, -2.0F, 0.0F);
+    EXPECT_TRUE(std::isinf(landing_time(from)));
+    EXPECT_EQ(predict_position(from, PredictorOrder::kBallistic, 2.0F),
+              predict_position(from, PredictorOrder::kQuadratic, 2.0F));
+    from.floor = 0.0F;
+    EXPECT_EQ(landing_time(from), 0.0F);
+    EXPECT_EQ(predict_position(from, PredictorOrder::kBallistic, 2.0F), from.position);
+    // Rising from the floor it comes back after 2 v / g.
+    from.velocity.y() = 9.81F;
+    EXPECT_NEAR(landing_time(from), 2.0F, 1e-6F);
 }
 
 TEST(DeadReckoning, NoTimeChangesNothing) {

@@ -55,7 +55,7 @@ Excess excess_over_promise(const Session& s, int old_ticks) {
 }
 
 TEST(Replicator, KeepsThePromisedBoundAtEveryTickOnAPerfectNetwork) {
-    for (const int order : {-1, 0, 1, 2}) {
+    for (const int order : {-1, 0, 1, 2, 3, 4}) {
         Settings settings = test_settings();
         settings.forced_order = order;
         Session s(7, settings, {}, 20, 20, 4, 40.0F);

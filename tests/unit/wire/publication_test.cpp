@@ -95,14 +95,14 @@ TEST(Records, StayBelowTheLargestSizeAtTheEndsOfTheFinestRanges) {
     head.entity = EntityId(0xFFFFFFFFu);
     head.type = 0xFFFF;
     motion::KinematicState fast;
-    fast.position = fast.velocity = fast.acceleration = fast.angular_velocity =
+    fast.position = fast.velocity = fast.acceleration = fast.angular_velocity = fast.turn =
         Vec3::Constant(1e9F);
     fast.orientation = Quat(-0.6F, 0.5F, 0.4F, 0.3F);
     motion::KinematicState back = fast;
-    back.position = back.velocity = back.acceleration = back.angular_velocity =
+    back.position = back.velocity = back.acceleration = back.angular_velocity = back.turn =
         Vec3::Constant(-1e9F);
     back.orientation = Quat(0.3F, 0.5F, -0.4F, -0.6F);
-    const auto order = motion::PredictorOrder::kQuadratic;
+    const auto order = motion::PredictorOrder::kTurning;
     const auto a = quantize(fast, order, false, false, 0xFFFF, q);
     const auto b = quantize(back, order, false, false, 1, q);
     Bytes absolute;

@@ -111,6 +111,8 @@ QuantizedState state_in(const Example& e, const std::string& prefix) {
     s.orientation = triple(e, prefix + "orientation");
     s.orientation_largest = static_cast<std::int32_t>(e.number(prefix + "orientation_largest"));
     s.angular_velocity = triple(e, prefix + "angular_velocity");
+    s.turn = triple(e, prefix + "turn");
+    s.floor = static_cast<std::int32_t>(e.number(prefix + "floor"));
     s.appearance = static_cast<std::uint16_t>(e.number(prefix + "appearance"));
     return s;
 }
@@ -285,8 +287,12 @@ std::string presence_text(Presence presence) {
             return "always";
         case Presence::kMoving:
             return "moving";
-        case Presence::kQuadratic:
-            return "quadratic";
+        case Presence::kAccelerating:
+            return "accelerating";
+        case Presence::kFalling:
+            return "ballistic";
+        case Presence::kTurning:
+            return "turning";
         case Presence::kUpright:
             return "upright";
         case Presence::kUprightMoving:
@@ -302,6 +308,7 @@ std::string presence_text(Presence presence) {
 std::string range_text(Range range) {
     switch (range) {
         case Range::kMotion:
+            return "0..5";
         case Range::kLeftOut:
             return "0..3";
         case Range::kHorizontal:
@@ -374,16 +381,25 @@ TEST(FieldTable, IsFitForTheCodec) {
             }
         }
         for (int c = f.first; c < f.first + f.components; ++c) {
-            upright[c] += is_present(f.presence, Motion::kQuadratic, true) ? 1 : 0;
-            tumbling[c] += is_present(f.presence, Motion::kQuadratic, false) ? 1 : 0;
+            upright[c] += is_present(f.presence, Motion::kTurning, true) ? 1 : 0;
+            tumbling[c] += is_present(f.presence, Motion::kTurning, false) ? 1 : 0;
         }
     }
-    // A tumbling body sends every column once, an upright one all but the rest of its orientation
-    // and the turn about x and z.
-    for (int c = 0; c < kColumns; ++c) {
+    // A tumbling body that turns sends every column but the floor once, an upright one all but the
+    // rest of its orientation and the spin about x and z.
+    for (int c = 0; c < 21; ++c) {
         EXPECT_EQ(tumbling[c], 1) << c;
         const bool left_out = c == 11 || c == 12 || c == 13 || c == 14 || c == 15;
         EXPECT_EQ(upright[c], left_out ? 0 : 1) << c;
+    }
+    // What falls has a floor, and gravity for an acceleration.
+    for (const Field& f : kFields) {
+        const bool of_floor = f.first == 21;
+        const bool of_acceleration = f.first >= 7 && f.first < 10;
+        EXPECT_FALSE(of_floor && is_present(f.presence, Motion::kTurning, false));
+        if (of_floor || of_acceleration) {
+            EXPECT_EQ(is_present(f.presence, Motion::kBallistic, false), of_floor) << f.name;
+        }
     }
 }
 

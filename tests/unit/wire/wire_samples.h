@@ -5,6 +5,7 @@
 #include "shared/wire/quantize.h"
 
 #include <cmath>
+#include <limits>
 
 namespace zoned::wire::testing {
 
@@ -36,12 +37,16 @@ inline motion::KinematicState random_motion(core::Rng& rng, const Quantization& 
     s.velocity = random_vector(rng, random_scale(rng, q.max_speed_mps));
     s.acceleration = random_vector(rng, random_scale(rng, kMaxAccelerationMps2));
     s.angular_velocity = random_vector(rng, random_scale(rng, kMaxAngularSpeedRps));
+    s.turn = random_vector(rng, random_scale(rng, kMaxAngularSpeedRps));
+    // Above the position, where it is clamped to it, and without end as well.
+    s.floor = rng.below(8) == 0 ? -std::numeric_limits<float>::infinity()
+                                : s.position.y() - random_scale(rng, 100.0F) + 1.0F;
     s.orientation = random_rotation(rng);
     return s;
 }
 
 inline QuantizedState random_quantized(core::Rng& rng, bool upright, const Quantization& q) {
-    const auto order = static_cast<motion::PredictorOrder>(rng.below(3));
+    const auto order = static_cast<motion::PredictorOrder>(rng.below(motion::kPredictorOrders));
     motion::KinematicState s = random_motion(rng, q);
     const bool at_rest = rng.below(2) != 0;
     if (at_rest) {
