@@ -25,6 +25,8 @@ struct Raw {
     std::string connect;
     std::string behaviour;
     std::string convergence = "projective";
+    std::string view = "extrapolate";
+    std::string predictor = "published";
     std::string outage;
     std::string pin;
     std::vector<std::string> tickets;
@@ -60,8 +62,20 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
         ->check(CLI::Range(0.1, 100000.0));
     app.add_option("--seed", o.swarm.seed, "Seed of behaviours and of the link conditioner");
     app.add_option("--report", o.report_file, "Writes the report as JSON to FILE");
-    app.add_option("--convergence", raw.convergence, "snap, linear or projective")
-        ->check(CLI::IsMember({"snap", "linear", "projective"}));
+    app.add_option("--convergence", raw.convergence, "snap, linear, projective or hermite")
+        ->check(CLI::IsMember({"snap", "linear", "projective", "hermite"}));
+    app.add_option("--view",
+                   raw.view,
+                   "extrapolate (to the server's present) or interpolate (as far behind as news is "
+                   "late)")
+        ->check(CLI::IsMember({"extrapolate", "interpolate"}));
+    // All clients share the server's encodings, so the server chooses the kind of prediction
+    // (replication.predictor); a client can only refrain from it.
+    app.add_option("--predictor",
+                   raw.predictor,
+                   "published (the kind that each publication names) or none (what was published "
+                   "last stands still)")
+        ->check(CLI::IsMember({"published", "none"}));
     app.add_option("--ticket",
                    raw.tickets,
                    "Ticket file, or a directory of them; one ticket per bot (repeatable)");
@@ -140,8 +154,17 @@ void convert(const Raw& raw, Options& o) {
     const std::map<std::string, motion::ConvergenceMethod> methods = {
         {"snap", motion::ConvergenceMethod::kSnap},
         {"linear", motion::ConvergenceMethod::kLinear},
-        {"projective", motion::ConvergenceMethod::kProjectiveVelocity}};
+        {"projective", motion::ConvergenceMethod::kProjectiveVelocity},
+        {"hermite", motion::ConvergenceMethod::kHermite}};
     o.swarm.convergence = methods.at(raw.convergence);
+    o.swarm.view =
+        raw.view == "interpolate" ? view::ViewKind::kInterpolate : view::ViewKind::kExtrapolate;
+    o.swarm.shows = raw.predictor == "none" ? view::Shows::kPublished : view::Shows::kPredicted;
+    if (raw.view == "interpolate" && raw.predictor == "none") {
+        throw std::invalid_argument(
+            "--predictor none is of --view extrapolate: an interpolating view needs what "
+            "publications predict");
+    }
     o.conditioner.loss = raw.loss / 100.0;
     o.conditioner.delay_s = raw.delay_ms / 1000.0;
     o.conditioner.jitter_s = raw.jitter_ms / 1000.0;

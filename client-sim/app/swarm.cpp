@@ -35,6 +35,8 @@ const char* name_of(motion::ConvergenceMethod method) {
             return "linear";
         case motion::ConvergenceMethod::kProjectiveVelocity:
             return "projective";
+        case motion::ConvergenceMethod::kHermite:
+            return "hermite";
     }
     return "?";
 }
@@ -60,6 +62,8 @@ Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
         one.seed = settings_.seed;
         one.index = i;
         one.convergence = settings_.convergence;
+        one.view = settings_.view;
+        one.shows = settings_.shows;
         one.audit_every_s = settings_.audit ? settings_.audit_every_s : 0.0;
         bots_.push_back(
             std::make_unique<bot::Bot>(*transports_.back(), worlds_, collector_, std::move(one)));
@@ -186,6 +190,8 @@ void Swarm::enter_goodbye(double now_s) {
     final_.seconds = run_seconds_;
     final_.behaviour = describe(settings_.mix);
     final_.convergence = name_of(settings_.convergence);
+    final_.view = settings_.view == view::ViewKind::kInterpolate ? "interpolate" : "extrapolate";
+    final_.predictor = settings_.shows == view::Shows::kPublished ? "none" : "published";
     final_.seed = settings_.seed;
     final_.audits_expected = settings_.audit;
     final_.freeze_asked = freeze_asked_;

@@ -20,6 +20,8 @@ struct SwarmSettings {
     double ramp_per_s = 100.0;  ///< bots started per second
     std::uint64_t seed = 1;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
+    view::ViewKind view = view::ViewKind::kExtrapolate;
+    view::Shows shows = view::Shows::kPredicted;
     std::vector<std::string> tickets;  ///< serialised; one per bot, or none at all
     std::string config_digest;
     std::vector<std::string> teams = {"red", "blue"};

@@ -175,7 +175,9 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
     arrivals_.set_tick_s(world_->tick_s);
     const bool audited = settings_.audit_every_s > 0.0 && (welcome.rights() & 2U) != 0;
     view_ = std::make_unique<view::View>(
-        world_, view::ViewSettings{settings_.convergence, audited}, this);
+        world_,
+        view::ViewSettings{settings_.convergence, audited, settings_.view, settings_.shows},
+        this);
     // Audit requests of many bots are spread over the interval.
     last_audit_s_ = now_s_ + settings_.audit_every_s *
                                  static_cast<double>(core::mix(settings_.index) % 1024) / 1024.0;

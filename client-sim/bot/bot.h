@@ -35,6 +35,8 @@ struct BotSettings {
     std::uint64_t seed = 1;
     std::size_t index = 0;
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
+    view::ViewKind view = view::ViewKind::kExtrapolate;
+    view::Shows shows = view::Shows::kPredicted;
     /// Asks for an audit when none came for this long; 0: never asks. Needs the right to audit.
     double audit_every_s = 1.0;
 };

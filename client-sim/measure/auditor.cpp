@@ -93,8 +93,12 @@ void Auditor::settle(const bot::Bot& bot, Tally& tally) {
             waiting_.pop_front();
             continue;
         }
-        const Tick past = view->tick() - record.tick();
-        const bool known = bot.arrivals().newest_tick() >= record.tick() || past >= patience;
+        // An interpolating view comes to the tick later; where it never does (it jumped), the time
+        // that it takes at most counts instead.
+        const Tick latest = record.tick() + 2 * view::Playout::kMaxDelay;
+        const Tick shown = view->shown_at(record.tick()).value_or(latest);
+        const Tick past = view->tick() - shown;
+        const bool known = bot.arrivals().newest_tick() >= shown || past >= patience;
         if (!record.frozen() && (past < hold || !known)) {
             return;
         }
@@ -115,7 +119,9 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     context.bot = &bot;
     context.world = &view.world();
     context.tick = record.tick();
-    context.age = bot.arrivals().at(record.tick(), rtt_s);
+    const std::optional<Tick> shown_at = view.shown_at(record.tick());
+    context.shown_at = shown_at.value_or(record.tick());
+    context.age = bot.arrivals().at(context.shown_at, rtt_s);
     least_rtt_s_ = std::min(least_rtt_s_, bot.client().clock().min_rtt_s());
     context.stale =
         is_stale(context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss);
@@ -123,11 +129,20 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     // News of appearing or going may take D, and one round trip is granted beside.
     context.grace =
         static_cast<Tick>(std::ceil((context.age.age_s + rtt_s) / context.world->tick_s)) + 1;
+    if (context.shown_at != context.tick) {
+        const link::NewsAge then = bot.arrivals().at(context.tick, rtt_s);
+        const double behind_s =
+            static_cast<double>(context.shown_at - context.tick) * context.world->tick_s;
+        context.age.age_s = past_age_s(context.age, then, behind_s);
+        context.age.loss = context.age.loss || then.loss;
+    }
     if (bot.settled_tick() < 0 || record.tick() < bot.settled_tick()) {
         ++tally.skipped_unsettled;
     } else if (view.tick() - record.tick() > view::EntityStore::kHistoryTicks) {
         ++tally.skipped_late;
-    } else if (!context.age.measured || bot.arrivals().newest_tick() < record.tick()) {
+    } else if (!shown_at) {
+        ++tally.skipped_undisplayed;
+    } else if (!context.age.measured || bot.arrivals().newest_tick() < context.shown_at) {
         ++tally.skipped_unmeasured;
     } else {
         tally.news_age_s.add(context.age.age_s);
@@ -144,6 +159,10 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     previous_tick_ = record.tick();
 }
 
+const view::Version* Auditor::held(const Context& context, const view::Entity& entity, Tick tick) {
+    return context.bot->view()->held(entity, tick, context.shown_at + tick - context.tick);
+}
+
 void Auditor::compare_entity(const Context& context,
                              const proto::AuditEntity& truth,
                              Tally& tally) {
@@ -153,7 +172,7 @@ void Auditor::compare_entity(const Context& context,
     }
     const view::Entity* entity = context.bot->view()->store().find(id);
     const view::Version* version =
-        entity != nullptr ? view::EntityStore::version_at(*entity, context.tick) : nullptr;
+        entity != nullptr ? held(context, *entity, context.tick) : nullptr;
     if (version != nullptr && version->present) {
         if (context.tick - truth.discontinuity_tick() <= context.grace &&
             truth.discontinuity_tick() > 0) {
@@ -164,7 +183,7 @@ void Auditor::compare_entity(const Context& context,
             ++tally.skipped_leaving;
             return;
         }
-        compare_state(context, truth, *version, tally);
+        compare_state(context, truth, *entity, *version, tally);
         return;
     }
     const auto before = seen_.find(truth.entity());
@@ -202,8 +221,7 @@ bool Auditor::is_leaving(const Context& context,
     if (truth.must_know()) {
         return false;
     }
-    const view::Version* later =
-        view::EntityStore::version_at(entity, context.tick + context.grace);
+    const view::Version* later = held(context, entity, context.tick + context.grace);
     return later != nullptr && !later->present;
 }
 
@@ -216,8 +234,7 @@ double Auditor::promised_bound(const Context& context,
     const Tick then = context.tick - ago;
     const view::EntityStore& store = context.bot->view()->store();
     const view::Entity* entity = store.find(EntityId(truth.entity()));
-    const view::Version* version =
-        entity != nullptr ? view::EntityStore::version_at(*entity, then) : nullptr;
+    const view::Version* version = entity != nullptr ? held(context, *entity, then) : nullptr;
     const auto here = context.bot->view()->own().position_at(then);
     if (version == nullptr || !version->present || !here) {
         return now;
@@ -232,13 +249,15 @@ double Auditor::promised_bound(const Context& context,
 
 void Auditor::compare_state(const Context& context,
                             const proto::AuditEntity& truth,
+                            const view::Entity& entity,
                             const view::Version& version,
                             Tally& tally) const {
     const view::TypeInfo& type = context.world->types[truth.type()];
     const wire::Quantization& q = context.world->quantization;
     const view::EntityStore& store = context.bot->view()->store();
     const view::WorldState predicted = store.predicted(version, context.tick);
-    const view::WorldState displayed = store.displayed(version, context.tick);
+    const view::WorldState displayed =
+        context.bot->view()->displayed(entity, version, context.tick, context.shown_at);
     const Vec3d position(truth.position(0), truth.position(1), truth.position(2));
     const Quat orientation(
         truth.orientation(0), truth.orientation(1), truth.orientation(2), truth.orientation(3));
@@ -296,7 +315,7 @@ void Auditor::find_extra(const Context& context, Tally& tally) {
         return;
     }
     for (const auto& [id, entity] : context.bot->view()->store().entities()) {
-        const view::Version* version = view::EntityStore::version_at(entity, context.tick);
+        const view::Version* version = held(context, entity, context.tick);
         // In the view all the time between two records, and in neither of them.
         if (version == nullptr || !version->present || entity.present_since > previous_tick_ ||
             id == context.bot->avatar()) {

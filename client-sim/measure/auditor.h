@@ -47,11 +47,12 @@ struct Tally {
         usual_age_s;  ///< what the age would be on the same path if nothing were in the way
     std::uint64_t records = 0;
     std::uint64_t samples = 0;
-    std::uint64_t samples_after_loss = 0;  ///< of samples: judged with the allowance for a resend
-    std::uint64_t samples_stale = 0;       ///< of samples: judged with an age that is_stale()
-    std::uint64_t skipped_late = 0;        ///< records older than the history
-    std::uint64_t skipped_unsettled = 0;   ///< records before clock and view had settled
-    std::uint64_t skipped_unmeasured = 0;  ///< records without any packet around
+    std::uint64_t samples_after_loss = 0;   ///< of samples: judged with the allowance for a resend
+    std::uint64_t samples_stale = 0;        ///< of samples: judged with an age that is_stale()
+    std::uint64_t skipped_late = 0;         ///< records older than the history
+    std::uint64_t skipped_unsettled = 0;    ///< records before clock and view had settled
+    std::uint64_t skipped_undisplayed = 0;  ///< records of ticks that an interpolating view jumped
+    std::uint64_t skipped_unmeasured = 0;   ///< records without any packet around
     std::uint64_t skipped_discontinuity = 0;  ///< samples within D after a spawn or teleport
     std::uint64_t skipped_leaving = 0;        ///< samples of entities whose leaving was under way
     std::uint64_t position_violations = 0;
@@ -100,6 +101,7 @@ class Auditor {
         const bot::Bot* bot = nullptr;
         const view::World* world = nullptr;
         Tick tick = 0;
+        Tick shown_at = 0;  ///< the view tick at which `tick` was displayed
         link::NewsAge age;
         bool stale = false;
         Tick grace = 0;  ///< ticks that news of appearing or going may take
@@ -110,11 +112,16 @@ class Auditor {
     void compare_entity(const Context& context, const proto::AuditEntity& truth, Tally& tally);
     void compare_state(const Context& context,
                        const proto::AuditEntity& truth,
+                       const view::Entity& entity,
                        const view::Version& version,
                        Tally& tally) const;
     [[nodiscard]] bool is_leaving(const Context& context,
                                   const proto::AuditEntity& truth,
                                   const view::Entity& entity) const;
+    /// What the view held of an entity for a tick near the record's.
+    [[nodiscard]] static const view::Version* held(const Context& context,
+                                                   const view::Entity& entity,
+                                                   Tick tick);
     void find_extra(const Context& context, Tally& tally);
     void remember(const proto::AuditRecord& record);
     void compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record);

@@ -33,6 +33,13 @@ double allowed_orientation_error(const BoundInputs& inputs, bool character) {
     return std::min(std::numbers::pi + kAngleSlack, inputs.bound + inputs.quantum + turn);
 }
 
+double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s) {
+    if (now.loss || then.loss) {
+        return std::max(now.age_s, then.age_s);
+    }
+    return now.delay_s <= behind_s + kSlackS ? 0.0 : std::max(0.0, now.age_s - behind_s);
+}
+
 double usual_age_s(double least_rtt_s, double tick_s, bool loss) {
     return 0.5 * least_rtt_s + tick_s + (loss ? least_rtt_s + tick_s : 0.0);
 }

@@ -1,6 +1,7 @@
 // The promised bound: by how much a predicted state may differ from the truth, as a formula.
 #pragma once
 
+#include "client-sim/link/arrival_log.h"
 #include "client-sim/view/world.h"
 
 #include <limits>
@@ -26,6 +27,13 @@ double allowed_position_error(const BoundInputs& inputs, double a_max, double dv
 double allowed_orientation_error(const BoundInputs& inputs, bool character);
 
 inline constexpr double kMaxSpinRps = 40.0;
+
+/// D of a view that displayed a tick `behind_s` after the server had it: what old news can be short
+/// of. `now` is the age of news when the tick was displayed, `then` at the tick itself. Zero once
+/// all that was sent up to the tick had come (both neighbours are known then); where a packet was
+/// lost around either, news of a change may have been replaced by that of a later one and never
+/// come, so nothing is taken off.
+double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s);
 
 /// How old news is on a path that works: half its least round trip and a tick; where the newest was
 /// lost, a round trip and a tick more. s.

@@ -161,6 +161,7 @@ void Collector::sample_clocks(const Bots& bots, double) {
         }
         rtt_ms_.add(1e3 * clock.rtt_s());
         lead_ticks_.add(bot->lead_ticks());
+        view_delay_ticks_.add(static_cast<double>(bot->view()->delay()));
         clock_error_ms_.add(1e3 * std::abs(clock.offset_s() - best_offset));
         clock_bound_ms_ = std::max(clock_bound_ms_, 1e3 * (clock.error_bound_s() + 0.5 * best_rtt));
     }
@@ -311,6 +312,7 @@ Report Collector::report(const Bots& bots, std::size_t asked) const {
     r.own_correction_m = correction_m_;
     r.own_jump_m = jump_m_;
     r.lead_ticks = lead_ticks_;
+    r.view_delay_ticks = view_delay_ticks_;
     r.down_bytes_per_s = down_;
     r.up_bytes_per_s = up_;
     r.down_stream_bytes_per_s = stream_;

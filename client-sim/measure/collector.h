@@ -111,6 +111,7 @@ class Collector final : public bot::Observer {
     core::Histogram correction_m_;
     core::Histogram jump_m_;
     core::Histogram lead_ticks_;
+    core::Histogram view_delay_ticks_;
     core::Histogram down_;
     core::Histogram up_;
     core::Histogram stream_;

@@ -48,6 +48,7 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("audit_records", t.records);
     json.field("audits_skipped_late", t.skipped_late);
     json.field("audits_skipped_unsettled", t.skipped_unsettled);
+    json.field("audits_skipped_undisplayed", t.skipped_undisplayed);
     json.field("audits_skipped_unmeasured", t.skipped_unmeasured);
     json.field("samples_skipped_discontinuity", t.skipped_discontinuity);
     json.field("samples_skipped_leaving", t.skipped_leaving);
@@ -101,6 +102,8 @@ void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("publications_order_0", r.publications_by_order[0]);
     json.field("publications_order_1", r.publications_by_order[1]);
     json.field("publications_order_2", r.publications_by_order[2]);
+    json.field("publications_ballistic", r.publications_by_order[3]);
+    json.field("publications_turning", r.publications_by_order[4]);
     json.field("send_drops", r.send_drops);
     json.field("process_cpu_s", r.process_cpu_s);
 }
@@ -137,6 +140,8 @@ std::string to_json(const Report& r) {
     json.begin_object();
     json.field("behaviour", r.behaviour);
     json.field("convergence", r.convergence);
+    json.field("view", r.view);
+    json.field("predictor", r.predictor);
     json.field("seed", r.seed);
     json.field("bots_asked", r.bots_asked);
     json.field("bots_joined", r.bots_joined);
@@ -165,6 +170,7 @@ std::string to_json(const Report& r) {
     write_range(json, "own_correction_m", r.own_correction_m, true);
     json.field("own_jumps", r.own_jump_m.count());
     json.field("own_jump_m_max", r.own_jump_m.max());
+    write_range(json, "view_delay_ticks", r.view_delay_ticks, true);
     write_range(json, "input_lead_ticks", r.lead_ticks, true);
     write_transport(json, r);
     json.field("freeze_asked", r.freeze_asked);

@@ -15,6 +15,8 @@ namespace zoned::measure {
 struct Report {
     std::string behaviour;
     std::string convergence;
+    std::string view;       ///< extrapolate or interpolate
+    std::string predictor;  ///< what the view displays: the published kind of prediction, or none
     std::uint64_t seed = 0;
     std::uint64_t bots_asked = 0;
     std::uint64_t bots_joined = 0;
@@ -49,6 +51,7 @@ struct Report {
     core::Histogram
         own_jump_m;  ///< likewise where the avatar was put elsewhere: spawned, teleported
     core::Histogram lead_ticks;
+    core::Histogram view_delay_ticks;  ///< how far an interpolating view is behind the server
 
     std::uint64_t packets_lost = 0;
     std::uint64_t packets_received = 0;

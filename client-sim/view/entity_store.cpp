@@ -3,6 +3,7 @@
 #include "shared/motion/dead_reckoning.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace zoned::view {
@@ -14,10 +15,10 @@ constexpr Tick kTombstoneTicks = 1800;
 
 }  // namespace
 
-EntityStore::EntityStore(const World& world, motion::ConvergenceMethod method, bool keep_history)
+EntityStore::EntityStore(const World& world, const DisplaySettings& settings)
     : world_(&world),
-      method_(method),
-      keep_history_(keep_history) {
+      settings_(settings) {
+    settings_.keep_history = settings.keep_history || settings.past;
 }
 
 Vec3d EntityStore::origin(ZoneId zone) const {
@@ -105,31 +106,66 @@ Applied EntityStore::apply(const Record& record, const wire::QuantizedState& sta
                 entity.heard_s = record.now_s;
                 entity.confirmed = true;
             }
-            return Applied::kOld;
+            return again ? Applied::kOld : keep_late(entity, record, state);
         }
     }
     show(entity, record, state);
     return Applied::kShown;
 }
 
+Version EntityStore::version_of(const Entity& entity,
+                                const Record& record,
+                                const wire::QuantizedState& state) const {
+    Version version;
+    version.from_tick = record.view_tick + 1;
+    version.present = true;
+    version.zone = record.zone;
+    version.lod = record.head.lod;
+    version.publication_tick = record.publication_tick;
+    version.event_tick = record.publication_tick;
+    version.sequence = record.sequence;
+    version.quantized = state;
+    version.state = wire::dequantize(state, upright(entity.type), world_->quantization);
+    return version;
+}
+
+/// A publication that was overtaken held until that of the same stream which overtook it.
+Applied EntityStore::keep_late(Entity& entity,
+                               const Record& record,
+                               const wire::QuantizedState& state) {
+    const Version& newest = entity.versions.back();
+    const auto same = [&](const Version& v) {
+        return v.publication_tick == record.publication_tick && v.zone == record.zone &&
+               v.lod == record.head.lod;
+    };
+    const bool known = std::any_of(entity.versions.begin(), entity.versions.end(), same) ||
+                       std::any_of(entity.late.begin(), entity.late.end(), same);
+    if (!settings_.past || known || !newest.present || newest.zone != record.zone ||
+        newest.lod != record.head.lod ||
+        record.publication_tick < record.view_tick - kHistoryTicks) {
+        return Applied::kOld;
+    }
+    std::erase_if(entity.late,
+                  [&](const Version& v) { return v.from_tick < record.view_tick - kHistoryTicks; });
+    entity.late.push_back(version_of(entity, record, state));
+    return Applied::kLate;
+}
+
 void EntityStore::show(Entity& entity, const Record& record, const wire::QuantizedState& state) {
-    Version next;
-    next.from_tick = record.view_tick + 1;
-    next.present = true;
-    next.zone = record.zone;
-    next.lod = record.head.lod;
-    next.publication_tick = record.publication_tick;
-    next.sequence = record.sequence;
-    next.quantized = state;
-    next.state = wire::dequantize(state, upright(entity.type), world_->quantization);
+    Version next = version_of(entity, record, state);
+    const bool same_stream = entity.present() && entity.versions.back().zone == next.zone &&
+                             entity.versions.back().lod == next.lod;
+    if (!same_stream) {
+        next.event_tick = std::max(record.packet_tick, record.publication_tick);
+    }
     if (entity.present()) {
         const Version& before = entity.versions.back();
         motion::KinematicState shown = local_display(before, record.view_tick);
         if (before.zone != next.zone) {
             shown.position += (origin(before.zone) - origin(next.zone)).cast<float>();
         }
-        const motion::KinematicState now = local_prediction(next, record.view_tick);
-        next.converging = method_ != motion::ConvergenceMethod::kSnap &&
+        const motion::KinematicState now = local_base(next, record.view_tick);
+        next.converging = settings_.convergence != motion::ConvergenceMethod::kSnap &&
                           (shown.position - now.position).norm() < kSnapM;
         next.convergence.begin(shown, now, next.converging ? kBlendS : 0.0F);
     } else {
@@ -141,7 +177,7 @@ void EntityStore::show(Entity& entity, const Record& record, const wire::Quantiz
     push_version(entity, next, record.view_tick);
 }
 
-bool EntityStore::remove(EntityId id, std::uint64_t sequence, Tick view_tick) {
+bool EntityStore::remove(EntityId id, std::uint64_t sequence, Tick packet_tick, Tick view_tick) {
     const auto found = entities_.find(id);
     if (found == entities_.end()) {
         // The remove overtook the first record: remembered, so that the late record stays out.
@@ -150,6 +186,7 @@ bool EntityStore::remove(EntityId id, std::uint64_t sequence, Tick view_tick) {
         }
         Version gone;
         gone.from_tick = view_tick + 1;
+        gone.event_tick = packet_tick;
         gone.sequence = sequence;
         entities_[id].versions.push_back(gone);
         return false;
@@ -168,6 +205,7 @@ bool EntityStore::remove(EntityId id, std::uint64_t sequence, Tick view_tick) {
     }
     Version gone;
     gone.from_tick = view_tick + 1;
+    gone.event_tick = packet_tick;
     gone.sequence = sequence;
     --present_count_;
     push_version(entity, gone, view_tick);
@@ -176,11 +214,12 @@ bool EntityStore::remove(EntityId id, std::uint64_t sequence, Tick view_tick) {
 
 void EntityStore::push_version(Entity& entity, Version version, Tick view_tick) {
     std::vector<Version>& versions = entity.versions;
-    if (!keep_history_) {
+    if (!settings_.keep_history) {
         versions.clear();
     } else {
         // Between two evaluations only the newest counts: nothing else was ever displayed.
-        if (!versions.empty() && versions.back().from_tick >= version.from_tick) {
+        if (!settings_.past && !versions.empty() &&
+            versions.back().from_tick >= version.from_tick) {
             versions.pop_back();
         }
         std::size_t old = 0;
@@ -214,6 +253,7 @@ std::size_t EntityStore::end_reset(Tick view_tick) {
         if (!entity.confirmed && entity.present()) {
             Version end;
             end.from_tick = view_tick + 1;
+            end.event_tick = view_tick + 1;
             end.sequence = entity.versions.back().sequence;
             --present_count_;
             push_version(entity, end, view_tick);
@@ -233,9 +273,35 @@ const Version* EntityStore::version_at(const Entity& entity, Tick tick) {
     return nullptr;
 }
 
-motion::KinematicState EntityStore::local_prediction(const Version& version, Tick tick) const {
+const Version* EntityStore::implied(const Entity& entity, Tick tick, Tick known_by) {
+    const Version* found = nullptr;
+    const auto look = [&](const Version& v) {
+        if (v.from_tick <= known_by && v.event_tick <= tick &&
+            (found == nullptr || v.event_tick >= found->event_tick)) {
+            found = &v;
+        }
+    };
+    std::for_each(entity.late.begin(), entity.late.end(), look);
+    std::for_each(entity.versions.begin(), entity.versions.end(), look);
+    return found;
+}
+
+const Version* EntityStore::following(const Entity& entity, Tick tick, Tick known_by) {
+    const Version* found = nullptr;
+    const auto look = [&](const Version& v) {
+        if (v.from_tick <= known_by && v.event_tick > tick &&
+            (found == nullptr || v.event_tick < found->event_tick)) {
+            found = &v;
+        }
+    };
+    std::for_each(entity.late.begin(), entity.late.end(), look);
+    std::for_each(entity.versions.begin(), entity.versions.end(), look);
+    return found;
+}
+
+motion::KinematicState EntityStore::local_prediction(const Version& version, double tick) const {
     // News from the future (a clock estimate that runs late) is shown as it came.
-    const Tick elapsed = std::max<Tick>(0, tick - version.publication_tick);
+    const double elapsed = std::max(0.0, tick - static_cast<double>(version.publication_tick));
     // At rest nothing depends on how long ago that was (and the tick's low bits may have come
     // round).
     if (version.quantized.at_rest) {
@@ -246,19 +312,73 @@ motion::KinematicState EntityStore::local_prediction(const Version& version, Tic
                            static_cast<float>(elapsed) * static_cast<float>(world_->tick_s));
 }
 
+motion::KinematicState EntityStore::local_base(const Version& version, double tick) const {
+    return settings_.shows == Shows::kPredicted
+               ? local_prediction(version, tick)
+               : motion::predict(version.state, motion::PredictorOrder::kStatic, 0.0F);
+}
+
 motion::KinematicState EntityStore::local_display(const Version& version, Tick tick) const {
-    const motion::KinematicState now = local_prediction(version, tick);
+    const motion::KinematicState now = local_base(version, static_cast<double>(tick));
     if (!version.converging) {
         return now;
     }
     const Tick begun = version.from_tick - 1;
     const float elapsed =
         static_cast<float>(std::max<Tick>(0, tick - begun)) * static_cast<float>(world_->tick_s);
-    return version.convergence.display(method_, now, elapsed);
+    return version.convergence.display(settings_.convergence, now, elapsed);
+}
+
+std::optional<WorldState> EntityStore::interpolated(const Entity& entity,
+                                                    double tick,
+                                                    Tick known_by,
+                                                    double* owed_m) const {
+    const auto whole = static_cast<Tick>(std::floor(tick));
+    const Version* held = implied(entity, whole, known_by);
+    if (held == nullptr || !held->present) {
+        return std::nullopt;
+    }
+    motion::KinematicState shown = local_prediction(*held, tick);
+    const Version* next = following(entity, whole, known_by);
+    double owed = 0.0;
+    if (next != nullptr && next->present) {
+        const Tick lead = std::min(kLeadTicks, next->event_tick - held->event_tick);
+        const double left = static_cast<double>(next->event_tick) - tick;
+        const auto meeting = static_cast<double>(next->event_tick);
+        motion::KinematicState there = local_prediction(*next, meeting);
+        there.position += (origin(next->zone) - origin(held->zone)).cast<float>();
+        motion::KinematicState here = local_prediction(*held, meeting);
+        const float jump = (there.position - here.position).norm();
+        if (left < static_cast<double>(lead) && jump < kSnapM) {
+            // Convergence from the next publication back to what holds, in a time that runs
+            // backwards: so velocities change their sign.
+            there.velocity = -there.velocity;
+            here.velocity = -here.velocity;
+            const auto tick_s = static_cast<float>(world_->tick_s);
+            const float period_s = static_cast<float>(lead) * tick_s;
+            const float ago_s = static_cast<float>(left) * tick_s;
+            motion::Convergence back;
+            back.begin(there, here, period_s);
+            shown.velocity = -shown.velocity;
+            shown = back.display(motion::ConvergenceMethod::kHermite, shown, ago_s);
+            shown.velocity = -shown.velocity;
+            owed = static_cast<double>(
+                motion::Convergence::owed(motion::ConvergenceMethod::kHermite,
+                                          jump,
+                                          ago_s,
+                                          period_s,
+                                          (there.velocity - here.velocity).norm()));
+        }
+    }
+    if (owed_m != nullptr) {
+        *owed_m = owed;
+    }
+    return WorldState{
+        origin(held->zone) + shown.position.cast<double>(), shown.orientation, shown.velocity};
 }
 
 WorldState EntityStore::predicted(const Version& version, Tick tick) const {
-    const motion::KinematicState local = local_prediction(version, tick);
+    const motion::KinematicState local = local_prediction(version, static_cast<double>(tick));
     return {
         origin(version.zone) + local.position.cast<double>(), local.orientation, local.velocity};
 }

@@ -22,6 +22,9 @@ struct Version {
     ZoneId zone;           ///< whose local coordinates `state` uses
     std::uint8_t lod = 0;
     Tick publication_tick = 0;
+    /// From which server tick on it holds: that of the publication; of the packet where the entity
+    /// appears, goes or passes to another stream.
+    Tick event_tick = 0;
     std::uint64_t sequence = 0;  ///< of the newest packet that carried it (or removed the entity)
     wire::QuantizedState quantized;
     motion::KinematicState state;     ///< dequantised
@@ -44,6 +47,7 @@ struct Entity {
     double heard_s = 0.0;           ///< local time of the newest record
     bool confirmed = true;          ///< heard again since the last view reset
     std::vector<Version> versions;  ///< ascending by from_tick; the last one holds now
+    std::vector<Version> late;      ///< came after newer ones; for views that show the past
     std::vector<Keyframe> keyframes;
 
     [[nodiscard]] bool present() const { return !versions.empty() && versions.back().present; }
@@ -58,8 +62,22 @@ struct WorldState {
 
 enum class Applied : std::uint8_t {
     kShown,  ///< a new publication is in the view
+    kLate,   ///< older than what is shown, of use to a view that shows the past
     kOld,    ///< known already, or older than what is shown
     kNoKeyframe,
+};
+
+/// What is displayed for a publication.
+enum class Shows : std::uint8_t {
+    kPredicted,  ///< dead reckoning by the kind of prediction that it names
+    kPublished,  ///< the published state, unmoved until the next: how much the prediction is worth
+};
+
+struct DisplaySettings {
+    motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
+    Shows shows = Shows::kPredicted;
+    bool keep_history = false;  ///< needed for audits
+    bool past = false;          ///< the view shows the past: every publication counts
 };
 
 /// Publications are ordered as follows. Within a stream (zone, LOD) by publication tick; between
@@ -73,12 +91,13 @@ class EntityStore {
     /// More entities than this in one view is an attack.
     static constexpr std::size_t kMaxEntities = 65536;
 
-    EntityStore(const World& world, motion::ConvergenceMethod method, bool keep_history);
+    EntityStore(const World& world, const DisplaySettings& settings);
 
     struct Record {
         wire::RecordHead head;
         std::uint64_t sequence = 0;  ///< of the packet; ascends per client, across zones
         Tick publication_tick = 0;
+        Tick packet_tick = 0;
         ZoneId zone;
         Tick view_tick = 0;  ///< newest tick evaluated: the record shows from the next one on
         double now_s = 0.0;
@@ -92,7 +111,7 @@ class EntityStore {
 
     /// An absolute record becomes a keyframe; both kinds become the shown publication if newest.
     Applied apply(const Record& record, const wire::QuantizedState& state);
-    bool remove(EntityId entity, std::uint64_t sequence, Tick view_tick);
+    bool remove(EntityId entity, std::uint64_t sequence, Tick packet_tick, Tick view_tick);
     /// A removed entity keeps its keyframes for a while; forgets the stale ones.
     void prune(Tick view_tick);
     /// All that is shown must be heard again ...
@@ -111,6 +130,22 @@ class EntityStore {
     /// What was on the screen: prediction and what convergence still owes.
     [[nodiscard]] WorldState displayed(const Version& version, Tick tick) const;
 
+    /// The version that held at server tick `tick` by all that was known at view tick `known_by`;
+    /// for views that show the past. Its prediction for `tick` is within the promised bound then,
+    /// as no newer publication holds yet (nullptr: none, or forgotten).
+    [[nodiscard]] static const Version* implied(const Entity& entity, Tick tick, Tick known_by);
+    /// The first version after `tick` that was known at view tick `known_by`, or nullptr.
+    [[nodiscard]] static const Version* following(const Entity& entity, Tick tick, Tick known_by);
+    /// What an interpolating view displays for `tick` (with its fraction) at view tick `known_by`:
+    /// the prediction of the implied version, led to the following one within the last kLeadTicks
+    /// before that holds: a cubic Hermite spline in their difference, continuous in position and
+    /// velocity at both ends. nullopt: not in the view. `owed_m` receives how far that may be off
+    /// the prediction (Convergence::owed).
+    [[nodiscard]] std::optional<WorldState> interpolated(const Entity& entity,
+                                                         double tick,
+                                                         Tick known_by,
+                                                         double* owed_m = nullptr) const;
+
     [[nodiscard]] bool upright(TypeIndex type) const {
         return type < world_->types.size() && world_->types[type].upright;
     }
@@ -119,19 +154,27 @@ class EntityStore {
     static constexpr float kBlendS = 0.15F;
     /// Larger jumps are teleports: shown at once.
     static constexpr float kSnapM = 4.0F;
+    /// An interpolating view begins so many ticks ahead to lead to the next publication.
+    static constexpr Tick kLeadTicks = 3;
 
   private:
     void store_keyframe(Entity& entity, const Record& record, const wire::QuantizedState& state);
     [[nodiscard]] static bool newer(const Version& shown, const Record& record);
     void show(Entity& entity, const Record& record, const wire::QuantizedState& state);
     void push_version(Entity& entity, Version version, Tick view_tick);
-    [[nodiscard]] motion::KinematicState local_prediction(const Version& version, Tick tick) const;
+    Applied keep_late(Entity& entity, const Record& record, const wire::QuantizedState& state);
+    [[nodiscard]] Version version_of(const Entity& entity,
+                                     const Record& record,
+                                     const wire::QuantizedState& state) const;
+    [[nodiscard]] motion::KinematicState local_prediction(const Version& version,
+                                                          double tick) const;
+    /// What convergence leads to: the prediction, or the publication itself (DisplaySettings).
+    [[nodiscard]] motion::KinematicState local_base(const Version& version, double tick) const;
     [[nodiscard]] motion::KinematicState local_display(const Version& version, Tick tick) const;
     [[nodiscard]] Vec3d origin(ZoneId zone) const;
 
     const World* world_;
-    motion::ConvergenceMethod method_;
-    bool keep_history_;
+    DisplaySettings settings_;
     std::map<EntityId, Entity> entities_;
     std::size_t present_count_ = 0;
 };

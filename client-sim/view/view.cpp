@@ -1,6 +1,7 @@
 #include "client-sim/view/view.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace zoned::view {
@@ -9,17 +10,72 @@ View::View(std::shared_ptr<const World> world, const ViewSettings& settings, Vie
     : world_(std::move(world)),
       settings_(settings),
       listener_(listener),
-      store_(*world_, settings.convergence, settings.keep_history),
+      store_(*world_, display_settings()),
       own_(*world_),
       bursts_(*world_) {
 }
 
+DisplaySettings View::display_settings() const {
+    const bool past = settings_.kind == ViewKind::kInterpolate;
+    return {settings_.convergence, settings_.shows, settings_.keep_history, past};
+}
+
 void View::evaluate(Tick tick) {
-    tick_ = std::max(tick_, tick);
+    if (tick <= tick_) {
+        return;
+    }
+    if (settings_.kind == ViewKind::kInterpolate) {
+        // After a stall of this process there is nothing to be displayed of the time between.
+        const bool in_turn = playout_.running() && tick - tick_ <= Playout::kMaxDelay;
+        for (Tick t = in_turn ? tick_ + 1 : tick; t <= tick; ++t) {
+            playout_.advance(t);
+        }
+    }
+    tick_ = tick;
+}
+
+Tick View::displayed_tick() const {
+    return settings_.kind == ViewKind::kInterpolate
+               ? static_cast<Tick>(std::floor(playout_.position()))
+               : tick_;
+}
+
+std::optional<Tick> View::shown_at(Tick tick) const {
+    return settings_.kind == ViewKind::kInterpolate ? playout_.shown_at(tick)
+                                                    : std::optional<Tick>(tick);
+}
+
+const Version* View::held(const Entity& entity, Tick tick, Tick known_by) const {
+    return settings_.kind == ViewKind::kInterpolate ? EntityStore::implied(entity, tick, known_by)
+                                                    : EntityStore::version_at(entity, tick);
+}
+
+WorldState View::displayed(const Entity& entity,
+                           const Version& version,
+                           Tick tick,
+                           Tick known_by) const {
+    if (settings_.kind == ViewKind::kInterpolate) {
+        const auto shown = store_.interpolated(entity, static_cast<double>(tick), known_by);
+        if (shown) {
+            return *shown;
+        }
+    }
+    return store_.displayed(version, tick);
+}
+
+std::optional<WorldState> View::on_screen(const Entity& entity) const {
+    if (settings_.kind == ViewKind::kInterpolate) {
+        return store_.interpolated(entity, playout_.position(), tick_);
+    }
+    const Version* version = EntityStore::version_at(entity, tick_);
+    return version != nullptr && version->present
+               ? std::optional<WorldState>(store_.displayed(*version, tick_))
+               : std::nullopt;
 }
 
 void View::clear() {
-    store_ = EntityStore(*world_, settings_.convergence, settings_.keep_history);
+    store_ = EntityStore(*world_, display_settings());
+    playout_ = Playout();
     own_ = OwnAvatar(*world_);
     bursts_.clear();
     zone_ = {};
@@ -55,11 +111,13 @@ Correction View::apply(const link::OpenedPacket& packet, double now_s) {
         }
     }
     wire::RecordReader reader(packet.records, world_->quantization);
+    oldest_news_ = packet.head.tick;
     while (!reader.done()) {
         if (!apply_record(reader, packet, now_s)) {
             break;
         }
     }
+    playout_.on_news(tick_ + 1 - oldest_news_);
     return correction;
 }
 
@@ -92,13 +150,14 @@ bool View::apply_record(wire::RecordReader& reader,
     ++stats_.records;
     if (head->kind == wire::RecordKind::kRemove) {
         ++stats_.removes;
-        store_.remove(head->entity, packet.sequence, tick_);
+        store_.remove(head->entity, packet.sequence, packet.head.tick, tick_);
         return true;
     }
     EntityStore::Record record;
     record.head = *head;
     record.sequence = packet.sequence;
     record.publication_tick = wire::expand_tick(head->tick_low, packet.head.tick);
+    record.packet_tick = packet.head.tick;
     record.zone = packet.head.zone;
     record.view_tick = tick_;
     record.now_s = now_s;
@@ -129,12 +188,19 @@ bool View::apply_record(wire::RecordReader& reader,
         diverged("malformed record");
         return false;
     }
-    if (store_.apply(record, *state) == Applied::kShown) {
+    const Applied applied = store_.apply(record, *state);
+    if (applied == Applied::kShown) {
         ++stats_.shown;
         ++stats_.by_order[static_cast<std::size_t>(state->order) % stats_.by_order.size()];
+        const Version& shown = store_.find(head->entity)->versions.back();
+        oldest_news_ = std::min(oldest_news_, shown.event_tick);
         if (listener_ != nullptr) {
-            listener_->on_shown(head->entity, record.publication_tick, tick_ + 1);
+            listener_->on_shown(head->entity,
+                                record.publication_tick,
+                                std::max(tick_ + 1, record.publication_tick + delay()));
         }
+    } else if (applied == Applied::kLate) {
+        oldest_news_ = std::min(oldest_news_, record.publication_tick);
     }
     return true;
 }

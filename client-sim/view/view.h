@@ -5,12 +5,14 @@
 #include "client-sim/view/bursts.h"
 #include "client-sim/view/entity_store.h"
 #include "client-sim/view/own_avatar.h"
+#include "client-sim/view/playout.h"
 #include "client-sim/view/world.h"
 #include "shared/wire/publication.h"
 
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace zoned::view {
@@ -23,9 +25,17 @@ class ViewListener {
     virtual void on_shown(EntityId entity, Tick publication_tick, Tick from_tick) = 0;
 };
 
+enum class ViewKind : std::uint8_t {
+    kExtrapolate,  ///< displays the server's present tick: dead reckoning to now, then convergence
+    kInterpolate,  ///< displays a tick so far back that its news has come (Playout): no prediction
+                   ///< is ever wrong by more than the bound, at the price of that delay
+};
+
 struct ViewSettings {
     motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
     bool keep_history = false;  ///< needed for audits
+    ViewKind kind = ViewKind::kExtrapolate;
+    Shows shows = Shows::kPredicted;  ///< of an extrapolating view
 };
 
 struct ViewStats {
@@ -78,6 +88,33 @@ class View {
 
     [[nodiscard]] const EntityStore& store() const { return store_; }
 
+    [[nodiscard]] ViewKind kind() const { return settings_.kind; }
+
+    /// By how many ticks the view wants to be behind the server: 0 for an extrapolating one.
+    [[nodiscard]] Tick delay() const {
+        return settings_.kind == ViewKind::kInterpolate ? playout_.delay() : 0;
+    }
+
+    /// The newest tick that has been displayed.
+    [[nodiscard]] Tick displayed_tick() const;
+
+    /// At which view tick `tick` was displayed, thus by which news: itself for an extrapolating
+    /// view. None when it was not, or is forgotten.
+    [[nodiscard]] std::optional<Tick> shown_at(Tick tick) const;
+
+    /// What the view held of an entity for `tick` by what it knew at view tick `known_by`; nullptr:
+    /// nothing.
+    [[nodiscard]] const Version* held(const Entity& entity, Tick tick, Tick known_by) const;
+
+    /// What it displayed of the entity for `tick`, likewise; `version` is what it held.
+    [[nodiscard]] WorldState displayed(const Entity& entity,
+                                       const Version& version,
+                                       Tick tick,
+                                       Tick known_by) const;
+
+    /// What is on the screen now, of an entity that is displayed.
+    [[nodiscard]] std::optional<WorldState> on_screen(const Entity& entity) const;
+
     [[nodiscard]] const World& world() const { return *world_; }
 
     [[nodiscard]] const Bursts& bursts() const { return bursts_; }
@@ -94,15 +131,18 @@ class View {
   private:
     bool apply_record(wire::RecordReader& reader, const link::OpenedPacket& packet, double now_s);
     void diverged(const char* reason);
+    [[nodiscard]] DisplaySettings display_settings() const;
 
     std::shared_ptr<const World> world_;
     ViewSettings settings_;
     ViewListener* listener_;
     EntityStore store_;
     OwnAvatar own_;
+    Playout playout_;
     Bursts bursts_;
     ViewStats stats_;
     Tick tick_ = 0;
+    Tick oldest_news_ = 0;  // of the packet being applied: the earliest tick that its news is about
     ZoneId zone_;
     std::uint64_t newest_sequence_ = 0;
     std::string wish_;

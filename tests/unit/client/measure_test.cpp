@@ -42,6 +42,22 @@ TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfNews) {
                      0.11 + kMaxSpinRps * 0.02);
 }
 
+TEST(PastAge, IsNothingOnceAllNewsOfTheDisplayedTickHasCome) {
+    const link::NewsAge age{0.040, 0.040 + kTick, false, true};
+    EXPECT_EQ(past_age_s(age, age, 0.040), 0.0);
+    EXPECT_EQ(past_age_s(age, age, 0.2), 0.0);
+    // A tick that was displayed too early lacks what is younger than that.
+    EXPECT_DOUBLE_EQ(past_age_s(age, age, 0.030), 0.010 + kTick);
+    EXPECT_DOUBLE_EQ(past_age_s(age, age, 0.0), age.age_s);
+}
+
+TEST(PastAge, IsTheWholeAgeAfterALoss) {
+    const link::NewsAge good{0.040, 0.040 + kTick, false, true};
+    const link::NewsAge bad{0.040, 0.180, true, true};
+    EXPECT_DOUBLE_EQ(past_age_s(good, bad, 0.2), 0.180);
+    EXPECT_DOUBLE_EQ(past_age_s(bad, good, 0.2), 0.180);
+}
+
 /// Packets of consecutive ticks, each `delay` old when it comes.
 link::ArrivalLog steady(std::uint64_t count, double delay, std::vector<std::uint64_t> missing) {
     link::ArrivalLog log;

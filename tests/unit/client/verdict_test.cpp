@@ -29,6 +29,8 @@ struct VerdictTest : testing::Test {
             settings.index = i;
             settings.behaviour = bot::Behaviour::kIdle;
             settings.audit_every_s = 0.5;
+            settings.view = kind;
+            settings.convergence = convergence;
             bots.push_back(
                 std::make_unique<bot::Bot>(*servers.back(), worlds, *collector, settings));
             bots.back()->start(0.0);
@@ -75,6 +77,8 @@ struct VerdictTest : testing::Test {
 
     test::FakeServer& server() { return *servers.front(); }
 
+    view::ViewKind kind = view::ViewKind::kExtrapolate;
+    motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
     view::WorldCache worlds;
     std::unique_ptr<Collector> collector;
     std::vector<std::unique_ptr<test::FakeServer>> servers;
@@ -118,6 +122,128 @@ TEST_F(VerdictTest, IsConsistentOverABadPath) {
     EXPECT_TRUE(r.consistent) << all(r);
     EXPECT_GT(r.audit.samples_after_loss, 0U);
     EXPECT_GT(r.packets_lost, 0U);
+}
+
+struct InterpolatingVerdictTest : VerdictTest {
+    InterpolatingVerdictTest() { kind = view::ViewKind::kInterpolate; }
+};
+
+TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfNews) {
+    link::ConditionerSettings path;
+    path.delay_s = 0.080;
+    make(2, path);
+    run_for(3.0);
+    // Sudden changes: an extrapolating view is off by 3 m/s times the age of its news.
+    for (int i = 0; i < 30; ++i) {
+        for (auto& s : servers) {
+            for (auto& [id, e] : s->entities) {
+                e.truth.velocity.x() = -e.truth.velocity.x();
+                e.truth.velocity.y() = i % 2 == 0 ? 1.0F : -1.0F;
+            }
+        }
+        run_for(0.21);
+    }
+    run_for(1.0);
+    const Report r = finish();
+    EXPECT_TRUE(r.consistent) << all(r);
+    EXPECT_GT(r.audit.samples, 100U);
+    // But for the first second, in which clock and playout settle.
+    EXPECT_EQ(r.audit.news_age_s.percentile(0.8), 0.0);
+    // The bound of 0.05 m and the quantum of sqrt(3) / 2 cm; the fake server publishes when the
+    // position has left the bound, as the real one does.
+    EXPECT_LT(r.audit.predicted_m.max(), 0.05 + 0.0087 + 1e-4);
+    EXPECT_GE(bots[0]->view()->delay(), 3);
+    EXPECT_LE(bots[0]->view()->delay(), 5);
+}
+
+TEST_F(InterpolatingVerdictTest, IsConsistentOverABadPath) {
+    link::ConditionerSettings path;
+    path.delay_s = 0.060;
+    path.jitter_s = 0.020;
+    path.loss = 0.05;
+    path.duplicate = 0.02;
+    path.reorder = 0.05;
+    make(3, path);
+    run_for(3.0);
+    for (int i = 0; i < 20; ++i) {
+        for (auto& s : servers) {
+            for (auto& [id, e] : s->entities) {
+                e.truth.velocity.x() = -e.truth.velocity.x();
+            }
+        }
+        run_for(0.37);
+    }
+    const Report r = finish();
+    EXPECT_TRUE(r.consistent) << all(r);
+    EXPECT_GT(r.audit.samples, 100U);
+    EXPECT_GT(r.audit.samples_after_loss, 0U);
+}
+
+TEST_F(InterpolatingVerdictTest, FindsAPositionBeyondItsBound) {
+    link::ConditionerSettings path;
+    path.delay_s = 0.060;
+    make(1, path);
+    run_for(3.0);
+    // Less than what an extrapolating view of the same path is allowed (0.05 m + 20 m/s2 D^2 / 2).
+    server().entities[4].lie = Vec3(0.0F, 0.07F, 0.0F);
+    run_for(3.0);
+    const Report r = finish();
+    EXPECT_TRUE(has_reason(r, "bound:")) << all(r);
+    ASSERT_FALSE(r.audit.worst.empty());
+    EXPECT_EQ(r.audit.worst.front().entity, EntityId(4));
+    EXPECT_EQ(r.audit.missing + r.audit.extra, 0U);
+}
+
+TEST_F(InterpolatingVerdictTest, ToleratesAnErrorWithinTheBound) {
+    make();
+    run_for(3.0);
+    server().entities[4].lie = Vec3(0.0F, 0.04F, 0.0F);
+    run_for(3.0);
+    const Report r = finish();
+    EXPECT_TRUE(r.consistent) << all(r);
+}
+
+TEST_F(InterpolatingVerdictTest, FindsAHiddenEntity) {
+    make();
+    run_for(3.0);
+    server().entities[4].hidden_from_client = true;
+    run_for(3.0);
+    const Report r = finish();
+    EXPECT_TRUE(has_reason(r, "missing:")) << all(r);
+    EXPECT_EQ(r.audit.position_violations + r.audit.extra, 0U);
+}
+
+TEST_F(InterpolatingVerdictTest, FindsALeak) {
+    make();
+    run_for(3.0);
+    server().entities[4].leaked = true;
+    run_for(3.0);
+    const Report r = finish();
+    EXPECT_TRUE(has_reason(r, "leak:")) << all(r);
+    EXPECT_EQ(r.audit.position_violations + r.audit.missing, 0U);
+}
+
+TEST_F(InterpolatingVerdictTest, ConvergesExactlyInAFrozenWorld) {
+    make();
+    run_for(3.0);
+    server().frozen = true;
+    run_for(1.5);
+    EXPECT_EQ(collector->convergence(bots).converged, 1U);
+    server().entities[3].lie = Vec3(0.01F, 0.0F, 0.0F);
+    run_for(1.5);
+    EXPECT_EQ(collector->convergence(bots).converged, 0U);
+}
+
+TEST_F(VerdictTest, IsConsistentWithHermiteConvergenceOverABadPath) {
+    convergence = motion::ConvergenceMethod::kHermite;
+    link::ConditionerSettings path;
+    path.delay_s = 0.060;
+    path.jitter_s = 0.020;
+    path.loss = 0.05;
+    make(2, path);
+    run_for(8.0);
+    const Report r = finish();
+    EXPECT_TRUE(r.consistent) << all(r);
 }
 
 TEST_F(VerdictTest, FindsAPositionBeyondItsBound) {

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace zoned::view {
 namespace {
 
@@ -30,7 +32,8 @@ wire::QuantizedState quantized(const motion::KinematicState& s) {
 
 /// Builds packets by hand.
 struct ViewTest : testing::Test {
-    ViewTest() : view(fake_world(), {motion::ConvergenceMethod::kLinear, true}, nullptr) {}
+    explicit ViewTest(ViewKind kind = ViewKind::kExtrapolate)
+        : view(fake_world(), {motion::ConvergenceMethod::kLinear, true, kind}, nullptr) {}
 
     void absolute(std::uint32_t id,
                   Tick tick,
@@ -446,6 +449,92 @@ TEST_F(OwnAvatarTest, SendsTheNewestCommandsInOrder) {
     for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_EQ(newest[i], command(107 + static_cast<Tick>(i)));
     }
+}
+
+struct InterpolatingViewTest : ViewTest {
+    InterpolatingViewTest() : ViewTest(ViewKind::kInterpolate) {}
+
+    /// Ticks pass; nothing comes.
+    void until(Tick tick) {
+        for (Tick t = view.tick() + 1; t <= tick; ++t) {
+            view.evaluate(t);
+        }
+    }
+
+    double shown_x(std::uint32_t id, double tick) const {
+        const Entity* e = view.store().find(EntityId(id));
+        const auto shown = view.store().interpolated(*e, tick, view.tick(), &owed);
+        return shown ? shown->position.x() : -1e9;
+    }
+
+    mutable double owed = 0.0;
+};
+
+TEST_F(InterpolatingViewTest, HoldsThePredictionUntilTheNextPublicationAndLeadsToIt) {
+    view.evaluate(103);
+    absolute(5, 100, moving(10.0F, 3.0F), 0);
+    deliver(1, 100);
+    until(113);
+    absolute(5, 110, moving(11.05F, 0.0F), 1);
+    deliver(2, 110);
+    until(114);
+    // The prediction of the first, 3 m/s, holds until shortly before the second.
+    EXPECT_NEAR(shown_x(5, 106.0), 10.6, 0.006);
+    EXPECT_EQ(owed, 0.0);
+    // Then it leads to it, within what it owes, and is there when it holds.
+    double before = shown_x(5, 107.0);
+    for (double tick = 107.0; tick < 110.0; tick += 0.1) {
+        const double x = shown_x(5, tick);
+        const double implied = 10.0 + 0.1 * (tick - 100.0);
+        EXPECT_LE(std::abs(x - implied), owed + 0.006) << tick;
+        EXPECT_LT(std::abs(x - before), 0.03) << "no jump";
+        before = x;
+    }
+    EXPECT_NEAR(before, 11.05, 0.02);
+    EXPECT_NEAR(shown_x(5, 110.0), 11.05, 0.006);
+    // A cubic Hermite spline has the velocities of both ends, too.
+    const double h = 0.05;
+    EXPECT_NEAR((shown_x(5, 107.0 + h) - shown_x(5, 107.0)) / h, 0.1, 0.02);
+    EXPECT_NEAR((shown_x(5, 110.0 - 1e-6) - shown_x(5, 110.0 - h)) / h, 0.0, 0.02);
+}
+
+TEST_F(InterpolatingViewTest, ShowsAPublicationThatWasOvertakenFromItsTickOn) {
+    view.evaluate(101);
+    absolute(5, 100, moving(10.0F, 0.0F), 0);
+    deliver(1, 100);
+    absolute(5, 108, moving(30.0F, 0.0F), 2);
+    deliver(3, 108);
+    absolute(5, 104, moving(20.0F, 0.0F), 1);
+    deliver(2, 104);
+    until(115);
+    const Entity* e = view.store().find(EntityId(5));
+    EXPECT_EQ(EntityStore::implied(*e, 103, 115)->publication_tick, 100);
+    EXPECT_EQ(EntityStore::implied(*e, 106, 115)->publication_tick, 104);
+    EXPECT_EQ(EntityStore::implied(*e, 109, 115)->publication_tick, 108);
+    // What was not known yet cannot have been displayed.
+    EXPECT_EQ(EntityStore::implied(*e, 100, 101), nullptr);
+}
+
+TEST_F(InterpolatingViewTest, AnEntityGoesAtTheTickOfItsRemoval) {
+    view.evaluate(103);
+    absolute(5, 100, moving(10.0F, 3.0F), 0);
+    deliver(1, 100);
+    remove(5);
+    deliver(2, 110);
+    until(115);
+    EXPECT_GT(shown_x(5, 109.5), 0.0);
+    EXPECT_EQ(shown_x(5, 110.0), -1e9);
+}
+
+TEST_F(InterpolatingViewTest, ATeleportIsNotLedTo) {
+    view.evaluate(103);
+    absolute(5, 100, moving(10.0F, 0.0F), 0);
+    deliver(1, 100);
+    absolute(5, 110, moving(50.0F, 0.0F), 1);
+    deliver(2, 110);
+    until(115);
+    EXPECT_NEAR(shown_x(5, 109.9), 10.0, 0.006);
+    EXPECT_NEAR(shown_x(5, 110.0), 50.0, 0.006);
 }
 
 }  // namespace

@@ -49,6 +49,18 @@ TEST(Options, HaveSensibleDefaults) {
     EXPECT_TRUE(p.options->pin.empty());
 }
 
+TEST(Options, ChooseTheViewAndWhatItDisplays) {
+    Parsed p = parse_with({"--view", "interpolate", "--convergence", "hermite"});
+    ASSERT_TRUE(p.options) << p.errors;
+    EXPECT_EQ(p.options->swarm.view, view::ViewKind::kInterpolate);
+    EXPECT_EQ(p.options->swarm.convergence, motion::ConvergenceMethod::kHermite);
+    EXPECT_EQ(p.options->swarm.shows, view::Shows::kPredicted);
+    p = parse_with({"--predictor", "none"});
+    ASSERT_TRUE(p.options) << p.errors;
+    EXPECT_EQ(p.options->swarm.view, view::ViewKind::kExtrapolate);
+    EXPECT_EQ(p.options->swarm.shows, view::Shows::kPublished);
+}
+
 TEST(Options, TakeShareInPercentAndTimesInMilliseconds) {
     const Parsed p = parse_with({"--loss",        "5",          "--delay-ms",      "60",
                                  "--jitter-ms",   "20",         "--duplicate",     "2",
@@ -113,6 +125,9 @@ TEST(Options, RefuseWithTwoAndSayWhatTheyWant) {
         {{"--connect", "h:1", "--loss", "101"}, "--loss"},
         {{"--connect", "h:1", "--behaviour", "dance"}, "--behaviour"},
         {{"--connect", "h:1", "--convergence", "magic"}, "--convergence"},
+        {{"--connect", "h:1", "--view", "psychic"}, "--view"},
+        {{"--connect", "h:1", "--predictor", "ballistic"}, "--predictor"},
+        {{"--connect", "h:1", "--view", "interpolate", "--predictor", "none"}, "--predictor"},
         {{"--connect", "h:1", "--outage", "5"}, "EVERY:LENGTH"},
         {{"--connect", "h:1", "--outage", "1:2"}, "LENGTH < EVERY"},
         {{"--connect", "h:1", "--outage", "5:1s"}, "EVERY:LENGTH"},

@@ -1,0 +1,68 @@
+// Playout: the clock of an interpolating view: which tick it displays, so far behind the server's
+// that nearly all news of that tick has come.
+#pragma once
+
+#include "shared/core/ids.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+namespace zoned::view {
+
+/// An adaptive jitter buffer for states. Dead reckoning makes publications sparse, but sparse is
+/// not late: until the next publication the prediction is within its bound, so the view must be
+/// behind by how late news comes, not by how far publications lie apart.
+///
+/// How late: the view keeps the lateness of the last kSamples packets (that of the oldest news in
+/// each, so that resends and a tight budget count) and stays behind by the kTarget quantile of it:
+/// the histogram method of Moon, Kurose and Towsley, "Packet audio playout delay adjustment:
+/// performance bounds and algorithms" (Multimedia Systems 6, 1998), section 4, which follows spikes
+/// without the tuning that moving averages need (Ramjee et al., INFOCOM 1994, whose fourth
+/// algorithm it improves on). The clock then slews towards that delay by at most kSlew: it never
+/// stands still and never runs backwards; it jumps, ahead only, when it is kJump ticks behind.
+class Playout {
+  public:
+    static constexpr std::size_t kSamples = 256;
+    static constexpr double kTarget = 0.99;
+    static constexpr double kSlew = 0.1;
+    static constexpr double kJump = 30.0;
+    /// News that is later than this belongs to an outage.
+    static constexpr Tick kMaxDelay = 60;
+
+    /// The oldest news of a packet came `lateness` ticks after its tick: the difference between the
+    /// first view tick that can use it and the tick that it is about.
+    void on_news(Tick lateness);
+
+    /// The view reached its next tick (of the server's clock), one after the other; after a larger
+    /// step the clock jumps.
+    void advance(Tick view_tick);
+
+    /// How far behind it wants to be, ticks.
+    [[nodiscard]] Tick delay() const { return delay_; }
+
+    /// The displayed tick, with its fraction; nothing before the first advance().
+    [[nodiscard]] double position() const { return position_; }
+
+    [[nodiscard]] bool running() const { return view_tick_ >= 0; }
+
+    /// At which view tick `tick` was displayed; none when it was not (yet), was jumped over or is
+    /// forgotten.
+    [[nodiscard]] std::optional<Tick> shown_at(Tick tick) const;
+
+  private:
+    struct Shown {
+        Tick tick = -1;
+        Tick view_tick = -1;
+    };
+
+    std::array<std::uint8_t, kSamples> lateness_{};
+    std::array<std::uint16_t, kMaxDelay + 1> count_{};  // of lateness_, by value
+    std::size_t samples_ = 0;
+    std::array<Shown, 256> shown_{};
+    Tick delay_ = 1;
+    Tick view_tick_ = -1;
+    double position_ = 0.0;
+};
+
+}  // namespace zoned::view
