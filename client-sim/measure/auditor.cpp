@@ -32,6 +32,27 @@ bool well_formed(const proto::AuditRecord& record, const view::World& world) {
         });
 }
 
+/// The truth of a frozen world as the level of detail of `shown` writes it. The server's own
+/// integers are those of the nearest level.
+wire::QuantizedState resting(const view::World& world,
+                             const view::Version& shown,
+                             const proto::AuditEntity& truth) {
+    const view::ZoneInfo* zone = world.zone(shown.zone);
+    const Vec3d place(truth.position(0), truth.position(1), truth.position(2));
+    motion::KinematicState state;
+    state.position = (place - (zone != nullptr ? zone->origin : Vec3d(0, 0, 0))).cast<float>();
+    state.orientation = Quat(
+        truth.orientation(0), truth.orientation(1), truth.orientation(2), truth.orientation(3));
+    const auto appearance =
+        static_cast<std::uint16_t>(truth.quantized_size() == 8 ? truth.quantized(7) : 0);
+    return wire::quantize(state,
+                          motion::PredictorOrder::kStatic,
+                          world.types[truth.type()].upright,
+                          true,
+                          appearance,
+                          wire::at_lod(world.quantization, shown.lod));
+}
+
 }  // namespace
 
 void Tally::add(const Finding& finding) {
@@ -253,7 +274,7 @@ void Auditor::compare_state(const Context& context,
                             const view::Version& version,
                             Tally& tally) const {
     const view::TypeInfo& type = context.world->types[truth.type()];
-    const wire::Quantization& q = context.world->quantization;
+    const wire::Quantization q = wire::at_lod(context.world->quantization, version.lod);
     const view::EntityStore& store = context.bot->view()->store();
     const view::WorldState predicted = store.predicted(version, context.tick);
     const view::WorldState displayed =
@@ -382,6 +403,8 @@ void Auditor::compare_frozen(const bot::Bot& bot, const proto::AuditRecord& reco
         ++listed_present;
         const view::Version& shown = entity->versions.back();
         const wire::QuantizedState& s = shown.quantized;
+        const bool coarser =
+            bot.view()->world().quantization.lod_shift[shown.lod] != wire::LodShift{};
         const std::int32_t mine[8] = {s.position[0],
                                       s.position[1],
                                       s.position[2],
@@ -392,7 +415,9 @@ void Auditor::compare_frozen(const bot::Bot& bot, const proto::AuditRecord& reco
                                       s.appearance};
         const bool same = truth.quantized_size() == 8 && shown.zone.value == record.zone() &&
                           std::equal(std::begin(mine), std::end(mine), truth.quantized().begin());
-        if (!same) {
+        if (coarser ? !(shown.zone.value == record.zone() &&
+                        s == resting(bot.view()->world(), shown, truth))
+                    : !same) {
             frozen_.difference = name + " differs from the server's quantised state";
             return;
         }

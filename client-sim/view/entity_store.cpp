@@ -125,7 +125,8 @@ Version EntityStore::version_of(const Entity& entity,
     version.event_tick = record.publication_tick;
     version.sequence = record.sequence;
     version.quantized = state;
-    version.state = wire::dequantize(state, upright(entity.type), world_->quantization);
+    version.state = wire::dequantize(
+        state, upright(entity.type), wire::at_lod(world_->quantization, record.head.lod));
     return version;
 }
 

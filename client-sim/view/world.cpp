@@ -27,6 +27,11 @@ wire::Quantization read_quantization(const proto::Quantization& q) {
     out.vertical_extent_m = q.vertical_extent_m();
     out.max_speed_mps = q.max_speed_mps();
     out.gravity_mps2 = q.gravity_mps2();
+    for (int lod = 0; lod < std::min(q.lod_shift_size(), wire::kLods); ++lod) {
+        out.lod_shift[static_cast<std::size_t>(lod)] = {
+            static_cast<std::uint8_t>(std::min(q.lod_shift(lod).place(), 10U)),
+            static_cast<std::uint8_t>(std::min(q.lod_shift(lod).turn(), 5U))};
+    }
     return out;
 }
 

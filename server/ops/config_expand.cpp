@@ -177,12 +177,26 @@ static_assert(static_cast<int>(ai::Sensor::kRandom) == proto::Config::RANDOM);
 static_assert(static_cast<int>(ai::Compare::kAbove) == proto::Config::ABOVE);
 static_assert(static_cast<int>(world::Behaviour::kRiding) == proto::Config::RIDING);
 
-wire::Quantization expand_quantization(const proto::Config::Quantization& q) {
+/// Steps of rates that are not set follow from the nearest level's bounds; publications are half a
+/// heartbeat apart in the mean where prediction is at its best.
+wire::Quantization expand_quantization(const proto::Config& config) {
+    const auto& q = config.replication().quantization();
+    const double horizon_s =
+        0.5 * config.replication().heartbeat_ticks() / config.world().tick_rate_hz();
+    const auto& nearest =
+        config.lod_size() > 0 ? config.lod(0) : proto::Config::Lod::default_instance();
+    const wire::RateSteps steps = wire::rate_steps(narrow(nearest.position_bound_m()),
+                                                   narrow(nearest.orientation_bound_rad()),
+                                                   narrow(horizon_s));
     wire::Quantization out;
     out.position_step_m = narrow(q.position_step_m());
-    out.velocity_step_mps = narrow(q.velocity_step_mps());
-    out.acceleration_step_mps2 = narrow(q.acceleration_step_mps2());
-    out.angular_velocity_step_rps = narrow(q.angular_velocity_step_rps());
+    out.velocity_step_mps =
+        q.has_velocity_step_mps() ? narrow(q.velocity_step_mps()) : steps.velocity_mps;
+    out.acceleration_step_mps2 = q.has_acceleration_step_mps2() ? narrow(q.acceleration_step_mps2())
+                                                                : steps.acceleration_mps2;
+    out.angular_velocity_step_rps = q.has_angular_velocity_step_rps()
+                                        ? narrow(q.angular_velocity_step_rps())
+                                        : steps.angular_velocity_rps;
     out.orientation_bits = static_cast<int>(q.orientation_bits());
     out.yaw_bits = static_cast<int>(q.yaw_bits());
     out.horizontal_extent_m = narrow(q.horizontal_extent_m());
@@ -193,11 +207,17 @@ wire::Quantization expand_quantization(const proto::Config::Quantization& q) {
 
 void expand_replication(const proto::Config& config, replication::Settings& out) {
     const auto& from = config.replication();
-    out.quantization = expand_quantization(from.quantization());
+    out.quantization = expand_quantization(config);
     out.quantization.gravity_mps2 = narrow(config.physics().gravity_mps2());
     out.lods.clear();
     for (const auto& lod : config.lod()) {
         out.lods.push_back({narrow(lod.position_bound_m()), narrow(lod.orientation_bound_rad())});
+    }
+    for (std::size_t i = 1; i < out.lods.size(); ++i) {
+        out.quantization.lod_shift[i] = wire::lod_shift(out.lods[0].position_m,
+                                                        out.lods[0].orientation_rad,
+                                                        out.lods[i].position_m,
+                                                        out.lods[i].orientation_rad);
     }
     out.heartbeat_ticks = from.heartbeat_ticks();
     out.keyframe_every = from.keyframe_every();

@@ -42,6 +42,11 @@ void describe_quantization(const wire::Quantization& from, proto::Quantization& 
     out.set_vertical_extent_m(from.vertical_extent_m);
     out.set_max_speed_mps(from.max_speed_mps);
     out.set_gravity_mps2(from.gravity_mps2);
+    for (const wire::LodShift& shift : from.lod_shift) {
+        proto::Quantization::LodShift& level = *out.add_lod_shift();
+        level.set_place(shift.place);
+        level.set_turn(shift.turn);
+    }
 }
 
 /// Nothing where it is not turned.

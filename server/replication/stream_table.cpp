@@ -32,6 +32,12 @@ bool same_place(const motion::KinematicState& a, const motion::KinematicState& b
 
 }  // namespace
 
+StreamTable::StreamTable(const Settings& settings) : settings_(settings) {
+    for (std::size_t lod = 0; lod < quantization_.size(); ++lod) {
+        quantization_[lod] = wire::at_lod(settings.quantization, static_cast<std::uint8_t>(lod));
+    }
+}
+
 // ---------------------------------------------------------------- subscriptions
 
 StreamTable::Slot& StreamTable::slot_of(EntityId entity) {
@@ -214,7 +220,7 @@ void StreamTable::step_stream(Stream& stream,
                                                          stream.upright,
                                                          true,
                                                          appearance,
-                                                         settings_.quantization);
+                                                         quantization_[stream.lod]);
         if (rest == stream.state) {
             stream.settled = truth.state;
             stream.alive_tick = now;
@@ -223,7 +229,8 @@ void StreamTable::step_stream(Stream& stream,
         }
         return;
     }
-    stream.volatility.observe(now, truth, stream.upright, bound, settings_);
+    stream.volatility.observe(
+        now, truth, stream.upright, bound, quantization_[stream.lod], settings_);
     // What wakes up is published when it has left the bound, not at once: it moves steadily by
     // then.
     if (breach || appearance != stream.state.appearance ||
@@ -239,7 +246,8 @@ bool StreamTable::note_breach(Stream& stream,
     const LodBound& bound = settings_.lods[stream.lod];
     const float elapsed = elapsed_seconds(stream.tick, now, settings_.tick_s);
     // A step of quantisation on top: rounding alone must never be news.
-    const float allowed_mps = type.max_velocity_jump_mps + settings_.quantization.velocity_step_mps;
+    const float allowed_mps =
+        type.max_velocity_jump_mps + quantization_[stream.lod].velocity_step_mps;
     const bool breach = leaves_bound(stream.from, stream.state.order, elapsed, truth, bound) ||
                         leaves_velocity(stream, elapsed, truth, allowed_mps);
     Replaced& old = stream.replaced;
@@ -279,8 +287,8 @@ void StreamTable::publish_state(Stream& stream,
                                   stream.upright,
                                   at_rest,
                                   appearance,
-                                  settings_.quantization);
-    stream.from = wire::dequantize(stream.state, stream.upright, settings_.quantization);
+                                  quantization_[stream.lod]);
+    stream.from = wire::dequantize(stream.state, stream.upright, quantization_[stream.lod]);
     stream.settled = truth.state;
     stream.at_rest = at_rest;
     stream.tick = now;

@@ -72,7 +72,7 @@ struct Encoded {
 
 class StreamTable {
   public:
-    explicit StreamTable(const Settings& settings) : settings_(settings) {}
+    explicit StreamTable(const Settings& settings);
 
     /// Finds or creates the stream and counts a subscriber.
     StreamIndex subscribe(EntityId entity, std::uint8_t lod);
@@ -139,6 +139,7 @@ class StreamTable {
     void free_stream(StreamIndex index);
 
     Settings settings_;
+    std::array<wire::Quantization, wire::kLods> quantization_;  // by level of detail
     std::vector<Stream> streams_;
     std::vector<StreamIndex> free_streams_;
     std::vector<StreamIndex> abandoned_;  // reached zero subscribers since the last collect()

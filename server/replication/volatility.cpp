@@ -98,10 +98,11 @@ void Volatility::begin(Process& process,
                        const Truth& truth,
                        PredictorOrder order,
                        bool upright,
+                       const wire::Quantization& quantization,
                        const Settings& settings) {
-    const wire::QuantizedState sent = wire::quantize(
-        start_of(truth, order, settings), order, upright, false, 0, settings.quantization);
-    process.from = wire::dequantize(sent, upright, settings.quantization);
+    const wire::QuantizedState sent =
+        wire::quantize(start_of(truth, order, settings), order, upright, false, 0, quantization);
+    process.from = wire::dequantize(sent, upright, quantization);
     process.tick = now;
     process.live = true;
 }
@@ -110,6 +111,7 @@ void Volatility::observe(Tick now,
                          const Truth& truth,
                          bool upright,
                          const LodBound& bound,
+                         const wire::Quantization& quantization,
                          const Settings& settings) {
     for (std::size_t i = 0; i < processes_.size(); ++i) {
         Process& process = processes_[i];
@@ -123,7 +125,7 @@ void Volatility::observe(Tick now,
             const float credit = order == PredictorOrder::kBallistic ? kFallingCredit : 1.0F;
             process.cost =
                 std::max(process.cost, credit * processes_[static_cast<std::size_t>(best_)].cost);
-            begin(process, now, truth, order, upright, settings);
+            begin(process, now, truth, order, upright, quantization, settings);
             continue;
         }
         if (leaves_bound(process.from,
@@ -134,7 +136,7 @@ void Volatility::observe(Tick now,
             process.cost += kCost[i];
             process.live = suited;
             if (suited) {
-                begin(process, now, truth, order, upright, settings);
+                begin(process, now, truth, order, upright, quantization, settings);
             }
         }
     }

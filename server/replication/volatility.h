@@ -41,11 +41,12 @@ class Volatility {
     /// Forgets everything; all orders predict from `truth`.
     void restart(Tick now, const motion::KinematicState& truth);
 
-    /// One tick of truth.
+    /// One tick of truth; `quantization` is that of the level of detail.
     void observe(Tick now,
                  const Truth& truth,
                  bool upright,
                  const LodBound& bound,
+                 const wire::Quantization& quantization,
                  const Settings& settings);
 
     /// The least volatile of those that suit the entity.
@@ -64,6 +65,7 @@ class Volatility {
                const Truth& truth,
                motion::PredictorOrder order,
                bool upright,
+               const wire::Quantization& quantization,
                const Settings& settings);
     void choose(const MotionEstimate& estimate);
 

@@ -37,7 +37,12 @@ void encode_absolute(const RecordHead& head,
                      std::vector<std::uint8_t>& out) {
     BitWriter writer;
     write_head(writer, head, RecordKind::kAbsolute, upright);
-    write_fields(writer, columns_of(state), Columns{}, Coding::kAbsolute, upright, FieldLayout(q));
+    write_fields(writer,
+                 columns_of(state),
+                 Columns{},
+                 Coding::kAbsolute,
+                 upright,
+                 FieldLayout(at_lod(q, head.lod)));
     writer.finish(out);
 }
 
@@ -49,8 +54,12 @@ void encode_delta(const RecordHead& head,
                   std::vector<std::uint8_t>& out) {
     BitWriter writer;
     write_head(writer, head, RecordKind::kDelta, upright);
-    write_fields(
-        writer, columns_of(state), columns_of(keyframe), Coding::kDelta, upright, FieldLayout(q));
+    write_fields(writer,
+                 columns_of(state),
+                 columns_of(keyframe),
+                 Coding::kDelta,
+                 upright,
+                 FieldLayout(at_lod(q, head.lod)));
     writer.finish(out);
 }
 
@@ -96,6 +105,14 @@ core::Result<RecordHead> RecordReader::next_head() {
     return head;
 }
 
+const FieldLayout& RecordReader::layout() {
+    std::optional<FieldLayout>& layout = layouts_[head_.lod];
+    if (!layout) {
+        layout.emplace(at_lod(quantization_, head_.lod));
+    }
+    return *layout;
+}
+
 void RecordReader::begin_state(RecordKind kind) {
     ZONED_ASSERT(state_pending_ && head_.kind == kind, "no state of this kind is next");
     state_pending_ = false;
@@ -112,7 +129,7 @@ core::Result<QuantizedState> RecordReader::read_state(const Columns& reference,
     }
     const Coding coding = kind == RecordKind::kAbsolute ? Coding::kAbsolute : Coding::kDelta;
     Columns columns;
-    const bool canonical = read_fields(bits_, columns, reference, coding, upright, layout_);
+    const bool canonical = read_fields(bits_, columns, reference, coding, upright, layout());
     bits_.align();
     if (bits_.failed() || !canonical) {
         malformed_ = true;
@@ -137,7 +154,7 @@ core::Result<bool> RecordReader::skip_delta(bool upright) {
         malformed_ = true;
         return Skipped::failure("record contradicts its type");
     }
-    const bool known = skip_fields(bits_, Coding::kDelta, upright, layout_);
+    const bool known = skip_fields(bits_, Coding::kDelta, upright, layout());
     bits_.align();
     if (bits_.failed() || !known) {
         malformed_ = true;

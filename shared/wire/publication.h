@@ -8,7 +8,9 @@
 #include "shared/wire/field_table.h"
 #include "shared/wire/quantize.h"
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,7 +25,6 @@ enum class RecordKind : std::uint8_t {
 };
 
 inline constexpr int kKeyframeNumbers = 16;  ///< keyframe numbers count modulo 16
-inline constexpr int kLods = 4;              ///< levels of detail, 0 is the nearest
 
 /// The part of a record that is readable without knowing type or keyframe.
 struct RecordHead {
@@ -42,7 +43,8 @@ inline constexpr std::size_t kMaxRecordBytes = 64;
 /// A publication's tick from its low byte: the newest tick <= packet_tick with these low bits.
 Tick expand_tick(std::uint8_t tick_low, Tick packet_tick);
 
-/// Appends a byte-aligned absolute record. `upright` must be what the type table says of head.type.
+/// Appends a byte-aligned absolute record. `state` is quantised by at_lod(q, head.lod), `q` the
+/// world's Quantization. `upright` must be what the type table says of head.type.
 void encode_absolute(const RecordHead& head,
                      const QuantizedState& state,
                      bool upright,
@@ -69,7 +71,7 @@ class RecordReader {
   public:
     RecordReader(std::span<const std::uint8_t> bytes, const Quantization& q)
         : bits_(bytes),
-          layout_(q) {}
+          quantization_(q) {}
 
     [[nodiscard]] bool done() const { return bits_.failed() || malformed_ || bits_.at_end(); }
 
@@ -87,9 +89,11 @@ class RecordReader {
                                             RecordKind kind,
                                             bool upright);
     void begin_state(RecordKind kind);
+    const FieldLayout& layout();
 
     BitReader bits_;
-    FieldLayout layout_;
+    Quantization quantization_;                              // of the world
+    std::array<std::optional<FieldLayout>, kLods> layouts_;  // by level, made when first read
     RecordHead head_;
     bool state_pending_ = false;
     bool malformed_ = false;

@@ -215,6 +215,50 @@ GridOrientation grid_orientation(std::int32_t largest,
 
 }  // namespace
 
+RateSteps rate_steps(float position_bound_m, float orientation_bound_rad, float horizon_s) {
+    const auto power_below = [](float step, float least, float most) {
+        int exponent = 0;
+        std::frexp(step, &exponent);  // step = [0.5, 1) 2^exponent
+        return std::clamp(std::ldexp(1.0F, exponent - 1), least, most);
+    };
+    return {power_below(0.5F * position_bound_m / horizon_s, 0x1p-10F, 1.0F),
+            power_below(position_bound_m / (horizon_s * horizon_s), 0x1p-8F, 8.0F),
+            power_below(0.5F * orientation_bound_rad / horizon_s, 0x1p-10F, 1.0F)};
+}
+
+Quantization at_lod(const Quantization& q, std::uint8_t lod) {
+    const LodShift shift = q.lod_shift[std::min<std::size_t>(lod, kLods - 1)];
+    Quantization out = q;
+    out.lod_shift = {};
+    if (shift == LodShift{}) {
+        return out;
+    }
+    const auto coarser = [](float step, int by, float most) {
+        return std::min(std::ldexp(step, by), std::max(step, most));
+    };
+    out.position_step_m = coarser(q.position_step_m, shift.place, 1.0F);
+    out.velocity_step_mps = coarser(q.velocity_step_mps, shift.place, 1.0F);
+    out.acceleration_step_mps2 = coarser(q.acceleration_step_mps2, shift.place, 10.0F);
+    out.angular_velocity_step_rps = coarser(q.angular_velocity_step_rps, shift.turn, 10.0F);
+    out.orientation_bits =
+        std::max(std::min(q.orientation_bits, 5), q.orientation_bits - shift.turn);
+    out.yaw_bits = std::max(std::min(q.yaw_bits, 5), q.yaw_bits - shift.turn);
+    return out;
+}
+
+LodShift lod_shift(float nearest_position_m,
+                   float nearest_orientation_rad,
+                   float position_m,
+                   float orientation_rad) {
+    const auto doublings = [](float ratio, int most) {
+        int exponent = 0;
+        std::frexp(ratio, &exponent);  // ratio = [0.5, 1) 2^exponent
+        return static_cast<std::uint8_t>(std::clamp(exponent - 1, 0, most));
+    };
+    return {doublings(position_m / nearest_position_m, 10),
+            doublings(orientation_rad / nearest_orientation_rad, 5)};
+}
+
 core::Result<bool> check(const Quantization& q) {
     using Check = core::Result<bool>;
     const auto within = [](float value, float above, float most) {

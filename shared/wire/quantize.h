@@ -19,19 +19,33 @@ inline constexpr float kMaxAngularSpeedRps = 128.0F;
 /// is what makes dequantize() reversible.
 inline constexpr std::int32_t kMaxQuantizedIndex = (1 << 22) - 1;
 
+/// How much coarser a level of detail is written than the nearest: steps are doubled so often.
+struct LodShift {
+    std::uint8_t place = 0;  ///< position, velocity, acceleration; 0..10
+    std::uint8_t turn = 0;   ///< angular velocity, the turn of an acceleration; bits taken off
+                             ///< orientation and yaw; 0..5
+
+    friend bool operator==(const LodShift&, const LodShift&) = default;
+};
+
+/// Levels of detail that there can be, 0 is the nearest.
+inline constexpr int kLods = 4;
+
 /// Steps of quantisation; a constant of the world, sent once at login. Positions are zone-local.
+/// They are those of the nearest level of detail; at_lod() makes those of another.
 struct Quantization {
     float position_step_m = 0.01F;                   ///< (0, 1]
     float velocity_step_mps = 1.0F / 64.0F;          ///< (0, 1]
-    float acceleration_step_mps2 = 0.25F;            ///< (0, 10]
+    float acceleration_step_mps2 = 1.0F / 32.0F;     ///< (0, 10]
     float angular_velocity_step_rps = 1.0F / 32.0F;  ///< rad/s
     int orientation_bits = 10;                       ///< bits per smallest-three component, 5..15
     int yaw_bits = 10;                               ///< bits of the yaw of upright entities, 5..16
     float horizontal_extent_m =
         2048.0F;  ///< |x|, |z| of zone-local positions never exceed this; clamped
-    float vertical_extent_m = 1024.0F;  ///< |y| likewise
-    float max_speed_mps = 256.0F;       ///< velocity components are clamped to this
-    float gravity_mps2 = kGravity;      ///< downwards: what falls is predicted with it, not told it
+    float vertical_extent_m = 1024.0F;        ///< |y| likewise
+    float max_speed_mps = 256.0F;             ///< velocity components are clamped to this
+    std::array<LodShift, kLods> lod_shift{};  ///< [0] is zero
+    float gravity_mps2 = kGravity;  ///< downwards: what falls is predicted with it, not told it
 
     /// Largest distance between a position within the extents and its quantised value: half a step
     /// along each axis, as a length, and what rounding to float takes at the rim of the zone (half
@@ -44,6 +58,35 @@ struct Quantization {
     /// Largest angle between an orientation and its quantised value, rad.
     [[nodiscard]] float orientation_quantum_rad(bool upright) const;
 };
+
+/// Steps of the rates that suit a promised bound.
+struct RateSteps {
+    float velocity_mps = 0.0F;
+    float acceleration_mps2 = 0.0F;
+    float angular_velocity_rps = 0.0F;
+};
+
+/// A prediction over T seconds is only as good as the steps of what it starts from: half a step of
+/// velocity is off by s T / 2, half a step of acceleration by s T^2 / 4, half a step of angular
+/// velocity by s T / 2. Each may take a quarter of its bound after `horizon_s` (> 0), so that along
+/// one axis half of the bound is left for what the entity does: steps of b / (2 T), b / T^2 and b /
+/// (2 T), rounded down to powers of two (then multiples of steps are exact in floats) and brought
+/// into [2^-10, 1], [2^-8, 8] and [2^-10, 1]. Finer steps cost a bit per component for each halving
+/// and gain less than half of what they halve; coarser ones become news by themselves.
+RateSteps rate_steps(float position_bound_m, float orientation_bound_rad, float horizon_s);
+
+/// The quantisation of a level of detail: what its records are written with and dequantised by. Its
+/// own lod_shift is zero. Levels beyond the last count as it; steps and bits stay within the
+/// ranges.
+Quantization at_lod(const Quantization& q, std::uint8_t lod);
+
+/// How much coarser a level may be written than one with the nearest bounds: by the ratio of their
+/// bounds, rounded down to a power of two, so that each step's share of the bound is that of the
+/// nearest level or less.
+LodShift lod_shift(float nearest_position_m,
+                   float nearest_orientation_rad,
+                   float position_m,
+                   float orientation_rad);
 
 /// Fails with the reason when a value is outside its range or so fine that an extent would need
 /// more than kMaxQuantizedIndex steps.

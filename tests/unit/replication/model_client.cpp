@@ -84,7 +84,8 @@ void ModelClient::read_state(const wire::RecordHead& head,
         next.state = *state;
     }
     if (is_news) {
-        next.from = wire::dequantize(next.state, next.upright, quantization_);
+        next.from =
+            wire::dequantize(next.state, next.upright, wire::at_lod(quantization_, next.lod));
         known[head.entity] = next;
     }
 }

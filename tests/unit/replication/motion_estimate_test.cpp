@@ -180,7 +180,6 @@ struct Outcome {
 Outcome follow(const Path& path, int forced, int ticks) {
     Settings settings;
     settings.lods = {{}};
-    settings.quantization.acceleration_step_mps2 = 1.0F / 32.0F;
     const world::EntityType type = ball();
     MotionEstimate estimate;
     Volatility volatility;
@@ -193,7 +192,7 @@ Outcome follow(const Path& path, int forced, int ticks) {
         Truth truth{path(static_cast<float>(t) * kTick), &estimate, &type};
         estimate.observe(t, 0, truth.state, {});
         truth.state.velocity += estimate.centring();
-        volatility.observe(t, truth, false, settings.lods[0], settings);
+        volatility.observe(t, truth, false, settings.lods[0], settings.quantization, settings);
         const float elapsed = elapsed_seconds(published, t, kTick);
         if (t == 1 || leaves_bound(from, kind, elapsed, truth.state, settings.lods[0])) {
             kind = forced < 0 ? volatility.best()

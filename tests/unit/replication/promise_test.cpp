@@ -33,8 +33,8 @@ Excess excess_over_promise(const Session& s, int old_ticks) {
             const motion::KinematicState truth = s.world.entities.kinematic(row);
             // What a client still follows at the coarser level is promised no more than that.
             const std::uint8_t lod = std::max(v.lod, it->second.lod);
-            float allowed = s.settings.lods[lod].position_m +
-                            s.settings.quantization.position_quantum_m() +
+            const wire::Quantization q = wire::at_lod(s.settings.quantization, it->second.lod);
+            float allowed = s.settings.lods[lod].position_m + q.position_quantum_m() +
                             0.5F * type.max_acceleration_mps2 * age * age + 1e-4F;
             const Tick breach = std::max(s.replicator.breach_tick(v.entity, v.lod),
                                          s.replicator.breach_tick(v.entity, it->second.lod));
@@ -43,9 +43,8 @@ Excess excess_over_promise(const Session& s, int old_ticks) {
             }
             worst.position_m =
                 std::max(worst.position_m, (predicted.position - truth.position).norm() - allowed);
-            const float angle_allowed =
-                s.settings.lods[lod].orientation_rad +
-                s.settings.quantization.orientation_quantum_rad(type.upright()) + 1e-3F;
+            const float angle_allowed = s.settings.lods[lod].orientation_rad +
+                                        q.orientation_quantum_rad(type.upright()) + 1e-3F;
             worst.angle_rad = std::max(
                 worst.angle_rad,
                 motion::angle_between(predicted.orientation, truth.orientation) - angle_allowed);

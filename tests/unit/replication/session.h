@@ -85,7 +85,7 @@ class Session {
                                    types[world.entities.type[row]].upright(),
                                    true,
                                    world.entities.appearance[row],
-                                   settings.quantization);
+                                   wire::at_lod(settings.quantization, it->second.lod));
                 EXPECT_TRUE(it->second.state == truth) << "entity " << v.entity.value;
                 EXPECT_EQ(it->second.type, world.entities.type[row]);
             }

@@ -22,6 +22,7 @@ world::TypeTable test_types() {
 Settings test_settings() {
     Settings settings;
     settings.lods = {{0.05F, 0.1F}, {0.5F, 0.3F}};
+    settings.quantization.lod_shift[1] = wire::lod_shift(0.05F, 0.1F, 0.5F, 0.3F);
     settings.budget_bytes_per_s = 200000;
     settings.tick_s = kTickS;
     return settings;

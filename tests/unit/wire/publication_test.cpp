@@ -113,6 +113,39 @@ TEST(Records, StayBelowTheLargestSizeAtTheEndsOfTheFinestRanges) {
     EXPECT_LE(delta.size(), kMaxRecordBytes);
 }
 
+TEST(Records, OfAFartherLevelAreWrittenInItsOwnSteps) {
+    Quantization q;
+    q.lod_shift[2] = lod_shift(0.05F, 0.1F, 0.5F, 0.3F);
+    EXPECT_EQ(q.lod_shift[2], (LodShift{3, 1}));  // ten times and three times the bound
+    const Quantization far = at_lod(q, 2);
+    EXPECT_EQ(far.position_step_m, 8.0F * q.position_step_m);
+    EXPECT_EQ(far.angular_velocity_step_rps, 2.0F * q.angular_velocity_step_rps);
+    EXPECT_EQ(far.orientation_bits, q.orientation_bits - 1);
+    EXPECT_TRUE(check(far).ok());
+    core::Rng rng(11);
+    for (int i = 0; i < 500; ++i) {
+        const bool upright = rng.below(2) != 0;
+        RecordHead head;
+        head.entity = EntityId(1 + rng.below(1000));
+        head.lod = 2;
+        const QuantizedState state = random_quantized(rng, upright, far);
+        const QuantizedState keyframe = random_quantized(rng, upright, far);
+        Bytes bytes;
+        encode_absolute(head, state, upright, q, bytes);
+        encode_delta(head, state, keyframe, upright, q, bytes);
+        RecordReader reader(bytes, q);
+        ASSERT_TRUE(reader.next_head().ok());
+        const auto absolute = reader.read_absolute(upright);
+        ASSERT_TRUE(absolute.ok());
+        EXPECT_TRUE(*absolute == state);
+        ASSERT_TRUE(reader.next_head().ok());
+        const auto delta = reader.read_delta(keyframe, upright);
+        ASSERT_TRUE(delta.ok());
+        EXPECT_TRUE(*delta == state);
+        EXPECT_TRUE(reader.done());
+    }
+}
+
 TEST(Records, OfTypicalEntitiesAreSmall) {
     const Quantization q;
     RecordHead head;

@@ -244,5 +244,38 @@ TEST(CheckQuantization, RefusesWhatWouldNotSurviveTheRoundTrip) {
     EXPECT_TRUE(refused([](Quantization& q) { q.max_speed_mps = 0.0F; }));
 }
 
+TEST(RateSteps, TakeNoMoreThanAQuarterOfTheBoundOverTheHorizon) {
+    for (const float bound : {0.001F, 0.01F, 0.05F, 0.3F, 2.0F}) {
+        for (const float horizon : {0.1F, 0.5F, 1.0F, 2.0F}) {
+            const RateSteps s = rate_steps(bound, 2.0F * bound, horizon);
+            // Where the range of steps does not forbid it.
+            if (s.velocity_mps > 0x1p-10F) {
+                EXPECT_LE(0.5F * s.velocity_mps * horizon, 0.25F * bound);
+            }
+            if (s.acceleration_mps2 > 0x1p-8F) {
+                EXPECT_LE(0.25F * s.acceleration_mps2 * horizon * horizon, 0.25F * bound);
+            }
+            if (s.angular_velocity_rps > 0x1p-10F) {
+                EXPECT_LE(0.5F * s.angular_velocity_rps * horizon, 0.5F * bound);
+            }
+            // And not less than half of that, but for the coarsest.
+            if (s.velocity_mps < 1.0F) {
+                EXPECT_GE(s.velocity_mps * horizon, 0.25F * bound);
+            }
+            if (s.acceleration_mps2 < 8.0F) {
+                EXPECT_GE(s.acceleration_mps2 * horizon * horizon, 0.5F * bound);
+            }
+        }
+    }
+}
+
+TEST(RateSteps, OfTheDefaultWorldAreThoseOfTheDefaultQuantization) {
+    const RateSteps s = rate_steps(0.05F, 0.1F, 1.0F);
+    const Quantization q;
+    EXPECT_EQ(s.velocity_mps, q.velocity_step_mps);
+    EXPECT_EQ(s.acceleration_mps2, q.acceleration_step_mps2);
+    EXPECT_EQ(s.angular_velocity_rps, q.angular_velocity_step_rps);
+}
+
 }  // namespace
 }  // namespace zoned::wire

@@ -1,0 +1,216 @@
+#include "server/app/world.h"
+#include "server/zone/context.h"
+#include "tests/bench/motion_traces.h"
+#include "shared/core/rng.h"
+#include "shared/math/turn_rate.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+
+namespace zoned::bench {
+
+namespace {
+
+constexpr std::size_t kCubes = 901;
+constexpr std::size_t kCubeInts = 8;
+constexpr std::size_t kCubeFrame = kCubes * kCubeInts;
+
+static_assert(std::endian::native == std::endian::little, "the data is little-endian");
+
+/// The first `frames` frames; fewer where the file is shorter.
+std::vector<std::int32_t> unpacked(const std::string& file, std::size_t frames) {
+    std::vector<std::int32_t> out(frames * kCubeFrame);
+    std::FILE* pipe = popen(("xz -dc '" + file + "' 2>/dev/null").c_str(), "r");
+    if (pipe == nullptr) {
+        return {};
+    }
+    const std::size_t read = std::fread(out.data(), sizeof(std::int32_t), out.size(), pipe);
+    pclose(pipe);
+    out.resize(read / kCubeFrame * kCubeFrame);
+    return out;
+}
+
+/// z is up in the data.
+Vec3 cube_place(const std::int32_t* cube) {
+    constexpr float kUnit = 1.0F / 512.0F;
+    return kUnit * Vec3(static_cast<float>(cube[4]),
+                        static_cast<float>(cube[6]),
+                        -static_cast<float>(cube[5]));
+}
+
+Quat cube_turn(const std::int32_t* cube) {
+    // Nine bits for -1 / sqrt 2 .. 1 / sqrt 2; the largest of x, y, z, w is left out.
+    std::array<float, 4> q{};
+    float rest = 1.0F;
+    int slot = 1;
+    for (int i = 0; i < 4; ++i) {
+        if (i != cube[0]) {
+            q[static_cast<std::size_t>(i)] =
+                (static_cast<float>(cube[slot++]) / 511.0F * 2.0F - 1.0F) * 0.70710678F;
+            rest -= q[static_cast<std::size_t>(i)] * q[static_cast<std::size_t>(i)];
+        }
+    }
+    q[static_cast<std::size_t>(cube[0])] = std::sqrt(std::max(0.0F, rest));
+    return Quat(q[3], q[0], q[2], -q[1]).normalized();
+}
+
+TracedState cube_state(const std::vector<std::int32_t>& data, std::size_t frame, std::size_t cube) {
+    const auto at = [&](std::size_t f) {
+        return data.data() + f * kCubeFrame + cube * kCubeInts;
+    };
+    constexpr float kSpan = 4.0F / 60.0F;
+    const Vec3 here = cube_place(at(frame));
+    const Vec3 before = cube_place(at(frame - 2));
+    const Vec3 after = cube_place(at(frame + 2));
+    TracedState s;
+    s.state.position = here;
+    s.state.orientation = cube_turn(at(frame));
+    s.at_rest = std::equal(at(frame - 2), at(frame - 2) + 7, at(frame + 2)) &&
+                std::equal(at(frame - 2), at(frame - 2) + 7, at(frame));
+    if (!s.at_rest) {
+        s.state.velocity = (after - before) / kSpan;
+        s.state.acceleration = (after - 2.0F * here + before) / (0.25F * kSpan * kSpan);
+        s.state.angular_velocity =
+            turn_rate(cube_turn(at(frame - 2)), cube_turn(at(frame + 2)), kSpan);
+    }
+    return s;
+}
+
+}  // namespace
+
+std::string data_directory() {
+    const char* named = std::getenv("ZONED_DATA");
+    return named != nullptr ? named : ZONED_SOURCE_DIR "/../shared/data";
+}
+
+MotionTrace cubes_trace(const std::string& which, int ticks, std::string& why) {
+    MotionTrace trace;
+    trace.motion = "cubes901_" + which;
+    trace.tick_s = 1.0F / 60.0F;
+    trace.type.name = "cube";
+    trace.type.shape = world::ShapeKind::kBox;
+    trace.type.half_extents = Vec3::Constant(0.2F);
+    trace.type.max_acceleration_mps2 = 400.0F;
+    trace.type.max_velocity_jump_mps = 40.0F;
+    trace.ground = std::make_shared<const motion::StaticGeometry>();
+    const std::string file = data_directory() + "/cubes901/cubes901_" + which + ".bin.xz";
+    if (!std::filesystem::exists(file)) {
+        why = file + " is not there: no rows of it";
+        return trace;
+    }
+    const std::vector<std::int32_t> data = unpacked(file, static_cast<std::size_t>(ticks) + 4);
+    const std::size_t frames = data.size() / kCubeFrame;
+    if (frames < 5) {
+        why = "xz could not read " + file + ": no rows of it";
+        return trace;
+    }
+    for (std::size_t frame = 2; frame + 2 < frames; ++frame) {
+        auto& states = trace.frames.emplace_back();
+        for (std::size_t cube = 0; cube < kCubes; ++cube) {
+            states.push_back(cube_state(data, frame, cube));
+        }
+    }
+    return trace;
+}
+
+// ---------------------------------------------------------------- the valley
+
+namespace {
+
+TracedState state_in(const world::Entities& entities, world::Row row) {
+    return {entities.kinematic(row), entities.has(row, world::kAtRest)};
+}
+
+/// Sets props off, in turn, so that some of them fly, roll and come to rest at any time.
+void throw_prop(zone::ZoneState& state, EntityId entity, core::Rng& rng) {
+    const float x = rng.range(-4.0F, 4.0F);
+    const float y = rng.range(1.0F, 6.0F);
+    zone::ZoneContext context(state);
+    context.add_velocity(entity, Vec3(x, y, rng.range(-4.0F, 4.0F)));
+}
+
+/// What each of the chosen entities did so far; those that left the zone are dropped.
+using Recordings = std::map<EntityId, std::vector<TracedState>>;
+
+/// Of the first zone, whose ground is the trace's.
+Recordings chosen(const zone::ZoneState& state, bool characters, std::size_t most) {
+    Recordings out;
+    const world::Entities& e = state.entities;
+    for (world::Row row = 0; row < e.size() && out.size() < most; ++row) {
+        const world::EntityType& type = (*state.settings.types)[e.type[row]];
+        const bool is_character = type.kind == world::EntityKind::kCharacter;
+        if (is_character == characters && !e.has(row, world::kGhost) && e.body[row]) {
+            out[e.id[row]];
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+MotionTrace valley_trace(bool characters, std::size_t most, int ticks) {
+    ops::Settings settings;
+    std::vector<ops::ConfigError> errors;
+    if (!ops::load_settings(ZONED_SOURCE_DIR "/config/valley.txtpb", {}, settings, errors)) {
+        throw std::runtime_error(ops::format_errors("valley.txtpb", errors));
+    }
+    app::World world(settings, 1);
+    std::vector<mailbox::OutboxItem> out;
+    MotionTrace trace;
+    trace.motion = characters ? "valley_characters" : "valley_props";
+    trace.tick_s = settings.replication.tick_s;
+    trace.gravity_mps2 = settings.replication.quantization.gravity_mps2;
+    zone::ZoneState& state = world.zones()[0]->state();
+    Recordings recordings = chosen(state, characters, most);
+    core::Rng rng(253);
+    for (int tick = 0; tick < ticks; ++tick) {
+        std::size_t turn = 0;
+        for (const auto& [id, states] : recordings) {
+            const bool due = (static_cast<std::size_t>(tick) + 13 * turn++) % 150 == 0;
+            if (due && !characters && state.entities.find(id) != world::kNoRow) {
+                throw_prop(state, id, rng);
+            }
+        }
+        out.clear();
+        world.tick({}, out);
+        std::erase_if(recordings, [&](auto& entry) {
+            const world::Entities& e = state.entities;
+            const world::Row row = e.find(entry.first);
+            if (row == world::kNoRow || e.has(row, world::kGhost)) {
+                return true;
+            }
+            entry.second.push_back(state_in(e, row));
+            return false;
+        });
+    }
+    // Types differ in what they are allowed; the promise to all of them is the loosest.
+    trace.type.kind = characters ? world::EntityKind::kCharacter : world::EntityKind::kProp;
+    trace.type.shape = characters ? world::ShapeKind::kCapsule : world::ShapeKind::kBox;
+    trace.type.half_extents = Vec3::Constant(0.3F);
+    for (const world::EntityType& type : *state.settings.types) {
+        if ((type.kind == world::EntityKind::kCharacter) == characters) {
+            trace.type.max_acceleration_mps2 =
+                std::max(trace.type.max_acceleration_mps2, type.max_acceleration_mps2);
+            trace.type.max_velocity_jump_mps =
+                std::max(trace.type.max_velocity_jump_mps, type.max_velocity_jump_mps);
+        }
+    }
+    trace.frames.resize(static_cast<std::size_t>(ticks));
+    for (const auto& [id, states] : recordings) {
+        for (std::size_t tick = 0; tick < trace.frames.size(); ++tick) {
+            trace.frames[tick].push_back(states[tick]);
+        }
+    }
+    trace.ground = state.settings.statics;
+    return trace;
+}
+
+}  // namespace zoned::bench

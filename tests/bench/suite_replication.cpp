@@ -1,0 +1,22 @@
+// Suite `replication`: what clients are told, at which price, and how wrong they are then.
+#include "tests/bench/suite_replication.h"
+
+namespace zoned::bench {
+
+namespace {
+
+void run_replication(Session& session) {
+    if (session.wants_scene("dead_reckoning")) {
+        run_dead_reckoning(session);
+    }
+}
+
+const Registration kReplication({"replication",
+                                 "bytes, errors and time of replication",
+                                 {"dead_reckoning"},
+                                 {"default", "order0", "order1", "order2", "ballistic", "turning"},
+                                 run_replication});
+
+}  // namespace
+
+}  // namespace zoned::bench
