@@ -165,7 +165,9 @@ void EntityStore::show(Entity& entity, const Record& record, const wire::Quantiz
         if (before.zone != next.zone) {
             shown.position += (origin(before.zone) - origin(next.zone)).cast<float>();
         }
-        const motion::KinematicState now = local_base(next, record.view_tick);
+        // Blending starts where the new prediction was at that tick, even before its publication.
+        const motion::KinematicState now =
+            local_base(next, static_cast<double>(record.view_tick), true);
         next.converging = settings_.convergence != motion::ConvergenceMethod::kSnap &&
                           (shown.position - now.position).norm() < kSnapM;
         next.convergence.begin(shown, now, next.converging ? kBlendS : 0.0F);
@@ -300,9 +302,12 @@ const Version* EntityStore::following(const Entity& entity, Tick tick, Tick know
     return found;
 }
 
-motion::KinematicState EntityStore::local_prediction(const Version& version, double tick) const {
+motion::KinematicState EntityStore::local_prediction(const Version& version,
+                                                     double tick,
+                                                     bool before) const {
     // News from the future (a clock estimate that runs late) is shown as it came.
-    const double elapsed = std::max(0.0, tick - static_cast<double>(version.publication_tick));
+    const double since = tick - static_cast<double>(version.publication_tick);
+    const double elapsed = before ? since : std::max(0.0, since);
     // At rest nothing depends on how long ago that was (and the tick's low bits may have come
     // round).
     if (version.quantized.at_rest) {
@@ -313,9 +318,11 @@ motion::KinematicState EntityStore::local_prediction(const Version& version, dou
                            static_cast<float>(elapsed) * static_cast<float>(world_->tick_s));
 }
 
-motion::KinematicState EntityStore::local_base(const Version& version, double tick) const {
+motion::KinematicState EntityStore::local_base(const Version& version,
+                                               double tick,
+                                               bool before) const {
     return settings_.shows == Shows::kPredicted
-               ? local_prediction(version, tick)
+               ? local_prediction(version, tick, before)
                : motion::predict(version.state, motion::PredictorOrder::kStatic, 0.0F);
 }
 
@@ -343,7 +350,7 @@ std::optional<WorldState> EntityStore::interpolated(const Entity& entity,
     const Version* next = following(entity, whole, known_by);
     double owed = 0.0;
     if (next != nullptr && next->present) {
-        const Tick lead = std::min(kLeadTicks, next->event_tick - held->event_tick);
+        const Tick lead = std::min(Playout::kLead, next->event_tick - held->event_tick);
         const double left = static_cast<double>(next->event_tick) - tick;
         const auto meeting = static_cast<double>(next->event_tick);
         motion::KinematicState there = local_prediction(*next, meeting);

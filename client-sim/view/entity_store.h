@@ -1,6 +1,7 @@
 // EntityStore: what a client knows of the entities around it, and what it knew at recent ticks.
 #pragma once
 
+#include "client-sim/view/playout.h"
 #include "client-sim/view/world.h"
 #include "shared/core/ids.h"
 #include "shared/motion/convergence.h"
@@ -137,10 +138,10 @@ class EntityStore {
     /// The first version after `tick` that was known at view tick `known_by`, or nullptr.
     [[nodiscard]] static const Version* following(const Entity& entity, Tick tick, Tick known_by);
     /// What an interpolating view displays for `tick` (with its fraction) at view tick `known_by`:
-    /// the prediction of the implied version, led to the following one within the last kLeadTicks
-    /// before that holds: a cubic Hermite spline in their difference, continuous in position and
-    /// velocity at both ends. nullopt: not in the view. `owed_m` receives how far that may be off
-    /// the prediction (Convergence::owed).
+    /// the prediction of the implied version, led to the following one within the last
+    /// Playout::kLead before that holds: a cubic Hermite spline in their difference, continuous in
+    /// position and velocity at both ends. nullopt: not in the view. `owed_m` receives how far that
+    /// may be off the prediction (Convergence::owed).
     [[nodiscard]] std::optional<WorldState> interpolated(const Entity& entity,
                                                          double tick,
                                                          Tick known_by,
@@ -154,8 +155,6 @@ class EntityStore {
     static constexpr float kBlendS = 0.15F;
     /// Larger jumps are teleports: shown at once.
     static constexpr float kSnapM = 4.0F;
-    /// An interpolating view begins so many ticks ahead to lead to the next publication.
-    static constexpr Tick kLeadTicks = 3;
 
   private:
     void store_keyframe(Entity& entity, const Record& record, const wire::QuantizedState& state);
@@ -167,9 +166,12 @@ class EntityStore {
                                      const Record& record,
                                      const wire::QuantizedState& state) const;
     [[nodiscard]] motion::KinematicState local_prediction(const Version& version,
-                                                          double tick) const;
+                                                          double tick,
+                                                          bool before = false) const;
     /// What convergence leads to: the prediction, or the publication itself (DisplaySettings).
-    [[nodiscard]] motion::KinematicState local_base(const Version& version, double tick) const;
+    [[nodiscard]] motion::KinematicState local_base(const Version& version,
+                                                    double tick,
+                                                    bool before = false) const;
     [[nodiscard]] motion::KinematicState local_display(const Version& version, Tick tick) const;
     [[nodiscard]] Vec3d origin(ZoneId zone) const;
 

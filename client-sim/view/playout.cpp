@@ -27,13 +27,16 @@ void Playout::on_news(Tick lateness) {
     for (std::size_t i = 0; i < count_.size(); ++i) {
         sum += count_[i];
         if (sum >= wanted) {
-            delay_ = static_cast<Tick>(i);
+            delay_ = static_cast<Tick>(i) + kLead;
             return;
         }
     }
 }
 
 void Playout::advance(Tick view_tick) {
+    if (samples_ == 0) {
+        return;
+    }
     const auto target = static_cast<double>(view_tick - delay_);
     const bool first = view_tick_ < 0;
     const double before = position_;

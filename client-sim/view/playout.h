@@ -19,12 +19,15 @@ namespace zoned::view {
 /// the histogram method of Moon, Kurose and Towsley, "Packet audio playout delay adjustment:
 /// performance bounds and algorithms" (Multimedia Systems 6, 1998), section 4, which follows spikes
 /// without the tuning that moving averages need (Ramjee et al., INFOCOM 1994, whose fourth
-/// algorithm it improves on). The clock then slews towards that delay by at most kSlew: it never
-/// stands still and never runs backwards; it jumps, ahead only, when it is kJump ticks behind.
+/// algorithm it improves on). It stays
+/// kLead ticks farther back, so that it sees the next publication coming and can lead to it without
+/// a jump. The clock slews towards that delay by at most kSlew: it never stands still and never
+/// runs backwards; it jumps, ahead only, when it is kJump ticks behind.
 class Playout {
   public:
     static constexpr std::size_t kSamples = 256;
     static constexpr double kTarget = 0.99;
+    static constexpr Tick kLead = 2;
     static constexpr double kSlew = 0.1;
     static constexpr double kJump = 30.0;
     /// News that is later than this belongs to an outage.
@@ -35,7 +38,7 @@ class Playout {
     void on_news(Tick lateness);
 
     /// The view reached its next tick (of the server's clock), one after the other; after a larger
-    /// step the clock jumps.
+    /// step the clock jumps. Nothing happens before the first news.
     void advance(Tick view_tick);
 
     /// How far behind it wants to be, ticks.
@@ -60,7 +63,7 @@ class Playout {
     std::array<std::uint16_t, kMaxDelay + 1> count_{};  // of lateness_, by value
     std::size_t samples_ = 0;
     std::array<Shown, 256> shown_{};
-    Tick delay_ = 1;
+    Tick delay_ = kLead;
     Tick view_tick_ = -1;
     double position_ = 0.0;
 };

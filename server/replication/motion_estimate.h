@@ -29,6 +29,13 @@ class MotionEstimate {
                  const motion::KinematicState& truth,
                  const Settings& settings);
 
+    /// It rests: nothing is known of what it will do.
+    void rest() {
+        if (tick_ >= 0) {
+            *this = MotionEstimate();
+        }
+    }
+
     /// What to add to the velocity of the newest tick to get that of the parabola through the last
     /// positions, m/s. A step that moves with the velocity at its end (semi-implicit Euler) takes
     /// what accelerates by a h / 2 farther per second than p + v t + a t^2 / 2 says, h its length:

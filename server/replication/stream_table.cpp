@@ -172,6 +172,10 @@ Truth StreamTable::truth_of(Tick now,
         // An impact, spread over a tick: it does not last, so nobody shall extrapolate it.
         truth.state.acceleration.setZero();
     }
+    if (entities.has(row, world::kAtRest)) {
+        estimate.rest();
+        return truth;
+    }
     // An acceleration counts when it takes an entity out of the bound within a second.
     estimate.observe(now,
                      entities.discontinuity_tick[row],
@@ -179,9 +183,7 @@ Truth StreamTable::truth_of(Tick now,
                      {settings_.tick_s,
                       settings_.quantization.gravity_mps2,
                       2.0F * settings_.lods.front().position_m});
-    if (!entities.has(row, world::kAtRest)) {
-        truth.state.velocity += estimate.centring();
-    }
+    truth.state.velocity += estimate.centring();
     return truth;
 }
 
@@ -282,12 +284,20 @@ void StreamTable::publish_state(Stream& stream,
     if (stream.version > 0 && stream.breach_tick != now && stream.replaced.watched_until == 0) {
         stream.replaced = {stream.from, stream.state.order, stream.tick, now + kWatchTicks};
     }
-    stream.state = wire::quantize(start_of(truth, order, settings_),
-                                  order,
-                                  stream.upright,
-                                  at_rest,
-                                  appearance,
-                                  quantization_[stream.lod]);
+    const auto quantized = [&](motion::PredictorOrder kind) {
+        return wire::quantize(start_of(truth, kind, settings_),
+                              kind,
+                              stream.upright,
+                              at_rest,
+                              appearance,
+                              quantization_[stream.lod]);
+    };
+    stream.state = quantized(order);
+    const std::array<std::int32_t, 3> none{};
+    if (order == motion::PredictorOrder::kQuadratic && stream.state.acceleration == none) {
+        // The same prediction in fewer bits: an impact, or what moves steadily for once.
+        stream.state = quantized(motion::PredictorOrder::kLinear);
+    }
     stream.from = wire::dequantize(stream.state, stream.upright, quantization_[stream.lod]);
     stream.settled = truth.state;
     stream.at_rest = at_rest;

@@ -16,7 +16,6 @@ world::EntityType traced_ball() {
     type.name = "ball";
     type.shape = world::ShapeKind::kSphere;
     type.radius = 0.25F;
-    type.max_acceleration_mps2 = 400.0F;
     type.max_velocity_jump_mps = 20.0F;
     return type;
 }
@@ -70,6 +69,7 @@ Vec3 any_place(core::Rng& rng, float extent) {
 
 MotionTrace orbit_trace(int entities, int ticks) {
     MotionTrace trace = empty_trace("orbit", traced_ball());
+    trace.type.max_acceleration_mps2 = 60.0F;  // 10 m at 2 rad/s are 40 m/s2
     core::Rng rng(250);
     std::vector<Orbit> orbits;
     for (int i = 0; i < entities; ++i) {

@@ -98,7 +98,7 @@ MotionTrace cubes_trace(const std::string& which, int ticks, std::string& why) {
     trace.type.name = "cube";
     trace.type.shape = world::ShapeKind::kBox;
     trace.type.half_extents = Vec3::Constant(0.2F);
-    trace.type.max_acceleration_mps2 = 400.0F;
+    trace.type.max_acceleration_mps2 = 100.0F;  // they bump
     trace.type.max_velocity_jump_mps = 40.0F;
     trace.ground = std::make_shared<const motion::StaticGeometry>();
     const std::string file = data_directory() + "/cubes901/cubes901_" + which + ".bin.xz";
@@ -181,15 +181,15 @@ MotionTrace valley_trace(bool characters, std::size_t most, int ticks) {
         }
         out.clear();
         world.tick({}, out);
-        std::erase_if(recordings, [&](auto& entry) {
-            const world::Entities& e = state.entities;
-            const world::Row row = e.find(entry.first);
+        const world::Entities& e = state.entities;
+        for (auto it = recordings.begin(); it != recordings.end();) {
+            const world::Row row = e.find(it->first);
             if (row == world::kNoRow || e.has(row, world::kGhost)) {
-                return true;
+                it = recordings.erase(it);
+            } else {
+                it++->second.push_back(state_in(e, row));
             }
-            entry.second.push_back(state_in(e, row));
-            return false;
-        });
+        }
     }
     // Types differ in what they are allowed; the promise to all of them is the loosest.
     trace.type.kind = characters ? world::EntityKind::kCharacter : world::EntityKind::kProp;

@@ -145,9 +145,10 @@ struct CurveKind {
 
 /// The kind of curve that a row is a point of, or null.
 const CurveKind* curve_of(const Row& row) {
-    static constexpr std::array<CurveKind, 2> kKinds{{
+    static constexpr std::array<CurveKind, 3> kKinds{{
         {"passes", "passes", "microseconds of a solve", false},
         {"steps_per_s", "steps of a second", "microseconds of a simulated second", true},
+        {"updates_per_s", "publications a second", "microseconds of a tick", false},
     }};
     const auto found = std::find_if(kKinds.begin(), kKinds.end(), [&row](const CurveKind& kind) {
         return row.find_metric(kind.metric) != nullptr;
@@ -155,9 +156,14 @@ const CurveKind* curve_of(const Row& row) {
     return found == kKinds.end() ? nullptr : found;
 }
 
+/// The first word of a curve's parameter is what varies along it.
 std::string heading_of(const Row& row) {
-    const bool plain = row.parameter.empty() || curve_of(row) != nullptr;
-    return row.suite + " " + row.scene + (plain ? "" : " " + row.parameter);
+    std::string parameter = row.parameter;
+    if (curve_of(row) != nullptr) {
+        const std::size_t blank = parameter.find(' ');
+        parameter = blank == std::string::npos ? "" : parameter.substr(blank + 1);
+    }
+    return row.suite + " " + row.scene + (parameter.empty() ? "" : " " + parameter);
 }
 
 const char* colour(std::size_t i) {

@@ -28,9 +28,10 @@ std::string curves_svg(const std::string& x_label,
                        const std::vector<Point>& points);
 
 /// One page of all rows: a picture of time against error per scene, and the metrics as tables.
-/// Rows with the metric `passes` are points of one curve per method, whatever their parameter:
-/// error against time and against passes. So are those with the metric `steps_per_s`, whose time is
-/// that of one step: error against the time of a simulated second and against its steps.
+/// Rows with the metric `passes` are points of one curve per method, whatever the first word of
+/// their parameter: error against time and against passes. So are those with `updates_per_s`. So
+/// are those with the metric `steps_per_s`, whose time is that of one step: error against the time
+/// of a simulated second and against its steps.
 std::string report_html(const Results& results);
 
 }  // namespace zoned::bench

@@ -6,15 +6,25 @@ namespace zoned::bench {
 namespace {
 
 void run_replication(Session& session) {
-    if (session.wants_scene("dead_reckoning")) {
+    if (session.wants_scene("dead_reckoning") || session.wants_scene("display")) {
         run_dead_reckoning(session);
     }
 }
 
 const Registration kReplication({"replication",
                                  "bytes, errors and time of replication",
-                                 {"dead_reckoning"},
-                                 {"default", "order0", "order1", "order2", "ballistic", "turning"},
+                                 {"dead_reckoning", "display"},
+                                 {"default",
+                                  "order0",
+                                  "order1",
+                                  "order2",
+                                  "ballistic",
+                                  "turning",
+                                  "snap",
+                                  "linear",
+                                  "hermite",
+                                  "unpredicted",
+                                  "interpolate"},
                                  run_replication});
 
 }  // namespace

@@ -5,9 +5,9 @@
 
 namespace zoned::bench {
 
-/// Scene `dead_reckoning`: each kind of prediction on each kind of motion, at several thresholds:
-/// publications and bytes per second, the error that a client sees, and the jerk of what it
-/// displays.
+/// Scenes `dead_reckoning` and `display`: each kind of prediction on each kind of motion, at
+/// several thresholds: publications and bytes per second, the error that a client sees, and the
+/// jerk of what it displays; and how that depends on convergence and on the kind of view.
 void run_dead_reckoning(Session& session);
 
 }  // namespace zoned::bench

@@ -4,10 +4,11 @@
 #include "tests/bench/motion_traces.h"
 #include "tests/bench/suite_replication.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <optional>
+#include <deque>
 
 namespace zoned::bench {
 
@@ -28,6 +29,25 @@ constexpr std::array<Predictor, 6> kPredictors{{{"default", -1},
                                                 {"order2", 2},
                                                 {"ballistic", 3},
                                                 {"turning", 4}}};
+
+/// How a client displays what it hears.
+struct Watcher {
+    const char* name;
+    view::ViewKind kind = view::ViewKind::kExtrapolate;
+    motion::ConvergenceMethod convergence = motion::ConvergenceMethod::kProjectiveVelocity;
+    view::Shows shows = view::Shows::kPredicted;
+};
+
+constexpr std::array<Watcher, 6> kWatchers{
+    {{"default"},
+     {"snap", view::ViewKind::kExtrapolate, motion::ConvergenceMethod::kSnap},
+     {"linear", view::ViewKind::kExtrapolate, motion::ConvergenceMethod::kLinear},
+     {"hermite", view::ViewKind::kExtrapolate, motion::ConvergenceMethod::kHermite},
+     {"unpredicted",
+      view::ViewKind::kExtrapolate,
+      motion::ConvergenceMethod::kProjectiveVelocity,
+      view::Shows::kPublished},
+     {"interpolate", view::ViewKind::kInterpolate}}};
 
 /// One level of detail with the threshold for its bound; the steps of quantisation follow from it
 /// as those of a world do.
@@ -67,15 +87,40 @@ std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
     return std::make_shared<const view::World>(std::move(world));
 }
 
-/// A trace through the replicator to one client that sees everything, without delay and loss.
+/// Root of the mean square, and the largest.
+struct Figure {
+    std::uint64_t count = 0;
+    double squares = 0.0;
+    double largest = 0.0;
+
+    void add(double value) {
+        ++count;
+        squares += value * value;
+        largest = std::max(largest, value);
+    }
+
+    [[nodiscard]] double rms() const {
+        return std::sqrt(squares / static_cast<double>(std::max<std::uint64_t>(count, 1)));
+    }
+};
+
+/// A trace through the replicator to one client that sees everything, without loss, `delay` ticks
+/// after it was sent.
 class ReckoningTrial : public JudgedTrial {
   public:
-    ReckoningTrial(const MotionTrace& trace, float threshold_m, int forced)
+    ReckoningTrial(const MotionTrace& trace,
+                   float threshold_m,
+                   int forced,
+                   const Watcher& watcher,
+                   Tick delay)
         : trace_(trace),
+          delay_(delay),
           settings_(settings_for(trace, threshold_m, forced)),
           types_{trace.type},
           replicator_(settings_),
-          view_(world_of(trace, settings_), view::ViewSettings{}, nullptr),
+          view_(world_of(trace, settings_),
+                view::ViewSettings{watcher.convergence, false, watcher.kind, watcher.shows},
+                nullptr),
           shown_(trace.frames.front().size()) {
         for (std::uint32_t id = 1; id <= shown_.size(); ++id) {
             entities_.add(EntityId(id), 0);
@@ -112,33 +157,50 @@ class ReckoningTrial : public JudgedTrial {
 
     void observe() override {
         view_.evaluate(tick_ - 1);
-        for (const mailbox::StatePacket& packet : packets_) {
+        for (mailbox::StatePacket& packet : packets_) {
+            under_way_.emplace_back(tick_ + delay_, std::move(packet));
+        }
+        for (; !under_way_.empty() && under_way_.front().first <= tick_; under_way_.pop_front()) {
+            const mailbox::StatePacket& packet = under_way_.front().second;
             const auto parsed = wire::read_down_head(packet.body);
             const auto records =
                 std::span<const std::uint8_t>(packet.body).subspan(parsed->records_offset);
             view_.apply({packet.sequence, parsed->head, records}, 0.0);
         }
         view_.evaluate(tick_);
-        const std::vector<TracedState>& now = trace_.frames[static_cast<std::size_t>(tick_ - 1)];
-        for (std::size_t i = 0; i < now.size(); ++i) {
-            compare(i, now[i]);
+        // An interpolating view is compared at the tick that it displays.
+        const Tick displayed = view_.displayed_tick();
+        if (displayed < 1) {
+            return;
+        }
+        const std::vector<TracedState>& then =
+            trace_.frames[static_cast<std::size_t>(displayed - 1)];
+        for (std::size_t i = 0; i < then.size(); ++i) {
+            compare(i, displayed, then[i]);
         }
     }
 
     void judge(Row& row) override {
         const double seconds = static_cast<double>(tick_) * static_cast<double>(trace_.tick_s);
-        const auto samples = static_cast<double>(std::max<std::uint64_t>(samples_, 1));
-        row.error = std::sqrt(squares_ / samples);
-        row.error_unit = "m";
+        row.error = predicted_.rms();
+        row.error_unit = std::string("m");
         row.metric("updates_per_s", static_cast<double>(publications_) / seconds);
         row.metric("bytes_per_s", static_cast<double>(bytes_) / seconds);
         row.metric("rms_m", row.error);
-        row.metric("max_m", largest_);
-        row.metric(
-            "jerk_mps3",
-            std::sqrt(jerk_squares_ / static_cast<double>(std::max<std::uint64_t>(jerks_, 1))));
+        row.metric("max_m", predicted_.largest);
+        row.metric("displayed_rms_m", displayed_.rms());
+        row.metric("displayed_max_m", displayed_.largest);
+        row.metric("jerk_mps3", jerk_.rms());
+        row.metric("delay_ticks", static_cast<double>(view_.delay()));
+        const auto published = static_cast<double>(std::max<std::uint64_t>(view_.stats().shown, 1));
+        constexpr std::array<const char*, motion::kPredictorOrders> kKinds{
+            "order0_share", "order1_share", "order2_share", "ballistic_share", "turning_share"};
+        for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
+            row.metric(kKinds[kind], static_cast<double>(view_.stats().by_order[kind]) / published);
+        }
         row.metric("moving_share",
-                   samples / (static_cast<double>(tick_) * static_cast<double>(shown_.size())));
+                   static_cast<double>(predicted_.count) /
+                       (static_cast<double>(tick_) * static_cast<double>(shown_.size())));
     }
 
   private:
@@ -148,34 +210,31 @@ class ReckoningTrial : public JudgedTrial {
         int known = 0;
     };
 
-    void compare(std::size_t index, const TracedState& truth) {
+    void compare(std::size_t index, Tick tick, const TracedState& truth) {
         const view::Entity* entity =
             view_.store().find(EntityId(static_cast<std::uint32_t>(index + 1)));
         const view::Version* version =
-            entity != nullptr ? view::EntityStore::version_at(*entity, tick_) : nullptr;
+            entity != nullptr ? view_.held(*entity, tick, tick_) : nullptr;
         Shown& shown = shown_[index];
-        if (version == nullptr || truth.at_rest) {
+        if (version == nullptr || !version->present || truth.at_rest) {
             shown.known = 0;
             return;
         }
         const Vec3d real = truth.state.position.cast<double>();
-        const double off = (view_.store().predicted(*version, tick_).position - real).norm();
-        squares_ += off * off;
-        largest_ = std::max(largest_, off);
-        ++samples_;
+        const Vec3d seen = view_.displayed(*entity, *version, tick, tick_).position;
+        predicted_.add((view_.store().predicted(*version, tick).position - real).norm());
+        displayed_.add((seen - real).norm());
         std::rotate(shown.places.begin(), shown.places.begin() + 1, shown.places.end());
-        shown.places[3] = view_.store().displayed(*version, tick_).position;
+        shown.places[3] = seen;
         if (++shown.known >= 4) {
             const auto& p = shown.places;
             const double tick_s = static_cast<double>(trace_.tick_s);
-            const double jerk =
-                (p[3] - 3.0 * p[2] + 3.0 * p[1] - p[0]).norm() / (tick_s * tick_s * tick_s);
-            jerk_squares_ += jerk * jerk;
-            ++jerks_;
+            jerk_.add((p[3] - 3.0 * p[2] + 3.0 * p[1] - p[0]).norm() / (tick_s * tick_s * tick_s));
         }
     }
 
     const MotionTrace& trace_;
+    Tick delay_ = 0;
     replication::Settings settings_;
     world::TypeTable types_;
     replication::Replicator replicator_;
@@ -183,15 +242,14 @@ class ReckoningTrial : public JudgedTrial {
     world::Entities entities_;
     world::VisibleSet visible_;
     std::vector<mailbox::StatePacket> packets_;
+    std::deque<std::pair<Tick, mailbox::StatePacket>> under_way_;  // when it comes
     std::vector<Shown> shown_;
     Tick tick_ = 0;
     std::uint64_t publications_ = 0;
     std::uint64_t bytes_ = 0;
-    std::uint64_t samples_ = 0;
-    std::uint64_t jerks_ = 0;
-    double squares_ = 0.0;
-    double jerk_squares_ = 0.0;
-    double largest_ = 0.0;
+    Figure predicted_;
+    Figure displayed_;
+    Figure jerk_;
 };
 
 std::string parameter_of(float threshold_m, const std::string& motion) {
@@ -210,44 +268,80 @@ void run_trace(Session& session, const MotionTrace& trace) {
     }
     const std::vector<float> thresholds =
         session.quick ? std::vector<float>{0.05F} : std::vector<float>{0.01F, 0.05F, 0.2F, 1.0F};
+    std::vector<Row> rows;
     for (const float threshold : thresholds) {
         std::vector<Method> methods;
         for (const Predictor& predictor : kPredictors) {
             methods.push_back({predictor.name, "", [&trace, threshold, predictor] {
                                    return std::make_unique<ReckoningTrial>(
-                                       trace, threshold, predictor.forced);
+                                       trace, threshold, predictor.forced, kWatchers[0], 0);
                                }});
         }
-        session.add(compare("replication",
-                            "dead_reckoning",
-                            parameter_of(threshold, trace.motion),
-                            wanted(session, std::move(methods)),
-                            {0, static_cast<int>(trace.frames.size()), 1}));
+        for (Row& row : compare("replication",
+                                "dead_reckoning",
+                                parameter_of(threshold, trace.motion),
+                                wanted(session, std::move(methods)),
+                                {0, static_cast<int>(trace.frames.size()), 1})) {
+            rows.push_back(std::move(row));
+        }
     }
+    // A curve per method: its points follow each other.
+    std::stable_sort(
+        rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.method < b.method; });
+    session.add(std::move(rows));
+}
+
+/// News is a tenth of a second old: what each way of displaying costs in error and jerk.
+void run_display(Session& session, const MotionTrace& trace) {
+    if (trace.frames.empty()) {
+        return;
+    }
+    const Tick delay = std::lround(0.1 / static_cast<double>(trace.tick_s));
+    std::vector<Method> methods;
+    for (const Watcher& watcher : kWatchers) {
+        methods.push_back({watcher.name, "", [&trace, watcher, delay] {
+                               return std::make_unique<ReckoningTrial>(
+                                   trace, 0.05F, -1, watcher, delay);
+                           }});
+    }
+    session.add(compare("replication",
+                        "display",
+                        "threshold=0.05 motion=" + trace.motion,
+                        wanted(session, std::move(methods)),
+                        {0, static_cast<int>(trace.frames.size()), 1}));
 }
 
 }  // namespace
 
 void run_dead_reckoning(Session& session) {
     const int seconds = session.quick ? 2 : 20;
-    run_trace(session, orbit_trace(100, 30 * seconds));
-    run_trace(session, throw_trace(100, 30 * seconds));
-    run_trace(session, walk_trace(100, 30 * seconds));
-    run_trace(session, valley_trace(true, 100, 30 * seconds));
-    run_trace(session, valley_trace(false, 100, 30 * seconds));
+    const auto run = [&session](const MotionTrace& trace) {
+        if (session.wants_scene("dead_reckoning")) {
+            run_trace(session, trace);
+        }
+        if (session.wants_scene("display")) {
+            run_display(session, trace);
+        }
+    };
+    run(orbit_trace(100, 30 * seconds));
+    run(throw_trace(100, 30 * seconds));
+    run(walk_trace(100, 30 * seconds));
+    run(valley_trace(true, 100, 30 * seconds));
+    run(valley_trace(false, 100, 30 * seconds));
     for (const char* which : {"A", "B"}) {
         std::string why;
         // A recording of 47 s: the first 15 are enough of it.
-        const MotionTrace trace = cubes_trace(which, 60 * (session.quick ? 1 : 15), why);
+        run(cubes_trace(which, 60 * (session.quick ? 1 : 15), why));
         if (!why.empty()) {
             session.note(why);
         }
-        run_trace(session, trace);
     }
     session.note(
         "dead_reckoning: all of the scene's entities together, to one client without delay; errors "
-        "of the prediction and jerk of what is displayed (projective velocity blending), at the "
-        "ticks and of what moves");
+        "of the prediction (displayed_: of what is displayed) and jerk of what is displayed, at "
+        "the "
+        "ticks and of what moves. display: the same with news that is 100 ms old; an interpolating "
+        "view is compared at the tick that it displays");
 }
 
 }  // namespace zoned::bench

@@ -29,6 +29,41 @@ TEST_F(Consistency, HoldsOnABadNetwork) {
     EXPECT_EQ(report.events_duplicated, 0u);
 }
 
+TEST_F(Consistency, OfAnInterpolatingViewHoldsWithTheBareBound) {
+    bots.view = view::ViewKind::kInterpolate;
+    server.network.delay_s = 0.06;
+    const measure::Report report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_EQ(report.converged_bots, 8u);
+    EXPECT_GT(report.audit.samples, 200u);
+    // Nothing is granted for the age of news, once clock and playout have settled.
+    EXPECT_EQ(report.audit.news_age_s.percentile(0.8), 0.0);
+    EXPECT_GE(report.view_delay_ticks.percentile(0.5), 2.0);
+    EXPECT_LE(report.view_delay_ticks.max(), 8.0);
+}
+
+TEST_F(Consistency, OfAnInterpolatingViewHoldsOnABadNetwork) {
+    bots.view = view::ViewKind::kInterpolate;
+    server.network.loss = 0.05;
+    server.network.delay_s = 0.06;
+    server.network.jitter_s = 0.05;
+    server.network.duplicate = 0.02;
+    server.network.reorder = 0.05;
+    bots.seconds = 10.0;
+    const measure::Report report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GT(report.audit.samples_after_loss, 0u);
+}
+
+TEST_F(Consistency, HoldsForEachKindOfPrediction) {
+    for (const char* kind : {"STATIC", "LINEAR", "QUADRATIC", "BALLISTIC", "TURNING"}) {
+        server.sets = {std::string("replication.predictor=") + kind};
+        bots.seconds = 3.0;
+        const measure::Report report = run();
+        EXPECT_TRUE(report.consistent) << kind << ": " << reasons(report);
+    }
+}
+
 TEST_F(Consistency, HoldsWhenClientClocksAreOff) {
     server.skew_s = 12345.678;
     const measure::Report report = run();

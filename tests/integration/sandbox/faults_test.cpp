@@ -5,14 +5,29 @@ namespace {
 
 /// The checker is checked: each fault on purpose turns the verdict, for the right reason.
 class Faults : public GameTest {
-  protected:
+  public:
     measure::Report run_with(std::initializer_list<std::string> sets) {
         server.sets.assign(sets);
         return run();
     }
 };
 
-TEST_F(Faults, FindsPositionsThatAreCorrupted) {
+/// What a view shows of states, by the kind of view.
+class FaultsInView : public Faults, public testing::WithParamInterface<view::ViewKind> {
+  protected:
+    FaultsInView() { bots.view = GetParam(); }
+};
+
+INSTANTIATE_TEST_SUITE_P(Views,
+                         FaultsInView,
+                         testing::Values(view::ViewKind::kExtrapolate,
+                                         view::ViewKind::kInterpolate),
+                         [](const auto& info) {
+                             return info.param == view::ViewKind::kInterpolate ? "Interpolating"
+                                                                               : "Extrapolating";
+                         });
+
+TEST_P(FaultsInView, FindsPositionsThatAreCorrupted) {
     const auto report = run_with(
         {"testing.corrupt_position.probability=0.2", "testing.corrupt_position.offset_m=3"});
     EXPECT_FALSE(report.consistent);
@@ -20,14 +35,14 @@ TEST_F(Faults, FindsPositionsThatAreCorrupted) {
     EXPECT_TRUE(has_reason(report, "position")) << reasons(report);
 }
 
-TEST_F(Faults, FindsEntitiesThatAreHidden) {
+TEST_P(FaultsInView, FindsEntitiesThatAreHidden) {
     const auto report = run_with({"testing.hide_entity.probability=0.3"});
     EXPECT_FALSE(report.consistent);
     EXPECT_GT(report.audit.missing, 0u);
     EXPECT_TRUE(has_reason(report, "missing")) << reasons(report);
 }
 
-TEST_F(Faults, FindsEntitiesThatAreLeaked) {
+TEST_P(FaultsInView, FindsEntitiesThatAreLeaked) {
     // Radii of 15 m, so that something lies beyond them.
     const auto report =
         run_with({"type[0].nimbus_m.normal=15", "testing.leak_entity.probability=1"});
@@ -64,7 +79,7 @@ TEST_F(Faults, FindsLimitsThatTheWorldDoesNotKeep) {
     EXPECT_GT(report.audit.position_violations, 0u);
 }
 
-TEST_F(Faults, FindsNoneWithoutAny) {
+TEST_P(FaultsInView, FindsNoneWithoutAny) {
     const auto report = run_with({});
     EXPECT_TRUE(report.consistent) << reasons(report);
 }

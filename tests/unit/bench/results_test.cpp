@@ -119,6 +119,27 @@ TEST(Report, DrawsRowsWithPassesAsOneCurvePerMethod) {
     EXPECT_EQ(html.find("<h2>s curve</h2>"), html.rfind("<h2>"));
 }
 
+TEST(Report, DrawsRowsWithUpdatesAsCurvesOfEachMotion) {
+    Results results;
+    for (const char* motion : {"walk", "fall"}) {
+        for (const double threshold : {0.01, 0.1}) {
+            Row row;
+            row.suite = "s";
+            row.scene = "reckoning";
+            row.parameter = "threshold=" + std::to_string(threshold) + " motion=" + motion;
+            row.time_us_p50 = 1.0;
+            row.error = threshold;
+            row.error_unit = std::string("m");
+            row.metric("updates_per_s", 1.0 / threshold);
+            results.rows.push_back(row);
+        }
+    }
+    const std::string html = report_html(results);
+    EXPECT_THAT(html, testing::HasSubstr("<h2>s reckoning motion=walk</h2>"));
+    EXPECT_THAT(html, testing::HasSubstr("<h2>s reckoning motion=fall</h2>"));
+    EXPECT_THAT(html, testing::HasSubstr("publications a second"));
+}
+
 TEST(Report, DrawsRowsWithStepsAsCurvesThatLeaveOutWhatExploded) {
     Results results;
     for (const int steps : {10, 20, 40}) {

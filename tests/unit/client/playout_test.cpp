@@ -43,17 +43,17 @@ TEST(Playout, StaysBehindByTheQuantileOfTheLateness) {
     Playout playout;
     Tick now = 100;
     EXPECT_LE(late_share(playout, now, 1200, 2, 0, rng), 0.0);
-    EXPECT_EQ(playout.delay(), 2);
-    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0, 0.05);
+    EXPECT_EQ(playout.delay(), 2 + Playout::kLead);
+    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0 + Playout::kLead, 0.05);
     // Jitter of six ticks: all but a hundredth of the news is in time; a little slack for 600
     // samples: three standard deviations of sqrt(0.01 / 600).
     EXPECT_LE(late_share(playout, now, 1200, 2, 6, rng), 0.01 + 0.0122);
-    EXPECT_GE(playout.delay(), 7);
-    EXPECT_LE(playout.delay(), 8);
+    EXPECT_GE(playout.delay(), 7 + Playout::kLead);
+    EXPECT_LE(playout.delay(), 8 + Playout::kLead);
     // And back again when the network has calmed down.
     late_share(playout, now, 1200, 2, 0, rng);
-    EXPECT_EQ(playout.delay(), 2);
-    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0, 0.05);
+    EXPECT_EQ(playout.delay(), 2 + Playout::kLead);
+    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0 + Playout::kLead, 0.05);
 }
 
 TEST(Playout, NeverRunsBackwardsNorFasterThanItSlews) {
@@ -80,10 +80,10 @@ TEST(Playout, JumpsAheadAfterAStallAndOwnsUpToWhatItDidNotDisplay) {
         playout.advance(now);
     }
     playout.advance(300);
-    EXPECT_DOUBLE_EQ(playout.position(), 297.0);
+    EXPECT_DOUBLE_EQ(playout.position(), 297.0 - Playout::kLead);
     EXPECT_FALSE(playout.shown_at(200).has_value());
-    EXPECT_EQ(playout.shown_at(297), 300);
-    EXPECT_FALSE(playout.shown_at(298).has_value());
+    EXPECT_EQ(playout.shown_at(297 - Playout::kLead), 300);
+    EXPECT_FALSE(playout.shown_at(298 - Playout::kLead).has_value());
 }
 
 TEST(Playout, RemembersAtWhichViewTickEachTickWasDisplayed) {
@@ -95,8 +95,8 @@ TEST(Playout, RemembersAtWhichViewTickEachTickWasDisplayed) {
     for (Tick tick = 850; tick < 980; ++tick) {
         const auto at = playout.shown_at(tick);
         ASSERT_TRUE(at.has_value()) << tick;
-        EXPECT_GE(*at - tick, 8);
-        EXPECT_LE(*at - tick, 10);
+        EXPECT_GE(*at - tick, 8 + Playout::kLead);
+        EXPECT_LE(*at - tick, 10 + Playout::kLead);
     }
 }
 
