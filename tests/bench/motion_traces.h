@@ -43,10 +43,6 @@ MotionTrace walk_trace(int entities, int ticks);
 /// (`why` says so).
 MotionTrace cubes_trace(const std::string& which, int ticks, std::string& why);
 
-/// Directory of the public data: the environment's ZONED_DATA, else shared/data beside the
-/// repository.
-std::string data_directory();
-
 /// The world of config/valley.txtpb without players, simulated by its zones; 30 Hz. `characters`:
 /// those of its characters that walk; else its props, each thrown once, in turn, by up to 6 m/s.
 /// Entities that stay in their zone all the time, as many as `most`.

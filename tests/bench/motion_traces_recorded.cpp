@@ -1,17 +1,13 @@
 #include "server/app/world.h"
 #include "server/zone/context.h"
 #include "tests/bench/motion_traces.h"
+#include "tests/bench/public_data.h"
 #include "shared/core/rng.h"
 #include "shared/math/turn_rate.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
 #include <map>
 #include <stdexcept>
 
@@ -19,34 +15,15 @@ namespace zoned::bench {
 
 namespace {
 
-constexpr std::size_t kCubes = 901;
-constexpr std::size_t kCubeInts = 8;
-constexpr std::size_t kCubeFrame = kCubes * kCubeInts;
-
-static_assert(std::endian::native == std::endian::little, "the data is little-endian");
-
-/// The first `frames` frames; fewer where the file is shorter.
-std::vector<std::int32_t> unpacked(const std::string& file, std::size_t frames) {
-    std::vector<std::int32_t> out(frames * kCubeFrame);
-    std::FILE* pipe = popen(("xz -dc '" + file + "' 2>/dev/null").c_str(), "r");
-    if (pipe == nullptr) {
-        return {};
-    }
-    const std::size_t read = std::fread(out.data(), sizeof(std::int32_t), out.size(), pipe);
-    pclose(pipe);
-    out.resize(read / kCubeFrame * kCubeFrame);
-    return out;
-}
-
 /// z is up in the data.
-Vec3 cube_place(const std::int32_t* cube) {
+Vec3 cube_place(const CubeRecord& cube) {
     constexpr float kUnit = 1.0F / 512.0F;
     return kUnit * Vec3(static_cast<float>(cube[4]),
                         static_cast<float>(cube[6]),
                         -static_cast<float>(cube[5]));
 }
 
-Quat cube_turn(const std::int32_t* cube) {
+Quat cube_turn(const CubeRecord& cube) {
     // Nine bits for -1 / sqrt 2 .. 1 / sqrt 2; the largest of x, y, z, w is left out.
     std::array<float, 4> q{};
     float rest = 1.0F;
@@ -62,9 +39,14 @@ Quat cube_turn(const std::int32_t* cube) {
     return Quat(q[3], q[0], q[2], -q[1]).normalized();
 }
 
-TracedState cube_state(const std::vector<std::int32_t>& data, std::size_t frame, std::size_t cube) {
-    const auto at = [&](std::size_t f) {
-        return data.data() + f * kCubeFrame + cube * kCubeInts;
+/// Whether a cube is where and as it was, whatever else is told of it.
+bool same_pose(const CubeRecord& a, const CubeRecord& b) {
+    return std::equal(a.begin(), a.end() - 1, b.begin());
+}
+
+TracedState cube_state(const std::vector<CubeRecord>& data, std::size_t frame, std::size_t cube) {
+    const auto at = [&](std::size_t f) -> const CubeRecord& {
+        return data[f * kCubes + cube];
     };
     constexpr float kSpan = 4.0F / 60.0F;
     const Vec3 here = cube_place(at(frame));
@@ -73,8 +55,7 @@ TracedState cube_state(const std::vector<std::int32_t>& data, std::size_t frame,
     TracedState s;
     s.state.position = here;
     s.state.orientation = cube_turn(at(frame));
-    s.at_rest = std::equal(at(frame - 2), at(frame - 2) + 7, at(frame + 2)) &&
-                std::equal(at(frame - 2), at(frame - 2) + 7, at(frame));
+    s.at_rest = same_pose(at(frame - 2), at(frame + 2)) && same_pose(at(frame - 2), at(frame));
     if (!s.at_rest) {
         s.state.velocity = (after - before) / kSpan;
         s.state.acceleration = (after - 2.0F * here + before) / (0.25F * kSpan * kSpan);
@@ -86,11 +67,6 @@ TracedState cube_state(const std::vector<std::int32_t>& data, std::size_t frame,
 
 }  // namespace
 
-std::string data_directory() {
-    const char* named = std::getenv("ZONED_DATA");
-    return named != nullptr ? named : ZONED_SOURCE_DIR "/../shared/data";
-}
-
 MotionTrace cubes_trace(const std::string& which, int ticks, std::string& why) {
     MotionTrace trace;
     trace.motion = "cubes901_" + which;
@@ -101,17 +77,9 @@ MotionTrace cubes_trace(const std::string& which, int ticks, std::string& why) {
     trace.type.max_acceleration_mps2 = 100.0F;  // they bump
     trace.type.max_velocity_jump_mps = 40.0F;
     trace.ground = std::make_shared<const motion::StaticGeometry>();
-    const std::string file = data_directory() + "/cubes901/cubes901_" + which + ".bin.xz";
-    if (!std::filesystem::exists(file)) {
-        why = file + " is not there: no rows of it";
-        return trace;
-    }
-    const std::vector<std::int32_t> data = unpacked(file, static_cast<std::size_t>(ticks) + 4);
-    const std::size_t frames = data.size() / kCubeFrame;
-    if (frames < 5) {
-        why = "xz could not read " + file + ": no rows of it";
-        return trace;
-    }
+    const std::vector<CubeRecord> data =
+        read_cubes(which, static_cast<std::size_t>(ticks) + 4, why);
+    const std::size_t frames = data.size() / kCubes;
     for (std::size_t frame = 2; frame + 2 < frames; ++frame) {
         auto& states = trace.frames.emplace_back();
         for (std::size_t cube = 0; cube < kCubes; ++cube) {

@@ -9,23 +9,25 @@ void run_replication(Session& session) {
     if (session.wants_scene("dead_reckoning") || session.wants_scene("display")) {
         run_dead_reckoning(session);
     }
+    run_snapshots(session);
 }
 
-const Registration kReplication({"replication",
-                                 "bytes, errors and time of replication",
-                                 {"dead_reckoning", "display"},
-                                 {"default",
-                                  "order0",
-                                  "order1",
-                                  "order2",
-                                  "ballistic",
-                                  "turning",
-                                  "snap",
-                                  "linear",
-                                  "hermite",
-                                  "unpredicted",
-                                  "interpolate"},
-                                 run_replication});
+const Registration kReplication(
+    {"replication",
+     "bytes, errors and time of replication",
+     {"cubes901_A", "cubes901_B", "orientations", "dead_reckoning", "display"},
+     {"default",
+      "order0",
+      "order1",
+      "order2",
+      "ballistic",
+      "turning",
+      "snap",
+      "linear",
+      "hermite",
+      "unpredicted",
+      "interpolate"},
+     run_replication});
 
 }  // namespace
 

@@ -10,4 +10,10 @@ namespace zoned::bench {
 /// jerk of what it displays; and how that depends on convergence and on the kind of view.
 void run_dead_reckoning(Session& session);
 
+/// Scenes `cubes901_A`, `cubes901_B` and `orientations`: public data, coded exactly: kbit/s of a
+/// world of 901 cubes at 60 Hz, each snapshot against the one six before, over a perfect network
+/// and over one that loses 5 %; a frame is one snapshot encoded and decoded. Bits of a captured
+/// orientation against the one before.
+void run_snapshots(Session& session);
+
 }  // namespace zoned::bench

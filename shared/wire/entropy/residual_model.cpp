@@ -1,0 +1,122 @@
+#include "shared/wire/entropy/residual_model.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace zoned::wire::entropy {
+
+namespace {
+
+/// The smallest magnitude of a symbol; of the one behind the last the place where escapes end.
+constexpr std::uint32_t first_magnitude(int symbol) {
+    if (symbol < 4) {
+        return static_cast<std::uint32_t>(symbol);
+    }
+    const int octave = 2 + (symbol - 4) / 2;
+    return (symbol % 2 == 0 ? 2u : 3u) << (octave - 1);
+}
+
+constexpr int open_bits_of(int symbol) {
+    return symbol < 4 ? 0 : 1 + (symbol - 4) / 2;
+}
+
+static_assert(first_magnitude(kEscapeSymbol) == kEscapeFrom);
+
+/// The middle of a class of expectation.
+double expectation_of(int scale) {
+    const double octave = static_cast<double>(1u << (scale / 2));
+    return octave * (scale % 2 == 0 ? 1.25 : 1.75) - 1.0;
+}
+
+/// theta^n by whole multiplications: the same bits everywhere.
+double power(double theta, std::uint32_t n) {
+    double result = 1.0;
+    for (double square = theta; n != 0; n >>= 1, square *= square) {
+        if ((n & 1u) != 0) {
+            result *= square;
+        }
+    }
+    return result;
+}
+
+}  // namespace
+
+int scale_class(float expected) {
+    if (!(expected > 0.0F)) {
+        return expected <= 0.0F ? 0 : kScaleClasses - 1;
+    }
+    // The exponent and the first bit behind it of 1 + expected.
+    const auto bits = std::bit_cast<std::uint32_t>(1.0F + expected);
+    const int scale = static_cast<int>(bits >> 22) - (127 << 1);
+    return std::min(scale, kScaleClasses - 1);
+}
+
+Magnitude magnitude_of(std::uint32_t value) {
+    if (value < 4) {
+        return {static_cast<int>(value), 0, 0};
+    }
+    if (value >= kEscapeFrom) {
+        return {kEscapeSymbol, 0, value - kEscapeFrom};
+    }
+    const int octave = std::bit_width(value) - 1;
+    const int open_bits = octave - 1;
+    const int half = static_cast<int>(value >> open_bits) & 1;
+    return {4 + 2 * (octave - 2) + half, open_bits, value & ((1u << open_bits) - 1)};
+}
+
+ResidualModel::ResidualModel() {
+    for (int scale = 0; scale < kScaleClasses; ++scale) {
+        const double mean = expectation_of(scale);
+        // The mean magnitude of theta^|r| (1 - theta) / (1 + theta) is 2 theta / (1 - theta^2).
+        const double theta = (std::sqrt(1.0 + mean * mean) - 1.0) / mean;
+        std::array<std::uint32_t, SymbolModel::kSymbols> weights;
+        for (int symbol = 0; symbol < SymbolModel::kSymbols; ++symbol) {
+            const double from =
+                symbol == 0 ? 1.0 : 2.0 * power(theta, first_magnitude(symbol)) / (1.0 + theta);
+            const double to = symbol == kEscapeSymbol
+                                  ? 0.0
+                                  : 2.0 * power(theta, first_magnitude(symbol + 1)) / (1.0 + theta);
+            weights[static_cast<std::size_t>(symbol)] =
+                1 + static_cast<std::uint32_t>(60000.0 * std::max(0.0, from - to));
+        }
+        of(scale).set(weights);
+    }
+}
+
+void encode_rest(RangeEncoder& coder, std::int32_t residual, const Magnitude& magnitude) {
+    const std::uint32_t sign = residual < 0 ? 1 : 0;
+    if (magnitude.symbol == kEscapeSymbol) {
+        const std::uint32_t over = magnitude.open + 1;
+        const int octave = std::bit_width(over) - 1;
+        coder.encode_raw(static_cast<std::uint32_t>(octave), 5);
+        const std::uint32_t low = over - (1u << octave);
+        const int upper_bits = std::max(0, octave - 12);
+        coder.encode_raw(low >> (octave - upper_bits), upper_bits);
+        coder.encode_raw(low & ((1u << (octave - upper_bits)) - 1), octave - upper_bits);
+        coder.encode_raw(sign, 1);
+    } else if (residual != 0) {
+        coder.encode_raw(magnitude.open << 1 | sign, magnitude.open_bits + 1);
+    }
+}
+
+std::int32_t decode_rest(RangeDecoder& coder, int symbol) {
+    if (symbol == 0) {
+        return 0;
+    }
+    if (symbol < kEscapeSymbol) {
+        const std::uint32_t raw = coder.decode_raw(open_bits_of(symbol) + 1);
+        const auto value = static_cast<std::int32_t>(first_magnitude(symbol) + (raw >> 1));
+        return (raw & 1u) != 0 ? -value : value;
+    }
+    const int octave = std::min(static_cast<int>(coder.decode_raw(5)), 24);
+    const int upper_bits = std::max(0, octave - 12);
+    const std::uint32_t upper = coder.decode_raw(upper_bits);
+    const std::uint32_t lower = coder.decode_raw(octave - upper_bits);
+    const std::uint32_t over = (1u << octave) + (upper << (octave - upper_bits)) + lower;
+    const auto value =
+        static_cast<std::int32_t>(std::min<std::uint32_t>(over - 1 + kEscapeFrom, kMaxResidual));
+    return coder.decode_raw(1) != 0 ? -value : value;
+}
+
+}  // namespace zoned::wire::entropy

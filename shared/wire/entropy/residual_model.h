@@ -1,0 +1,58 @@
+// Residual models: what a prediction was off by, as whole steps, coded by how far off it was
+// expected to be.
+#pragma once
+
+#include "shared/wire/entropy/symbol_model.h"
+
+#include <array>
+#include <cstdint>
+
+namespace zoned::wire::entropy {
+
+/// Expected magnitudes fall into classes of half an octave (two to an octave, the upper one half as
+/// large again): class 0 is [0, 0.5), 1 is [0.5, 1), 2 is [1, 2), 3 is [2, 3), ...
+inline constexpr int kScaleClasses = 28;
+
+/// The class of an expected magnitude in steps; negative ones count as 0, not a number as the
+/// largest. Exact: the same bits give the same class everywhere.
+int scale_class(float expected);
+
+/// The largest magnitude that a residual may have.
+inline constexpr std::int32_t kMaxResidual = (1 << 24) - 1;
+
+/// A magnitude as a symbol and as many raw bits as its class leaves open: 0, 1, 2 and 3 have a
+/// symbol each, then two to an octave up to 191; what is greater tells its octave in four bits.
+struct Magnitude {
+    int symbol = 0;
+    int open_bits = 0;       ///< of the class
+    std::uint32_t open = 0;  ///< which of the class's magnitudes it is
+};
+
+inline constexpr int kEscapeSymbol = 15;
+inline constexpr std::uint32_t kEscapeFrom = 192;
+
+Magnitude magnitude_of(std::uint32_t value);
+
+/// One model per class of expectation. To begin with residuals are taken for two-sided geometric
+/// ones of that mean magnitude (the discrete Laplace distribution of prediction errors: P. G.
+/// Howard and J. S. Vitter, "Fast and efficient lossless image compression", DCC 1993, section 4).
+class ResidualModel {
+  public:
+    ResidualModel();
+
+    [[nodiscard]] const SymbolModel& of(int scale) const {
+        return models_[static_cast<std::size_t>(scale)];
+    }
+
+    [[nodiscard]] SymbolModel& of(int scale) { return models_[static_cast<std::size_t>(scale)]; }
+
+  private:
+    std::array<SymbolModel, kScaleClasses> models_;
+};
+
+/// The raw part of a residual: open bits, escape, sign. `symbol` has been coded before.
+void encode_rest(RangeEncoder& coder, std::int32_t residual, const Magnitude& magnitude);
+/// The whole residual; at most kMaxResidual in magnitude whatever the bytes.
+std::int32_t decode_rest(RangeDecoder& coder, int symbol);
+
+}  // namespace zoned::wire::entropy

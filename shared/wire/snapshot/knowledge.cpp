@@ -1,0 +1,95 @@
+#include "shared/wire/snapshot/knowledge.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::wire::snapshot {
+
+namespace {
+
+// Before anything was learned: bodies go on as they did, mostly by their newest velocity, and share
+// the surprises of what is near them.
+constexpr std::array<double, kMoveFeatures> kGoesOn = {0.8, 0.2, 1.0, 0.4};
+constexpr std::array<double, kTurnFeatures> kTurnsOn = {0.3, 0.7, 0.5};
+
+/// Where bodies are before anything was said of them.
+FramePointer origin(const SnapshotFormat& format) {
+    auto frame = std::make_shared<CodedFrame>();
+    BodySample sample;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        sample.position[axis] = std::clamp(0, format.minimum[axis], format.maximum[axis]);
+        sample.orientation[axis] = static_cast<std::int16_t>(1 << (format.orientation_bits - 1));
+    }
+    frame->samples.assign(format.bodies, sample);
+    frame->changed_at.assign(format.bodies, 0);
+    frame->moved_index.assign(format.bodies, kNotMoved);
+    return frame;
+}
+
+}  // namespace
+
+std::shared_ptr<CodedFrame> FramePool::take() {
+    for (std::size_t tries = 0; tries < frames_.size(); ++tries) {
+        next_ = (next_ + 1) % frames_.size();
+        if (frames_[next_].use_count() == 1) {
+            CodedFrame& frame = *frames_[next_];
+            frame.lessons.clear();
+            frame.moved.clear();
+            frame.awake.clear();
+            frame.moves = {};
+            frame.turns = {};
+            return frames_[next_];
+        }
+    }
+    return frames_.emplace_back(std::make_shared<CodedFrame>());
+}
+
+void Models::learn(const std::vector<Lesson>& lessons) {
+    for (const Lesson& lesson : lessons) {
+        if (lesson.model < kBits) {
+            bits[lesson.model].learn(lesson.symbol != 0);
+        } else {
+            const std::size_t model = lesson.model - kBits;
+            residuals[model / entropy::kScaleClasses]
+                .of(static_cast<int>(model % entropy::kScaleClasses))
+                .learn(lesson.symbol);
+        }
+    }
+}
+
+Knowledge::Knowledge(const SnapshotFormat& format) {
+    frames_[0] = origin(format);
+    for (auto& by_calm : moves_) {
+        by_calm.fill(entropy::LeastSquares<kMoveFeatures>(kGoesOn));
+    }
+    turns_.fill(entropy::LeastSquares<kTurnFeatures>(kTurnsOn));
+    // What rests goes on resting.
+    for (std::size_t i = 0; i < Models::kChangeContexts + Models::kBlockContexts; ++i) {
+        models_.bits[i] = entropy::BitModel(1u << 12);
+    }
+}
+
+void Knowledge::learn(FramePointer frame) {
+    models_.learn(frame->lessons);
+    const auto learn_sums = [](auto& squares, const auto& seen) {
+        if (seen.any) {
+            squares.learn(seen);
+            squares.solve();
+        }
+    };
+    for (std::size_t calm = 0; calm < kCalmClasses; ++calm) {
+        learn_sums(moves_[0][calm], frame->moves[0][calm]);
+        learn_sums(moves_[1][calm], frame->moves[1][calm]);
+        learn_sums(turns_[calm], frame->turns[calm]);
+    }
+    const FrameNumber gap = frame->number - newest();
+    if (newest() == 0 || gap > 64) {
+        learned_ = 0;
+    } else {
+        learned_ = (gap == 64 ? 0 : learned_ << gap) | std::uint64_t{1} << (gap - 1);
+    }
+    std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
+    frames_[0] = std::move(frame);
+}
+
+}  // namespace zoned::wire::snapshot

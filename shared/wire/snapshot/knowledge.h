@@ -1,0 +1,143 @@
+// Knowledge: what both sides provably share: acknowledged snapshots and what coding them taught.
+#pragma once
+
+#include "shared/wire/entropy/least_squares.h"
+#include "shared/wire/entropy/residual_model.h"
+#include "shared/wire/snapshot/turn.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace zoned::wire::snapshot {
+
+/// Numbers of snapshots count from 1; 0 is none.
+using FrameNumber = std::uint32_t;
+
+/// What is known of a body that a snapshot changed. Of others all of it is zero.
+struct Moved {
+    std::array<float, 3> error{};  ///< steps per frame since the reference: what the prediction was
+                                   ///< off by, magnitude
+    float turn_error = 0.0F;       ///< rad per frame, likewise, mean over the axes
+    Rotation rotation;
+};
+
+inline constexpr std::uint16_t kNotMoved = 0xFFFF;
+
+/// A decision that was coded and with which model: learned when both sides share the snapshot.
+struct Lesson {
+    std::uint16_t model = 0;
+    std::uint8_t symbol = 0;
+};
+
+inline constexpr std::size_t kMoveFeatures = 4;
+inline constexpr std::size_t kTurnFeatures = 3;
+/// Predictors are apart by how calm a body has been: the calm are measured over longer times.
+inline constexpr std::size_t kCalmClasses = 8;
+
+/// A snapshot as it was coded. Never changes afterwards.
+struct CodedFrame {
+    FrameNumber number = 0;
+    Snapshot samples;
+    std::vector<FrameNumber> changed_at;     ///< when each body last differed from its reference
+    std::vector<std::uint16_t> moved_index;  ///< in `moved`, or kNotMoved
+    std::vector<Moved> moved;
+    std::vector<std::uint16_t> awake;  ///< bodies that changed lately, 16 to a mask
+    std::vector<Lesson> lessons;
+    std::array<std::array<entropy::NormalSums<kMoveFeatures>, kCalmClasses>, 2> moves;
+    std::array<entropy::NormalSums<kTurnFeatures>, kCalmClasses> turns;
+
+    [[nodiscard]] const Moved& moved_of(std::uint32_t body) const {
+        static constexpr Moved kStill;
+        const std::uint16_t index = moved_index[body];
+        return index == kNotMoved ? kStill : moved[index];
+    }
+
+    [[nodiscard]] Rotation rotation_of_body(std::uint32_t body, int orientation_bits) const {
+        const std::uint16_t index = moved_index[body];
+        return index == kNotMoved ? rotation_of(samples[body], orientation_bits)
+                                  : moved[index].rotation;
+    }
+};
+
+using FramePointer = std::shared_ptr<const CodedFrame>;
+
+/// Frames that nobody holds any more are used again: their columns keep their memory.
+class FramePool {
+  public:
+    /// Empty but for the memory of its columns.
+    std::shared_ptr<CodedFrame> take();
+
+  private:
+    std::vector<std::shared_ptr<CodedFrame>> frames_;
+    std::size_t next_ = 0;
+};
+
+/// Probability models by what they are for.
+struct Models {
+    static constexpr std::size_t kChangeContexts = 256;
+    static constexpr std::size_t kBlockContexts = 4;
+    static constexpr std::size_t kMarkContexts = 4;
+    static constexpr std::size_t kLeadContexts = 8;
+    static constexpr std::size_t kBits =
+        kChangeContexts + kBlockContexts + kMarkContexts + kLeadContexts;
+
+    enum Residuals : std::uint8_t {
+        kHorizontal,
+        kVertical,
+        kOrientation,
+        kResiduals
+    };
+
+    std::array<entropy::BitModel, kBits> bits;
+    std::array<entropy::ResidualModel, kResiduals> residuals;
+
+    void learn(const std::vector<Lesson>& lessons);
+};
+
+/// Grows by one acknowledged snapshot at a time, in ascending order; whoever has learned the same
+/// snapshots knows the same, bit for bit.
+class Knowledge {
+  public:
+    static constexpr std::size_t kRemembered = 7;
+
+    explicit Knowledge(const SnapshotFormat& format);
+
+    void learn(FramePointer frame);
+
+    /// 0: nothing but where bodies are before anything was said of them.
+    [[nodiscard]] FrameNumber newest() const { return frames_[0]->number; }
+
+    /// The newest snapshot but `back`, or the oldest remembered.
+    [[nodiscard]] const CodedFrame& frame(std::size_t back) const {
+        while (!frames_[back]) {
+            --back;
+        }
+        return *frames_[back];
+    }
+
+    [[nodiscard]] const Models& models() const { return models_; }
+
+    /// `vertical`: along the third axis.
+    [[nodiscard]] const entropy::LeastSquares<kMoveFeatures>& move(bool vertical,
+                                                                   std::size_t calm) const {
+        return moves_[vertical ? 1 : 0][calm];
+    }
+
+    [[nodiscard]] const entropy::LeastSquares<kTurnFeatures>& turn(std::size_t calm) const {
+        return turns_[calm];
+    }
+
+    /// Numbers learned, of the 64 before the newest: bit i is newest() - 1 - i.
+    [[nodiscard]] std::uint64_t learned() const { return learned_; }
+
+  private:
+    std::array<FramePointer, kRemembered> frames_;
+    Models models_;
+    std::array<std::array<entropy::LeastSquares<kMoveFeatures>, kCalmClasses>, 2> moves_;
+    std::array<entropy::LeastSquares<kTurnFeatures>, kCalmClasses> turns_;
+    std::uint64_t learned_ = 0;
+};
+
+}  // namespace zoned::wire::snapshot

@@ -1,0 +1,103 @@
+#include "shared/wire/snapshot/neighbours.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <bit>
+
+namespace zoned::wire::snapshot {
+
+namespace {
+
+using Lanes = Eigen::Array<float, 8, 1>;
+
+static_assert(sizeof(Surprise) == 16 * sizeof(float), "a surprise is two registers");
+
+// So far away that such a lane weighs nothing beside any real one.
+constexpr float kNowhere = 1e9F;
+// Groups of bodies that weigh less beside the nearest body are passed over.
+constexpr float kLeastShare = 1.0F / 64.0F;
+
+std::array<float, 3> cross(const std::array<float, 3>& a, const std::array<float, 3>& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+}  // namespace
+
+/// Differences of places are exact wherever the bodies are.
+std::array<float, 3> Neighbours::from_origin(const std::array<std::int32_t, 3>& position) const {
+    return {static_cast<float>(position[0] - origin_[0]),
+            static_cast<float>(position[1] - origin_[1]),
+            static_cast<float>(position[2] - origin_[2])};
+}
+
+void Neighbours::note(const std::array<std::int32_t, 3>& position, const Surprise& surprise) {
+    const std::size_t lane = count_ % kLanes;
+    const std::size_t block = count_ / kLanes;
+    if (block == places_.size()) {
+        places_.emplace_back();
+        surprises_.resize(surprises_.size() + kLanes);
+        weights_.resize(surprises_.size());
+        heaviest_.resize(places_.size());
+    }
+    if (lane == 0) {
+        for (auto& axis : places_[block]) {
+            axis.fill(kNowhere);
+        }
+    }
+    if (count_ == 0) {
+        origin_ = position;
+    }
+    const std::array<float, 3> place = from_origin(position);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        places_[block][axis][lane] = place[axis];
+    }
+    surprises_[count_] = surprise;
+    surprises_[count_].carried = cross(surprise.turned, place);
+    ++count_;
+}
+
+Surprise Neighbours::near(const std::array<std::int32_t, 3>& position) const {
+    const std::array<float, 3> here = from_origin(position);
+    float heaviest = 0.0F;
+    for (std::size_t i = 0; i < count_; i += kLanes) {
+        const Places& place = places_[i / kLanes];
+        const Lanes dx = Eigen::Map<const Lanes>(place[0].data()) - here[0];
+        const Lanes dy = Eigen::Map<const Lanes>(place[1].data()) - here[1];
+        const Lanes dz = Eigen::Map<const Lanes>(place[2].data()) - here[2];
+        const Lanes square = dx * dx + dy * dy + dz * dz + 1.0F;
+        const Lanes weight = 1.0F / (square * square);
+        Eigen::Map<Lanes>(weights_.data() + i) = weight;
+        heaviest_[i / kLanes] = weight.maxCoeff();
+        heaviest = std::max(heaviest, heaviest_[i / kLanes]);
+    }
+    // Even and odd bodies apart, so that one sum need not wait for the other.
+    std::array<Lanes, 4> sums;
+    sums.fill(Lanes::Zero());
+    std::array<float, 2> weight{};
+    for (std::size_t from = 0; from < count_; from += kLanes) {
+        if (heaviest_[from / kLanes] < kLeastShare * heaviest) {
+            continue;
+        }
+        for (std::size_t i = from; i < std::min(from + kLanes, count_); ++i) {
+            const float* values = surprises_[i].moved.data();
+            const float w = weights_[i];
+            sums[2 * (i % 2)] += w * Eigen::Map<const Lanes>(values);
+            sums[2 * (i % 2) + 1] += w * Eigen::Map<const Lanes>(values + kLanes);
+            weight[i % 2] += w;
+        }
+    }
+    const float scale = 1.0F / (weight[0] + weight[1]);
+    std::array<float, 16> mean;
+    Eigen::Map<Lanes>(mean.data()) = scale * (sums[0] + sums[2]);
+    Eigen::Map<Lanes>(mean.data() + kLanes) = scale * (sums[1] + sums[3]);
+    auto result = std::bit_cast<Surprise>(mean);
+    // The mean of turned x (here - place), in two parts.
+    const std::array<float, 3> about_origin = cross(result.turned, here);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        result.carried[axis] = about_origin[axis] - result.carried[axis];
+    }
+    return result;
+}
+
+}  // namespace zoned::wire::snapshot

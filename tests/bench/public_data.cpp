@@ -1,0 +1,81 @@
+#include "tests/bench/public_data.h"
+
+#include <bit>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+namespace zoned::bench {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the data is little-endian");
+static_assert(sizeof(CubeRecord) == 8 * sizeof(std::int32_t));
+
+struct CloseUnpacked {
+    void operator()(std::FILE* pipe) const { pclose(pipe); }
+};
+
+using Unpacked = std::unique_ptr<std::FILE, CloseUnpacked>;
+
+/// What xz makes of a file of cubes901; null, and why, where there is none.
+Unpacked unpack(const std::string& name, std::string& why) {
+    const std::string file = data_directory() + "/cubes901/" + name + ".xz";
+    if (!std::filesystem::exists(file)) {
+        why = file + " is not there: no rows of it";
+        return nullptr;
+    }
+    return Unpacked(popen(("xz -dc '" + file + "' 2>/dev/null").c_str(), "r"));
+}
+
+}  // namespace
+
+std::string data_directory() {
+    const char* named = std::getenv("ZONED_DATA");
+    return named != nullptr ? named : ZONED_SOURCE_DIR "/../shared/data";
+}
+
+std::vector<CubeRecord> read_cubes(const std::string& which, std::size_t frames, std::string& why) {
+    const std::string name = "cubes901_" + which + ".bin";
+    const Unpacked pipe = unpack(name, why);
+    if (!pipe) {
+        return {};
+    }
+    std::vector<CubeRecord> records(frames * kCubes);
+    const std::size_t read =
+        std::fread(records.data(), sizeof(CubeRecord), records.size(), pipe.get());
+    records.resize(read / kCubes * kCubes);
+    if (records.empty()) {
+        why = "xz could not read " + name + ": no rows of it";
+    }
+    return records;
+}
+
+std::vector<OrientationPair> read_orientations(std::string& why) {
+    const std::string name = "smallest_three_values_v1.txt";
+    const Unpacked pipe = unpack(name, why);
+    if (!pipe) {
+        return {};
+    }
+    std::vector<OrientationPair> pairs;
+    OrientationPair p;
+    while (std::fscanf(pipe.get(),
+                       "%d,%d,%d,%d,%d,%d,%d,%d",
+                       &p.now[0],
+                       &p.now[1],
+                       &p.now[2],
+                       &p.now[3],
+                       &p.before[0],
+                       &p.before[1],
+                       &p.before[2],
+                       &p.before[3]) == 8) {
+        pairs.push_back(p);
+    }
+    if (pairs.empty()) {
+        why = "xz could not read " + name + ": no rows of it";
+    }
+    return pairs;
+}
+
+}  // namespace zoned::bench

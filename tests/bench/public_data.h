@@ -1,0 +1,35 @@
+// Public data: other people's benchmarks, read from files that a machine may not have.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::bench {
+
+/// Directory of the public data: the environment's ZONED_DATA, else shared/data beside the
+/// repository.
+std::string data_directory();
+
+/// A world of 901 cubes at 60 Hz (G. Fiedler's problem of networked physics).
+inline constexpr std::size_t kCubes = 901;
+
+/// A cube as it is written: left_out, a, b, c, x, y, z, interacting.
+using CubeRecord = std::array<std::int32_t, 8>;
+
+/// The first `frames` frames of cubes901_`which` ("A" or "B"), kCubes records each; fewer where the
+/// file is shorter, none where it is not there or unreadable (`why` says so).
+std::vector<CubeRecord> read_cubes(const std::string& which, std::size_t frames, std::string& why);
+
+/// An orientation that was captured, and the one before it: left_out, a, b, c, nine bits each.
+struct OrientationPair {
+    std::array<std::int32_t, 4> now{};
+    std::array<std::int32_t, 4> before{};
+};
+
+/// smallest_three_values_v1; none where it is not there or unreadable (`why` says so).
+std::vector<OrientationPair> read_orientations(std::string& why);
+
+}  // namespace zoned::bench
