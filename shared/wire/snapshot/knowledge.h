@@ -3,7 +3,7 @@
 
 #include "shared/wire/entropy/least_squares.h"
 #include "shared/wire/entropy/residual_model.h"
-#include "shared/wire/snapshot/turn.h"
+#include "shared/wire/snapshot/rotation.h"
 
 #include <array>
 #include <cstdint>

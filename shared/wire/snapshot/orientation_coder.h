@@ -2,7 +2,7 @@
 #pragma once
 
 #include "shared/wire/entropy/residual_model.h"
-#include "shared/wire/snapshot/snapshot.h"
+#include "shared/wire/snapshot/rotation.h"
 
 #include <array>
 #include <cstdint>

@@ -36,25 +36,4 @@ struct SnapshotFormat {
     std::array<std::int32_t, 3> maximum{};  ///< minimum..maximum within -2^22..2^22
 };
 
-/// Orientation in the middle of its step; components -1 / sqrt 2 .. 1 / sqrt 2.
-struct Rotation {
-    float w = 1.0F;
-    float x = 0.0F;
-    float y = 0.0F;
-    float z = 0.0F;
-};
-
-Rotation rotation_of(const BodySample& sample, int orientation_bits);
-
-/// The quantised form of a unit quaternion with a given component left out.
-std::array<std::int16_t, 3> quantize_rotation(const Rotation& rotation,
-                                              int left_out,
-                                              int orientation_bits);
-
-/// The component of the greatest magnitude, the first of those if several are.
-int greatest_component(const Rotation& rotation);
-
-/// By how much component `greatest` exceeds the others in magnitude.
-float lead_of(const Rotation& rotation, int greatest);
-
 }  // namespace zoned::wire::snapshot

@@ -3,7 +3,7 @@
 
 #include "shared/wire/snapshot/knowledge.h"
 #include "shared/wire/snapshot/neighbours.h"
-#include "shared/wire/snapshot/turn.h"
+#include "shared/wire/snapshot/rotation.h"
 
 #include <algorithm>
 #include <bit>
