@@ -15,7 +15,7 @@ static_assert(sizeof(Surprise) == 16 * sizeof(float), "a surprise is two registe
 
 // So far away that such a lane weighs nothing beside any real one.
 constexpr float kNowhere = 1e9F;
-// Groups of bodies that weigh less beside the nearest body are passed over.
+// Bodies that weigh less than this beside the nearest one are passed over.
 constexpr float kLeastShare = 1.0F / 64.0F;
 
 std::array<float, 3> cross(const std::array<float, 3>& a, const std::array<float, 3>& b) {
@@ -38,7 +38,6 @@ void Neighbours::note(const std::array<std::int32_t, 3>& position, const Surpris
         places_.emplace_back();
         surprises_.resize(surprises_.size() + kLanes);
         weights_.resize(surprises_.size());
-        heaviest_.resize(places_.size());
     }
     if (lane == 0) {
         for (auto& axis : places_[block]) {
@@ -59,7 +58,7 @@ void Neighbours::note(const std::array<std::int32_t, 3>& position, const Surpris
 
 Surprise Neighbours::near(const std::array<std::int32_t, 3>& position) const {
     const std::array<float, 3> here = from_origin(position);
-    float heaviest = 0.0F;
+    Lanes heaviest = Lanes::Zero();
     for (std::size_t i = 0; i < count_; i += kLanes) {
         const Places& place = places_[i / kLanes];
         const Lanes dx = Eigen::Map<const Lanes>(place[0].data()) - here[0];
@@ -68,29 +67,25 @@ Surprise Neighbours::near(const std::array<std::int32_t, 3>& position) const {
         const Lanes square = dx * dx + dy * dy + dz * dz + 1.0F;
         const Lanes weight = 1.0F / (square * square);
         Eigen::Map<Lanes>(weights_.data() + i) = weight;
-        heaviest_[i / kLanes] = weight.maxCoeff();
-        heaviest = std::max(heaviest, heaviest_[i / kLanes]);
+        heaviest = heaviest.max(weight);
     }
-    // Even and odd bodies apart, so that one sum need not wait for the other.
-    std::array<Lanes, 4> sums;
+    const float least = kLeastShare * heaviest.maxCoeff();
+    std::array<Lanes, 2> sums;
     sums.fill(Lanes::Zero());
-    std::array<float, 2> weight{};
-    for (std::size_t from = 0; from < count_; from += kLanes) {
-        if (heaviest_[from / kLanes] < kLeastShare * heaviest) {
-            continue;
-        }
-        for (std::size_t i = from; i < std::min(from + kLanes, count_); ++i) {
+    float weight = 0.0F;
+    for (std::size_t i = 0; i < count_; ++i) {
+        const float w = weights_[i];
+        if (w >= least) {
             const float* values = surprises_[i].moved.data();
-            const float w = weights_[i];
-            sums[2 * (i % 2)] += w * Eigen::Map<const Lanes>(values);
-            sums[2 * (i % 2) + 1] += w * Eigen::Map<const Lanes>(values + kLanes);
-            weight[i % 2] += w;
+            sums[0] += w * Eigen::Map<const Lanes>(values);
+            sums[1] += w * Eigen::Map<const Lanes>(values + kLanes);
+            weight += w;
         }
     }
-    const float scale = 1.0F / (weight[0] + weight[1]);
+    const float scale = 1.0F / weight;
     std::array<float, 16> mean;
-    Eigen::Map<Lanes>(mean.data()) = scale * (sums[0] + sums[2]);
-    Eigen::Map<Lanes>(mean.data() + kLanes) = scale * (sums[1] + sums[3]);
+    Eigen::Map<Lanes>(mean.data()) = scale * sums[0];
+    Eigen::Map<Lanes>(mean.data() + kLanes) = scale * sums[1];
     auto result = std::bit_cast<Surprise>(mean);
     // The mean of turned x (here - place), in two parts.
     const std::array<float, 3> about_origin = cross(result.turned, here);

@@ -48,8 +48,7 @@ class Neighbours {
     std::array<std::int32_t, 3> origin_{};  // where the first body noted was
     std::vector<Places> places_;
     std::vector<Surprise> surprises_;
-    mutable std::vector<float> weights_;   // of one call of near(), kept for its memory
-    mutable std::vector<float> heaviest_;  // of eight each
+    mutable std::vector<float> weights_;  // of one call of near(), kept for its memory
     std::size_t count_ = 0;
 };
 

@@ -92,9 +92,8 @@ inline float arc_over_sine(float square) {
 
 }  // namespace detail
 
-/// Of a sample, in the middle of its steps; components 0..2^orientation_bits - 1 stand for -1 /
-/// sqrt 2
-/// .. 1 / sqrt 2.
+/// Of a sample, in the middle of its steps: components of 0..2^orientation_bits - 1 stand for
+/// -1 / sqrt 2 .. 1 / sqrt 2.
 inline Rotation rotation_of(const BodySample& sample, int orientation_bits) {
     const float half = detail::half_range(orientation_bits);
     const float step = 1.0F / (half * detail::kSqrt2);
