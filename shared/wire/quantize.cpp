@@ -303,6 +303,18 @@ core::Result<bool> check(const Quantization& q) {
     return true;
 }
 
+namespace {
+
+std::int32_t orientation_limit(const Quantization& q) {
+    return (1 << (std::clamp(q.orientation_bits, 5, 15) - 1)) - 1;
+}
+
+std::int32_t yaw_steps(const Quantization& q) {
+    return 1 << std::clamp(q.yaw_bits, 5, 16);
+}
+
+}  // namespace
+
 QuantizationLimits limits_of(const Quantization& q) {
     QuantizationLimits limits;
     limits.horizontal = limit_of(q.horizontal_extent_m, q.position_step_m);
@@ -310,8 +322,8 @@ QuantizationLimits limits_of(const Quantization& q) {
     limits.velocity = limit_of(q.max_speed_mps, q.velocity_step_mps);
     limits.acceleration = limit_of(kMaxAccelerationMps2, q.acceleration_step_mps2);
     limits.angular_velocity = limit_of(kMaxAngularSpeedRps, q.angular_velocity_step_rps);
-    limits.orientation = (1 << (std::clamp(q.orientation_bits, 5, 15) - 1)) - 1;
-    limits.yaw_steps = 1 << std::clamp(q.yaw_bits, 5, 16);
+    limits.orientation = orientation_limit(q);
+    limits.yaw_steps = yaw_steps(q);
     return limits;
 }
 
@@ -398,7 +410,6 @@ QuantizedState quantize(const motion::KinematicState& state,
 motion::KinematicState dequantize(const QuantizedState& state,
                                   bool upright,
                                   const Quantization& q) {
-    const QuantizationLimits limits = limits_of(q);
     motion::KinematicState out;
     out.position = dequantize_vector(state.position, q.position_step_m);
     out.velocity = dequantize_vector(state.velocity, q.velocity_step_mps);
@@ -410,10 +421,10 @@ motion::KinematicState dequantize(const QuantizedState& state,
         out.floor = dequantize_component(state.floor, q.position_step_m);
     }
     if (upright) {
-        out.orientation = dequantize_yaw(state.orientation[0], limits.yaw_steps);
+        out.orientation = dequantize_yaw(state.orientation[0], yaw_steps(q));
     } else {
         const std::array<double, 4> c = components(
-            grid_orientation(state.orientation_largest, state.orientation), limits.orientation);
+            grid_orientation(state.orientation_largest, state.orientation), orientation_limit(q));
         out.orientation = Quat(static_cast<float>(c[0]),
                                static_cast<float>(c[1]),
                                static_cast<float>(c[2]),
