@@ -350,7 +350,8 @@ std::optional<WorldState> EntityStore::interpolated(const Entity& entity,
     const Version* next = following(entity, whole, known_by);
     double owed = 0.0;
     if (next != nullptr && next->present) {
-        const Tick lead = std::min(Playout::kLead, next->event_tick - held->event_tick);
+        const Tick lead =
+            std::min(Playout::lead_ticks(world_->tick_s), next->event_tick - held->event_tick);
         const double left = static_cast<double>(next->event_tick) - tick;
         const auto meeting = static_cast<double>(next->event_tick);
         motion::KinematicState there = local_prediction(*next, meeting);

@@ -139,9 +139,9 @@ class EntityStore {
     [[nodiscard]] static const Version* following(const Entity& entity, Tick tick, Tick known_by);
     /// What an interpolating view displays for `tick` (with its fraction) at view tick `known_by`:
     /// the prediction of the implied version, led to the following one within the last
-    /// Playout::kLead before that holds: a cubic Hermite spline in their difference, continuous in
-    /// position and velocity at both ends. nullopt: not in the view. `owed_m` receives how far that
-    /// may be off the prediction (Convergence::owed).
+    /// Playout::lead_ticks before that holds: a cubic Hermite spline in their difference,
+    /// continuous in position and velocity at both ends. nullopt: not in the view. `owed_m`
+    /// receives how far that may be off the prediction (Convergence::owed).
     [[nodiscard]] std::optional<WorldState> interpolated(const Entity& entity,
                                                          double tick,
                                                          Tick known_by,

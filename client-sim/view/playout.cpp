@@ -12,6 +12,10 @@ constexpr double kSettleTicks = 8.0;
 
 }  // namespace
 
+Tick Playout::lead_ticks(double tick_s) {
+    return std::max<Tick>(1, std::lround(kLeadS / tick_s));
+}
+
 void Playout::on_news(Tick lateness) {
     const auto value = static_cast<std::uint8_t>(std::clamp<Tick>(lateness, 0, kMaxDelay));
     std::uint8_t& slot = lateness_[samples_ % kSamples];
@@ -27,7 +31,7 @@ void Playout::on_news(Tick lateness) {
     for (std::size_t i = 0; i < count_.size(); ++i) {
         sum += count_[i];
         if (sum >= wanted) {
-            delay_ = static_cast<Tick>(i) + kLead;
+            delay_ = static_cast<Tick>(i) + lead_;
             return;
         }
     }

@@ -20,18 +20,23 @@ namespace zoned::view {
 /// performance bounds and algorithms" (Multimedia Systems 6, 1998), section 4, which follows spikes
 /// without the tuning that moving averages need (Ramjee et al., INFOCOM 1994, whose fourth
 /// algorithm it improves on). It stays
-/// kLead ticks farther back, so that it sees the next publication coming and can lead to it without
+/// kLeadS farther back, so that it sees the next publication coming and can lead to it without
 /// a jump. The clock slews towards that delay by at most kSlew: it never stands still and never
 /// runs backwards; it jumps, ahead only, when it is kJump ticks behind.
 class Playout {
   public:
     static constexpr std::size_t kSamples = 256;
     static constexpr double kTarget = 0.99;
-    static constexpr Tick kLead = 2;
+    static constexpr double kLeadS = 1.0 / 15.0;
     static constexpr double kSlew = 0.1;
     static constexpr double kJump = 30.0;
     /// News that is later than this belongs to an outage.
     static constexpr Tick kMaxDelay = 60;
+
+    /// kLeadS in whole ticks, at least one.
+    static Tick lead_ticks(double tick_s);
+
+    explicit Playout(double tick_s) : lead_(lead_ticks(tick_s)), delay_(lead_) {}
 
     /// The oldest news of a packet came `lateness` ticks after its tick: the difference between the
     /// first view tick that can use it and the tick that it is about.
@@ -63,7 +68,8 @@ class Playout {
     std::array<std::uint16_t, kMaxDelay + 1> count_{};  // of lateness_, by value
     std::size_t samples_ = 0;
     std::array<Shown, 256> shown_{};
-    Tick delay_ = kLead;
+    Tick lead_;
+    Tick delay_;
     Tick view_tick_ = -1;
     double position_ = 0.0;
 };

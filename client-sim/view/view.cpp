@@ -12,6 +12,7 @@ View::View(std::shared_ptr<const World> world, const ViewSettings& settings, Vie
       listener_(listener),
       store_(*world_, display_settings()),
       own_(*world_),
+      playout_(world_->tick_s),
       bursts_(*world_) {
 }
 
@@ -75,7 +76,7 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
 
 void View::clear() {
     store_ = EntityStore(*world_, display_settings());
-    playout_ = Playout();
+    playout_ = Playout(world_->tick_s);
     own_ = OwnAvatar(*world_);
     bursts_.clear();
     zone_ = {};

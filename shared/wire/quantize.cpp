@@ -303,6 +303,18 @@ core::Result<bool> check(const Quantization& q) {
     return true;
 }
 
+namespace {
+
+std::int32_t orientation_limit(const Quantization& q) {
+    return (1 << (std::clamp(q.orientation_bits, 5, 15) - 1)) - 1;
+}
+
+std::int32_t yaw_steps(const Quantization& q) {
+    return 1 << std::clamp(q.yaw_bits, 5, 16);
+}
+
+}  // namespace
+
 QuantizationLimits limits_of(const Quantization& q) {
     QuantizationLimits limits;
     limits.horizontal = limit_of(q.horizontal_extent_m, q.position_step_m);
@@ -310,8 +322,8 @@ QuantizationLimits limits_of(const Quantization& q) {
     limits.velocity = limit_of(q.max_speed_mps, q.velocity_step_mps);
     limits.acceleration = limit_of(kMaxAccelerationMps2, q.acceleration_step_mps2);
     limits.angular_velocity = limit_of(kMaxAngularSpeedRps, q.angular_velocity_step_rps);
-    limits.orientation = (1 << (std::clamp(q.orientation_bits, 5, 15) - 1)) - 1;
-    limits.yaw_steps = 1 << std::clamp(q.yaw_bits, 5, 16);
+    limits.orientation = orientation_limit(q);
+    limits.yaw_steps = yaw_steps(q);
     return limits;
 }
 
@@ -354,27 +366,35 @@ QuantizedState quantize(const motion::KinematicState& state,
                         bool at_rest,
                         std::uint16_t appearance,
                         const Quantization& q) {
-    const QuantizationLimits limits = limits_of(q);
+    // Each limit is a division: only those that are needed are looked at.
+    const std::int32_t horizontal = limit_of(q.horizontal_extent_m, q.position_step_m);
+    const std::int32_t vertical = limit_of(q.vertical_extent_m, q.position_step_m);
     QuantizedState out;
     out.order = order;
     out.appearance = appearance;
-    out.position = {quantize_component(state.position.x(), q.position_step_m, limits.horizontal),
-                    quantize_component(state.position.y(), q.position_step_m, limits.vertical),
-                    quantize_component(state.position.z(), q.position_step_m, limits.horizontal)};
+    out.position = {quantize_component(state.position.x(), q.position_step_m, horizontal),
+                    quantize_component(state.position.y(), q.position_step_m, vertical),
+                    quantize_component(state.position.z(), q.position_step_m, horizontal)};
     if (upright) {
-        out.orientation[0] = quantize_yaw(state.orientation, limits.yaw_steps);
+        out.orientation[0] = quantize_yaw(state.orientation, yaw_steps(q));
     } else {
-        quantize_smallest_three(state.orientation, limits.orientation, out);
+        quantize_smallest_three(state.orientation, orientation_limit(q), out);
     }
-    const auto velocity = quantize_vector(state.velocity, q.velocity_step_mps, limits.velocity);
-    auto angular = quantize_vector(
-        state.angular_velocity, q.angular_velocity_step_rps, limits.angular_velocity);
+    const bool resting = order == motion::PredictorOrder::kStatic;
+    if (resting && !at_rest) {
+        return out;
+    }
+    const std::int32_t fastest_turn = limit_of(kMaxAngularSpeedRps, q.angular_velocity_step_rps);
+    const auto velocity = quantize_vector(
+        state.velocity, q.velocity_step_mps, limit_of(q.max_speed_mps, q.velocity_step_mps));
+    auto angular =
+        quantize_vector(state.angular_velocity, q.angular_velocity_step_rps, fastest_turn);
     if (upright) {
         angular[0] = 0;
         angular[2] = 0;
     }
-    if (order == motion::PredictorOrder::kStatic) {
-        out.at_rest = at_rest && is_zero(velocity) && is_zero(angular);
+    if (resting) {
+        out.at_rest = is_zero(velocity) && is_zero(angular);
         return out;
     }
     out.velocity = velocity;
@@ -382,15 +402,16 @@ QuantizedState quantize(const motion::KinematicState& state,
     const bool turning = order == motion::PredictorOrder::kTurning;
     if (order == motion::PredictorOrder::kQuadratic || turning) {
         out.acceleration =
-            quantize_vector(state.acceleration, q.acceleration_step_mps2, limits.acceleration);
+            quantize_vector(state.acceleration,
+                            q.acceleration_step_mps2,
+                            limit_of(kMaxAccelerationMps2, q.acceleration_step_mps2));
     }
     if (turning) {
-        out.turn =
-            quantize_vector(state.turn, q.angular_velocity_step_rps, limits.angular_velocity);
+        out.turn = quantize_vector(state.turn, q.angular_velocity_step_rps, fastest_turn);
     }
     if (order == motion::PredictorOrder::kBallistic) {
-        out.floor = std::min(quantize_component(state.floor, q.position_step_m, limits.vertical),
-                             out.position[1]);
+        out.floor =
+            std::min(quantize_component(state.floor, q.position_step_m, vertical), out.position[1]);
     }
     return out;
 }
@@ -398,7 +419,6 @@ QuantizedState quantize(const motion::KinematicState& state,
 motion::KinematicState dequantize(const QuantizedState& state,
                                   bool upright,
                                   const Quantization& q) {
-    const QuantizationLimits limits = limits_of(q);
     motion::KinematicState out;
     out.position = dequantize_vector(state.position, q.position_step_m);
     out.velocity = dequantize_vector(state.velocity, q.velocity_step_mps);
@@ -410,10 +430,10 @@ motion::KinematicState dequantize(const QuantizedState& state,
         out.floor = dequantize_component(state.floor, q.position_step_m);
     }
     if (upright) {
-        out.orientation = dequantize_yaw(state.orientation[0], limits.yaw_steps);
+        out.orientation = dequantize_yaw(state.orientation[0], yaw_steps(q));
     } else {
         const std::array<double, 4> c = components(
-            grid_orientation(state.orientation_largest, state.orientation), limits.orientation);
+            grid_orientation(state.orientation_largest, state.orientation), orientation_limit(q));
         out.orientation = Quat(static_cast<float>(c[0]),
                                static_cast<float>(c[1]),
                                static_cast<float>(c[2]),

@@ -30,7 +30,7 @@ MotionTrace empty_trace(const std::string& motion, const world::EntityType& type
 }
 
 /// One body of orbit_trace.
-struct Orbit {
+struct DriftingOrbit {
     Vec3 centre;
     Vec3 drift;
     Vec3 axis;
@@ -71,9 +71,9 @@ MotionTrace orbit_trace(int entities, int ticks) {
     MotionTrace trace = empty_trace("orbit", traced_ball());
     trace.type.max_acceleration_mps2 = 60.0F;  // 10 m at 2 rad/s are 40 m/s2
     core::Rng rng(250);
-    std::vector<Orbit> orbits;
+    std::vector<DriftingOrbit> orbits;
     for (int i = 0; i < entities; ++i) {
-        Orbit o;
+        DriftingOrbit o;
         o.centre = any_place(rng, 100.0F) + Vec3(0.0F, 50.0F, 0.0F);
         o.axis = any_direction(rng);
         o.arm = o.axis.cross(any_direction(rng)).normalized() * rng.range(1.0F, 10.0F);
@@ -87,7 +87,7 @@ MotionTrace orbit_trace(int entities, int ticks) {
     }
     for (int tick = 0; tick < ticks; ++tick) {
         auto& frame = trace.frames.emplace_back();
-        for (const Orbit& orbit : orbits) {
+        for (const DriftingOrbit& orbit : orbits) {
             frame.push_back(orbit.at(static_cast<float>(tick) * kTracedTick));
         }
     }

@@ -109,7 +109,7 @@ void throw_prop(zone::ZoneState& state, EntityId entity, core::Rng& rng) {
 using Recordings = std::map<EntityId, std::vector<TracedState>>;
 
 /// Of the first zone, whose ground is the trace's.
-Recordings chosen(const zone::ZoneState& state, bool characters, std::size_t most) {
+Recordings recorded_entities(const zone::ZoneState& state, bool characters, std::size_t most) {
     Recordings out;
     const world::Entities& e = state.entities;
     for (world::Row row = 0; row < e.size() && out.size() < most; ++row) {
@@ -137,7 +137,7 @@ MotionTrace valley_trace(bool characters, std::size_t most, int ticks) {
     trace.tick_s = settings.replication.tick_s;
     trace.gravity_mps2 = settings.replication.quantization.gravity_mps2;
     zone::ZoneState& state = world.zones()[0]->state();
-    Recordings recordings = chosen(state, characters, most);
+    Recordings recordings = recorded_entities(state, characters, most);
     core::Rng rng(253);
     for (int tick = 0; tick < ticks; ++tick) {
         std::size_t turn = 0;

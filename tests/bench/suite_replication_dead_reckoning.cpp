@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <iterator>
 
 namespace zoned::bench {
 
@@ -286,9 +287,13 @@ void run_trace(Session& session, const MotionTrace& trace) {
         }
     }
     // A curve per method: its points follow each other.
-    std::stable_sort(
-        rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.method < b.method; });
-    session.add(std::move(rows));
+    std::vector<Row> curves;
+    for (const Predictor& predictor : kPredictors) {
+        std::copy_if(rows.begin(), rows.end(), std::back_inserter(curves), [&](const Row& row) {
+            return row.method == predictor.name;
+        });
+    }
+    session.add(std::move(curves));
 }
 
 /// News is a tenth of a second old: what each way of displaying costs in error and jerk.

@@ -22,19 +22,20 @@ inline Bytes reencoded_record(RecordReader& reader, bool skip, const Quantizatio
     } else if (head->kind == RecordKind::kAbsolute) {
         const auto state = reader.read_absolute(head->upright);
         if (state.ok()) {
-            const QuantizedState again = quantize(dequantize(*state, head->upright, q),
+            const Quantization level = at_lod(q, head->lod);
+            const QuantizedState again = quantize(dequantize(*state, head->upright, level),
                                                   state->order,
                                                   head->upright,
                                                   state->at_rest,
                                                   state->appearance,
-                                                  q);
+                                                  level);
             ZONED_ASSERT(again == *state, "an accepted state survives the way through floats");
             encode_absolute(*head, *state, head->upright, q, out);
         }
     } else if (skip) {
         (void)reader.skip_delta(head->upright);
     } else {
-        const QuantizedState keyframe = keyframe_for(head->upright, q);
+        const QuantizedState keyframe = keyframe_for(head->upright, at_lod(q, head->lod));
         const auto state = reader.read_delta(keyframe, head->upright);
         if (state.ok()) {
             encode_delta(*head, *state, keyframe, head->upright, q, out);

@@ -28,6 +28,7 @@ inline Quantization quantization_for(std::uint8_t choice) {
         q.yaw_bits = 5;
         q.max_speed_mps = 8.0F;
         q.velocity_step_mps = 0.5F;
+        q.lod_shift[1] = {2, 0};
     }
     return q;
 }

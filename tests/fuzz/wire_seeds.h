@@ -16,14 +16,16 @@ inline Bytes valid_input(core::Rng& rng) {
             RecordHead head;
             head.entity = EntityId(1 + rng.below(10'000));
             head.type = static_cast<TypeIndex>(rng.below(20));
-            const auto state = testing::random_quantized(rng, upright, q);
+            head.lod = static_cast<std::uint8_t>(rng.below(2));
+            const Quantization level = at_lod(q, head.lod);
+            const auto state = testing::random_quantized(rng, upright, level);
             const std::uint32_t kind = rng.below(5);
             if (kind == 0) {
                 encode_remove(head.entity, out);
             } else if (kind < 3) {
                 encode_absolute(head, state, upright, q, out);
             } else {
-                encode_delta(head, state, keyframe_for(upright, q), upright, q, out);
+                encode_delta(head, state, keyframe_for(upright, level), upright, q, out);
             }
         }
     } else if (out[0] % 4 == 1) {

@@ -22,9 +22,10 @@ INSTANTIATE_TEST_SUITE_P(Views,
                          FaultsInView,
                          testing::Values(view::ViewKind::kExtrapolate,
                                          view::ViewKind::kInterpolate),
-                         [](const auto& info) {
-                             return info.param == view::ViewKind::kInterpolate ? "Interpolating"
-                                                                               : "Extrapolating";
+                         [](const auto& instance) {
+                             return instance.param == view::ViewKind::kInterpolate
+                                        ? "Interpolating"
+                                        : "Extrapolating";
                          });
 
 TEST_P(FaultsInView, FindsPositionsThatAreCorrupted) {

@@ -10,6 +10,9 @@
 namespace zoned::view {
 namespace {
 
+constexpr double kTickS = 1.0 / 30.0;
+const Tick kLead = Playout::lead_ticks(kTickS);
+
 /// `ticks` of a network whose news comes `base` ticks late and up to `jitter` more; returns the
 /// share of packets that came after their tick had been displayed, of the second half.
 double late_share(Playout& playout, Tick& now, int ticks, Tick base, Tick jitter, core::Rng& rng) {
@@ -40,25 +43,25 @@ double late_share(Playout& playout, Tick& now, int ticks, Tick base, Tick jitter
 
 TEST(Playout, StaysBehindByTheQuantileOfTheLateness) {
     core::Rng rng(1);
-    Playout playout;
+    Playout playout(kTickS);
     Tick now = 100;
     EXPECT_LE(late_share(playout, now, 1200, 2, 0, rng), 0.0);
-    EXPECT_EQ(playout.delay(), 2 + Playout::kLead);
-    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0 + Playout::kLead, 0.05);
+    EXPECT_EQ(playout.delay(), 2 + kLead);
+    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0 + kLead, 0.05);
     // Jitter of six ticks: all but a hundredth of the news is in time; a little slack for 600
     // samples: three standard deviations of sqrt(0.01 / 600).
     EXPECT_LE(late_share(playout, now, 1200, 2, 6, rng), 0.01 + 0.0122);
-    EXPECT_GE(playout.delay(), 7 + Playout::kLead);
-    EXPECT_LE(playout.delay(), 8 + Playout::kLead);
+    EXPECT_GE(playout.delay(), 7 + kLead);
+    EXPECT_LE(playout.delay(), 8 + kLead);
     // And back again when the network has calmed down.
     late_share(playout, now, 1200, 2, 0, rng);
-    EXPECT_EQ(playout.delay(), 2 + Playout::kLead);
-    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0 + Playout::kLead, 0.05);
+    EXPECT_EQ(playout.delay(), 2 + kLead);
+    EXPECT_NEAR(static_cast<double>(now - 1) - playout.position(), 2.0 + kLead, 0.05);
 }
 
 TEST(Playout, NeverRunsBackwardsNorFasterThanItSlews) {
     core::Rng rng(2);
-    Playout playout;
+    Playout playout(kTickS);
     double before = -1.0;
     for (Tick now = 0; now < 5000; ++now) {
         // Regimes of lateness between 1 and 40 ticks.
@@ -74,20 +77,20 @@ TEST(Playout, NeverRunsBackwardsNorFasterThanItSlews) {
 }
 
 TEST(Playout, JumpsAheadAfterAStallAndOwnsUpToWhatItDidNotDisplay) {
-    Playout playout;
+    Playout playout(kTickS);
     for (Tick now = 0; now < 100; ++now) {
         playout.on_news(3);
         playout.advance(now);
     }
     playout.advance(300);
-    EXPECT_DOUBLE_EQ(playout.position(), 297.0 - Playout::kLead);
+    EXPECT_DOUBLE_EQ(playout.position(), 297.0 - kLead);
     EXPECT_FALSE(playout.shown_at(200).has_value());
-    EXPECT_EQ(playout.shown_at(297 - Playout::kLead), 300);
-    EXPECT_FALSE(playout.shown_at(298 - Playout::kLead).has_value());
+    EXPECT_EQ(playout.shown_at(297 - kLead), 300);
+    EXPECT_FALSE(playout.shown_at(298 - kLead).has_value());
 }
 
 TEST(Playout, RemembersAtWhichViewTickEachTickWasDisplayed) {
-    Playout playout;
+    Playout playout(kTickS);
     for (Tick now = 0; now < 1000; ++now) {
         playout.on_news(now < 500 ? 2 : 9);
         playout.advance(now);
@@ -95,8 +98,8 @@ TEST(Playout, RemembersAtWhichViewTickEachTickWasDisplayed) {
     for (Tick tick = 850; tick < 980; ++tick) {
         const auto at = playout.shown_at(tick);
         ASSERT_TRUE(at.has_value()) << tick;
-        EXPECT_GE(*at - tick, 8 + Playout::kLead);
-        EXPECT_LE(*at - tick, 10 + Playout::kLead);
+        EXPECT_GE(*at - tick, 8 + kLead);
+        EXPECT_LE(*at - tick, 10 + kLead);
     }
 }
 

@@ -152,8 +152,8 @@ TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfNews) {
     // The bound of 0.05 m and the quantum of sqrt(3) / 2 cm; the fake server publishes when the
     // position has left the bound, as the real one does.
     EXPECT_LT(r.audit.predicted_m.max(), 0.05 + 0.0087 + 1e-4);
-    EXPECT_GE(bots[0]->view()->delay(), 3 + view::Playout::kLead);
-    EXPECT_LE(bots[0]->view()->delay(), 5 + view::Playout::kLead);
+    EXPECT_GE(bots[0]->view()->delay(), 3 + view::Playout::lead_ticks(1.0 / 30.0));
+    EXPECT_LE(bots[0]->view()->delay(), 5 + view::Playout::lead_ticks(1.0 / 30.0));
 }
 
 TEST_F(InterpolatingVerdictTest, IsConsistentOverABadPath) {

@@ -57,6 +57,7 @@ TEST(Replicator, KeepsThePromisedBoundAtEveryTickOnAPerfectNetwork) {
     for (const int order : {-1, 0, 1, 2, 3, 4}) {
         Settings settings = test_settings();
         settings.forced_order = order;
+        settings.ground = std::make_shared<const motion::StaticGeometry>();
         Session s(7, settings, {}, 20, 20, 4, 40.0F);
         for (int tick = 0; tick < 900; ++tick) {
             s.step();
