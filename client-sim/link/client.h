@@ -14,7 +14,7 @@
 
 namespace zoned::link {
 
-inline constexpr std::uint32_t kProtocolVersion = 3;
+inline constexpr std::uint32_t kProtocolVersion = 4;
 
 /// Who logs in. `ticket` is a serialised proto::Ticket or empty (a server in development mode).
 struct Login {

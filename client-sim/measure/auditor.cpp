@@ -117,8 +117,8 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     context.tick = record.tick();
     context.age = bot.arrivals().at(record.tick(), rtt_s);
     least_rtt_s_ = std::min(least_rtt_s_, bot.client().clock().min_rtt_s());
-    context.stale =
-        is_stale(context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss);
+    context.stale = is_stale(
+        context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_);
     context.avatar_discontinuity = record.avatar_discontinuity_tick();
     // News of appearing or going may take D, and one round trip is granted beside.
     context.grace =
@@ -131,7 +131,8 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         ++tally.skipped_unmeasured;
     } else {
         tally.news_age_s.add(context.age.age_s);
-        tally.usual_age_s.add(usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss));
+        tally.usual_age_s.add(
+            usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_));
         for (const proto::AuditEntity& truth : record.entities()) {
             compare_entity(context, truth, tally);
         }

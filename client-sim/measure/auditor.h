@@ -75,7 +75,8 @@ struct FrozenState {
 /// it is known.
 class Auditor {
   public:
-    explicit Auditor(std::size_t bot) : bot_(bot) {}
+    /// `spread_s` as in bound.h.
+    explicit Auditor(std::size_t bot, double spread_s = 0.0) : bot_(bot), spread_s_(spread_s) {}
 
     void add(const proto::AuditRecord& record);
     /// Compares every record that is due.
@@ -123,6 +124,7 @@ class Auditor {
                                         bool orientation) const;
 
     std::size_t bot_;
+    double spread_s_;
     std::deque<proto::AuditRecord> waiting_;
     std::map<std::uint32_t, Seen> seen_;
     Tick previous_tick_ = -1;

@@ -102,6 +102,13 @@ void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("publications_order_1", r.publications_by_order[1]);
     json.field("publications_order_2", r.publications_by_order[2]);
     json.field("send_drops", r.send_drops);
+    if (r.bottleneck) {
+        json.field("bottleneck_wait_ms_p50", 1e3 * r.bottleneck_wait_s.percentile(0.5));
+        json.field("bottleneck_wait_ms_p95", 1e3 * r.bottleneck_wait_s.percentile(0.95));
+        json.field("bottleneck_wait_ms_p99", 1e3 * r.bottleneck_wait_s.percentile(0.99));
+        json.field("bottleneck_utilisation", r.bottleneck_utilisation);
+        json.field("bottleneck_dropped", r.bottleneck_dropped);
+    }
     json.field("process_cpu_s", r.process_cpu_s);
 }
 
@@ -234,6 +241,13 @@ std::string to_table(const Report& r) {
          wide(r.view_resets),
          wide(r.zone_changes),
          r.tunnelled_bots > 0 ? "; states TUNNELLED over TCP" : "");
+    if (r.bottleneck) {
+        line(out,
+             "  bottleneck down: %.0f %% used, queue %.1f ms at p95, %llu dropped",
+             100.0 * r.bottleneck_utilisation,
+             1e3 * r.bottleneck_wait_s.percentile(0.95),
+             wide(r.bottleneck_dropped));
+    }
     if (r.freeze_asked) {
         line(out,
              "  frozen world: %llu of %llu views converged exactly",

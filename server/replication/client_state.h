@@ -76,8 +76,9 @@ class ClientState {
     /// Copies of news to send so that the chance to lose them all is below `target`, 1..8.
     [[nodiscard]] int copies_wanted(float target) const;
 
-    /// Tokens for one more tick; they never exceed a quarter of a second's worth (or what one small
-    /// packet needs).
+    /// Tokens for one more tick, of the budget or of what the path carries, if that is less. They
+    /// never exceed a quarter of a second's worth of the budget; on a path that carries less, where
+    /// bursts wait in a queue, a tick and a half's (or what one small packet needs).
     void refill(const Settings& settings);
 
     /// When the client passed to the present stream of an entity from another level of detail or
@@ -112,6 +113,7 @@ class ClientState {
     std::uint64_t newest_acked_ = 0;
     double loss_estimate_ = 0.0;
     std::uint32_t rtt_us_ = 0;
+    std::uint32_t rate_bytes_per_s_ = 0;
     std::uint32_t next_stamp_ = 1;
 };
 

@@ -29,7 +29,7 @@ struct Settings {
         60;                            ///< a moving entity is published at least this often, 1..240
     std::uint32_t keyframe_every = 8;  ///< publications between keyframes of a stream, 1..255
     std::uint32_t budget_bytes_per_s =
-        16000;  ///< per client, headers counted; bursts of up to a quarter of a second
+        16000;  ///< per client at most, headers counted; bursts of up to a quarter of a second
     std::uint32_t own_state_every_ticks =
         6;  ///< own avatar's state at least this often while it moves, 1..60
     std::uint32_t silence_ticks = 12;  ///< a client hears a datagram at least this often, 1..15
@@ -69,6 +69,7 @@ struct ClientTransfer {
     double loss_estimate = 0.0;
     double budget_bytes = 0.0;
     std::uint32_t rtt_us = 0;
+    std::uint32_t rate_bytes_per_s = 0;  ///< what its path carries; 0: no limit known
     std::vector<EntityId>
         known;  ///< entities that the client may hold: the new zone sends them anew or removes them
 };

@@ -104,10 +104,11 @@ void write_transport(const DownTransport& t, std::uint8_t* out12) {
     store_le(t.ack_delay_10us, out12 + 10);
 }
 
-void write_transport(const UpTransport& t, std::uint8_t* out8) {
-    store_le(t.ack_low, out8);
-    store_le(t.ack_bits, out8 + 2);
-    store_le(t.ack_delay_10us, out8 + 6);
+void write_transport(const UpTransport& t, std::uint8_t* out10) {
+    store_le(t.ack_low, out10);
+    store_le(t.ack_bits, out10 + 2);
+    store_le(t.ack_delay_10us, out10 + 6);
+    store_le(t.one_way_128us, out10 + 8);
 }
 
 core::Result<DownTransport> read_down_transport(std::span<const std::uint8_t> plain) {
@@ -126,7 +127,8 @@ core::Result<UpTransport> read_up_transport(std::span<const std::uint8_t> plain)
     }
     return UpTransport{load_le<std::uint16_t>(plain.data()),
                        load_le<std::uint32_t>(plain.data() + 2),
-                       load_le<std::uint16_t>(plain.data() + 6)};
+                       load_le<std::uint16_t>(plain.data() + 6),
+                       load_le<std::uint16_t>(plain.data() + 8)};
 }
 
 bool AckTracker::on_received(std::uint64_t sequence) {

@@ -18,7 +18,7 @@ inline constexpr std::size_t kDatagramHeaderBytes =
     6;  ///< connection id (4), low 16 bits of the sequence
 inline constexpr std::size_t kSealTagBytes = 16;
 inline constexpr std::size_t kDownTransportBytes = 12;
-inline constexpr std::size_t kUpTransportBytes = 8;
+inline constexpr std::size_t kUpTransportBytes = 10;
 /// What is left for the body of a state packet.
 inline constexpr std::size_t kMaxDownBodyBytes =
     kMaxDatagramBytes - kDatagramHeaderBytes - kSealTagBytes - kDownTransportBytes;
@@ -53,10 +53,19 @@ struct UpTransport {
     std::uint16_t ack_low = 0;
     std::uint32_t ack_bits = 0;
     std::uint16_t ack_delay_10us = 0;
+    /// The client's clock at the arrival of `ack` less the send time in it, in 128 us modulo 2^16:
+    /// only differences mean anything. What grows is a queue.
+    std::uint16_t one_way_128us = 0;
 };
 
+/// UpTransport::one_way_128us of a datagram stamped `send_time_us` that came at `arrival_us`, both
+/// modulo 2^32.
+constexpr std::uint16_t one_way_128us(std::uint32_t arrival_us, std::uint32_t send_time_us) {
+    return static_cast<std::uint16_t>((arrival_us - send_time_us) >> 7U);
+}
+
 void write_transport(const DownTransport& t, std::uint8_t* out12);
-void write_transport(const UpTransport& t, std::uint8_t* out8);
+void write_transport(const UpTransport& t, std::uint8_t* out10);
 core::Result<DownTransport> read_down_transport(std::span<const std::uint8_t> plain);
 core::Result<UpTransport> read_up_transport(std::span<const std::uint8_t> plain);
 

@@ -140,7 +140,7 @@ class TestHost {
 
 inline proto::ClientMessage hello_message(const std::string& name = "ann") {
     proto::ClientMessage message;
-    message.mutable_hello()->set_protocol_version(3);
+    message.mutable_hello()->set_protocol_version(4);
     message.mutable_hello()->set_name(name);
     return message;
 }

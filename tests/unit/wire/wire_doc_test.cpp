@@ -214,7 +214,8 @@ void check_transport(const Example& e) {
         write_transport(DownTransport{time, ack, bits, delay}, out.data());
     } else {
         out.resize(kUpTransportBytes);
-        write_transport(UpTransport{ack, bits, delay}, out.data());
+        const auto one_way = static_cast<std::uint16_t>(e.number("one_way_128us"));
+        write_transport(UpTransport{ack, bits, delay, one_way}, out.data());
     }
     EXPECT_EQ(out, e.bytes("hex"));
 }
