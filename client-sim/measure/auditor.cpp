@@ -177,7 +177,9 @@ void Auditor::compare_entity(const Context& context,
         context.tick - before->second.must_know_since >= context.grace &&
         context.tick - truth.discontinuity_tick() >= context.grace &&
         context.tick - context.avatar_discontinuity >= context.grace;
-    if (due) {
+    if (due && context.age.widened.incomplete) {
+        ++tally.missing_told;
+    } else if (due) {
         Finding finding;
         finding.kind = FindingKind::kMissing;
         finding.bot = bot_;
@@ -211,7 +213,12 @@ bool Auditor::is_leaving(const Context& context,
 double Auditor::promised_bound(const Context& context,
                                const proto::AuditEntity& truth,
                                bool orientation) const {
-    const double now = static_cast<double>(orientation ? truth.bound_rad() : truth.bound_m());
+    const std::size_t lods = context.world->lods.size();
+    const auto wider = [&](std::size_t lod) {
+        return wire::widening(context.age.widened.step, lod, lods);
+    };
+    const double now = static_cast<double>(orientation ? truth.bound_rad() : truth.bound_m()) *
+                       wider(lod_at(*context.world, static_cast<double>(truth.distance_m())));
     // What the client holds was promised D ago, when the entity may have been farther away.
     const auto ago = static_cast<Tick>(std::ceil(context.age.age_s / context.world->tick_s));
     const Tick then = context.tick - ago;
@@ -224,10 +231,11 @@ double Auditor::promised_bound(const Context& context,
         return now;
     }
     const Vec3d apart = store.predicted(*version, then).position - *here;
-    const view::Lod& lod =
-        context.world->lods[lod_at(*context.world, std::hypot(apart.x(), apart.z()))];
+    const std::size_t level = lod_at(*context.world, std::hypot(apart.x(), apart.z()));
+    const view::Lod& lod = context.world->lods[level];
     const double past =
-        static_cast<double>(orientation ? lod.orientation_bound_rad : lod.position_bound_m);
+        static_cast<double>(orientation ? lod.orientation_bound_rad : lod.position_bound_m) *
+        wider(level);
     return std::max(now, past);
 }
 
@@ -235,6 +243,11 @@ void Auditor::compare_state(const Context& context,
                             const proto::AuditEntity& truth,
                             const view::Version& version,
                             Tally& tally) const {
+    if (context.age.widened.step == wire::kNoBound) {
+        ++tally.samples_unbounded;
+        return;
+    }
+    tally.samples_widened += context.age.widened.step > 0 ? 1 : 0;
     const view::TypeInfo& type = context.world->types[truth.type()];
     const wire::Quantization& q = context.world->quantization;
     const view::EntityStore& store = context.bot->view()->store();

@@ -54,6 +54,9 @@ struct Tally {
     std::uint64_t skipped_unmeasured = 0;  ///< records without any packet around
     std::uint64_t skipped_discontinuity = 0;  ///< samples within D after a spawn or teleport
     std::uint64_t skipped_leaving = 0;        ///< samples of entities whose leaving was under way
+    std::uint64_t samples_widened = 0;        ///< of samples: under bounds told to be wider
+    std::uint64_t samples_unbounded = 0;      ///< not judged: the client was told of no bound
+    std::uint64_t missing_told = 0;  ///< not judged: the client was told that more is to come
     std::uint64_t position_violations = 0;
     std::uint64_t orientation_violations = 0;
     std::uint64_t missing = 0;

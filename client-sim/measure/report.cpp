@@ -45,6 +45,9 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("samples", t.samples);
     json.field("samples_after_loss", t.samples_after_loss);
     json.field("samples_stale", t.samples_stale);
+    json.field("samples_widened", t.samples_widened);
+    json.field("samples_unbounded", t.samples_unbounded);
+    json.field("missing_told", t.missing_told);
     json.field("audit_records", t.records);
     json.field("audits_skipped_late", t.skipped_late);
     json.field("audits_skipped_unsettled", t.skipped_unsettled);

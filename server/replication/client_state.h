@@ -4,6 +4,7 @@
 #include "server/replication/sent_log.h"
 #include "server/replication/stream_table.h"
 #include "shared/motion/apply_input.h"
+#include "shared/wire/widening.h"
 
 namespace zoned::replication {
 
@@ -93,6 +94,8 @@ class ClientState {
     OwnTrack own;
     double tokens = 0.0;     ///< bytes that may be sent now; heartbeats may drive them below 0
     Tick packet_tick = -1;   ///< of the newest packet; -1: none yet
+    wire::Widened widened;   ///< the bounds that it was told last
+    Tick widened_tick = 0;   ///< when they were last needed or narrowed
     bool is_viewer = false;  ///< in this tick; only viewers are told of entities
 
   private:

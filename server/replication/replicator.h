@@ -37,6 +37,7 @@ struct Settings {
     int forced_order = -1;  ///< -1: the least volatile order per entity; 0..2: only this one
     float redundancy_target =
         1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
+    bool silent_bound = false;  ///< a fault on purpose: clients are not told of wider bounds
 };
 
 struct Report {
@@ -48,7 +49,8 @@ struct Report {
     std::uint32_t packets = 0;
     std::uint64_t bytes = 0;  ///< bodies
     std::uint32_t over_budget =
-        0;  ///< clients that were still owed something when their budget ended
+        0;                      ///< clients that were still owed something when their budget ended
+    std::uint32_t widened = 0;  ///< clients that were told of bounds wider than promised
     std::uint32_t limit_exceeded =
         0;                 ///< entities whose truth exceeded its declared a_max or dv_max
     bool skipped = false;  ///< no viewer: nothing ran, no stream is kept

@@ -6,6 +6,7 @@
 #include "shared/motion/apply_input.h"
 #include "shared/motion/input_command.h"
 #include "shared/wire/quantize.h"
+#include "shared/wire/widening.h"
 
 #include <cstdint>
 #include <span>
@@ -105,11 +106,15 @@ struct DownHead {
     ZoneId zone;    ///< the zone whose streams and local coordinates are used
     bool has_own = false;
     OwnState own;
+    bool has_widened = false;  ///< `widened` is on the wire; without it the bounds are as promised
+    Widened widened;
 };
 
 /// Appends the head. Position of the own state: float bits; velocity: float bits (it is the
 /// prediction's seed).
 void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out);
+/// Changes what a packet with DownHead::has_widened says of the bounds.
+void rewrite_widened(const Widened& widened, std::vector<std::uint8_t>& body);
 
 /// Parses the head and returns it with the offset at which records begin.
 struct ParsedDownHead {

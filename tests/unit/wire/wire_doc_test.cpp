@@ -193,6 +193,11 @@ void check_down_head(const Example& e) {
         head.own.state.position = vector(e, "position");
         head.own.state.velocity = vector(e, "velocity");
     }
+    if (e.has("widened")) {
+        head.has_widened = true;
+        head.widened = {static_cast<std::uint8_t>(e.number("widened")),
+                        e.number("incomplete") != 0};
+    }
     Bytes out;
     write_down_head(head, out);
     EXPECT_EQ(out, e.bytes("hex"));
