@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::uint64_t kReorderTolerance = 3;  // packets, as RFC 9002, section 6.1.1
 constexpr double kDefaultRtt_us = 100e3;        // before the session has measured one
-constexpr double kLossWeight = 1.0 / 64.0;
+constexpr std::uint32_t kLossMemory = 64;       // packets; the first ones count for more ...
+constexpr std::uint32_t kLossPrior = 8;         // ... beside a guess that counts as so many
 // A new client's network is taken for a poor one until its acks tell otherwise.
 constexpr double kLossAtFirst = 0.02;
 constexpr double kNegligibleLoss = 1e-3;
@@ -39,6 +40,7 @@ ClientState::ClientState(const ClientTransfer& transfer, const Settings& setting
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
       loss_estimate_(transfer.next_sequence == 1 ? kLossAtFirst : transfer.loss_estimate),
+      loss_samples_(transfer.next_sequence == 1 ? kLossPrior : kLossMemory),
       rtt_us_(transfer.rtt_us),
       rate_bytes_per_s_(transfer.rate_bytes_per_s) {
     // Whatever turns out to be in view takes its removal back in the first sync().
@@ -244,7 +246,8 @@ void ClientState::expire(Tick now, float tick_s) {
 void ClientState::sample_loss(SentPacket& packet, bool lost) {
     if (!packet.counted) {
         packet.counted = true;
-        loss_estimate_ += kLossWeight * ((lost ? 1.0 : 0.0) - loss_estimate_);
+        loss_samples_ = std::min(loss_samples_ + 1, kLossMemory);
+        loss_estimate_ += ((lost ? 1.0 : 0.0) - loss_estimate_) / loss_samples_;
     }
 }
 

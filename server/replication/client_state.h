@@ -115,6 +115,7 @@ class ClientState {
     std::uint64_t oldest_open_ = 1;  // all packets before it are resolved
     std::uint64_t newest_acked_ = 0;
     double loss_estimate_ = 0.0;
+    std::uint32_t loss_samples_ = 0;  ///< packets that the estimate stands for
     std::uint32_t rtt_us_ = 0;
     std::uint32_t rate_bytes_per_s_ = 0;
     std::uint32_t next_stamp_ = 1;
