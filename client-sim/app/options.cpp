@@ -35,6 +35,9 @@ struct Raw {
     double jitter_ms = 0.0;
     double duplicate = 0.0;
     double reorder = 0.0;
+    double bottleneck_kbit_s = 0.0;
+    double bottleneck_up_kbit_s = 0.0;
+    double bottleneck_queue_ms = 250.0;
     bool no_audit = false;
     bool no_freeze = false;
 };
@@ -58,6 +61,17 @@ void declare(CLI::App& app, Raw& raw, Options& o) {
     app.add_option("--reorder", raw.reorder, "Datagrams held back by one to two ticks, percent")
         ->check(CLI::Range(0.0, 100.0));
     app.add_option("--outage", raw.outage, "EVERY:LENGTH in seconds: the path is cut so long");
+    app.add_option("--bottleneck-kbit-s",
+                   raw.bottleneck_kbit_s,
+                   "Each bot's path carries so much towards it, headers counted; 0: any amount")
+        ->check(CLI::Range(0.0, 1e7));
+    app.add_option(
+           "--bottleneck-up-kbit-s", raw.bottleneck_up_kbit_s, "Likewise towards the server")
+        ->check(CLI::Range(0.0, 1e7));
+    app.add_option("--bottleneck-queue-ms",
+                   raw.bottleneck_queue_ms,
+                   "Datagrams that would wait for longer in a bottleneck are dropped")
+        ->check(CLI::Range(0.0, 60000.0));
     app.add_option("--ramp-per-s", o.swarm.ramp_per_s, "Bots started per second")
         ->check(CLI::Range(0.1, 100000.0));
     app.add_option("--seed", o.swarm.seed, "Seed of behaviours and of the link conditioner");
@@ -170,6 +184,9 @@ void convert(const Raw& raw, Options& o) {
     o.conditioner.jitter_s = raw.jitter_ms / 1000.0;
     o.conditioner.duplicate = raw.duplicate / 100.0;
     o.conditioner.reorder = raw.reorder / 100.0;
+    o.conditioner.bottleneck_down_bytes_per_s = 125.0 * raw.bottleneck_kbit_s;
+    o.conditioner.bottleneck_up_bytes_per_s = 125.0 * raw.bottleneck_up_kbit_s;
+    o.conditioner.bottleneck_queue_s = raw.bottleneck_queue_ms / 1000.0;
     o.conditioner.seed = o.swarm.seed;
     read_outage(raw.outage, o.conditioner);
     o.pin = read_pin(raw.pin);

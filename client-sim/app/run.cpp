@@ -99,6 +99,19 @@ void drive(link::SocketNetwork& network, Swarm& swarm, bool quiet) {
     }
 }
 
+void add_bottlenecks(const link::SocketNetwork& network, measure::Report& report) {
+    double carried = 0.0;
+    double capacity = 0.0;
+    for (const link::BottleneckMeter& meter : network.bottlenecks(link::Direction::kDown)) {
+        report.bottleneck = true;
+        report.bottleneck_wait_s.merge(meter.wait_s);
+        report.bottleneck_dropped += meter.dropped;
+        carried += meter.carried_bytes;
+        capacity += meter.capacity_bytes;
+    }
+    report.bottleneck_utilisation = capacity > 0.0 ? carried / capacity : 0.0;
+}
+
 bool write_report(const std::string& file, const measure::Report& report) {
     std::ofstream out(file, std::ios::binary | std::ios::trunc);
     out << measure::to_json(report);
@@ -124,11 +137,15 @@ int run(const Options& options) {
         link::SocketNetwork network(network_settings(options));
         SwarmSettings settings = options.swarm;
         settings.header_bytes = network.header_bytes();
+        settings.path_spread_s = options.conditioner.spread_s();
         Swarm swarm(settings, [&](std::size_t) { return network.make_transport(); });
         drive(network, swarm, options.quiet);
         measure::Report report = swarm.report();
         report.process_cpu_s = process_cpu_s();
         report.send_drops = network.send_drops();
+        if (options.conditioner.bottleneck_down_bytes_per_s > 0.0) {
+            add_bottlenecks(network, report);
+        }
         if (!options.report_file.empty() && !write_report(options.report_file, report)) {
             std::fprintf(stderr, "client-sim: cannot write %s\n", options.report_file.c_str());
             return kEnvironment;

@@ -11,7 +11,6 @@ namespace {
 constexpr double kSettleS = 10.0;
 /// Time for the last frames to leave.
 constexpr double kGoodbyeS = 0.5;
-constexpr double kFrozenAuditS = 0.5;
 /// Bits of the rights in Welcome.
 constexpr std::uint32_t kRightAudit = 2;
 constexpr std::uint32_t kRightFreeze = 4;
@@ -45,7 +44,7 @@ const char* name_of(motion::ConvergenceMethod method) {
 
 Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
     : settings_(std::move(settings)),
-      collector_(settings_.bots, settings_.header_bytes) {
+      collector_(settings_.bots, settings_.header_bytes, settings_.path_spread_s) {
     const std::vector<bot::Behaviour> dealt = bot::deal(settings_.mix, settings_.bots);
     for (std::size_t i = 0; i < settings_.bots; ++i) {
         transports_.push_back(make_transport(i));
@@ -163,12 +162,12 @@ void Swarm::enter_freeze(double now_s) {
         bot->set_quiet(true);
     }
     one->client().request_freeze(true);
-    next_audit_s_ = now_s + kFrozenAuditS;
+    next_audit_s_ = now_s + settings_.frozen_audit_s;
 }
 
 void Swarm::freeze(double now_s) {
     if (now_s >= next_audit_s_) {
-        next_audit_s_ = now_s + kFrozenAuditS;
+        next_audit_s_ = now_s + settings_.frozen_audit_s;
         for (const auto& bot : bots_) {
             if ((bot->client().rights() & kRightAudit) != 0) {
                 bot->client().request_audit();

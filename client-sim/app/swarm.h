@@ -27,9 +27,11 @@ struct SwarmSettings {
     std::vector<std::string> teams = {"red", "blue"};
     bool audit = true;  ///< compare with the truth; without it the verdict is about the rest
     double audit_every_s = 1.0;
-    bool freeze = true;          ///< at the end, where the rights allow it
-    double freeze_wait_s = 5.0;  ///< how long views may take to converge
-    int header_bytes = 28;       ///< IP and UDP headers per datagram, for the bandwidth
+    bool freeze = true;           ///< at the end, where the rights allow it
+    double freeze_wait_s = 5.0;   ///< how long views may take to converge
+    double frozen_audit_s = 0.5;  ///< how often they are compared then
+    double path_spread_s = 0.0;   ///< ConditionerSettings::spread_s() of what is in the way
+    int header_bytes = 28;        ///< IP and UDP headers per datagram, for the bandwidth
 };
 
 /// Join ramp -> run -> freeze -> goodbye. Everything happens within advance().

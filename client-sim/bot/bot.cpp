@@ -215,7 +215,8 @@ void Bot::on_packet(const link::OpenedPacket& packet) {
         const double shown_s = static_cast<double>(view_->tick()) * world_->tick_s;
         arrivals_.on_packet(packet.sequence,
                             packet.head.tick,
-                            std::max(client_.clock().server_time(now_s_), shown_s));
+                            std::max(client_.clock().server_time(now_s_), shown_s),
+                            packet.head.widened);
     }
     const view::Correction correction = view_->apply(packet, now_s_);
     if (correction.applied) {

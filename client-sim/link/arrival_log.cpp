@@ -3,12 +3,16 @@
 #include "shared/wire/give_up.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace zoned::link {
 
-void ArrivalLog::on_packet(std::uint64_t sequence, Tick tick, double arrival_server_s) {
+void ArrivalLog::on_packet(std::uint64_t sequence,
+                           Tick tick,
+                           double arrival_server_s,
+                           const wire::Widened& widened) {
     ++received_;
-    arrivals_[arrival_count_++ % kArrivals] = {tick, arrival_server_s};
+    arrivals_[arrival_count_++ % kArrivals] = {tick, arrival_server_s, widened};
     if (sequence <= newest_) {
         note_late(sequence, arrival_server_s);
         return;
@@ -78,7 +82,24 @@ NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
         age.age_s += resend_s;
     }
     age.age_s = std::max(age.age_s, outage_s);
+    age.widened = told(tick, age);
     return age;
+}
+
+/// What is shown at a tick was sent up to D before it, under the bounds told then; where packets
+/// were lost, the next one repeats what they told.
+wire::Widened ArrivalLog::told(Tick tick, const NewsAge& age) const {
+    const auto ticks = static_cast<Tick>(std::ceil(age.age_s / tick_s_)) + 1;
+    const Tick until = age.loss ? tick + ticks : tick;
+    wire::Widened widest;
+    for (std::size_t i = 0; i < std::min(arrival_count_, kArrivals); ++i) {
+        const Arrival& a = arrivals_[i];
+        if (a.tick >= tick - ticks && a.tick <= until) {
+            widest.step = std::max(widest.step, a.widened.step);
+            widest.incomplete = widest.incomplete || a.widened.incomplete;
+        }
+    }
+    return widest;
 }
 
 }  // namespace zoned::link

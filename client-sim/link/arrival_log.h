@@ -3,6 +3,7 @@
 #pragma once
 
 #include "shared/core/ids.h"
+#include "shared/wire/widening.h"
 
 #include <array>
 #include <cstddef>
@@ -15,6 +16,7 @@ struct NewsAge {
     double delay_s = 0.0;   ///< largest one-way delay measured around the tick
     double age_s = 0.0;     ///< D of the promised bound: delay + tick (+ resend, or a whole outage)
     bool loss = false;      ///< a packet near the tick never came, or came late
+    wire::Widened widened;  ///< the widest bounds that the server has told of for this time
     bool measured = false;  ///< false: no packet around the tick, nothing can be said
 };
 
@@ -25,7 +27,10 @@ class ArrivalLog {
     void set_tick_s(double tick_s) { tick_s_ = tick_s; }
 
     /// A packet that authenticated. Sequences may come in any order, each once.
-    void on_packet(std::uint64_t sequence, Tick tick, double arrival_server_s);
+    void on_packet(std::uint64_t sequence,
+                   Tick tick,
+                   double arrival_server_s,
+                   const wire::Widened& widened = {});
 
     /// D at tick T by DESIGN's formula: the largest delay within `window_s` around T plus one tick;
     /// where a packet whose news could matter at T was lost, plus a round trip and a tick: from the
@@ -47,6 +52,7 @@ class ArrivalLog {
     struct Arrival {
         Tick tick = 0;
         double arrival_s = 0.0;
+        wire::Widened widened;
     };
 
     /// Consecutive sequences that did not come when the next one did.
@@ -59,6 +65,7 @@ class ArrivalLog {
         std::uint64_t filled = 0;
     };
 
+    [[nodiscard]] wire::Widened told(Tick tick, const NewsAge& age) const;
     void note_late(std::uint64_t sequence, double arrival_server_s);
 
     static constexpr std::size_t kArrivals = 256;

@@ -20,10 +20,17 @@ double outage_left_s(const ConditionerSettings& settings, double now_s) {
 
 }  // namespace
 
-Conditioner::Conditioner(const ConditionerSettings& settings, Mode mode, std::uint64_t stream)
+Conditioner::Conditioner(const ConditionerSettings& settings,
+                         Mode mode,
+                         std::uint64_t stream,
+                         Direction direction)
     : settings_(settings),
       mode_(mode),
-      rng_(settings.seed, stream) {
+      rng_(settings.seed, stream),
+      bottleneck_(mode == Mode::kFrames         ? 0.0
+                  : direction == Direction::kUp ? settings.bottleneck_up_bytes_per_s
+                                                : settings.bottleneck_down_bytes_per_s,
+                  settings.bottleneck_queue_s) {
 }
 
 bool Conditioner::later(const Waiting& a, const Waiting& b) {
@@ -45,6 +52,12 @@ void Conditioner::insert(double due_s, Bytes message) {
 }
 
 void Conditioner::push(double now_s, Bytes message) {
+    if (healed_) {
+        // A stream keeps its order also when it heals.
+        last_due_s_ = std::max(last_due_s_, now_s);
+        insert(mode_ == Mode::kFrames ? last_due_s_ : now_s, std::move(message));
+        return;
+    }
     const double outage = outage_left_s(settings_, now_s);
     if (mode_ == Mode::kFrames) {
         // A stream keeps its order: nothing overtakes the frame before it.
@@ -57,23 +70,60 @@ void Conditioner::push(double now_s, Bytes message) {
     const bool lost = chance(settings_.loss);
     const bool doubled = chance(settings_.duplicate);
     const bool held = chance(settings_.reorder);
-    double delay = draw_delay();
-    if (lost || outage > 0.0) {
+    Fate fate;
+    fate.lost = lost;
+    fate.delay_s = draw_delay();
+    if (held && !lost && outage <= 0.0) {
+        ++held_back_;
+        fate.delay_s += settings_.reorder_hold_s * (1.0 + static_cast<double>(rng_.unit()));
+    }
+    if (doubled && !lost && outage <= 0.0) {
+        fate.copy_delay_s = draw_delay();
+    }
+    if (outage > 0.0) {
         ++lost_;
         return;
     }
-    if (held) {
-        ++held_back_;
-        delay += settings_.reorder_hold_s * (1.0 + static_cast<double>(rng_.unit()));
+    const double bytes = static_cast<double>(message.size()) + settings_.header_bytes;
+    fate.message = std::move(message);
+    if (!bottleneck_.limits()) {
+        travel(now_s, std::move(fate));
+        return;
     }
-    if (doubled) {
+    serve(now_s);
+    if (bottleneck_.push(now_s, entered_, bytes)) {
+        queued_.emplace(entered_++, std::move(fate));
+    }
+}
+
+/// The path behind the bottleneck.
+void Conditioner::travel(double from_s, Fate fate) {
+    if (fate.lost) {
+        ++lost_;
+        return;
+    }
+    if (fate.copy_delay_s >= 0.0) {
         ++doubled_;
-        insert(now_s + draw_delay(), message);
+        insert(from_s + fate.copy_delay_s, fate.message);
     }
-    insert(now_s + delay, std::move(message));
+    insert(from_s + fate.delay_s, std::move(fate.message));
+}
+
+void Conditioner::serve(double now_s) {
+    Bottleneck::Departure departure;
+    while (bottleneck_.pop(now_s, departure)) {
+        auto node = queued_.extract(departure.number);
+        travel(departure.at_s, std::move(node.mapped()));
+    }
+}
+
+void Conditioner::set_bottleneck(double now_s, double bytes_per_s) {
+    serve(now_s);
+    bottleneck_.set_rate(now_s, bytes_per_s);
 }
 
 bool Conditioner::pop_due(double now_s, Bytes& out) {
+    serve(now_s);
     if (heap_.empty() || heap_.front().due_s > now_s) {
         return false;
     }
@@ -84,7 +134,10 @@ bool Conditioner::pop_due(double now_s, Bytes& out) {
 }
 
 double Conditioner::next_due_s() const {
-    return heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().due_s;
+    // What leaves the bottleneck may still have a way to go: then nothing is due yet at that time.
+    const double due_s =
+        heap_.empty() ? std::numeric_limits<double>::infinity() : heap_.front().due_s;
+    return std::min(due_s, bottleneck_.next_s());
 }
 
 }  // namespace zoned::link

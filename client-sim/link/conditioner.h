@@ -1,18 +1,23 @@
-// Conditioner: one direction of a bad network path (delay, jitter, loss, duplicates, reordering,
-// outages), seeded, on whatever clock the caller passes in.
+// Conditioner: one direction of a bad network path (bottleneck, delay, jitter, loss, duplicates,
+// reordering, outages), seeded, on whatever clock the caller passes in.
 #pragma once
 
+#include "client-sim/link/bottleneck.h"
 #include "client-sim/link/link.h"
 #include "shared/core/rng.h"
 
 #include <cstdint>
+#include <unordered_map>
 
 namespace zoned::link {
 
 /// Semantics, per direction: the delay is uniform in [delay - jitter, delay + jitter], never below
 /// zero; loss, duplicate and reorder are probabilities per datagram. A reordered datagram is held
 /// back by a further 1..2 `reorder_hold_s`; jitter alone may reorder as well. During an outage
-/// [k * every, k * every + length), k >= 1, all datagrams are lost; frames wait for its end.
+/// [k * every, k * every + length), k >= 1, all datagrams are lost; frames wait for its end. A
+/// bottleneck comes first on the path: datagrams go through it in order, with their headers, and
+/// what is lost behind it has used it. Frames do not use it: TCP shares a link by rules of its own,
+/// which nothing here stands for.
 struct ConditionerSettings {
     double delay_s = 0.0;
     double jitter_s = 0.0;
@@ -22,13 +27,29 @@ struct ConditionerSettings {
     double reorder_hold_s = 1.0 / 30.0;
     double outage_every_s = 0.0;  ///< 0: never
     double outage_length_s = 0.0;
+    double bottleneck_up_bytes_per_s = 0.0;  ///< client to server; 0: none
+    double bottleneck_down_bytes_per_s = 0.0;
+    double bottleneck_queue_s = 0.25;  ///< what would wait for longer is dropped
+    double header_bytes = 28.0;        ///< IP and UDP, per datagram in the bottleneck
     std::uint64_t seed = 1;
+
+    /// By how much one-way delays may differ by this alone, bottlenecks and outages aside, s.
+    [[nodiscard]] double spread_s() const {
+        return 2.0 * jitter_s + (reorder > 0.0 ? 2.0 * reorder_hold_s : 0.0);
+    }
 
     /// False when push and pop would hand everything through at once.
     [[nodiscard]] bool active() const {
         return delay_s > 0.0 || jitter_s > 0.0 || loss > 0.0 || duplicate > 0.0 || reorder > 0.0 ||
-               outage_every_s > 0.0;
+               outage_every_s > 0.0 || bottleneck_up_bytes_per_s > 0.0 ||
+               bottleneck_down_bytes_per_s > 0.0;
     }
+};
+
+/// Which bottleneck a conditioner has.
+enum class Direction : std::uint8_t {
+    kUp,
+    kDown
 };
 
 /// A queue of messages with their due times. Datagrams and frames of one direction get one
@@ -42,7 +63,10 @@ class Conditioner {
     };
 
     /// `stream` tells the random numbers of several conditioners of one seed apart.
-    Conditioner(const ConditionerSettings& settings, Mode mode, std::uint64_t stream);
+    Conditioner(const ConditionerSettings& settings,
+                Mode mode,
+                std::uint64_t stream,
+                Direction direction = Direction::kUp);
 
     void push(double now_s, Bytes message);
     /// Moves the next message that is due at `now_s` to `out`; false when there is none.
@@ -52,6 +76,19 @@ class Conditioner {
 
     /// Forgets what is under way (the stream was cut).
     void clear() { heap_.clear(); }
+
+    /// From now on everything passes at once, past a bottleneck too. What is under way still takes
+    /// its time.
+    void heal() { healed_ = true; }
+
+    /// Changes the bottleneck, which must have been there from the beginning.
+    void set_bottleneck(double now_s, double bytes_per_s);
+
+    [[nodiscard]] BottleneckMeter bottleneck(double now_s) const {
+        return bottleneck_.meter(now_s);
+    }
+
+    void restart_bottleneck_meter(double now_s) { bottleneck_.restart_meter(now_s); }
 
     [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
@@ -66,14 +103,28 @@ class Conditioner {
         Bytes message;
     };
 
+    /// What fate holds for a datagram that is in the bottleneck.
+    struct Fate {
+        Bytes message;
+        bool lost = false;
+        double delay_s = 0.0;
+        double copy_delay_s = -1.0;  // below 0: it is not doubled
+    };
+
     [[nodiscard]] static bool later(const Waiting& a, const Waiting& b);
     [[nodiscard]] double draw_delay();
     [[nodiscard]] bool chance(double probability);
     void insert(double due_s, Bytes message);
+    void travel(double from_s, Fate fate);
+    void serve(double now_s);
 
     ConditionerSettings settings_;
     Mode mode_;
     core::Rng rng_;
+    Bottleneck bottleneck_;
+    std::unordered_map<std::uint64_t, Fate> queued_;  // in the bottleneck, by number
+    std::uint64_t entered_ = 0;
+    bool healed_ = false;
     std::vector<Waiting> heap_;
     std::uint64_t order_ = 0;
     double last_due_s_ = 0.0;

@@ -43,6 +43,7 @@ Bytes DatagramChannel::seal(std::span<const std::uint8_t> body, double now_s) {
     const double delay = (now_s - newest_received_s_) / kAckDelayUnitS;
     transport.ack_delay_10us =
         static_cast<std::uint16_t>(std::clamp(delay, 0.0, static_cast<double>(kAckDelaySaturated)));
+    transport.one_way_128us = newest_one_way_128us_;
     plain_out_.resize(wire::kUpTransportBytes);
     wire::write_transport(transport, plain_out_.data());
     plain_out_.insert(plain_out_.end(), body.begin(), body.end());
@@ -100,6 +101,10 @@ std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> 
     acks_.on_received(sequence);
     if (acks_.newest() == sequence) {
         newest_received_s_ = now_s;
+        // Any clock will do, as long as it goes on: the server looks at differences only.
+        const auto now_us = static_cast<std::uint32_t>(
+            static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(now_s * 1e6))));
+        newest_one_way_128us_ = wire::one_way_128us(now_us, transport->send_time_us);
     }
     const double server_send_s =
         unwrap_send_time_s(transport->send_time_us, head->head.tick, tick_s_);

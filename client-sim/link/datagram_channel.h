@@ -82,6 +82,7 @@ class DatagramChannel {
     wire::ReplayWindow window_;
     wire::AckTracker acks_;
     double newest_received_s_ = 0.0;
+    std::uint16_t newest_one_way_128us_ = 0;
     std::uint64_t last_sampled_ = 0;
     std::uint64_t newest_down_ = 0;
     double newest_send_s_ = 0.0;

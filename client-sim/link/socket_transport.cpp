@@ -96,12 +96,27 @@ void SocketNetwork::flush() {
     udp_->flush();
 }
 
+std::vector<BottleneckMeter> SocketNetwork::bottlenecks(Direction direction) const {
+    std::vector<BottleneckMeter> meters;
+    for (const SocketTransport* transport : transports_) {
+        const Conditioner& path =
+            direction == Direction::kUp ? transport->up_datagrams_ : transport->down_datagrams_;
+        if (transport->to_size_ != 0) {
+            meters.push_back(path.bottleneck(now_s_));
+        }
+    }
+    return meters;
+}
+
 SocketTransport::SocketTransport(SocketNetwork& network, std::uint64_t index)
     : network_(network),
       index_(index),
       conditioned_(network.settings_.conditioner.active()),
       up_datagrams_(network.settings_.conditioner, Conditioner::Mode::kDatagrams, 4 * index),
-      down_datagrams_(network.settings_.conditioner, Conditioner::Mode::kDatagrams, 4 * index + 1),
+      down_datagrams_(network.settings_.conditioner,
+                      Conditioner::Mode::kDatagrams,
+                      4 * index + 1,
+                      Direction::kDown),
       up_frames_(network.settings_.conditioner, Conditioner::Mode::kFrames, 4 * index + 2),
       down_frames_(network.settings_.conditioner, Conditioner::Mode::kFrames, 4 * index + 3) {
 }
@@ -164,6 +179,10 @@ void SocketTransport::set_udp(std::uint16_t udp_port, std::uint32_t connection_i
     network_.by_connection_.erase(connection_);
     connection_ = connection_id;
     network_.by_connection_[connection_id] = this;
+    if (to_size_ == 0) {
+        up_datagrams_.restart_bottleneck_meter(network_.now_s_);
+        down_datagrams_.restart_bottleneck_meter(network_.now_s_);
+    }
     const asio::ip::udp::endpoint to(network_.endpoint_.address(), udp_port);
     to_size_ = static_cast<socklen_t>(to.size());
     std::memcpy(&to_, to.data(), to.size());

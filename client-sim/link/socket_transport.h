@@ -47,6 +47,10 @@ class SocketNetwork {
     /// Bytes of IP and UDP headers per datagram.
     [[nodiscard]] int header_bytes() const { return endpoint_.address().is_v4() ? 28 : 48; }
 
+    /// What the bottlenecks of all clients that have connected did in one direction, until the
+    /// last poll.
+    [[nodiscard]] std::vector<BottleneckMeter> bottlenecks(Direction direction) const;
+
     [[nodiscard]] std::uint64_t send_drops() const { return udp_->send_drops(); }
 
   private:

@@ -144,8 +144,8 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     context.shown_at = shown_at.value_or(record.tick());
     context.age = bot.arrivals().at(context.shown_at, rtt_s);
     least_rtt_s_ = std::min(least_rtt_s_, bot.client().clock().min_rtt_s());
-    context.stale =
-        is_stale(context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss);
+    context.stale = is_stale(
+        context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_);
     context.avatar_discontinuity = record.avatar_discontinuity_tick();
     // News of appearing or going may take D, and one round trip is granted beside.
     context.grace =
@@ -167,7 +167,8 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         ++tally.skipped_unmeasured;
     } else {
         tally.news_age_s.add(context.age.age_s);
-        tally.usual_age_s.add(usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss));
+        tally.usual_age_s.add(
+            usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_));
         for (const proto::AuditEntity& truth : record.entities()) {
             compare_entity(context, truth, tally);
         }
@@ -216,7 +217,9 @@ void Auditor::compare_entity(const Context& context,
         context.tick - before->second.must_know_since >= context.grace &&
         context.tick - truth.discontinuity_tick() >= context.grace &&
         context.tick - context.avatar_discontinuity >= context.grace;
-    if (due) {
+    if (due && context.age.widened.incomplete) {
+        ++tally.missing_told;
+    } else if (due) {
         Finding finding;
         finding.kind = FindingKind::kMissing;
         finding.bot = bot_;
@@ -249,7 +252,12 @@ bool Auditor::is_leaving(const Context& context,
 double Auditor::promised_bound(const Context& context,
                                const proto::AuditEntity& truth,
                                bool orientation) const {
-    const double now = static_cast<double>(orientation ? truth.bound_rad() : truth.bound_m());
+    const std::size_t lods = context.world->lods.size();
+    const auto wider = [&](std::size_t lod) {
+        return wire::widening(context.age.widened.step, lod, lods);
+    };
+    const double now = static_cast<double>(orientation ? truth.bound_rad() : truth.bound_m()) *
+                       wider(lod_at(*context.world, static_cast<double>(truth.distance_m())));
     // What the client holds was promised D ago, when the entity may have been farther away.
     const auto ago = static_cast<Tick>(std::ceil(context.age.age_s / context.world->tick_s));
     const Tick then = context.tick - ago;
@@ -261,10 +269,11 @@ double Auditor::promised_bound(const Context& context,
         return now;
     }
     const Vec3d apart = store.predicted(*version, then).position - *here;
-    const view::Lod& lod =
-        context.world->lods[lod_at(*context.world, std::hypot(apart.x(), apart.z()))];
+    const std::size_t level = lod_at(*context.world, std::hypot(apart.x(), apart.z()));
+    const view::Lod& lod = context.world->lods[level];
     const double past =
-        static_cast<double>(orientation ? lod.orientation_bound_rad : lod.position_bound_m);
+        static_cast<double>(orientation ? lod.orientation_bound_rad : lod.position_bound_m) *
+        wider(level);
     return std::max(now, past);
 }
 
@@ -273,6 +282,11 @@ void Auditor::compare_state(const Context& context,
                             const view::Entity& entity,
                             const view::Version& version,
                             Tally& tally) const {
+    if (context.age.widened.step == wire::kNoBound) {
+        ++tally.samples_unbounded;
+        return;
+    }
+    tally.samples_widened += context.age.widened.step > 0 ? 1 : 0;
     const view::TypeInfo& type = context.world->types[truth.type()];
     const wire::Quantization q = wire::at_lod(context.world->quantization, version.lod);
     const view::EntityStore& store = context.bot->view()->store();

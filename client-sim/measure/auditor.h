@@ -55,6 +55,9 @@ struct Tally {
     std::uint64_t skipped_unmeasured = 0;   ///< records without any packet around
     std::uint64_t skipped_discontinuity = 0;  ///< samples within D after a spawn or teleport
     std::uint64_t skipped_leaving = 0;        ///< samples of entities whose leaving was under way
+    std::uint64_t samples_widened = 0;        ///< of samples: under bounds told to be wider
+    std::uint64_t samples_unbounded = 0;      ///< not judged: the client was told of no bound
+    std::uint64_t missing_told = 0;  ///< not judged: the client was told that more is to come
     std::uint64_t position_violations = 0;
     std::uint64_t orientation_violations = 0;
     std::uint64_t missing = 0;
@@ -76,7 +79,8 @@ struct FrozenState {
 /// it is known.
 class Auditor {
   public:
-    explicit Auditor(std::size_t bot) : bot_(bot) {}
+    /// `spread_s` as in bound.h.
+    explicit Auditor(std::size_t bot, double spread_s = 0.0) : bot_(bot), spread_s_(spread_s) {}
 
     void add(const proto::AuditRecord& record);
     /// Compares every record that is due.
@@ -130,6 +134,7 @@ class Auditor {
                                         bool orientation) const;
 
     std::size_t bot_;
+    double spread_s_;
     std::deque<proto::AuditRecord> waiting_;
     std::map<std::uint32_t, Seen> seen_;
     Tick previous_tick_ = -1;

@@ -40,12 +40,13 @@ double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double be
     return now.delay_s <= behind_s + kSlackS ? 0.0 : std::max(0.0, now.age_s - behind_s);
 }
 
-double usual_age_s(double least_rtt_s, double tick_s, bool loss) {
-    return 0.5 * least_rtt_s + tick_s + (loss ? least_rtt_s + tick_s : 0.0);
+double usual_age_s(double least_rtt_s, double tick_s, bool loss, double spread_s) {
+    const double resend_s = least_rtt_s + 2.0 * spread_s + tick_s;
+    return 0.5 * least_rtt_s + spread_s + tick_s + (loss ? resend_s : 0.0);
 }
 
-bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss) {
-    return age_s > 2.0 * usual_age_s(least_rtt_s, tick_s, loss) + 3.0 * tick_s;
+bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss, double spread_s) {
+    return age_s > 2.0 * usual_age_s(least_rtt_s, tick_s, loss, spread_s) + 3.0 * tick_s;
 }
 
 std::size_t lod_at(const view::World& world, double distance_m) {

@@ -36,13 +36,14 @@ inline constexpr double kMaxSpinRps = 40.0;
 double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s);
 
 /// How old news is on a path that works: half its least round trip and a tick; where the newest was
-/// lost, a round trip and a tick more. s.
-double usual_age_s(double least_rtt_s, double tick_s, bool loss);
+/// lost, a round trip and a tick more. `spread_s`: by how much a link conditioner of our own makes
+/// one-way delays differ, which is no fault of anybody's. s.
+double usual_age_s(double least_rtt_s, double tick_s, bool loss, double spread_s);
 
 /// True when news is older than twice the usual age and three ticks: jitter and reordering explain
 /// no more. Then a machine is starved or a path queues or breaks, the allowed error grows with the
 /// square of that age, and a comparison says little.
-bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss);
+bool is_stale(double age_s, double least_rtt_s, double tick_s, bool loss, double spread_s);
 
 /// Index of the LOD promised at a horizontal distance.
 std::size_t lod_at(const view::World& world, double distance_m);

@@ -30,10 +30,11 @@ bool online(const bot::Bot& bot) {
 
 }  // namespace
 
-Collector::Collector(std::size_t bots, int header_bytes) : header_bytes_(header_bytes) {
+Collector::Collector(std::size_t bots, int header_bytes, double spread_s)
+    : header_bytes_(header_bytes) {
     per_bot_.reserve(bots);
     for (std::size_t i = 0; i < bots; ++i) {
-        per_bot_.push_back({Auditor(i), {}, {}, 0.0, false, false});
+        per_bot_.push_back({Auditor(i, spread_s), {}, {}, 0.0, false, false});
     }
 }
 

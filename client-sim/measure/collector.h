@@ -19,8 +19,9 @@ using Bots = std::vector<std::unique_ptr<bot::Bot>>;
 
 class Collector final : public bot::Observer {
   public:
-    /// `header_bytes`: IP and UDP headers per datagram, counted into the bandwidth.
-    Collector(std::size_t bots, int header_bytes);
+    /// `header_bytes`: IP and UDP headers per datagram, counted into the bandwidth. `spread_s` as
+    /// in bound.h.
+    Collector(std::size_t bots, int header_bytes, double spread_s);
 
     /// Settles audits and events; call at any rate, it works ten times a second.
     void advance(const Bots& bots, double now_s);

@@ -45,6 +45,9 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("samples", t.samples);
     json.field("samples_after_loss", t.samples_after_loss);
     json.field("samples_stale", t.samples_stale);
+    json.field("samples_widened", t.samples_widened);
+    json.field("samples_unbounded", t.samples_unbounded);
+    json.field("missing_told", t.missing_told);
     json.field("audit_records", t.records);
     json.field("audits_skipped_late", t.skipped_late);
     json.field("audits_skipped_unsettled", t.skipped_unsettled);
@@ -105,6 +108,13 @@ void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("publications_ballistic", r.publications_by_order[3]);
     json.field("publications_turning", r.publications_by_order[4]);
     json.field("send_drops", r.send_drops);
+    if (r.bottleneck) {
+        json.field("bottleneck_wait_ms_p50", 1e3 * r.bottleneck_wait_s.percentile(0.5));
+        json.field("bottleneck_wait_ms_p95", 1e3 * r.bottleneck_wait_s.percentile(0.95));
+        json.field("bottleneck_wait_ms_p99", 1e3 * r.bottleneck_wait_s.percentile(0.99));
+        json.field("bottleneck_utilisation", r.bottleneck_utilisation);
+        json.field("bottleneck_dropped", r.bottleneck_dropped);
+    }
     json.field("process_cpu_s", r.process_cpu_s);
 }
 
@@ -240,6 +250,13 @@ std::string to_table(const Report& r) {
          wide(r.view_resets),
          wide(r.zone_changes),
          r.tunnelled_bots > 0 ? "; states TUNNELLED over TCP" : "");
+    if (r.bottleneck) {
+        line(out,
+             "  bottleneck down: %.0f %% used, queue %.1f ms at p95, %llu dropped",
+             100.0 * r.bottleneck_utilisation,
+             1e3 * r.bottleneck_wait_s.percentile(0.95),
+             wide(r.bottleneck_dropped));
+    }
     if (r.freeze_asked) {
         line(out,
              "  frozen world: %llu of %llu views converged exactly",

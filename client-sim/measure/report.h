@@ -75,6 +75,10 @@ struct Report {
     std::uint64_t publications_absolute = 0;
     std::array<std::uint64_t, motion::kPredictorOrders> publications_by_order{};
     std::uint64_t send_drops = 0;
+    bool bottleneck = false;               ///< the link conditioner limits what clients hear
+    core::Histogram bottleneck_wait_s;     ///< of datagrams down, in its queue
+    double bottleneck_utilisation = 0.0;   ///< share of what all bottlenecks down could carry
+    std::uint64_t bottleneck_dropped = 0;  ///< found the queue full
     double process_cpu_s = 0.0;
 
     bool freeze_asked = false;

@@ -84,6 +84,20 @@ void judge_staleness(Report& r) {
     (share > kStaleShare ? r.reasons : r.warnings).push_back(text);
 }
 
+/// A client that is told of no bound is not lied to, but it is promised nothing either.
+void judge_pressure(Report& r) {
+    const Tally& t = r.audit;
+    const double all = static_cast<double>(t.samples + t.samples_unbounded);
+    const double share = all > 0.0 ? static_cast<double>(t.samples_unbounded) / all : 0.0;
+    if (share > kStaleWarning || t.missing_told > 0) {
+        const std::string text = "pressure: " + number(100.0 * share) +
+                                 " % of the samples without a bound, " +
+                                 count_of(t.missing_told, "entity", "entities") +
+                                 " told to be missing: the budget or the path is too narrow";
+        (share > kStaleShare ? r.reasons : r.warnings).push_back(text);
+    }
+}
+
 void judge_events(Report& r) {
     if (r.events_lost > 0) {
         r.reasons.push_back("events: " + std::to_string(r.events_lost) + " lost");
@@ -131,6 +145,7 @@ void judge(Report& r) {
     }
     judge_audit(r);
     judge_staleness(r);
+    judge_pressure(r);
     judge_events(r);
     if (r.server_silences > 0) {
         r.reasons.push_back("stall: the server was silent for too long " +

@@ -38,6 +38,10 @@ session::HostSettings host_settings(const ops::Settings& settings, const std::st
     host.world = ops::describe_world(settings);
     host.tick_rate_hz = settings.tick_rate_hz;
     host.input_window_ticks = from.input_window_ticks();
+    const proto::Config::Replication& replication = settings.config.replication();
+    host.rate.ceiling = replication.budget_bytes_per_s();
+    host.rate.floor = replication.least_bytes_per_s();
+    host.rate.on = replication.congestion_control();
     const proto::Config::Testing& testing = settings.config.testing();
     if (testing.has_drop_event()) {
         host.testing.drop_event_probability = testing.drop_event().probability();

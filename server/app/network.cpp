@@ -2,7 +2,9 @@
 
 #include "server/app/host_settings.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -50,7 +52,8 @@ Network::Network(asio::io_context& io,
            }),
       tls_(io, tls_settings(settings, config_file), callbacks()),
       host_(host_settings(settings, config_file), output()),
-      timer_(io) {
+      timer_(io),
+      pacing_(io) {
     host_.set_udp_port(udp_.port());
 }
 
@@ -130,6 +133,25 @@ void Network::deliver(TickResult result) {
     }
     host_.tick(steady_seconds(), tick_);
     udp_.flush();
+    arm_pacing();
+}
+
+void Network::arm_pacing() {
+    const double wait_s = host_.next_release_s() - steady_seconds();
+    if (!std::isfinite(wait_s)) {
+        return;
+    }
+    pacing_.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+        std::chrono::duration<double>(std::max(0.0, wait_s))));
+    pacing_.async_wait([this](const asio::error_code& error) {
+        if (error || closing_) {
+            return;
+        }
+        const double now = steady_seconds();
+        host_.release(now, now - clock_origin_s_);
+        udp_.flush();
+        arm_pacing();
+    });
 }
 
 void Network::shutdown(const std::string& text) {
@@ -141,6 +163,7 @@ void Network::shutdown(const std::string& text) {
 void Network::close() {
     closing_ = true;
     timer_.cancel();
+    pacing_.cancel();
     tls_.abort_all();
     udp_.close();
 }

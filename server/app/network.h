@@ -51,6 +51,8 @@ class Network {
 
   private:
     void arm_timer();
+    /// Sends what is spread over a tick, when it is due.
+    void arm_pacing();
     session::Output output();
     net::TlsCallbacks callbacks();
 
@@ -59,6 +61,7 @@ class Network {
     net::TlsListener tls_;
     session::SessionHost host_;
     asio::steady_timer timer_;
+    asio::steady_timer pacing_;
     Tick tick_ = 0;
     double clock_origin_s_ = 0.0;  ///< steady clock minus this = server time
     double unix_time_set_s_ = 0.0;

@@ -57,8 +57,10 @@ struct Input {
 struct Acks {
     ClientId client;
     std::uint64_t newest = 0;
-    std::uint32_t bits = 0;    ///< bit i: newest - 1 - i has arrived as well
-    std::uint32_t rtt_us = 0;  ///< smoothed round trip as the session measures it
+    std::uint32_t bits = 0;              ///< bit i: newest - 1 - i has arrived as well
+    std::uint32_t rtt_us = 0;            ///< smoothed round trip as the session measures it
+    std::uint32_t rate_bytes_per_s = 0;  ///< what the path carries as the session measures it,
+                                         ///< headers counted; 0: no limit known
 };
 
 /// A reliable command to the rules of the game.

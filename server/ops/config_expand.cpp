@@ -227,6 +227,7 @@ void expand_replication(const proto::Config& config, replication::Settings& out)
     out.tick_s = narrow(1.0 / config.world().tick_rate_hz());
     out.forced_order = static_cast<int>(from.predictor()) - 1;
     out.redundancy_target = narrow(from.redundancy_target());
+    out.silent_bound = config.testing().silent_bound();
 }
 
 /// The enumerations of the schema list their values in the engine's order: see the checks below.

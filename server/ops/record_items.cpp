@@ -64,6 +64,7 @@ struct ToRecord {
         r.set_newest(m.newest);
         r.set_bits(m.bits);
         r.set_rtt_us(m.rtt_us);
+        r.set_rate_bytes_per_s(m.rate_bytes_per_s);
     }
 
     void operator()(const mailbox::Command& m) const {
@@ -149,7 +150,8 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
             return read_input(record.input(), out);
         case RecordedItem::kAcks: {
             const RecordedItem::Acks& r = record.acks();
-            out = mailbox::Acks{ClientId(r.client()), r.newest(), r.bits(), r.rtt_us()};
+            out = mailbox::Acks{
+                ClientId(r.client()), r.newest(), r.bits(), r.rtt_us(), r.rate_bytes_per_s()};
             return true;
         }
         case RecordedItem::kCommand:

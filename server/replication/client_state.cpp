@@ -11,12 +11,14 @@ namespace {
 
 constexpr std::uint64_t kReorderTolerance = 3;  // packets, as RFC 9002, section 6.1.1
 constexpr double kDefaultRtt_us = 100e3;        // before the session has measured one
-constexpr double kLossWeight = 1.0 / 64.0;
+constexpr std::uint32_t kLossMemory = 64;       // packets; the first ones count for more ...
+constexpr std::uint32_t kLossPrior = 8;         // ... beside a guess that counts as so many
 // A new client's network is taken for a poor one until its acks tell otherwise.
 constexpr double kLossAtFirst = 0.02;
 constexpr double kNegligibleLoss = 1e-3;
 constexpr int kMaxCopies = 8;
 constexpr double kSmallestBurstBytes = 256.0;
+constexpr double kNarrowBurstBytes = 512.0;  // headers are a fifth of a packet at least as large
 
 template <class List>
 auto lower_bound_entity(List& list, EntityId entity) {
@@ -38,7 +40,9 @@ ClientState::ClientState(const ClientTransfer& transfer, const Settings& setting
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
       loss_estimate_(transfer.next_sequence == 1 ? kLossAtFirst : transfer.loss_estimate),
-      rtt_us_(transfer.rtt_us) {
+      loss_samples_(transfer.next_sequence == 1 ? kLossPrior : kLossMemory),
+      rtt_us_(transfer.rtt_us),
+      rate_bytes_per_s_(transfer.rate_bytes_per_s) {
     // Whatever turns out to be in view takes its removal back in the first sync().
     for (const EntityId entity : transfer.known) {
         add_removal(entity, 0);
@@ -52,6 +56,7 @@ ClientTransfer ClientState::transfer() const {
     t.loss_estimate = loss_estimate_;
     t.budget_bytes = tokens;
     t.rtt_us = rtt_us_;
+    t.rate_bytes_per_s = rate_bytes_per_s_;
     for (const Subscription& s : subscriptions) {
         if (s.known) {
             t.known.push_back(s.entity);
@@ -184,6 +189,9 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
     if (acks.rtt_us != 0) {
         rtt_us_ = acks.rtt_us;
     }
+    if (acks.rate_bytes_per_s != 0) {
+        rate_bytes_per_s_ = acks.rate_bytes_per_s;
+    }
     if (acks.newest >= next_sequence_) {
         return;  // nothing like that was ever sent
     }
@@ -238,7 +246,8 @@ void ClientState::expire(Tick now, float tick_s) {
 void ClientState::sample_loss(SentPacket& packet, bool lost) {
     if (!packet.counted) {
         packet.counted = true;
-        loss_estimate_ += kLossWeight * ((lost ? 1.0 : 0.0) - loss_estimate_);
+        loss_samples_ = std::min(loss_samples_ + 1, kLossMemory);
+        loss_estimate_ += ((lost ? 1.0 : 0.0) - loss_estimate_) / loss_samples_;
     }
 }
 
@@ -290,8 +299,13 @@ int ClientState::copies_wanted(float target) const {
 }
 
 void ClientState::refill(const Settings& settings) {
-    tokens = std::min(burst_bytes(settings),
-                      tokens + static_cast<double>(settings.budget_bytes_per_s) * settings.tick_s);
+    const bool narrow = rate_bytes_per_s_ != 0 && rate_bytes_per_s_ < settings.budget_bytes_per_s;
+    const double per_tick =
+        static_cast<double>(narrow ? rate_bytes_per_s_ : settings.budget_bytes_per_s) *
+        static_cast<double>(settings.tick_s);
+    const double burst =
+        narrow ? std::max(kNarrowBurstBytes, 1.5 * per_tick) : burst_bytes(settings);
+    tokens = std::min(burst, tokens + per_tick);
 }
 
 void ClientState::hash(core::StateHash& hash) const {
@@ -300,6 +314,7 @@ void ClientState::hash(core::StateHash& hash) const {
     hash.add(newest_acked_);
     hash.add(loss_estimate_);
     hash.add(tokens);
+    hash.add(rate_bytes_per_s_);
     for (const Subscription& s : subscriptions) {
         hash.add(s.entity.value);
         hash.add(s.lod);

@@ -4,6 +4,7 @@
 #include "server/replication/sent_log.h"
 #include "server/replication/stream_table.h"
 #include "shared/motion/apply_input.h"
+#include "shared/wire/widening.h"
 
 namespace zoned::replication {
 
@@ -76,8 +77,9 @@ class ClientState {
     /// Copies of news to send so that the chance to lose them all is below `target`, 1..8.
     [[nodiscard]] int copies_wanted(float target) const;
 
-    /// Tokens for one more tick; they never exceed a quarter of a second's worth (or what one small
-    /// packet needs).
+    /// Tokens for one more tick, of the budget or of what the path carries, if that is less. They
+    /// never exceed a quarter of a second's worth of the budget; on a path that carries less, where
+    /// bursts wait in a queue, a tick and a half's (or what one small packet needs).
     void refill(const Settings& settings);
 
     /// When the client passed to the present stream of an entity from another level of detail or
@@ -92,6 +94,8 @@ class ClientState {
     OwnTrack own;
     double tokens = 0.0;     ///< bytes that may be sent now; heartbeats may drive them below 0
     Tick packet_tick = -1;   ///< of the newest packet; -1: none yet
+    wire::Widened widened;   ///< the bounds that it was told last
+    Tick widened_tick = 0;   ///< when they were last needed or narrowed
     bool is_viewer = false;  ///< in this tick; only viewers are told of entities
 
   private:
@@ -111,7 +115,9 @@ class ClientState {
     std::uint64_t oldest_open_ = 1;  // all packets before it are resolved
     std::uint64_t newest_acked_ = 0;
     double loss_estimate_ = 0.0;
+    std::uint32_t loss_samples_ = 0;  ///< packets that the estimate stands for
     std::uint32_t rtt_us_ = 0;
+    std::uint32_t rate_bytes_per_s_ = 0;
     std::uint32_t next_stamp_ = 1;
 };
 

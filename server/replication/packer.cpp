@@ -18,6 +18,21 @@ constexpr double kWorthwhileBytes = 5.0 * kPacketOverheadBytes;
 constexpr double kTypicalHeadBytes = 10.0;
 constexpr double kTypicalRecordBytes = 24.0;
 
+// Under pressure: never sent before anything else, as if that were so many bounds off; a bound's
+// worth of urgency for every second of waiting; an error that is not known is this large.
+constexpr float kUnseenScore = 16.0F;
+constexpr float kWaitingScore = 1.0F / 30.0F;
+constexpr float kWorstExcess = 1e4F;
+// Bounds are told with so much to spare, and narrowed half the way in so many ticks.
+constexpr float kMargin = 1.2F;
+constexpr Tick kNarrowEvery = 8;
+constexpr Tick kSwitchTicks = 3;
+
+/// What the client is taken to predict from: what was sent last unless that was lost.
+std::uint32_t held_version(const Subscription& s) {
+    return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
+}
+
 bool same_state(const motion::CharacterState& a, const motion::CharacterState& b) {
     return a.position == b.position && a.velocity == b.velocity && a.yaw == b.yaw &&
            a.grounded == b.grounded;
@@ -45,9 +60,14 @@ void Packer::pack(Tick now,
     }
     const double need = static_cast<double>(kPacketOverheadBytes) + kTypicalHeadBytes +
                         kTypicalRecordBytes * static_cast<double>(candidates_.size());
+    tight_ = need > client.tokens;
+    if (tight_) {
+        order_by_error(now, client, streams);
+    }
     const bool wait = client.tokens < std::min(need, kWorthwhileBytes);
     if (wait && !due) {
         ++report.over_budget;
+        widen(now, client, streams);
         return;
     }
     const bool own_is_known = track.sent_tick >= 0 && same_state(track.sent, own.state.state) &&
@@ -56,6 +76,7 @@ void Packer::pack(Tick now,
     const bool own_is_recent =
         track.sent_tick >= 0 &&
         2 * (now - track.sent_tick) < static_cast<Tick>(settings_.own_state_every_ticks);
+    head_.has_widened = tight_ || client.widened != wire::Widened{};
     begin(
         now, zone, own.present && (due || !(own_is_known || own_is_recent)) ? &own.state : nullptr);
     const std::size_t packets_before = out.size();
@@ -64,6 +85,83 @@ void Packer::pack(Tick now,
         finish(now, client, report, out);
     }
     report.over_budget += candidates_.empty() ? 0 : 1;
+    widen(now, client, streams);
+    tell(client, std::span(out).subspan(packets_before), report);
+}
+
+/// Where not everything fits, those go first whose error is largest beside the bound that holds for
+/// them, by the weight of their type; what waits for another reason (rest, looks) gains by waiting.
+void Packer::order_by_error(Tick now, const ClientState& client, const StreamTable& streams) {
+    for (Candidate& c : candidates_) {
+        if (c.removal) {
+            continue;
+        }
+        const Subscription& s = client.subscriptions[c.index];
+        const Stream& stream = streams[s.stream];
+        const auto waited = static_cast<float>(now - s.delivery.owed_tick);
+        if (s.sent_version == 0) {
+            // Nearest first; who was never shown comes before who is shown a little wrong.
+            c.score = kUnseenScore * stream.priority * (1.0F + waited) /
+                      static_cast<float>(1 + s.lod * s.lod);
+            continue;
+        }
+        const float excess = std::min(streams.excess(s.stream, held_version(s), now), kWorstExcess);
+        const auto wider = static_cast<float>(wire::widening(
+            std::min(client.widened.step, wire::kMostWidening), s.lod, settings_.lods.size()));
+        c.score = stream.priority * (excess / wider + kWaitingScore * waited);
+    }
+    sort_candidates();
+}
+
+/// What could not be sent decides how wide the bounds are now: never silently late.
+void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
+    wire::Widened needed;
+    if (tight_) {
+        for (const Candidate& c : candidates_) {
+            if (c.removal || c.reason == Reason::kRepeat) {
+                continue;
+            }
+            const Subscription& s = client.subscriptions[c.index];
+            if (s.sent_version == 0 && !s.known) {
+                needed.incomplete = true;
+                continue;
+            }
+            // After a change of level or zone the client predicts from a stream of the past; for so
+            // long that is part of how old news may be.
+            if (s.sent_version == 0 && now - s.delivery.owed_tick <= kSwitchTicks) {
+                continue;
+            }
+            const float excess = streams.excess(s.stream, held_version(s), now);
+            needed.step =
+                std::max(needed.step,
+                         wire::widening_for(
+                             static_cast<double>(kMargin * excess), s.lod, settings_.lods.size()));
+        }
+    }
+    wire::Widened& told = client.widened;
+    told.incomplete = needed.incomplete;
+    if (needed.step >= told.step) {
+        client.widened_tick = needed.step > 0 ? now : client.widened_tick;
+        told.step = needed.step;
+    } else if (now - client.widened_tick >= kNarrowEvery) {
+        client.widened_tick = now;
+        told.step = static_cast<std::uint8_t>((needed.step + told.step) / 2);
+        if (told.step > wire::kMostWidening) {
+            told.step = std::max(needed.step, wire::kMostWidening);
+        }
+    }
+}
+
+void Packer::tell(ClientState& client,
+                  std::span<mailbox::StatePacket> packets,
+                  Report& report) const {
+    if (client.widened == wire::Widened{} || settings_.silent_bound) {
+        return;
+    }
+    ++report.widened;
+    for (mailbox::StatePacket& packet : packets) {
+        wire::rewrite_widened(client.widened, packet.body);
+    }
 }
 
 /// Leaves in candidates_ what did not fit into the budget.
@@ -120,6 +218,11 @@ void Packer::gather(Tick now, ClientState& client, const StreamTable& streams) {
             candidates_.push_back(candidate);
         }
     }
+    sort_candidates();
+}
+
+/// Most urgent first; ties go by entity.
+void Packer::sort_candidates() {
     std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
         if (a.score != b.score) {
             return a.score > b.score;
@@ -165,7 +268,9 @@ bool Packer::own_due(Tick now, const OwnNow& own, const OwnTrack& track) const {
 // ---------------------------------------------------------------- writing
 
 void Packer::begin(Tick now, ZoneId zone, const wire::OwnState* own) {
+    const bool has_widened = head_.has_widened;
     head_ = wire::DownHead{};
+    head_.has_widened = has_widened;
     head_.tick = now;
     head_.zone = zone;
     if (own != nullptr) {
@@ -209,7 +314,8 @@ bool Packer::add(Tick now,
         if (encoded.keyframe != 0 && streams.sent_absolute(s->stream)) {
             ++report.keyframes;
         }
-        if (s->sent_version != entry.version) {
+        if (s->sent_version != entry.version || candidate.reason == Reason::kLost) {
+            // What was lost in all its copies (an outage) is repeated as often as the first time.
             s->sent_version = entry.version;
             delivery.copies = 0;
             delivery.in_flight = 0;

@@ -5,6 +5,8 @@
 #include "server/replication/client_state.h"
 #include "shared/wire/packet.h"
 
+#include <span>
+
 namespace zoned::replication {
 
 /// Bytes that travel with every body: IPv4 and UDP headers, datagram header, seal, transport.
@@ -46,6 +48,10 @@ class Packer {
     };
 
     void gather(Tick now, ClientState& client, const StreamTable& streams);
+    void sort_candidates();
+    void order_by_error(Tick now, const ClientState& client, const StreamTable& streams);
+    void widen(Tick now, ClientState& client, const StreamTable& streams);
+    void tell(ClientState& client, std::span<mailbox::StatePacket> packets, Report& report) const;
     bool consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate);
     [[nodiscard]] bool own_due(Tick now, const OwnNow& own, const OwnTrack& track) const;
     void begin(Tick now, ZoneId zone, const wire::OwnState* own);
@@ -73,6 +79,7 @@ class Packer {
     std::vector<std::uint8_t> remove_record_;
     std::vector<SentEntry> entries_;
     int copies_wanted_ = 1;
+    bool tight_ = false;  // more is to be sent than the budget allows
 };
 
 }  // namespace zoned::replication

@@ -30,7 +30,7 @@ struct Settings {
         60;                            ///< a moving entity is published at least this often, 1..240
     std::uint32_t keyframe_every = 8;  ///< publications between keyframes of a stream, 1..255
     std::uint32_t budget_bytes_per_s =
-        16000;  ///< per client, headers counted; bursts of up to a quarter of a second
+        16000;  ///< per client at most, headers counted; bursts of up to a quarter of a second
     std::uint32_t own_state_every_ticks =
         6;  ///< own avatar's state at least this often while it moves, 1..60
     std::uint32_t silence_ticks = 12;  ///< a client hears a datagram at least this often, 1..15
@@ -42,6 +42,7 @@ struct Settings {
     std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
         1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
+    bool silent_bound = false;  ///< a fault on purpose: clients are not told of wider bounds
 };
 
 struct Report {
@@ -53,7 +54,8 @@ struct Report {
     std::uint32_t packets = 0;
     std::uint64_t bytes = 0;  ///< bodies
     std::uint32_t over_budget =
-        0;  ///< clients that were still owed something when their budget ended
+        0;                      ///< clients that were still owed something when their budget ended
+    std::uint32_t widened = 0;  ///< clients that were told of bounds wider than promised
     std::uint32_t limit_exceeded =
         0;                 ///< entities whose truth exceeded its declared a_max or dv_max
     bool skipped = false;  ///< no viewer: nothing ran, no stream is kept
@@ -74,6 +76,7 @@ struct ClientTransfer {
     double loss_estimate = 0.0;
     double budget_bytes = 0.0;
     std::uint32_t rtt_us = 0;
+    std::uint32_t rate_bytes_per_s = 0;  ///< what its path carries; 0: no limit known
     std::vector<EntityId>
         known;  ///< entities that the client may hold: the new zone sends them anew or removes them
 };

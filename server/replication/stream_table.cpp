@@ -3,6 +3,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace zoned::replication {
 
@@ -11,6 +12,10 @@ namespace {
 // How long a replaced publication is watched: news that is older than this (a second) belongs to a
 // connection that is as good as lost.
 constexpr Tick kWatchTicks = 30;
+
+// What is left out of a packet has its next chance in the next tick; it must be worth its bound
+// until then and while that packet is made.
+constexpr float kTicksAhead = 2.0F;
 
 /// The promise lets a subscriber be wrong by dv_max times the age of its news, so a prediction must
 /// not be wrong by more than dv_max in velocity, even while its position is still within the bound.
@@ -194,6 +199,7 @@ void StreamTable::step_stream(Stream& stream,
                               const Truth& truth,
                               const world::EntityType& type,
                               Report& report) {
+    stream.truth = truth.state;
     const bool at_rest = entities.has(row, world::kAtRest);
     const std::uint16_t appearance = entities.appearance[row];
     const LodBound& bound = settings_.lods[stream.lod];
@@ -304,6 +310,7 @@ void StreamTable::publish_state(Stream& stream,
     stream.tick = now;
     stream.alive_tick = now;
     ++stream.version;
+    stream.past[stream.version % kPastKept] = {stream.from, stream.state.order, now, stream.version};
     stream.keyframe_due = ++stream.since_keyframe >= settings_.keyframe_every;
     stream.is_keyframe = false;
     stream.absolute.clear();
@@ -345,6 +352,22 @@ Encoded StreamTable::encode(StreamIndex index, std::uint32_t held) {
         }
     }
     return {&stream.absolute, serial};
+}
+
+float StreamTable::excess(StreamIndex index, std::uint32_t version, Tick now) const {
+    const Stream& stream = streams_[index];
+    const Past& past = stream.past[version % kPastKept];
+    if (version == 0 || past.version != version) {
+        return std::numeric_limits<float>::infinity();
+    }
+    const LodBound& bound = settings_.lods[stream.lod];
+    const float elapsed = elapsed_seconds(past.tick, now, settings_.tick_s);
+    const motion::KinematicState held = motion::predict(past.from, past.order, elapsed);
+    const float ahead_s = kTicksAhead * settings_.tick_s;
+    const float apart_m = (held.position - stream.truth.position).norm() +
+                          ahead_s * (held.velocity - stream.truth.velocity).norm();
+    const float apart_rad = motion::angle_between(held.orientation, stream.truth.orientation);
+    return std::max(apart_m / bound.position_m, apart_rad / bound.orientation_rad);
 }
 
 bool StreamTable::sent_absolute(StreamIndex index) {

@@ -38,6 +38,16 @@ struct Replaced {
     Tick watched_until = 0;  ///< 0: nothing to watch
 };
 
+/// A publication that a client may still predict from.
+struct Past {
+    motion::KinematicState from;
+    motion::PredictorOrder order = motion::PredictorOrder::kStatic;
+    Tick tick = 0;
+    std::uint32_t version = 0;  ///< 0: none
+};
+
+inline constexpr std::uint32_t kPastKept = 12;
+
 /// The newest publication of one entity at one level of detail.
 struct Stream {
     EntityId entity;
@@ -60,6 +70,8 @@ struct Stream {
     motion::KinematicState from;         ///< state, dequantised: what everybody predicts from
     motion::KinematicState settled;      ///< truth that `state` is known to represent exactly
     std::vector<std::uint8_t> absolute;  ///< encoded when first needed; empty before
+    motion::KinematicState truth;        ///< in this tick
+    std::array<Past, kPastKept> past;    ///< version v at v modulo kPastKept
     std::array<Keyframe, kKeyframesKept> keyframes;
     Volatility volatility;
 };
@@ -89,6 +101,11 @@ class StreamTable {
     [[nodiscard]] const Stream& operator[](StreamIndex index) const { return streams_[index]; }
 
     [[nodiscard]] std::uint32_t size() const { return used_; }
+
+    /// How far truth is, or within the next ticks will be, from what a subscriber predicts that
+    /// holds version `version`, as a multiple of the bound; infinity where that is not known any
+    /// more.
+    [[nodiscard]] float excess(StreamIndex index, std::uint32_t version, Tick now) const;
 
     /// The newest publication for a subscriber that holds keyframe `held` (0: none) of this stream:
     /// a delta where that keyframe is still kept and the delta is smaller, else absolute. Version

@@ -7,9 +7,18 @@
 
 namespace zoned::session {
 
-DatagramPath::DatagramPath(const wire::SealKey& down, const wire::SealKey& up)
+namespace {
+
+constexpr std::size_t kIpUdpBytes = 28;  // as budgets count them
+
+}  // namespace
+
+DatagramPath::DatagramPath(const wire::SealKey& down,
+                           const wire::SealKey& up,
+                           const RateSettings& rate)
     : down_(down),
-      up_(up) {
+      up_(up),
+      rate_(rate) {
 }
 
 void DatagramPath::rekey(const wire::SealKey& down, const wire::SealKey& up) {
@@ -69,8 +78,13 @@ core::Result<std::optional<DatagramPath::AckNews>, Reject> DatagramPath::take_ac
     if (newest > acked_.newest) {
         measure(newest, transport, now_s);
     }
+    rate_.on_feedback(newest, bits, transport.one_way_128us, 1e-6 * rtt_us_, now_s);
     acked_ = {newest, bits};
     return std::optional<AckNews>(acked_);
+}
+
+std::optional<DatagramPath::AckNews> DatagramPath::take_silence(double now_s) {
+    return rate_.on_silence(now_s) ? std::optional<AckNews>(acked_) : std::nullopt;
 }
 
 void DatagramPath::measure(std::uint64_t sequence,
@@ -115,6 +129,7 @@ void DatagramPath::seal(std::uint32_t connection,
     down_.seal(sequence, associated, plain, out);
     last_sent_ = sequence;
     sent_[sequence % kSentKept] = {sequence, now_s};
+    rate_.on_sent(sequence, out.size() + kIpUdpBytes, now_s, transport.send_time_us);
 }
 
 }  // namespace zoned::session

@@ -1,6 +1,7 @@
 // DatagramPath: the sealed datagrams of one session: sequences, replay window, acks, round trip.
 #pragma once
 
+#include "server/session/rate_control.h"
 #include "server/session/reject.h"
 #include "shared/core/result.h"
 #include "shared/wire/packet.h"
@@ -18,7 +19,7 @@ namespace zoned::session {
 /// has to start its acks anew.
 class DatagramPath {
   public:
-    DatagramPath(const wire::SealKey& down, const wire::SealKey& up);
+    DatagramPath(const wire::SealKey& down, const wire::SealKey& up, const RateSettings& rate);
 
     /// Takes the keys of a new TLS session. What was sealed with the old ones no longer opens.
     void rekey(const wire::SealKey& down, const wire::SealKey& up);
@@ -59,6 +60,12 @@ class DatagramPath {
               std::vector<std::uint8_t>& plain,
               std::vector<std::uint8_t>& out);
 
+    /// What the path carries, from what the client says of arrivals.
+    [[nodiscard]] const RateControl& rate() const { return rate_; }
+
+    /// The acks that are known, again, when the rate fell because nothing is heard; else nothing.
+    std::optional<AckNews> take_silence(double now_s);
+
     /// Smoothed round trip without the client's delay, us; 0 before the first measurement.
     [[nodiscard]] std::uint32_t rtt_us() const { return static_cast<std::uint32_t>(rtt_us_); }
 
@@ -81,6 +88,7 @@ class DatagramPath {
     std::uint64_t last_sent_ = 0;
     std::array<Sent, kSentKept> sent_{};
     AckNews acked_;
+    RateControl rate_;
     double rtt_us_ = 0.0;
 };
 

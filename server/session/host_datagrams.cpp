@@ -41,11 +41,18 @@ void SessionHost::Impl::on_datagram(const PeerAddress* from,
         if (!acks) {
             reject(acks.error());
         } else if (*acks) {
-            output.to_zones(mailbox::Acks{
-                session->client, (*acks)->newest, (*acks)->bits, session->path.rtt_us()});
+            send_acks(*session, **acks);
         }
     }
     on_body(*session, opened->body);
+}
+
+void SessionHost::Impl::send_acks(const Session& session, const DatagramPath::AckNews& acks) {
+    output.to_zones(mailbox::Acks{session.client,
+                                  acks.newest,
+                                  acks.bits,
+                                  session.path.rtt_us(),
+                                  static_cast<std::uint32_t>(session.path.rate().bytes_per_s())});
 }
 
 void SessionHost::Impl::follow_address(Session& session, const PeerAddress* from) {

@@ -27,6 +27,12 @@ struct Stream {
     bool logged_in = false;
 };
 
+/// A state packet that waits for its turn within the tick.
+struct Held {
+    double due_s = 0.0;
+    mailbox::StatePacket packet;
+};
+
 struct SessionHost::Impl {
     Impl(HostSettings settings_in, Output output_in);
 
@@ -49,11 +55,18 @@ struct SessionHost::Impl {
 
     // ---- host_datagrams.cpp
     void on_datagram(const PeerAddress* from, std::span<const std::uint8_t> datagram, double now_s);
+    void send_acks(const Session& session, const DatagramPath::AckNews& acks);
     void follow_address(Session& session, const PeerAddress* from);
     void on_body(Session& session, std::span<const std::uint8_t> body);
 
     // ---- host_outbox.cpp
     void on_state(const mailbox::StatePacket& packet, double now_s, double server_time_s);
+    void send_state(Session& session,
+                    const mailbox::StatePacket& packet,
+                    double now_s,
+                    double server_time_s);
+    void release(double now_s, double server_time_s);
+    void release_of(ClientId client, double now_s, double server_time_s);
     void on_event(const mailbox::EventOut& event);
     void on_joined(const mailbox::Joined& joined);
     void on_kick(const mailbox::Kick& kick);
@@ -91,6 +104,7 @@ struct SessionHost::Impl {
     std::unordered_map<StreamId, Stream> streams;
     /// In the order in which the streams opened, which is the order of their deadlines.
     std::deque<std::pair<double, StreamId>> login_deadlines;
+    std::vector<Held> held;  ///< by when they are due
     core::Rng fault_rng;
     Tick current_tick = 0;
     double unix_offset_s = 0.0;

@@ -1,6 +1,9 @@
 #include "server/session/host_impl.h"
 #include "server/session/server_messages.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace zoned::session {
 
 namespace {
@@ -19,12 +22,58 @@ void SessionHost::Impl::on_state(const mailbox::StatePacket& packet,
         reject(Reject::kOutNoSession);  // it left while the packet was made
         return;
     }
-    if (!session->path.may_send(packet.sequence)) {
-        reject(Reject::kOutSequence);
-        return;
-    }
     if (packet.body.size() > wire::kMaxDownBodyBytes) {
         reject(Reject::kOutOversize);
+        return;
+    }
+    const double tick_s = 1.0 / settings.tick_rate_hz;
+    const double due_s = session->pacer.due_s(
+        now_s, static_cast<double>(packet.body.size()), session->path.rate().bytes_per_s(), tick_s);
+    if (due_s <= now_s) {
+        // Order matters: what is held of the ticks before goes first.
+        release_of(packet.client, now_s, server_time_s);
+        send_state(*session, packet, now_s, server_time_s);
+        return;
+    }
+    const auto place = std::upper_bound(
+        held.begin(), held.end(), due_s, [](double due, const Held& h) { return due < h.due_s; });
+    held.insert(place, {due_s, packet});
+}
+
+/// Everything that is held for one client.
+void SessionHost::Impl::release_of(ClientId client, double now_s, double server_time_s) {
+    for (std::size_t i = 0; i < held.size();) {
+        if (held[i].packet.client != client) {
+            ++i;
+            continue;
+        }
+        const Held one = std::move(held[i]);
+        held.erase(held.begin() + static_cast<std::ptrdiff_t>(i));
+        if (Session* session = table.by_client(client)) {
+            send_state(*session, one.packet, now_s, server_time_s);
+        }
+    }
+}
+
+void SessionHost::Impl::release(double now_s, double server_time_s) {
+    while (!held.empty() && held.front().due_s <= now_s) {
+        const Held one = std::move(held.front());
+        held.erase(held.begin());
+        if (Session* session = table.by_client(one.packet.client)) {
+            send_state(*session, one.packet, now_s, server_time_s);
+        } else {
+            reject(Reject::kOutNoSession);
+        }
+    }
+}
+
+void SessionHost::Impl::send_state(Session& one,
+                                   const mailbox::StatePacket& packet,
+                                   double now_s,
+                                   double server_time_s) {
+    Session* session = &one;
+    if (!session->path.may_send(packet.sequence)) {
+        reject(Reject::kOutSequence);
         return;
     }
     const bool tunnel = session->route == Route::kStream;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace zoned::session {
@@ -103,6 +104,9 @@ void SessionHost::Impl::tick(double now_s, Tick tick_now) {
             session->command_ack_due = false;
             send(session->stream, command_ack_frame(session->last_command));
         }
+        if (const auto acks = session->path.take_silence(now_s)) {
+            send_acks(*session, *acks);
+        }
         if (now_s - session->last_heard_s > settings.silence_timeout_s) {
             reject(Reject::kSilence);
             suspend(*session, proto::CLOSING_TIMEOUT, "nothing was heard for too long", now_s);
@@ -192,6 +196,15 @@ void SessionHost::on_outbox(const mailbox::OutboxItem& item, double now_s, doubl
     } else if (const auto* audit = std::get_if<mailbox::AuditRecord>(&item)) {
         impl_->on_audit(*audit);
     }
+}
+
+void SessionHost::release(double now_s, double server_time_s) {
+    impl_->release(now_s, server_time_s);
+}
+
+double SessionHost::next_release_s() const {
+    return impl_->held.empty() ? std::numeric_limits<double>::infinity()
+                               : impl_->held.front().due_s;
 }
 
 void SessionHost::tick(double now_s, Tick current_tick) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/mailbox/messages.h"
+#include "server/session/rate_control.h"
 #include "proto/session.pb.h"
 #include "shared/core/ids.h"
 #include "shared/wire/seal.h"
@@ -69,6 +70,7 @@ struct HostSettings {
     Tick input_window_ticks =
         32;  ///< commands farther ahead of the current tick are refused; older than 8 ticks too;
              ///< at most kMaxInputWindowTicks (input_gate.h)
+    RateSettings rate;  ///< what each client's path is given, as long as it carries it
     Faults testing;
 };
 
@@ -129,8 +131,14 @@ class SessionHost {
     void on_stream_closed(StreamId stream, double now_s);
     void on_datagram(const PeerAddress& from, std::span<const std::uint8_t> datagram, double now_s);
 
-    /// From the zones. `server_time_s` stamps state packets.
+    /// From the zones. `server_time_s` stamps state packets. What is much at once is spread over
+    /// most of a tick: release() sends the rest.
     void on_outbox(const mailbox::OutboxItem& item, double now_s, double server_time_s);
+
+    /// Sends what was held back until now. Call at next_release_s().
+    void release(double now_s, double server_time_s);
+    /// When the next held datagram is due; infinity when none is.
+    [[nodiscard]] double next_release_s() const;
 
     /// Timeouts, grace periods, retransmissions. Call at least ten times a second. `current_tick`
     /// feeds the input gate.

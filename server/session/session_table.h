@@ -5,6 +5,7 @@
 #include "server/session/event_queue.h"
 #include "server/session/input_gate.h"
 #include "server/session/login.h"
+#include "server/session/pacer.h"
 #include "server/session/session_host.h"
 #include "server/session/token_bucket.h"
 
@@ -29,7 +30,7 @@ enum class Route : std::uint8_t {
 /// A logged-in client, with or without a live stream.
 struct Session {
     Session(const HostSettings& settings, const wire::SealKey& down, const wire::SealKey& up)
-        : path(down, up),
+        : path(down, up, settings.rate),
           commands(settings.max_commands_per_s, 2.0 * settings.max_commands_per_s),
           datagrams(settings.max_datagrams_per_s, settings.max_datagrams_per_s),
           frames(settings.max_frames_per_s, 2.0 * settings.max_frames_per_s),
@@ -45,6 +46,7 @@ struct Session {
     double last_heard_s = 0.0;     ///< datagram or frame
     double last_datagram_s = 0.0;  ///< datagram, either way
     DatagramPath path;
+    Pacer pacer;
     Route route = Route::kStream;
     PeerAddress address;
     bool has_address = false;  ///< a datagram came by UDP once

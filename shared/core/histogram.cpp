@@ -26,6 +26,16 @@ void Histogram::add(double value) {
     ++buckets_[static_cast<std::size_t>(index)];
 }
 
+void Histogram::merge(const Histogram& other) {
+    for (std::size_t i = 0; i < buckets_.size(); ++i) {
+        buckets_[i] += other.buckets_[i];
+    }
+    zeros_ += other.zeros_;
+    count_ += other.count_;
+    max_ = std::max(max_, other.max_);
+    sum_ += other.sum_;
+}
+
 double Histogram::percentile(double p) const {
     if (count_ == 0) {
         return 0.0;

@@ -13,6 +13,8 @@ namespace zoned::core {
 class Histogram {
   public:
     void add(double value);
+    /// As if all samples of `other` had been added here.
+    void merge(const Histogram& other);
 
     [[nodiscard]] std::uint64_t count() const { return count_; }
 

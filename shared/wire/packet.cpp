@@ -34,6 +34,22 @@ void write_own(const OwnState& own, Tick packet_tick, std::vector<std::uint8_t>&
     }
 }
 
+constexpr std::uint8_t kIncomplete = 1u << 6;
+
+std::uint8_t widened_byte(const Widened& widened) {
+    return static_cast<std::uint8_t>(widened.step | (widened.incomplete ? kIncomplete : 0));
+}
+
+bool read_widened(std::span<const std::uint8_t> body, std::size_t& offset, Widened& widened) {
+    if (offset >= body.size()) {
+        return false;
+    }
+    const std::uint8_t byte = body[offset++];
+    widened.step = byte & (kIncomplete - 1);
+    widened.incomplete = (byte & kIncomplete) != 0;
+    return byte < 2 * kIncomplete && (widened.step <= kMostWidening || widened.step == kNoBound);
+}
+
 bool read_own(std::span<const std::uint8_t> body,
               std::size_t& offset,
               Tick packet_tick,
@@ -104,10 +120,11 @@ void write_transport(const DownTransport& t, std::uint8_t* out12) {
     store_le(t.ack_delay_10us, out12 + 10);
 }
 
-void write_transport(const UpTransport& t, std::uint8_t* out8) {
-    store_le(t.ack_low, out8);
-    store_le(t.ack_bits, out8 + 2);
-    store_le(t.ack_delay_10us, out8 + 6);
+void write_transport(const UpTransport& t, std::uint8_t* out10) {
+    store_le(t.ack_low, out10);
+    store_le(t.ack_bits, out10 + 2);
+    store_le(t.ack_delay_10us, out10 + 6);
+    store_le(t.one_way_128us, out10 + 8);
 }
 
 core::Result<DownTransport> read_down_transport(std::span<const std::uint8_t> plain) {
@@ -126,7 +143,8 @@ core::Result<UpTransport> read_up_transport(std::span<const std::uint8_t> plain)
     }
     return UpTransport{load_le<std::uint16_t>(plain.data()),
                        load_le<std::uint32_t>(plain.data() + 2),
-                       load_le<std::uint16_t>(plain.data() + 6)};
+                       load_le<std::uint16_t>(plain.data() + 6),
+                       load_le<std::uint16_t>(plain.data() + 8)};
 }
 
 bool AckTracker::on_received(std::uint64_t sequence) {
@@ -156,11 +174,23 @@ void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out) {
     const std::size_t at = out.size();
     append_bytes(4, out);
     store_le(static_cast<std::uint32_t>(head.tick), out.data() + at);
-    append_leb128((static_cast<std::uint32_t>(head.zone.value) << 1) | (head.has_own ? 1u : 0u),
+    append_leb128((static_cast<std::uint32_t>(head.zone.value) << 2) |
+                      (head.has_widened ? 2u : 0u) | (head.has_own ? 1u : 0u),
                   out);
+    if (head.has_widened) {
+        out.push_back(widened_byte(head.widened));
+    }
     if (head.has_own) {
         write_own(head.own, head.tick, out);
     }
+}
+
+void rewrite_widened(const Widened& widened, std::vector<std::uint8_t>& body) {
+    std::size_t at = 4;
+    while ((body[at] & 0x80U) != 0) {
+        ++at;
+    }
+    body[at + 1] = widened_byte(widened);
 }
 
 core::Result<ParsedDownHead> read_down_head(std::span<const std::uint8_t> body) {
@@ -172,11 +202,16 @@ core::Result<ParsedDownHead> read_down_head(std::span<const std::uint8_t> body) 
     parsed.head.tick = load_le<std::uint32_t>(body.data());
     parsed.records_offset = 4;
     std::uint32_t zone_and_own = 0;
-    if (!read_leb128(body, parsed.records_offset, zone_and_own) || zone_and_own > 0x1FFFF) {
+    if (!read_leb128(body, parsed.records_offset, zone_and_own) || zone_and_own > 0x3FFFF) {
         return Head::failure("malformed zone in a state head");
     }
-    parsed.head.zone = ZoneId(static_cast<std::uint16_t>(zone_and_own >> 1));
+    parsed.head.zone = ZoneId(static_cast<std::uint16_t>(zone_and_own >> 2));
     parsed.head.has_own = (zone_and_own & 1) != 0;
+    parsed.head.has_widened = (zone_and_own & 2) != 0;
+    if (parsed.head.has_widened &&
+        !read_widened(body, parsed.records_offset, parsed.head.widened)) {
+        return Head::failure("malformed bounds in a state head");
+    }
     if (parsed.head.has_own &&
         !read_own(body, parsed.records_offset, parsed.head.tick, parsed.head.own)) {
         return Head::failure("malformed own state");

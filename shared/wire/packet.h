@@ -6,6 +6,7 @@
 #include "shared/motion/apply_input.h"
 #include "shared/motion/input_command.h"
 #include "shared/wire/quantize.h"
+#include "shared/wire/widening.h"
 
 #include <cstdint>
 #include <span>
@@ -18,7 +19,7 @@ inline constexpr std::size_t kDatagramHeaderBytes =
     6;  ///< connection id (4), low 16 bits of the sequence
 inline constexpr std::size_t kSealTagBytes = 16;
 inline constexpr std::size_t kDownTransportBytes = 12;
-inline constexpr std::size_t kUpTransportBytes = 8;
+inline constexpr std::size_t kUpTransportBytes = 10;
 /// What is left for the body of a state packet.
 inline constexpr std::size_t kMaxDownBodyBytes =
     kMaxDatagramBytes - kDatagramHeaderBytes - kSealTagBytes - kDownTransportBytes;
@@ -53,10 +54,19 @@ struct UpTransport {
     std::uint16_t ack_low = 0;
     std::uint32_t ack_bits = 0;
     std::uint16_t ack_delay_10us = 0;
+    /// The client's clock at the arrival of `ack` less the send time in it, in 128 us modulo 2^16:
+    /// only differences mean anything. What grows is a queue.
+    std::uint16_t one_way_128us = 0;
 };
 
+/// UpTransport::one_way_128us of a datagram stamped `send_time_us` that came at `arrival_us`, both
+/// modulo 2^32.
+constexpr std::uint16_t one_way_128us(std::uint32_t arrival_us, std::uint32_t send_time_us) {
+    return static_cast<std::uint16_t>((arrival_us - send_time_us) >> 7U);
+}
+
 void write_transport(const DownTransport& t, std::uint8_t* out12);
-void write_transport(const UpTransport& t, std::uint8_t* out8);
+void write_transport(const UpTransport& t, std::uint8_t* out10);
 core::Result<DownTransport> read_down_transport(std::span<const std::uint8_t> plain);
 core::Result<UpTransport> read_up_transport(std::span<const std::uint8_t> plain);
 
@@ -96,11 +106,15 @@ struct DownHead {
     ZoneId zone;    ///< the zone whose streams and local coordinates are used
     bool has_own = false;
     OwnState own;
+    bool has_widened = false;  ///< `widened` is on the wire; without it the bounds are as promised
+    Widened widened;
 };
 
 /// Appends the head. Position of the own state: float bits; velocity: float bits (it is the
 /// prediction's seed).
 void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out);
+/// Changes what a packet with DownHead::has_widened says of the bounds.
+void rewrite_widened(const Widened& widened, std::vector<std::uint8_t>& body);
 
 /// Parses the head and returns it with the offset at which records begin.
 struct ParsedDownHead {

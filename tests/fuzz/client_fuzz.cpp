@@ -22,7 +22,7 @@ enum What : std::uint8_t {
 
 /// A bot that has joined a truthful server.
 struct Session {
-    Session() : collector(1, 28) {
+    Session() : collector(1, 28, 0.0) {
         server.sparks = true;
         server.entities[3].truth.position = Vec3(3.0F, 1.0F, 2.0F);
         server.entities[3].truth.velocity = Vec3(1.0F, 0.0F, 0.0F);

@@ -44,6 +44,7 @@ class GameTest : public ::testing::Test {
     measure::Report run(const std::function<void(VirtualServer&, double)>& each_step = {}) {
         swarm.reset();  // its transports lead to the world before
         world = std::make_unique<VirtualServer>(server);
+        bots.path_spread_s = server.network.spread_s();
         swarm =
             std::make_unique<app::Swarm>(bots, [this](std::size_t) { return world->connect(); });
         while (!swarm->done()) {

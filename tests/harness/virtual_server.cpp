@@ -77,6 +77,7 @@ void VirtualServer::step() {
         while (static_cast<double>(world_->now() + 1) / config_.tick_rate_hz <= server_s + 1e-9) {
             tick();
         }
+        host_->release(now_s_, server_s);
     }
     deliver_down();
 }
@@ -121,6 +122,20 @@ void VirtualServer::cut_streams() {
     for (VirtualTransport* transport : transports) {
         transport->cut();
     }
+}
+
+void VirtualServer::heal() {
+    for (VirtualTransport* transport : transports_) {
+        transport->heal();
+    }
+}
+
+std::vector<link::Conditioner*> VirtualServer::paths_down() {
+    std::vector<link::Conditioner*> paths;
+    for (VirtualTransport* transport : transports_) {
+        paths.push_back(&transport->down());
+    }
+    return paths;
 }
 
 void VirtualServer::shutdown() {

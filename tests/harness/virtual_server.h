@@ -61,6 +61,11 @@ class VirtualServer {
 
     /// Cuts all TCP streams (the UDP path stays): clients come back and resume.
     void cut_streams();
+    /// The network is good from now on.
+    void heal();
+    /// The paths of datagrams to the clients, in order of connection: their bottlenecks can be
+    /// changed and read.
+    [[nodiscard]] std::vector<link::Conditioner*> paths_down();
     /// Tells all clients that the server closes.
     void shutdown();
 

@@ -31,7 +31,8 @@ VirtualTransport::VirtualTransport(VirtualServer& server, std::uint32_t number)
                     4ULL * number + 2),
       datagrams_down_(server.settings_.network,
                       link::Conditioner::Mode::kDatagrams,
-                      4ULL * number + 3) {
+                      4ULL * number + 3,
+                      link::Direction::kDown) {
     address_.ip[15] = 1;
     address_.ip[11] = static_cast<std::uint8_t>(number >> 16U);
     address_.ip[12] = static_cast<std::uint8_t>(number >> 8U);

@@ -29,6 +29,17 @@ class VirtualTransport final : public link::Transport {
         datagrams_down_.push(now_s, std::move(datagram));
     }
 
+    /// Everything passes at once from now on, in both directions.
+    void heal() {
+        for (link::Conditioner* path :
+             {&frames_up_, &frames_down_, &datagrams_up_, &datagrams_down_}) {
+            path->heal();
+        }
+    }
+
+    /// The path of datagrams from the server to this client.
+    [[nodiscard]] link::Conditioner& down() { return datagrams_down_; }
+
     /// The server ends the stream after the frames before.
     void end_stream() { ending_ = true; }
 

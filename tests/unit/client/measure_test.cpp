@@ -156,11 +156,14 @@ TEST(Corrections, AreErrorsAllWhereNoAuditComes) {
 TEST(Staleness, BeginsBeyondWhatJitterAndReorderingExplain) {
     // 60 +- 20 ms one way, reordering by up to two ticks: the largest delay and a tick.
     const double least_rtt = 0.080;
-    EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick, least_rtt, kTick, false));
-    EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick + 0.160 + kTick, least_rtt, kTick, true));
+    EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick, least_rtt, kTick, false, 0.0));
+    EXPECT_FALSE(is_stale(0.080 + 2 * kTick + kTick + 0.160 + kTick, least_rtt, kTick, true, 0.0));
     // A client on the same machine that was not scheduled for a quarter of a second.
-    EXPECT_TRUE(is_stale(0.250, 0.001, kTick, false));
-    EXPECT_FALSE(is_stale(0.001 + 2 * kTick, 0.001, kTick, false));
+    EXPECT_TRUE(is_stale(0.250, 0.001, kTick, false, 0.0));
+    // Jitter that we make ourselves is no starvation; that it comes on top is all it explains.
+    EXPECT_FALSE(is_stale(0.250, 0.001, kTick, false, 0.100));
+    EXPECT_TRUE(is_stale(0.600, 0.001, kTick, false, 0.100));
+    EXPECT_FALSE(is_stale(0.001 + 2 * kTick, 0.001, kTick, false, 0.0));
 }
 
 TEST(Staleness, WarnsAndThenTurnsTheVerdict) {

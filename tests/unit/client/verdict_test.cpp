@@ -15,7 +15,7 @@ namespace {
 
 struct VerdictTest : testing::Test {
     void make(std::size_t count = 1, const link::ConditionerSettings& path = {}) {
-        collector = std::make_unique<Collector>(count, 28);
+        collector = std::make_unique<Collector>(count, 28, 0.0);
         for (std::size_t i = 0; i < count; ++i) {
             link::ConditionerSettings own = path;
             own.seed = path.seed + i;

@@ -49,7 +49,7 @@ std::vector<InboxItem> every_item() {
             mailbox::Leave{ClientId(8), mailbox::LeaveReason::kShutdown},
             mailbox::Input{ClientId(9), {low, high}},
             mailbox::Input{ClientId(9), {}},
-            mailbox::Acks{ClientId(1), UINT64_MAX, 0x80000001u, 12345},
+            mailbox::Acks{ClientId(1), UINT64_MAX, 0x80000001u, 12345, 67890},
             mailbox::Command{ClientId(2), 65535, {0, 255, 10}},
             mailbox::Command{ClientId(2), 0, {}},
             mailbox::Confirm{ClientId(3), EventId((UINT64_C(1) << 50) | 4)},
@@ -75,7 +75,7 @@ struct Equal {
 
     bool operator()(const mailbox::Acks& a, const mailbox::Acks& b) const {
         return a.client == b.client && a.newest == b.newest && a.bits == b.bits &&
-               a.rtt_us == b.rtt_us;
+               a.rtt_us == b.rtt_us && a.rate_bytes_per_s == b.rate_bytes_per_s;
     }
 
     bool operator()(const mailbox::Command& a, const mailbox::Command& b) const {

@@ -58,13 +58,25 @@ TEST(Transport, GivesBackItsFields) {
     EXPECT_EQ(d->ack_delay_10us, 0x8001);
     EXPECT_FALSE(read_down_transport(std::span(down).first(11)).ok());
     Bytes up(kUpTransportBytes);
-    write_transport(UpTransport{0x1234, 0xA5A5F00F, 0x8001}, up.data());
+    write_transport(UpTransport{0x1234, 0xA5A5F00F, 0x8001, 0x7FFE}, up.data());
     const auto u = read_up_transport(up);
     ASSERT_TRUE(u.ok());
     EXPECT_EQ(u->ack_low, 0x1234);
     EXPECT_EQ(u->ack_bits, 0xA5A5F00F);
     EXPECT_EQ(u->ack_delay_10us, 0x8001);
-    EXPECT_FALSE(read_up_transport(std::span(up).first(7)).ok());
+    EXPECT_EQ(u->one_way_128us, 0x7FFE);
+    EXPECT_FALSE(read_up_transport(std::span(up).first(9)).ok());
+}
+
+TEST(Transport, CountsOneWayDelaysAcrossTheWrapOfBothClocks) {
+    // 1 ms is 7.8 units; sent just before the clock of the server wraps.
+    EXPECT_EQ(one_way_128us(500, 0xFFFFFFFF - 499), 7);
+    // Whatever the zero of the clocks: 12.8 ms more are 100 units more.
+    for (const std::uint32_t offset : {0U, 77U, 0x12345678U, 0xFFFFFF00U}) {
+        const std::uint16_t before = one_way_128us(offset + 1280, 0);
+        const std::uint16_t after = one_way_128us(offset + 1280 + 12800, 0);
+        EXPECT_EQ(static_cast<std::uint16_t>(after - before), 100);
+    }
 }
 
 TEST(AckTracker, AgreesWithASetOfAllThatWasReceived) {

@@ -195,6 +195,11 @@ void check_down_head(const Example& e) {
         head.own.state.position = vector(e, "position");
         head.own.state.velocity = vector(e, "velocity");
     }
+    if (e.has("widened")) {
+        head.has_widened = true;
+        head.widened = {static_cast<std::uint8_t>(e.number("widened")),
+                        e.number("incomplete") != 0};
+    }
     Bytes out;
     write_down_head(head, out);
     EXPECT_EQ(out, e.bytes("hex"));
@@ -216,7 +221,8 @@ void check_transport(const Example& e) {
         write_transport(DownTransport{time, ack, bits, delay}, out.data());
     } else {
         out.resize(kUpTransportBytes);
-        write_transport(UpTransport{ack, bits, delay}, out.data());
+        const auto one_way = static_cast<std::uint16_t>(e.number("one_way_128us"));
+        write_transport(UpTransport{ack, bits, delay, one_way}, out.data());
     }
     EXPECT_EQ(out, e.bytes("hex"));
 }

@@ -1,0 +1,45 @@
+#include "tests/harness/game_test.h"
+
+namespace zoned::harness {
+namespace {
+
+/// A crowd and a budget that does not suffice for it.
+class Pressure : public GameTest {
+  protected:
+    Pressure() {
+        server.sets = {"scatter[1].count=60",
+                       "machine[0].state[0].transition[0].threshold=100000",
+                       "replication.budget_bytes_per_s=5000"};
+        server.network.delay_s = 0.04;
+        bots.bots = 4;
+        bots.seconds = 10.0;
+    }
+};
+
+TEST_F(Pressure, WidensTheBoundsAndSaysSo) {
+    const auto report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GT(report.audit.samples_widened, report.audit.samples / 4);
+    EXPECT_EQ(report.audit.position_violations, 0u);
+    // A bound is named for nearly all of them.
+    EXPECT_LT(report.audit.samples_unbounded, report.audit.samples / 20);
+}
+
+TEST_F(Pressure, IsFoundWhereTheServerIsSilentlyLate) {
+    server.sets.emplace_back("testing.silent_bound=true");
+    const auto report = run();
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.audit.position_violations, 0u);
+    EXPECT_TRUE(has_reason(report, "bound")) << reasons(report);
+}
+
+TEST_F(Pressure, LeavesThePromiseAloneWhereTheBudgetSuffices) {
+    server.sets.back() = "replication.budget_bytes_per_s=60000";
+    const auto report = run();
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_EQ(report.audit.samples_widened, 0u);
+    EXPECT_EQ(report.audit.samples_unbounded, 0u);
+}
+
+}  // namespace
+}  // namespace zoned::harness
