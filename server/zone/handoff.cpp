@@ -75,6 +75,7 @@ void continue_hearing(ZoneState& state, ClientId client, std::vector<world::Visi
         [](const world::VisibleSet& set, ClientId wanted) { return set.client < wanted; });
     if (at != state.visibility.end() && at->client == client) {
         at->visible = std::move(visible);
+        at->stamp = 0;
         return;
     }
     world::VisibleSet set;

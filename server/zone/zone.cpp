@@ -220,7 +220,6 @@ void Zone::publish() {
         s.report.interest = s.matcher.step(s.entities,
                                            *s.settings.types,
                                            s.viewers,
-                                           current_grid(s),
                                            s.settings.interest,
                                            s.visibility);
         return s.report.interest.visible_pairs;

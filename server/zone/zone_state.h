@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/ai/ai_step.h"
-#include "server/interest/interest_step.h"
+#include "server/interest/matcher.h"
 #include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"

@@ -1,0 +1,230 @@
+#include "server/interest/matcher.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::interest {
+
+namespace {
+
+constexpr float kReachSlack = 1.0001F;
+constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of floats may lose
+
+}  // namespace
+
+/// What a viewer hears of by all pairs near it, merged with what it knew.
+void Matcher::refresh(std::size_t viewer) {
+    const Seat& seat = seats_[viewer];
+    std::size_t found = 0;
+    if (seat.row != world::kNoRow && viewer_nimbus_[viewer] > 0.0F) {
+        found = entity_grid_.gather(viewer_x_[viewer],
+                                    viewer_z_[viewer],
+                                    viewer_nimbus_[viewer],
+                                    widen_,
+                                    seat.row,
+                                    near_.data());
+    }
+    sorted_.resize(found);
+    for (std::size_t i = 0; i < found; ++i) {
+        sorted_[i] = (static_cast<std::uint64_t>(population_.id(near_[i]).value) << 32U) | near_[i];
+    }
+    std::sort(sorted_.begin(), sorted_.end());
+    (*out_)[viewer].changed = true;
+    marked_.push_back(static_cast<std::uint32_t>(viewer));
+    merge(viewer, found);
+    seats_[viewer].stamp = next_stamp_++;
+    (*out_)[viewer].stamp = seats_[viewer].stamp;
+}
+
+/// Merges the candidates with what was known, both ascending by entity.
+void Matcher::merge(std::size_t viewer, std::size_t candidates) {
+    world::VisibleSet& set = (*out_)[viewer];
+    scratch_.clear();
+    auto old = set.visible.cbegin();
+    const auto old_end = set.visible.cend();
+    for (std::size_t i = 0; i < candidates; ++i) {
+        const EntityId entity(static_cast<std::uint32_t>(sorted_[i] >> 32U));
+        const auto row = static_cast<world::Row>(sorted_[i] & 0xFFFFFFFFU);
+        while (old != old_end && old->entity < entity) {
+            set.left.push_back((old++)->entity);
+        }
+        const bool known = old != old_end && old->entity == entity;
+        const int known_lod = known ? old->lod : -1;
+        old += known ? 1 : 0;
+        const float dx = population_.x(row) - viewer_x_[viewer];
+        const float dz = population_.z(row) - viewer_z_[viewer];
+        const float distance_squared = dx * dx + dz * dz;
+        if (!hears(distance_squared,
+                   viewer_nimbus_[viewer],
+                   population_.aura_m(row),
+                   known,
+                   settings_.hysteresis)) {
+            if (known) {
+                set.left.push_back(entity);
+            }
+            continue;
+        }
+        const std::uint8_t lod = lods_.count == 0
+                                     ? std::uint8_t{0}
+                                     : lod_at(std::sqrt(distance_squared), settings_, known_lod);
+        scratch_.push_back({entity, lod});
+        if (!known) {
+            set.entered.push_back({entity, lod});
+        } else if (known_lod != lod) {
+            set.lod_changed.push_back({entity, lod});
+        }
+    }
+    for (; old != old_end; ++old) {
+        set.left.push_back(old->entity);
+    }
+    set.visible.assign(scratch_.begin(), scratch_.end());
+}
+
+/// Entities that changed against the viewers near the place that they left and the one they came
+/// to.
+void Matcher::cross_changes(bool steps) {
+    for (const Change& change : population_.changes()) {
+        const bool here = change.row != world::kNoRow && population_.aura_m(change.row) > 0.0F;
+        if (change.step) {
+            if (steps && here) {
+                const float x = population_.x(change.row);
+                const float z = population_.z(change.row);
+                cross_viewers(change, x, z, change.old_x, change.old_z);
+            }
+            continue;
+        }
+        if (change.old_aura_m > 0.0F) {
+            cross_viewers(change, change.old_x, change.old_z, change.old_x, change.old_z);
+        }
+        if (here) {
+            const float x = population_.x(change.row);
+            const float z = population_.z(change.row);
+            cross_viewers(change, x, z, x, z);
+        }
+    }
+}
+
+/// Against the viewers near the box of two places.
+void Matcher::cross_viewers(const Change& change, float x, float z, float other_x, float other_z) {
+    const bool here = change.row != world::kNoRow && population_.aura_m(change.row) > 0.0F;
+    const bool was = change.old_aura_m > 0.0F;
+    Crossings test;
+    test.x = here ? population_.x(change.row) : change.old_x;
+    test.z = here ? population_.z(change.row) : change.old_z;
+    test.old_x = was ? change.old_x : test.x;
+    test.old_z = was ? change.old_z : test.z;
+    test.radius_m = here ? population_.aura_m(change.row) : 0.0F;
+    test.old_radius_m = change.old_aura_m;
+    test.widen = widen_;
+    test.lods = &lods_;
+    // Viewers that step look at steps themselves.
+    const float reach = std::min(std::max(test.radius_m, test.old_radius_m), largest_nimbus_m_) *
+                            widen_ * kReachSlack +
+                        (change.step ? 0.0F : viewer_step_m_);
+    const float reach_x = reach + kNearest * std::max(std::abs(x), std::abs(other_x));
+    const float reach_z = reach + kNearest * std::max(std::abs(z), std::abs(other_z));
+    viewer_grid_.for_each_run(std::min(x, other_x) - reach_x,
+                              std::max(x, other_x) + reach_x,
+                              std::min(z, other_z) - reach_z,
+                              std::max(z, other_z) + reach_z,
+                              [&](std::uint32_t begin, std::uint32_t end) {
+                                  viewer_grid_.for_each_crossed<true>(
+                                      begin, end, test, [&](std::uint32_t viewer) {
+                                          settle_pair(viewer, change.entity, change.row);
+                                      });
+                              });
+}
+
+/// A viewer that stepped against the entities near it, as if these stood where they are: those that
+/// stepped as well have been seen to. With `kRemember` against all as they moved.
+template <bool kRemember>
+void Matcher::cross_entities(std::uint32_t viewer) {
+    if (seats_[viewer].fresh || !(viewer_nimbus_[viewer] > 0.0F)) {
+        return;
+    }
+    Crossings test;
+    test.x = viewer_x_[viewer];
+    test.z = viewer_z_[viewer];
+    test.old_x = viewer_old_x_[viewer];
+    test.old_z = viewer_old_z_[viewer];
+    test.radius_m = viewer_nimbus_[viewer];
+    test.old_radius_m = test.radius_m;
+    test.widen = widen_;
+    test.lods = &lods_;
+    const float reach =
+        std::min(test.radius_m, population_.largest_aura_m()) * widen_ * kReachSlack +
+        entity_step_m_;
+    const float reach_x = reach + kNearest * (std::abs(test.x) + std::abs(test.old_x));
+    const float reach_z = reach + kNearest * (std::abs(test.z) + std::abs(test.old_z));
+    entity_grid_.for_each_run(std::min(test.x, test.old_x) - reach_x,
+                              std::max(test.x, test.old_x) + reach_x,
+                              std::min(test.z, test.old_z) - reach_z,
+                              std::max(test.z, test.old_z) + reach_z,
+                              [&](std::uint32_t begin, std::uint32_t end) {
+                                  entity_grid_.for_each_crossed<kRemember>(
+                                      begin, end, test, [&](std::uint32_t row) {
+                                          settle_pair(viewer, population_.id(row), row);
+                                      });
+                              });
+}
+
+template void Matcher::cross_entities<false>(std::uint32_t viewer);
+template void Matcher::cross_entities<true>(std::uint32_t viewer);
+
+/// The rule for one pair, by what the viewer knows. To do it twice changes nothing.
+void Matcher::settle_pair(std::uint32_t viewer, EntityId entity, world::Row row) {
+    const Seat& seat = seats_[viewer];
+    if (seat.fresh || row == seat.row) {
+        return;
+    }
+    ++report_.examined;
+    world::VisibleSet& set = (*out_)[viewer];
+    const auto at = std::lower_bound(
+        set.visible.begin(), set.visible.end(), entity, [](const world::Visible& v, EntityId id) {
+            return v.entity < id;
+        });
+    const bool known = at != set.visible.end() && at->entity == entity;
+    bool heard = false;
+    float distance_squared = 0.0F;
+    if (row != world::kNoRow) {
+        const float dx = population_.x(row) - viewer_x_[viewer];
+        const float dz = population_.z(row) - viewer_z_[viewer];
+        distance_squared = dx * dx + dz * dz;
+        heard = hears(distance_squared,
+                      viewer_nimbus_[viewer],
+                      population_.aura_m(row),
+                      known,
+                      settings_.hysteresis);
+    }
+    if (!heard) {
+        if (known) {
+            mark(viewer);
+            set.visible.erase(at);
+            set.left.push_back(entity);
+        }
+        return;
+    }
+    const std::uint8_t lod =
+        lods_.count == 0 ? std::uint8_t{0}
+                         : lod_at(std::sqrt(distance_squared), settings_, known ? at->lod : -1);
+    if (!known) {
+        mark(viewer);
+        set.visible.insert(at, {entity, lod});
+        set.entered.push_back({entity, lod});
+    } else if (at->lod != lod) {
+        mark(viewer);
+        at->lod = lod;
+        set.lod_changed.push_back({entity, lod});
+    }
+}
+
+/// The viewer's set is not as it was a tick ago.
+void Matcher::mark(std::uint32_t viewer) {
+    world::VisibleSet& set = (*out_)[viewer];
+    if (!set.changed) {
+        set.changed = true;
+        marked_.push_back(viewer);
+    }
+}
+
+}  // namespace zoned::interest
