@@ -11,23 +11,25 @@
 namespace zoned::interest {
 
 /// Squared distances at which a pair changes its level of detail, whatever the radii: the largest
-/// float whose root lod_at() still counts as within.
+/// floats whose roots lod_at() still counts as within.
 struct LodSteps {
-    static constexpr std::size_t kMost = 6;
-    std::array<float, kMost> squared{};
+    static constexpr std::size_t kMost = 3;
+    std::array<float, kMost> nearer{};   ///< a level is taken when it is reached
+    std::array<float, kMost> farther{};  ///< a level that is held is lost beyond it
     std::size_t count = 0;
 
     LodSteps() = default;
     explicit LodSteps(const Settings& settings);
 };
 
-/// Everything about a pair (known or not, level of detail) is settled by what it was and by which
-/// of the comparisons `distance^2 <= radius^2`, `distance^2 <= ((1 + hysteresis) radius)^2` and
-/// `distance^2 <= LOD step` hold; and to settle it twice changes nothing. So a pair for which all
-/// of them come out as a tick ago needs no second look. Here one side is a point that is now at
-/// (x, z) with `radius_m`, and was at (old_x, old_z) with `old_radius_m`; the other sides are eight
-/// points of a grid. Bit i of the answer is set where something came out otherwise. The arithmetic
-/// is that of hears(): the answer is exact.
+/// What a pair is (known or not, level of detail) follows from what it was and from which of the
+/// comparisons `distance^2 <= radius^2`, `distance^2 <= ((1 + hysteresis) radius)^2` and
+/// `distance^2 <= LOD step` hold; and to settle it twice changes nothing. So it can only change
+/// when it comes within a plain radius (step) that it was beyond a tick ago, or gets beyond a
+/// widened one that it was within: nothing else needs a second look. Here one side is a point that
+/// is now at (x, z) with `radius_m`, and was at (old_x, old_z) with `old_radius_m`; the other sides
+/// are eight points of a grid. Bit i of the answer is set where the pair may change. The arithmetic
+/// is that of hears(): no pair is missed.
 struct Crossings {
     float x = 0.0F;
     float z = 0.0F;
@@ -40,11 +42,12 @@ struct Crossings {
 
     using Array8 = spatial::Array8;
 
-    std::uint32_t operator()(const Array8& xs,
-                             const Array8& zs,
-                             const Array8& old_xs,
-                             const Array8& old_zs,
-                             const Array8& radii) const {
+    [[gnu::always_inline]] std::uint32_t operator()(const Array8& xs,
+                                                    const Array8& zs,
+                                                    const Array8& old_xs,
+                                                    const Array8& old_zs,
+                                                    const Array8& radii) const {
+        using spatial::lanes_at_most;
         const Array8 dx = xs - x;
         const Array8 dz = zs - z;
         const Array8 old_dx = old_xs - old_x;
@@ -55,19 +58,19 @@ struct Crossings {
         const Array8 old_r = radii.min(old_radius_m);
         const Array8 wide = r * widen;
         const Array8 old_wide = old_r * widen;
-        // A radius of zero reaches nobody: only where it is now, or was, can it be exact, and a
-        // pair too many does no harm.
         std::uint32_t crossed =
-            (spatial::lanes_at_most(now, r * r) ^ spatial::lanes_at_most(before, old_r * old_r)) |
-            (spatial::lanes_at_most(now, wide * wide) ^
-             spatial::lanes_at_most(before, old_wide * old_wide));
+            (lanes_at_most(now, r * r) & ~lanes_at_most(before, old_r * old_r)) |
+            (lanes_at_most(before, old_wide * old_wide) & ~lanes_at_most(now, wide * wide));
         if (radius_m != old_radius_m) {
-            // At distance zero from a radius that was or becomes zero all comparisons hold.
-            crossed |= spatial::lanes_at_most(now, wide * wide);
+            // A radius of zero reaches nobody, not even at distance zero, where these comparisons
+            // hold: a pair too many does no harm.
+            crossed |= lanes_at_most(now, wide * wide);
         }
         for (std::size_t k = 0; k < lods->count; ++k) {
-            const Array8 step = Array8::Constant(lods->squared[k]);
-            crossed |= spatial::lanes_at_most(now, step) ^ spatial::lanes_at_most(before, step);
+            const Array8 nearer = Array8::Constant(lods->nearer[k]);
+            const Array8 farther = Array8::Constant(lods->farther[k]);
+            crossed |= (lanes_at_most(now, nearer) & ~lanes_at_most(before, nearer)) |
+                       (lanes_at_most(before, farther) & ~lanes_at_most(now, farther));
         }
         return crossed;
     }

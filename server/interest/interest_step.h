@@ -5,6 +5,7 @@
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -35,7 +36,17 @@ struct Report {
 /// of b, nimbus of a), m, closed. `known` adds the hysteresis. A radius that is not positive
 /// reaches nobody, not even at distance zero. This one function is what the matching, the broadcast
 /// test and brute force all call.
-bool hears(float distance_squared, float nimbus_m, float aura_m, bool known, float hysteresis);
+inline bool hears(float distance_squared,
+                  float nimbus_m,
+                  float aura_m,
+                  bool known,
+                  float hysteresis) {
+    float radius = std::min(nimbus_m, aura_m);
+    if (known) {
+        radius *= 1.0F + hysteresis;
+    }
+    return radius > 0.0F && distance_squared <= radius * radius;
+}
 
 /// LOD subscribed at a distance: the smallest k with distance <= lod_radius_m[k] + lead (known at k
 /// or nearer: + lead + hysteresis x radius).

@@ -128,14 +128,20 @@ void KeptGrid::build(const GridPoints& points, float cell_m) {
     }
     begins_[cells] = slots;
     const std::size_t padded = slots + kLanes;
-    x_.assign(padded, kNoNumber);
-    z_.assign(padded, kNoNumber);
-    radius_.assign(padded, 0.0F);
+    for (auto* column : {&x_, &z_, &radius_}) {
+        column->resize(padded);
+    }
     keys_.resize(padded);
     slot_of_.resize(points.x.size());
     fill(points);
     old_x_.clear();
     old_z_.clear();
+    for (std::size_t c = 0; c < cells; c += kSpareEvery) {
+        clear_slot(begins_[c + 1] - 1);
+    }
+    for (std::uint32_t slot = slots; slot < padded; ++slot) {
+        clear_slot(slot);
+    }
     if (points.old_x.empty()) {
         return;
     }

@@ -130,7 +130,7 @@ void Matcher::cross_viewers(const Change& change, float x, float z, float other_
                               [&](std::uint32_t begin, std::uint32_t end) {
                                   viewer_grid_.for_each_crossed<true>(
                                       begin, end, test, [&](std::uint32_t viewer) {
-                                          settle_pair(viewer, change.entity, change.row);
+                                          looks_.push_back({viewer, change.entity, change.row});
                                       });
                               });
 }
@@ -163,13 +163,36 @@ void Matcher::cross_entities(std::uint32_t viewer) {
                               [&](std::uint32_t begin, std::uint32_t end) {
                                   entity_grid_.for_each_crossed<kRemember>(
                                       begin, end, test, [&](std::uint32_t row) {
-                                          settle_pair(viewer, population_.id(row), row);
+                                          looks_.push_back({viewer, population_.id(row), row});
                                       });
                               });
 }
 
 template void Matcher::cross_entities<false>(std::uint32_t viewer);
 template void Matcher::cross_entities<true>(std::uint32_t viewer);
+
+/// The sets lie far apart in memory: what will be read is asked for some pairs ahead.
+void Matcher::settle_pairs() {
+    constexpr std::size_t kSoon = 6;
+    constexpr std::size_t kLater = 12;
+    for (std::size_t i = 0; i < looks_.size(); ++i) {
+        if (i + kLater < looks_.size()) {
+            const Look& later = looks_[i + kLater];
+            __builtin_prefetch(&(*out_)[later.viewer]);
+            population_.prefetch(later.row);
+        }
+        if (i + kSoon < looks_.size()) {
+            const std::vector<world::Visible>& soon = (*out_)[looks_[i + kSoon].viewer].visible;
+            const char* data = reinterpret_cast<const char*>(soon.data());
+            const std::size_t bytes = soon.size() * sizeof(world::Visible);
+            for (std::size_t at = 0; at < bytes; at += 64) {
+                __builtin_prefetch(data + at);
+            }
+        }
+        settle_pair(looks_[i].viewer, looks_[i].entity, looks_[i].row);
+    }
+    looks_.clear();
+}
 
 /// The rule for one pair, by what the viewer knows. To do it twice changes nothing.
 void Matcher::settle_pair(std::uint32_t viewer, EntityId entity, world::Row row) {

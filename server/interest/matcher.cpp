@@ -15,12 +15,30 @@ namespace {
 constexpr float kSlack = 1.0001F;
 // Half the radius: few runs of slots per query, and few slots that lie beyond the circle.
 constexpr float kCellsPerRadius = 2.0F;
+// Viewers are fewer: larger cells, so that a run fills its lanes.
+constexpr float kViewerCells = 2.0F;
 // More changes than one in so many: building a grid anew costs less than following.
 constexpr std::size_t kFollowShare = 6;
 
 bool same(const Settings& a, const Settings& b) {
     return a.hysteresis == b.hysteresis && a.lod_radius_m == b.lod_radius_m &&
            a.lod_lead_m == b.lod_lead_m;
+}
+
+/// The largest float whose root is at most `reach`; below zero there is none.
+float largest_square(float reach) {
+    if (reach < 0.0F) {
+        return -1.0F;
+    }
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    float square = reach * reach;
+    while (std::sqrt(square) > reach) {
+        square = std::nextafter(square, 0.0F);
+    }
+    while (std::sqrt(std::nextafter(square, kInfinity)) <= reach) {
+        square = std::nextafter(square, kInfinity);
+    }
+    return square;
 }
 
 bool suits(const KeptGrid& grid, float cell_m) {
@@ -30,24 +48,11 @@ bool suits(const KeptGrid& grid, float cell_m) {
 }  // namespace
 
 LodSteps::LodSteps(const Settings& settings) {
-    const auto add = [&](float reach) {
-        if (reach < 0.0F) {
-            return;  // no distance is within
-        }
-        constexpr float kInfinity = std::numeric_limits<float>::infinity();
-        float square = reach * reach;
-        while (std::sqrt(square) > reach) {
-            square = std::nextafter(square, 0.0F);
-        }
-        while (std::sqrt(std::nextafter(square, kInfinity)) <= reach) {
-            square = std::nextafter(square, kInfinity);
-        }
-        squared[count++] = square;
-    };
-    ZONED_ASSERT(settings.lod_radius_m.size() * 2 <= kMost, "at most three radii");
+    ZONED_ASSERT(settings.lod_radius_m.size() <= kMost, "at most three radii");
     for (const float radius : settings.lod_radius_m) {
-        add(radius + settings.lod_lead_m);
-        add(radius + settings.lod_lead_m + settings.hysteresis * radius);
+        nearer[count] = largest_square(radius + settings.lod_lead_m);
+        farther[count++] =
+            largest_square(radius + settings.lod_lead_m + settings.hysteresis * radius);
     }
 }
 
@@ -80,7 +85,7 @@ Report Matcher::step(const world::Entities& entities,
                          static_cast<double>(moved_.size()) / static_cast<double>(seats_.size());
     everybody_ = share >= 1.0;
     follow_entities(cell_m);
-    follow_viewers(cell_m);
+    follow_viewers(kViewerCells * cell_m);
     for (const std::uint32_t viewer : fresh_) {
         refresh(viewer);
     }
@@ -88,11 +93,7 @@ Report Matcher::step(const world::Entities& entities,
     float diagonal_squared = 0.0F;
     report_.broadcast = all_overlap(diagonal_squared);
     const bool was_quiet = std::exchange(
-        quiet_,
-        report_.broadcast &&
-            std::all_of(lods_.squared.begin(),
-                        lods_.squared.begin() + static_cast<std::ptrdiff_t>(lods_.count),
-                        [&](float step) { return diagonal_squared <= step; }));
+        quiet_, report_.broadcast && (lods_.count == 0 || diagonal_squared <= lods_.nearer[0]));
     // Where all hear of each other, before and now, at the same level of detail, steps change
     // nothing.
     const bool still = quiet_ && was_quiet;
@@ -104,6 +105,7 @@ Report Matcher::step(const world::Entities& entities,
             cross_entities<false>(viewer);
         }
     }
+    settle_pairs();
     finish();
     return report_;
 }

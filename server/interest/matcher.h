@@ -46,6 +46,13 @@ class Matcher {
         std::uint64_t stamp = 0;
     };
 
+    /// A pair to look at; the row is none where the entity is gone.
+    struct Look {
+        std::uint32_t viewer = 0;
+        EntityId entity;
+        world::Row row = world::kNoRow;
+    };
+
     void begin(const Settings& settings, world::Visibility& out);
     void align(std::span<const world::Viewer> viewers, world::Visibility& out);
     void seat(std::span<const world::Viewer> viewers, world::Visibility& out);
@@ -64,6 +71,7 @@ class Matcher {
     void cross_viewers(const Change& change, float x, float z, float other_x, float other_z);
     template <bool kRemember>
     void cross_entities(std::uint32_t viewer);
+    void settle_pairs();
     void settle_pair(std::uint32_t viewer, EntityId entity, world::Row row);
     void mark(std::uint32_t viewer);
     void finish();
@@ -98,6 +106,7 @@ class Matcher {
     std::vector<std::uint32_t> marked_;  // viewers whose sets say a difference
     std::vector<std::uint32_t> near_;    // rows, scratch
     std::vector<std::uint64_t> sorted_;  // entity << 32 | row, scratch
+    std::vector<Look> looks_;
     std::vector<world::Visible> scratch_;
     std::vector<Seat> spare_seats_;
     world::Visibility spare_;

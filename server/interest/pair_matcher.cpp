@@ -19,15 +19,15 @@ void PairMatcher::step(const world::Entities& entities,
     out.first.assign(viewers.size(), 0);
     out.count.assign(viewers.size(), 0);
     std::size_t found = 0;
-    for (const std::uint32_t i : order_) {
-        const world::Row row = viewer_row_[i];
+    for (const Place& at : order_) {
         if (out.rows.size() < found + x_.size() + spatial::kLanes) {
             out.rows.resize(2 * found + x_.size() + spatial::kLanes);
         }
-        out.first[i] = static_cast<std::uint32_t>(found);
-        out.count[i] = static_cast<std::uint32_t>(
-            grid_.gather(x_[row], z_[row], viewer_nimbus_[i], 1.0F, row, out.rows.data() + found));
-        found += out.count[i];
+        const std::size_t count =
+            grid_.gather(at.x, at.z, at.nimbus_m, 1.0F, at.row, out.rows.data() + found);
+        out.first[at.viewer] = static_cast<std::uint32_t>(found);
+        out.count[at.viewer] = static_cast<std::uint32_t>(count);
+        found += count;
     }
     out.size = found;
 }
@@ -55,7 +55,8 @@ void PairMatcher::order_viewers() {
     order_.resize(hearing);
     for (std::uint32_t i = 0; i < viewer_row_.size(); ++i) {
         if (viewer_nimbus_[i] > 0.0F) {
-            order_[line_begin_[line_of(i)]++] = i;
+            const world::Row row = viewer_row_[i];
+            order_[line_begin_[line_of(i)]++] = {i, row, x_[row], z_[row], viewer_nimbus_[i]};
         }
     }
 }

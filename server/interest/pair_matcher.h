@@ -30,6 +30,15 @@ class PairMatcher {
               Pairs& out);
 
   private:
+    /// Where a viewer listens.
+    struct Place {
+        std::uint32_t viewer = 0;
+        world::Row row = 0;
+        float x = 0.0F;
+        float z = 0.0F;
+        float nimbus_m = 0.0F;
+    };
+
     void read_entities(const world::Entities& entities, const world::TypeTable& types);
     void read_viewers(const world::Entities& entities,
                       const world::TypeTable& types,
@@ -43,7 +52,7 @@ class PairMatcher {
     std::vector<world::Row> viewer_row_;
     std::vector<float> viewer_nimbus_;
     std::vector<std::uint32_t> line_begin_;  // of `order_`, by line of the grid
-    std::vector<std::uint32_t> order_;       // viewers by line: neighbours ask for the same cells
+    std::vector<Place> order_;               // viewers by line: neighbours ask for the same cells
     float largest_aura_m_ = 0.0F;
     float largest_nimbus_m_ = 0.0F;
     KeptGrid grid_;

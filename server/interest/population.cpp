@@ -34,6 +34,7 @@ void Population::follow(const world::Entities& entities, const world::TypeTable&
     const std::size_t before = ids_.size();
     const std::size_t now = entities.size();
     list_touched(entities);
+    changes_.reserve(touched_.size());
     for (const world::Row row : touched_) {
         take(entities, row);
     }
@@ -191,6 +192,11 @@ void Population::survey() {
 }
 
 void Population::settle() {
+    if (changes_.size() > size() / 4) {
+        std::copy(x_.begin(), x_.end(), old_x_.begin());
+        std::copy(z_.begin(), z_.end(), old_z_.begin());
+        return;
+    }
     for (const Change& change : changes_) {
         if (change.row != world::kNoRow) {
             old_x_[change.row] = x_[change.row];

@@ -59,6 +59,15 @@ class Population {
 
     [[nodiscard]] float nimbus_m(world::Row row) const { return nimbus_of_[kind_of(row)]; }
 
+    /// Asks for the columns of a row that will be read soon; it need not be there.
+    void prefetch(world::Row row) const {
+        if (row < ids_.size()) {
+            __builtin_prefetch(&x_[row]);
+            __builtin_prefetch(&z_[row]);
+            __builtin_prefetch(&aura_[row]);
+        }
+    }
+
     [[nodiscard]] GridPoints points() const { return {x_, z_, old_x_, old_z_, aura_}; }
 
     [[nodiscard]] float largest_aura_m() const { return largest_aura_m_; }

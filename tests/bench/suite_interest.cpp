@@ -305,7 +305,7 @@ class MatcherTrial final : public InterestTrial {
     void frame() override {
         field_.move();
         if (scene_.sets) {
-            matcher_.step(
+            report_ = matcher_.step(
                 field_.entities(), field_.types(), field_.viewers(), settings_, visibility_);
         } else {
             pair_matcher_.step(field_.entities(), field_.types(), field_.viewers(), found_);
@@ -320,8 +320,15 @@ class MatcherTrial final : public InterestTrial {
         }
     }
 
+    void judge(Row& row) override {
+        InterestTrial::judge(row);
+        row.metric("pairs_examined_per_tick", report_.examined);
+        row.metric("sets_refreshed_per_tick", report_.refreshed);
+    }
+
   private:
     interest::Matcher matcher_;
+    interest::Report report_;
     interest::PairMatcher pair_matcher_;
     world::Visibility visibility_;
     interest::Pairs found_;
