@@ -139,7 +139,7 @@ void Matcher::cross_viewers(const Change& change, float x, float z, float other_
 /// stepped as well have been seen to. With `kRemember` against all as they moved.
 template <bool kRemember>
 void Matcher::cross_entities(std::uint32_t viewer) {
-    if (seats_[viewer].fresh || !(viewer_nimbus_[viewer] > 0.0F)) {
+    if (fresh_flag_[viewer] != 0 || !(viewer_nimbus_[viewer] > 0.0F)) {
         return;
     }
     Crossings test;
@@ -197,7 +197,7 @@ void Matcher::settle_pairs() {
 /// The rule for one pair, by what the viewer knows. To do it twice changes nothing.
 void Matcher::settle_pair(std::uint32_t viewer, EntityId entity, world::Row row) {
     const Seat& seat = seats_[viewer];
-    if (seat.fresh || row == seat.row) {
+    if (fresh_flag_[viewer] != 0 || row == seat.row) {
         return;
     }
     ++report_.examined;

@@ -189,15 +189,15 @@ void Matcher::align(std::span<const world::Viewer> viewers, world::Visibility& o
         spare_.emplace_back().client = viewer.client;
     });
     keep(seats_, spare_seats_, [&](const world::Viewer& viewer) {
-        spare_seats_.push_back({viewer, world::kNoRow, true, 0});
+        spare_seats_.push_back({viewer, world::kNoRow, 0});
     });
 }
 
 /// Who has to be matched with everything: those that are new here, and whose set is another one.
 void Matcher::seat(std::span<const world::Viewer> viewers, world::Visibility& out) {
+    fresh_flag_.assign(seats_.size(), 0);
     for (std::uint32_t i = 0; i < seats_.size(); ++i) {
         Seat& seat = seats_[i];
-        seat.fresh = false;
         if (refresh_all_ || seat.stamp == 0 || seat.stamp != out[i].stamp ||
             seat.viewer.avatar != viewers[i].avatar) {
             if (seat.viewer.avatar != viewers[i].avatar) {
@@ -207,9 +207,15 @@ void Matcher::seat(std::span<const world::Viewer> viewers, world::Visibility& ou
                 seat.row = world::kNoRow;
             }
             seat.viewer = viewers[i];
-            seat.fresh = true;
-            fresh_.push_back(i);
+            make_fresh(i);
         }
+    }
+}
+
+void Matcher::make_fresh(std::uint32_t viewer) {
+    if (fresh_flag_[viewer] == 0) {
+        fresh_flag_[viewer] = 1;
+        fresh_.push_back(viewer);
     }
 }
 
@@ -220,9 +226,8 @@ void Matcher::find_avatars(const world::Entities& entities) {
         if (row != world::kNoRow) {
             viewer_of_row_[row] = viewer;
         }
-        if (row != seat.row && !seat.fresh) {
-            seat.fresh = true;
-            fresh_.push_back(viewer);
+        if (row != seat.row) {
+            make_fresh(viewer);
         }
         seat.row = row;
     };
@@ -272,7 +277,7 @@ void Matcher::read_viewers() {
     for (const Change& change : population_.changes()) {
         const std::uint32_t viewer =
             change.row != world::kNoRow ? viewer_of_row_[change.row] : KeptGrid::kNone;
-        if (viewer == KeptGrid::kNone || seats_[viewer].fresh) {
+        if (viewer == KeptGrid::kNone || fresh_flag_[viewer] != 0) {
             continue;
         }
         if (change.step) {
@@ -282,8 +287,7 @@ void Matcher::read_viewers() {
             viewer_z_[viewer] = population_.z(change.row);
             moved_.push_back(viewer);
         } else {
-            seats_[viewer].fresh = true;
-            fresh_.push_back(viewer);
+            make_fresh(viewer);
         }
     }
     if (viewers_changed_) {
@@ -448,9 +452,16 @@ void Matcher::finish() {
     report_.viewers = static_cast<std::uint32_t>(seats_.size());
     report_.changed = static_cast<std::uint32_t>(population_.changes().size());
     report_.refreshed = static_cast<std::uint32_t>(fresh_.size());
-    for (const world::VisibleSet& set : *out_) {
-        report_.visible_pairs += static_cast<std::uint32_t>(set.visible.size());
+    if (viewers_changed_ || !fresh_.empty()) {
+        pairs_ = 0;
+        for (const world::VisibleSet& set : *out_) {
+            pairs_ += static_cast<std::uint32_t>(set.visible.size());
+        }
+    } else {
+        pairs_ += report_.entered;
+        pairs_ -= report_.left;
     }
+    report_.visible_pairs = pairs_;
     for (const std::uint32_t viewer : moved_) {
         viewer_old_x_[viewer] = viewer_x_[viewer];
         viewer_old_z_[viewer] = viewer_z_[viewer];

@@ -42,7 +42,6 @@ class Matcher {
     struct Seat {
         world::Viewer viewer;
         world::Row row = world::kNoRow;
-        bool fresh = true;  ///< matched with everything in this tick
         std::uint64_t stamp = 0;
     };
 
@@ -63,6 +62,7 @@ class Matcher {
     bool follow_entity(const Change& change);
     void follow_viewers(float cell_m);
     void measure_steps();
+    void make_fresh(std::uint32_t viewer);
     [[nodiscard]] bool all_overlap(float& diagonal_squared) const;
 
     void refresh(std::size_t viewer);
@@ -92,6 +92,7 @@ class Matcher {
     float viewer_step_m_ = 0.0F;
     std::uint64_t next_stamp_ = 1;
     Report report_;
+    std::uint32_t pairs_ = 0;           // that somebody hears of
     world::Visibility* out_ = nullptr;  // during step()
 
     std::vector<Seat> seats_;
@@ -102,10 +103,11 @@ class Matcher {
     std::vector<float> viewer_nimbus_;          // 0: hears nothing
     std::vector<std::uint32_t> viewer_of_row_;  // by row
     std::vector<std::uint32_t> moved_;          // viewers that stepped
-    std::vector<std::uint32_t> fresh_;
-    std::vector<std::uint32_t> marked_;  // viewers whose sets say a difference
-    std::vector<std::uint32_t> near_;    // rows, scratch
-    std::vector<std::uint64_t> sorted_;  // entity << 32 | row, scratch
+    std::vector<std::uint32_t> fresh_;          // viewers that are matched with everything
+    std::vector<std::uint8_t> fresh_flag_;      // by viewer: whether it is among them
+    std::vector<std::uint32_t> marked_;         // viewers whose sets say a difference
+    std::vector<std::uint32_t> near_;           // rows, scratch
+    std::vector<std::uint64_t> sorted_;         // entity << 32 | row, scratch
     std::vector<Look> looks_;
     std::vector<world::Visible> scratch_;
     std::vector<Seat> spare_seats_;

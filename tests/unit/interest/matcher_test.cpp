@@ -101,6 +101,46 @@ struct RandomWorld {
         entities.set(row, world::kHidden, rng.below(3) == 0);
     }
 
+    /// Most stay where they are; steps, jumps, ways in and out, at random.
+    void change_a_little() {
+        const auto pick = [&] {
+            return rng.below(static_cast<std::uint32_t>(entities.size()));
+        };
+        for (std::uint32_t i = 0; i < rng.below(12); ++i) {
+            const world::Row row = pick();
+            entities.position[row] += Vec3(rng.range(-3, 3), 0, rng.range(-3, 3));
+        }
+        if (rng.below(4) == 0 || entities.size() < 180) {
+            spawn();
+        }
+        if (entities.size() > 200 && rng.below(2) == 0) {
+            entities.remove(pick());
+        }
+        if (rng.below(3) == 0) {
+            entities.position[pick()] = anywhere();
+        }
+        if (rng.below(3) == 0) {
+            entities.behaviour[pick()] = static_cast<std::uint8_t>(rng.below(4));
+        }
+        if (rng.below(5) == 0) {
+            entities.type[pick()] = static_cast<TypeIndex>(rng.below(3));
+        }
+        if (rng.below(3) == 0) {
+            entities.set(pick(), world::kHidden, rng.below(2) == 0);
+        }
+        if (rng.below(40) == 0) {
+            entities.position[pick()].x() = std::numeric_limits<float>::quiet_NaN();
+        }
+        if (rng.below(60) == 0) {
+            entities.position[pick()] = anywhere() * 40.0F;  // beyond the extent of any grid
+        }
+        if (rng.below(50) == 0) {
+            for (Vec3& p : entities.position) {
+                p += Vec3(rng.range(-2, 2), 0, rng.range(-2, 2));
+            }
+        }
+    }
+
     void choose_viewers(std::vector<world::Viewer>& viewers) {
         viewers.clear();
         for (std::uint32_t client = 1; client <= 12; ++client) {
@@ -214,6 +254,103 @@ TEST(Matcher, EqualsBruteForceWithMemoryInEveryTickOfARandomWorld) {
         // The first few ticks hold so few entities that they may all overlap.
         EXPECT_LT(run_random_world(seed, 150.0F, 600), 10);
     }
+}
+
+/// Follows a world of few changes; `tamper` may touch the sets between ticks. Returns how many sets
+/// were made anew.
+template <class Tamper>
+std::uint64_t follow_quiet_world(std::uint64_t seed, float extent, int ticks, Tamper&& tamper) {
+    const world::TypeTable types = three_types();
+    const Settings settings = two_lods();
+    RandomWorld w(seed, extent);
+    for (int i = 0; i < 150; ++i) {
+        w.spawn();
+    }
+    Matcher matcher;
+    world::Visibility visibility;
+    std::map<ClientId, Model> models;
+    std::vector<world::Viewer> viewers;
+    std::uint64_t refreshed = 0;
+    for (int tick = 0; tick < ticks && !testing::Test::HasFailure(); ++tick) {
+        w.change_a_little();
+        w.era = static_cast<std::uint32_t>(tick / 100);
+        w.choose_viewers(viewers);
+        tamper(tick, visibility, models);
+        std::erase_if(models, [&](const auto& entry) {
+            return std::none_of(viewers.begin(), viewers.end(), [&](const world::Viewer& v) {
+                return v.client == entry.first;
+            });
+        });
+        const Report report = matcher.step(w.entities, types, viewers, settings, visibility);
+        refreshed += report.refreshed;
+        EXPECT_EQ(visibility.size(), viewers.size());
+        std::uint32_t pairs = 0;
+        for (std::size_t i = 0; i < viewers.size(); ++i) {
+            Model& model = models[viewers[i].client];
+            const Model::Known before = model.known_;
+            model.step(w.entities, types, viewers[i], settings);
+            expect_difference(visibility[i], before, model.known_);
+            EXPECT_TRUE(visibility[i].changed || before == model.known_);
+            pairs += static_cast<std::uint32_t>(model.known_.size());
+        }
+        EXPECT_EQ(report.visible_pairs, pairs);
+        EXPECT_FALSE(testing::Test::HasFailure()) << "seed " << seed << " tick " << tick;
+    }
+    return refreshed;
+}
+
+TEST(Matcher, EqualsBruteForceWithMemoryWhereOnlyAFewMove) {
+    const auto leave_alone = [](auto&&...) {
+    };
+    constexpr int kTicks = 2500;
+    for (std::uint64_t seed = 11; seed <= 14; ++seed) {
+        const float extent = seed % 2 == 0 ? 150.0F : 500.0F;
+        // About ten viewers: most sets are not made anew.
+        EXPECT_LT(follow_quiet_world(seed, extent, kTicks, leave_alone), kTicks * 2);
+    }
+}
+
+TEST(Matcher, GoesOnFromASetThatAnotherWroteWhenItIsToldSo) {
+    // A client comes back from another zone: what it knows then counts as known.
+    const auto rewrite = [](int tick, world::Visibility& sets, auto& models) {
+        if (tick % 7 == 0 && !sets.empty()) {
+            world::VisibleSet& set = sets[static_cast<std::size_t>(tick) % sets.size()];
+            const ClientId client = set.client;
+            set = world::VisibleSet();
+            set.client = client;
+            for (std::uint32_t id = 1; id < 90; id += 4) {
+                set.visible.push_back({EntityId(id), 0});
+            }
+            auto& known = models[client].known_;
+            known.clear();
+            for (const world::Visible& v : set.visible) {
+                known[v.entity] = v.lod;
+            }
+        }
+    };
+    follow_quiet_world(31, 150.0F, 800, rewrite);
+}
+
+TEST(Matcher, DoesNotNoticeASetThatWasAlteredBehindItsBackButTheComparisonDoes) {
+    const world::TypeTable types = three_types();
+    RandomWorld w(7, 60.0F);
+    for (int i = 0; i < 60; ++i) {
+        w.spawn();
+    }
+    const std::vector<world::Viewer> viewers = {{ClientId(1), w.entities.id[0]}};
+    w.entities.type[0] = 0;
+    Matcher matcher;
+    world::Visibility visibility;
+    Model model;
+    for (int tick = 0; tick < 3; ++tick) {
+        matcher.step(w.entities, types, viewers, two_lods(), visibility);
+        model.step(w.entities, types, viewers[0], two_lods());
+    }
+    ASSERT_EQ(visibility[0].visible.size(), model.known_.size());
+    ASSERT_FALSE(visibility[0].visible.empty());
+    visibility[0].visible.pop_back();
+    matcher.step(w.entities, types, viewers, two_lods(), visibility);
+    EXPECT_NE(visibility[0].visible.size(), model.known_.size());
 }
 
 TEST(Matcher, EqualsBruteForceWhileItComesAndGoesAsABroadcast) {
