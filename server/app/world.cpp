@@ -275,12 +275,27 @@ void World::deliver_messages() {
     }
 }
 
+/// A fault on purpose: clients that have not subscribed hear of it all the same.
+void World::leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const {
+    if (faults.leak_topic.share == 0.0) {
+        return;
+    }
+    for (const auto& [client, zone] : zone_of_) {
+        if (faults.leak_topic.hits(client.value, now_)) {
+            recipients.push_back(client);
+        }
+    }
+    std::sort(recipients.begin(), recipients.end());
+    recipients.erase(std::unique(recipients.begin(), recipients.end()), recipients.end());
+}
+
 void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
     for (const auto& zone : zones_) {
         for (zone::PendingEvent& pending : zone->output().events) {
             std::vector<ClientId>& recipients = pending.event.recipients;
             if (pending.audience == zone::Audience::kTopic) {
                 recipients = topics_.subscribers(pending.event.topic);
+                leak_topic(zone->state().settings.faults, recipients);
             } else if (pending.audience == zone::Audience::kHearers) {
                 for (const auto& other : zones_) {
                     other->hearers(pending.source, recipients);

@@ -72,6 +72,7 @@ class World {
     void apply_topics();
     void deliver_messages();
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
+    void leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const;
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
     [[nodiscard]] EventId own_event_id();
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);

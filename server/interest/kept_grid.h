@@ -69,6 +69,11 @@ class KeptGrid {
         }
     }
 
+    /// Neighbours in the plane have slots near each other.
+    [[nodiscard]] std::uint32_t slot(std::uint32_t key) const { return slot_of_[key]; }
+
+    [[nodiscard]] std::size_t slots() const { return keys_.size(); }
+
     [[nodiscard]] bool remembers() const { return !old_x_.empty(); }
 
     /// Line of cells that a point lies in, from 0.

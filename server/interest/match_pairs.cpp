@@ -82,55 +82,83 @@ void Matcher::merge(std::size_t viewer, std::size_t candidates) {
 
 /// Entities that changed against the viewers near the place that they left and the one they came
 /// to.
-void Matcher::cross_changes(bool steps) {
+void Matcher::cross_changes() {
     for (const Change& change : population_.changes()) {
         const bool here = change.row != world::kNoRow && population_.aura_m(change.row) > 0.0F;
-        if (change.step) {
-            if (steps && here) {
-                const float x = population_.x(change.row);
-                const float z = population_.z(change.row);
-                cross_viewers(change, x, z, change.old_x, change.old_z);
-            }
-            continue;
-        }
-        if (change.old_aura_m > 0.0F) {
-            cross_viewers(change, change.old_x, change.old_z, change.old_x, change.old_z);
+        const bool was = change.old_aura_m > 0.0F;
+        Crossings test;
+        test.x = here ? population_.x(change.row) : change.old_x;
+        test.z = here ? population_.z(change.row) : change.old_z;
+        test.old_x = was ? change.old_x : test.x;
+        test.old_z = was ? change.old_z : test.z;
+        test.radius_m = here ? population_.aura_m(change.row) : 0.0F;
+        test.old_radius_m = change.old_aura_m;
+        test.widen = widen_;
+        test.lods = &lods_;
+        const Look look{0, change.entity, change.row};
+        if (was) {
+            cross_viewers(test, look, {test.old_x, test.old_z, test.old_x, test.old_z});
         }
         if (here) {
-            const float x = population_.x(change.row);
-            const float z = population_.z(change.row);
-            cross_viewers(change, x, z, x, z);
+            cross_viewers(test, look, {test.x, test.z, test.x, test.z});
         }
     }
 }
 
+/// Entities that stepped against the viewers near them, neighbours one after the other: they meet
+/// the same viewers.
+void Matcher::cross_steps() {
+    // Slots stand place by place: so many of them are one place.
+    constexpr std::uint32_t kPlace = 512;
+    const std::vector<world::Row>& steps = population_.steps();
+    if (steps.empty()) {
+        return;
+    }
+    place_begin_.assign(entity_grid_.slots() / kPlace + 2, 0);
+    for (const world::Row row : steps) {
+        if (entity_grid_.holds(row)) {
+            ++place_begin_[entity_grid_.slot(row) / kPlace + 1];
+        }
+    }
+    for (std::size_t place = 1; place < place_begin_.size(); ++place) {
+        place_begin_[place] += place_begin_[place - 1];
+    }
+    ordered_.resize(place_begin_.back());
+    for (const world::Row row : steps) {
+        if (entity_grid_.holds(row)) {
+            ordered_[place_begin_[entity_grid_.slot(row) / kPlace]++] = row;
+        }
+    }
+    for (const world::Row row : ordered_) {
+        Crossings test;
+        test.x = population_.x(row);
+        test.z = population_.z(row);
+        test.old_x = population_.old_x(row);
+        test.old_z = population_.old_z(row);
+        test.radius_m = population_.aura_m(row);
+        test.old_radius_m = test.radius_m;
+        test.widen = widen_;
+        test.lods = &lods_;
+        cross_viewers(
+            test, {0, population_.id(row), row}, {test.x, test.z, test.old_x, test.old_z});
+    }
+}
+
 /// Against the viewers near the box of two places.
-void Matcher::cross_viewers(const Change& change, float x, float z, float other_x, float other_z) {
-    const bool here = change.row != world::kNoRow && population_.aura_m(change.row) > 0.0F;
-    const bool was = change.old_aura_m > 0.0F;
-    Crossings test;
-    test.x = here ? population_.x(change.row) : change.old_x;
-    test.z = here ? population_.z(change.row) : change.old_z;
-    test.old_x = was ? change.old_x : test.x;
-    test.old_z = was ? change.old_z : test.z;
-    test.radius_m = here ? population_.aura_m(change.row) : 0.0F;
-    test.old_radius_m = change.old_aura_m;
-    test.widen = widen_;
-    test.lods = &lods_;
-    // Viewers that step look at steps themselves.
+void Matcher::cross_viewers(const Crossings& test, const Look& look, const Stride& between) {
     const float reach = std::min(std::max(test.radius_m, test.old_radius_m), largest_nimbus_m_) *
                             widen_ * kReachSlack +
-                        (change.step ? 0.0F : viewer_step_m_);
-    const float reach_x = reach + kNearest * std::max(std::abs(x), std::abs(other_x));
-    const float reach_z = reach + kNearest * std::max(std::abs(z), std::abs(other_z));
-    viewer_grid_.for_each_run(std::min(x, other_x) - reach_x,
-                              std::max(x, other_x) + reach_x,
-                              std::min(z, other_z) - reach_z,
-                              std::max(z, other_z) + reach_z,
+                        viewer_step_m_;
+    const float reach_x = reach + kNearest * std::max(std::abs(between.x), std::abs(between.old_x));
+    const float reach_z = reach + kNearest * std::max(std::abs(between.z), std::abs(between.old_z));
+    viewer_grid_.for_each_run(std::min(between.x, between.old_x) - reach_x,
+                              std::max(between.x, between.old_x) + reach_x,
+                              std::min(between.z, between.old_z) - reach_z,
+                              std::max(between.z, between.old_z) + reach_z,
                               [&](std::uint32_t begin, std::uint32_t end) {
                                   viewer_grid_.for_each_crossed<true>(
                                       begin, end, test, [&](std::uint32_t viewer) {
-                                          looks_.push_back({viewer, change.entity, change.row});
+                                          looks_.push_back({viewer, look.entity, look.row});
                                       });
                               });
 }

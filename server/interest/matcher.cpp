@@ -80,7 +80,7 @@ Report Matcher::step(const world::Entities& entities,
     const float cell_m = std::max(1.0F, radius / kCellsPerRadius);
     // Entities that moved meet the few viewers near them, viewers that moved the many entities:
     // together less than all viewers with all entities, unless most move.
-    const double share = static_cast<double>(population_.changes().size()) /
+    const double share = static_cast<double>(population_.changed()) /
                              static_cast<double>(std::max<std::size_t>(1, population_.size())) +
                          static_cast<double>(moved_.size()) / static_cast<double>(seats_.size());
     everybody_ = share >= 1.0;
@@ -97,7 +97,10 @@ Report Matcher::step(const world::Entities& entities,
     // Where all hear of each other, before and now, at the same level of detail, steps change
     // nothing.
     const bool still = quiet_ && was_quiet;
-    cross_changes(!still && !everybody_);
+    cross_changes();
+    if (!still && !everybody_) {
+        cross_steps();
+    }
     if (!still && everybody_) {
         viewer_grid_.for_each_key([&](std::uint32_t viewer) { cross_entities<true>(viewer); });
     } else if (!still) {
@@ -277,17 +280,18 @@ void Matcher::read_viewers() {
     for (const Change& change : population_.changes()) {
         const std::uint32_t viewer =
             change.row != world::kNoRow ? viewer_of_row_[change.row] : KeptGrid::kNone;
-        if (viewer == KeptGrid::kNone || fresh_flag_[viewer] != 0) {
-            continue;
+        if (viewer != KeptGrid::kNone) {
+            make_fresh(viewer);
         }
-        if (change.step) {
+    }
+    for (const world::Row row : population_.steps()) {
+        const std::uint32_t viewer = viewer_of_row_[row];
+        if (viewer != KeptGrid::kNone && fresh_flag_[viewer] == 0) {
             viewer_old_x_[viewer] = viewer_x_[viewer];
             viewer_old_z_[viewer] = viewer_z_[viewer];
-            viewer_x_[viewer] = population_.x(change.row);
-            viewer_z_[viewer] = population_.z(change.row);
+            viewer_x_[viewer] = population_.x(row);
+            viewer_z_[viewer] = population_.z(row);
             moved_.push_back(viewer);
-        } else {
-            make_fresh(viewer);
         }
     }
     if (viewers_changed_) {
@@ -316,19 +320,7 @@ void Matcher::read_viewers() {
             }
         }
     }
-    measure_steps();
-}
-
-void Matcher::measure_steps() {
-    float entity = 0.0F;
-    for (const Change& change : population_.changes()) {
-        if (change.step) {
-            const float dx = population_.x(change.row) - change.old_x;
-            const float dz = population_.z(change.row) - change.old_z;
-            entity = std::max(entity, dx * dx + dz * dz);
-        }
-    }
-    entity_step_m_ = std::sqrt(entity) * kSlack;
+    entity_step_m_ = population_.longest_step_m();
     viewer_step_m_ = moved_.empty() ? 0.0F : entity_step_m_;
 }
 
@@ -337,8 +329,8 @@ void Matcher::measure_steps() {
 void Matcher::follow_entities(float cell_m) {
     const std::size_t size = population_.size();
     const std::vector<Change>& changes = population_.changes();
-    bool good = !everybody_ && !entity_grid_.remembers() && suits(entity_grid_, cell_m) &&
-                changes.size() <= size / kFollowShare;
+    bool good =
+        !everybody_ && suits(entity_grid_, cell_m) && population_.changed() <= size / kFollowShare;
     if (good) {
         for (const world::Row row : population_.rows_left()) {
             if (entity_grid_.holds(row)) {
@@ -348,6 +340,12 @@ void Matcher::follow_entities(float cell_m) {
         entity_grid_.resize(size);
         for (std::size_t i = 0; i < changes.size() && good; ++i) {
             good = changes[i].row == world::kNoRow || follow_entity(changes[i]);
+        }
+        const std::vector<world::Row>& steps = population_.steps();
+        for (std::size_t i = 0; i < steps.size() && good; ++i) {
+            const world::Row row = steps[i];
+            good = !entity_grid_.holds(row) ||
+                   entity_grid_.move(row, population_.x(row), population_.z(row));
         }
     }
     if (!good) {
@@ -450,7 +448,7 @@ void Matcher::finish() {
         report_.left += static_cast<std::uint32_t>(set.left.size());
     }
     report_.viewers = static_cast<std::uint32_t>(seats_.size());
-    report_.changed = static_cast<std::uint32_t>(population_.changes().size());
+    report_.changed = static_cast<std::uint32_t>(population_.changed());
     report_.refreshed = static_cast<std::uint32_t>(fresh_.size());
     if (viewers_changed_ || !fresh_.empty()) {
         pairs_ = 0;

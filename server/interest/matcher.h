@@ -61,14 +61,14 @@ class Matcher {
     void follow_entities(float cell_m);
     bool follow_entity(const Change& change);
     void follow_viewers(float cell_m);
-    void measure_steps();
     void make_fresh(std::uint32_t viewer);
     [[nodiscard]] bool all_overlap(float& diagonal_squared) const;
 
     void refresh(std::size_t viewer);
     void merge(std::size_t viewer, std::size_t candidates);
-    void cross_changes(bool steps);
-    void cross_viewers(const Change& change, float x, float z, float other_x, float other_z);
+    void cross_changes();
+    void cross_steps();
+    void cross_viewers(const Crossings& test, const Look& look, const Stride& between);
     template <bool kRemember>
     void cross_entities(std::uint32_t viewer);
     void settle_pairs();
@@ -109,6 +109,8 @@ class Matcher {
     std::vector<std::uint32_t> near_;           // rows, scratch
     std::vector<std::uint64_t> sorted_;         // entity << 32 | row, scratch
     std::vector<Look> looks_;
+    std::vector<world::Row> ordered_;         // rows that stepped, place by place
+    std::vector<std::uint32_t> place_begin_;  // of `ordered_`
     std::vector<world::Visible> scratch_;
     std::vector<Seat> spare_seats_;
     world::Visibility spare_;

@@ -34,7 +34,7 @@ void Population::follow(const world::Entities& entities, const world::TypeTable&
     const std::size_t before = ids_.size();
     const std::size_t now = entities.size();
     list_touched(entities);
-    changes_.reserve(touched_.size());
+    follow_steps(entities);
     for (const world::Row row : touched_) {
         take(entities, row);
     }
@@ -77,24 +77,52 @@ void Population::read_types(const world::TypeTable& types) {
     }
 }
 
-/// Rows in which anything differs, without a branch per row.
+/// Rows whose entity is another one or of another kind, and rows that moved, without a branch per
+/// row for these.
 void Population::list_touched(const world::Entities& e) {
     const std::size_t common = std::min(ids_.size(), e.size());
-    touched_.resize(common + 1);
+    touched_.clear();
+    steps_.resize(common + 1);
     std::size_t found = 0;
     for (std::size_t row = 0; row < common; ++row) {
         const auto r = static_cast<world::Row>(row);
-        const std::uint32_t differs = (e.id[row].value ^ ids_[row].value) |
-                                      (kind_in(e, r) ^ kinds_[row]) |
-                                      (bits(e.position[row].x()) ^ bits(x_[row])) |
-                                      (bits(e.position[row].z()) ^ bits(z_[row]));
-        touched_[found] = r;
-        found += differs != 0 ? 1 : 0;
+        const std::uint32_t other =
+            (e.id[row].value ^ ids_[row].value) | (kind_in(e, r) ^ kinds_[row]);
+        const std::uint32_t moved = (bits(e.position[row].x()) ^ bits(x_[row])) |
+                                    (bits(e.position[row].z()) ^ bits(z_[row]));
+        steps_[found] = r;
+        found += moved != 0 && other == 0 ? 1 : 0;
+        if (other != 0) {
+            touched_.push_back(r);
+        }
     }
-    touched_.resize(found);
+    steps_.resize(found);
 }
 
-/// A row whose entity is another one, or is not as it was.
+/// Takes over where rows moved to; those that jumped are changes, the others stay in the list.
+void Population::follow_steps(const world::Entities& e) {
+    float longest = 0.0F;
+    std::size_t kept = 0;
+    for (const world::Row row : steps_) {
+        const float x = e.position[row].x();
+        const float z = e.position[row].z();
+        const float dx = x - x_[row];
+        const float dz = z - z_[row];
+        const float squared = dx * dx + dz * dz;
+        if (!(squared <= kStep_m * kStep_m)) {  // also what was or is nowhere
+            take(e, row);
+            continue;
+        }
+        x_[row] = x;
+        z_[row] = z;
+        longest = std::max(longest, squared);
+        steps_[kept++] = row;
+    }
+    steps_.resize(kept);
+    longest_step_m_ = std::sqrt(longest) * 1.0001F;
+}
+
+/// A row whose entity is another one, or did more than step.
 void Population::take(const world::Entities& e, world::Row row) {
     if (e.id[row] != ids_[row]) {
         lost_.push_back({ids_[row], row, x_[row], z_[row], aura_[row]});
@@ -103,24 +131,9 @@ void Population::take(const world::Entities& e, world::Row row) {
         enter(e, row);
         return;
     }
-    Change change{ids_[row], row, x_[row], z_[row], aura_[row], false};
-    const bool same_kind = kind_in(e, row) == kinds_[row];
-    if (same_kind) {
-        x_[row] = e.position[row].x();
-        z_[row] = e.position[row].z();
-        const bool is_somewhere = std::isfinite(x_[row]) && std::isfinite(z_[row]);
-        const bool was_somewhere = std::isfinite(change.old_x) && std::isfinite(change.old_z);
-        if (is_somewhere && was_somewhere) {
-            const float dx = x_[row] - change.old_x;
-            const float dz = z_[row] - change.old_z;
-            change.step = dx * dx + dz * dz <= kStep_m * kStep_m;
-            changes_.push_back(change);
-            return;
-        }
-    }
+    changes_.push_back({ids_[row], row, x_[row], z_[row], aura_[row]});
     leave(row);
     enter(e, row);
-    changes_.push_back(change);
 }
 
 /// Writes a row's columns but for where it was a tick ago.
@@ -156,14 +169,14 @@ void Population::pair_up() {
     std::sort(found_.begin(), found_.end(), by_entity);
     auto found = found_.cbegin();
     const auto came = [&](const Found& f) {
-        changes_.push_back({f.entity, f.row, x_[f.row], z_[f.row], 0.0F, false});
+        changes_.push_back({f.entity, f.row, x_[f.row], z_[f.row], 0.0F});
     };
     for (const Lost& lost : lost_) {
         rows_left_.push_back(lost.row);
         while (found != found_.cend() && found->entity < lost.entity) {
             came(*found++);
         }
-        Change change{lost.entity, world::kNoRow, lost.x, lost.z, lost.aura_m, false};
+        Change change{lost.entity, world::kNoRow, lost.x, lost.z, lost.aura_m};
         if (found != found_.cend() && found->entity == lost.entity) {
             change.row = (found++)->row;
         }
@@ -192,7 +205,7 @@ void Population::survey() {
 }
 
 void Population::settle() {
-    if (changes_.size() > size() / 4) {
+    if (changed() > size() / 4) {
         std::copy(x_.begin(), x_.end(), old_x_.begin());
         std::copy(z_.begin(), z_.end(), old_z_.begin());
         return;
@@ -202,6 +215,10 @@ void Population::settle() {
             old_x_[change.row] = x_[change.row];
             old_z_[change.row] = z_[change.row];
         }
+    }
+    for (const world::Row row : steps_) {
+        old_x_[row] = x_[row];
+        old_z_[row] = z_[row];
     }
 }
 

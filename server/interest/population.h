@@ -12,20 +12,19 @@
 
 namespace zoned::interest {
 
-/// One entity that is not as it was a tick ago.
+/// One entity that is not as it was a tick ago, and did more than step.
 struct Change {
     EntityId entity;
     world::Row row = world::kNoRow;  ///< none: it is gone
     float old_x = 0.0F;              ///< m; only where it had an aura
     float old_z = 0.0F;
     float old_aura_m = 0.0F;  ///< 0: it was not here, was hidden or nowhere
-    bool step = false;        ///< it only moved, no farther than a step
 };
 
 class Population {
   public:
-    /// Farther than this within a tick an entity is looked at in the place that it left and in the
-    /// place that it came to, m.
+    /// An entity that moves no farther than this within a tick steps. One that jumps is looked at
+    /// in the place that it left and in the place that it came to, m.
     static constexpr float kStep_m = 8.0F;
 
     /// Compares all rows with those of the last call and lists what changed. The type table has to
@@ -37,6 +36,14 @@ class Population {
     [[nodiscard]] std::size_t size() const { return ids_.size(); }
 
     [[nodiscard]] const std::vector<Change>& changes() const { return changes_; }
+
+    /// Rows of entities that only stepped, ascending.
+    [[nodiscard]] const std::vector<world::Row>& steps() const { return steps_; }
+
+    [[nodiscard]] std::size_t changed() const { return changes_.size() + steps_.size(); }
+
+    /// Of all steps, m; a rounding more.
+    [[nodiscard]] float longest_step_m() const { return longest_step_m_; }
 
     /// Rows hold other entities than a tick ago, or there are more or fewer of them.
     [[nodiscard]] bool rows_changed() const { return !lost_.empty() || !found_.empty(); }
@@ -93,6 +100,7 @@ class Population {
 
     void read_types(const world::TypeTable& types);
     void list_touched(const world::Entities& entities);
+    void follow_steps(const world::Entities& entities);
     void take(const world::Entities& entities, world::Row row);
     void enter(const world::Entities& entities, world::Row row);
     void leave(world::Row row);
@@ -115,6 +123,8 @@ class Population {
     std::vector<Found> found_;
     std::vector<world::Row> rows_left_;
     std::vector<Change> changes_;
+    std::vector<world::Row> steps_;
+    float longest_step_m_ = 0.0F;
     float largest_aura_m_ = 0.0F;
     float smallest_aura_m_ = 0.0F;
 };
