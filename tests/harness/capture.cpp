@@ -40,6 +40,9 @@ void read_records(Capture& c, const link::OpenedPacket& packet) {
 }
 
 void read_datagram(Capture& c, const std::uint8_t* bytes, std::size_t size) {
+    if (!c.client) {
+        return;  // it came before Welcome: the client cannot read it either
+    }
     const std::uint64_t replayed = c.channel.stats().replayed;
     const auto packet = c.channel.open({bytes, size}, c.now_s);
     if (packet) {
