@@ -159,6 +159,20 @@ class Captured : public GameTest {
         server.sets = {"type[0].nimbus_m.normal=20", "type[0].nimbus_m.running=14"};
     }
 
+    /// A long wall with crates on both sides of it, which may be known where they are seen.
+    void put_up_a_wall() {
+        for (const char* set : {"statics.box[0].x_m=-6",
+                                "statics.box[0].y_m=3",
+                                "statics.box[0].size.x_m=1",
+                                "statics.box[0].size.y_m=6",
+                                "statics.box[0].size.z_m=60",
+                                "scatter[0].count=60",
+                                "type[0].nimbus_m.normal=30",
+                                "type[1].conceal=LINE_OF_SIGHT"}) {
+            server.sets.emplace_back(set);
+        }
+    }
+
     Judgement run_captured() {
         world = std::make_unique<VirtualServer>(server);
         const auto make = [this](std::size_t) {
@@ -271,15 +285,14 @@ TEST_F(Captured, TheCheckerFindsALeakedTopic) {
 }
 
 TEST_F(Captured, TheCheckerFindsWhatIsConcealedAndToldAllTheSame) {
-    server.sets.emplace_back("type[1].conceal=LINE_OF_SIGHT");
-    server.sets.emplace_back("type[2].conceal=LINE_OF_SIGHT");
+    put_up_a_wall();
     server.sets.emplace_back("testing.leak_concealed.probability=1");
     EXPECT_GT(run_captured().wrong_records, 0U);
 }
 
 TEST_F(Captured, TheVerdictOfTheBotsFindsWhatIsConcealedAndToldAllTheSame) {
-    server.sets.emplace_back("type[1].conceal=LINE_OF_SIGHT");
-    run_captured();
+    put_up_a_wall();
+    expect_clean(run_captured());
     EXPECT_TRUE(swarm->report().consistent) << reasons(swarm->report());
     server.sets.emplace_back("testing.leak_concealed.probability=1");
     swarm.reset();
