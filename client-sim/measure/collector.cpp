@@ -45,6 +45,9 @@ void Collector::on_joined(bot::Bot& bot, const proto::Joined&) {
 }
 
 void Collector::on_event(bot::Bot& bot, const proto::Event& event) {
+    if (event.history()) {
+        return;  // others heard of it long ago: nothing to compare
+    }
     const double now = bot.now_s();
     auto [at, fresh] = heard_.try_emplace(event.event_id());
     Heard& heard = at->second;

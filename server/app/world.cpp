@@ -54,6 +54,11 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
     }
     inboxes_.resize(zones_.size());
     populate(settings, regions_, zones_);
+    std::vector<interest::HistoryRule> histories;
+    for (const proto::Config::Topic& topic : settings.config.topic()) {
+        histories.push_back({topic.name(), topic.history_events(), topic.history_bytes()});
+    }
+    topics_.keep(std::move(histories));
 }
 
 void World::use_device(compute::Device* device, const compute::Crossover& crossover) {
@@ -164,7 +169,7 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     ++now_;
     for_each_zone(&World::simulate_zone);
     carry_handoffs(out);
-    apply_topics();
+    apply_topics(out);
     deliver_messages();
     for (const auto& zone : zones_) {
         zone->publish_ghosts();
@@ -229,7 +234,7 @@ EventId World::own_event_id() {
 }
 
 void World::enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out) {
-    topics_.subscribe(client, zone_topic(zone));
+    subscribe(client, zone_topic(zone), out);
     proto::ZoneEntered entered;
     entered.set_zone(zone.value);
     mailbox::EventOut event;
@@ -241,11 +246,31 @@ void World::enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::Outbox
     out.emplace_back(std::move(event));
 }
 
-void World::apply_topics() {
+/// Who subscribes hears first what it missed, then what comes.
+void World::subscribe(ClientId client,
+                      const std::string& topic,
+                      std::vector<mailbox::OutboxItem>& out) {
+    topics_.subscribe(client, topic);
+    missed_.clear();
+    topics_.take_missed(client, topic, missed_);
+    for (interest::PastEvent& past : missed_) {
+        mailbox::EventOut event;
+        event.event = past.event;
+        event.tick = past.tick;
+        event.kind = past.kind;
+        event.history = true;
+        event.topic = topic;
+        event.payload = std::move(past.payload);
+        event.recipients.push_back(client);
+        out.emplace_back(std::move(event));
+    }
+}
+
+void World::apply_topics(std::vector<mailbox::OutboxItem>& out) {
     for (const auto& zone : zones_) {
         for (const zone::TopicChange& change : zone->output().topics) {
             if (change.subscribe) {
-                topics_.subscribe(change.client, change.topic);
+                subscribe(change.client, change.topic, out);
             } else {
                 topics_.unsubscribe(change.client, change.topic);
             }
@@ -275,12 +300,33 @@ void World::deliver_messages() {
     }
 }
 
+/// A fault on purpose: clients that have not subscribed hear of it all the same.
+void World::leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const {
+    if (faults.leak_topic.share == 0.0) {
+        return;
+    }
+    for (const auto& [client, zone] : zone_of_) {
+        if (faults.leak_topic.hits(client.value, now_)) {
+            recipients.push_back(client);
+        }
+    }
+    std::sort(recipients.begin(), recipients.end());
+    recipients.erase(std::unique(recipients.begin(), recipients.end()), recipients.end());
+}
+
 void World::resolve_events(std::vector<mailbox::OutboxItem>& out) {
     for (const auto& zone : zones_) {
         for (zone::PendingEvent& pending : zone->output().events) {
             std::vector<ClientId>& recipients = pending.event.recipients;
             if (pending.audience == zone::Audience::kTopic) {
                 recipients = topics_.subscribers(pending.event.topic);
+                topics_.remember(pending.event.topic,
+                                 {0,
+                                  pending.event.event,
+                                  pending.event.tick,
+                                  pending.event.kind,
+                                  pending.event.payload});
+                leak_topic(zone->state().settings.faults, recipients);
             } else if (pending.audience == zone::Audience::kHearers) {
                 for (const auto& other : zones_) {
                     other->hearers(pending.source, recipients);

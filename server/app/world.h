@@ -69,9 +69,13 @@ class World {
     void exchange_zone(std::size_t index);
     void publish_zone(std::size_t index);
     void carry_handoffs(std::vector<mailbox::OutboxItem>& out);
-    void apply_topics();
+    void apply_topics(std::vector<mailbox::OutboxItem>& out);
+    void subscribe(ClientId client,
+                   const std::string& topic,
+                   std::vector<mailbox::OutboxItem>& out);
     void deliver_messages();
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
+    void leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const;
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
     [[nodiscard]] EventId own_event_id();
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
@@ -85,6 +89,7 @@ class World {
     std::vector<ZoneInbox> inboxes_;
     std::map<ClientId, std::size_t> zone_of_;  // index of the zone that a client's avatar lives in
     interest::Topics topics_;
+    std::vector<interest::PastEvent> missed_;  // scratch
     compute::WorkerPool pool_;
     Tick now_ = 0;
     std::uint64_t next_event_ = 0;

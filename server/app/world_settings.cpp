@@ -78,6 +78,14 @@ zone::FaultSettings faults_of(const ops::Settings& settings, ZoneId id) {
         faults.leak = {testing.leak_entity().probability(),
                        static_cast<Tick>(testing.leak_entity().from_tick())};
     }
+    if (testing.has_leak_concealed()) {
+        faults.leak_concealed = {testing.leak_concealed().probability(),
+                                 static_cast<Tick>(testing.leak_concealed().from_tick())};
+    }
+    if (testing.has_leak_topic()) {
+        faults.leak_topic = {testing.leak_topic().probability(),
+                             static_cast<Tick>(testing.leak_topic().from_tick())};
+    }
     if (testing.has_stall_zone()) {
         const auto& stall = testing.stall_zone();
         const std::string& name = settings.zones[id.value - 1U].name;
@@ -120,6 +128,10 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.physics = settings.physics;
     z.ai = settings.ai;
     z.interest = settings.interest;
+    z.conceal = {settings.config.interest().conceal_checks_per_tick(),
+                 settings.config.interest().conceal_stale_ticks(),
+                 settings.config.interest().conceal_grace_ticks()};
+    z.behaviours = settings.behaviours;
     z.replication = settings.replication;
     z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};
     z.faults = faults_of(settings, id);

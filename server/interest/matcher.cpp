@@ -1,242 +1,473 @@
-#include "server/interest/interest_step.h"
+#include "server/interest/matcher.h"
+
 #include "shared/core/assert.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace zoned::interest {
 
 namespace {
 
-// The grid is asked for slightly more than the largest radius, so that its rounding never decides:
-// hears() does.
-constexpr float kQuerySlack = 1.0001F;
-// Cells of a quarter of the radius: the square of cells around the circle then holds about 1.6
-// times the circle's area.
-constexpr float kCellsPerRadius = 4.0F;
+// Boxes are a little larger than the radius, so that rounding never decides: hears() does.
+constexpr float kSlack = 1.0001F;
+// Half the radius: few runs of slots per query, and few slots that lie beyond the circle.
+constexpr float kCellsPerRadius = 2.0F;
+// Viewers are fewer: larger cells, so that a run fills its lanes.
+constexpr float kViewerCells = 2.0F;
+// More changes than one in so many: building a grid anew costs less than following.
+constexpr std::size_t kFollowShare = 6;
 
-float radius_of(const std::array<float, world::kBehaviours>& radii, std::uint8_t behaviour) {
-    ZONED_ASSERT(behaviour < world::kBehaviours, "a behaviour has radii");
-    return radii[behaviour];
+bool same(const Settings& a, const Settings& b) {
+    return a.hysteresis == b.hysteresis && a.lod_radius_m == b.lod_radius_m &&
+           a.lod_lead_m == b.lod_lead_m;
+}
+
+/// The largest float whose root is at most `reach`; below zero there is none.
+float largest_square(float reach) {
+    if (reach < 0.0F) {
+        return -1.0F;
+    }
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    float square = reach * reach;
+    while (std::sqrt(square) > reach) {
+        square = std::nextafter(square, 0.0F);
+    }
+    while (std::sqrt(std::nextafter(square, kInfinity)) <= reach) {
+        square = std::nextafter(square, kInfinity);
+    }
+    return square;
+}
+
+bool suits(const KeptGrid& grid, float cell_m) {
+    return grid.cell_m() > 0.5F * cell_m && grid.cell_m() < 2.0F * cell_m && !grid.worn();
 }
 
 }  // namespace
 
+LodSteps::LodSteps(const Settings& settings) {
+    ZONED_ASSERT(settings.lod_radius_m.size() <= kMost, "at most three radii");
+    for (const float radius : settings.lod_radius_m) {
+        nearer[count] = largest_square(radius + settings.lod_lead_m);
+        farther[count++] =
+            largest_square(radius + settings.lod_lead_m + settings.hysteresis * radius);
+    }
+}
+
 Report Matcher::step(const world::Entities& entities,
                      const world::TypeTable& types,
                      std::span<const world::Viewer> viewers,
-                     const spatial::PointGrid& grid,
                      const Settings& settings,
                      world::Visibility& out) {
-    Report report;
-    report.viewers = static_cast<std::uint32_t>(viewers.size());
+    report_ = Report{};
     if (viewers.empty()) {
         out.clear();
-        report.skipped = true;
-        return report;
+        seats_.clear();
+        marked_.clear();
+        viewers_changed_ = true;
+        report_.skipped = true;
+        return report_;
     }
-    align_sets(viewers, out);
-    const Survey seen = survey(entities, types, viewers, settings);
-    report.broadcast = seen.all_overlap;
-    const spatial::PointGrid* near = &grid;
-    if (seen.all_overlap) {
-        list_everybody(entities);
-    } else if (grid.size() == 0 && entities.size() > 0) {
-        const float radius = std::min(seen.largest_nimbus_m, seen.largest_aura_m);
-        own_grid_.build(entities.position, std::max(1.0F, radius / kCellsPerRadius));
-        near = &own_grid_;
+    begin(settings, out);
+    population_.follow(entities, types);
+    align(viewers, out);
+    seat(viewers, out);
+    find_avatars(entities);
+    read_viewers();
+    const float radius = std::min(largest_nimbus_m_, population_.largest_aura_m());
+    const float cell_m = std::max(1.0F, radius / kCellsPerRadius);
+    // Entities that moved meet the few viewers near them, viewers that moved the many entities:
+    // together less than all viewers with all entities, unless most move.
+    const double share = static_cast<double>(population_.changed()) /
+                             static_cast<double>(std::max<std::size_t>(1, population_.size())) +
+                         static_cast<double>(moved_.size()) / static_cast<double>(seats_.size());
+    everybody_ = share >= 1.0;
+    follow_entities(cell_m);
+    follow_viewers(kViewerCells * cell_m);
+    for (const std::uint32_t viewer : fresh_) {
+        refresh(viewer);
     }
-    for (std::size_t i = 0; i < viewers.size(); ++i) {
-        candidates_.clear();
-        if (viewer_row_[i] != world::kNoRow) {
-            if (seen.all_overlap) {
-                gather_all(entities, viewer_row_[i]);
+
+    float diagonal_squared = 0.0F;
+    report_.broadcast = all_overlap(diagonal_squared);
+    const bool was_quiet = std::exchange(
+        quiet_, report_.broadcast && (lods_.count == 0 || diagonal_squared <= lods_.nearer[0]));
+    // Where all hear of each other, before and now, at the same level of detail, steps change
+    // nothing.
+    const bool still = quiet_ && was_quiet;
+    cross_changes();
+    if (!still && !everybody_) {
+        cross_steps();
+    }
+    if (!still && everybody_) {
+        viewer_grid_.for_each_key([&](std::uint32_t viewer) { cross_entities<true>(viewer); });
+    } else if (!still) {
+        for (const std::uint32_t viewer : moved_) {
+            cross_entities<false>(viewer);
+        }
+    }
+    settle_pairs();
+    finish();
+    return report_;
+}
+
+/// Takes back what the last tick said of differences.
+void Matcher::begin(const Settings& settings, world::Visibility& out) {
+    out_ = &out;
+    refresh_all_ = !same(settings, settings_);
+    if (refresh_all_) {
+        settings_ = settings;
+        lods_ = LodSteps(settings);
+        widen_ = 1.0F + settings.hysteresis;
+    }
+    const auto clear = [](world::VisibleSet& set) {
+        set.entered.clear();
+        set.left.clear();
+        set.lod_changed.clear();
+        set.changed = false;
+    };
+    const bool untouched = out.size() == seats_.size() &&
+                           std::all_of(marked_.begin(), marked_.end(), [&](std::uint32_t viewer) {
+                               return out[viewer].stamp == seats_[viewer].stamp;
+                           });
+    if (untouched) {
+        for (const std::uint32_t viewer : marked_) {
+            clear(out[viewer]);
+        }
+    } else {
+        std::for_each(out.begin(), out.end(), clear);
+    }
+    marked_.clear();
+    fresh_.clear();
+    moved_.clear();
+}
+
+/// Makes `out` and the seats hold exactly one entry per viewer; those that stay keep what they
+/// knew.
+void Matcher::align(std::span<const world::Viewer> viewers, world::Visibility& out) {
+    const auto client_of = [](const auto& item) {
+        if constexpr (requires { item.client; }) {
+            return item.client;
+        } else {
+            return item.viewer.client;
+        }
+    };
+    const auto keep = [&](auto& items, auto& spare, auto&& fresh) {
+        const bool aligned = std::equal(items.begin(),
+                                        items.end(),
+                                        viewers.begin(),
+                                        viewers.end(),
+                                        [&](const auto& item, const world::Viewer& viewer) {
+                                            return client_of(item) == viewer.client;
+                                        });
+        if (aligned) {
+            return;
+        }
+        spare.clear();
+        spare.reserve(viewers.size());
+        auto old = items.begin();
+        for (const world::Viewer& viewer : viewers) {
+            while (old != items.end() && client_of(*old) < viewer.client) {
+                ++old;
+            }
+            if (old != items.end() && client_of(*old) == viewer.client) {
+                spare.push_back(std::move(*old++));
             } else {
-                const float reach = std::min(viewer_nimbus_m_[i], seen.largest_aura_m);
-                gather_near(entities, *near, viewer_row_[i], reach, settings);
+                fresh(viewer);
             }
         }
-        update_set(viewer_nimbus_m_[i], seen.all_overlap, settings, out[i]);
-        report.visible_pairs += static_cast<std::uint32_t>(out[i].visible.size());
-        report.entered += static_cast<std::uint32_t>(out[i].entered.size());
-        report.left += static_cast<std::uint32_t>(out[i].left.size());
-    }
-    return report;
+        items.swap(spare);
+        spare.clear();
+        viewers_changed_ = true;
+    };
+    ZONED_ASSERT(std::is_sorted(viewers.begin(),
+                                viewers.end(),
+                                [](const world::Viewer& a, const world::Viewer& b) {
+                                    return a.client < b.client;
+                                }),
+                 "viewers ascend by client id");
+    keep(out, spare_, [&](const world::Viewer& viewer) {
+        spare_.emplace_back().client = viewer.client;
+    });
+    keep(seats_, spare_seats_, [&](const world::Viewer& viewer) {
+        spare_seats_.push_back({viewer, world::kNoRow, 0});
+    });
 }
 
-/// Makes `out` hold exactly one set per viewer; sets that stay keep what they knew.
-void Matcher::align_sets(std::span<const world::Viewer> viewers, world::Visibility& out) {
-    const auto same = [](const world::VisibleSet& set, const world::Viewer& viewer) {
-        return set.client == viewer.client;
+/// Who has to be matched with everything: those that are new here, and whose set is another one.
+void Matcher::seat(std::span<const world::Viewer> viewers, world::Visibility& out) {
+    fresh_flag_.assign(seats_.size(), 0);
+    for (std::uint32_t i = 0; i < seats_.size(); ++i) {
+        Seat& seat = seats_[i];
+        if (refresh_all_ || seat.stamp == 0 || seat.stamp != out[i].stamp ||
+            seat.viewer.avatar != viewers[i].avatar) {
+            if (seat.viewer.avatar != viewers[i].avatar) {
+                if (seat.row < viewer_of_row_.size() && viewer_of_row_[seat.row] == i) {
+                    viewer_of_row_[seat.row] = KeptGrid::kNone;
+                }
+                seat.row = world::kNoRow;
+            }
+            seat.viewer = viewers[i];
+            make_fresh(i);
+        }
+    }
+}
+
+void Matcher::make_fresh(std::uint32_t viewer) {
+    if (fresh_flag_[viewer] == 0) {
+        fresh_flag_[viewer] = 1;
+        fresh_.push_back(viewer);
+    }
+}
+
+void Matcher::find_avatars(const world::Entities& entities) {
+    const auto find = [&](std::uint32_t viewer) {
+        Seat& seat = seats_[viewer];
+        const world::Row row = entities.find(seat.viewer.avatar);
+        if (row != world::kNoRow) {
+            viewer_of_row_[row] = viewer;
+        }
+        if (row != seat.row) {
+            make_fresh(viewer);
+        }
+        seat.row = row;
     };
-    if (std::equal(out.begin(), out.end(), viewers.begin(), viewers.end(), same)) {
+    if (viewers_changed_) {
+        viewer_of_row_.assign(population_.size(), KeptGrid::kNone);
+    } else {
+        viewer_of_row_.resize(population_.size(), KeptGrid::kNone);
+        for (const world::Row row : population_.rows_left()) {
+            if (row < viewer_of_row_.size()) {
+                viewer_of_row_[row] = KeptGrid::kNone;
+            }
+        }
+    }
+    if (viewers_changed_ || population_.rows_changed()) {
+        for (std::uint32_t i = 0; i < seats_.size(); ++i) {
+            const world::Row row = seats_[i].row;
+            if (row < population_.size() && population_.id(row) == seats_[i].viewer.avatar) {
+                viewer_of_row_[row] = i;
+            } else {
+                find(i);
+            }
+        }
         return;
     }
-    spare_.clear();
-    spare_.reserve(viewers.size());
-    auto old = out.begin();
-    for (const world::Viewer& viewer : viewers) {
-        ZONED_ASSERT(spare_.empty() || spare_.back().client < viewer.client,
-                     "viewers ascend by client id");
-        while (old != out.end() && old->client < viewer.client) {
-            ++old;
-        }
-        if (old != out.end() && old->client == viewer.client) {
-            spare_.push_back(std::move(*old++));
-        } else {
-            spare_.emplace_back().client = viewer.client;
+    for (const std::uint32_t viewer : fresh_) {
+        if (seats_[viewer].row == world::kNoRow) {
+            find(viewer);
         }
     }
-    out.swap(spare_);
-    spare_.clear();
 }
 
-/// Fills the columns by row and by viewer. All areas overlap when the diagonal of the box around
-/// everybody is within the smallest radius of all: then every pair hears of each other, whatever
-/// the positions.
-Matcher::Survey Matcher::survey(const world::Entities& entities,
-                                const world::TypeTable& types,
-                                std::span<const world::Viewer> viewers,
-                                const Settings& settings) {
+void Matcher::read_viewer(std::size_t viewer) {
+    const world::Row row = seats_[viewer].row;
+    const bool placed = row != world::kNoRow && std::isfinite(population_.x(row)) &&
+                        std::isfinite(population_.z(row));
+    viewer_x_[viewer] = placed ? population_.x(row) : 0.0F;
+    viewer_z_[viewer] = placed ? population_.z(row) : 0.0F;
+    viewer_nimbus_[viewer] = placed ? population_.nimbus_m(row) : 0.0F;
+}
+
+/// Columns of the viewers, from their avatars; finds those that stepped.
+void Matcher::read_viewers() {
+    const std::size_t size = seats_.size();
+    for (auto* column : {&viewer_x_, &viewer_z_, &viewer_old_x_, &viewer_old_z_, &viewer_nimbus_}) {
+        column->resize(size);
+    }
+    for (const Change& change : population_.changes()) {
+        const std::uint32_t viewer =
+            change.row != world::kNoRow ? viewer_of_row_[change.row] : KeptGrid::kNone;
+        if (viewer != KeptGrid::kNone) {
+            make_fresh(viewer);
+        }
+    }
+    for (const world::Row row : population_.steps()) {
+        const std::uint32_t viewer = viewer_of_row_[row];
+        if (viewer != KeptGrid::kNone && fresh_flag_[viewer] == 0) {
+            viewer_old_x_[viewer] = viewer_x_[viewer];
+            viewer_old_z_[viewer] = viewer_z_[viewer];
+            viewer_x_[viewer] = population_.x(row);
+            viewer_z_[viewer] = population_.z(row);
+            moved_.push_back(viewer);
+        }
+    }
+    if (viewers_changed_) {
+        for (std::size_t i = 0; i < size; ++i) {
+            read_viewer(i);
+            viewer_old_x_[i] = viewer_x_[i];
+            viewer_old_z_[i] = viewer_z_[i];
+        }
+        for (const std::uint32_t i : moved_) {
+            viewer_old_x_[i] = population_.old_x(seats_[i].row);
+            viewer_old_z_[i] = population_.old_z(seats_[i].row);
+        }
+    }
+    for (const std::uint32_t i : fresh_) {
+        read_viewer(i);
+        viewer_old_x_[i] = viewer_x_[i];
+        viewer_old_z_[i] = viewer_z_[i];
+    }
+    if (viewers_changed_ || !fresh_.empty()) {
+        largest_nimbus_m_ = 0.0F;
+        smallest_nimbus_m_ = std::numeric_limits<float>::infinity();
+        for (std::size_t i = 0; i < size; ++i) {
+            largest_nimbus_m_ = std::max(largest_nimbus_m_, viewer_nimbus_[i]);
+            if (seats_[i].row != world::kNoRow) {
+                smallest_nimbus_m_ = std::min(smallest_nimbus_m_, viewer_nimbus_[i]);
+            }
+        }
+    }
+    entity_step_m_ = population_.longest_step_m();
+    viewer_step_m_ = moved_.empty() ? 0.0F : entity_step_m_;
+}
+
+// ---------------------------------------------------------------- grids
+
+void Matcher::follow_entities(float cell_m) {
+    const std::size_t size = population_.size();
+    const std::vector<Change>& changes = population_.changes();
+    bool good =
+        !everybody_ && suits(entity_grid_, cell_m) && population_.changed() <= size / kFollowShare;
+    if (good) {
+        for (const world::Row row : population_.rows_left()) {
+            if (entity_grid_.holds(row)) {
+                entity_grid_.take(row);
+            }
+        }
+        entity_grid_.resize(size);
+        for (std::size_t i = 0; i < changes.size() && good; ++i) {
+            good = changes[i].row == world::kNoRow || follow_entity(changes[i]);
+        }
+        const std::vector<world::Row>& steps = population_.steps();
+        for (std::size_t i = 0; i < steps.size() && good; ++i) {
+            const world::Row row = steps[i];
+            good = !entity_grid_.holds(row) ||
+                   entity_grid_.move(row, population_.x(row), population_.z(row));
+        }
+    }
+    if (!good) {
+        GridPoints points = population_.points();
+        if (!everybody_) {
+            points.old_x = points.old_z = {};
+        }
+        entity_grid_.build(points, cell_m);
+    }
+    near_.resize(size + spatial::kLanes);
+}
+
+bool Matcher::follow_entity(const Change& change) {
+    const world::Row row = change.row;
+    const float aura = population_.aura_m(row);
+    const float x = population_.x(row);
+    const float z = population_.z(row);
+    if (entity_grid_.holds(row)) {
+        if (aura > 0.0F && aura == entity_grid_.radius_m(row)) {
+            return entity_grid_.move(row, x, z);
+        }
+        entity_grid_.take(row);
+    }
+    if (!(aura > 0.0F)) {
+        return true;
+    }
+    const bool was = change.old_aura_m > 0.0F;
+    return entity_grid_.put(row, {x, z, was ? change.old_x : x, was ? change.old_z : z}, aura);
+}
+
+void Matcher::follow_viewers(float cell_m) {
+    const GridPoints points{viewer_x_, viewer_z_, viewer_old_x_, viewer_old_z_, viewer_nimbus_};
+    bool good = !viewers_changed_ && suits(viewer_grid_, cell_m) &&
+                fresh_.size() + moved_.size() <= seats_.size() / kFollowShare;
+    for (std::size_t i = 0; i < moved_.size() && good; ++i) {
+        const std::uint32_t viewer = moved_[i];
+        good = !viewer_grid_.holds(viewer) ||
+               viewer_grid_.move(viewer, viewer_x_[viewer], viewer_z_[viewer]);
+    }
+    for (std::size_t i = 0; i < fresh_.size() && good; ++i) {
+        const std::uint32_t viewer = fresh_[i];
+        if (viewer_grid_.holds(viewer)) {
+            viewer_grid_.take(viewer);
+        }
+        const float x = viewer_x_[viewer];
+        const float z = viewer_z_[viewer];
+        good = !(viewer_nimbus_[viewer] > 0.0F) ||
+               viewer_grid_.put(viewer, {x, z, x, z}, viewer_nimbus_[viewer]);
+    }
+    if (!good) {
+        viewer_grid_.build(points, cell_m);
+    }
+}
+
+/// All areas overlap when the diagonal of the box around everybody is within the smallest radius of
+/// all: then every pair hears of each other, whatever the positions.
+bool Matcher::all_overlap(float& diagonal_squared) const {
+    const float smallest = std::min(smallest_nimbus_m_, population_.smallest_aura_m());
+    if (!(smallest > 0.0F) || std::isinf(smallest)) {
+        return false;
+    }
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    Survey seen;
-    float smallest = kInfinity;
     float min_x = kInfinity, max_x = -kInfinity, min_z = kInfinity, max_z = -kInfinity;
-    const auto enclose = [&](const Vec3& p) {
-        min_x = std::min(min_x, p.x());
-        max_x = std::max(max_x, p.x());
-        min_z = std::min(min_z, p.z());
-        max_z = std::max(max_z, p.z());
-        return std::isfinite(p.x()) && std::isfinite(p.z());
-    };
-    bool all_finite = true;
-    aura_m_.resize(entities.size());
-    for (world::Row row = 0; row < entities.size(); ++row) {
-        if (entities.has(row, world::kHidden)) {
-            aura_m_[row] = 0.0F;
-            continue;
-        }
-        aura_m_[row] = radius_of(types[entities.type[row]].aura_m, entities.behaviour[row]);
-        seen.largest_aura_m = std::max(seen.largest_aura_m, aura_m_[row]);
-        smallest = std::min(smallest, aura_m_[row]);
-        all_finite = enclose(entities.position[row]) && all_finite;
-    }
-    viewer_row_.resize(viewers.size());
-    viewer_nimbus_m_.resize(viewers.size());
-    for (std::size_t i = 0; i < viewers.size(); ++i) {
-        const world::Row row = entities.find(viewers[i].avatar);
-        viewer_row_[i] = row;
-        viewer_nimbus_m_[i] = 0.0F;
-        if (row != world::kNoRow) {
-            viewer_nimbus_m_[i] =
-                radius_of(types[entities.type[row]].nimbus_m, entities.behaviour[row]);
-            seen.largest_nimbus_m = std::max(seen.largest_nimbus_m, viewer_nimbus_m_[i]);
-            smallest = std::min(smallest, viewer_nimbus_m_[i]);
-            all_finite = enclose(entities.position[row]) && all_finite;
-        }
-    }
-    if (all_finite && max_x >= min_x) {
+    const auto enclose = [&](float x, float z) {
+        min_x = std::min(min_x, x);
+        max_x = std::max(max_x, x);
+        min_z = std::min(min_z, z);
+        max_z = std::max(max_z, z);
         // Float subtraction, product and sum are monotonic, so no pair can be farther apart than
         // this, not even by rounding.
         const float dx = max_x - min_x;
         const float dz = max_z - min_z;
-        seen.all_overlap = hears(dx * dx + dz * dz, smallest, smallest, false, settings.hysteresis);
+        diagonal_squared = dx * dx + dz * dz;
+        return hears(diagonal_squared, smallest, smallest, false, settings_.hysteresis);
+    };
+    // In most worlds the first few are too far apart.
+    for (world::Row row = 0; row < population_.size(); ++row) {
+        if (population_.aura_m(row) > 0.0F && !enclose(population_.x(row), population_.z(row))) {
+            return false;
+        }
     }
-    return seen;
+    for (std::size_t i = 0; i < seats_.size(); ++i) {
+        if (seats_[i].row != world::kNoRow && !enclose(viewer_x_[i], viewer_z_[i])) {
+            return false;
+        }
+    }
+    return true;
 }
 
-/// One sorted list that serves all viewers of a broadcast.
-void Matcher::list_everybody(const world::Entities& entities) {
-    everybody_.clear();
-    for (world::Row row = 0; row < entities.size(); ++row) {
-        if (!entities.has(row, world::kHidden)) {
-            everybody_.push_back((static_cast<std::uint64_t>(entities.id[row].value) << 32) | row);
-        }
+void Matcher::finish() {
+    for (const std::uint32_t viewer : marked_) {
+        world::VisibleSet& set = (*out_)[viewer];
+        const auto by_entity = [](const world::Visible& a, const world::Visible& b) {
+            return a.entity < b.entity;
+        };
+        std::sort(set.entered.begin(), set.entered.end(), by_entity);
+        std::sort(set.left.begin(), set.left.end());
+        std::sort(set.lod_changed.begin(), set.lod_changed.end(), by_entity);
+        report_.entered += static_cast<std::uint32_t>(set.entered.size());
+        report_.left += static_cast<std::uint32_t>(set.left.size());
     }
-    std::sort(everybody_.begin(), everybody_.end());
-}
-
-void Matcher::gather_all(const world::Entities& entities, world::Row own_row) {
-    const Vec3& here = entities.position[own_row];
-    for (const std::uint64_t key : everybody_) {
-        const auto row = static_cast<world::Row>(key & 0xFFFFFFFFu);
-        if (row != own_row) {
-            const float dx = entities.position[row].x() - here.x();
-            const float dz = entities.position[row].z() - here.z();
-            candidates_.push_back({key, dx * dx + dz * dz, aura_m_[row]});
+    report_.viewers = static_cast<std::uint32_t>(seats_.size());
+    report_.changed = static_cast<std::uint32_t>(population_.changed());
+    report_.refreshed = static_cast<std::uint32_t>(fresh_.size());
+    if (viewers_changed_ || !fresh_.empty()) {
+        pairs_ = 0;
+        for (const world::VisibleSet& set : *out_) {
+            pairs_ += static_cast<std::uint32_t>(set.visible.size());
         }
+    } else {
+        pairs_ += report_.entered;
+        pairs_ -= report_.left;
     }
-}
-
-void Matcher::gather_near(const world::Entities& entities,
-                          const spatial::PointGrid& grid,
-                          world::Row own_row,
-                          float reach_m,
-                          const Settings& settings) {
-    const Vec3& here = entities.position[own_row];
-    if (reach_m <= 0.0F || !std::isfinite(here.x()) || !std::isfinite(here.z())) {
-        return;
+    report_.visible_pairs = pairs_;
+    for (const std::uint32_t viewer : moved_) {
+        viewer_old_x_[viewer] = viewer_x_[viewer];
+        viewer_old_z_[viewer] = viewer_z_[viewer];
+        viewer_grid_.settle(viewer);
     }
-    const float radius = reach_m * (1.0F + settings.hysteresis) * kQuerySlack;
-    grid.for_each_within(
-        here.x(), here.z(), radius, [&](std::uint32_t row, float distance_squared) {
-            const float aura = aura_m_[row];
-            if (row != own_row &&
-                hears(distance_squared, reach_m, aura, true, settings.hysteresis)) {
-                const auto entity = static_cast<std::uint64_t>(entities.id[row].value);
-                candidates_.push_back({(entity << 32) | row, distance_squared, aura});
-            }
-        });
-    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
-        return a.key < b.key;
-    });
-}
-
-/// Merges the candidates with what was known, both ascending by entity.
-void Matcher::update_set(float nimbus_m,
-                         bool everybody,
-                         const Settings& settings,
-                         world::VisibleSet& set) {
-    scratch_.clear();
-    set.entered.clear();
-    set.left.clear();
-    set.lod_changed.clear();
-    auto old = set.visible.cbegin();
-    const auto old_end = set.visible.cend();
-    for (const Candidate& candidate : candidates_) {
-        const EntityId entity(static_cast<std::uint32_t>(candidate.key >> 32));
-        while (old != old_end && old->entity < entity) {
-            set.left.push_back((old++)->entity);
-        }
-        const bool known = old != old_end && old->entity == entity;
-        const int known_lod = known ? old->lod : -1;
-        old += known ? 1 : 0;
-        if (!everybody && !hears(candidate.distance_squared,
-                                 nimbus_m,
-                                 candidate.aura_m,
-                                 known,
-                                 settings.hysteresis)) {
-            if (known) {
-                set.left.push_back(entity);
-            }
-            continue;
-        }
-        const std::uint8_t lod =
-            settings.lod_radius_m.empty()
-                ? std::uint8_t{0}
-                : lod_at(std::sqrt(candidate.distance_squared), settings, known_lod);
-        scratch_.push_back({entity, lod});
-        if (!known) {
-            set.entered.push_back({entity, lod});
-        } else if (known_lod != lod) {
-            set.lod_changed.push_back({entity, lod});
-        }
-    }
-    for (; old != old_end; ++old) {
-        set.left.push_back(old->entity);
-    }
-    set.visible.assign(scratch_.begin(), scratch_.end());
+    population_.settle();
+    viewers_changed_ = false;
+    out_ = nullptr;
 }
 
 }  // namespace zoned::interest

@@ -5,14 +5,6 @@
 
 namespace zoned::interest {
 
-bool hears(float distance_squared, float nimbus_m, float aura_m, bool known, float hysteresis) {
-    float radius = std::min(nimbus_m, aura_m);
-    if (known) {
-        radius *= 1.0F + hysteresis;
-    }
-    return radius > 0.0F && distance_squared <= radius * radius;
-}
-
 std::uint8_t lod_at(float distance, const Settings& settings, int current_lod) {
     std::uint8_t lod = 0;
     for (const float radius : settings.lod_radius_m) {

@@ -49,6 +49,63 @@ void Topics::remove(ClientId client) {
         }
         it = clients.empty() ? subscribers_.erase(it) : std::next(it);
     }
+    for (auto& [topic, past] : histories_) {
+        past.heard.erase(client);
+    }
+}
+
+Topics::History& Topics::history(std::string_view topic) {
+    const auto known = histories_.find(topic);
+    if (known != histories_.end()) {
+        return known->second;
+    }
+    History past;
+    for (const HistoryRule& rule : rules_) {
+        const std::string_view name = rule.name;
+        const bool open = name.ends_with('*');
+        if (open ? topic.starts_with(name.substr(0, name.size() - 1)) : topic == name) {
+            past.rule = &rule;
+            break;
+        }
+    }
+    return histories_.emplace(std::string(topic), std::move(past)).first->second;
+}
+
+void Topics::remember(std::string_view topic, PastEvent event) {
+    if (rules_.empty()) {
+        return;
+    }
+    History& past = history(topic);
+    if (past.rule == nullptr) {
+        return;
+    }
+    event.number = ++past.newest;
+    for (const ClientId client : subscribers(topic)) {
+        past.heard[client] = event.number;
+    }
+    past.bytes += event.payload.size();
+    past.events.push_back(std::move(event));
+    while (past.events.size() > past.rule->events || past.bytes > past.rule->bytes) {
+        past.bytes -= past.events.front().payload.size();
+        past.events.pop_front();
+    }
+}
+
+void Topics::take_missed(ClientId client, std::string_view topic, std::vector<PastEvent>& out) {
+    if (rules_.empty()) {
+        return;
+    }
+    History& past = history(topic);
+    if (past.rule == nullptr) {
+        return;
+    }
+    std::uint64_t& heard = past.heard[client];
+    for (const PastEvent& event : past.events) {
+        if (event.number > heard) {
+            out.push_back(event);
+        }
+    }
+    heard = past.newest;
 }
 
 const std::vector<ClientId>& Topics::subscribers(std::string_view topic) const {

@@ -1,26 +1,69 @@
-// Topics: publish-subscribe for what is not spatial (team, zone, world).
+// Topics: publish-subscribe for what is not spatial (team, zone, world), with what happened before
+// for those who come late.
 #pragma once
 
 #include "shared/core/ids.h"
 
+#include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace zoned::interest {
+
+/// How much of a topic is kept for those who subscribe later.
+struct HistoryRule {
+    std::string name;        ///< of the topic; an end of "*" stands for any end
+    std::size_t events = 0;  ///< at most
+    std::size_t bytes = 0;   ///< of payloads, at most
+};
+
+/// An event of a topic as it is kept.
+struct PastEvent {
+    std::uint64_t number = 0;  ///< in its topic: 1, 2, 3, ...
+    EventId event;
+    Tick tick = 0;
+    std::uint16_t kind = 0;
+    std::vector<std::uint8_t> payload;
+};
 
 /// Names are "world", "zone/<id>", "team/<name>" or a studio's own, 1..64 bytes.
 class Topics {
   public:
     void subscribe(ClientId client, std::string_view topic);
     void unsubscribe(ClientId client, std::string_view topic);
-    void remove(ClientId client);  ///< from all topics
+    void remove(ClientId client);  ///< from all topics; it is forgotten
     /// Subscribers ascending by client id; empty for an unknown topic.
     [[nodiscard]] const std::vector<ClientId>& subscribers(std::string_view topic) const;
 
+    /// The first rule that fits a topic holds for it. Before the first event.
+    void keep(std::vector<HistoryRule> rules) { rules_ = std::move(rules); }
+
+    /// An event is published: all subscribers of now hear of it, who come later as long as it is
+    /// kept. `event.number` is set here. Nothing where the topic has no history.
+    void remember(std::string_view topic, PastEvent event);
+
+    /// What a subscriber that just came has not heard of yet, oldest first: each event is given out
+    /// once to each client, whether it was subscribed when it happened or comes (back) later.
+    void take_missed(ClientId client, std::string_view topic, std::vector<PastEvent>& out);
+
   private:
+    struct History {
+        const HistoryRule* rule = nullptr;  // null: nothing is kept
+        std::deque<PastEvent> events;
+        std::size_t bytes = 0;
+        std::uint64_t newest = 0;
+        std::map<ClientId, std::uint64_t> heard;  // up to which number, of those who were told
+    };
+
+    History& history(std::string_view topic);
+
     std::map<std::string, std::vector<ClientId>, std::less<>> subscribers_;
+    std::vector<HistoryRule> rules_;
+    std::map<std::string, History, std::less<>> histories_;
 };
 
 }  // namespace zoned::interest

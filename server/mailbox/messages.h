@@ -112,6 +112,7 @@ struct EventOut {
     Tick tick = 0;
     std::uint16_t kind = 0;  ///< of the rules
     bool confirm = false;    ///< the client must answer with Confirm
+    bool history = false;    ///< of a topic, from before its recipient subscribed
     std::string topic;       ///< empty for direct events
     Bytes payload;
     std::vector<ClientId> recipients;

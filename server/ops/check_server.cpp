@@ -1,3 +1,4 @@
+#include "server/ops/behaviours.h"
 #include "server/ops/config_checks.h"
 
 #include <arpa/inet.h>
@@ -12,10 +13,6 @@ namespace zoned::ops {
 
 namespace {
 
-double largest(const proto::Config::Radii& radii) {
-    return std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
-}
-
 /// What is heard across a border must be a ghost there: a viewer may stand handoff_hysteresis_m
 /// behind the border and keeps what it hears up to (1 + hysteresis) x the radius.
 void check_margin(const proto::Config& config, Diagnostics& diagnostics) {
@@ -25,7 +22,7 @@ void check_margin(const proto::Config& config, Diagnostics& diagnostics) {
     const double behind = config.zones().handoff_hysteresis_m();
     double nimbus = 0.0;
     for (int t = 0; t < config.type_size(); ++t) {
-        nimbus = std::max(nimbus, largest(config.type(t).nimbus_m()));
+        nimbus = std::max(nimbus, largest_radius(config.type(t).nimbus_m()));
     }
     const auto report = [&](const std::string& path, const char* what, double radius) {
         char text[300];
@@ -45,12 +42,13 @@ void check_margin(const proto::Config& config, Diagnostics& diagnostics) {
     for (int t = 0; t < config.type_size(); ++t) {
         const auto& type = config.type(t);
         const std::string path = join_path("", "type", t);
-        if (largest(type.nimbus_m()) > 0.0 && largest(type.nimbus_m()) * grow + behind > margin) {
-            report(path + ".nimbus_m", "nimbus", largest(type.nimbus_m()));
+        if (largest_radius(type.nimbus_m()) > 0.0 &&
+            largest_radius(type.nimbus_m()) * grow + behind > margin) {
+            report(path + ".nimbus_m", "nimbus", largest_radius(type.nimbus_m()));
         }
         // An aura reaches no farther than somebody listens.
-        if (nimbus_reaches && largest(type.aura_m()) * grow + behind > margin) {
-            report(path + ".aura_m", "aura", largest(type.aura_m()));
+        if (nimbus_reaches && largest_radius(type.aura_m()) * grow + behind > margin) {
+            report(path + ".aura_m", "aura", largest_radius(type.aura_m()));
         }
     }
 }

@@ -1,3 +1,4 @@
+#include "server/ops/behaviours.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/soft_types.h"
 #include "server/ops/type_shapes.h"
@@ -89,10 +90,6 @@ void check_shape(const proto::Config& config,
     }
 }
 
-double most_of(const proto::Config::Radii& radii) {
-    return std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
-}
-
 /// Stepping up from a point may move a prop by its own size: nobody must hear of it there.
 void check_representation(const proto::Config& config,
                           const proto::Config::Type& type,
@@ -121,10 +118,10 @@ void check_representation(const proto::Config& config,
     }
     double nimbus = 0.0;
     for (const auto& other : config.type()) {
-        nimbus = std::max(nimbus, most_of(other.nimbus_m()));
+        nimbus = std::max(nimbus, largest_radius(other.nimbus_m()));
     }
-    const double heard =
-        std::min(nimbus, most_of(type.aura_m())) * (1.0 + config.interest().hysteresis()) / 0.9;
+    const double heard = std::min(nimbus, largest_radius(type.aura_m())) *
+                         (1.0 + config.interest().hysteresis()) / 0.9;
     if (particle > 0.0 && particle < heard) {
         diagnostics.add(
             here + ".particle_beyond_m",
@@ -182,6 +179,7 @@ void check_machine(const proto::Config::Machine& machine,
 }  // namespace
 
 void check_types(const proto::Config& config, Diagnostics& diagnostics) {
+    check_behaviours(config, diagnostics);
     std::map<std::string, int> names;
     std::map<std::string, int> machines;
     for (int m = 0; m < config.machine_size(); ++m) {

@@ -1,5 +1,6 @@
 #include "server/ops/config_expand.h"
 
+#include "server/ops/behaviours.h"
 #include "server/ops/config_numbers.h"
 #include "server/ops/method_plan.h"
 #include "server/ops/soft_types.h"
@@ -14,7 +15,8 @@ namespace zoned::ops {
 
 namespace {
 
-std::array<float, world::kBehaviours> expand_radii(const proto::Config::Radii& radii) {
+std::array<float, world::kBehaviours> expand_radii(const proto::Config& config,
+                                                   const proto::Config::Radii& radii) {
     std::array<float, world::kBehaviours> out{};
     out.fill(narrow(radii.normal()));
     if (radii.has_idle()) {
@@ -25,6 +27,12 @@ std::array<float, world::kBehaviours> expand_radii(const proto::Config::Radii& r
     }
     if (radii.has_riding()) {
         out[static_cast<std::size_t>(world::Behaviour::kRiding)] = narrow(radii.riding());
+    }
+    for (const auto& named : radii.named()) {
+        const int behaviour = find_behaviour(config, named.behaviour());
+        if (behaviour >= 0) {  // else check_types says so, and nobody uses the settings
+            out[static_cast<std::size_t>(behaviour)] = narrow(named.radius_m());
+        }
     }
     return out;
 }
@@ -99,6 +107,7 @@ world::EntityType expand_type(const proto::Config& config,
                               Settings& settings) {
     world::EntityType out;
     out.name = type.name();
+    out.conceal = static_cast<world::Conceal>(type.conceal());
     if (type.kind() == proto::Config::CHARACTER) {
         out.kind = world::EntityKind::kCharacter;
         out.character = expand_character(config, type);
@@ -124,8 +133,8 @@ world::EntityType expand_type(const proto::Config& config,
     out.friction = narrow(type.friction());
     out.restitution = narrow(type.restitution());
     out.drag = narrow(type.drag_ps());
-    out.aura_m = expand_radii(type.aura_m());
-    out.nimbus_m = expand_radii(type.nimbus_m());
+    out.aura_m = expand_radii(config, type.aura_m());
+    out.nimbus_m = expand_radii(config, type.nimbus_m());
     out.max_acceleration_mps2 = narrow(type.max_acceleration_mps2());
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
@@ -149,7 +158,7 @@ ai::Transition expand_transition(const proto::Config::Machine& machine,
     return out;
 }
 
-ai::Machine expand_machine(const proto::Config::Machine& machine) {
+ai::Machine expand_machine(const proto::Config& config, const proto::Config::Machine& machine) {
     ai::Machine out;
     out.name = machine.name();
     out.perception_m = narrow(machine.perception_m());
@@ -162,6 +171,10 @@ ai::Machine expand_machine(const proto::Config::Machine& machine) {
         s.sprint = state.sprint();
         s.radius_m = narrow(state.radius_m());
         s.behaviour = static_cast<std::uint8_t>(state.behaviour());
+        if (state.has_named_behaviour()) {
+            const int behaviour = find_behaviour(config, state.named_behaviour());
+            s.behaviour = static_cast<std::uint8_t>(std::max(behaviour, 0));  // as above
+        }
         for (const auto& transition : state.transition()) {
             s.transitions.push_back(expand_transition(machine, transition));
         }
@@ -176,6 +189,7 @@ static_assert(static_cast<int>(ai::ActionKind::kFlock) == proto::Config::FLOCK);
 static_assert(static_cast<int>(ai::Sensor::kRandom) == proto::Config::RANDOM);
 static_assert(static_cast<int>(ai::Compare::kAbove) == proto::Config::ABOVE);
 static_assert(static_cast<int>(world::Behaviour::kRiding) == proto::Config::RIDING);
+static_assert(static_cast<int>(world::Conceal::kRules) == proto::Config::RULES);
 
 /// Steps of rates that are not set follow from the nearest level's bounds; publications are half a
 /// heartbeat apart in the mean where prediction is at its best.
@@ -331,13 +345,14 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     }
     settings.ai.machines.clear();
     for (const auto& machine : config.machine()) {
-        settings.ai.machines.push_back(expand_machine(machine));
+        settings.ai.machines.push_back(expand_machine(config, machine));
     }
     settings.ai.max_decisions_per_tick = config.ai().max_decisions_per_tick();
     settings.ai.reduce_far = config.ai().reduce_far();
     settings.ai.far_m = narrow(config.ai().far_m());
     settings.interest.hysteresis = narrow(config.interest().hysteresis());
     settings.interest.lod_lead_m = narrow(config.interest().lod_lead_m());
+    settings.behaviours.assign(config.behaviour().begin(), config.behaviour().end());
     settings.interest.lod_radius_m.clear();
     for (int l = 0; l + 1 < config.lod_size(); ++l) {
         settings.interest.lod_radius_m.push_back(narrow(config.lod(l).radius_m()));

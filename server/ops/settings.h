@@ -122,6 +122,8 @@ struct Settings {
     std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
     physics::Settings physics;
     std::vector<MethodPlan> methods;  ///< how `physics` and `softs` came by their methods
+    std::vector<std::string>
+        behaviours;  ///< of the config's own, from world::kFirstNamedBehaviour on
     ai::Settings ai;
     interest::Settings interest;
     replication::Settings replication;

@@ -115,7 +115,11 @@ void Replicator::Impl::sync_subscriptions(Tick now, const world::Visibility& vis
         while (set != visibility.end() && set->client < client->client) {
             ++set;
         }
+        const bool was_viewer = client->is_viewer;
         client->is_viewer = set != visibility.end() && set->client == client->client;
+        if (client->is_viewer && was_viewer && !set->changed) {
+            continue;  // as it was synchronised before
+        }
         if (client->is_viewer) {
             client->sync(set->visible, now, streams, scratch);
         } else {

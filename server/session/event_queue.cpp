@@ -25,6 +25,7 @@ EventBody encode_event_body(const mailbox::EventOut& event) {
     message.set_tick(event.tick);
     message.set_kind(event.kind);
     message.set_topic(event.topic);
+    message.set_history(event.history);
     message.set_payload(event.payload.data(), event.payload.size());
     message.set_confirm(event.confirm);
     auto body = std::make_shared<std::vector<std::uint8_t>>(message.ByteSizeLong());

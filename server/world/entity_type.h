@@ -27,14 +27,24 @@ enum class ShapeKind : std::uint8_t {
 };
 
 inline constexpr int kBehaviours =
-    4;  ///< behavioural radii: which of them holds is a column of the entity
+    8;  ///< behavioural radii: which of them holds is a column of the entity
 
-/// Names of the behavioural radii, in the order of the columns.
+/// The behaviours that every world has, in the order of the columns; a config may name more of
+/// them, from kFirstNamedBehaviour on.
 enum class Behaviour : std::uint8_t {
     kNormal = 0,
     kIdle = 1,
     kRunning = 2,
     kRiding = 3
+};
+
+inline constexpr int kFirstNamedBehaviour = 4;
+
+/// What keeps an entity from viewers that its radii reach.
+enum class Conceal : std::uint8_t {
+    kNothing,
+    kLineOfSight,  ///< statics and bodies between
+    kRules,        ///< Rules::may_hear
 };
 
 struct EntityType {
@@ -56,6 +66,7 @@ struct EntityType {
     std::array<float, kBehaviours> aura_m{};  ///< how far the entity is heard, by behaviour, m
     std::array<float, kBehaviours>
         nimbus_m{};  ///< how far a viewer with this avatar listens, by behaviour, m
+    Conceal conceal = Conceal::kNothing;
     float max_acceleration_mps2 = 20.0F;  ///< declared limit a_max of the promised bound
     float max_velocity_jump_mps = 10.0F;  ///< declared limit dv_max of the promised bound
     float priority = 1.0F;                ///< relative weight under a byte budget

@@ -27,6 +27,10 @@ struct VisibleSet {
     std::vector<Visible> entered;      ///< new this tick
     std::vector<EntityId> left;        ///< gone this tick (also when the entity ceased to be)
     std::vector<Visible> lod_changed;  ///< visible before and now, at another level of detail
+    bool changed = true;               ///< `visible` is not as it was a tick ago, or is new
+    /// Of the matcher that keeps the set. Who writes `visible` himself sets it to 0, so that the
+    /// matcher looks at everything anew.
+    std::uint64_t stamp = 0;
 };
 
 /// One set per viewer, in the order of the viewers (ascending by client id).

@@ -1,5 +1,6 @@
 #include "server/zone/audit.h"
 
+#include "server/zone/conceal.h"
 #include "shared/wire/quantize.h"
 
 #include <algorithm>
@@ -77,6 +78,29 @@ mailbox::AuditEntity audit_entity(const ZoneState& state,
     return a;
 }
 
+enum class Concealed : std::uint8_t {
+    kNo,
+    kPerhaps,  ///< it went in or out of sight so lately that the client may know of it or not
+    kYes
+};
+
+/// The truth of this moment, asked again; the past counts only as far as answers may be stale and
+/// what was known stays known.
+Concealed concealed(const ZoneState& state, ClientId client, world::Row avatar, world::Row row) {
+    const world::Entities& e = state.entities;
+    if ((*state.settings.types)[e.type[row]].conceal == world::Conceal::kNothing) {
+        return Concealed::kNo;
+    }
+    const bool seen = may_know(state, avatar, row);
+    const Sight* sight = find_sight(state, client, e.id[row]);
+    const bool told = sight != nullptr && sight->told;
+    if (seen) {
+        return told ? Concealed::kNo : Concealed::kPerhaps;
+    }
+    const auto past = static_cast<Tick>(state.settings.conceal.grace_ticks);
+    return told && state.now - sight->known <= past ? Concealed::kPerhaps : Concealed::kYes;
+}
+
 }  // namespace
 
 bool audit_due(const ZoneState& state, const ZoneClient& client) {
@@ -110,8 +134,13 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
                           inner,
                           outer);
     for (const world::Row row : outer) {
+        const Concealed hidden = concealed(state, client.client, avatar, row);
+        if (hidden == Concealed::kYes) {
+            continue;  // the client ought not to know of it
+        }
         mailbox::AuditEntity entity = audit_entity(state, row, client.client, viewer);
-        entity.must_know = std::find(inner.begin(), inner.end(), row) != inner.end();
+        entity.must_know =
+            hidden == Concealed::kNo && std::find(inner.begin(), inner.end(), row) != inner.end();
         record.entities.push_back(std::move(entity));
     }
     std::sort(record.entities.begin(), record.entities.end(), [](const auto& a, const auto& b) {

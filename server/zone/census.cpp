@@ -3,6 +3,8 @@
 #include "server/zone/movement.h"
 #include "server/zone/particles.h"
 
+#include <algorithm>
+
 namespace zoned::zone {
 
 Census take_census(const ZoneState& state, std::size_t inbox_items) {
@@ -32,6 +34,10 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     census.awake_soft = soft.awake;
     census.rigid_soft = soft.rigid;
     census.viewers = static_cast<std::uint32_t>(state.clients.size());
+    census.concealing_types = static_cast<std::uint32_t>(
+        std::count_if(types.begin(), types.end(), [](const world::EntityType& type) {
+            return type.conceal != world::Conceal::kNothing;
+        }));
     for (const ZoneClient& client : state.clients) {
         const bool audited = (client.rights & mailbox::kRightAudit) != 0;
         census.audited += audited && state.settings.audit.enabled ? 1U : 0U;

@@ -118,10 +118,19 @@ void ZoneContext::set_appearance(EntityId entity, std::uint16_t appearance) {
 }
 
 void ZoneContext::set_behaviour(EntityId entity, world::Behaviour behaviour) {
+    ZONED_ASSERT(static_cast<int>(behaviour) < world::kBehaviours, "a behaviour has radii");
     const world::Row row = owned(entity);
     if (row != world::kNoRow) {
         state_->entities.behaviour[row] = static_cast<std::uint8_t>(behaviour);
     }
+}
+
+std::optional<world::Behaviour> ZoneContext::behaviour_named(std::string_view name) const {
+    const std::vector<std::string>& own = state_->settings.behaviours;
+    const auto it = std::find(own.begin(), own.end(), name);
+    return it == own.end()
+               ? RulesContext::behaviour_named(name)
+               : static_cast<world::Behaviour>(world::kFirstNamedBehaviour + (it - own.begin()));
 }
 
 RayResult ZoneContext::ray_cast(const Vec3& origin,

@@ -54,6 +54,7 @@ void corrupt_visibility(ZoneState& state) {
     for (std::size_t i = 0; i < state.replicated.size(); ++i) {
         world::VisibleSet& set = state.replicated[i];
         hide_from(state, set);
+        set.changed = true;
         const world::Row avatar = state.entities.find(state.viewers[i].avatar);
         if (!f.leak.hits(set.client.value, state.now) || avatar == world::kNoRow) {
             continue;

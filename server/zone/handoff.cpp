@@ -59,28 +59,29 @@ std::vector<world::Row> island_rows(const ZoneState& state, world::Row row) {
 }
 
 std::vector<world::Visible> heard_by(const ZoneState& state, ClientId client) {
-    const auto it = std::find_if(
-        state.visibility.begin(), state.visibility.end(), [&](const world::VisibleSet& set) {
-            return set.client == client;
-        });
-    return it != state.visibility.end() ? it->visible : std::vector<world::Visible>();
+    const world::Visibility& sets = matched_sets(state);
+    const auto it = std::find_if(sets.begin(), sets.end(), [&](const world::VisibleSet& set) {
+        return set.client == client;
+    });
+    return it != sets.end() ? it->visible : std::vector<world::Visible>();
 }
 
 /// The matcher of this zone goes on from what the client heard of in the zone before.
 void continue_hearing(ZoneState& state, ClientId client, std::vector<world::Visible> visible) {
+    world::Visibility& sets = matched_sets(state);
     const auto at = std::lower_bound(
-        state.visibility.begin(),
-        state.visibility.end(),
-        client,
-        [](const world::VisibleSet& set, ClientId wanted) { return set.client < wanted; });
-    if (at != state.visibility.end() && at->client == client) {
+        sets.begin(), sets.end(), client, [](const world::VisibleSet& set, ClientId wanted) {
+            return set.client < wanted;
+        });
+    if (at != sets.end() && at->client == client) {
         at->visible = std::move(visible);
+        at->stamp = 0;
         return;
     }
     world::VisibleSet set;
     set.client = client;
     set.visible = std::move(visible);
-    state.visibility.insert(at, std::move(set));
+    sets.insert(at, std::move(set));
 }
 
 Handoff take(ZoneState& state, world::Row row, ZoneId to) {

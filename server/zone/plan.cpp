@@ -15,6 +15,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "handoff",
                                                                      "ghosts",
                                                                      "interest",
+                                                                     "conceal",
                                                                      "replication",
                                                                      "audit",
                                                                      "hash"};
@@ -87,6 +88,10 @@ StepPlan plan_for(const Census& census) {
            census.frozen ? frozen : (census.neighbours == 0 ? "no neighbour" : "nothing moves"));
     decide(Pass::kGhosts, census.neighbours > 0, "there are neighbours", "no neighbour");
     decide(Pass::kInterest, census.viewers > 0, "viewers listen", "no viewer");
+    decide(Pass::kConceal,
+           census.viewers > 0 && census.concealing_types > 0,
+           "types conceal themselves",
+           census.viewers == 0 ? "no viewer" : "no type conceals itself");
     decide(Pass::kReplication, census.viewers > 0, "viewers listen", "no viewer");
     decide(Pass::kAudit, census.audited > 0, "audits are on", "nobody is audited");
     decide(Pass::kHash, true, "always", "");

@@ -22,6 +22,7 @@ enum class Pass : std::uint8_t {
     kHandoff,
     kGhosts,
     kInterest,
+    kConceal,
     kReplication,
     kAudit,
     kHash,
@@ -45,7 +46,8 @@ struct Census {
     std::uint32_t rigid_soft = 0;        ///< of these, simulated as rigid hulls
     std::uint32_t particle_systems = 0;  ///< simulated here
     std::uint32_t viewers = 0;
-    std::uint32_t audited = 0;  ///< viewers whose ticket allows audits
+    std::uint32_t concealing_types = 0;  ///< of the world: kinds that are asked about
+    std::uint32_t audited = 0;           ///< viewers whose ticket allows audits
     std::uint32_t inbox = 0;
     std::uint32_t neighbours = 0;
     bool particles_go_on = false;  ///< one of these has particles or will have

@@ -8,8 +8,10 @@
 #include "shared/core/state_hash.h"
 #include "shared/motion/input_command.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -115,6 +117,20 @@ class RulesContext {
     virtual void set_appearance(EntityId entity, std::uint16_t appearance) = 0;
     virtual void set_behaviour(EntityId entity, world::Behaviour behaviour) = 0;
 
+    /// The behaviour of that name: one of the four that every world has, or of those that the
+    /// config names.
+    [[nodiscard]] virtual std::optional<world::Behaviour> behaviour_named(
+        std::string_view name) const {
+        constexpr std::array<std::string_view, world::kFirstNamedBehaviour> kNames = {
+            "normal", "idle", "running", "riding"};
+        for (std::size_t i = 0; i < kNames.size(); ++i) {
+            if (kNames[i] == name) {
+                return static_cast<world::Behaviour>(i);
+            }
+        }
+        return std::nullopt;
+    }
+
     /// Nearest thing along a ray, entities (ghosts too) and static world; `ignore` is passed
     /// through.
     [[nodiscard]] virtual RayResult ray_cast(const Vec3& origin,
@@ -195,6 +211,18 @@ class Rules {
     [[nodiscard]] virtual ContactWish contact_wish(TypeIndex type) const {
         (void)type;
         return {};
+    }
+
+    /// Whether a viewer may know of an entity within its radii: fog of war, stealth. Asked for
+    /// types with `conceal: RULES` alone, now and then (ConcealSettings); must depend on nothing
+    /// but the state of the zone and of these rules, and change nothing.
+    [[nodiscard]] virtual bool may_hear(const RulesContext& context,
+                                        EntityId viewer,
+                                        EntityId entity) const {
+        (void)context;
+        (void)viewer;
+        (void)entity;
+        return true;
     }
 
     /// Once per tick, before AI and physics.

@@ -2,6 +2,7 @@
 
 #include "server/zone/audit.h"
 #include "server/zone/census.h"
+#include "server/zone/conceal.h"
 #include "server/zone/context.h"
 #include "server/zone/faults.h"
 #include "server/zone/ghosts.h"
@@ -209,7 +210,7 @@ void Zone::publish() {
     if (viewers != s.report.census.viewers) {
         s.report.census = take_census(s, 0);
         const StepPlan plan = plan_for(s.report.census);
-        for (const Pass p : {Pass::kInterest, Pass::kReplication, Pass::kAudit}) {
+        for (const Pass p : {Pass::kInterest, Pass::kConceal, Pass::kReplication, Pass::kAudit}) {
             const auto i = static_cast<std::size_t>(p);
             s.report.plan.runs[i] = plan.runs[i];
             s.report.plan.reason[i] = plan.reason[i];
@@ -217,14 +218,11 @@ void Zone::publish() {
     }
     collect_viewers(s);
     pass(Pass::kInterest, [&] {
-        s.report.interest = s.matcher.step(s.entities,
-                                           *s.settings.types,
-                                           s.viewers,
-                                           current_grid(s),
-                                           s.settings.interest,
-                                           s.visibility);
+        s.report.interest = s.matcher.step(
+            s.entities, *s.settings.types, s.viewers, s.settings.interest, matched_sets(s));
         return s.report.interest.visible_pairs;
     });
+    pass(Pass::kConceal, [&] { return conceal(s); });
     pass(Pass::kReplication, [&] { return replicate(s); });
     pass(Pass::kAudit, [&] { return audit_clients(s); });
     pass(Pass::kHash, [&] { return hash_tick(s); });

@@ -64,6 +64,8 @@ struct FaultSettings {
     float corrupt_offset_m = 0.0F;  ///< ... by this much
     ShareFault hide;                ///< these entities are kept from everybody
     ShareFault leak;                ///< these viewers hear of one entity beyond their radii
+    ShareFault leak_concealed;      ///< these viewers hear of what is concealed from them
+    ShareFault leak_topic;          ///< these clients hear of all topics
     Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
     Tick stall_ticks = 0;           ///< ... for this many
 };
@@ -95,6 +97,13 @@ struct CosmeticBurst {
     float events_per_s = 20.0F;  ///< of this zone; a second's worth may come at once
 };
 
+/// How what conceals itself is asked about.
+struct ConcealSettings {
+    std::uint32_t checks_per_tick = 2000;  ///< pairs
+    std::uint32_t stale_ticks = 8;         ///< an answer counts so long
+    std::uint32_t grace_ticks = 10;        ///< what was known stays known so long
+};
+
 struct ZoneSettings {
     ZoneId id;
     std::vector<Region> regions;  ///< all zones of the world, index = ZoneId - 1
@@ -115,6 +124,8 @@ struct ZoneSettings {
     physics::Settings physics;
     ai::Settings ai;
     interest::Settings interest;
+    ConcealSettings conceal;
+    std::vector<std::string> behaviours;  ///< the config's own, from kFirstNamedBehaviour on
     replication::Settings replication;
     AuditSettings audit;
     FaultSettings faults;

@@ -69,8 +69,20 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       rules(std::move(game_rules)),
       rng(settings.seed, settings.id.value),
       replicator(with_ground(settings)) {
+    conceals = std::any_of(
+        settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {
+            return type.conceal != world::Conceal::kNothing;
+        });
     add_static_bodies(*this);
     add_particle_systems(*this);
+}
+
+world::Visibility& matched_sets(ZoneState& state) {
+    return state.conceals ? state.concealment.heard : state.visibility;
+}
+
+const world::Visibility& matched_sets(const ZoneState& state) {
+    return state.conceals ? state.concealment.heard : state.visibility;
 }
 
 int find_client(const ZoneState& state, ClientId client) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/ai/ai_step.h"
-#include "server/interest/interest_step.h"
+#include "server/interest/matcher.h"
 #include "server/physics/particles/particle_systems.h"
 #include "server/physics/scene.h"
 #include "server/replication/replicator.h"
@@ -96,6 +96,28 @@ struct ParticlesOfZone {
     std::vector<physics::ParticleBall> balls;  ///< scratch
 };
 
+/// What one viewer was told of an entity that may be concealed from it.
+struct Sight {
+    EntityId entity;
+    Tick asked = -1;      ///< -1: never
+    bool answer = false;  ///< of then
+    Tick known = -1;      ///< newest tick in which it was to be known; -1: never
+    bool told = false;    ///< in the viewer's set
+};
+
+struct Sights {
+    ClientId client;
+    std::vector<Sight> seen;  ///< ascending by entity
+};
+
+/// Who may know of what within the radii; empty where no type conceals itself.
+struct Concealment {
+    world::Visibility heard;      ///< by the radii alone: what the matcher keeps
+    std::vector<Sights> viewers;  ///< in the order of `heard`
+    std::uint32_t checks = 0;     ///< in this tick
+    std::uint32_t overdue = 0;    ///< pairs that were due and not asked about
+};
+
 struct ZoneState {
     ZoneSettings settings;
     Tick now = 0;
@@ -117,8 +139,10 @@ struct ZoneState {
     spatial::PointGrid grid;
     bool grid_valid = false;  ///< grid matches entities.position of this moment
     interest::Matcher matcher;
+    bool conceals = false;  ///< some type of the world conceals itself
     std::vector<world::Viewer> viewers;
     world::Visibility visibility;
+    Concealment concealment;
     world::Visibility
         replicated;  ///< what replication is told; differs from visibility under faults only
     replication::Replicator replicator;
@@ -143,6 +167,10 @@ struct ZoneState {
 
     ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rules);
 };
+
+/// The sets that the matcher keeps: what viewers hear of by the radii alone.
+world::Visibility& matched_sets(ZoneState& state);
+const world::Visibility& matched_sets(const ZoneState& state);
 
 /// Index of the client in state.clients, or -1.
 int find_client(const ZoneState& state, ClientId client);

@@ -22,6 +22,8 @@ struct PlainLog {
     std::vector<std::uint16_t> commands;
     /// Called by each zone's on_tick; set before the world runs.
     std::function<void(zone::RulesContext&)> each_tick;
+    /// Whether a viewer may know of an entity that conceals itself; all may where it is not set.
+    std::function<bool(EntityId viewer, EntityId entity)> may_hear;
 };
 
 class PlainRules final : public zone::Rules {
@@ -68,6 +70,12 @@ class PlainRules final : public zone::Rules {
     }
 
     [[nodiscard]] zone::ContactWish contact_wish(TypeIndex) const override { return log_->wish; }
+
+    [[nodiscard]] bool may_hear(const zone::RulesContext&,
+                                EntityId viewer,
+                                EntityId entity) const override {
+        return !log_->may_hear || log_->may_hear(viewer, entity);
+    }
 
     void on_tick(zone::RulesContext& context) override {
         if (log_->each_tick) {

@@ -1,0 +1,119 @@
+// Matcher: keeps what every viewer hears of, tick by tick, looking only at what moved or changed.
+#pragma once
+
+#include "server/interest/crossings.h"
+#include "server/interest/interest_step.h"
+#include "server/interest/kept_grid.h"
+#include "server/interest/population.h"
+#include "server/world/visibility.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::interest {
+
+/// The sets are in every tick exactly those that hears() and lod_at() give for all pairs, one after
+/// the other, with what was known a tick ago.
+///
+/// A pair is looked at only when a comparison of its distance came out otherwise than a tick ago
+/// (crossings.h): eight at a time, entities that moved against a grid of the viewers, and viewers
+/// that moved against a grid of the entities; when most move, all viewers against the entities. A
+/// viewer is matched with everything anew when it came, got another avatar, changed its nimbus or
+/// jumped. The grids follow what moves (kept_grid.h). Incremental matching of moved regions after
+/// Pan, Turner, Cai and Tan, "A dynamic sort-based DDM matching algorithm for HLA applications",
+/// ACM TOMACS 21(3), 2011, section 3, on grids in place of sorted lists.
+class Matcher {
+  public:
+    /// Writes `out` (one set per viewer in the order of `viewers`, which ascend by client id). Sets
+    /// of viewers that stay are updated in place, sets of viewers that are gone are dropped;
+    /// entered/left/lod_changed/changed say the difference. Hidden entities are heard by nobody; a
+    /// viewer without a row hears nothing; no two share an avatar. The type table has to be the
+    /// same in each call, and `out` the one of the last call (sets may be added, taken away or be
+    /// given another `visible`, see VisibleSet::stamp). No allocation after warm-up.
+    Report step(const world::Entities& entities,
+                const world::TypeTable& types,
+                std::span<const world::Viewer> viewers,
+                const Settings& settings,
+                world::Visibility& out);
+
+  private:
+    /// What is remembered of a viewer, beside the columns below.
+    struct Seat {
+        world::Viewer viewer;
+        world::Row row = world::kNoRow;
+        std::uint64_t stamp = 0;
+    };
+
+    /// A pair to look at; the row is none where the entity is gone.
+    struct Look {
+        std::uint32_t viewer = 0;
+        EntityId entity;
+        world::Row row = world::kNoRow;
+    };
+
+    void begin(const Settings& settings, world::Visibility& out);
+    void align(std::span<const world::Viewer> viewers, world::Visibility& out);
+    void seat(std::span<const world::Viewer> viewers, world::Visibility& out);
+    void find_avatars(const world::Entities& entities);
+    void read_viewers();
+    void read_viewer(std::size_t viewer);
+    void follow_entities(float cell_m);
+    bool follow_entity(const Change& change);
+    void follow_viewers(float cell_m);
+    void make_fresh(std::uint32_t viewer);
+    [[nodiscard]] bool all_overlap(float& diagonal_squared) const;
+
+    void refresh(std::size_t viewer);
+    void merge(std::size_t viewer, std::size_t candidates);
+    void cross_changes();
+    void cross_steps();
+    void cross_viewers(const Crossings& test, const Look& look, const Stride& between);
+    template <bool kRemember>
+    void cross_entities(std::uint32_t viewer);
+    void settle_pairs();
+    void settle_pair(std::uint32_t viewer, EntityId entity, world::Row row);
+    void mark(std::uint32_t viewer);
+    void finish();
+
+    Settings settings_;
+    LodSteps lods_;
+    float widen_ = 1.0F;
+    Population population_;
+    KeptGrid entity_grid_;
+    KeptGrid viewer_grid_;
+    bool viewers_changed_ = false;  // other viewers than a tick ago, or in another order
+    bool quiet_ = false;            // all pairs are within all radii, now
+    bool refresh_all_ = false;
+    bool everybody_ = false;  // most move: all viewers look at all entities
+    float largest_nimbus_m_ = 0.0F;
+    float smallest_nimbus_m_ = 0.0F;
+    float entity_step_m_ = 0.0F;  // farthest that an entity stepped in this tick
+    float viewer_step_m_ = 0.0F;
+    std::uint64_t next_stamp_ = 1;
+    Report report_;
+    std::uint32_t pairs_ = 0;           // that somebody hears of
+    world::Visibility* out_ = nullptr;  // during step()
+
+    std::vector<Seat> seats_;
+    std::vector<float> viewer_x_;  // by viewer, as are the next four
+    std::vector<float> viewer_z_;
+    std::vector<float> viewer_old_x_;
+    std::vector<float> viewer_old_z_;
+    std::vector<float> viewer_nimbus_;          // 0: hears nothing
+    std::vector<std::uint32_t> viewer_of_row_;  // by row
+    std::vector<std::uint32_t> moved_;          // viewers that stepped
+    std::vector<std::uint32_t> fresh_;          // viewers that are matched with everything
+    std::vector<std::uint8_t> fresh_flag_;      // by viewer: whether it is among them
+    std::vector<std::uint32_t> marked_;         // viewers whose sets say a difference
+    std::vector<std::uint32_t> near_;           // rows, scratch
+    std::vector<std::uint64_t> sorted_;         // entity << 32 | row, scratch
+    std::vector<Look> looks_;
+    std::vector<world::Row> ordered_;         // rows that stepped, place by place
+    std::vector<std::uint32_t> place_begin_;  // of `ordered_`
+    std::vector<world::Visible> scratch_;
+    std::vector<Seat> spare_seats_;
+    world::Visibility spare_;
+};
+
+}  // namespace zoned::interest

@@ -1,0 +1,225 @@
+#include "server/interest/population.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace zoned::interest {
+
+namespace {
+
+constexpr std::size_t kBehaviours = world::kBehaviours;
+constexpr std::uint32_t kHiddenBit = 0x80000000U;
+
+std::uint32_t kind_in(const world::Entities& e, world::Row row) {
+    return e.type[row] * static_cast<std::uint32_t>(kBehaviours) + e.behaviour[row] +
+           (e.has(row, world::kHidden) ? kHiddenBit : 0U);
+}
+
+std::uint32_t bits(float value) {
+    return std::bit_cast<std::uint32_t>(value);
+}
+
+}  // namespace
+
+void Population::follow(const world::Entities& entities, const world::TypeTable& types) {
+    read_types(types);
+    changes_.clear();
+    lost_.clear();
+    found_.clear();
+    rows_left_.clear();
+    const std::size_t before = ids_.size();
+    const std::size_t now = entities.size();
+    list_touched(entities);
+    follow_steps(entities);
+    for (const world::Row row : touched_) {
+        take(entities, row);
+    }
+    for (std::size_t row = now; row < before; ++row) {
+        lost_.push_back({ids_[row], static_cast<world::Row>(row), x_[row], z_[row], aura_[row]});
+        leave(static_cast<world::Row>(row));
+    }
+    ids_.resize(now);
+    kinds_.resize(now, kHiddenBit);
+    for (auto* column : {&x_, &z_, &old_x_, &old_z_, &aura_}) {
+        column->resize(now, 0.0F);
+    }
+    for (std::size_t row = before; row < now; ++row) {
+        const auto fresh = static_cast<world::Row>(row);
+        enter(entities, fresh);
+        found_.push_back({entities.id[row], fresh});
+    }
+    if (rows_changed()) {
+        pair_up();
+    }
+    survey();
+}
+
+/// Radii by kind in one flat table: a look at the types themselves costs a line of cache each.
+void Population::read_types(const world::TypeTable& types) {
+    const std::size_t kinds = types.size() * kBehaviours;
+    if (aura_of_.size() == kinds) {
+        return;
+    }
+    ZONED_ASSERT(aura_of_.empty(), "the type table is fixed while a world lives");
+    aura_of_.resize(kinds);
+    nimbus_of_.resize(kinds);
+    heard_of_kind_.assign(kinds, 0);
+    for (std::size_t type = 0; type < types.size(); ++type) {
+        for (std::size_t behaviour = 0; behaviour < kBehaviours; ++behaviour) {
+            const std::size_t kind = type * kBehaviours + behaviour;
+            aura_of_[kind] = std::max(0.0F, types[type].aura_m[behaviour]);
+            nimbus_of_[kind] = std::max(0.0F, types[type].nimbus_m[behaviour]);
+        }
+    }
+}
+
+/// Rows whose entity is another one or of another kind, and rows that moved, without a branch per
+/// row for these.
+void Population::list_touched(const world::Entities& e) {
+    const std::size_t common = std::min(ids_.size(), e.size());
+    touched_.clear();
+    steps_.resize(common + 1);
+    std::size_t found = 0;
+    for (std::size_t row = 0; row < common; ++row) {
+        const auto r = static_cast<world::Row>(row);
+        const std::uint32_t other =
+            (e.id[row].value ^ ids_[row].value) | (kind_in(e, r) ^ kinds_[row]);
+        const std::uint32_t moved = (bits(e.position[row].x()) ^ bits(x_[row])) |
+                                    (bits(e.position[row].z()) ^ bits(z_[row]));
+        steps_[found] = r;
+        found += moved != 0 && other == 0 ? 1 : 0;
+        if (other != 0) {
+            touched_.push_back(r);
+        }
+    }
+    steps_.resize(found);
+}
+
+/// Takes over where rows moved to; those that jumped are changes, the others stay in the list.
+void Population::follow_steps(const world::Entities& e) {
+    float longest = 0.0F;
+    std::size_t kept = 0;
+    for (const world::Row row : steps_) {
+        const float x = e.position[row].x();
+        const float z = e.position[row].z();
+        const float dx = x - x_[row];
+        const float dz = z - z_[row];
+        const float squared = dx * dx + dz * dz;
+        if (!(squared <= kStep_m * kStep_m)) {  // also what was or is nowhere
+            take(e, row);
+            continue;
+        }
+        x_[row] = x;
+        z_[row] = z;
+        longest = std::max(longest, squared);
+        steps_[kept++] = row;
+    }
+    steps_.resize(kept);
+    longest_step_m_ = std::sqrt(longest) * 1.0001F;
+}
+
+/// A row whose entity is another one, or did more than step.
+void Population::take(const world::Entities& e, world::Row row) {
+    if (e.id[row] != ids_[row]) {
+        lost_.push_back({ids_[row], row, x_[row], z_[row], aura_[row]});
+        found_.push_back({e.id[row], row});
+        leave(row);
+        enter(e, row);
+        return;
+    }
+    changes_.push_back({ids_[row], row, x_[row], z_[row], aura_[row]});
+    leave(row);
+    enter(e, row);
+}
+
+/// Writes a row's columns but for where it was a tick ago.
+void Population::enter(const world::Entities& e, world::Row row) {
+    ids_[row] = e.id[row];
+    kinds_[row] = kind_in(e, row);
+    ZONED_ASSERT(e.behaviour[row] < kBehaviours && kind_of(row) < aura_of_.size(),
+                 "a type and a behaviour have radii");
+    x_[row] = e.position[row].x();
+    z_[row] = e.position[row].z();
+    const bool somewhere = std::isfinite(x_[row]) && std::isfinite(z_[row]);
+    const bool hidden = (kinds_[row] & kHiddenBit) != 0;
+    aura_[row] = hidden || !somewhere ? 0.0F : aura_of_[kind_of(row)];
+    if (!hidden) {
+        ++heard_of_kind_[kind_of(row)];
+        nowhere_ += somewhere ? 0U : 1U;
+    }
+}
+
+void Population::leave(world::Row row) {
+    if ((kinds_[row] & kHiddenBit) == 0) {
+        --heard_of_kind_[kind_of(row)];
+        nowhere_ -= std::isfinite(x_[row]) && std::isfinite(z_[row]) ? 0U : 1U;
+    }
+}
+
+/// Entities that lost a row and found another have moved house; the others came or are gone.
+void Population::pair_up() {
+    const auto by_entity = [](const auto& a, const auto& b) {
+        return a.entity < b.entity;
+    };
+    std::sort(lost_.begin(), lost_.end(), by_entity);
+    std::sort(found_.begin(), found_.end(), by_entity);
+    auto found = found_.cbegin();
+    const auto came = [&](const Found& f) {
+        changes_.push_back({f.entity, f.row, x_[f.row], z_[f.row], 0.0F});
+    };
+    for (const Lost& lost : lost_) {
+        rows_left_.push_back(lost.row);
+        while (found != found_.cend() && found->entity < lost.entity) {
+            came(*found++);
+        }
+        Change change{lost.entity, world::kNoRow, lost.x, lost.z, lost.aura_m};
+        if (found != found_.cend() && found->entity == lost.entity) {
+            change.row = (found++)->row;
+        }
+        changes_.push_back(change);
+    }
+    for (; found != found_.cend(); ++found) {
+        came(*found);
+    }
+    for (const Change& change : changes_) {
+        if (change.row != world::kNoRow) {
+            old_x_[change.row] = change.old_x;
+            old_z_[change.row] = change.old_z;
+        }
+    }
+}
+
+void Population::survey() {
+    largest_aura_m_ = 0.0F;
+    smallest_aura_m_ = nowhere_ > 0 ? 0.0F : std::numeric_limits<float>::infinity();
+    for (std::size_t kind = 0; kind < aura_of_.size(); ++kind) {
+        if (heard_of_kind_[kind] > 0) {
+            largest_aura_m_ = std::max(largest_aura_m_, aura_of_[kind]);
+            smallest_aura_m_ = std::min(smallest_aura_m_, aura_of_[kind]);
+        }
+    }
+}
+
+void Population::settle() {
+    if (changed() > size() / 4) {
+        std::copy(x_.begin(), x_.end(), old_x_.begin());
+        std::copy(z_.begin(), z_.end(), old_z_.begin());
+        return;
+    }
+    for (const Change& change : changes_) {
+        if (change.row != world::kNoRow) {
+            old_x_[change.row] = x_[change.row];
+            old_z_[change.row] = z_[change.row];
+        }
+    }
+    for (const world::Row row : steps_) {
+        old_x_[row] = x_[row];
+        old_z_[row] = z_[row];
+    }
+}
+
+}  // namespace zoned::interest

@@ -1,0 +1,82 @@
+#include "server/ops/behaviours.h"
+
+#include "server/world/entity_type.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+namespace zoned::ops {
+
+namespace {
+
+constexpr std::array<std::string_view, world::kFirstNamedBehaviour> kBuiltIn = {"normal",
+                                                                                "idle",
+                                                                                "running",
+                                                                                "riding"};
+
+}  // namespace
+
+int find_behaviour(const proto::Config& config, const std::string& name) {
+    for (std::size_t i = 0; i < kBuiltIn.size(); ++i) {
+        if (kBuiltIn[i] == name) {
+            return static_cast<int>(i);
+        }
+    }
+    for (int b = 0; b < config.behaviour_size(); ++b) {
+        if (config.behaviour(b) == name) {
+            return world::kFirstNamedBehaviour + b;
+        }
+    }
+    return -1;
+}
+
+double largest_radius(const proto::Config::Radii& radii) {
+    double largest = std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
+    for (const auto& named : radii.named()) {
+        largest = std::max(largest, named.radius_m());
+    }
+    return largest;
+}
+
+void check_behaviours(const proto::Config& config, Diagnostics& diagnostics) {
+    for (int b = 0; b < config.behaviour_size(); ++b) {
+        const std::string path = join_path("", "behaviour", b);
+        const std::string& name = config.behaviour(b);
+        if (name.empty() || name.size() > 64) {
+            diagnostics.add(path, "a behaviour has a name of 1..64 bytes");
+        } else if (find_behaviour(config, name) != world::kFirstNamedBehaviour + b) {
+            diagnostics.add(path, "'" + name + "' is the name of another behaviour");
+        }
+    }
+    const auto check = [&](const std::string& name, const std::string& path) {
+        if (find_behaviour(config, name) < world::kFirstNamedBehaviour) {
+            diagnostics.add(
+                path,
+                "there is no behaviour: \"" + name + "\" in this config" +
+                    (find_behaviour(config, name) >= 0 ? "; this one has its own field" : ""));
+        }
+    };
+    for (int t = 0; t < config.type_size(); ++t) {
+        const auto check_radii = [&](const proto::Config::Radii& radii, const std::string& field) {
+            for (int r = 0; r < radii.named_size(); ++r) {
+                const std::string path =
+                    join_path(join_path("", "type", t) + "." + field, "named", r);
+                check(radii.named(r).behaviour(), path + ".behaviour");
+            }
+        };
+        check_radii(config.type(t).aura_m(), "aura_m");
+        check_radii(config.type(t).nimbus_m(), "nimbus_m");
+    }
+    for (int m = 0; m < config.machine_size(); ++m) {
+        for (int s = 0; s < config.machine(m).state_size(); ++s) {
+            const auto& state = config.machine(m).state(s);
+            if (state.has_named_behaviour()) {
+                check(state.named_behaviour(),
+                      join_path(join_path("", "machine", m), "state", s) + ".named_behaviour");
+            }
+        }
+    }
+}
+
+}  // namespace zoned::ops

@@ -1,0 +1,261 @@
+#include "server/zone/conceal.h"
+
+#include "server/zone/context.h"
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+#include <utility>
+
+namespace zoned::zone {
+
+namespace {
+
+// From the centre of a shape up, as a share of the way to its top.
+constexpr float kEyes = 0.9F;
+
+float half_height(const world::EntityType& type) {
+    switch (type.shape) {
+        case world::ShapeKind::kBox:
+        case world::ShapeKind::kSoft:
+            return type.half_extents.y();
+        case world::ShapeKind::kCapsule:
+            return type.radius + type.half_segment;
+        case world::ShapeKind::kSphere:
+        case world::ShapeKind::kSolid:
+            break;
+    }
+    return type.radius;
+}
+
+bool in_sight(const ZoneState& state, world::Row viewer, world::Row entity) {
+    const world::Entities& e = state.entities;
+    const world::TypeTable& types = *state.settings.types;
+    const Vec3 eyes =
+        e.position[viewer] + Vec3(0.0F, kEyes * half_height(types[e.type[viewer]]), 0.0F);
+    const float top = kEyes * half_height(types[e.type[entity]]);
+    for (const float up : {0.0F, top}) {
+        const Vec3 way = e.position[entity] + Vec3(0.0F, up, 0.0F) - eyes;
+        const float distance = way.norm();
+        if (!(distance > 1e-3F)) {
+            return true;
+        }
+        physics::RayHit hit;
+        const bool blocked =
+            state.scene.ray_cast(eyes, way / distance, distance, e.id[viewer].value, hit);
+        if (!blocked || EntityId(hit.user) == e.id[entity]) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// One pair that is to be asked about.
+struct DueSight {
+    Tick asked = -1;
+    std::uint32_t viewer = 0;
+    std::uint32_t sight = 0;
+};
+
+/// Sights of all viewers, in the order of their sets; what they knew stays.
+void align_sights(Concealment& c) {
+    const auto aligned = [&] {
+        return std::equal(
+            c.viewers.begin(),
+            c.viewers.end(),
+            c.heard.begin(),
+            c.heard.end(),
+            [](const Sights& a, const world::VisibleSet& b) { return a.client == b.client; });
+    };
+    if (aligned()) {
+        return;
+    }
+    std::vector<Sights> viewers;
+    auto old = c.viewers.begin();
+    for (const world::VisibleSet& set : c.heard) {
+        while (old != c.viewers.end() && old->client < set.client) {
+            ++old;
+        }
+        if (old != c.viewers.end() && old->client == set.client) {
+            viewers.push_back(std::move(*old++));
+        } else {
+            viewers.push_back({set.client, {}});
+        }
+    }
+    c.viewers = std::move(viewers);
+}
+
+/// The viewer's sights are of those it hears of by the radii and whose type conceals itself.
+void list_sights(const ZoneState& state, const world::VisibleSet& heard, Sights& sights) {
+    std::vector<Sight> now;
+    auto old = sights.seen.begin();
+    for (const world::Visible& v : heard.visible) {
+        const world::Row row = state.entities.find(v.entity);
+        const world::EntityType& type = (*state.settings.types)[state.entities.type[row]];
+        if (type.conceal == world::Conceal::kNothing) {
+            continue;
+        }
+        while (old != sights.seen.end() && old->entity < v.entity) {
+            ++old;
+        }
+        const bool was = old != sights.seen.end() && old->entity == v.entity;
+        now.push_back(was ? *old : Sight{v.entity, -1, false, -1, false});
+    }
+    sights.seen = std::move(now);
+}
+
+void ask(ZoneState& state) {
+    Concealment& c = state.concealment;
+    const auto again = static_cast<Tick>((state.settings.conceal.stale_ticks + 1) / 2);
+    std::vector<DueSight> due;
+    for (std::uint32_t i = 0; i < c.viewers.size(); ++i) {
+        for (std::uint32_t k = 0; k < c.viewers[i].seen.size(); ++k) {
+            const Sight& sight = c.viewers[i].seen[k];
+            if (sight.asked < 0 || state.now - sight.asked >= again) {
+                due.push_back({sight.asked, i, k});
+            }
+        }
+    }
+    std::sort(due.begin(), due.end(), [](const DueSight& a, const DueSight& b) {
+        return std::tie(a.asked, a.viewer, a.sight) < std::tie(b.asked, b.viewer, b.sight);
+    });
+    const std::size_t budget = state.settings.conceal.checks_per_tick;
+    c.overdue = static_cast<std::uint32_t>(due.size() - std::min(due.size(), budget));
+    due.resize(std::min(due.size(), budget));
+    for (const DueSight& d : due) {
+        Sight& sight = c.viewers[d.viewer].seen[d.sight];
+        const world::Row viewer = state.entities.find(state.viewers[d.viewer].avatar);
+        const world::Row row = state.entities.find(sight.entity);
+        sight.asked = state.now;
+        sight.answer =
+            viewer != world::kNoRow && row != world::kNoRow && may_know(state, viewer, row);
+    }
+    c.checks = static_cast<std::uint32_t>(due.size());
+}
+
+/// Whether the entity stays in a viewer's set; not concealed: always.
+class Sieve {
+  public:
+    Sieve(const ZoneState& state, Sights& sights, bool leaks)
+        : state_(&state),
+          sights_(&sights),
+          at_(sights.seen.begin()),
+          leaks_(leaks) {}
+
+    /// For ascending entities.
+    bool passes(EntityId entity) {
+        while (at_ != sights_->seen.end() && at_->entity < entity) {
+            ++at_;
+        }
+        if (at_ == sights_->seen.end() || at_->entity != entity) {
+            return true;
+        }
+        const ConcealSettings& s = state_->settings.conceal;
+        if (at_->answer && at_->asked >= 0 &&
+            state_->now - at_->asked < static_cast<Tick>(s.stale_ticks)) {
+            at_->known = state_->now;
+        }
+        at_->told = at_->known >= 0 && state_->now - at_->known <= static_cast<Tick>(s.grace_ticks);
+        return at_->told || leaks_;
+    }
+
+  private:
+    const ZoneState* state_;
+    Sights* sights_;
+    std::vector<Sight>::iterator at_;
+    bool leaks_;
+};
+
+/// The difference between what the viewer knew and knows now.
+void compare(const std::vector<world::Visible>& before, world::VisibleSet& set) {
+    set.entered.clear();
+    set.left.clear();
+    set.lod_changed.clear();
+    auto old = before.begin();
+    for (const world::Visible& v : set.visible) {
+        while (old != before.end() && old->entity < v.entity) {
+            set.left.push_back((old++)->entity);
+        }
+        if (old == before.end() || old->entity != v.entity) {
+            set.entered.push_back(v);
+        } else {
+            if (old->lod != v.lod) {
+                set.lod_changed.push_back(v);
+            }
+            ++old;
+        }
+    }
+    for (; old != before.end(); ++old) {
+        set.left.push_back(old->entity);
+    }
+    set.changed = !set.entered.empty() || !set.left.empty() || !set.lod_changed.empty();
+}
+
+}  // namespace
+
+bool may_know(const ZoneState& state, world::Row viewer, world::Row entity) {
+    const world::Entities& e = state.entities;
+    switch ((*state.settings.types)[e.type[entity]].conceal) {
+        case world::Conceal::kNothing:
+            return true;
+        case world::Conceal::kLineOfSight:
+            return in_sight(state, viewer, entity);
+        case world::Conceal::kRules:
+            break;
+    }
+    // The context is one for reading: rules change nothing when they are asked.
+    const ZoneContext context(const_cast<ZoneState&>(state));
+    return state.rules->may_hear(context, e.id[viewer], e.id[entity]);
+}
+
+std::uint32_t conceal(ZoneState& state) {
+    Concealment& c = state.concealment;
+    align_sights(c);
+    for (std::size_t i = 0; i < c.heard.size(); ++i) {
+        if (c.heard[i].changed) {
+            list_sights(state, c.heard[i], c.viewers[i]);
+        }
+    }
+    ask(state);
+    world::Visibility told(c.heard.size());
+    auto old = state.visibility.begin();
+    for (std::size_t i = 0; i < c.heard.size(); ++i) {
+        const ClientId client = c.heard[i].client;
+        while (old != state.visibility.end() && old->client < client) {
+            ++old;
+        }
+        const bool was = old != state.visibility.end() && old->client == client;
+        told[i].client = client;
+        Sieve sieve(state,
+                    c.viewers[i],
+                    state.settings.faults.leak_concealed.hits(client.value, state.now));
+        for (const world::Visible& v : c.heard[i].visible) {
+            if (sieve.passes(v.entity)) {
+                told[i].visible.push_back(v);
+            }
+        }
+        compare(was ? old->visible : std::vector<world::Visible>(), told[i]);
+        // A set that is new here is new to replication too, even where it is empty.
+        told[i].changed = told[i].changed || !was;
+    }
+    state.visibility = std::move(told);
+    return c.checks;
+}
+
+const Sight* find_sight(const ZoneState& state, ClientId client, EntityId entity) {
+    const std::vector<Sights>& viewers = state.concealment.viewers;
+    const auto viewer =
+        std::lower_bound(viewers.begin(), viewers.end(), client, [](const Sights& s, ClientId id) {
+            return s.client < id;
+        });
+    if (viewer == viewers.end() || viewer->client != client) {
+        return nullptr;
+    }
+    const auto at = std::lower_bound(
+        viewer->seen.begin(), viewer->seen.end(), entity, [](const Sight& s, EntityId id) {
+            return s.entity < id;
+        });
+    return at != viewer->seen.end() && at->entity == entity ? &*at : nullptr;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,22 @@
+// Concealment: what viewers must not know of although it is within their radii is kept from them.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+namespace zoned::zone {
+
+/// Whether a viewer's avatar may know of an entity of a type that conceals itself, by the state of
+/// this moment: line of sight from its eyes (nine tenths of the way to its top) to the entity's
+/// centre or top, past statics and bodies; or by the rules.
+[[nodiscard]] bool may_know(const ZoneState& state, world::Row viewer, world::Row entity);
+
+/// Writes state.visibility: what the matcher found, without what is concealed. Pairs are asked
+/// about at once when they come within the radii and again before their answer is stale, the
+/// longest unasked first and no more than the budget; without an answer that counts an entity is
+/// not known. Once known it stays so for the grace. Returns how many pairs it asked about.
+std::uint32_t conceal(ZoneState& state);
+
+/// By what was asked: nullptr where the pair is not among those that were.
+[[nodiscard]] const Sight* find_sight(const ZoneState& state, ClientId client, EntityId entity);
+
+}  // namespace zoned::zone

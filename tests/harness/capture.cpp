@@ -1,0 +1,131 @@
+#include "tests/harness/capture.h"
+
+#include "shared/wire/publication.h"
+
+#include <utility>
+
+namespace zoned::harness {
+
+namespace {
+
+void read_records(Capture& c, const link::OpenedPacket& packet) {
+    wire::RecordReader reader(packet.records, c.quantization);
+    while (!reader.done()) {
+        const auto head = reader.next_head();
+        if (!head) {
+            ++c.undecoded;
+            return;
+        }
+        c.records.push_back(
+            {packet.head.tick, head->entity, head->kind == wire::RecordKind::kRemove});
+        if (head->kind == wire::RecordKind::kRemove) {
+            continue;
+        }
+        bool good = false;
+        if (head->kind == wire::RecordKind::kAbsolute) {
+            c.type_of[head->entity] = head->type;
+            good =
+                head->type < c.upright.size() && reader.read_absolute(c.upright[head->type]).ok();
+        } else {
+            // A delta may refer to a keyframe whose packet was doubled or came late; its entity's
+            // type was told before in any case.
+            const auto type = c.type_of.find(head->entity);
+            good = type != c.type_of.end() && reader.skip_delta(c.upright[type->second]).ok();
+        }
+        if (!good) {
+            ++c.undecoded;
+            return;
+        }
+    }
+}
+
+void read_datagram(Capture& c, const std::uint8_t* bytes, std::size_t size) {
+    if (!c.client) {
+        return;  // it came before Welcome: the client cannot read it either
+    }
+    const std::uint64_t replayed = c.channel.stats().replayed;
+    const auto packet = c.channel.open({bytes, size}, c.now_s);
+    if (packet) {
+        ++c.packets;
+        read_records(c, *packet);
+    } else if (c.channel.stats().replayed == replayed) {
+        ++c.undecoded;
+    }
+}
+
+void read_frame(Capture& c, const link::Bytes& frame) {
+    proto::ServerMessage message;
+    if (!message.ParseFromArray(frame.data(), static_cast<int>(frame.size()))) {
+        ++c.undecoded;
+        return;
+    }
+    if (message.has_welcome()) {
+        c.client = ClientId(message.welcome().client_id());
+        c.channel.set_connection(message.welcome().connection_id());
+        if (!message.welcome().resumed()) {
+            c.channel.restart();
+        }
+    } else if (message.has_event()) {
+        const proto::Event& event = message.event();
+        c.events.push_back({event.tick(), event.event_id(), event.kind(), event.topic()});
+    } else if (message.has_datagram()) {
+        const std::string& sealed = message.datagram().sealed();
+        read_datagram(c, reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size());
+    }
+}
+
+class CaptureTransport final : public link::Transport {
+  public:
+    CaptureTransport(std::unique_ptr<link::Transport> inner, std::shared_ptr<Capture> capture)
+        : inner_(std::move(inner)),
+          capture_(std::move(capture)) {}
+
+    void set_events(link::TransportEvents events) override {
+        events_ = std::move(events);
+        link::TransportEvents heard;
+        heard.opened = [this](const wire::SealKey& down, const wire::SealKey& up) {
+            capture_->channel.rekey(down, up);
+            events_.opened(down, up);
+        };
+        heard.frame = [this](link::Bytes frame) {
+            read_frame(*capture_, frame);
+            events_.frame(std::move(frame));
+        };
+        heard.datagram = [this](link::Bytes datagram) {
+            read_datagram(*capture_, datagram.data(), datagram.size());
+            events_.datagram(std::move(datagram));
+        };
+        heard.closed = [this](std::string reason) {
+            events_.closed(std::move(reason));
+        };
+        inner_->set_events(std::move(heard));
+    }
+
+    void open() override { inner_->open(); }
+
+    void send_frame(link::Bytes frame) override { inner_->send_frame(std::move(frame)); }
+
+    void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) override {
+        inner_->set_udp(udp_port, connection_id);
+    }
+
+    void send_datagram(link::Bytes datagram) override {
+        inner_->send_datagram(std::move(datagram));
+    }
+
+    void close() override { inner_->close(); }
+
+  private:
+    std::unique_ptr<link::Transport> inner_;
+    std::shared_ptr<Capture> capture_;
+    link::TransportEvents events_;
+};
+
+}  // namespace
+
+std::unique_ptr<link::Transport> capture_transport(std::unique_ptr<link::Transport> inner,
+                                                   std::shared_ptr<Capture> capture) {
+    return std::make_unique<CaptureTransport>(std::move(inner), std::move(capture));
+}
+
+}  // namespace zoned::harness

@@ -1,0 +1,53 @@
+// Capture: what clients really receive, datagram by datagram and event by event, decoded beside
+// them.
+#pragma once
+
+#include "client-sim/link/datagram_channel.h"
+#include "client-sim/link/link.h"
+#include "shared/core/ids.h"
+#include "shared/wire/quantize.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace zoned::harness {
+
+/// A record of a state packet.
+struct CapturedRecord {
+    Tick tick = 0;  ///< of the packet
+    EntityId entity;
+    bool remove = false;
+};
+
+struct CapturedEvent {
+    Tick tick = 0;
+    std::uint64_t event_id = 0;
+    std::uint32_t kind = 0;
+    std::string topic;  ///< empty: not by a topic
+};
+
+/// Everything that one client received so far, from all its streams.
+struct Capture {
+    ClientId client;
+    std::vector<CapturedRecord> records;
+    std::vector<CapturedEvent> events;
+    std::uint64_t packets = 0;
+    std::uint64_t undecoded = 0;  ///< datagrams and frames that could not be read: none must be
+
+    // How to read on.
+    link::DatagramChannel channel;
+    wire::Quantization quantization;
+    std::vector<bool> upright;              ///< by type
+    std::map<EntityId, TypeIndex> type_of;  ///< from absolute records
+    double now_s = 0.0;
+};
+
+/// A transport that lets everything through and writes into `capture` what comes down.
+/// `upright` and `quantization` of the capture are set by the caller.
+std::unique_ptr<link::Transport> capture_transport(std::unique_ptr<link::Transport> inner,
+                                                   std::shared_ptr<Capture> capture);
+
+}  // namespace zoned::harness

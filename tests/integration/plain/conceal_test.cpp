@@ -1,0 +1,208 @@
+// What conceals itself is kept from viewers within its radii: behind walls, or because rules say
+// so.
+#include "server/zone/conceal.h"
+
+#include "server/app/world.h"
+#include "tests/integration/plain/plain_log.h"
+#include "tests/scenario/small_world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+namespace zoned::app {
+namespace {
+
+/// One zone of 100 m with a player at (0, 0), who hears 40 m far, and a wall of 8 m at x = 5.
+ops::Settings walled(world::Conceal conceal) {
+    ops::Settings s = scenario::small_world(1, 1, 100.0);
+    s.types[scenario::kCrate].conceal = conceal;
+    s.spawn_points = {Vec3d(0.0, 0.9, 0.0)};
+    motion::StaticBox wall;
+    wall.centre = Vec3(5.0F, 2.0F, 0.0F);
+    wall.half_extents = Vec3(0.2F, 2.0F, 4.0F);
+    s.boxes.push_back(wall);
+    return s;
+}
+
+ops::InitialEntity crate_at(float x, float z) {
+    ops::InitialEntity crate;
+    crate.type = scenario::kCrate;
+    crate.position = Vec3d(x, 0.5, z);
+    crate.asleep = true;
+    return crate;
+}
+
+class Concealing {
+  public:
+    explicit Concealing(const ops::Settings& settings) {
+        plain_log() = std::make_shared<scenario::PlainLog>();
+        world_.emplace(settings, 1);
+    }
+
+    void join() {
+        mailbox::Join join;
+        join.client = ClientId(1);
+        join.name = "player";
+        tick({join});
+    }
+
+    void tick(const std::vector<mailbox::InboxItem>& items = {}) {
+        out.clear();
+        world_->tick(items, out);
+    }
+
+    void ticks(int count) {
+        for (int i = 0; i < count; ++i) {
+            tick();
+        }
+    }
+
+    zone::ZoneState& state() { return world_->zones()[0]->state(); }
+
+    bool knows(EntityId entity) {
+        const auto& sets = state().visibility;
+        return !sets.empty() &&
+               std::any_of(sets[0].visible.begin(),
+                           sets[0].visible.end(),
+                           [&](const world::Visible& v) { return v.entity == entity; });
+    }
+
+    /// Entities in the order in which they were placed.
+    EntityId placed(std::size_t i) { return state().entities.id[i]; }
+
+    std::vector<mailbox::OutboxItem> out;
+
+  private:
+    std::optional<World> world_;
+};
+
+TEST(Concealment, AWallHidesWhatStandsBehindItAndNothingElse) {
+    ops::Settings s = walled(world::Conceal::kLineOfSight);
+    s.initial = {crate_at(8.0F, 0.0F), crate_at(8.0F, 20.0F), crate_at(-8.0F, 0.0F)};
+    Concealing c(s);
+    c.join();
+    c.ticks(30);
+    EXPECT_FALSE(c.knows(c.placed(0)));
+    EXPECT_TRUE(c.knows(c.placed(1)));
+    EXPECT_TRUE(c.knows(c.placed(2)));
+    EXPECT_TRUE(c.state().report.plan.has(zone::Pass::kConceal));
+}
+
+TEST(Concealment, WhoStepsOutOfSightIsForgottenAfterTheGraceAndWhatItAnnouncesIsNotSent) {
+    ops::Settings s = walled(world::Conceal::kLineOfSight);
+    s.config.mutable_interest()->set_conceal_stale_ticks(4);
+    s.config.mutable_interest()->set_conceal_grace_ticks(6);
+    s.initial = {crate_at(8.0F, 20.0F)};
+    Concealing c(s);
+    c.join();
+    const EntityId crate = c.placed(0);
+    const auto announced = [&] {
+        return std::count_if(c.out.begin(), c.out.end(), [](const mailbox::OutboxItem& item) {
+            const auto* event = std::get_if<mailbox::EventOut>(&item);
+            return event != nullptr && event->kind >= zone::kFirstRulesEvent;
+        });
+    };
+    plain_log()->each_tick = [&](zone::RulesContext& context) {
+        context.announce(crate, zone::RulesEvent{});
+    };
+    c.ticks(5);
+    ASSERT_TRUE(c.knows(crate));
+    EXPECT_EQ(announced(), 1);
+    plain_log()->each_tick = [&](zone::RulesContext& context) {
+        context.teleport(crate, Vec3(8.0F, 0.5F, 0.0F));
+        context.announce(crate, zone::RulesEvent{});
+    };
+    c.tick();
+    int known = 0;
+    for (; c.knows(crate) && known < 100; ++known) {
+        EXPECT_EQ(announced(), 1);
+        c.tick();
+    }
+    // No answer older than 4 ticks counts, and then the grace.
+    EXPECT_LE(known, 4 + 6);
+    EXPECT_GE(known, 6);
+    EXPECT_EQ(announced(), 0);
+    plain_log()->each_tick = [&](zone::RulesContext& context) {
+        context.teleport(crate, Vec3(8.0F, 0.5F, 20.0F));
+    };
+    c.ticks(3);
+    EXPECT_TRUE(c.knows(crate));
+}
+
+TEST(Concealment, RulesMayKeepAnEntityFromAViewer) {
+    ops::Settings s = walled(world::Conceal::kRules);
+    s.initial = {crate_at(-8.0F, 0.0F), crate_at(-9.0F, 5.0F)};
+    Concealing c(s);
+    const EntityId secret = c.placed(0);
+    plain_log()->may_hear = [&](EntityId, EntityId entity) {
+        return entity != secret;
+    };
+    c.join();
+    c.ticks(20);
+    EXPECT_FALSE(c.knows(secret));
+    EXPECT_TRUE(c.knows(c.placed(1)));
+    plain_log()->may_hear = nullptr;
+    c.ticks(8);
+    EXPECT_TRUE(c.knows(secret));
+}
+
+TEST(Concealment, KeepsItsBudgetAndTellsNobodyUnasked) {
+    ops::Settings s = walled(world::Conceal::kLineOfSight);
+    s.config.mutable_interest()->set_conceal_checks_per_tick(5);
+    for (int i = 0; i < 40; ++i) {
+        s.initial.push_back(crate_at(-6.0F - 2.0F * static_cast<float>(i % 8),
+                                     -10.0F + 4.0F * static_cast<float>(i / 8)));
+    }
+    Concealing c(s);
+    c.join();
+    std::size_t known = 0;
+    for (int tick = 0; tick < 40; ++tick) {
+        c.tick();
+        EXPECT_LE(c.state().concealment.checks, 5U);
+        known = std::max(known, c.state().visibility[0].visible.size());
+        for (const world::Visible& v : c.state().visibility[0].visible) {
+            const zone::Sight* sight = zone::find_sight(c.state(), ClientId(1), v.entity);
+            ASSERT_NE(sight, nullptr);
+            EXPECT_GE(sight->asked, 0);
+        }
+    }
+    EXPECT_GT(known, 5U);
+    EXPECT_GT(c.state().concealment.overdue, 0U);
+}
+
+TEST(Concealment, IsNoPassWhereNoTypeConcealsItself) {
+    ops::Settings s = walled(world::Conceal::kNothing);
+    s.initial = {crate_at(8.0F, 0.0F)};
+    Concealing c(s);
+    c.join();
+    c.ticks(3);
+    EXPECT_TRUE(c.knows(c.placed(0)));
+    EXPECT_FALSE(c.state().report.plan.has(zone::Pass::kConceal));
+    EXPECT_TRUE(c.state().concealment.heard.empty());
+}
+
+TEST(Behaviours, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {
+    ops::Settings s = walled(world::Conceal::kNothing);
+    s.behaviours = {"driving", "zoomed"};
+    s.types[scenario::kPlayer].nimbus_m = {10, 10, 10, 10, 10, 35, 10, 10};
+    s.initial = {crate_at(-30.0F, 0.0F)};
+    Concealing c(s);
+    c.join();
+    c.ticks(2);
+    EXPECT_FALSE(c.knows(c.placed(0)));
+    plain_log()->each_tick = [&](zone::RulesContext& context) {
+        EXPECT_EQ(context.behaviour_named("walking"), std::nullopt);
+        EXPECT_EQ(context.behaviour_named("riding"), world::Behaviour::kRiding);
+        const auto zoomed = context.behaviour_named("zoomed");
+        ASSERT_TRUE(zoomed.has_value());
+        context.set_behaviour(plain_log()->avatars[ClientId(1)], *zoomed);
+    };
+    c.ticks(2);
+    EXPECT_TRUE(c.knows(c.placed(0)));
+}
+
+}  // namespace
+}  // namespace zoned::app
