@@ -16,4 +16,11 @@ void run_dead_reckoning(Session& session);
 /// orientation against the one before.
 void run_snapshots(Session& session);
 
+/// Scenes `bodies250` (250 spinning bodies on circular orbits of 1 to 10 m around centres that
+/// drift, to one client at 30 Hz), `crowd200` (200 clients that all see each other's avatars, which
+/// take a new direction every 1 to 3 s, 10 Hz) and `crowd100` (100 of them, 30 Hz): bytes of all
+/// clients together, and what the first client is wrong by. A frame is one step of replication for
+/// all clients.
+void run_scenes(Session& session);
+
 }  // namespace zoned::bench

@@ -1,14 +1,12 @@
-#include "client-sim/view/view.h"
-#include "server/replication/replicator.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/motion_traces.h"
 #include "tests/bench/suite_replication.h"
+#include "tests/bench/traced_zone.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <deque>
 #include <iterator>
 
 namespace zoned::bench {
@@ -17,7 +15,6 @@ namespace {
 
 constexpr float kOrientationBound = 0.1F;
 constexpr double kHeartbeatS = 2.0;
-constexpr ClientId kWatcher(1);
 
 struct Predictor {
     const char* name;
@@ -50,42 +47,12 @@ constexpr std::array<Watcher, 6> kWatchers{
       view::Shows::kPublished},
      {"interpolate", view::ViewKind::kInterpolate}}};
 
-/// One level of detail with the threshold for its bound; the steps of quantisation follow from it
-/// as those of a world do.
+/// One level of detail with the threshold for its bound.
 replication::Settings settings_for(const MotionTrace& trace, float threshold_m, int forced) {
-    replication::Settings s;
-    s.lods = {{threshold_m, kOrientationBound}};
-    s.heartbeat_ticks =
-        static_cast<std::uint32_t>(std::lround(kHeartbeatS / static_cast<double>(trace.tick_s)));
-    s.budget_bytes_per_s = 100'000'000;
-    s.tick_s = trace.tick_s;
+    replication::Settings s =
+        settings_for_bound(trace, {threshold_m, kOrientationBound}, kHeartbeatS);
     s.forced_order = forced;
-    s.ground = trace.ground;
-    const wire::RateSteps steps =
-        wire::rate_steps(threshold_m, kOrientationBound, static_cast<float>(0.5 * kHeartbeatS));
-    s.quantization.position_step_m = std::min(0.01F, 0.2F * threshold_m);
-    s.quantization.velocity_step_mps = steps.velocity_mps;
-    s.quantization.acceleration_step_mps2 = steps.acceleration_mps2;
-    s.quantization.angular_velocity_step_rps = steps.angular_velocity_rps;
-    s.quantization.gravity_mps2 = trace.gravity_mps2;
     return s;
-}
-
-/// The world as the client of such a replicator knows it.
-std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
-                                            const replication::Settings& settings) {
-    view::World world;
-    world.tick_s = static_cast<double>(trace.tick_s);
-    world.quantization = settings.quantization;
-    view::TypeInfo type;
-    type.name = trace.type.name;
-    type.upright = trace.type.upright();
-    world.types.push_back(type);
-    world.lods.push_back({0.0F, settings.lods[0].position_m, settings.lods[0].orientation_rad});
-    view::ZoneInfo zone;
-    zone.id = ZoneId(1);
-    world.zones.push_back(zone);
-    return std::make_shared<const view::World>(std::move(world));
 }
 
 /// Root of the mean square, and the largest.
@@ -115,62 +82,27 @@ class ReckoningTrial : public JudgedTrial {
                    const Watcher& watcher,
                    Tick delay)
         : trace_(trace),
-          delay_(delay),
           settings_(settings_for(trace, threshold_m, forced)),
-          types_{trace.type},
-          replicator_(settings_),
-          view_(world_of(trace, settings_),
-                view::ViewSettings{watcher.convergence, false, watcher.kind, watcher.shows},
-                nullptr),
-          shown_(trace.frames.front().size()) {
-        for (std::uint32_t id = 1; id <= shown_.size(); ++id) {
-            entities_.add(EntityId(id), 0);
-            visible_.visible.push_back({EntityId(id), 0});
-        }
-        visible_.client = kWatcher;
-        replication::ClientTransfer client;
-        client.client = kWatcher;
-        replicator_.add_client(client);
-    }
+          zone_(trace, settings_, {1, false, delay}),
+          client_(trace,
+                  settings_,
+                  view::ViewSettings{watcher.convergence, false, watcher.kind, watcher.shows},
+                  delay),
+          shown_(trace.frames.front().size()) {}
 
     void frame() override {
-        const std::vector<TracedState>& now = trace_.frames[static_cast<std::size_t>(tick_)];
-        ++tick_;
-        for (world::Row row = 0; row < now.size(); ++row) {
-            const motion::KinematicState& s = now[row].state;
-            entities_.position[row] = s.position;
-            entities_.orientation[row] = s.orientation;
-            entities_.velocity[row] = s.velocity;
-            entities_.acceleration[row] = s.acceleration;
-            entities_.angular_velocity[row] = s.angular_velocity;
-            entities_.set(row, world::kAtRest, now[row].at_rest);
-        }
-        packets_.clear();
-        const world::Visibility visibility{visible_};
-        const replication::Report report =
-            replicator_.step(tick_, ZoneId(1), entities_, types_, visibility, {}, packets_);
+        const replication::Report& report = zone_.step();
         publications_ += report.publications;
         bytes_ += report.bytes;
-        if (!packets_.empty()) {
-            replicator_.on_acks({kWatcher, packets_.back().sequence, ~0U, 1000});
-        }
     }
 
     void observe() override {
-        view_.evaluate(tick_ - 1);
-        for (mailbox::StatePacket& packet : packets_) {
-            under_way_.emplace_back(tick_ + delay_, std::move(packet));
+        for (const mailbox::StatePacket& packet : zone_.packets()) {
+            client_.take(zone_.tick(), packet);
         }
-        for (; !under_way_.empty() && under_way_.front().first <= tick_; under_way_.pop_front()) {
-            const mailbox::StatePacket& packet = under_way_.front().second;
-            const auto parsed = wire::read_down_head(packet.body);
-            const auto records =
-                std::span<const std::uint8_t>(packet.body).subspan(parsed->records_offset);
-            view_.apply({packet.sequence, parsed->head, records}, 0.0);
-        }
-        view_.evaluate(tick_);
+        client_.display(zone_.tick());
         // An interpolating view is compared at the tick that it displays.
-        const Tick displayed = view_.displayed_tick();
+        const Tick displayed = client_.view().displayed_tick();
         if (displayed < 1) {
             return;
         }
@@ -182,7 +114,8 @@ class ReckoningTrial : public JudgedTrial {
     }
 
     void judge(Row& row) override {
-        const double seconds = static_cast<double>(tick_) * static_cast<double>(trace_.tick_s);
+        const double seconds =
+            static_cast<double>(zone_.tick()) * static_cast<double>(trace_.tick_s);
         row.error = predicted_.rms();
         row.error_unit = std::string("m");
         row.metric("updates_per_s", static_cast<double>(publications_) / seconds);
@@ -192,16 +125,18 @@ class ReckoningTrial : public JudgedTrial {
         row.metric("displayed_rms_m", displayed_.rms());
         row.metric("displayed_max_m", displayed_.largest);
         row.metric("jerk_mps3", jerk_.rms());
-        row.metric("delay_ticks", static_cast<double>(view_.delay()));
-        const auto published = static_cast<double>(std::max<std::uint64_t>(view_.stats().shown, 1));
+        row.metric("delay_ticks", static_cast<double>(client_.view().delay()));
+        const auto published =
+            static_cast<double>(std::max<std::uint64_t>(client_.view().stats().shown, 1));
         constexpr std::array<const char*, motion::kPredictorOrders> kKinds{
             "order0_share", "order1_share", "order2_share", "ballistic_share", "turning_share"};
         for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
-            row.metric(kKinds[kind], static_cast<double>(view_.stats().by_order[kind]) / published);
+            row.metric(kKinds[kind],
+                       static_cast<double>(client_.view().stats().by_order[kind]) / published);
         }
         row.metric("moving_share",
                    static_cast<double>(predicted_.count) /
-                       (static_cast<double>(tick_) * static_cast<double>(shown_.size())));
+                       (static_cast<double>(zone_.tick()) * static_cast<double>(shown_.size())));
     }
 
   private:
@@ -213,17 +148,17 @@ class ReckoningTrial : public JudgedTrial {
 
     void compare(std::size_t index, Tick tick, const TracedState& truth) {
         const view::Entity* entity =
-            view_.store().find(EntityId(static_cast<std::uint32_t>(index + 1)));
+            client_.view().store().find(EntityId(static_cast<std::uint32_t>(index + 1)));
         const view::Version* version =
-            entity != nullptr ? view_.held(*entity, tick, tick_) : nullptr;
+            entity != nullptr ? client_.view().held(*entity, tick, zone_.tick()) : nullptr;
         Shown& shown = shown_[index];
         if (version == nullptr || !version->present || truth.at_rest) {
             shown.known = 0;
             return;
         }
         const Vec3d real = truth.state.position.cast<double>();
-        const Vec3d seen = view_.displayed(*entity, *version, tick, tick_).position;
-        predicted_.add((view_.store().predicted(*version, tick).position - real).norm());
+        const Vec3d seen = client_.view().displayed(*entity, *version, tick, zone_.tick()).position;
+        predicted_.add((client_.view().store().predicted(*version, tick).position - real).norm());
         displayed_.add((seen - real).norm());
         std::rotate(shown.places.begin(), shown.places.begin() + 1, shown.places.end());
         shown.places[3] = seen;
@@ -235,17 +170,10 @@ class ReckoningTrial : public JudgedTrial {
     }
 
     const MotionTrace& trace_;
-    Tick delay_ = 0;
     replication::Settings settings_;
-    world::TypeTable types_;
-    replication::Replicator replicator_;
-    view::View view_;
-    world::Entities entities_;
-    world::VisibleSet visible_;
-    std::vector<mailbox::StatePacket> packets_;
-    std::deque<std::pair<Tick, mailbox::StatePacket>> under_way_;  // when it comes
+    TracedZone zone_;
+    TracedClient client_;
     std::vector<Shown> shown_;
-    Tick tick_ = 0;
     std::uint64_t publications_ = 0;
     std::uint64_t bytes_ = 0;
     Figure predicted_;

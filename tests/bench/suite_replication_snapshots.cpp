@@ -14,20 +14,13 @@ namespace zoned::bench {
 
 namespace {
 
-using wire::snapshot::BodySample;
-using wire::snapshot::FrameNumber;
-using wire::snapshot::Snapshot;
-using wire::snapshot::SnapshotDecoder;
-using wire::snapshot::SnapshotEncoder;
-using wire::snapshot::SnapshotFormat;
-
 constexpr int kBits = 9;
 constexpr int kRoundTrip = 6;  ///< frames: snapshot i is coded against i - 6
 constexpr double kFramesPerSecond = 60.0;
 
 /// The data leaves out one of x, y, z, w; samples leave out one of w, x, y, z. The same bits in
 /// another order.
-void set_orientation(BodySample& sample, int left_out, const std::int32_t* abc) {
+void set_orientation(wire::snapshot::BodySample& sample, int left_out, const std::int32_t* abc) {
     std::array<std::int32_t, 4> wxyz{};
     for (int i = 0; i < 4; ++i) {
         wxyz[static_cast<std::size_t>((i + 1) % 4)] = i == left_out ? -1 : *abc++;
@@ -42,11 +35,12 @@ void set_orientation(BodySample& sample, int left_out, const std::int32_t* abc) 
     }
 }
 
-std::vector<Snapshot> snapshots_of(const std::vector<CubeRecord>& records) {
-    std::vector<Snapshot> all(records.size() / kCubes, Snapshot(kCubes));
+std::vector<wire::snapshot::Snapshot> snapshots_of(const std::vector<CubeRecord>& records) {
+    std::vector<wire::snapshot::Snapshot> all(records.size() / kCubes,
+                                              wire::snapshot::Snapshot(kCubes));
     for (std::size_t i = 0; i < records.size(); ++i) {
         const CubeRecord& r = records[i];
-        BodySample& sample = all[i / kCubes][i % kCubes];
+        wire::snapshot::BodySample& sample = all[i / kCubes][i % kCubes];
         set_orientation(sample, r[0], &r[1]);
         sample.position = {r[4], r[5], r[6]};
         sample.mark = static_cast<std::uint8_t>(r[7]);
@@ -54,8 +48,8 @@ std::vector<Snapshot> snapshots_of(const std::vector<CubeRecord>& records) {
     return all;
 }
 
-SnapshotFormat format_of_cubes() {
-    SnapshotFormat format;
+wire::snapshot::SnapshotFormat format_of_cubes() {
+    wire::snapshot::SnapshotFormat format;
     format.bodies = kCubes;
     format.orientation_bits = kBits;
     format.minimum = {-16383, -16383, 0};
@@ -74,13 +68,13 @@ struct Coded {
 };
 
 /// The task as published: each snapshot against the one six before it, all of which arrive.
-Coded code_in_order(const std::vector<Snapshot>& all) {
-    SnapshotEncoder encoder(format_of_cubes());
-    SnapshotDecoder decoder(format_of_cubes());
+Coded code_in_order(const std::vector<wire::snapshot::Snapshot>& all) {
+    wire::snapshot::SnapshotEncoder encoder(format_of_cubes());
+    wire::snapshot::SnapshotDecoder decoder(format_of_cubes());
     Coded coded;
     std::vector<std::uint8_t> bytes;
     for (std::size_t i = kRoundTrip; i < all.size(); ++i) {
-        const auto known = static_cast<FrameNumber>(i - kRoundTrip + 1);
+        const auto known = static_cast<wire::snapshot::FrameNumber>(i - kRoundTrip + 1);
         if (i < 2 * kRoundTrip) {
             encoder.share(known, all[i - kRoundTrip]);
             decoder.share(known, all[i - kRoundTrip]);
@@ -88,7 +82,7 @@ Coded code_in_order(const std::vector<Snapshot>& all) {
             encoder.acknowledge(known);
         }
         bytes.clear();
-        const auto number = static_cast<FrameNumber>(i + 1);
+        const auto number = static_cast<wire::snapshot::FrameNumber>(i + 1);
         const std::int64_t begin_ns = thread_cpu_ns();
         encoder.encode(number, all[i], bytes);
         const auto decoded = decoder.decode(number, bytes);
@@ -130,29 +124,29 @@ class Lossy {
 };
 
 struct Packet {
-    FrameNumber number = 0;
+    wire::snapshot::FrameNumber number = 0;
     std::vector<std::uint8_t> bytes;
 };
 
 /// Over a network that loses 5 % each way and delays by two frames more or less. Each frame the
 /// client acknowledges the newest snapshot received and which of the 32 before it.
-Coded code_over_network(const std::vector<Snapshot>& all) {
-    SnapshotEncoder encoder(format_of_cubes());
-    SnapshotDecoder decoder(format_of_cubes());
+Coded code_over_network(const std::vector<wire::snapshot::Snapshot>& all) {
+    wire::snapshot::SnapshotEncoder encoder(format_of_cubes());
+    wire::snapshot::SnapshotDecoder decoder(format_of_cubes());
     encoder.share(1, all[0]);
     decoder.share(1, all[0]);
     Lossy<Packet> down(1);
-    Lossy<std::vector<FrameNumber>> up(2);
-    std::set<FrameNumber> received;
+    Lossy<std::vector<wire::snapshot::FrameNumber>> up(2);
+    std::set<wire::snapshot::FrameNumber> received;
     Coded coded;
     for (std::size_t i = kRoundTrip; i < all.size(); ++i) {
         const auto now = static_cast<double>(i);
         for (const auto& numbers : up.receive(now)) {
-            for (const FrameNumber number : numbers) {
+            for (const wire::snapshot::FrameNumber number : numbers) {
                 encoder.acknowledge(number);
             }
         }
-        Packet packet{static_cast<FrameNumber>(i + 1), {}};
+        Packet packet{static_cast<wire::snapshot::FrameNumber>(i + 1), {}};
         encoder.encode(packet.number, all[i], packet.bytes);
         coded.bytes += static_cast<double>(packet.bytes.size());
         down.send(now, std::move(packet));
@@ -182,7 +176,7 @@ void run_cubes(Session& session, const std::string& which) {
     }
     session.progress("replication " + scene);
     std::string why;
-    const std::vector<Snapshot> all =
+    const std::vector<wire::snapshot::Snapshot> all =
         snapshots_of(read_cubes(which, session.quick ? 300 : 2837, why));
     if (all.empty()) {
         session.note(why);
@@ -225,7 +219,7 @@ void run_captured(Session& session) {
         pairs.resize(std::min<std::size_t>(pairs.size(), 10'000));
     }
     const auto sample_of = [](const std::array<std::int32_t, 4>& values) {
-        BodySample sample;
+        wire::snapshot::BodySample sample;
         set_orientation(sample, values[0], &values[1]);
         return sample;
     };
@@ -243,7 +237,7 @@ void run_captured(Session& session) {
     wire::snapshot::OrientationCoder orientations(kBits);
     int wrong = 0;
     for (const OrientationPair& pair : pairs) {
-        BodySample sample;
+        wire::snapshot::BodySample sample;
         orientations.decode(coder, sample_of(pair.before), sample);
         wrong += sample == sample_of(pair.now) ? 0 : 1;
     }

@@ -1,0 +1,87 @@
+// Traced zone: a motion trace through a replicator to clients that see all of it.
+#pragma once
+
+#include "client-sim/view/view.h"
+#include "server/replication/replicator.h"
+#include "tests/bench/motion_traces.h"
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+namespace zoned::bench {
+
+/// Steps of quantisation as a world with one level of detail of that bound has them.
+replication::Settings settings_for_bound(const MotionTrace& trace,
+                                         const replication::LodBound& bound,
+                                         double heartbeat_s);
+
+/// The world as a client of such a replicator knows it.
+std::shared_ptr<const view::World> world_of(const MotionTrace& trace,
+                                            const replication::Settings& settings);
+
+/// Entity i + 1 follows the trace's entity i. Every client sees all entities; where they have
+/// avatars, client c's is entity c and is told to it as its own state.
+class TracedZone {
+  public:
+    struct Plan {
+        int clients = 1;
+        bool avatars = false;
+        Tick delay = 0;  ///< ticks from sending to arrival, of packets and of acknowledgements
+    };
+
+    TracedZone(const MotionTrace& trace, const replication::Settings& settings, const Plan& plan);
+
+    /// The next tick of the trace: all clients' packets. Acknowledgements have come before.
+    const replication::Report& step();
+
+    [[nodiscard]] const std::vector<mailbox::StatePacket>& packets() const { return packets_; }
+
+    [[nodiscard]] Tick tick() const { return tick_; }
+
+  private:
+    void set_rows();
+    void acknowledge();
+
+    const MotionTrace& trace_;
+    Plan plan_;
+    world::TypeTable types_;
+    replication::Replicator replicator_;
+    world::Entities entities_;
+    world::Visibility visibility_;
+    std::vector<replication::OwnInput> own_;
+    std::vector<mailbox::StatePacket> packets_;
+    std::deque<std::pair<Tick, mailbox::Acks>> acks_;  // when they come back
+    replication::Report report_;
+    Tick tick_ = 0;
+};
+
+/// A client of a traced zone, without loss.
+class TracedClient {
+  public:
+    TracedClient(const MotionTrace& trace,
+                 const replication::Settings& settings,
+                 const view::ViewSettings& view,
+                 Tick delay)
+        : delay_(delay),
+          view_(world_of(trace, settings), view, nullptr) {}
+
+    /// A packet sent at `tick`.
+    void take(Tick tick, mailbox::StatePacket packet) {
+        under_way_.emplace_back(tick + delay_, std::move(packet));
+    }
+
+    /// Applies what has come by `tick` and displays it.
+    void display(Tick tick);
+
+    [[nodiscard]] view::View& view() { return view_; }
+
+    [[nodiscard]] const view::View& view() const { return view_; }
+
+  private:
+    Tick delay_;
+    view::View view_;
+    std::deque<std::pair<Tick, mailbox::StatePacket>> under_way_;  // when it comes
+};
+
+}  // namespace zoned::bench
