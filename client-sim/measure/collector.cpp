@@ -279,7 +279,7 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
         const view::ViewStats& v = bot.view()->stats();
         r.view_resets += v.resets;
         r.unknown_keyframes += v.unknown_keyframes;
-        r.malformed_records += v.malformed_records;
+        r.malformed_records += v.malformed_records + v.undecoded_packets;
         r.bursts += v.bursts;
         r.bursts_malformed += v.bursts_malformed;
         r.bursts_refused += v.bursts_refused;

@@ -93,7 +93,9 @@ Applied EntityStore::apply(const Record& record, const wire::QuantizedState& sta
     if (record.head.kind == wire::RecordKind::kAbsolute) {
         entity.type = record.head.type;
         entity.typed = true;
-        store_keyframe(entity, record, state);
+        if (!record.coded) {
+            store_keyframe(entity, record, state);
+        }
     }
     if (!entity.versions.empty()) {
         Version& shown = entity.versions.back();

@@ -101,6 +101,7 @@ class EntityStore {
         Tick packet_tick = 0;
         ZoneId zone;
         Tick view_tick = 0;  ///< newest tick evaluated: the record shows from the next one on
+        bool coded = false;  ///< for this client alone: it becomes no keyframe
         double now_s = 0.0;
     };
 

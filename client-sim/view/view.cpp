@@ -76,6 +76,7 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
 
 void View::clear() {
     store_ = EntityStore(*world_, display_settings());
+    coded_.reset();
     playout_ = Playout(world_->tick_s);
     own_ = OwnAvatar(*world_);
     bursts_.clear();
@@ -111,11 +112,12 @@ Correction View::apply(const link::OpenedPacket& packet, double now_s) {
             ++stats_.input_missing;
         }
     }
-    wire::RecordReader reader(packet.records, world_->quantization);
     oldest_news_ = packet.head.tick;
-    while (!reader.done()) {
-        if (!apply_record(reader, packet, now_s)) {
-            break;
+    if (packet.head.coded) {
+        apply_coded(packet, now_s);
+    } else {
+        wire::RecordReader reader(packet.records, world_->quantization);
+        while (!reader.done() && apply_record(reader, packet, now_s)) {
         }
     }
     playout_.on_news(tick_ + 1 - oldest_news_);
@@ -154,14 +156,9 @@ bool View::apply_record(wire::RecordReader& reader,
         store_.remove(head->entity, packet.sequence, packet.head.tick, tick_);
         return true;
     }
-    EntityStore::Record record;
+    EntityStore::Record record = record_of(packet, now_s);
     record.head = *head;
-    record.sequence = packet.sequence;
     record.publication_tick = wire::expand_tick(head->tick_low, packet.head.tick);
-    record.packet_tick = packet.head.tick;
-    record.zone = packet.head.zone;
-    record.view_tick = tick_;
-    record.now_s = now_s;
     core::Result<wire::QuantizedState> state = wire::QuantizedState{};
     if (head->kind == wire::RecordKind::kAbsolute) {
         ++stats_.absolutes;
@@ -189,21 +186,76 @@ bool View::apply_record(wire::RecordReader& reader,
         diverged("malformed record");
         return false;
     }
-    const Applied applied = store_.apply(record, *state);
+    show(record, *state);
+    return true;
+}
+
+/// A publication that was told, by a shared record or by one for this client alone.
+void View::show(const EntityStore::Record& record, const wire::QuantizedState& state) {
+    const Applied applied = store_.apply(record, state);
     if (applied == Applied::kShown) {
         ++stats_.shown;
-        ++stats_.by_order[static_cast<std::size_t>(state->order) % stats_.by_order.size()];
-        const Version& shown = store_.find(head->entity)->versions.back();
+        ++stats_.by_order[static_cast<std::size_t>(state.order) % stats_.by_order.size()];
+        const Version& shown = store_.find(record.head.entity)->versions.back();
         oldest_news_ = std::min(oldest_news_, shown.event_tick);
         if (listener_ != nullptr) {
-            listener_->on_shown(head->entity,
+            listener_->on_shown(record.head.entity,
                                 record.publication_tick,
                                 std::max(tick_ + 1, record.publication_tick + delay()));
         }
     } else if (applied == Applied::kLate) {
         oldest_news_ = std::min(oldest_news_, record.publication_tick);
     }
-    return true;
+}
+
+/// Records that are coded for this client alone. What can't be decoded was acknowledged all the
+/// same, so the server takes it for known: everything has to be told anew then.
+void View::apply_coded(const link::OpenedPacket& packet, double now_s) {
+    if (!coded_) {
+        coded_.emplace(
+            wire::record::RecordFormat(world_->quantization, static_cast<float>(world_->tick_s)));
+    }
+    const auto frame = coded_->decode(static_cast<wire::entropy::PacketNumber>(packet.sequence),
+                                      packet.head.tick,
+                                      packet.head.zone,
+                                      packet.records);
+    if (!frame) {
+        ++stats_.undecoded_packets;
+        diverged("a packet could not be decoded");
+        return;
+    }
+    for (const wire::record::CodedRecord& coded : (*frame)->records) {
+        ++stats_.records;
+        if (coded.remove) {
+            ++stats_.removes;
+            store_.remove(coded.entity, packet.sequence, packet.head.tick, tick_);
+            continue;
+        }
+        if (coded.type >= world_->types.size() || coded.upright != store_.upright(coded.type)) {
+            ++stats_.malformed_records;
+            diverged("a record contradicts its type");
+            return;
+        }
+        EntityStore::Record record = record_of(packet, now_s);
+        record.head.kind = wire::RecordKind::kAbsolute;
+        record.head.entity = coded.entity;
+        record.head.type = coded.type;
+        record.head.upright = coded.upright;
+        record.head.lod = coded.lod;
+        record.publication_tick = coded.tick;
+        record.coded = true;
+        show(record, coded.state);
+    }
+}
+
+EntityStore::Record View::record_of(const link::OpenedPacket& packet, double now_s) const {
+    EntityStore::Record record;
+    record.sequence = packet.sequence;
+    record.packet_tick = packet.head.tick;
+    record.zone = packet.head.zone;
+    record.view_tick = tick_;
+    record.now_s = now_s;
+    return record;
 }
 
 void View::maintain(double now_s) {

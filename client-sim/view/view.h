@@ -8,6 +8,7 @@
 #include "client-sim/view/playout.h"
 #include "client-sim/view/world.h"
 #include "shared/wire/publication.h"
+#include "shared/wire/record/record_codec.h"
 
 #include <array>
 #include <cstdint>
@@ -46,7 +47,8 @@ struct ViewStats {
     std::array<std::uint64_t, motion::kPredictorOrders> by_order{};  ///< of shown
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
-    std::uint64_t silent_entities = 0;  ///< moving, yet not heard of for too long
+    std::uint64_t undecoded_packets = 0;  ///< of records coded for this client alone
+    std::uint64_t silent_entities = 0;    ///< moving, yet not heard of for too long
     std::uint64_t resets = 0;
     std::uint64_t dropped_by_reset = 0;
     std::uint64_t zone_changes = 0;
@@ -130,6 +132,10 @@ class View {
 
   private:
     bool apply_record(wire::RecordReader& reader, const link::OpenedPacket& packet, double now_s);
+    void apply_coded(const link::OpenedPacket& packet, double now_s);
+    [[nodiscard]] EntityStore::Record record_of(const link::OpenedPacket& packet,
+                                                double now_s) const;
+    void show(const EntityStore::Record& record, const wire::QuantizedState& state);
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 
@@ -137,6 +143,7 @@ class View {
     ViewSettings settings_;
     ViewListener* listener_;
     EntityStore store_;
+    std::optional<wire::record::RecordDecoder> coded_;  // from the first such packet on
     OwnAvatar own_;
     Playout playout_;
     Bursts bursts_;

@@ -241,6 +241,8 @@ void expand_replication(const proto::Config& config, replication::Settings& out)
     out.tick_s = narrow(1.0 / config.world().tick_rate_hz());
     out.forced_order = static_cast<int>(from.predictor()) - 1;
     out.redundancy_target = narrow(from.redundancy_target());
+    out.codec = from.codec() == proto::Config::PER_CLIENT ? replication::Codec::kPerClient
+                                                          : replication::Codec::kShared;
     out.silent_bound = config.testing().silent_bound();
 }
 

@@ -43,6 +43,10 @@ ClientState::ClientState(const ClientTransfer& transfer, const Settings& setting
       loss_samples_(transfer.next_sequence == 1 ? kLossPrior : kLossMemory),
       rtt_us_(transfer.rtt_us),
       rate_bytes_per_s_(transfer.rate_bytes_per_s) {
+    if (settings.codec == Codec::kPerClient) {
+        const wire::record::RecordFormat format(settings.quantization, settings.tick_s);
+        coder = std::make_unique<wire::record::RecordEncoder>(format, transfer.codec_epoch);
+    }
     // Whatever turns out to be in view takes its removal back in the first sync().
     for (const EntityId entity : transfer.known) {
         add_removal(entity, 0);
@@ -57,6 +61,8 @@ ClientTransfer ClientState::transfer() const {
     t.budget_bytes = tokens;
     t.rtt_us = rtt_us_;
     t.rate_bytes_per_s = rate_bytes_per_s_;
+    // The next zone's coder knows nothing of what this one has told.
+    t.codec_epoch = static_cast<std::uint8_t>(coder != nullptr ? coder->epoch() + 1 : 0);
     for (const Subscription& s : subscriptions) {
         if (s.known) {
             t.known.push_back(s.entity);
@@ -152,6 +158,9 @@ void ClientState::add_removal(EntityId entity, Tick now) {
 }
 
 void ClientState::reset_view() {
+    if (coder != nullptr) {
+        coder->start_over();
+    }
     for (Subscription& s : subscriptions) {
         s.stamp = next_stamp_++;
         s.sent_version = 0;
@@ -205,6 +214,9 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
             continue;
         }
         packet->fate = Fate::kAcked;
+        if (packet->coded) {
+            coder->acknowledge(static_cast<wire::entropy::PacketNumber>(packet->sequence));
+        }
         sample_loss(*packet, false);
         own.acked_stamp = std::max(own.acked_stamp, packet->own_stamp);
         for (const SentEntry& entry : packet->entries) {

@@ -4,6 +4,7 @@
 #include "server/replication/sent_log.h"
 #include "server/replication/stream_table.h"
 #include "shared/motion/apply_input.h"
+#include "shared/wire/record/record_codec.h"
 #include "shared/wire/widening.h"
 
 namespace zoned::replication {
@@ -71,6 +72,9 @@ class ClientState {
     /// Everything is owed anew, absolute.
     void reset_view();
 
+    /// Of the next packet.
+    [[nodiscard]] std::uint64_t next_sequence() const { return next_sequence_; }
+
     /// Begins the log entry of a packet and counts the sequence up.
     SentPacket& begin_packet(Tick now);
 
@@ -97,6 +101,9 @@ class ClientState {
     wire::Widened widened;   ///< the bounds that it was told last
     Tick widened_tick = 0;   ///< when they were last needed or narrowed
     bool is_viewer = false;  ///< in this tick; only viewers are told of entities
+    /// Codes this client's records for it alone; null: it gets those that all share.
+    std::unique_ptr<wire::record::RecordEncoder> coder;
+    float coded_bytes = 16.0F;  ///< of a record, as they were of late
 
   private:
     Subscription subscribe(const world::Visible& visible,

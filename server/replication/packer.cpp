@@ -33,6 +33,28 @@ std::uint32_t held_version(const Subscription& s) {
     return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
 }
 
+/// Head and end of coded records, about.
+constexpr std::size_t kCodedHeadBytes = 6;
+
+wire::record::CodedRecord coded_record(const Stream& stream, Tick now) {
+    wire::record::CodedRecord record;
+    record.entity = stream.entity;
+    record.lod = stream.lod;
+    record.type = stream.type;
+    record.upright = stream.upright;
+    // What has rested for long may have done so for longer still.
+    record.tick = std::max(stream.tick, now - wire::record::kOldestTicks);
+    record.state = stream.state;
+    return record;
+}
+
+wire::record::CodedRecord coded_removal(EntityId entity) {
+    wire::record::CodedRecord record;
+    record.entity = entity;
+    record.remove = true;
+    return record;
+}
+
 bool same_state(const motion::CharacterState& a, const motion::CharacterState& b) {
     return a.position == b.position && a.velocity == b.velocity && a.yaw == b.yaw &&
            a.grounded == b.grounded;
@@ -279,7 +301,12 @@ void Packer::begin(Tick now, ZoneId zone, const wire::OwnState* own) {
     }
     body_.clear();
     entries_.clear();
+    coded_.clear();
     wire::write_down_head(head_, body_);
+}
+
+bool Packer::fits(std::size_t size, double allowed_bytes) {
+    return size <= wire::kMaxDownBodyBytes && static_cast<double>(size) <= allowed_bytes;
 }
 
 /// Appends one record; false when it fits neither into the packet nor into the allowed bytes.
@@ -295,19 +322,34 @@ bool Packer::add(Tick now,
     if (candidate.removal) {
         const Removal& r = client.removals[candidate.index];
         entry = {r.entity, r.stamp, 0, 0};
-        remove_record_.clear();
-        wire::encode_remove(r.entity, remove_record_);
-        encoded.bytes = &remove_record_;
     } else {
         s = &client.subscriptions[candidate.index];
-        encoded = streams.encode(s->stream, s->held_keyframe);
-        entry = {s->entity, s->stamp, streams[s->stream].version, encoded.keyframe};
+        entry = {s->entity, s->stamp, streams[s->stream].version, 0};
     }
-    const std::size_t size = body_.size() + encoded.bytes->size();
-    if (size > wire::kMaxDownBodyBytes || static_cast<double>(size) > allowed_bytes) {
-        return false;
+    if (client.coder != nullptr) {
+        // How many bytes it takes is known when the packet is coded.
+        const auto guess =
+            static_cast<std::size_t>(client.coded_bytes * static_cast<float>(coded_.size() + 1));
+        if (coded_.size() == wire::record::kMostRecords ||
+            !fits(body_.size() + kCodedHeadBytes + guess, allowed_bytes)) {
+            return false;
+        }
+        coded_.push_back(s != nullptr ? coded_record(streams[s->stream], now)
+                                      : coded_removal(entry.entity));
+    } else {
+        if (s != nullptr) {
+            encoded = streams.encode(s->stream, s->held_keyframe);
+            entry.keyframe = encoded.keyframe;
+        } else {
+            remove_record_.clear();
+            wire::encode_remove(entry.entity, remove_record_);
+            encoded.bytes = &remove_record_;
+        }
+        if (!fits(body_.size() + encoded.bytes->size(), allowed_bytes)) {
+            return false;
+        }
+        body_.insert(body_.end(), encoded.bytes->begin(), encoded.bytes->end());
     }
-    body_.insert(body_.end(), encoded.bytes->begin(), encoded.bytes->end());
     entries_.push_back(entry);
     Delivery& delivery = s != nullptr ? s->delivery : client.removals[candidate.index].delivery;
     if (s != nullptr) {
@@ -335,6 +377,57 @@ void Packer::finish(Tick now,
                     ClientState& client,
                     Report& report,
                     std::vector<mailbox::StatePacket>& out) {
+    if (coded_.empty()) {
+        send(now, client, report, out);
+    } else {
+        finish_coded(now, client, report, out);
+    }
+}
+
+/// Codes what was gathered; where it takes more bytes than was guessed, in several packets.
+void Packer::finish_coded(Tick now,
+                          ClientState& client,
+                          Report& report,
+                          std::vector<mailbox::StatePacket>& out) {
+    std::vector<wire::record::CodedRecord> records;
+    std::vector<SentEntry> entries;
+    records.swap(coded_);
+    entries.swap(entries_);
+    std::size_t done = 0;
+    while (done < records.size()) {
+        head_.coded = true;
+        std::size_t count = records.size() - done;
+        std::shared_ptr<const wire::record::RecordFrame> frame;
+        for (;; count = (3 * count + 3) / 4) {
+            body_.clear();
+            wire::write_down_head(head_, body_);
+            const std::size_t begin = body_.size();
+            const auto from = records.begin() + static_cast<std::ptrdiff_t>(done);
+            frame = client.coder->encode(
+                static_cast<wire::entropy::PacketNumber>(client.next_sequence()),
+                now,
+                head_.zone,
+                {from, from + static_cast<std::ptrdiff_t>(count)},
+                body_);
+            const auto size = static_cast<float>(body_.size() - begin);
+            client.coded_bytes += (size / static_cast<float>(count) - client.coded_bytes) / 8.0F;
+            if (body_.size() <= wire::kMaxDownBodyBytes) {
+                break;
+            }
+        }
+        client.coder->sent(std::move(frame));
+        const auto first = entries.begin() + static_cast<std::ptrdiff_t>(done);
+        entries_.assign(first, first + static_cast<std::ptrdiff_t>(count));
+        send(now, client, report, out);
+        done += count;
+        begin(now, head_.zone, nullptr);
+    }
+}
+
+void Packer::send(Tick now,
+                  ClientState& client,
+                  Report& report,
+                  std::vector<mailbox::StatePacket>& out) {
     SentPacket& packet = client.begin_packet(now);
     if (head_.has_own) {
         OwnTrack& track = client.own;
@@ -345,6 +438,7 @@ void Packer::finish(Tick now,
         track.sent_tick = now;
         packet.own_stamp = track.stamp;
     }
+    packet.coded = head_.coded;
     packet.entries.assign(entries_.begin(), entries_.end());
     entries_.clear();
     mailbox::StatePacket& datagram = out.emplace_back();

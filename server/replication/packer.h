@@ -59,6 +59,15 @@ class Packer {
                 ClientState& client,
                 Report& report,
                 std::vector<mailbox::StatePacket>& out);
+    void finish_coded(Tick now,
+                      ClientState& client,
+                      Report& report,
+                      std::vector<mailbox::StatePacket>& out);
+    void send(Tick now,
+              ClientState& client,
+              Report& report,
+              std::vector<mailbox::StatePacket>& out);
+    [[nodiscard]] static bool fits(std::size_t size, double allowed_bytes);
     bool add(Tick now,
              const Candidate& candidate,
              double allowed_bytes,
@@ -78,6 +87,7 @@ class Packer {
     std::vector<std::uint8_t> body_;
     std::vector<std::uint8_t> remove_record_;
     std::vector<SentEntry> entries_;
+    std::vector<wire::record::CodedRecord> coded_;  // as entries_, for a client with a coder
     int copies_wanted_ = 1;
     bool tight_ = false;  // more is to be sent than the budget allows
 };

@@ -17,6 +17,12 @@
 
 namespace zoned::replication {
 
+/// Who a record is written for.
+enum class Codec : std::uint8_t {
+    kShared,     ///< for all subscribers: one encoding is copied
+    kPerClient,  ///< for each client alone, against what it has acknowledged: fewest bytes
+};
+
 /// The promise of one level of detail.
 struct LodBound {
     float position_m = 0.05F;      ///< > 0
@@ -38,6 +44,7 @@ struct Settings {
     /// -1: the least volatile kind per entity; 0..4: only this PredictorOrder (order 1 where
     /// nothing falls, order 2 where nothing turns)
     int forced_order = -1;
+    Codec codec = Codec::kShared;
     /// What falls lands on it, zone-local; null: it falls on for all that is predicted.
     std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
@@ -72,6 +79,7 @@ struct OwnInput {
 /// All that must follow a client to another zone; opaque to others.
 struct ClientTransfer {
     ClientId client;
+    std::uint8_t codec_epoch = 0;  ///< of Codec::kPerClient
     std::uint64_t next_sequence = 1;
     double loss_estimate = 0.0;
     double budget_bytes = 0.0;

@@ -28,6 +28,7 @@ struct SentPacket {
     Fate fate = Fate::kOpen;
     bool counted = false;         ///< as a sample of the loss estimate
     std::uint32_t own_stamp = 0;  ///< the own state that it carried; 0: none
+    bool coded = false;           ///< its records were coded for this client alone
     std::vector<SentEntry> entries;
 };
 
@@ -47,6 +48,7 @@ class SentLog {
         packet.fate = Fate::kOpen;
         packet.counted = false;
         packet.own_stamp = 0;
+        packet.coded = false;
         packet.entries.clear();
         return packet;
     }

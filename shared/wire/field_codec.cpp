@@ -143,6 +143,10 @@ bool read_fields(BitReader& reader,
             return false;
         }
     }
+    return is_consistent(columns, upright, layout);
+}
+
+bool is_consistent(const Columns& columns, bool upright, const FieldLayout& layout) {
     const QuantizedState state = state_of(columns);
     if (state.floor > state.position[1] && motion_of(columns) == Motion::kBallistic) {
         return false;

@@ -30,6 +30,10 @@ bool read_fields(BitReader& reader,
                  bool upright,
                  const FieldLayout& layout);
 
+/// Whether columns, each within its range, are of a state that quantize() can give: no floor above
+/// what falls, orientations canonical.
+bool is_consistent(const Columns& columns, bool upright, const FieldLayout& layout);
+
 /// Moves the reader behind the fields; the length does not depend on any reference. False when a
 /// size class is not in use; values are not checked.
 bool skip_fields(BitReader& reader, Coding coding, bool upright, const FieldLayout& layout);

@@ -174,7 +174,7 @@ void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out) {
     const std::size_t at = out.size();
     append_bytes(4, out);
     store_le(static_cast<std::uint32_t>(head.tick), out.data() + at);
-    append_leb128((static_cast<std::uint32_t>(head.zone.value) << 2) |
+    append_leb128((static_cast<std::uint32_t>(head.zone.value) << 3) | (head.coded ? 4u : 0u) |
                       (head.has_widened ? 2u : 0u) | (head.has_own ? 1u : 0u),
                   out);
     if (head.has_widened) {
@@ -202,12 +202,13 @@ core::Result<ParsedDownHead> read_down_head(std::span<const std::uint8_t> body) 
     parsed.head.tick = load_le<std::uint32_t>(body.data());
     parsed.records_offset = 4;
     std::uint32_t zone_and_own = 0;
-    if (!read_leb128(body, parsed.records_offset, zone_and_own) || zone_and_own > 0x3FFFF) {
+    if (!read_leb128(body, parsed.records_offset, zone_and_own) || zone_and_own > 0x7FFFF) {
         return Head::failure("malformed zone in a state head");
     }
-    parsed.head.zone = ZoneId(static_cast<std::uint16_t>(zone_and_own >> 2));
+    parsed.head.zone = ZoneId(static_cast<std::uint16_t>(zone_and_own >> 3));
     parsed.head.has_own = (zone_and_own & 1) != 0;
     parsed.head.has_widened = (zone_and_own & 2) != 0;
+    parsed.head.coded = (zone_and_own & 4) != 0;
     if (parsed.head.has_widened &&
         !read_widened(body, parsed.records_offset, parsed.head.widened)) {
         return Head::failure("malformed bounds in a state head");

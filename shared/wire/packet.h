@@ -105,6 +105,7 @@ struct DownHead {
     Tick tick = 0;  ///< server tick whose state the records extend to; 32 bits on the wire
     ZoneId zone;    ///< the zone whose streams and local coordinates are used
     bool has_own = false;
+    bool coded = false;  ///< the records are coded for this client alone, see wire/record
     OwnState own;
     bool has_widened = false;  ///< `widened` is on the wire; without it the bounds are as promised
     Widened widened;

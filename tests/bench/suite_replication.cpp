@@ -33,7 +33,8 @@ const Registration kReplication({"replication",
                                   "linear",
                                   "hermite",
                                   "unpredicted",
-                                  "interpolate"},
+                                  "interpolate",
+                                  "per_client"},
                                  run_replication});
 
 }  // namespace

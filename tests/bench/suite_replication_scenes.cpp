@@ -128,14 +128,20 @@ void run_scene(Session& session,
         return;
     }
     session.progress("replication " + scene);
-    const Method method{"default", "", [&] {
-                            return std::make_unique<SceneTrial>(trace, settings, plan);
-                        }};
+    const auto with = [&](const char* name, replication::Codec codec) {
+        return Method{name, "", [&trace, &plan, settings, codec] {
+                          replication::Settings s = settings;
+                          s.codec = codec;
+                          return std::make_unique<SceneTrial>(trace, s, plan);
+                      }};
+    };
     session.add(
         compare("replication",
                 scene,
                 "",
-                wanted(session, {method}),
+                wanted(session,
+                       {with("default", replication::Codec::kShared),
+                        with("per_client", replication::Codec::kPerClient)}),
                 {0, static_cast<int>(trace.frames.size()), session.quick ? 1 : session.repeats}));
 }
 

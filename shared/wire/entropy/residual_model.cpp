@@ -17,6 +17,9 @@ constexpr std::uint32_t first_magnitude(int symbol) {
     return (symbol % 2 == 0 ? 2u : 3u) << (octave - 1);
 }
 
+/// Raw bits are coded so many at a time at most in an escape.
+constexpr int kLowerBits = 12;
+
 constexpr int open_bits_of(int symbol) {
     return symbol < 4 ? 0 : 1 + (symbol - 4) / 2;
 }
@@ -84,39 +87,48 @@ ResidualModel::ResidualModel() {
     }
 }
 
+float typical_magnitude(int symbol) {
+    const std::uint32_t first = first_magnitude(symbol);
+    const std::uint32_t next = symbol == kEscapeSymbol ? 2 * first : first_magnitude(symbol + 1);
+    return 0.5F * static_cast<float>(first + next - 1);
+}
+
+void encode_rest(RangeEncoder& coder, const Magnitude& magnitude) {
+    if (magnitude.symbol != kEscapeSymbol) {
+        coder.encode_raw(magnitude.open, magnitude.open_bits);
+        return;
+    }
+    const std::uint32_t over = magnitude.open + 1;
+    const int octave = std::bit_width(over) - 1;
+    const int upper_bits = std::max(0, octave - kLowerBits);
+    const std::uint32_t low = over - (1u << octave);
+    coder.encode_raw(static_cast<std::uint32_t>(octave), 5);
+    coder.encode_raw(low >> (octave - upper_bits), upper_bits);
+    coder.encode_raw(low & ((1u << (octave - upper_bits)) - 1), octave - upper_bits);
+}
+
+std::uint32_t decode_magnitude(RangeDecoder& coder, int symbol) {
+    if (symbol < kEscapeSymbol) {
+        return first_magnitude(symbol) + coder.decode_raw(open_bits_of(symbol));
+    }
+    const int octave = std::min(static_cast<int>(coder.decode_raw(5)), 24);
+    const int upper_bits = std::max(0, octave - kLowerBits);
+    const std::uint32_t upper = coder.decode_raw(upper_bits);
+    const std::uint32_t lower = coder.decode_raw(octave - upper_bits);
+    const std::uint32_t over = (1u << octave) + (upper << (octave - upper_bits)) + lower;
+    return std::min<std::uint32_t>(over - 1 + kEscapeFrom, kMaxResidual);
+}
+
 void encode_rest(RangeEncoder& coder, std::int32_t residual, const Magnitude& magnitude) {
-    const std::uint32_t sign = residual < 0 ? 1 : 0;
-    if (magnitude.symbol == kEscapeSymbol) {
-        const std::uint32_t over = magnitude.open + 1;
-        const int octave = std::bit_width(over) - 1;
-        coder.encode_raw(static_cast<std::uint32_t>(octave), 5);
-        const std::uint32_t low = over - (1u << octave);
-        const int upper_bits = std::max(0, octave - 12);
-        coder.encode_raw(low >> (octave - upper_bits), upper_bits);
-        coder.encode_raw(low & ((1u << (octave - upper_bits)) - 1), octave - upper_bits);
-        coder.encode_raw(sign, 1);
-    } else if (residual != 0) {
-        coder.encode_raw(magnitude.open << 1 | sign, magnitude.open_bits + 1);
+    encode_rest(coder, magnitude);
+    if (residual != 0) {
+        coder.encode_raw(residual < 0 ? 1 : 0, 1);
     }
 }
 
 std::int32_t decode_rest(RangeDecoder& coder, int symbol) {
-    if (symbol == 0) {
-        return 0;
-    }
-    if (symbol < kEscapeSymbol) {
-        const std::uint32_t raw = coder.decode_raw(open_bits_of(symbol) + 1);
-        const auto value = static_cast<std::int32_t>(first_magnitude(symbol) + (raw >> 1));
-        return (raw & 1u) != 0 ? -value : value;
-    }
-    const int octave = std::min(static_cast<int>(coder.decode_raw(5)), 24);
-    const int upper_bits = std::max(0, octave - 12);
-    const std::uint32_t upper = coder.decode_raw(upper_bits);
-    const std::uint32_t lower = coder.decode_raw(octave - upper_bits);
-    const std::uint32_t over = (1u << octave) + (upper << (octave - upper_bits)) + lower;
-    const auto value =
-        static_cast<std::int32_t>(std::min<std::uint32_t>(over - 1 + kEscapeFrom, kMaxResidual));
-    return coder.decode_raw(1) != 0 ? -value : value;
+    const auto value = static_cast<std::int32_t>(decode_magnitude(coder, symbol));
+    return value != 0 && coder.decode_raw(1) != 0 ? -value : value;
 }
 
 }  // namespace zoned::wire::entropy

@@ -33,6 +33,9 @@ inline constexpr std::uint32_t kEscapeFrom = 192;
 
 Magnitude magnitude_of(std::uint32_t value);
 
+/// About the middle of a symbol's magnitudes.
+float typical_magnitude(int symbol);
+
 /// One model per class of expectation. To begin with residuals are taken for two-sided geometric
 /// ones of that mean magnitude (the discrete Laplace distribution of prediction errors: P. G.
 /// Howard and J. S. Vitter, "Fast and efficient lossless image compression", DCC 1993, section 4).
@@ -49,6 +52,10 @@ class ResidualModel {
   private:
     std::array<SymbolModel, kScaleClasses> models_;
 };
+
+/// The raw part of a magnitude without a sign: open bits, escape. `symbol` has been coded before.
+void encode_rest(RangeEncoder& coder, const Magnitude& magnitude);
+std::uint32_t decode_magnitude(RangeDecoder& coder, int symbol);
 
 /// The raw part of a residual: open bits, escape, sign. `symbol` has been coded before.
 void encode_rest(RangeEncoder& coder, std::int32_t residual, const Magnitude& magnitude);

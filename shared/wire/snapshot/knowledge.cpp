@@ -82,12 +82,7 @@ void Knowledge::learn(FramePointer frame) {
         learn_sums(moves_[1][calm], frame->moves[1][calm]);
         learn_sums(turns_[calm], frame->turns[calm]);
     }
-    const FrameNumber gap = frame->number - newest();
-    if (newest() == 0 || gap > 64) {
-        learned_ = 0;
-    } else {
-        learned_ = (gap == 64 ? 0 : learned_ << gap) | std::uint64_t{1} << (gap - 1);
-    }
+    learned_.add(frame->number);
     std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
     frames_[0] = std::move(frame);
 }

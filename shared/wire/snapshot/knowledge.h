@@ -1,6 +1,7 @@
 // Knowledge: what both sides provably share: acknowledged snapshots and what coding them taught.
 #pragma once
 
+#include "shared/wire/entropy/acknowledged.h"
 #include "shared/wire/entropy/least_squares.h"
 #include "shared/wire/entropy/residual_model.h"
 #include "shared/wire/snapshot/rotation.h"
@@ -12,8 +13,8 @@
 
 namespace zoned::wire::snapshot {
 
-/// Numbers of snapshots count from 1; 0 is none.
-using FrameNumber = std::uint32_t;
+/// A snapshot travels in one packet.
+using FrameNumber = entropy::PacketNumber;
 
 /// What is known of a body that a snapshot changed. Of others all of it is zero.
 struct Moved {
@@ -100,16 +101,17 @@ struct Models {
 /// snapshots knows the same, bit for bit.
 class Knowledge {
   public:
+    using Frame = CodedFrame;
+    using Format = SnapshotFormat;
+
     static constexpr std::size_t kRemembered = 7;
 
     explicit Knowledge(const SnapshotFormat& format);
 
     void learn(FramePointer frame);
 
-    /// 0: nothing but where bodies are before anything was said of them.
-    [[nodiscard]] FrameNumber newest() const { return frames_[0]->number; }
-
-    /// The newest snapshot but `back`, or the oldest remembered.
+    /// The newest snapshot but `back`, or the oldest remembered: to begin with where bodies are
+    /// before anything was said of them.
     [[nodiscard]] const CodedFrame& frame(std::size_t back) const {
         while (!frames_[back]) {
             --back;
@@ -129,15 +131,14 @@ class Knowledge {
         return turns_[calm];
     }
 
-    /// Numbers learned, of the 64 before the newest: bit i is newest() - 1 - i.
-    [[nodiscard]] std::uint64_t learned() const { return learned_; }
+    [[nodiscard]] const entropy::LearnedPackets& learned() const { return learned_; }
 
   private:
     std::array<FramePointer, kRemembered> frames_;
     Models models_;
     std::array<std::array<entropy::LeastSquares<kMoveFeatures>, kCalmClasses>, 2> moves_;
     std::array<entropy::LeastSquares<kTurnFeatures>, kCalmClasses> turns_;
-    std::uint64_t learned_ = 0;
+    entropy::LearnedPackets learned_;
 };
 
 }  // namespace zoned::wire::snapshot

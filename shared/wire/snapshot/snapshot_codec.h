@@ -6,10 +6,7 @@
 #include "shared/wire/snapshot/knowledge.h"
 #include "shared/wire/snapshot/neighbours.h"
 
-#include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -36,26 +33,11 @@ class SnapshotEncoder {
     /// A snapshot that the receiver got in another way (at login); before the first encode().
     void share(FrameNumber number, const Snapshot& samples);
 
-    /// Snapshots under way that can still be acknowledged.
-    static constexpr std::size_t kUnderWay = 64;
-
   private:
-    struct Sent {
-        std::shared_ptr<CodedFrame> frame;
-        FrameNumber reference = 0;  // newest that the receiver knew when it decoded this one
-        std::uint8_t epoch = 0;
-        bool acknowledged = false;
-    };
-
-    void learn_acknowledged();
-    void start_over();
-
     SnapshotFormat format_;
-    Knowledge knowledge_;
-    std::uint8_t epoch_ = 0;  // counts how often knowledge began anew
-    Neighbours neighbours_;   // of the pass
+    entropy::KnowledgeEncoder<Knowledge> acknowledged_;
+    Neighbours neighbours_;  // of the pass
     FramePool frames_;
-    std::deque<Sent> sent_;  // ascending
 };
 
 class SnapshotDecoder {
@@ -71,21 +53,10 @@ class SnapshotDecoder {
     void share(FrameNumber number, const Snapshot& samples);
 
   private:
-    [[nodiscard]] std::deque<FramePointer>::iterator find_received(FrameNumber number);
-    const Snapshot* keep(std::shared_ptr<CodedFrame> frame);
-    [[nodiscard]] const Knowledge* knowledge_at(FrameNumber newest, std::uint64_t learned);
-
-    static constexpr std::size_t kReceived = 128;
-    /// Packets may overtake each other by so many states of knowledge.
-    static constexpr std::size_t kReordered = 16;
-
     SnapshotFormat format_;
-    std::uint8_t epoch_ = 0;
-    FrameNumber newest_ = 0;  // received
-    Neighbours neighbours_;   // of the pass
+    entropy::KnowledgeDecoder<Knowledge> acknowledged_;
+    Neighbours neighbours_;  // of the pass
     FramePool frames_;
-    std::deque<FramePointer> received_;  // ascending
-    std::deque<Knowledge> known_;        // ascending by newest()
 };
 
 }  // namespace zoned::wire::snapshot

@@ -337,7 +337,7 @@ TEST(SnapshotCodec, RefusesSnapshotsThatBuildOnWhatWasNeverReceived) {
     encoder.encode(3, world.step(), bytes);
     const auto decoded = decoder.decode(3, bytes);
     ASSERT_FALSE(decoded);
-    EXPECT_EQ(decoded.error(), "refers to snapshots that are not known");
+    EXPECT_EQ(decoded.error(), "refers to packets that are not known");
 }
 
 TEST(SnapshotCodec, StaysWholeWhateverBytesCome) {

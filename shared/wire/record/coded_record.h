@@ -1,0 +1,75 @@
+// Coded records: publications as a packet for one client tells them, and what coding them taught.
+#pragma once
+
+#include "shared/wire/entropy/acknowledged.h"
+#include "shared/wire/entropy/least_squares.h"
+#include "shared/wire/publication.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace zoned::wire::record {
+
+/// One publication, or that the client shall forget an entity.
+struct CodedRecord {
+    EntityId entity;
+    bool remove = false;  ///< nothing else counts then
+    std::uint8_t lod = 0;
+    TypeIndex type = 0;
+    bool upright = false;
+    Tick tick = 0;         ///< of the publication, at most the packet's and kOldestTicks before it
+    QuantizedState state;  ///< by the level's quantisation
+};
+
+/// Older publications are told by shared records.
+inline constexpr Tick kOldestTicks = 4095;
+
+/// A level of detail's way of writing numbers.
+struct LevelFormat {
+    explicit LevelFormat(const Quantization& of_level)
+        : quantization(of_level),
+          limits(limits_of(of_level)),
+          layout(of_level) {}
+
+    Quantization quantization;
+    QuantizationLimits limits;
+    FieldLayout layout;
+};
+
+/// What both sides know of all packets.
+struct RecordFormat {
+    /// `world`: the world's quantisation.
+    RecordFormat(const Quantization& world, float seconds_per_tick) : tick_s(seconds_per_tick) {
+        for (std::uint8_t lod = 0; lod < kLods; ++lod) {
+            levels.emplace_back(at_lod(world, lod));
+        }
+    }
+
+    std::vector<LevelFormat> levels;  ///< kLods
+    float tick_s;
+};
+
+/// Residuals of a field are expected to be as large as they were of late, apart by how far they
+/// were extrapolated: up to 2, 8, 32 and more ticks; or from nothing at all.
+inline constexpr std::size_t kReaches = 5;
+inline constexpr std::size_t kFromNothing = kReaches - 1;
+
+/// A decision that was coded: by which model, of which reach.
+struct RecordLesson {
+    std::uint16_t model = 0;
+    std::uint8_t reach = 0;
+    std::uint8_t symbol = 0;
+};
+
+/// A packet as it was coded. Never changes afterwards.
+struct RecordFrame {
+    entropy::PacketNumber number = 0;
+    Tick tick = 0;
+    ZoneId zone;
+    std::vector<CodedRecord> records;  ///< ascending by entity
+    std::vector<RecordLesson> lessons;
+    std::array<entropy::NormalSums<1>, 2> velocity;  ///< along the ground, upwards
+};
+
+}  // namespace zoned::wire::record

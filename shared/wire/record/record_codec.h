@@ -1,0 +1,69 @@
+// Record codec: a packet's publications for one client in few bits, told from what that client has
+// acknowledged alone.
+#pragma once
+
+#include "shared/core/result.h"
+#include "shared/wire/record/record_knowledge.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace zoned::wire::record {
+
+/// The most records of one packet.
+inline constexpr std::size_t kMostRecords = 1024;
+
+/// Codes records exactly, each against what its entity's newest acknowledged publication lets
+/// expect (position and orientation moved on; the velocity also by what the position was off by),
+/// residuals by an adaptive range coder; the field table says which fields there are. Any packet
+/// may be lost, doubled or late: predictors and probabilities come from acknowledged packets alone.
+class RecordEncoder {
+  public:
+    /// `epoch`: see KnowledgeEncoder.
+    explicit RecordEncoder(const RecordFormat& format, std::uint8_t epoch = 0);
+
+    /// Appends the code of `records` to `out`, packet `number` (ascending from 1) of `tick`.
+    /// Records are brought into ascending order; one per entity, at most kMostRecords. What came of
+    /// it may be dropped, and another packet of that number encoded, as long as it was not sent().
+    std::shared_ptr<const RecordFrame> encode(entropy::PacketNumber number,
+                                              Tick tick,
+                                              ZoneId zone,
+                                              std::vector<CodedRecord> records,
+                                              std::vector<std::uint8_t>& out);
+
+    void sent(std::shared_ptr<const RecordFrame> frame) { acknowledged_.sent(std::move(frame)); }
+
+    /// The receiver has decoded this packet. Unknown, old and repeated numbers are ignored.
+    void acknowledge(entropy::PacketNumber number) { acknowledged_.acknowledge(number); }
+
+    /// The receiver lost what it knew.
+    void start_over() { acknowledged_.start_over(); }
+
+    [[nodiscard]] std::uint8_t epoch() const { return acknowledged_.epoch(); }
+
+  private:
+    RecordFormat format_;
+    entropy::KnowledgeEncoder<RecordKnowledge> acknowledged_;
+};
+
+class RecordDecoder {
+  public:
+    explicit RecordDecoder(const RecordFormat& format);
+
+    /// The records of packet `number`, ascending by entity. Bytes are hostile: fails with the
+    /// reason when they are malformed or refer to what is not known (any more); nothing is changed
+    /// then. What was decoded must be acknowledged to the encoder, what was not must not.
+    core::Result<std::shared_ptr<const RecordFrame>> decode(entropy::PacketNumber number,
+                                                            Tick tick,
+                                                            ZoneId zone,
+                                                            std::span<const std::uint8_t> bytes);
+
+  private:
+    RecordFormat format_;
+    entropy::KnowledgeDecoder<RecordKnowledge> acknowledged_;
+};
+
+}  // namespace zoned::wire::record

@@ -1,0 +1,101 @@
+// Record knowledge: what both sides provably share of entities, and what coding them taught.
+#pragma once
+
+#include "shared/wire/entropy/residual_model.h"
+#include "shared/wire/record/coded_record.h"
+
+#include <array>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+namespace zoned::wire::record {
+
+/// The publications that acknowledged packets told, by entity. States of knowledge that differ by
+/// some packets share one, so a publication stays until no state can ask for it any more.
+class Bases {
+  public:
+    /// Of packets learned up to `newest`; null where nothing of the entity is known in that zone.
+    [[nodiscard]] const CodedRecord* find(EntityId entity,
+                                          ZoneId zone,
+                                          entropy::PacketNumber newest) const;
+
+    void learn(const RecordFrame& frame);
+
+    /// Most states of knowledge that are kept besides the newest; each knows a packet more.
+    static constexpr std::size_t kVersions = 17;
+
+  private:
+    struct Version {
+        entropy::PacketNumber number = 0;
+        ZoneId zone;
+        CodedRecord record;
+    };
+
+    std::unordered_map<EntityId, std::vector<Version>> versions_;  // each ascending by number
+};
+
+/// Models by what they are for. Those of residuals come first: one per field of the field table and
+/// class of expectation.
+struct RecordModels {
+    enum Symbols : std::uint8_t {
+        kKind,        // one per kind of the record before
+        kLod = 4,     // one per level before
+        kMotion = 8,  // one per motion before, and one for those without
+        kSymbols = 15
+    };
+
+    enum Bits : std::uint8_t {
+        kUpright,
+        kSameAppearance,
+        kSameLeftOut,
+        kBits
+    };
+
+    /// Behind the fields: gaps between entities, and ages of publications.
+    static constexpr std::size_t kGap = kFields.size();
+    static constexpr std::size_t kAge = kGap + 1;
+    static constexpr std::size_t kMagnitudes = kAge + 1;
+    static constexpr std::size_t kFirstSymbol = kMagnitudes * entropy::kScaleClasses;
+    static constexpr std::size_t kFirstBit = kFirstSymbol + kSymbols;
+
+    std::array<entropy::ResidualModel, kMagnitudes> residuals;
+    std::array<entropy::SymbolModel, kSymbols> symbols;
+    std::array<entropy::BitModel, kBits> bits;
+    /// Mean magnitude of late residuals.
+    std::array<std::array<float, kReaches>, kMagnitudes> expected;
+
+    RecordModels();
+    void learn(const std::vector<RecordLesson>& lessons);
+};
+
+class RecordKnowledge {
+  public:
+    using Frame = RecordFrame;
+    using Format = RecordFormat;
+
+    explicit RecordKnowledge(const RecordFormat& format);
+
+    void learn(const std::shared_ptr<const RecordFrame>& frame);
+
+    [[nodiscard]] const entropy::LearnedPackets& learned() const { return learned_; }
+
+    [[nodiscard]] const RecordModels& models() const { return models_; }
+
+    [[nodiscard]] const CodedRecord* base(EntityId entity, ZoneId zone) const {
+        return bases_->find(entity, zone, learned_.newest());
+    }
+
+    /// How much of an error in position, per second of extrapolation, is one of velocity.
+    [[nodiscard]] double velocity_share(bool upwards) const {
+        return velocity_[upwards ? 1 : 0].weights()[0];
+    }
+
+  private:
+    RecordModels models_;
+    std::array<entropy::LeastSquares<1>, 2> velocity_;
+    std::shared_ptr<Bases> bases_;
+    entropy::LearnedPackets learned_;
+};
+
+}  // namespace zoned::wire::record

@@ -1,0 +1,377 @@
+// Record pass: the one walk over a packet's records that encoder and decoder share.
+#pragma once
+
+#include "shared/wire/field_codec.h"
+#include "shared/wire/record/extrapolate.h"
+#include "shared/wire/record/record_codec.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <type_traits>
+
+namespace zoned::wire::record {
+
+/// Writes the decisions it is given.
+struct RecordWriter {
+    entropy::RangeEncoder& coder;
+
+    bool bit(const entropy::BitModel& model, bool value) {
+        model.encode(coder, value);
+        return value;
+    }
+
+    int symbol(const entropy::SymbolModel& model, int value) {
+        model.encode(coder, value);
+        return value;
+    }
+
+    std::uint32_t magnitude(std::uint32_t value, int /*symbol*/) {
+        entropy::encode_rest(coder, entropy::magnitude_of(value));
+        return value;
+    }
+
+    std::uint32_t raw(std::uint32_t value, int bits) {
+        coder.encode_raw(value, bits);
+        return value;
+    }
+};
+
+/// Reads decisions; what it is given is ignored.
+struct RecordReaderPort {
+    entropy::RangeDecoder& coder;
+
+    bool bit(const entropy::BitModel& model, bool /*value*/) { return model.decode(coder); }
+
+    int symbol(const entropy::SymbolModel& model, int /*value*/) { return model.decode(coder); }
+
+    std::uint32_t magnitude(std::uint32_t /*value*/, int symbol) {
+        return entropy::decode_magnitude(coder, symbol);
+    }
+
+    std::uint32_t raw(std::uint32_t /*value*/, int bits) { return coder.decode_raw(bits); }
+};
+
+/// Walks over all records of `frame`: number, tick, zone and, when encoding, records are given; the
+/// rest of the frame is filled in, when decoding the records as well.
+template <class Port>
+class RecordPass {
+  public:
+    static constexpr bool kDecodes = std::is_same_v<Port, RecordReaderPort>;
+
+    RecordPass(const RecordFormat& format,
+               const RecordKnowledge& knowledge,
+               Port port,
+               RecordFrame& frame)
+        : format_(format),
+          knowledge_(knowledge),
+          models_(knowledge.models()),
+          port_(port),
+          frame_(frame) {}
+
+    /// False when what was read cannot have been written.
+    bool run() {
+        std::size_t next = 0;
+        for (;;) {
+            CodedRecord record;
+            const bool more = kDecodes || next < frame_.records.size();
+            if (more && !kDecodes) {
+                record = frame_.records[next];
+            }
+            const auto kind =
+                static_cast<Kind>(symbol(RecordModels::kKind + static_cast<std::size_t>(before_),
+                                         more && !kDecodes ? kind_of(record) : kEnd));
+            if (kind == kEnd) {
+                return true;
+            }
+            if (kind > kEnd || next == kMostRecords || !code(kind, record)) {
+                return false;
+            }
+            if constexpr (kDecodes) {
+                frame_.records.push_back(record);
+            }
+            before_ = kind;
+            ++next;
+        }
+    }
+
+  private:
+    enum Kind : std::uint8_t {
+        kKnown,  ///< there is a base
+        kNew,    ///< nothing is known that would help
+        kRemove,
+        kEnd,
+    };
+
+    [[nodiscard]] const CodedRecord* base_of(EntityId entity) const {
+        return knowledge_.base(entity, frame_.zone);
+    }
+
+    [[nodiscard]] Kind kind_of(const CodedRecord& record) const {
+        if (record.remove) {
+            return kRemove;
+        }
+        const CodedRecord* base = base_of(record.entity);
+        const bool known = base != nullptr && base->type == record.type &&
+                           base->upright == record.upright && base->tick <= record.tick;
+        return known ? kKnown : kNew;
+    }
+
+    bool code(Kind kind, CodedRecord& record) {
+        if (!code_entity(record)) {
+            return false;
+        }
+        record.remove = kind == kRemove;
+        if (record.remove) {
+            return true;
+        }
+        const CodedRecord* base = kind == kKnown ? base_of(record.entity) : nullptr;
+        if (kind == kKnown && base == nullptr) {
+            return false;
+        }
+        const auto age = static_cast<Tick>(magnitude(
+            RecordModels::kAge, 0, static_cast<std::uint32_t>(frame_.tick - record.tick)));
+        if (age > kOldestTicks) {
+            return false;
+        }
+        record.tick = frame_.tick - age;
+        record.lod =
+            static_cast<std::uint8_t>(symbol(RecordModels::kLod + lod_before_, record.lod));
+        if (record.lod >= kLods) {
+            return false;
+        }
+        lod_before_ = record.lod;
+        if (base != nullptr) {
+            record.type = base->type;
+            record.upright = base->upright;
+            if (record.tick < base->tick) {
+                return false;
+            }
+        } else {
+            record.upright = bit(RecordModels::kUpright, record.upright);
+            record.type = static_cast<TypeIndex>(port_.raw(record.type, 16));
+        }
+        return code_state(record, base);
+    }
+
+    bool code_entity(CodedRecord& record) {
+        const std::uint32_t gap = record.entity.value - entity_before_ - 1;
+        const std::uint32_t coded =
+            magnitude(RecordModels::kGap, 0, std::min<std::uint32_t>(gap, entropy::kMaxResidual));
+        std::uint32_t whole = coded;
+        if (coded == entropy::kMaxResidual) {
+            whole = port_.raw(gap, 16);
+            whole |= port_.raw(gap >> 16, 16) << 16;
+        }
+        const std::uint64_t value = std::uint64_t{entity_before_} + 1 + whole;
+        if (value > 0xFFFFFFFFu) {
+            return false;
+        }
+        entity_before_ = static_cast<std::uint32_t>(value);
+        record.entity = EntityId(entity_before_);
+        return true;
+    }
+
+    bool code_state(CodedRecord& record, const CodedRecord* base) {
+        const FieldLayout& layout = format_.levels[record.lod].layout;
+        begin_state(record, base);
+        Columns columns{};
+        if constexpr (!kDecodes) {
+            columns = columns_of(record.state);
+        }
+        Columns out{};
+        for (std::size_t f = 0; f < kFields.size(); ++f) {
+            const Field& field = kFields[f];
+            if (is_present(field.presence, static_cast<Motion>(out[0]), record.upright) &&
+                !code_field(f, layout[field.range], columns, out)) {
+                return false;
+            }
+        }
+        if constexpr (kDecodes) {
+            if (!is_consistent(out, record.upright, layout)) {
+                return false;
+            }
+            record.state = state_of(out);
+        }
+        learn_velocity(out);
+        nearby_ = record;
+        return true;
+    }
+
+    void begin_state(const CodedRecord& record, const CodedRecord* base) {
+        motion_before_ = static_cast<std::size_t>(kMotions);
+        elapsed_s_ = 0.0;
+        steps_ = &format_.levels[record.lod].quantization;
+        if (base == nullptr) {
+            expected_ = beside(nearby_, record.lod, format_);
+            reach_ = kFromNothing;
+            return;
+        }
+        const Tick ticks = record.tick - base->tick;
+        expected_ = extrapolate(*base, record.tick, record.lod, format_);
+        reach_ = ticks <= 2 ? 0 : ticks <= 8 ? 1 : ticks <= 32 ? 2 : 3;
+        motion_before_ = static_cast<std::size_t>(expected_[0]);
+        elapsed_s_ = static_cast<double>(ticks) * static_cast<double>(format_.tick_s);
+    }
+
+    bool code_field(std::size_t f, const RangeLayout& range, const Columns& columns, Columns& out) {
+        const Field& field = kFields[f];
+        const std::size_t c = field.first;
+        switch (field.range) {
+            case Range::kMotion:
+                out[c] = symbol(RecordModels::kMotion + motion_before_, columns[c]);
+                return out[c] < kMotions;
+            case Range::kLeftOut:
+                code_left_out(c, columns, out);
+                return true;
+            case Range::kAppearance:
+                if (bit(RecordModels::kSameAppearance, columns[c] == expected_[c])) {
+                    out[c] = expected_[c];
+                } else {
+                    out[c] = static_cast<std::int32_t>(
+                        port_.raw(static_cast<std::uint32_t>(columns[c]), 16));
+                }
+                return true;
+            default:
+                break;
+        }
+        float off_before = -1.0F;
+        for (std::size_t i = c; i < c + field.components; ++i) {
+            const std::int32_t expected =
+                std::clamp(expected_of(field.range, i, out), range.minimum, range.maximum);
+            const std::int32_t off =
+                residual(f, off_before, difference(columns[i], expected, range));
+            std::int32_t value = expected + off;
+            if (range.wraps) {
+                value = static_cast<std::int32_t>(static_cast<std::uint32_t>(value) &
+                                                  low_mask(range.full_bits));
+            }
+            if (value < range.minimum || value > range.maximum) {
+                return false;
+            }
+            out[i] = value;
+            off_before = static_cast<float>(std::abs(off));
+        }
+        return true;
+    }
+
+    void code_left_out(std::size_t c, const Columns& columns, Columns& out) {
+        if (bit(RecordModels::kSameLeftOut, columns[c] == expected_[c])) {
+            out[c] = expected_[c];
+            return;
+        }
+        out[c] = static_cast<std::int32_t>(port_.raw(static_cast<std::uint32_t>(columns[c]), 2));
+        // Components of another chart tell nothing of these.
+        const Field& three = kFields[kSmallestThree];
+        std::fill_n(expected_.begin() + three.first, three.components, 0);
+    }
+
+    /// A velocity also follows what the position was off by, which is known by then.
+    [[nodiscard]] std::int32_t expected_of(Range range,
+                                           std::size_t column,
+                                           const Columns& out) const {
+        if (range != Range::kVelocity || elapsed_s_ <= 0.0) {
+            return expected_[column];
+        }
+        const std::size_t place = column - kVelocityAfterPosition;
+        const double share = knowledge_.velocity_share(place == kUpColumn);
+        const double more =
+            share * rate_off(place, out) / static_cast<double>(steps_->velocity_step_mps);
+        return expected_[column] +
+               static_cast<std::int32_t>(std::floor(std::clamp(more, -kMostMore, kMostMore) + 0.5));
+    }
+
+    /// By how much the position was off, per second of extrapolation, m/s.
+    [[nodiscard]] double rate_off(std::size_t place, const Columns& out) const {
+        return static_cast<double>(out[place] - expected_[place]) *
+               static_cast<double>(steps_->position_step_m) / elapsed_s_;
+    }
+
+    void learn_velocity(const Columns& out) {
+        const bool moves = static_cast<Motion>(out[0]) >= Motion::kLinear &&
+                           motion_before_ >= static_cast<std::size_t>(Motion::kLinear);
+        if (reach_ == kFromNothing || elapsed_s_ <= 0.0 || !moves) {
+            return;
+        }
+        for (std::size_t place = 1; place <= 3; ++place) {
+            const std::size_t column = place + kVelocityAfterPosition;
+            const double target = static_cast<double>(out[column] - expected_[column]) *
+                                  static_cast<double>(steps_->velocity_step_mps);
+            frame_.velocity[place == kUpColumn ? 1 : 0].add({rate_off(place, out)}, target, 1.0);
+        }
+    }
+
+    static std::int32_t difference(std::int32_t value,
+                                   std::int32_t expected,
+                                   const RangeLayout& range) {
+        const auto d = static_cast<std::uint32_t>(value) - static_cast<std::uint32_t>(expected);
+        return range.wraps ? sign_extend(d & low_mask(range.full_bits), range.full_bits)
+                           : static_cast<std::int32_t>(d);
+    }
+
+    // ---------------------------------------------------------------- decisions
+
+    bool bit(RecordModels::Bits which, bool value) {
+        const bool result = port_.bit(models_.bits[which], value);
+        note(RecordModels::kFirstBit + which, 0, result ? 1 : 0);
+        return result;
+    }
+
+    int symbol(std::size_t which, int value) {
+        const int result = port_.symbol(models_.symbols[which], value);
+        note(RecordModels::kFirstSymbol + which, 0, result);
+        return result;
+    }
+
+    std::uint32_t magnitude(std::size_t what, std::size_t reach, std::uint32_t value) {
+        const int scale = entropy::scale_class(models_.expected[what][reach]);
+        const int symbol =
+            port_.symbol(models_.residuals[what].of(scale), entropy::magnitude_of(value).symbol);
+        note(what * entropy::kScaleClasses + static_cast<std::size_t>(scale), reach, symbol);
+        return port_.magnitude(value, symbol);
+    }
+
+    /// `off_before`: magnitude of the component before, negative: this is the first.
+    std::int32_t residual(std::size_t f, float off_before, std::int32_t value) {
+        const float mean = models_.expected[f][reach_];
+        const int scale =
+            entropy::scale_class(off_before < 0.0F ? mean : 0.6F * mean + 0.4F * off_before);
+        const auto size = static_cast<std::uint32_t>(value < 0 ? -value : value);
+        const int symbol =
+            port_.symbol(models_.residuals[f].of(scale), entropy::magnitude_of(size).symbol);
+        note(f * entropy::kScaleClasses + static_cast<std::size_t>(scale), reach_, symbol);
+        const auto result = static_cast<std::int32_t>(port_.magnitude(size, symbol));
+        return result != 0 && port_.raw(value < 0 ? 1 : 0, 1) != 0 ? -result : result;
+    }
+
+    void note(std::size_t model, std::size_t reach, int symbol) {
+        frame_.lessons.push_back({static_cast<std::uint16_t>(model),
+                                  static_cast<std::uint8_t>(reach),
+                                  static_cast<std::uint8_t>(symbol)});
+    }
+
+    // Columns of the field table: position x, z, y are 1, 2, 3, velocities follow in the same
+    // order.
+    static constexpr std::size_t kUpColumn = 3;
+    static constexpr std::size_t kVelocityAfterPosition = 3;
+    static constexpr std::size_t kSmallestThree = 13;
+    static constexpr double kMostMore = 1 << 22;  // steps
+
+    const RecordFormat& format_;
+    const RecordKnowledge& knowledge_;
+    const RecordModels& models_;
+    Port port_;
+    RecordFrame& frame_;
+    Kind before_ = kKnown;
+    std::uint32_t entity_before_ = 0;
+    std::size_t lod_before_ = 0;
+    CodedRecord nearby_;  // the last one told: new ones are likely to be near it
+    // Of the state being coded.
+    Columns expected_{};
+    const Quantization* steps_ = nullptr;
+    std::size_t reach_ = kFromNothing;
+    std::size_t motion_before_ = 0;
+    double elapsed_s_ = 0.0;
+};
+
+}  // namespace zoned::wire::record
