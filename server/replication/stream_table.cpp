@@ -310,7 +310,8 @@ void StreamTable::publish_state(Stream& stream,
     stream.tick = now;
     stream.alive_tick = now;
     ++stream.version;
-    stream.past[stream.version % kPastKept] = {stream.from, stream.state.order, now, stream.version};
+    stream.past[stream.version % kPastKept] = {
+        stream.from, stream.state.order, now, stream.version};
     stream.keyframe_due = ++stream.since_keyframe >= settings_.keyframe_every;
     stream.is_keyframe = false;
     stream.absolute.clear();

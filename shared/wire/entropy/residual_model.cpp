@@ -119,16 +119,4 @@ std::uint32_t decode_magnitude(RangeDecoder& coder, int symbol) {
     return std::min<std::uint32_t>(over - 1 + kEscapeFrom, kMaxResidual);
 }
 
-void encode_rest(RangeEncoder& coder, std::int32_t residual, const Magnitude& magnitude) {
-    encode_rest(coder, magnitude);
-    if (residual != 0) {
-        coder.encode_raw(residual < 0 ? 1 : 0, 1);
-    }
-}
-
-std::int32_t decode_rest(RangeDecoder& coder, int symbol) {
-    const auto value = static_cast<std::int32_t>(decode_magnitude(coder, symbol));
-    return value != 0 && coder.decode_raw(1) != 0 ? -value : value;
-}
-
 }  // namespace zoned::wire::entropy

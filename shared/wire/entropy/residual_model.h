@@ -57,9 +57,4 @@ class ResidualModel {
 void encode_rest(RangeEncoder& coder, const Magnitude& magnitude);
 std::uint32_t decode_magnitude(RangeDecoder& coder, int symbol);
 
-/// The raw part of a residual: open bits, escape, sign. `symbol` has been coded before.
-void encode_rest(RangeEncoder& coder, std::int32_t residual, const Magnitude& magnitude);
-/// The whole residual; at most kMaxResidual in magnitude whatever the bytes.
-std::int32_t decode_rest(RangeDecoder& coder, int symbol);
-
 }  // namespace zoned::wire::entropy

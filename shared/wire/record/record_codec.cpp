@@ -28,7 +28,7 @@ std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber n
     frame->records = std::move(records);
     entropy::RangeEncoder coder(out);
     entropy::write_head(coder, head);
-    RecordPass<RecordWriter>(format_, acknowledged_.knowledge(), {coder}, *frame).run();
+    RecordPass<entropy::EncodePort>(format_, acknowledged_.knowledge(), {coder}, *frame).run();
     coder.finish();
     return frame;
 }
@@ -53,7 +53,7 @@ core::Result<std::shared_ptr<const RecordFrame>> RecordDecoder::decode(
     frame->number = number;
     frame->tick = tick;
     frame->zone = zone;
-    const bool sound = RecordPass<RecordReaderPort>(format_, *knowledge, {coder}, *frame).run();
+    const bool sound = RecordPass<entropy::DecodePort>(format_, *knowledge, {coder}, *frame).run();
     if (!sound || !coder.complete()) {
         return Decoded::failure("malformed records");
     }

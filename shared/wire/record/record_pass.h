@@ -1,6 +1,7 @@
 // Record pass: the one walk over a packet's records that encoder and decoder share.
 #pragma once
 
+#include "shared/wire/entropy/ports.h"
 #include "shared/wire/field_codec.h"
 #include "shared/wire/record/extrapolate.h"
 #include "shared/wire/record/record_codec.h"
@@ -8,56 +9,15 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <type_traits>
 
 namespace zoned::wire::record {
-
-/// Writes the decisions it is given.
-struct RecordWriter {
-    entropy::RangeEncoder& coder;
-
-    bool bit(const entropy::BitModel& model, bool value) {
-        model.encode(coder, value);
-        return value;
-    }
-
-    int symbol(const entropy::SymbolModel& model, int value) {
-        model.encode(coder, value);
-        return value;
-    }
-
-    std::uint32_t magnitude(std::uint32_t value, int /*symbol*/) {
-        entropy::encode_rest(coder, entropy::magnitude_of(value));
-        return value;
-    }
-
-    std::uint32_t raw(std::uint32_t value, int bits) {
-        coder.encode_raw(value, bits);
-        return value;
-    }
-};
-
-/// Reads decisions; what it is given is ignored.
-struct RecordReaderPort {
-    entropy::RangeDecoder& coder;
-
-    bool bit(const entropy::BitModel& model, bool /*value*/) { return model.decode(coder); }
-
-    int symbol(const entropy::SymbolModel& model, int /*value*/) { return model.decode(coder); }
-
-    std::uint32_t magnitude(std::uint32_t /*value*/, int symbol) {
-        return entropy::decode_magnitude(coder, symbol);
-    }
-
-    std::uint32_t raw(std::uint32_t /*value*/, int bits) { return coder.decode_raw(bits); }
-};
 
 /// Walks over all records of `frame`: number, tick, zone and, when encoding, records are given; the
 /// rest of the frame is filled in, when decoding the records as well.
 template <class Port>
 class RecordPass {
   public:
-    static constexpr bool kDecodes = std::is_same_v<Port, RecordReaderPort>;
+    static constexpr bool kDecodes = Port::kDecodes;
 
     RecordPass(const RecordFormat& format,
                const RecordKnowledge& knowledge,
@@ -336,12 +296,11 @@ class RecordPass {
         const float mean = models_.expected[f][reach_];
         const int scale =
             entropy::scale_class(off_before < 0.0F ? mean : 0.6F * mean + 0.4F * off_before);
-        const auto size = static_cast<std::uint32_t>(value < 0 ? -value : value);
-        const int symbol =
-            port_.symbol(models_.residuals[f].of(scale), entropy::magnitude_of(size).symbol);
+        int symbol = 0;
+        const std::int32_t result =
+            entropy::code_residual(port_, models_.residuals[f].of(scale), value, symbol);
         note(f * entropy::kScaleClasses + static_cast<std::size_t>(scale), reach_, symbol);
-        const auto result = static_cast<std::int32_t>(port_.magnitude(size, symbol));
-        return result != 0 && port_.raw(value < 0 ? 1 : 0, 1) != 0 ? -result : result;
+        return result;
     }
 
     void note(std::size_t model, std::size_t reach, int symbol) {

@@ -1,5 +1,7 @@
 #include "shared/wire/snapshot/orientation_coder.h"
 
+#include "shared/wire/entropy/ports.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -35,38 +37,6 @@ int component_of(const Rotation& r, int rank, int but) {
     }
     return but == 0 ? 1 : 0;  // no encoder writes such a rank
 }
-
-struct Writes {
-    entropy::RangeEncoder& coder;
-
-    bool bit(const entropy::BitModel& model, bool value) {
-        model.encode(coder, value);
-        return value;
-    }
-
-    int symbol(const entropy::SymbolModel& model, int value) {
-        model.encode(coder, value);
-        return value;
-    }
-
-    std::int32_t rest(std::int32_t value, int /*symbol*/) {
-        entropy::encode_rest(
-            coder, value, entropy::magnitude_of(static_cast<std::uint32_t>(std::abs(value))));
-        return value;
-    }
-};
-
-struct Reads {
-    entropy::RangeDecoder& coder;
-
-    bool bit(const entropy::BitModel& model, bool /*value*/) { return model.decode(coder); }
-
-    int symbol(const entropy::SymbolModel& model, int /*value*/) { return model.decode(coder); }
-
-    std::int32_t rest(std::int32_t /*value*/, int symbol) {
-        return entropy::decode_rest(coder, symbol);
-    }
-};
 
 }  // namespace
 
@@ -105,10 +75,10 @@ void OrientationCoder::code(Port& port, const BodySample& base, BodySample& samp
         entropy::SymbolModel& model =
             residuals_[i + (other ? 3 : 0)].of(entropy::scale_class(scale));
         const std::int32_t residual = sample.orientation[i] - expected[i];
-        const int symbol = port.symbol(
-            model, entropy::magnitude_of(static_cast<std::uint32_t>(std::abs(residual))).symbol);
+        int symbol = 0;
+        const std::int32_t value =
+            expected[i] + entropy::code_residual(port, model, residual, symbol);
         model.learn(symbol);
-        const std::int32_t value = expected[i] + port.rest(residual, symbol);
         sample.orientation[i] = static_cast<std::int16_t>(std::clamp(value, 0, (1 << bits_) - 1));
         sum += static_cast<float>(std::abs(value - expected[i]));
     }
@@ -120,7 +90,7 @@ void OrientationCoder::code(Port& port, const BodySample& base, BodySample& samp
 void OrientationCoder::encode(entropy::RangeEncoder& coder,
                               const BodySample& base,
                               const BodySample& sample) {
-    Writes port{coder};
+    entropy::EncodePort port{coder};
     BodySample copy = sample;
     code(port, base, copy);
 }
@@ -128,7 +98,7 @@ void OrientationCoder::encode(entropy::RangeEncoder& coder,
 void OrientationCoder::decode(entropy::RangeDecoder& coder,
                               const BodySample& base,
                               BodySample& sample) {
-    Reads port{coder};
+    entropy::DecodePort port{coder};
     code(port, base, sample);
 }
 

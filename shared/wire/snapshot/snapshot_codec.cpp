@@ -51,8 +51,7 @@ void SnapshotEncoder::encode(FrameNumber number,
     frame->samples = samples;
     entropy::RangeEncoder coder(out);
     entropy::write_head(coder, head);
-    EncodePort port(coder, knowledge.models());
-    SnapshotPass<EncodePort>(format_, knowledge, neighbours_, port, *frame).run();
+    SnapshotPass<entropy::EncodePort>(format_, knowledge, neighbours_, {coder}, *frame).run();
     coder.finish();
     acknowledged_.sent(std::move(frame));
 }
@@ -85,8 +84,7 @@ core::Result<const Snapshot*> SnapshotDecoder::decode(FrameNumber number,
     }
     std::shared_ptr<CodedFrame> frame = frames_.take();
     frame->number = number;
-    DecodePort port(coder, knowledge->models());
-    SnapshotPass<DecodePort>(format_, *knowledge, neighbours_, port, *frame).run();
+    SnapshotPass<entropy::DecodePort>(format_, *knowledge, neighbours_, {coder}, *frame).run();
     if (!coder.complete()) {
         return Decoded::failure("malformed snapshot");
     }

@@ -1,6 +1,7 @@
 // Snapshot pass: the one walk over a snapshot's bodies that encoder and decoder share.
 #pragma once
 
+#include "shared/wire/entropy/ports.h"
 #include "shared/wire/snapshot/knowledge.h"
 #include "shared/wire/snapshot/neighbours.h"
 #include "shared/wire/snapshot/rotation.h"
@@ -9,81 +10,25 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
-#include <type_traits>
 
 namespace zoned::wire::snapshot {
-
-/// Writes the decisions it is given.
-class EncodePort {
-  public:
-    EncodePort(entropy::RangeEncoder& coder, const Models& models)
-        : coder_(coder),
-          models_(models) {}
-
-    bool bit(std::size_t model, bool value) {
-        models_.bits[model].encode(coder_, value);
-        return value;
-    }
-
-    std::uint32_t raw(std::uint32_t value, int bits) {
-        coder_.encode_raw(value, bits);
-        return value;
-    }
-
-    std::int32_t residual(const entropy::SymbolModel& model, std::int32_t value, int& symbol) {
-        const entropy::Magnitude magnitude =
-            entropy::magnitude_of(static_cast<std::uint32_t>(value < 0 ? -value : value));
-        symbol = magnitude.symbol;
-        model.encode(coder_, symbol);
-        entropy::encode_rest(coder_, value, magnitude);
-        return value;
-    }
-
-    [[nodiscard]] const Models& models() const { return models_; }
-
-  private:
-    entropy::RangeEncoder& coder_;
-    const Models& models_;
-};
-
-/// Reads decisions; what it is given is ignored.
-class DecodePort {
-  public:
-    DecodePort(entropy::RangeDecoder& coder, const Models& models)
-        : coder_(coder),
-          models_(models) {}
-
-    bool bit(std::size_t model, bool /*value*/) { return models_.bits[model].decode(coder_); }
-
-    std::uint32_t raw(std::uint32_t /*value*/, int bits) { return coder_.decode_raw(bits); }
-
-    std::int32_t residual(const entropy::SymbolModel& model, std::int32_t /*value*/, int& symbol) {
-        symbol = model.decode(coder_);
-        return entropy::decode_rest(coder_, symbol);
-    }
-
-    [[nodiscard]] const Models& models() const { return models_; }
-
-  private:
-    entropy::RangeDecoder& coder_;
-    const Models& models_;
-};
 
 /// Walks over all bodies. `frame.number` and, when encoding, `frame.samples` are given; the rest of
 /// the frame is filled in, when decoding the samples as well.
 template <class Port>
 class SnapshotPass {
   public:
-    static constexpr bool kDecodes = std::is_same_v<Port, DecodePort>;
+    static constexpr bool kDecodes = Port::kDecodes;
 
     SnapshotPass(const SnapshotFormat& format,
                  const Knowledge& knowledge,
                  Neighbours& neighbours,
-                 Port& port,
+                 Port port,
                  CodedFrame& frame)
         : format_(format),
           knowledge_(knowledge),
           neighbours_(neighbours),
+          models_(knowledge.models()),
           port_(port),
           frame_(frame),
           t0_(knowledge.frame(0)),
@@ -330,7 +275,7 @@ class SnapshotPass {
     [[nodiscard]] bool teaches(std::uint32_t body) const { return (body + frame_.number) % 2 == 0; }
 
     bool bit(std::size_t model, bool value) {
-        const bool result = port_.bit(model, value);
+        const bool result = port_.bit(models_.bits[model], value);
         frame_.lessons.push_back(
             {static_cast<std::uint16_t>(model), static_cast<std::uint8_t>(result ? 1 : 0)});
         return result;
@@ -339,8 +284,8 @@ class SnapshotPass {
     std::int32_t residual(Models::Residuals what, float scale, std::int32_t value) {
         const int scale_class = entropy::scale_class(scale);
         int symbol = 0;
-        const entropy::SymbolModel& model = port_.models().residuals[what].of(scale_class);
-        const std::int32_t result = port_.residual(model, value, symbol);
+        const std::int32_t result =
+            entropy::code_residual(port_, models_.residuals[what].of(scale_class), value, symbol);
         frame_.lessons.push_back({static_cast<std::uint16_t>(
                                       Models::kBits + what * entropy::kScaleClasses + scale_class),
                                   static_cast<std::uint8_t>(symbol)});
@@ -377,7 +322,8 @@ class SnapshotPass {
     const SnapshotFormat& format_;
     const Knowledge& knowledge_;
     Neighbours& neighbours_;
-    Port& port_;
+    const Models& models_;
+    Port port_;
     CodedFrame& frame_;
     const CodedFrame& t0_;
     const CodedFrame& t1_;

@@ -3,7 +3,18 @@
 namespace zoned::harness {
 namespace {
 
-class Consistency : public GameTest {};
+class Consistency : public GameTest {
+  protected:
+    /// A network that does all that networks do, for ten seconds.
+    void be_bad() {
+        server.network.loss = 0.05;
+        server.network.delay_s = 0.06;
+        server.network.jitter_s = 0.02;
+        server.network.duplicate = 0.02;
+        server.network.reorder = 0.05;
+        bots.seconds = 10.0;
+    }
+};
 
 TEST_F(Consistency, HoldsOnACleanNetwork) {
     const measure::Report report = run();
@@ -14,12 +25,7 @@ TEST_F(Consistency, HoldsOnACleanNetwork) {
 }
 
 TEST_F(Consistency, HoldsOnABadNetwork) {
-    server.network.loss = 0.05;
-    server.network.delay_s = 0.06;
-    server.network.jitter_s = 0.02;
-    server.network.duplicate = 0.02;
-    server.network.reorder = 0.05;
-    bots.seconds = 10.0;
+    be_bad();
     const measure::Report report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.packets_lost, 10u);
@@ -44,12 +50,8 @@ TEST_F(Consistency, OfAnInterpolatingViewHoldsWithTheBareBound) {
 
 TEST_F(Consistency, OfAnInterpolatingViewHoldsOnABadNetwork) {
     bots.view = view::ViewKind::kInterpolate;
-    server.network.loss = 0.05;
-    server.network.delay_s = 0.06;
+    be_bad();
     server.network.jitter_s = 0.05;
-    server.network.duplicate = 0.02;
-    server.network.reorder = 0.05;
-    bots.seconds = 10.0;
     const measure::Report report = run();
     EXPECT_TRUE(report.consistent) << reasons(report);
     EXPECT_GT(report.audit.samples_after_loss, 0u);
@@ -65,12 +67,7 @@ TEST_F(Consistency, HoldsForEachKindOfPrediction) {
 }
 
 TEST_F(Consistency, HoldsWithRecordsCodedForEachClientInFewerBytes) {
-    server.network.loss = 0.05;
-    server.network.delay_s = 0.06;
-    server.network.jitter_s = 0.02;
-    server.network.duplicate = 0.02;
-    server.network.reorder = 0.05;
-    bots.seconds = 10.0;
+    be_bad();
     const measure::Report shared = run();
     server.sets = {"replication.codec=PER_CLIENT"};
     const measure::Report coded = run();

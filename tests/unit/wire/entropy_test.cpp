@@ -1,5 +1,6 @@
 #include "shared/core/rng.h"
 #include "shared/wire/entropy/least_squares.h"
+#include "shared/wire/entropy/ports.h"
 #include "shared/wire/entropy/range_coder.h"
 #include "shared/wire/entropy/residual_model.h"
 #include "shared/wire/entropy/symbol_model.h"
@@ -177,15 +178,17 @@ TEST(ResidualModel, ReturnsEveryResidual) {
     RangeEncoder coder(bytes);
     for (std::size_t i = 0; i < residuals.size(); ++i) {
         const std::int32_t r = residuals[i];
-        const Magnitude m = magnitude_of(static_cast<std::uint32_t>(std::abs(r)));
-        model.of(static_cast<int>(i % kScaleClasses)).encode(coder, m.symbol);
-        encode_rest(coder, r, m);
+        EncodePort port{coder};
+        int symbol = 0;
+        code_residual(port, model.of(static_cast<int>(i % kScaleClasses)), r, symbol);
     }
     coder.finish();
     RangeDecoder decoder(bytes);
     for (std::size_t i = 0; i < residuals.size(); ++i) {
-        const int symbol = model.of(static_cast<int>(i % kScaleClasses)).decode(decoder);
-        ASSERT_EQ(decode_rest(decoder, symbol), residuals[i]);
+        DecodePort port{decoder};
+        int symbol = 0;
+        ASSERT_EQ(code_residual(port, model.of(static_cast<int>(i % kScaleClasses)), 0, symbol),
+                  residuals[i]);
     }
     EXPECT_TRUE(decoder.complete());
 }
@@ -209,9 +212,9 @@ TEST(ResidualModel, BeginsNearTheEntropyOfTwoSidedGeometricResiduals) {
             }
             const std::int32_t r = rng.below(2) == 0 ? magnitude : -magnitude;
             entropy -= std::log2(zero * std::pow(theta, std::abs(r)));
-            const Magnitude m = magnitude_of(static_cast<std::uint32_t>(magnitude));
-            model.of(scale_class(static_cast<float>(mean))).encode(coder, m.symbol);
-            encode_rest(coder, r, m);
+            EncodePort port{coder};
+            int symbol = 0;
+            code_residual(port, model.of(scale_class(static_cast<float>(mean))), r, symbol);
         }
         coder.finish();
         // The middle of a class is at most half as large again as the mean: ln 1.5 + 1 / 1.5 - 1

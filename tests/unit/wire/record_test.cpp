@@ -150,18 +150,7 @@ TEST(RecordCodec, StaysWholeWhateverBytesCome) {
         encoder.sent(encoder.encode(number, tick, kZone, chaos.records(tick, 20), bytes));
         for (int i = 0; i < 4; ++i) {
             RecordDecoder victim = decoder;
-            std::vector<std::uint8_t> changed = bytes;
-            if (i == 0) {
-                changed.resize(rng.below(static_cast<std::uint32_t>(bytes.size()) + 1));
-            } else if (i == 1) {
-                changed[rng.below(static_cast<std::uint32_t>(bytes.size()))] ^=
-                    static_cast<std::uint8_t>(1 + rng.below(255));
-            } else {
-                changed.resize(rng.below(300));
-                for (std::uint8_t& byte : changed) {
-                    byte = static_cast<std::uint8_t>(rng.below(256));
-                }
-            }
+            const std::vector<std::uint8_t> changed = testing::spoiled(bytes, i, rng);
             const auto frame = victim.decode(number, tick, kZone, changed);
             refused += frame ? 0 : 1;
             if (frame) {

@@ -1,3 +1,4 @@
+#include "tests/unit/wire/wire_samples.h"
 #include "shared/core/rng.h"
 #include "shared/wire/snapshot/snapshot_codec.h"
 
@@ -354,18 +355,7 @@ TEST(SnapshotCodec, StaysWholeWhateverBytesCome) {
         encoder.encode(number, snapshot, bytes);
         for (int i = 0; i < 4; ++i) {
             SnapshotDecoder victim = decoder;
-            std::vector<std::uint8_t> changed = bytes;
-            if (i == 0) {
-                changed.resize(rng.below(static_cast<std::uint32_t>(bytes.size()) + 1));
-            } else if (i == 1) {
-                changed[rng.below(static_cast<std::uint32_t>(bytes.size()))] ^=
-                    static_cast<std::uint8_t>(1 + rng.below(255));
-            } else {
-                changed.resize(rng.below(200));
-                for (std::uint8_t& byte : changed) {
-                    byte = static_cast<std::uint8_t>(rng.below(256));
-                }
-            }
+            const std::vector<std::uint8_t> changed = testing::spoiled(bytes, i, rng);
             const auto result = victim.decode(i == 3 ? hostile++ : number, changed);
             refused += result ? 0 : 1;
             if (result) {

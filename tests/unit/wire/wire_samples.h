@@ -79,4 +79,24 @@ inline std::array<Quantization, 3> quantizations() {
     return {Quantization{}, coarse, fine};
 }
 
+/// What may come instead of `bytes`: kind 0 cut off somewhere, 1 one byte changed, else noise of up
+/// to 300 bytes.
+inline std::vector<std::uint8_t> spoiled(const std::vector<std::uint8_t>& bytes,
+                                         int kind,
+                                         core::Rng& rng) {
+    std::vector<std::uint8_t> changed = bytes;
+    const auto size = static_cast<std::uint32_t>(bytes.size());
+    if (kind == 0) {
+        changed.resize(rng.below(size + 1));
+    } else if (kind == 1 && size > 0) {
+        changed[rng.below(size)] ^= static_cast<std::uint8_t>(1 + rng.below(255));
+    } else {
+        changed.resize(rng.below(300));
+        for (std::uint8_t& byte : changed) {
+            byte = static_cast<std::uint8_t>(rng.below(256));
+        }
+    }
+    return changed;
+}
+
 }  // namespace zoned::wire::testing
