@@ -121,8 +121,7 @@ void Bot::send_inputs() {
     body_.clear();
     const auto newest = view_->own().newest_commands(kCommandsPerPacket);
     wire::write_commands(newest, body_);
-    commands_.on_sent(
-        client_.send_input(body_, now_s_), view_->own().newest_tick(), newest.size());
+    commands_.on_sent(client_.send_input(body_, now_s_), view_->own().newest_tick(), newest.size());
 }
 
 void Bot::hear_of_commands(const wire::OwnState& own) {
@@ -145,8 +144,10 @@ void Bot::hear_of_commands(const wire::OwnState& own) {
 
 void Bot::hear_of_ways() {
     const link::UplinkNews& news = client_.uplink();
-    if (commands_.on_news(news) && lead_) {
-        lead_->add_way(news.server_receive_s - client_.clock().server_time(news.sent_s));
+    std::size_t late = 0;
+    if (commands_.on_news(news, late) && lead_) {
+        lead_->add_way(news.server_receive_s - client_.clock().server_time(news.sent_s),
+                       static_cast<int>(late));
     }
 }
 

@@ -1,5 +1,7 @@
 #include "client-sim/bot/command_log.h"
 
+#include <algorithm>
+
 namespace zoned::bot {
 
 void CommandLog::on_sent(std::uint64_t sequence, Tick newest, std::size_t count) {
@@ -8,7 +10,7 @@ void CommandLog::on_sent(std::uint64_t sequence, Tick newest, std::size_t count)
     }
 }
 
-bool CommandLog::on_news(const link::UplinkNews& news) {
+bool CommandLog::on_news(const link::UplinkNews& news, std::size_t& late) {
     if (news.sequence <= heard_) {
         return false;
     }
@@ -17,13 +19,14 @@ bool CommandLog::on_news(const link::UplinkNews& news) {
     if (packet.sequence != news.sequence || packet.count == 0) {
         return false;
     }
-    for (std::size_t i = 0; i < packet.count; ++i) {
+    // Packets are sent one a tick; where that was not so, a few arrivals more stay unknown.
+    late = std::min(news.missed_before, packet.count - 1);
+    for (std::size_t i = 0; i <= late; ++i) {
         const Tick tick = packet.newest - static_cast<Tick>(i);
         if (tick < 0) {
             break;
         }
         Arrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
-        // News ascends by sequence, so the first is the earliest that is known.
         if (arrival.tick != tick) {
             arrival = {tick, news.server_receive_s};
         }

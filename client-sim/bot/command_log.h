@@ -11,8 +11,8 @@
 namespace zoned::bot {
 
 /// Of the newest kKept packets and commands of one client. The server says when a datagram came
-/// only of the newest at the time; a command whose first packet was overtaken or lost counts from
-/// the next one of which that is known.
+/// only of the newest at the time: of the commands of others nothing is known, but for those whose
+/// own packets had not come by then (lost, or overtaken): they came with that one.
 class CommandLog {
   public:
     static constexpr std::size_t kKept = 256;
@@ -20,8 +20,9 @@ class CommandLog {
     /// A packet with the `count` commands up to tick `newest` left. Sequence 0: it did not.
     void on_sent(std::uint64_t sequence, Tick newest, std::size_t count);
 
-    /// True when `news` is of a packet of commands and had not been heard before.
-    bool on_news(const link::UplinkNews& news);
+    /// True when `news` is of a packet of commands and had not been heard before; `late` is then
+    /// how many commands came first with this packet although they had been sent before it.
+    bool on_news(const link::UplinkNews& news, std::size_t& late);
 
     /// When the server had the command for a tick, by its clock; none when that is not known.
     [[nodiscard]] std::optional<double> arrival_s(Tick tick) const;

@@ -1,6 +1,7 @@
 #include "client-sim/link/datagram_channel.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace zoned::link {
@@ -141,6 +142,8 @@ void DatagramChannel::sample_clock(const wire::DownTransport& transport,
     uplink_.sequence = acked;
     uplink_.sent_s = sent.at_s;
     uplink_.server_receive_s = server_receive_s;
+    uplink_.missed_before = std::min(static_cast<std::size_t>(std::countr_zero(transport.ack_bits)),
+                                     static_cast<std::size_t>(acked - 1));
 }
 
 void DatagramChannel::judge_losses(std::uint64_t acked, std::uint32_t bits) {

@@ -33,6 +33,7 @@ struct UplinkNews {
     std::uint64_t sequence = 0;     ///< newest that it had received; 0: none yet
     double sent_s = 0.0;            ///< when that one left, local
     double server_receive_s = 0.0;  ///< when it came, by the server's clock
+    std::size_t missed_before = 0;  ///< how many directly before it had not come by then
     double loss = 0.0;              ///< share of the datagrams up that never came, smoothed
 };
 

@@ -89,10 +89,10 @@ class ClockSync {
     std::array<Sample, kWindow> samples_{};  // a ring: sample i is at i modulo kWindow
     std::array<Sample, kBlocks> blocks_{};   // the best of each block, a ring likewise
     std::size_t block_count_ = 0;
-    double block_s_ = 0.0;     // when the newest block began
-    double drift_ = 0.0;       // s/s
-    double drift_doubt_ = kMaxDrift;         // how wrong that is to be expected
-    std::size_t count_ = 0;                  // since the filter last started
+    double block_s_ = 0.0;            // when the newest block began
+    double drift_ = 0.0;              // s/s
+    double drift_doubt_ = kMaxDrift;  // how wrong that is to be expected
+    std::size_t count_ = 0;           // since the filter last started
     std::size_t restarts_ = 0;
     double offset_ = 0.0;  // at last_local_
     double target_ = 0.0;  // where the offset is slewed to, likewise; both drift on

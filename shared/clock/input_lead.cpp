@@ -9,8 +9,10 @@ namespace {
 
 /// Before so many ways are known the first lead stays.
 constexpr std::size_t kLeastSamples = 8;
-/// The longest way above the median, of which so much is added.
-constexpr double kScatterShare = 0.15;
+/// So many say enough of the longest: before, it is no wonder that commands come late.
+constexpr std::size_t kLearning = 128;
+/// Of what is to be late at most, so much is aimed at.
+constexpr double kAim = 1.0 / 1.3;
 /// Beside it: scheduling at both ends.
 constexpr double kMarginS = 0.003;
 constexpr double kRaiseTicks = 0.25;  // for a command that was missed
@@ -18,6 +20,15 @@ constexpr double kMostToldTicks = 4.0;
 constexpr double kShownTicks = 4.0;  // beside a round trip: until a change of the lead is told
 constexpr double kRisingS = 0.5e-3;
 constexpr double kNegligibleLoss = 0.002;
+
+/// Which share of (longest - median) of n ways is to be added, that a further way is longer with
+/// kAim times the target only. Of an exponential tail of scale s the longest is about s ln(n) above
+/// the median, and s ln(1 / (n p)) more are needed for p; other tails are thinner.
+double beyond_longest(std::size_t n) {
+    const auto count = static_cast<double>(n);
+    const double wanted = std::log(1.0 / (kAim * InputLead::kMissingTarget * count));
+    return std::clamp(wanted / std::log(count), 0.0, 1.0);
+}
 
 }  // namespace
 
@@ -28,7 +39,8 @@ void InputLead::begin(double rtt_s, double now_s) {
     wanted_ = lead_;
 }
 
-void InputLead::add_way(double way_s) {
+void InputLead::add_way(double way_s, int late) {
+    way_s += tick_s_ * static_cast<double>(late);
     if (!(std::abs(way_s) <= most_s())) {
         return;
     }
@@ -47,27 +59,25 @@ void InputLead::measure() {
     const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(n / 2);
     const auto end = sorted_.begin() + static_cast<std::ptrdiff_t>(n);
     std::nth_element(sorted_.begin(), middle, end);
-    const double longest = *std::max_element(middle, end);
-    // Lost with its packet, a command comes with the next that is not lost.
-    int ticks = 0;
-    for (double late = loss_ > kNegligibleLoss ? loss_ : 0.0;
-         late > kMissingUnderLoss && ticks < kMostLossTicks;
-         late *= loss_) {
-        ++ticks;
-    }
-    wanted_ = std::clamp(longest + kScatterShare * (longest - *middle) + kMarginS +
-                             static_cast<double>(ticks) * tick_s_ + told_,
-                         0.0,
-                         most_s());
+    const double share = loss_ > kNegligibleLoss ? kMissingUnderLoss : 0.0;
+    const auto spared = static_cast<std::size_t>(share * static_cast<double>(n));
+    const auto rank = end - 1 - static_cast<std::ptrdiff_t>(std::min(spared, n / 2));
+    std::nth_element(middle, rank, end);
+    const double longest = *rank;
+    // Nothing more is needed of the scatter that loss makes: what is spared is not to be in time.
+    const double scatter = spared == 0 ? beyond_longest(n) * (longest - *middle) : 0.0;
+    wanted_ = std::clamp(longest + scatter + kMarginS + told_, 0.0, most_s());
 }
 
 void InputLead::on_told(bool missing, double rtt_s) {
-    if (missing && last_s_ - rising_s_ < rtt_s + kShownTicks * tick_s_) {
+    const bool learning = count_ > 0 && count_ < kLearning;
+    if (missing && (learning || last_s_ - rising_s_ < rtt_s + kShownTicks * tick_s_)) {
         return;
     }
     const double step = kRaiseTicks * tick_s_;
     const double before = told_;
-    told_ += missing ? step : -step * kMissingTarget / (1.0 - kMissingTarget);
+    const double target = loss_ > kNegligibleLoss ? kMissingUnderLoss : kMissingTarget;
+    told_ += missing ? step : -step * target / (1.0 - target);
     told_ = std::clamp(told_, 0.0, kMostToldTicks * tick_s_);
     wanted_ = std::clamp(wanted_ + told_ - before, 0.0, most_s());
 }

@@ -7,15 +7,16 @@
 
 namespace zoned::clock {
 
-/// The lead is what commands need to get to the server: the longest of the last kSamples ways up,
-/// and a little more the more they scatter, so that without loss less than kMissingTarget of the
-/// commands come late (of n independent delays the next one exceeds the longest with probability
-/// 1 / (n + 1); what is added covers the rest for anything up to exponential tails). A command that
-/// is lost comes with the next packet, one tick later: so many ticks are added that less than
-/// kMissingUnderLoss are late.
+/// The lead is what commands need to get to the server. A command whose packet is lost or overtaken
+/// comes with a later one, so many ticks later: that counts as its way. Without loss the longest of
+/// the last kSamples ways is taken, and more the more they scatter and the fewer are known, so that
+/// less than kMissingTarget of the commands come late (of n independent delays the next one exceeds
+/// the longest with probability 1 / (n + 1); what is added covers the rest for anything up to
+/// exponential tails). With loss so long a lead would be for the rarest of cases: all but
+/// kMissingUnderLoss are then to be in time.
 ///
 /// What the server says has the last word: a command that it missed raises the lead by a quarter of
-/// a tick, one that came in time lowers it by so much that both balance at kMissingTarget (Robbins,
+/// a tick, one that came in time lowers it by so much that both balance at the target (Robbins,
 /// Monro: A Stochastic Approximation Method, 1951, for a quantile).
 ///
 /// The input clock never jumps: it runs faster or slower than the server's by kSlew at most. Not
@@ -30,16 +31,17 @@ class InputLead {
     [[nodiscard]] bool begun() const { return begun_; }
 
     /// A packet's way up took `way_s`, from our estimate of the server's time at sending to the
-    /// server's own at arrival. May be negative when that estimate is off. What took longer than
-    /// the largest lead is an outage and says nothing.
-    void add_way(double way_s);
+    /// server's own at arrival; the `late` commands before its newest had not come earlier either.
+    /// May be negative when that estimate is off. What took longer than the largest lead is an
+    /// outage and says nothing.
+    void add_way(double way_s, int late);
 
     /// Share of the packets up that are lost, 0..1.
     void set_loss(double share) { loss_ = share; }
 
     /// What the server says of the command for a tick: came too late or not at all, or in time. The
-    /// first does not count while the lead still rises, and for a round trip after it: the server
-    /// has not seen all of what is done about it.
+    /// first does not count while the lead still rises, and for a round trip after it (the server
+    /// has not seen all of what is done about it), nor while few ways up are known.
     void on_told(bool missing, double rtt_s);
 
     /// Runs the input clock on; the lead now.
@@ -57,8 +59,6 @@ class InputLead {
     static constexpr double kMissingUnderLoss = 0.01;
     static constexpr double kSlew = 0.05;  ///< s/s
     static constexpr int kMostTicks = 24;
-    /// More ticks than this are not added for loss: packets repeat that many commands.
-    static constexpr int kMostLossTicks = 3;
 
   private:
     void measure();
@@ -70,7 +70,7 @@ class InputLead {
     double last_s_ = 0.0;
     double rising_s_ = -1e9;  // when the lead was last below what is wanted
     double loss_ = 0.0;
-    double told_ = 0.0;  // what the server's word adds
+    double told_ = 0.0;                    // what the server's word adds
     std::array<double, kSamples> ways_{};  // a ring
     std::array<double, kSamples> sorted_{};
     std::size_t count_ = 0;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <deque>
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace zoned::clock {
@@ -31,8 +32,10 @@ struct Client {
     double early_s = 0.0;  ///< sum over commands: how long they waited at the server
     double most_uneven = 0.0;
 
-    struct Fate {
-        double arrives_s = 1e18;
+    struct News {
+        double at_s = 0.0;
+        double way_s = 0.0;
+        int late = 0;
     };
 
     /// Runs from `from_s` on; counts from then.
@@ -42,6 +45,7 @@ struct Client {
         if (!lead.begun()) {
             lead.begin(0.1, from_s);
             next_ = static_cast<long>(std::floor((from_s + lead.lead_s()) / kTickS));
+            first_ = next_ + 1;
             arrivals_.assign(100000, 1e18);
             server_next_ = next_ + 1;
         }
@@ -54,8 +58,9 @@ struct Client {
                 ++next_;
                 send(now);
             }
-            while (!news_.empty() && news_.front().first <= now) {
-                lead.add_way(news_.front().second);
+            deliver(now);
+            while (!news_.empty() && news_.front().at_s <= now) {
+                lead.add_way(news_.front().way_s, news_.front().late);
                 news_.pop_front();
             }
             for (; static_cast<double>(server_next_) * kTickS <= now; ++server_next_) {
@@ -75,16 +80,40 @@ struct Client {
   private:
     void send(double now) {
         const double took = way();
+        packets_.resize(static_cast<std::size_t>(next_) + 1, 1e18);
         if (static_cast<double>(rng.unit()) < loss) {
             return;
         }
+        packets_.back() = now + took;
         for (long tick = next_; tick > next_ - 4 && tick >= 0; --tick) {
             double& at = arrivals_[static_cast<std::size_t>(tick) % arrivals_.size()];
             at = std::min(at, now + took);
         }
         if (ways_known) {
-            news_.emplace_back(now + took + 0.05, took);
+            // How many directly before it had not come by then, and whether it was the newest, is
+            // known to the server when it comes: see deliver().
+            under_way_.emplace_back(next_, took);
         }
+    }
+
+    /// The server's news of packets that arrived by now.
+    void deliver(double now) {
+        std::erase_if(under_way_, [&](const std::pair<long, double>& p) {
+            const double at = packets_[static_cast<std::size_t>(p.first)];
+            if (at > now) {
+                return false;
+            }
+            if (p.first > newest_) {
+                newest_ = p.first;
+                int late = 0;
+                while (late < 3 && p.first - late > first_ &&
+                       packets_[static_cast<std::size_t>(p.first - late - 1)] > at) {
+                    ++late;
+                }
+                news_.push_back({at + 0.05, p.second, late});
+            }
+            return true;
+        });
     }
 
     void consume() {
@@ -101,8 +130,12 @@ struct Client {
 
     long next_ = 0;
     long server_next_ = 0;
+    long newest_ = -1;
+    long first_ = 0;
+    std::vector<std::pair<long, double>> under_way_;
     std::vector<double> arrivals_;
-    std::deque<std::pair<double, double>> news_;
+    std::deque<News> news_;
+    std::vector<double> packets_;  // when each arrives, by tick
 };
 
 TEST(InputLead, MissesLessThanOneInAThousandUnderJitter) {
@@ -128,7 +161,8 @@ TEST(InputLead, MissesLessThanOneInAThousandUnderJitter) {
         // No earlier than needed: a mean command is early by the jitter, by what commands wait for
         // their tick to end (none to one tick), by the share of the scatter that is added, and by
         // what the server's word keeps up.
-        EXPECT_LT(early_s / static_cast<double>(consumed), 1.15 * jitter + 0.003 + kTickS) << jitter;
+        EXPECT_LT(early_s / static_cast<double>(consumed), 1.15 * jitter + 0.003 + kTickS)
+            << jitter;
     }
 }
 
@@ -218,8 +252,8 @@ TEST(InputLead, AnOutageDoesNotRaiseIt) {
     Client client;
     client.run(10.0, 20.0);
     const double before = client.lead.wanted_s();
-    client.lead.add_way(5.0);
-    client.lead.add_way(std::nan(""));
+    client.lead.add_way(5.0, 0);
+    client.lead.add_way(std::nan(""), 0);
     EXPECT_EQ(client.lead.wanted_s(), before);
 }
 
