@@ -17,9 +17,8 @@ constexpr double kIdlePollS = 0.02;
 constexpr double kProbeS = 0.05;
 /// Clock and view are given this long to settle before anything is compared.
 constexpr double kSettleS = 0.5;
-/// The lead shrinks when it was larger than needed for this long.
-constexpr double kLeadWindowS = 2.0;
-constexpr int kWantedLead = 2;
+/// Rounding of seconds counted in ticks.
+constexpr double kSameTick = 1e-6;
 
 }  // namespace
 
@@ -71,7 +70,10 @@ void Bot::advance(double now_s) {
     housekeeping();
     const double server_s = client_.clock().server_time(now_s);
     const double next_tick_s = static_cast<double>(view_->tick() + 1) * world_->tick_s;
-    next_wake_s_ = now_s + std::clamp(next_tick_s - server_s, 0.0, kIdlePollS);
+    const double next_input_s =
+        (static_cast<double>(next_input_) - input_position()) * world_->tick_s;
+    next_wake_s_ =
+        now_s + std::clamp(std::min(next_tick_s - server_s, next_input_s), 0.0, kIdlePollS);
 }
 
 void Bot::evaluate() {
@@ -85,15 +87,20 @@ void Bot::evaluate() {
     }
 }
 
+/// In ticks: the command for the tick that this has reached is due.
+double Bot::input_position() const {
+    return (client_.clock().server_time(now_s_) + lead_->lead_s()) / world_->tick_s;
+}
+
 void Bot::send_inputs() {
-    if (!lead_set_) {
-        lead_set_ = true;
-        lead_ticks_ = kWantedLead +
-                      static_cast<int>(std::ceil(0.5 * client_.clock().rtt_s() / world_->tick_s));
-        lead_ticks_ = std::clamp(lead_ticks_, 1, kMaxLeadTicks);
+    if (!lead_) {
+        lead_.emplace(world_->tick_s);
+        lead_->begin(client_.clock().rtt_s(), now_s_);
     }
-    const Tick target = view_->tick() + lead_ticks_;
-    if (next_input_ < 0 || target - next_input_ > kMaxLeadTicks) {
+    lead_->set_loss(client_.uplink().loss);
+    lead_->advance(now_s_);
+    const auto target = static_cast<Tick>(std::floor(input_position() + kSameTick));
+    if (next_input_ < 0 || target - next_input_ > clock::InputLead::kMostTicks) {
         next_input_ = target;  // the beginning, or a stall of this process: the past is over
     }
     if (next_input_ > target) {
@@ -112,29 +119,35 @@ void Bot::send_inputs() {
         }
     }
     body_.clear();
-    wire::write_commands(view_->own().newest_commands(kCommandsPerPacket), body_);
-    client_.send_input(body_, now_s_);
+    const auto newest = view_->own().newest_commands(kCommandsPerPacket);
+    wire::write_commands(newest, body_);
+    commands_.on_sent(client_.send_input(body_, now_s_), view_->own().newest_tick(), newest.size());
 }
 
-void Bot::adapt_lead(const wire::OwnState& own) {
-    if (own.input_missing) {
-        // Raised once per round trip: the effect of the last raise must show first.
-        const auto wait = static_cast<Tick>(client_.clock().rtt_s() / world_->tick_s) + 4;
-        if (own.input_tick >= lead_raised_ + wait && lead_ticks_ < kMaxLeadTicks) {
-            ++lead_ticks_;
-            lead_raised_ = own.input_tick;
-        }
-        least_lead_ = 127;
-        least_lead_since_s_ = now_s_;
+void Bot::hear_of_commands(const wire::OwnState& own) {
+    if (!lead_) {
         return;
     }
-    least_lead_ = std::min(least_lead_, static_cast<int>(own.input_lead));
-    if (now_s_ - least_lead_since_s_ > kLeadWindowS) {
-        if (least_lead_ > kWantedLead && lead_ticks_ > 1) {
-            --lead_ticks_;
-        }
-        least_lead_ = 127;
-        least_lead_since_s_ = now_s_;
+    if (told_tick_ >= 0 && own.input_tick > told_tick_) {
+        // Only some ticks are told of, but whenever commands begin to be missing: between two that
+        // were missed, all were.
+        const auto ticks = static_cast<std::uint64_t>(own.input_tick - told_tick_);
+        inputs_.ticks += ticks;
+        inputs_.missing += own.input_missing ? (told_missing_ ? ticks : 1) : 0;
+        lead_->on_told(own.input_missing, client_.clock().rtt_s());
+    }
+    if (told_tick_ >= 0 || !own.input_missing) {
+        told_tick_ = std::max(told_tick_, own.input_tick);
+        told_missing_ = own.input_missing;
+    }
+}
+
+void Bot::hear_of_ways() {
+    const link::UplinkNews& news = client_.uplink();
+    std::size_t late = 0;
+    if (commands_.on_news(news, late) && lead_) {
+        lead_->add_way(news.server_receive_s - client_.clock().server_time(news.sent_s),
+                       static_cast<int>(late));
     }
 }
 
@@ -162,6 +175,9 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
     joined_ = false;
     settled_tick_ = -1;
     next_input_ = -1;
+    lead_.reset();
+    commands_.clear();
+    told_tick_ = -1;
     std::string error = "no world description";
     auto world = welcome.has_world() ? worlds_.get(welcome.config_digest(), welcome.world(), error)
                                      : nullptr;
@@ -218,9 +234,11 @@ void Bot::on_packet(const link::OpenedPacket& packet) {
                             std::max(client_.clock().server_time(now_s_), shown_s),
                             packet.head.widened);
     }
+    packet_sent_s_ = packet.server_send_s;
+    hear_of_ways();
     const view::Correction correction = view_->apply(packet, now_s_);
     if (correction.applied) {
-        adapt_lead(packet.head.own);
+        hear_of_commands(packet.head.own);
     }
     if (correction.compared) {
         observer_.on_correction(*this, correction.tick, correction.distance_m);

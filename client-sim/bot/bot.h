@@ -2,12 +2,15 @@
 #pragma once
 
 #include "client-sim/bot/behaviour.h"
+#include "client-sim/bot/command_log.h"
 #include "client-sim/link/arrival_log.h"
 #include "client-sim/link/client.h"
 #include "client-sim/view/view.h"
+#include "shared/clock/input_lead.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace zoned::bot {
@@ -41,11 +44,16 @@ struct BotSettings {
     double audit_every_s = 1.0;
 };
 
-/// Commands are made for ticks ahead of the server, by a lead that follows what the server reports.
+/// How commands fared, by what the server says of them.
+struct InputStats {
+    std::uint64_t ticks = 0;    ///< that the server has told of, since the first command in time
+    std::uint64_t missing = 0;  ///< of these: the command came too late or not at all
+};
+
+/// Commands are made for ticks ahead of the server (clock::InputLead), on a clock of their own.
 class Bot final : public link::SessionHandler, public view::ViewListener, public Voice {
   public:
     static constexpr std::size_t kCommandsPerPacket = 4;
-    static constexpr int kMaxLeadTicks = 24;
 
     Bot(link::Transport& transport,
         view::WorldCache& worlds,
@@ -84,7 +92,20 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     /// The first view tick after joining for which clock and view were settled; -1 before.
     [[nodiscard]] Tick settled_tick() const { return settled_tick_; }
 
-    [[nodiscard]] int lead_ticks() const { return lead_ticks_; }
+    /// By how much commands are made ahead of the server's clock, in ticks; 0 before any was made.
+    [[nodiscard]] double lead_ticks() const {
+        return lead_ ? lead_->lead_s() / world_->tick_s : 0.0;
+    }
+
+    [[nodiscard]] const InputStats& inputs() const { return inputs_; }
+
+    /// When the server had the command for a tick, by its own clock; none when not known.
+    [[nodiscard]] std::optional<double> command_arrival_s(Tick tick) const {
+        return commands_.arrival_s(tick);
+    }
+
+    /// When the packet that is being applied left, by the server's clock.
+    [[nodiscard]] double packet_sent_s() const { return packet_sent_s_; }
 
     [[nodiscard]] std::uint64_t bad_worlds() const { return bad_worlds_; }
 
@@ -99,7 +120,9 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
   private:
     void evaluate();
     void send_inputs();
-    void adapt_lead(const wire::OwnState& own);
+    void hear_of_commands(const wire::OwnState& own);
+    void hear_of_ways();
+    [[nodiscard]] double input_position() const;
     void housekeeping();
 
     view::WorldCache& worlds_;
@@ -121,11 +144,12 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     double next_probe_s_ = 0.0;
     double next_maintenance_s_ = 0.0;
     double last_audit_s_ = 0.0;
-    int lead_ticks_ = 3;
-    bool lead_set_ = false;
-    Tick lead_raised_ = 0;
-    int least_lead_ = 127;
-    double least_lead_since_s_ = 0.0;
+    std::optional<clock::InputLead> lead_;
+    CommandLog commands_;
+    InputStats inputs_;
+    Tick told_tick_ = -1;  // newest tick whose command the server spoke of; -1: none came in time
+    bool told_missing_ = false;
+    double packet_sent_s_ = 0.0;
     Tick next_input_ = -1;
     std::vector<std::uint8_t> body_;
     std::uint64_t bad_worlds_ = 0;

@@ -362,18 +362,19 @@ void Client::send_command(std::uint32_t kind, std::string payload) {
     }
 }
 
-void Client::send_input(std::span<const std::uint8_t> body, double now_s) {
+std::uint64_t Client::send_input(std::span<const std::uint8_t> body, double now_s) {
     if (state_ != SessionState::kOnline || !channel_.has_keys()) {
-        return;
+        return 0;
     }
     Bytes datagram = channel_.seal(body, now_s);
     if (tunnelling_ && ++tunnel_counter_ % kProbeEvery != 0) {
         proto::ClientMessage message;
         message.mutable_datagram()->set_sealed(datagram.data(), datagram.size());
         send(message);
-        return;
+        return channel_.newest_up();
     }
     transport_.send_datagram(std::move(datagram));
+    return channel_.newest_up();
 }
 
 void Client::request_audit() {

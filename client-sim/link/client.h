@@ -79,8 +79,9 @@ class Client {
 
     /// Numbered and sent again after a resume until the server has acknowledged it.
     void send_command(std::uint32_t kind, std::string payload);
-    /// Body of an input packet; sealed and sent now. Ignored unless online.
-    void send_input(std::span<const std::uint8_t> body, double now_s);
+    /// Body of an input packet; sealed and sent now. Ignored unless online. Returns its sequence, 0
+    /// when it was ignored.
+    std::uint64_t send_input(std::span<const std::uint8_t> body, double now_s);
     void request_audit();
     void request_freeze(bool on);
     void reset_view(const std::string& reason);
@@ -99,6 +100,8 @@ class Client {
     [[nodiscard]] std::uint32_t client_id() const { return client_id_; }
 
     [[nodiscard]] const clock::ClockSync& clock() const { return channel_.clock(); }
+
+    [[nodiscard]] const UplinkNews& uplink() const { return channel_.uplink(); }
 
     [[nodiscard]] const DatagramStats& datagrams() const { return channel_.stats(); }
 

@@ -1,6 +1,7 @@
 #include "client-sim/link/datagram_channel.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace zoned::link {
@@ -9,6 +10,9 @@ namespace {
 
 constexpr double kAckDelayUnitS = 10e-6;
 constexpr std::uint16_t kAckDelaySaturated = 0xFFFF;
+// A datagram that was overtaken by so many is lost.
+constexpr std::uint64_t kOvertaken = 8;
+constexpr double kLossWeight = 1.0 / 128.0;
 
 /// The server sends its clock modulo 2^32 microseconds; the packet's tick says which turn it is.
 double unwrap_send_time_s(std::uint32_t send_time_us, Tick tick, double tick_s) {
@@ -31,6 +35,8 @@ void DatagramChannel::restart() {
     window_ = {};
     acks_ = {};
     last_sampled_ = 0;
+    judged_up_ = 0;
+    uplink_ = {};
     newest_down_ = 0;
 }
 
@@ -110,13 +116,16 @@ std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> 
         unwrap_send_time_s(transport->send_time_us, head->head.tick, tick_s_);
     sample_clock(*transport, server_send_s, now_s);
     note_silence(sequence, server_send_s);
-    return OpenedPacket{sequence, head->head, body.subspan(head->records_offset)};
+    return OpenedPacket{sequence, head->head, body.subspan(head->records_offset), server_send_s};
 }
 
 void DatagramChannel::sample_clock(const wire::DownTransport& transport,
                                    double server_send_s,
                                    double now_s) {
     const std::uint64_t acked = wire::expand_sequence(transport.ack_low, next_up_ - 1);
+    if (acked != 0 && acked < next_up_) {
+        judge_losses(acked, transport.ack_bits);
+    }
     // Each of our datagrams serves as a sample once; a saturated delay says nothing.
     if (acked == 0 || acked <= last_sampled_ || acked >= next_up_ ||
         transport.ack_delay_10us == kAckDelaySaturated) {
@@ -130,6 +139,21 @@ void DatagramChannel::sample_clock(const wire::DownTransport& transport,
     const double server_receive_s =
         server_send_s - static_cast<double>(transport.ack_delay_10us) * kAckDelayUnitS;
     clock_.add_sample(sent.at_s, server_receive_s, server_send_s, now_s);
+    uplink_.sequence = acked;
+    uplink_.sent_s = sent.at_s;
+    uplink_.server_receive_s = server_receive_s;
+    uplink_.missed_before = std::min(static_cast<std::size_t>(std::countr_zero(transport.ack_bits)),
+                                     static_cast<std::size_t>(acked - 1));
+}
+
+void DatagramChannel::judge_losses(std::uint64_t acked, std::uint32_t bits) {
+    // After a silence the bits do not reach back to all: what they do not cover says nothing.
+    judged_up_ = std::max(judged_up_, acked > 32 ? acked - 33 : 0);
+    for (; judged_up_ + 1 + kOvertaken <= acked; ++judged_up_) {
+        const std::uint64_t back = acked - (judged_up_ + 1);
+        const bool came = ((bits >> (back - 1)) & 1U) != 0;
+        uplink_.loss += kLossWeight * ((came ? 0.0 : 1.0) - uplink_.loss);
+    }
 }
 
 void DatagramChannel::note_silence(std::uint64_t sequence, double server_send_s) {

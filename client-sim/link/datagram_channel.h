@@ -28,11 +28,21 @@ struct DatagramStats {
     std::uint64_t server_silences = 0;  ///< consecutive packets more than kSilenceS apart at send
 };
 
+/// What the server said last of our own datagrams.
+struct UplinkNews {
+    std::uint64_t sequence = 0;     ///< newest that it had received; 0: none yet
+    double sent_s = 0.0;            ///< when that one left, local
+    double server_receive_s = 0.0;  ///< when it came, by the server's clock
+    std::size_t missed_before = 0;  ///< how many directly before it had not come by then
+    double loss = 0.0;              ///< share of the datagrams up that never came, smoothed
+};
+
 /// A state packet as opened; `body` is valid until the next call of open().
 struct OpenedPacket {
     std::uint64_t sequence = 0;
     wire::DownHead head;
     std::span<const std::uint8_t> records;
+    double server_send_s = 0.0;  ///< when it left, by the server's clock
 };
 
 class DatagramChannel {
@@ -60,10 +70,16 @@ class DatagramChannel {
 
     [[nodiscard]] const clock::ClockSync& clock() const { return clock_; }
 
+    [[nodiscard]] const UplinkNews& uplink() const { return uplink_; }
+
+    /// Of the newest datagram that was sealed; 0: none.
+    [[nodiscard]] std::uint64_t newest_up() const { return next_up_ - 1; }
+
     [[nodiscard]] const DatagramStats& stats() const { return stats_; }
 
   private:
     void sample_clock(const wire::DownTransport& transport, double server_send_s, double now_s);
+    void judge_losses(std::uint64_t acked, std::uint32_t bits);
     void note_silence(std::uint64_t sequence, double server_send_s);
 
     static constexpr std::size_t kSent = 1024;
@@ -84,6 +100,8 @@ class DatagramChannel {
     double newest_received_s_ = 0.0;
     std::uint16_t newest_one_way_128us_ = 0;
     std::uint64_t last_sampled_ = 0;
+    std::uint64_t judged_up_ = 0;  // all up to here are known to have come or not
+    UplinkNews uplink_;
     std::uint64_t newest_down_ = 0;
     double newest_send_s_ = 0.0;
     clock::ClockSync clock_;

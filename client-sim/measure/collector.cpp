@@ -77,7 +77,11 @@ void Collector::on_changed_course(bot::Bot& bot, Tick tick) {
     }
     Course& course = courses_[bot.avatar().value];
     unseen_ += course.open ? 1 : 0;
-    course = {tick, bot.now_s(), true};
+    course = {tick,
+              bot.now_s(),
+              bot.client().clock().server_time(bot.now_s()),
+              bot.settings().index,
+              true};
 }
 
 void Collector::on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, Tick from_tick) {
@@ -96,6 +100,9 @@ void Collector::on_shown(bot::Bot& bot, EntityId entity, Tick publication_tick, 
     const double shown_server_s = static_cast<double>(from_tick) * bot.view()->world().tick_s;
     const double wait = shown_server_s - bot.client().clock().server_time(bot.now_s());
     display_ms_.add(1e3 * (elapsed + std::max(0.0, wait)));
+    const Course& course = found->second;
+    latency_.add(
+        course.decider, course.tick, course.decided_server_s, bot, publication_tick, from_tick);
 }
 
 void Collector::on_correction(bot::Bot& bot, Tick tick, double distance_m) {
@@ -113,6 +120,7 @@ void Collector::advance(const Bots& bots, double now_s) {
         per_bot_[bot->settings().index].auditor.settle(*bot, tally_);
     }
     close_events(bots, now_s, kEventOpenS);
+    latency_.settle(bots);
     if (now_s >= next_clock_s_ && !ended_) {
         next_clock_s_ = now_s + kClockPeriodS;
         sample_clocks(bots, now_s);
@@ -266,6 +274,8 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
     r.commands_resent += client.stats().commands_resent;
     r.streams_lost += client.stats().streams_lost;
     r.resumed += client.stats().resumed;
+    r.input_ticks += bot.inputs().ticks;
+    r.input_ticks_missing += bot.inputs().missing;
     r.sessions_lost += client.stats().sessions_lost;
     r.tunnelled_bots += client.stats().tunnelled ? 1 : 0;
     r.packets_received += bot.arrivals().received();
@@ -309,6 +319,8 @@ Report Collector::report(const Bots& bots, std::size_t asked) const {
     r.event_spread_ms = spread_ms_;
     r.events_unheard = unheard_;
     r.input_to_remote_display_ms = display_ms_;
+    r.latency_stages_ms = latency_.stages();
+    r.latency_unknown = latency_.unknown();
     r.input_changes_unseen = unseen_;
     r.rtt_ms = rtt_ms_;
     r.clock_error_ms = clock_error_ms_;

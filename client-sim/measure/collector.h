@@ -4,6 +4,7 @@
 #include "client-sim/bot/bot.h"
 #include "client-sim/measure/auditor.h"
 #include "client-sim/measure/corrections.h"
+#include "client-sim/measure/latency.h"
 #include "client-sim/measure/report.h"
 
 #include <cstdint>
@@ -86,6 +87,8 @@ class Collector final : public bot::Observer {
     struct Course {
         Tick tick = 0;
         double decided_s = 0.0;
+        double decided_server_s = 0.0;  // likewise, by the estimate of the bot that decided
+        std::size_t decider = 0;
         bool open = false;
     };
 
@@ -104,6 +107,7 @@ class Collector final : public bot::Observer {
     bool ended_ = false;
     core::Histogram spread_ms_;
     core::Histogram display_ms_;
+    Latency latency_;
     std::uint64_t unseen_ = 0;
     std::uint64_t unheard_ = 0;
     core::Histogram rtt_ms_;

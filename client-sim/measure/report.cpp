@@ -80,6 +80,12 @@ void write_findings(core::JsonWriter& json, const Tally& t) {
     json.end_array();
 }
 
+double missing_share(const Report& r) {
+    return r.input_ticks == 0
+               ? 0.0
+               : static_cast<double>(r.input_ticks_missing) / static_cast<double>(r.input_ticks);
+}
+
 void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("packets_received", r.packets_received);
     json.field("packets_lost", r.packets_lost);
@@ -101,6 +107,7 @@ void write_transport(core::JsonWriter& json, const Report& r) {
     json.field("view_resets", r.view_resets);
     json.field("handoffs_seen", r.zone_changes);
     json.field("input_missing", r.input_missing);
+    json.field("input_missing_share", missing_share(r));
     json.field("publications_absolute", r.publications_absolute);
     json.field("publications_order_0", r.publications_by_order[0]);
     json.field("publications_order_1", r.publications_by_order[1]);
@@ -173,6 +180,13 @@ std::string to_json(const Report& r) {
     json.field("commands_resent", r.commands_resent);
     write_range(json, "event_spread_ms", r.event_spread_ms, true);
     write_range(json, "input_to_remote_display_ms", r.input_to_remote_display_ms, true);
+    for (std::size_t i = 0; i < kStages; ++i) {
+        write_range(json,
+                    std::string("latency_") + stage_name(static_cast<Stage>(i)) + "_ms",
+                    r.latency_stages_ms[i],
+                    true);
+    }
+    json.field("latency_unknown", r.latency_unknown);
     json.field("input_changes_unseen", r.input_changes_unseen);
     write_range(json, "rtt_ms", r.rtt_ms, true);
     write_range(json, "clock_error_ms", r.clock_error_ms, true);
@@ -225,6 +239,11 @@ std::string to_table(const Report& r) {
     row(out, "clock error", r.clock_error_ms, "ms");
     row(out, "event spread", r.event_spread_ms, "ms");
     row(out, "input to remote display", r.input_to_remote_display_ms, "ms");
+    for (std::size_t i = 0; i < kStages; ++i) {
+        const std::string name = std::string("  of it: ") + stage_name(static_cast<Stage>(i));
+        row(out, name.c_str(), r.latency_stages_ms[i], "ms");
+    }
+    row(out, "input lead", r.lead_ticks, "ticks");
     row(out, "down per bot (with headers)", r.down_bytes_per_s, "bytes/s");
     row(out, "up per bot (with headers)", r.up_bytes_per_s, "bytes/s");
     line(out,

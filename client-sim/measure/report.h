@@ -2,6 +2,7 @@
 #pragma once
 
 #include "client-sim/measure/auditor.h"
+#include "client-sim/measure/latency.h"
 #include "shared/core/histogram.h"
 
 #include <array>
@@ -43,6 +44,8 @@ struct Report {
     std::uint64_t commands_resent = 0;
     core::Histogram event_spread_ms;
     core::Histogram input_to_remote_display_ms;
+    Latency::Histograms latency_stages_ms;  ///< of the same actions, by Stage
+    std::uint64_t latency_unknown = 0;      ///< of them: without stages
     std::uint64_t input_changes_unseen = 0;
     core::Histogram rtt_ms;
     core::Histogram clock_error_ms;
@@ -72,6 +75,8 @@ struct Report {
     std::uint64_t bursts_refused = 0;  ///< more at a time than a client displays
     std::uint64_t zone_changes = 0;    ///< handoffs that clients saw
     std::uint64_t input_missing = 0;
+    std::uint64_t input_ticks = 0;          ///< of which the server has told bots
+    std::uint64_t input_ticks_missing = 0;  ///< of these: the command was not there
     std::uint64_t publications_absolute = 0;
     std::array<std::uint64_t, motion::kPredictorOrders> publications_by_order{};
     std::uint64_t send_drops = 0;

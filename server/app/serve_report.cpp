@@ -55,6 +55,8 @@ void add_loop(const LoopStats& loop, ops::ServerReport& report) {
     report.extra["held_back_bodies"] = static_cast<double>(loop.held_back);
     report.extra["slowed_bodies"] = static_cast<double>(loop.slowed);
     report.extra["clients_over_budget"] = static_cast<double>(loop.over_budget);
+    report.extra["inputs"] = static_cast<double>(loop.inputs);
+    report.extra["inputs_missing"] = static_cast<double>(loop.inputs_missing);
     report.extra["publications"] = static_cast<double>(loop.publications);
     report.extra["records_sent"] = static_cast<double>(loop.records_sent);
     report.extra["records_resent"] = static_cast<double>(loop.records_resent);

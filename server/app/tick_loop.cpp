@@ -174,6 +174,8 @@ void TickLoop::count_zone(std::size_t index) {
     s.awake_bodies += r.census.awake_bodies;
     s.limit_exceeded += r.replication.limit_exceeded;
     s.over_budget += r.replication.over_budget;
+    s.inputs += r.replication.inputs;
+    s.inputs_missing += r.replication.inputs_missing;
     s.records_sent += r.replication.records_sent;
     s.records_resent += r.replication.records_resent;
     s.publications += r.replication.publications;

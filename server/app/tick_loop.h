@@ -67,6 +67,8 @@ struct LoopStats {
     std::uint64_t held_back = 0;   ///< bodies that would have passed through static geometry
     std::uint64_t slowed = 0;      ///< bodies whose speed or spin was cut to the most there is
     std::uint64_t over_budget = 0;
+    std::uint64_t inputs = 0;          ///< commands that were due
+    std::uint64_t inputs_missing = 0;  ///< of these: not there in time
     std::uint64_t records_sent = 0;
     std::uint64_t records_resent = 0;
     std::uint64_t publications = 0;

@@ -17,7 +17,10 @@ constexpr std::uint32_t kLossPrior = 8;         // ... beside a guess that count
 constexpr double kLossAtFirst = 0.02;
 constexpr double kNegligibleLoss = 1e-3;
 constexpr int kMaxCopies = 8;
+constexpr double kInitialWindowBytes = 14600.0;  // RFC 6928, section 2: ten segments
 constexpr double kSmallestBurstBytes = 256.0;
+constexpr double kAway_s = 1.0;              // and two round trips: without any new acknowledgement
+constexpr Tick kSignTicks = 2;               // between signs of life for one that was just heard
 constexpr double kNarrowBurstBytes = 512.0;  // headers are a fifth of a packet at least as large
 
 template <class List>
@@ -33,9 +36,14 @@ double burst_bytes(const Settings& settings) {
     return std::max(kSmallestBurstBytes, 0.25 * settings.budget_bytes_per_s);
 }
 
+double opening_bytes(const Settings& settings) {
+    const auto second = static_cast<double>(settings.budget_bytes_per_s);
+    return std::max(burst_bytes(settings), std::min(kInitialWindowBytes, second));
+}
+
 ClientState::ClientState(const ClientTransfer& transfer, const Settings& settings)
     : client(transfer.client),
-      tokens(transfer.next_sequence == 1 ? burst_bytes(settings) : transfer.budget_bytes),
+      tokens(transfer.next_sequence == 1 ? opening_bytes(settings) : transfer.budget_bytes),
       next_sequence_(transfer.next_sequence),
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
@@ -191,7 +199,10 @@ SentPacket& ClientState::begin_packet(Tick now) {
         sample_loss(*displaced, displaced->fate != Fate::kAcked);
     }
     packet_tick = now;
-    return log_.add(next_sequence_++, now);
+    heard_while_away_ = false;
+    SentPacket& packet = log_.add(next_sequence_++, now);
+    packet.counted = away_;
+    return packet;
 }
 
 void ClientState::on_acks(const mailbox::Acks& acks) {
@@ -230,6 +241,7 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
 /// wire::give_up_ticks. It counts as lost only after twice that: what was merely late must
 /// not raise the estimate.
 void ClientState::expire(Tick now, float tick_s) {
+    look_for_outage(now, tick_s);
     const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
     const Tick patience = wire::give_up_ticks(1e-6 * rtt_us, static_cast<double>(tick_s));
     bool resolved_so_far = true;
@@ -253,6 +265,55 @@ void ClientState::expire(Tick now, float tick_s) {
             oldest_open_ = sequence + 1;
         }
     }
+}
+
+void ClientState::look_for_outage(Tick now, float tick_s) {
+    if (newest_acked_ != heard_newest_ || heard_tick_ < 0) {
+        if (away_) {
+            widened = {};  // what is still owed decides anew, in this tick
+        }
+        away_ = false;
+        heard_while_away_ = false;
+        heard_newest_ = newest_acked_;
+        heard_tick_ = now;
+        heard_loss_ = loss_estimate_;
+        heard_samples_ = loss_samples_;
+        return;
+    }
+    const double rtt_us = rtt_us_ == 0 ? kDefaultRtt_us : static_cast<double>(rtt_us_);
+    const double silent_s = static_cast<double>(now - heard_tick_) * static_cast<double>(tick_s);
+    // One that has never acknowledged anything may have no way back yet, and is still to be shown
+    // the world.
+    if (!away_ && newest_acked_ != 0 && silent_s > kAway_s + 2e-6 * rtt_us) {
+        begin_away();
+    }
+}
+
+void ClientState::begin_away() {
+    away_ = true;
+    for (std::uint64_t sequence = oldest_open_; sequence < next_sequence_; ++sequence) {
+        SentPacket* packet = log_.find(sequence);
+        if (packet == nullptr || sequence <= heard_newest_) {
+            continue;
+        }
+        if (packet->fate == Fate::kOpen) {
+            packet->fate = Fate::kLost;
+            for (const SentEntry& entry : packet->entries) {
+                lose(entry);
+            }
+        }
+        packet->counted = true;
+    }
+    loss_estimate_ = heard_loss_;
+    loss_samples_ = heard_samples_;
+}
+
+void ClientState::on_heard() {
+    heard_while_away_ = away_;
+}
+
+bool ClientState::sign_due(Tick now) const {
+    return heard_while_away_ && now - packet_tick >= kSignTicks;
 }
 
 void ClientState::sample_loss(SentPacket& packet, bool lost) {
@@ -317,7 +378,8 @@ void ClientState::refill(const Settings& settings) {
         static_cast<double>(settings.tick_s);
     const double burst =
         narrow ? std::max(kNarrowBurstBytes, 1.5 * per_tick) : burst_bytes(settings);
-    tokens = std::min(burst, tokens + per_tick);
+    // What a new client may be sent at first is more than what may gather later.
+    tokens = narrow || tokens < burst ? std::min(burst, tokens + per_tick) : tokens;
 }
 
 void ClientState::hash(core::StateHash& hash) const {
@@ -327,6 +389,7 @@ void ClientState::hash(core::StateHash& hash) const {
     hash.add(loss_estimate_);
     hash.add(tokens);
     hash.add(rate_bytes_per_s_);
+    hash.add(away_);
     for (const Subscription& s : subscriptions) {
         hash.add(s.entity.value);
         hash.add(s.lod);

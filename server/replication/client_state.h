@@ -67,8 +67,17 @@ class ClientState {
     }
 
     void on_acks(const mailbox::Acks& acks);
-    /// Gives up packets that must be lost by now.
+    /// Gives up packets that must be lost by now, or all when nothing is heard any more.
     void expire(Tick now, float tick_s);
+
+    /// True when the client acknowledged packets before, but none for a second and two round trips:
+    /// an outage. It is then sent nothing but signs of life; what it holds and has acknowledged
+    /// stays as it is, so that afterwards it is owed what has changed, and nothing else. What was
+    /// lost meanwhile says nothing of the network as it was before and will be again.
+    [[nodiscard]] bool away() const { return away_; }
+
+    /// Something came from the client: when it is away, the next sign of life is due soon.
+    void on_heard();
     /// Everything is owed anew, absolute.
     void reset_view();
 
@@ -80,6 +89,9 @@ class ClientState {
 
     /// Copies of news to send so that the chance to lose them all is below `target`, 1..8.
     [[nodiscard]] int copies_wanted(float target) const;
+
+    /// When away: a sign of life is due, because something was heard of the client.
+    [[nodiscard]] bool sign_due(Tick now) const;
 
     /// Tokens for one more tick, of the budget or of what the path carries, if that is less. They
     /// never exceed a quarter of a second's worth of the budget; on a path that carries less, where
@@ -114,6 +126,8 @@ class ClientState {
     void add_removal(EntityId entity, Tick now);
     void deliver(const SentEntry& entry);
     void lose(const SentEntry& entry);
+    void look_for_outage(Tick now, float tick_s);
+    void begin_away();
     void sample_loss(SentPacket& packet, bool lost);
     Subscription* find(const SentEntry& entry);
 
@@ -126,7 +140,17 @@ class ClientState {
     std::uint32_t rtt_us_ = 0;
     std::uint32_t rate_bytes_per_s_ = 0;
     std::uint32_t next_stamp_ = 1;
+    bool away_ = false;
+    bool heard_while_away_ = false;
+    std::uint64_t heard_newest_ = 0;   // newest_acked_ when it last rose ...
+    Tick heard_tick_ = -1;             // ... and when that was; -1: at no time here
+    double heard_loss_ = 0.0;          // the estimate then ...
+    std::uint32_t heard_samples_ = 0;  // ... and what it stood for
 };
+
+/// What a client may be sent at once when it has just joined: a second's worth of its budget, but
+/// no more than TCP's initial window.
+double opening_bytes(const Settings& settings);
 
 /// Bytes of budget that may gather while nothing is sent.
 double burst_bytes(const Settings& settings);

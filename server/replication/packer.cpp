@@ -75,16 +75,21 @@ void Packer::pack(Tick now,
     const bool silence = client.packet_tick < 0 ||
                          now - client.packet_tick >= static_cast<Tick>(settings_.silence_ticks);
     // Own state and signs of life may go into debt; the records then wait until it is paid.
-    const bool due = silence || (own_due(now, own, track) && client.tokens >= 0.0);
+    const bool due = client.away() ? silence || client.sign_due(now)
+                                   : silence || (own_due(now, own, track) && client.tokens >= 0.0);
     track.input_missing = own.present && own.state.input_missing;
     if (candidates_.empty() && !due) {
         return;
+    }
+    if (client.away()) {
+        widen(now, client, streams);  // it is told that it is told of nothing
     }
     const double need = static_cast<double>(kPacketOverheadBytes) + kTypicalHeadBytes +
                         kTypicalRecordBytes * static_cast<double>(candidates_.size());
     tight_ = need > client.tokens;
     if (tight_) {
         order_by_error(now, client, streams);
+        order_unseen_by_distance(own, client, streams);
     }
     const bool wait = client.tokens < std::min(need, kWorthwhileBytes);
     if (wait && !due) {
@@ -135,8 +140,45 @@ void Packer::order_by_error(Tick now, const ClientState& client, const StreamTab
     sort_candidates();
 }
 
+/// Who was never shown comes nearest first within a level of detail, by exact distance (less the
+/// more its type matters); which places in the order the unseen have is not changed.
+void Packer::order_unseen_by_distance(const OwnNow& own,
+                                      const ClientState& client,
+                                      const StreamTable& streams) {
+    if (!own.present) {
+        return;
+    }
+    for (std::uint8_t lod = 0; lod < settings_.lods.size(); ++lod) {
+        unseen_.clear();
+        places_.clear();
+        for (std::uint32_t place = 0; place < candidates_.size(); ++place) {
+            const Candidate& c = candidates_[place];
+            if (c.removal || client.subscriptions[c.index].sent_version != 0 ||
+                client.subscriptions[c.index].lod != lod) {
+                continue;
+            }
+            const Stream& stream = streams[client.subscriptions[c.index].stream];
+            const float distance_m = (stream.truth.position - own.state.state.position).norm();
+            unseen_.emplace_back(distance_m / stream.priority, c);
+            places_.push_back(place);
+        }
+        std::sort(unseen_.begin(), unseen_.end(), [](const auto& a, const auto& b) {
+            return a.first != b.first ? a.first < b.first : a.second.index < b.second.index;
+        });
+        for (std::size_t i = 0; i < places_.size(); ++i) {
+            candidates_[places_[i]] = unseen_[i].second;
+        }
+    }
+}
+
 /// What could not be sent decides how wide the bounds are now: never silently late.
 void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
+    if (client.away()) {
+        client.widened.step = wire::kNoBound;
+        client.widened.incomplete = true;
+        client.widened_tick = now;
+        return;
+    }
     wire::Widened needed;
     if (tight_) {
         for (const Candidate& c : candidates_) {
@@ -213,7 +255,7 @@ void Packer::write_records(Tick now,
 /// Fills candidates_ with everything that should be sent now, most urgent first; ties go by entity.
 void Packer::gather(Tick now, ClientState& client, const StreamTable& streams) {
     candidates_.clear();
-    if (!client.is_viewer) {
+    if (!client.is_viewer || client.away()) {
         return;
     }
     copies_wanted_ = client.copies_wanted(settings_.redundancy_target);

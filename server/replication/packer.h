@@ -6,6 +6,8 @@
 #include "shared/wire/packet.h"
 
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace zoned::replication {
 
@@ -50,6 +52,9 @@ class Packer {
     void gather(Tick now, ClientState& client, const StreamTable& streams);
     void sort_candidates();
     void order_by_error(Tick now, const ClientState& client, const StreamTable& streams);
+    void order_unseen_by_distance(const OwnNow& own,
+                                  const ClientState& client,
+                                  const StreamTable& streams);
     void widen(Tick now, ClientState& client, const StreamTable& streams);
     void tell(ClientState& client, std::span<mailbox::StatePacket> packets, Report& report) const;
     bool consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate);
@@ -83,6 +88,8 @@ class Packer {
 
     Settings settings_;
     std::vector<Candidate> candidates_;
+    std::vector<std::pair<float, Candidate>> unseen_;  // with distance, of one level of detail
+    std::vector<std::uint32_t> places_;                // in candidates_, of these
     wire::DownHead head_;  // of the packet being written, as are body_ and entries_
     std::vector<std::uint8_t> body_;
     std::vector<std::uint8_t> remove_record_;

@@ -76,6 +76,13 @@ void Replicator::on_acks(const mailbox::Acks& acks) {
     }
 }
 
+void Replicator::on_heard(ClientId client) {
+    const auto it = impl_->find(client);
+    if (it != impl_->clients.end()) {
+        (*it)->on_heard();
+    }
+}
+
 void Replicator::reset_view(ClientId client) {
     const auto it = impl_->find(client);
     if (it != impl_->clients.end()) {
@@ -95,6 +102,10 @@ Report Replicator::step(Tick now,
     z.sync_subscriptions(now, visibility);
     z.streams.collect();
     report.skipped = visibility.empty();
+    report.inputs = static_cast<std::uint32_t>(own.size());
+    for (const OwnInput& input : own) {
+        report.inputs_missing += input.input_missing ? 1 : 0;
+    }
     if (!report.skipped) {
         z.streams.publish(now, entities, types, report);
         z.list_avatars(entities);

@@ -36,7 +36,8 @@ struct Settings {
         60;                            ///< a moving entity is published at least this often, 1..240
     std::uint32_t keyframe_every = 8;  ///< publications between keyframes of a stream, 1..255
     std::uint32_t budget_bytes_per_s =
-        16000;  ///< per client at most, headers counted; bursts of up to a quarter of a second
+        16000;  ///< per client at most, headers counted; bursts of up to a quarter of a second, of
+                ///< a second (14600 bytes at most) when it joins
     std::uint32_t own_state_every_ticks =
         6;  ///< own avatar's state at least this often while it moves, 1..60
     std::uint32_t silence_ticks = 12;  ///< a client hears a datagram at least this often, 1..15
@@ -64,8 +65,10 @@ struct Report {
         0;                      ///< clients that were still owed something when their budget ended
     std::uint32_t widened = 0;  ///< clients that were told of bounds wider than promised
     std::uint32_t limit_exceeded =
-        0;                 ///< entities whose truth exceeded its declared a_max or dv_max
-    bool skipped = false;  ///< no viewer: nothing ran, no stream is kept
+        0;                     ///< entities whose truth exceeded its declared a_max or dv_max
+    std::uint32_t inputs = 0;  ///< commands that were due
+    std::uint32_t inputs_missing = 0;  ///< of these: not there in time
+    bool skipped = false;              ///< no viewer: nothing ran, no stream is kept
 };
 
 /// Own avatar's input state, as the zone knows it.
@@ -110,6 +113,8 @@ class Replicator {
     void add_client(const ClientTransfer& transfer);
     ClientTransfer remove_client(ClientId client);
     void on_acks(const mailbox::Acks& acks);
+    /// Something else came from the client: after an outage it is asked sooner what it holds.
+    void on_heard(ClientId client);
     /// Everything is owed to this client again, absolute.
     void reset_view(ClientId client);
 

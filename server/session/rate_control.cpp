@@ -79,6 +79,12 @@ void RateControl::on_feedback(std::uint64_t newest,
         return;
     }
     newest_heard_ = newest;
+    if (before_silence_ > 0.0) {
+        // Where nothing came back at all it was an outage, not a queue; but the path may be
+        // another.
+        rate_ = std::max(rate_, 0.5 * before_silence_);
+        before_silence_ = 0.0;
+    }
     const double dt_s = heard_s_ < 0.0 ? 0.0 : std::min(0.25, now_s - heard_s_);
     heard_s_ = now_s;
     unheard_s_ = -1.0;
@@ -344,6 +350,7 @@ bool RateControl::on_silence(double now_s) {
         return false;
     }
     silenced_s_ = now_s;
+    before_silence_ = std::max(before_silence_, rate_);
     cut(0.5 * rate_, now_s);
     return true;
 }

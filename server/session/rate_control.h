@@ -36,6 +36,9 @@ struct RateSettings {
 /// *Base.* Where cut after cut leaves the delay as it is, the path has become longer (or others
 /// fill its queue): that delay is then the base.
 ///
+/// *Silence.* A second without any feedback halves the rate, and every further one again; with the
+/// first feedback it is back at half of what it was.
+///
 /// Not thread-safe. Times are those of one monotonic clock, s.
 class RateControl {
   public:
@@ -149,9 +152,10 @@ class RateControl {
     int cuts_in_row_ = 0;
     int futile_ = 0;  // cuts in a row that left the delay as it was
     double queue_at_cut_s_ = 0.0;
-    double heard_s_ = -1.0;     // newest feedback; below 0: none yet
-    double unheard_s_ = -1.0;   // what was sent first since; below 0: nothing
-    double silenced_s_ = -1e9;  // newest halving
+    double heard_s_ = -1.0;        // newest feedback; below 0: none yet
+    double unheard_s_ = -1.0;      // what was sent first since; below 0: nothing
+    double silenced_s_ = -1e9;     // newest halving
+    double before_silence_ = 0.0;  // the rate; 0: nothing was halved since something was heard
     std::uint64_t cuts_ = 0;
 };
 

@@ -96,6 +96,7 @@ struct Apply {
             for (const motion::InputCommand& command : input.commands) {
                 client->inputs.store(command, state.now);
             }
+            state.replicator.on_heard(input.client);
         }
     }
 

@@ -5,6 +5,17 @@
 
 namespace zoned::clock {
 
+namespace {
+
+/// What a quartz oscillator is off by, one standard deviation, before anything is known.
+constexpr double kUsualDrift = 50e-6;
+/// A good sample's offset is uncertain by so much beside its queueing: scheduling, stamps, ticks.
+constexpr double kLeastNoiseS = 0.3e-3;
+/// A drift is believed to be within so many standard deviations.
+constexpr double kDriftSigmas = 2.0;
+
+}  // namespace
+
 void ClockSync::add_sample(double sent_local,
                            double server_receive,
                            double server_send,
@@ -24,8 +35,11 @@ void ClockSync::add_sample(double sent_local,
         const Sample& believed = best(received_local);
         const double explained =
             uncertainty(believed, received_local) + uncertainty(sample, received_local) + kStep;
-        if (std::abs(offset - believed.offset) > explained) {
+        if (std::abs(offset - forward(believed, received_local)) > explained) {
             count_ = 0;
+            block_count_ = 0;
+            drift_ = 0.0;
+            drift_doubt_ = kMaxDrift;
             ++restarts_;
         }
     }
@@ -33,17 +47,69 @@ void ClockSync::add_sample(double sent_local,
     rtt_ = count_ == 0 ? rtt : rtt_ + (rtt - rtt_) / 8.0;
     offset_ = server_time(received_local) - received_local;
     last_local_ = received_local;
-    samples_[count_ % kWindow] = sample;
-    ++count_;
-    target_ = best(received_local).offset;
+    keep(sample);
+    target_ = forward(best(received_local), received_local);
     if (count_ <= kSettling) {
         offset_ = target_;
     }
 }
 
+void ClockSync::keep(const Sample& sample) {
+    samples_[count_ % kWindow] = sample;
+    ++count_;
+    if (block_count_ == 0 || sample.local - block_s_ >= kBlockS) {
+        block_s_ = sample.local;
+        if (block_count_ > 0) {
+            estimate_drift();  // by whole blocks: their best samples are final
+        }
+        blocks_[block_count_++ % kBlocks] = sample;
+        return;
+    }
+    Sample& least = blocks_[(block_count_ - 1) % kBlocks];
+    if (sample.rtt < least.rtt) {
+        least = sample;
+    }
+}
+
+/// Weighted least squares of offsets over time, with kUsualDrift as prior of the slope. The weight
+/// of a sample is that of half its round trip above the least one: where it was delayed, one way
+/// or the other.
+void ClockSync::estimate_drift() {
+    const std::size_t n = std::min(block_count_, kBlocks);
+    double least = blocks_[0].rtt;
+    for (std::size_t i = 1; i < n; ++i) {
+        least = std::min(least, blocks_[i].rtt);
+    }
+    // Relative to one of them: offsets are large numbers that differ by little.
+    const Sample& origin = blocks_[0];
+    double sum = 0.0;
+    double time = 0.0;
+    double offset = 0.0;
+    double time_time = 0.0;
+    double time_offset = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double noise = kLeastNoiseS + 0.5 * (blocks_[i].rtt - least);
+        const double weight = 1.0 / (noise * noise);
+        const double t = blocks_[i].local - origin.local;
+        const double o = blocks_[i].offset - origin.offset;
+        sum += weight;
+        time += weight * t;
+        offset += weight * o;
+        time_time += weight * t * t;
+        time_offset += weight * t * o;
+    }
+    const double spread = time_time - time * time / sum;
+    const double information = spread + 1.0 / (kUsualDrift * kUsualDrift);
+    drift_ = std::clamp((time_offset - time * offset / sum) / information, -kMaxDrift, kMaxDrift);
+    drift_doubt_ = std::min(kMaxDrift, kDriftSigmas / std::sqrt(information));
+}
+
 double ClockSync::server_time(double local) const {
-    const double slewed = kSlew * std::max(0.0, local - last_local_);
-    return local + offset_ + std::clamp(target_ - offset_, -slewed, slewed);
+    const double passed = std::max(0.0, local - last_local_);
+    const double slewed = kSlew * passed;
+    // Drift is part of what is slewed: time never runs more unevenly than kSlew.
+    const double change = target_ + drift_ * passed - offset_;
+    return local + offset_ + std::clamp(change, -slewed, slewed);
 }
 
 double ClockSync::min_rtt_s() const {
@@ -58,20 +124,39 @@ double ClockSync::error_bound_s() const {
     if (count_ == 0) {
         return 0.0;
     }
-    return uncertainty(best(last_local_), last_local_) + std::abs(target_ - offset_);
+    double least = uncertainty(samples_[0], last_local_) +
+                   std::abs(offset_ - forward(samples_[0], last_local_));
+    const auto consider = [&](const Sample& sample) {
+        least = std::min(
+            least,
+            uncertainty(sample, last_local_) + std::abs(offset_ - forward(sample, last_local_)));
+    };
+    std::for_each_n(samples_.begin(), std::min(count_, kWindow), consider);
+    std::for_each_n(blocks_.begin(), std::min(block_count_, kBlocks), consider);
+    return least;
 }
 
-double ClockSync::uncertainty(const Sample& sample, double local) {
-    return 0.5 * sample.rtt + kMaxDrift * (local - sample.local);
+double ClockSync::doubt(const Sample& sample, double local) const {
+    return 0.5 * sample.rtt + drift_doubt_ * (local - sample.local);
+}
+
+double ClockSync::uncertainty(const Sample& sample, double local) const {
+    return 0.5 * sample.rtt + (kMaxDrift + std::abs(drift_)) * (local - sample.local);
+}
+
+double ClockSync::forward(const Sample& sample, double local) const {
+    return sample.offset + drift_ * (local - sample.local);
 }
 
 const ClockSync::Sample& ClockSync::best(double local) const {
     const Sample* least = &samples_[0];
-    for (std::size_t i = 1; i < std::min(count_, kWindow); ++i) {
-        if (uncertainty(samples_[i], local) < uncertainty(*least, local)) {
-            least = &samples_[i];
+    const auto consider = [&](const Sample& sample) {
+        if (doubt(sample, local) < doubt(*least, local)) {
+            least = &sample;
         }
-    }
+    };
+    std::for_each_n(samples_.begin(), std::min(count_, kWindow), consider);
+    std::for_each_n(blocks_.begin(), std::min(block_count_, kBlocks), consider);
     return *least;
 }
 

@@ -11,6 +11,14 @@ namespace zoned::clock {
 /// this is least is believed. The offset is stepped by the first samples, and slewed, never
 /// stepped, once it has settled. Samples that contradict the believed one by more than a network
 /// and honest clocks can explain (a clock was set, the machine slept) make it settle anew.
+///
+/// Beside the newest samples the best one of every kBlockS of the last kBlocks is kept: under
+/// jitter the shortest round trip among thousands is much shorter than among dozens. What makes
+/// samples of a minute ago useful is the drift: a line through the best samples, each weighed by
+/// how far its round trip is above the least (Veitch, Ridoux, Korada: Robust Synchronization of
+/// Absolute and Difference Clocks over Networks, IEEE/ACM ToN 17(2), 2009, section IV: rate from
+/// packets of good quality far apart, as a constant asymmetry cancels), drawn towards no drift by
+/// what crystals are known to do, so that few or bad samples say nothing.
 class ClockSync {
   public:
     /// One exchange, all in seconds: request left at `sent_local`, server received it at
@@ -36,10 +44,15 @@ class ClockSync {
     /// Smallest round trip of the samples kept (the last 32).
     [[nodiscard]] double min_rtt_s() const;
 
-    /// How wrong server_time() can be at the last sample, whatever the asymmetry of the path: half
-    /// the believed sample's round trip, its drift since, and what slewing has still to make up.
-    /// With clocks that do not drift and a settled offset this is half the smallest round trip.
+    /// How wrong server_time() can be at the last sample, whatever the asymmetry of the path, and
+    /// however wrong the drift is estimated: the least over all samples of half the round trip, the
+    /// drift since, and how far the estimate is from what that sample says. With clocks that do not
+    /// drift and a settled offset this is half the smallest round trip.
     [[nodiscard]] double error_bound_s() const;
+
+    /// By how much faster than ours the server's clock runs, s/s, within kMaxDrift; 0 before enough
+    /// is known.
+    [[nodiscard]] double drift() const { return drift_; }
 
     /// How often contradicting samples made the filter settle anew.
     [[nodiscard]] std::size_t restarts() const { return restarts_; }
@@ -56,20 +69,33 @@ class ClockSync {
         double local = 0.0;
     };
 
-    /// How wrong the sample's offset can be at `local`.
-    [[nodiscard]] static double uncertainty(const Sample& sample, double local);
+    /// How wrong the sample's offset, brought forward by the drift, is to be expected at `local`.
+    [[nodiscard]] double doubt(const Sample& sample, double local) const;
+    /// How wrong it can be at most.
+    [[nodiscard]] double uncertainty(const Sample& sample, double local) const;
+    /// What the sample says the offset is at `local`.
+    [[nodiscard]] double forward(const Sample& sample, double local) const;
     [[nodiscard]] const Sample& best(double local) const;
+    void keep(const Sample& sample);
+    void estimate_drift();
 
     static constexpr std::size_t kWindow = 32;
+    static constexpr std::size_t kBlocks = 16;
+    static constexpr double kBlockS = 4.0;
     static constexpr std::size_t kSettling = 8;  // samples by which the offset is stepped
     /// Samples may contradict each other by so much before a clock is taken to have been set, s.
     static constexpr double kStep = 0.1;
 
     std::array<Sample, kWindow> samples_{};  // a ring: sample i is at i modulo kWindow
-    std::size_t count_ = 0;                  // since the filter last started
+    std::array<Sample, kBlocks> blocks_{};   // the best of each block, a ring likewise
+    std::size_t block_count_ = 0;
+    double block_s_ = 0.0;            // when the newest block began
+    double drift_ = 0.0;              // s/s
+    double drift_doubt_ = kMaxDrift;  // how wrong that is to be expected
+    std::size_t count_ = 0;           // since the filter last started
     std::size_t restarts_ = 0;
     double offset_ = 0.0;  // at last_local_
-    double target_ = 0.0;  // where the offset is slewed to
+    double target_ = 0.0;  // where the offset is slewed to, likewise; both drift on
     double rtt_ = 0.0;
     double last_local_ = 0.0;
 };

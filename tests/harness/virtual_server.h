@@ -32,6 +32,7 @@ struct VirtualServerSettings {
     unsigned threads = 1;
     double step_s = 1.0 / 480.0;  ///< resolution of virtual time
     double skew_s = 0.0;          ///< by how much clients' clocks run ahead of the server's
+    double drift = 0.0;           ///< by how much faster they run, s/s
     /// The machine under the server is starved: nothing comes in, no tick runs, and server time
     /// stands still, as when ticks are dropped. Ascending, apart.
     std::vector<Span> server_stalls;
@@ -57,7 +58,9 @@ class VirtualServer {
     [[nodiscard]] double server_time_s() const { return now_s_ - stalled_s_; }
 
     /// What the clients' clocks show.
-    [[nodiscard]] double client_time_s() const { return now_s_ + settings_.skew_s; }
+    [[nodiscard]] double client_time_s() const {
+        return now_s_ * (1.0 + settings_.drift) + settings_.skew_s;
+    }
 
     /// Cuts all TCP streams (the UDP path stays): clients come back and resume.
     void cut_streams();

@@ -1,0 +1,45 @@
+#include "client-sim/bot/command_log.h"
+
+#include <algorithm>
+
+namespace zoned::bot {
+
+void CommandLog::on_sent(std::uint64_t sequence, Tick newest, std::size_t count) {
+    if (sequence != 0) {
+        packets_[sequence % kKept] = {sequence, newest, count};
+    }
+}
+
+bool CommandLog::on_news(const link::UplinkNews& news, std::size_t& late) {
+    if (news.sequence <= heard_) {
+        return false;
+    }
+    heard_ = news.sequence;
+    const Packet& packet = packets_[news.sequence % kKept];
+    if (packet.sequence != news.sequence || packet.count == 0) {
+        return false;
+    }
+    // Packets are sent one a tick; where that was not so, a few arrivals more stay unknown.
+    late = std::min(news.missed_before, packet.count - 1);
+    for (std::size_t i = 0; i <= late; ++i) {
+        const Tick tick = packet.newest - static_cast<Tick>(i);
+        if (tick < 0) {
+            break;
+        }
+        Arrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
+        if (arrival.tick != tick) {
+            arrival = {tick, news.server_receive_s};
+        }
+    }
+    return true;
+}
+
+std::optional<double> CommandLog::arrival_s(Tick tick) const {
+    if (tick < 0) {
+        return std::nullopt;
+    }
+    const Arrival& arrival = arrivals_[static_cast<std::size_t>(tick) % kKept];
+    return arrival.tick == tick ? std::optional<double>(arrival.server_s) : std::nullopt;
+}
+
+}  // namespace zoned::bot

@@ -1,0 +1,95 @@
+#include "shared/clock/input_lead.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::clock {
+
+namespace {
+
+/// Before so many ways are known the first lead stays.
+constexpr std::size_t kLeastSamples = 8;
+/// So many say enough of the longest: before, it is no wonder that commands come late.
+constexpr std::size_t kLearning = 128;
+/// Of what is to be late at most, so much is aimed at.
+constexpr double kAim = 1.0 / 1.3;
+/// Beside it: scheduling at both ends.
+constexpr double kMarginS = 0.003;
+constexpr double kRaiseTicks = 0.25;  // for a command that was missed
+constexpr double kMostToldTicks = 4.0;
+constexpr double kShownTicks = 4.0;  // beside a round trip: until a change of the lead is told
+constexpr double kRisingS = 0.5e-3;
+constexpr double kNegligibleLoss = 0.002;
+
+/// Which share of (longest - median) of n ways is to be added, that a further way is longer with
+/// kAim times the target only. Of an exponential tail of scale s the longest is about s ln(n) above
+/// the median, and s ln(1 / (n p)) more are needed for p; other tails are thinner.
+double beyond_longest(std::size_t n) {
+    const auto count = static_cast<double>(n);
+    const double wanted = std::log(1.0 / (kAim * InputLead::kMissingTarget * count));
+    return std::clamp(wanted / std::log(count), 0.0, 1.0);
+}
+
+}  // namespace
+
+void InputLead::begin(double rtt_s, double now_s) {
+    begun_ = true;
+    last_s_ = now_s;
+    lead_ = std::clamp(0.5 * rtt_s + tick_s_, 0.0, most_s());
+    wanted_ = lead_;
+}
+
+void InputLead::add_way(double way_s, int late) {
+    way_s += tick_s_ * static_cast<double>(late);
+    if (!(std::abs(way_s) <= most_s())) {
+        return;
+    }
+    ways_[count_ % kSamples] = way_s;
+    ++count_;
+    // The longest shows at once, the rest of the picture changes slowly.
+    if (count_ >= kLeastSamples && (count_ >= next_measure_ || way_s + kMarginS > wanted_)) {
+        measure();
+        next_measure_ = count_ + kLeastSamples;
+    }
+}
+
+void InputLead::measure() {
+    const std::size_t n = std::min(count_, kSamples);
+    std::copy_n(ways_.begin(), n, sorted_.begin());
+    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(n / 2);
+    const auto end = sorted_.begin() + static_cast<std::ptrdiff_t>(n);
+    std::nth_element(sorted_.begin(), middle, end);
+    const double share = loss_ > kNegligibleLoss ? kMissingUnderLoss : 0.0;
+    const auto spared = static_cast<std::size_t>(share * static_cast<double>(n));
+    const auto rank = end - 1 - static_cast<std::ptrdiff_t>(std::min(spared, n / 2));
+    std::nth_element(middle, rank, end);
+    const double longest = *rank;
+    // Nothing more is needed of the scatter that loss makes: what is spared is not to be in time.
+    const double scatter = spared == 0 ? beyond_longest(n) * (longest - *middle) : 0.0;
+    wanted_ = std::clamp(longest + scatter + kMarginS + told_, 0.0, most_s());
+}
+
+void InputLead::on_told(bool missing, double rtt_s) {
+    const bool learning = count_ > 0 && count_ < kLearning;
+    if (missing && (learning || last_s_ - rising_s_ < rtt_s + kShownTicks * tick_s_)) {
+        return;
+    }
+    const double step = kRaiseTicks * tick_s_;
+    const double before = told_;
+    const double target = loss_ > kNegligibleLoss ? kMissingUnderLoss : kMissingTarget;
+    told_ += missing ? step : -step * target / (1.0 - target);
+    told_ = std::clamp(told_, 0.0, kMostToldTicks * tick_s_);
+    wanted_ = std::clamp(wanted_ + told_ - before, 0.0, most_s());
+}
+
+double InputLead::advance(double now_s) {
+    const double slewed = kSlew * std::max(0.0, now_s - last_s_);
+    last_s_ = std::max(last_s_, now_s);
+    if (wanted_ - lead_ > kRisingS) {
+        rising_s_ = now_s;
+    }
+    lead_ += std::clamp(wanted_ - lead_, -slewed, slewed);
+    return lead_;
+}
+
+}  // namespace zoned::clock
