@@ -65,6 +65,9 @@ class ClientState {
         sync({}, now, streams, scratch);
     }
 
+    /// nullptr: it does not hear of the entity.
+    [[nodiscard]] const Subscription* subscription(EntityId entity) const;
+
     void on_acks(const mailbox::Acks& acks);
     /// Gives up packets that must be lost by now.
     void expire(Tick now, float tick_s);

@@ -181,6 +181,38 @@ Tick Replicator::switch_tick(ClientId client, EntityId entity) const {
     return it == impl_->clients.end() ? 0 : (*it)->switch_tick(entity);
 }
 
+std::optional<Replicator::Told> Replicator::told(
+    ClientId client, EntityId entity, Tick publication, Tick at, Tick since) const {
+    const auto it = impl_->find(client);
+    const Subscription* s = it != impl_->clients.end() ? (*it)->subscription(entity) : nullptr;
+    if (s == nullptr) {
+        return std::nullopt;
+    }
+    for (std::uint8_t lod = 0; lod < impl_->settings.lods.size(); ++lod) {
+        const StreamIndex index = impl_->streams.find(entity, lod);
+        if (index == kNoStream) {
+            continue;
+        }
+        // Of a level that the client has left nothing more is sent, and all of it was before.
+        const std::uint32_t newest =
+            index == s->stream ? s->sent_version : impl_->streams[index].version;
+        if (const auto found = impl_->streams.past_at(index, publication, newest, at, since)) {
+            return Told{found->position, found->blend_m};
+        }
+    }
+    return std::nullopt;
+}
+
+float Replicator::bound_m(ClientId client, EntityId entity) const {
+    const auto it = impl_->find(client);
+    const Subscription* s = it != impl_->clients.end() ? (*it)->subscription(entity) : nullptr;
+    return s != nullptr ? impl_->settings.lods[s->lod].position_m : 0.0F;
+}
+
+bool Replicator::heard(EntityId entity) const {
+    return impl_->streams.has(entity);
+}
+
 void Replicator::hash(core::StateHash& hash) const {
     impl_->streams.hash(hash);
     for (const auto& client : impl_->clients) {
