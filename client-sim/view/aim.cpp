@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace zoned::view {
 
@@ -27,6 +29,16 @@ double gap(const Vec3d& eye, const Vec3d& direction, const Vec3d& centre, double
     Vec3d off = eye + direction * along - centre;
     off.y() -= std::clamp(off.y(), -half_segment, half_segment);
     return off.norm() - radius;
+}
+
+/// Where the ray goes into the flat ground; a body may be displayed partly below it.
+double to_the_ground(const View& view, const Vec3d& eye, const Vec3d& direction) {
+    const ZoneInfo* zone = view.world().zone(view.zone());
+    if (zone == nullptr || direction.y() >= 0.0) {
+        return std::numeric_limits<double>::infinity();
+    }
+    const double ground = zone->origin.y() + static_cast<double>(zone->geometry.ground_height());
+    return std::max(0.0, (ground - eye.y()) / direction.y());
 }
 
 }  // namespace
@@ -75,6 +87,7 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
     result.past = view.kind() == ViewKind::kInterpolate;
     result.tick = view.displayed_tick();
     result.fraction = view.displayed_fraction();
+    const double reach = std::min(range_m, to_the_ground(view, eye, direction));
     std::vector<std::pair<double, Sight>> near;
     for (const auto& [id, entity] : view.store().entities()) {
         if (!entity.typed || !entity.present() || id == view.own().id() ||
@@ -96,7 +109,7 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
             near.emplace_back(off, Sight{id, shown->position, publication});
         }
         const double t = ray_capsule(eye, direction, shown->position, radius, half);
-        if (t >= 0.0 && t <= range_m && (!result.hit || t < result.distance)) {
+        if (t >= 0.0 && t <= reach && (!result.hit || t < result.distance)) {
             result.hit = id;
             result.distance = t;
         }

@@ -29,7 +29,7 @@ inline constexpr double kNearRayM = 1.5;
 inline constexpr std::size_t kMostSights = 8;
 
 /// Characters along the ray as displayed now, without the own avatar. `direction` is a unit vector;
-/// walls are not looked at.
+/// of the static world only the flat ground is looked at.
 [[nodiscard]] Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range_m);
 
 /// Where the own avatar looks from after its newest command, as the server's rules have it: half a

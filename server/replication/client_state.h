@@ -65,6 +65,9 @@ class ClientState {
         sync({}, now, streams, scratch);
     }
 
+    /// As the session measures it; 0: not yet.
+    [[nodiscard]] std::uint32_t rtt_us() const { return rtt_us_; }
+
     /// nullptr: it does not hear of the entity.
     [[nodiscard]] const Subscription* subscription(EntityId entity) const;
 

@@ -6,6 +6,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace zoned::replication {
@@ -207,6 +208,15 @@ float Replicator::bound_m(ClientId client, EntityId entity) const {
     const auto it = impl_->find(client);
     const Subscription* s = it != impl_->clients.end() ? (*it)->subscription(entity) : nullptr;
     return s != nullptr ? impl_->settings.lods[s->lod].position_m : 0.0F;
+}
+
+Tick Replicator::way_ticks(ClientId client) const {
+    const auto it = impl_->find(client);
+    if (it == impl_->clients.end()) {
+        return 0;
+    }
+    const double half_s = 0.5e-6 * static_cast<double>((*it)->rtt_us());
+    return static_cast<Tick>(std::ceil(half_s / static_cast<double>(impl_->settings.tick_s)));
 }
 
 bool Replicator::heard(EntityId entity) const {

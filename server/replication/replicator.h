@@ -146,6 +146,10 @@ class Replicator {
     /// What this client is promised of the entity's position, m; 0: it does not hear of it.
     [[nodiscard]] float bound_m(ClientId client, EntityId entity) const;
 
+    /// How long news takes to this client, ticks, rounded up: half of its round trip; 0: not
+    /// measured yet.
+    [[nodiscard]] Tick way_ticks(ClientId client) const;
+
     /// Whether anybody hears of the entity.
     [[nodiscard]] bool heard(EntityId entity) const;
 

@@ -57,15 +57,22 @@ std::optional<Pose> pose_as_seen(const ZoneState& state,
     Pose pose = state.history.at(entity, moment.tick, moment.fraction)
                     .value_or(Pose{e.position[row], e.orientation[row]});
     const SeenEntity* claim = claim_of(seen, entity);
+    const bool present = seen.view == Seen::View::kPresent;
     if (claim == nullptr) {
-        return pose;
+        // Of what has just appeared a view of the present shows nothing before the news comes.
+        const Tick news = present ? state.replicator.way_ticks(client) : 0;
+        return e.discontinuity_tick[row] + news > moment.tick ? std::nullopt
+                                                              : std::optional<Pose>(pose);
+    }
+    if (present && claim->publication < e.discontinuity_tick[row]) {
+        return std::nullopt;  // displayed where it was before it jumped
     }
     if (!claim->position.allFinite()) {
         doubted = true;
         return pose;
     }
     float allowed = state.settings.rewind.slack_m;
-    if (seen.view == Seen::View::kPresent) {
+    if (present) {
         const auto told = state.replicator.told(
             client, entity, claim->publication, moment.tick, moment.oldest);
         if (told) {

@@ -99,6 +99,18 @@ class Range : public GameTest {
         const EntityId hit = bot::shoot_as_seen(*view, aimed.cast<float>(), payload);
         seen_[{view->own().id().value, view->own().newest_tick()}] = hit;
         bot.command(sandbox::COMMAND_SHOOT, payload);
+        {
+            const view::Aim a = view::aim(*view, eye, aimed.normalized(), 100.0);
+            const Vec3d at = eye + aimed.normalized() * a.distance;
+            char text[200];
+            std::snprintf(text, sizeof text, "eye %.3f %.3f %.3f hit at %.3f %.3f %.3f dist %.3f",
+                          eye.x(), eye.y(), eye.z(), at.x(), at.y(), at.z(), a.distance);
+            trace_[{view->own().id().value, view->own().newest_tick()}] = text;
+            for (const auto& s : a.near) if (s.entity == a.hit) {
+                std::snprintf(text, sizeof text, " target %.3f %.3f %.3f from %lld shown %lld", s.position.x(), s.position.y(), s.position.z(), (long long)s.publication, (long long)a.tick);
+                trace_[{view->own().id().value, view->own().newest_tick()}] += text;
+            }
+        }
         ++tally_.fired;
     }
 
@@ -136,7 +148,7 @@ class Range : public GameTest {
         if (seen->second.value != shot.hit() && std::getenv("ZONED_SHOT_TRACE") != nullptr) {
             std::printf("saw %u, decided %u: %s", seen->second.value, shot.hit(),
                         shot.ShortDebugString().c_str());
-            std::printf("\n");
+            std::printf(" %s\n", trace_[seen->first].c_str());
         }
         seen_.erase(seen);
     }
@@ -173,6 +185,7 @@ class Range : public GameTest {
     core::Rng rng_{5, 0};
     std::map<std::size_t, Tick> next_;
     std::map<std::pair<std::uint32_t, Tick>, EntityId> seen_;
+    std::map<std::pair<std::uint32_t, Tick>, std::string> trace_;
     Tally tally_;
 };
 
