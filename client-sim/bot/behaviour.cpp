@@ -1,5 +1,6 @@
 #include "client-sim/bot/behaviour.h"
 
+#include "client-sim/view/aim.h"
 #include "proto/sandbox.pb.h"
 
 #include <algorithm>
@@ -27,7 +28,37 @@ std::string bytes_of(const Message& message) {
     return message.SerializeAsString();
 }
 
+std::int64_t units_of(double metres) {
+    return std::llround(metres * 4096.0);
+}
+
 }  // namespace
+
+EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::string& payload) {
+    constexpr double kAimM = 100.0;
+    const Vec3d unit = direction.cast<double>().normalized();
+    const view::Aim aim = view::aim(view, view::own_eye(view), unit, kAimM);
+    sandbox::Shoot shoot;
+    shoot.set_tick(view.own().newest_tick());
+    shoot.set_dx(direction.x());
+    shoot.set_dy(direction.y());
+    shoot.set_dz(direction.z());
+    sandbox::Seen& seen = *shoot.mutable_seen();
+    seen.set_past(aim.past);
+    seen.set_tick(std::max<Tick>(0, aim.tick));
+    seen.set_fraction(static_cast<std::uint32_t>(std::min(65535.0, aim.fraction * 65536.0)));
+    seen.set_aimed(aim.hit.value);
+    for (const view::Sight& sight : aim.near) {
+        sandbox::Sighting& told = *seen.add_sighting();
+        told.set_entity(sight.entity.value);
+        told.set_x(units_of(sight.position.x()));
+        told.set_y(units_of(sight.position.y()));
+        told.set_z(units_of(sight.position.z()));
+        told.set_publication(sight.publication);
+    }
+    payload = bytes_of(shoot);
+    return aim.hit;
+}
 
 Brain::Brain(Behaviour behaviour, std::uint64_t seed, std::uint64_t index, std::string team)
     : behaviour_(behaviour),
@@ -205,12 +236,9 @@ void Brain::fight(const view::View& view, Tick tick, Voice& voice) {
     }
     if (target.distance < kShootRangeM) {
         const Vec3 aim = (target.position - here).cast<float>();
-        sandbox::Shoot shoot;
-        shoot.set_tick(view.tick());
-        shoot.set_dx(aim.x());
-        shoot.set_dy(aim.y());
-        shoot.set_dz(aim.z());
-        voice.command(sandbox::COMMAND_SHOOT, bytes_of(shoot));
+        std::string shot;
+        shoot_as_seen(view, aim, shot);
+        voice.command(sandbox::COMMAND_SHOOT, std::move(shot));
     }
 }
 

@@ -38,6 +38,10 @@ core::Result<std::vector<Share>> parse_mix(std::string_view text);
 /// bots allow.
 [[nodiscard]] std::vector<Behaviour> deal(const std::vector<Share>& mix, std::size_t bots);
 
+/// The payload of the sandbox's COMMAND_SHOOT, with what the view displays along the ray. Returns
+/// what it hits there.
+EntityId shoot_as_seen(const view::View& view, const Vec3& direction, std::string& payload);
+
 /// What a brain may do beside moving.
 class Voice {
   public:

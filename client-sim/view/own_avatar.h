@@ -51,6 +51,9 @@ class OwnAvatar {
     [[nodiscard]] Vec3d position() const;
     [[nodiscard]] Vec3 velocity() const;
 
+    /// Of the own body.
+    [[nodiscard]] motion::CharacterLimits limits() const;
+
     [[nodiscard]] Tick newest_tick() const { return newest_tick_; }
 
   private:
@@ -70,7 +73,6 @@ class OwnAvatar {
 
     void advance_to(Tick tick);
     void put_state(Tick tick, ZoneId zone, const motion::CharacterState& state);
-    [[nodiscard]] motion::CharacterLimits limits() const;
     [[nodiscard]] Vec3d world_position(const Slot& slot) const;
 
     const World* world_;

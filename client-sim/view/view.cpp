@@ -41,6 +41,12 @@ Tick View::displayed_tick() const {
                : tick_;
 }
 
+double View::displayed_fraction() const {
+    return settings_.kind == ViewKind::kInterpolate
+               ? playout_.position() - std::floor(playout_.position())
+               : 0.0;
+}
+
 std::optional<Tick> View::shown_at(Tick tick) const {
     return settings_.kind == ViewKind::kInterpolate ? playout_.shown_at(tick)
                                                     : std::optional<Tick>(tick);
@@ -69,6 +75,10 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
         return store_.interpolated(entity, playout_.position(), tick_);
     }
     const Version* version = EntityStore::version_at(entity, tick_);
+    if (version == nullptr && entity.present()) {
+        // Without a history news replaces what it is blended from: there it begins.
+        version = &entity.versions.back();
+    }
     return version != nullptr && version->present
                ? std::optional<WorldState>(store_.displayed(*version, tick_))
                : std::nullopt;

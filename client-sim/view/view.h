@@ -100,6 +100,9 @@ class View {
     /// The newest tick that has been displayed.
     [[nodiscard]] Tick displayed_tick() const;
 
+    /// How far an interpolating view is on its way to the tick after that, [0, 1).
+    [[nodiscard]] double displayed_fraction() const;
+
     /// At which view tick `tick` was displayed, thus by which news: itself for an extrapolating
     /// view. None when it was not, or is forgotten.
     [[nodiscard]] std::optional<Tick> shown_at(Tick tick) const;

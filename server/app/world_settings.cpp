@@ -3,6 +3,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace zoned::app {
 
@@ -131,6 +132,9 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.conceal = {settings.config.interest().conceal_checks_per_tick(),
                  settings.config.interest().conceal_stale_ticks(),
                  settings.config.interest().conceal_grace_ticks()};
+    z.rewind = {
+        std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
+        static_cast<float>(settings.config.rewind().slack_m())};
     z.behaviours = settings.behaviours;
     z.replication = settings.replication;
     z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};

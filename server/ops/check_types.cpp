@@ -195,6 +195,9 @@ void check_types(const proto::Config& config, Diagnostics& diagnostics) {
         check_shape(config, type, path, diagnostics);
         check_limits(config, type, path, diagnostics);
         check_representation(config, type, path, diagnostics);
+        if (type.rewindable() && type.has_soft()) {
+            diagnostics.add(path + ".rewindable", "a soft body has no pose to go back to");
+        }
         if (type.has_machine() && machines.count(type.machine()) == 0) {
             diagnostics.add(path + ".machine",
                             "there is no machine named '" + type.machine() + "'");

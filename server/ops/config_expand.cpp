@@ -107,6 +107,7 @@ world::EntityType expand_type(const proto::Config& config,
                               Settings& settings) {
     world::EntityType out;
     out.name = type.name();
+    out.rewindable = type.rewindable();
     out.conceal = static_cast<world::Conceal>(type.conceal());
     if (type.kind() == proto::Config::CHARACTER) {
         out.kind = world::EntityKind::kCharacter;

@@ -149,6 +149,11 @@ bool ClientState::cancel_removal(EntityId entity) {
     return true;
 }
 
+const Subscription* ClientState::subscription(EntityId entity) const {
+    const auto it = lower_bound_entity(subscriptions, entity);
+    return it != subscriptions.end() && it->entity == entity ? &*it : nullptr;
+}
+
 Tick ClientState::switch_tick(EntityId entity) const {
     const auto it = lower_bound_entity(subscriptions, entity);
     return it != subscriptions.end() && it->entity == entity ? it->switched_tick : 0;

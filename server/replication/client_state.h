@@ -66,6 +66,12 @@ class ClientState {
         sync({}, now, streams, scratch);
     }
 
+    /// As the session measures it; 0: not yet.
+    [[nodiscard]] std::uint32_t rtt_us() const { return rtt_us_; }
+
+    /// nullptr: it does not hear of the entity.
+    [[nodiscard]] const Subscription* subscription(EntityId entity) const;
+
     void on_acks(const mailbox::Acks& acks);
     /// Gives up packets that must be lost by now, or all when nothing is heard any more.
     void expire(Tick now, float tick_s);

@@ -6,6 +6,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace zoned::replication {
@@ -190,6 +191,47 @@ Tick Replicator::breach_tick(EntityId entity, std::uint8_t lod) const {
 Tick Replicator::switch_tick(ClientId client, EntityId entity) const {
     const auto it = impl_->find(client);
     return it == impl_->clients.end() ? 0 : (*it)->switch_tick(entity);
+}
+
+std::optional<Replicator::Told> Replicator::told(
+    ClientId client, EntityId entity, Tick publication, Tick at, Tick since) const {
+    const auto it = impl_->find(client);
+    const Subscription* s = it != impl_->clients.end() ? (*it)->subscription(entity) : nullptr;
+    if (s == nullptr) {
+        return std::nullopt;
+    }
+    for (std::uint8_t lod = 0; lod < impl_->settings.lods.size(); ++lod) {
+        const StreamIndex index = impl_->streams.find(entity, lod);
+        if (index == kNoStream) {
+            continue;
+        }
+        // Of a level that the client has left nothing more is sent, and all of it was before.
+        const std::uint32_t newest =
+            index == s->stream ? s->sent_version : impl_->streams[index].version;
+        if (const auto found = impl_->streams.past_at(index, publication, newest, at, since)) {
+            return Told{found->position, found->blend_m};
+        }
+    }
+    return std::nullopt;
+}
+
+float Replicator::bound_m(ClientId client, EntityId entity) const {
+    const auto it = impl_->find(client);
+    const Subscription* s = it != impl_->clients.end() ? (*it)->subscription(entity) : nullptr;
+    return s != nullptr ? impl_->settings.lods[s->lod].position_m : 0.0F;
+}
+
+Tick Replicator::way_ticks(ClientId client) const {
+    const auto it = impl_->find(client);
+    if (it == impl_->clients.end()) {
+        return 0;
+    }
+    const double half_s = 0.5e-6 * static_cast<double>((*it)->rtt_us());
+    return static_cast<Tick>(std::ceil(half_s / static_cast<double>(impl_->settings.tick_s)));
+}
+
+bool Replicator::heard(EntityId entity) const {
+    return impl_->streams.has(entity);
 }
 
 void Replicator::hash(core::StateHash& hash) const {

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -141,6 +142,29 @@ class Replicator {
     /// = never. Until news of the new stream has come it still predicts from the old one, whose
     /// breaches nobody watches any more: for an audit that is a breach of its own.
     [[nodiscard]] Tick switch_tick(ClientId client, EntityId entity) const;
+
+    /// What a client that has a publication predicts from it.
+    struct Told {
+        Vec3 position = Vec3::Zero();  ///< at the tick asked for, zone-local, m
+        /// Blending from the publications before may show it this far off, m: the sum of the jumps
+        /// between their predictions for that tick, over those of the last half second.
+        float blend_m = 0.0F;
+    };
+
+    /// The publication of that tick, if it was sent to this client and no newer one of its stream
+    /// had replaced it by `since`; evaluated at `at`.
+    [[nodiscard]] std::optional<Told> told(
+        ClientId client, EntityId entity, Tick publication, Tick at, Tick since) const;
+
+    /// What this client is promised of the entity's position, m; 0: it does not hear of it.
+    [[nodiscard]] float bound_m(ClientId client, EntityId entity) const;
+
+    /// How long news takes to this client, ticks, rounded up: half of its round trip; 0: not
+    /// measured yet.
+    [[nodiscard]] Tick way_ticks(ClientId client) const;
+
+    /// Whether anybody hears of the entity.
+    [[nodiscard]] bool heard(EntityId entity) const;
 
     void hash(core::StateHash& hash) const;
 

@@ -371,6 +371,45 @@ float StreamTable::excess(StreamIndex index, std::uint32_t version, Tick now) co
     return std::max(apart_m / bound.position_m, apart_rad / bound.orientation_rad);
 }
 
+std::optional<StreamTable::Predicted> StreamTable::past_at(
+    StreamIndex index, Tick publication, std::uint32_t newest, Tick at, Tick since) const {
+    // Views blend for less than this, and news may be late by about as much.
+    const auto blend_ticks = static_cast<Tick>(0.5F / settings_.tick_s);
+    const Stream& stream = streams_[index];
+    const auto kept = [&](std::uint32_t version) -> const Past* {
+        const Past& past = stream.past[version % kPastKept];
+        return version != 0 && past.version == version ? &past : nullptr;
+    };
+    const auto place = [&](const Past& past) {
+        const float elapsed = elapsed_seconds(past.tick, std::max(at, past.tick), settings_.tick_s);
+        return Vec3(motion::predict(past.from, past.order, elapsed).position);
+    };
+    for (std::uint32_t version = std::min(newest, stream.version); kept(version) != nullptr;
+         --version) {
+        const Past& past = *kept(version);
+        if (past.tick > publication) {
+            continue;
+        }
+        const Past* next = kept(version + 1);
+        if (past.tick < publication || (next != nullptr && next->tick < since)) {
+            return std::nullopt;
+        }
+        Predicted found{place(past), 0.0F};
+        Vec3 newer = found.position;
+        for (std::uint32_t before = version - 1; kept(before) != nullptr; --before) {
+            const Past* replaced_by = kept(before + 1);
+            if (replaced_by->tick < at - blend_ticks) {
+                break;
+            }
+            const Vec3 older = place(*kept(before));
+            found.blend_m += (older - newer).norm();
+            newer = older;
+        }
+        return found;
+    }
+    return std::nullopt;
+}
+
 bool StreamTable::sent_absolute(StreamIndex index) {
     Stream& stream = streams_[index];
     if (stream.is_keyframe) {

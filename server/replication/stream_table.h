@@ -9,6 +9,7 @@
 #include "shared/wire/publication.h"
 
 #include <array>
+#include <optional>
 #include <unordered_map>
 
 namespace zoned::replication {
@@ -106,6 +107,20 @@ class StreamTable {
     /// holds version `version`, as a multiple of the bound; infinity where that is not known any
     /// more.
     [[nodiscard]] float excess(StreamIndex index, std::uint32_t version, Tick now) const;
+
+    /// A publication as it predicts a moment.
+    struct Predicted {
+        Vec3 position = Vec3::Zero();
+        float blend_m = 0.0F;  ///< see Replicator::Told
+    };
+
+    /// The publication of tick `publication`, no newer than version `newest`, that was not replaced
+    /// before `since`; evaluated at `at`. None when it is not known (any more).
+    [[nodiscard]] std::optional<Predicted> past_at(
+        StreamIndex index, Tick publication, std::uint32_t newest, Tick at, Tick since) const;
+
+    /// Whether the entity has a stream.
+    [[nodiscard]] bool has(EntityId entity) const { return slot_index_.contains(entity); }
 
     /// The newest publication for a subscriber that holds keyframe `held` (0: none) of this stream:
     /// a delta where that keyframe is still kept and the delta is smaller, else absolute. Version

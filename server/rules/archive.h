@@ -51,10 +51,11 @@ class Writer {
         out_.insert(out_.end(), text.begin(), text.end());
     }
 
-    void operator()(const std::vector<Item>& items) {
+    template <class T>
+    void operator()(const std::vector<T>& items) {
         varint(items.size());
-        for (const Item& item : items) {
-            Item::fields(*this, item);
+        for (const T& item : items) {
+            T::fields(*this, item);
         }
     }
 
@@ -137,12 +138,13 @@ class Reader {
         }
     }
 
-    void operator()(std::vector<Item>& items) {
+    template <class T>
+    void operator()(std::vector<T>& items) {
         const std::uint64_t size = varint();
         check(size <= kMaxItems);
         items.resize(ok_ ? static_cast<std::size_t>(size) : 0);
-        for (Item& item : items) {
-            Item::fields(*this, item);
+        for (T& item : items) {
+            T::fields(*this, item);
         }
     }
 
@@ -207,14 +209,21 @@ class Hasher {
         }
     }
 
+    void operator()(const Vec3& v) {
+        for (int axis = 0; axis < 3; ++axis) {
+            hash_.add(v[axis]);
+        }
+    }
+
     void operator()(const std::string& text) {
         hash_.add_bytes({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
     }
 
-    void operator()(const std::vector<Item>& items) {
+    template <class T>
+    void operator()(const std::vector<T>& items) {
         hash_.add(static_cast<std::uint64_t>(items.size()));
-        for (const Item& item : items) {
-            Item::fields(*this, item);
+        for (const T& item : items) {
+            T::fields(*this, item);
         }
     }
 

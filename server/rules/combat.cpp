@@ -53,45 +53,6 @@ void die(Game& game, RulesContext& context, EntityId entity, CharacterRecord& re
     update_pending(game, entity);
 }
 
-void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payload) {
-    sandbox::Shoot shot;
-    if (!shot.ParseFromArray(payload.data(), static_cast<int>(payload.size()))) {
-        deny_malformed(game, context, actor);
-        return;
-    }
-    const std::optional<Vec3> along = direction(shot.dx(), shot.dy(), shot.dz());
-    if (!along) {
-        deny_malformed(game, context, actor);
-        return;
-    }
-    if (context.now() < actor.record->next_shot) {
-        deny(game, context, actor, "too fast");
-        return;
-    }
-    actor.record->next_shot = context.now() + ticks(context, game.settings.shot_cooldown_s);
-    ++game.stats.shots;
-    const zone::RayResult hit =
-        context.ray_cast(eye(context, actor.row), *along, game.settings.shot_range_m, actor.avatar);
-    const world::Row target =
-        hit.hit && hit.entity ? context.entities().find(hit.entity) : world::kNoRow;
-    if (hit.hit && (target == world::kNoRow || !is_character(context, target))) {
-        throw_debris(game, context, hit.point, hit.normal);
-    }
-    if (target == world::kNoRow) {
-        return;
-    }
-    if (is_character(context, target)) {
-        hurt(game,
-             context,
-             hit.entity,
-             actor.avatar,
-             static_cast<std::uint32_t>(game.settings.damage));
-    } else {
-        const float mass = context.types()[context.entities().type[target]].mass;
-        knock(context, hit.entity, *along * (game.settings.shot_impulse_ns / mass));
-    }
-}
-
 void hurt(Game& game, RulesContext& context, EntityId target, EntityId by, std::uint32_t amount) {
     const world::Row row = context.entities().find(target);
     if (row == world::kNoRow) {

@@ -1,13 +1,9 @@
-// Combat: shots, bites, thrown props that hit, death by confirmation, and coming back.
+// Combat: damage, bites, thrown props that hit, death by confirmation, and coming back.
 #pragma once
 
 #include "server/rules/game.h"
 
 namespace zoned::rules {
-
-/// A hitscan shot from the eye. The command's tick is not used: shots meet the world of the tick in
-/// which they arrive.
-void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payload);
 
 /// Hurts a character of this zone or, by a message, of another one.
 void hurt(Game& game, RulesContext& context, EntityId target, EntityId by, std::uint32_t amount);

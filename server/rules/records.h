@@ -26,6 +26,42 @@ struct Item {
     }
 };
 
+/// What a view displayed of an entity, as its client says.
+struct SeenRecord {
+    EntityId entity;
+    Vec3d position = Vec3d::Zero();  ///< world coordinates, m
+    Tick publication = 0;
+
+    template <class Archive, class Self>
+    static void fields(Archive& archive, Self& self) {
+        archive(self.entity);
+        archive(self.position);
+        archive(self.publication);
+    }
+};
+
+/// A shot that waits for its tick, with what its client saw.
+struct FiredShot {
+    Tick tick = 0;  ///< fired from where the avatar is after it
+    Vec3 along = Vec3::UnitZ();
+    Tick seen_tick = 0;
+    std::uint32_t fraction = 0;  ///< of the tick after it, in 1/65536
+    std::uint8_t past = 0;       ///< 1: an interpolating view
+    EntityId aimed;
+    std::vector<SeenRecord> sightings;
+
+    template <class Archive, class Self>
+    static void fields(Archive& archive, Self& self) {
+        archive(self.tick);
+        archive(self.along);
+        archive(self.seen_tick);
+        archive(self.fraction);
+        archive(self.past);
+        archive(self.aimed);
+        archive(self.sightings);
+    }
+};
+
 enum class Life : std::uint8_t {
     kAlive,
     kDying,  ///< killed, waits until `life_until` for its client to confirm
@@ -52,6 +88,7 @@ struct CharacterRecord {
     Tick denial_due = 0;  ///< the same for denials
     Tick moved_at = 0;    ///< last tick with a wish to move
     std::vector<Item> inventory;
+    std::vector<FiredShot> shots;  ///< whose tick has not come yet
 
     template <class Archive, class Self>
     static void fields(Archive& archive, Self& self) {
@@ -72,11 +109,12 @@ struct CharacterRecord {
         archive(self.denial_due);
         archive(self.moved_at);
         archive(self.inventory);
+        archive(self.shots);
     }
 
     [[nodiscard]] bool can_act() const { return life == Life::kAlive || life == Life::kBack; }
 
-    [[nodiscard]] bool pending() const { return life != Life::kAlive; }
+    [[nodiscard]] bool pending() const { return life != Life::kAlive || !shots.empty(); }
 };
 
 struct PropRecord {

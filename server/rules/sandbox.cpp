@@ -6,6 +6,7 @@
 #include "server/rules/inventory.h"
 #include "server/rules/peer_messages.h"
 #include "server/rules/push.h"
+#include "server/rules/shooting.h"
 #include "server/rules/weather.h"
 
 namespace zoned::rules {
@@ -15,7 +16,7 @@ namespace {
 constexpr std::size_t kMaxPayload = 512;
 constexpr float kIdleAfterS = 1.0F;
 /// First byte of a saved record; a change of the fields changes it.
-constexpr std::uint8_t kCharacterFormat = 0x11;
+constexpr std::uint8_t kCharacterFormat = 0x12;
 constexpr std::uint8_t kPropFormat = 0x21;
 
 zone::RulesEvent name_event(sandbox::EventKind kind, const CharacterRecord& who, EntityId avatar) {
@@ -172,6 +173,7 @@ void Sandbox::run_timers(RulesContext& context) {
     for (const EntityId entity : due_) {
         const auto character = game_.characters.find(entity);
         if (character != game_.characters.end()) {
+            run_shots(game_, context, entity, character->second);
             run_life(game_, context, entity, character->second);
         }
         const auto prop = game_.props.find(entity);

@@ -67,6 +67,7 @@ struct EntityType {
     std::array<float, kBehaviours>
         nimbus_m{};  ///< how far a viewer with this avatar listens, by behaviour, m
     Conceal conceal = Conceal::kNothing;
+    bool rewindable = false;  ///< rules may ask where a client saw it: its poses are remembered
     float max_acceleration_mps2 = 20.0F;  ///< declared limit a_max of the promised bound
     float max_velocity_jump_mps = 10.0F;  ///< declared limit dv_max of the promised bound
     float priority = 1.0F;                ///< relative weight under a byte budget

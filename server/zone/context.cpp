@@ -1,5 +1,6 @@
 #include "server/zone/context.h"
 
+#include "server/zone/history.h"
 #include "server/zone/particles.h"
 #include "server/zone/soft_hull.h"
 #include "shared/core/assert.h"
@@ -147,6 +148,31 @@ RayResult ZoneContext::ray_cast(const Vec3& origin,
         result.normal = hit.normal;
     }
     return result;
+}
+
+SeenHit ZoneContext::ray_cast_as_seen(ClientId client,
+                                      const Seen& seen,
+                                      const Vec3& origin,
+                                      const Vec3& direction,
+                                      float max_distance,
+                                      EntityId ignore) const {
+    return zone::ray_cast_as_seen(
+        *state_, client, seen, origin, direction, max_distance, ignore);
+}
+
+std::optional<Vec3> ZoneContext::position_after(EntityId entity, Tick tick) const {
+    const world::Row row = owned(entity);
+    if (row == world::kNoRow || state_->entities.discontinuity_tick[row] > tick) {
+        return std::nullopt;
+    }
+    if (tick == state_->now - 1) {
+        return state_->entities.position[row];
+    }
+    if (tick < state_->now - 1 - state_->settings.rewind.most_ticks) {
+        return std::nullopt;
+    }
+    const std::optional<Pose> pose = state_->history.at(entity, tick, 0.0F);
+    return pose ? std::optional<Vec3>(pose->position) : std::nullopt;
 }
 
 void ZoneContext::near(const Vec3& point, float radius, std::vector<EntityId>& out) const {

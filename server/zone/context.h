@@ -40,6 +40,13 @@ class ZoneContext final : public RulesContext {
                                      const Vec3& direction,
                                      float max_distance,
                                      EntityId ignore) const override;
+    [[nodiscard]] SeenHit ray_cast_as_seen(ClientId client,
+                                           const Seen& seen,
+                                           const Vec3& origin,
+                                           const Vec3& direction,
+                                           float max_distance,
+                                           EntityId ignore) const override;
+    [[nodiscard]] std::optional<Vec3> position_after(EntityId entity, Tick tick) const override;
     void near(const Vec3& point, float radius, std::vector<EntityId>& out) const override;
 
     [[nodiscard]] std::uint32_t particles_near(std::string_view system,

@@ -17,6 +17,7 @@ std::string_view pass_name(Pass pass) {
                                                                      "interest",
                                                                      "conceal",
                                                                      "replication",
+                                                                     "history",
                                                                      "audit",
                                                                      "hash"};
     return kNames[static_cast<std::size_t>(pass)];
@@ -93,6 +94,11 @@ StepPlan plan_for(const Census& census) {
            "types conceal themselves",
            census.viewers == 0 ? "no viewer" : "no type conceals itself");
     decide(Pass::kReplication, census.viewers > 0, "viewers listen", "no viewer");
+    decide(Pass::kHistory,
+           live && census.viewers > 0 && census.rewindable_types > 0,
+           "rules may rewind what viewers saw",
+           census.frozen ? frozen
+                         : (census.viewers == 0 ? "no viewer" : "no type is rewindable"));
     decide(Pass::kAudit, census.audited > 0, "audits are on", "nobody is audited");
     decide(Pass::kHash, true, "always", "");
     return plan;

@@ -83,6 +83,34 @@ struct RayResult {
     Vec3 normal = Vec3::UnitY();
 };
 
+/// An entity as a client says that its view displayed it.
+struct SeenEntity {
+    EntityId entity;
+    Vec3 position = Vec3::Zero();  ///< where, zone-local, m
+    Tick publication = -1;         ///< a view of the present: whose prediction it was
+};
+
+/// What a client says that its view displayed when it acted. Hostile.
+struct Seen {
+    enum class View : std::uint8_t {
+        kPresent,  ///< predicted from publications to `tick`
+        kPast,     ///< interpolated
+    };
+
+    View view = View::kPresent;
+    Tick tick = 0;          ///< that was displayed of others
+    float fraction = 0.0F;  ///< of the tick after it, 0..1
+    EntityId aimed;         ///< what the ray hit there; none: nothing
+    std::span<const SeenEntity> entities;  ///< those near the ray
+};
+
+struct SeenHit : RayResult {
+    float rewound_s = 0.0F;   ///< by how much entities were set back
+    bool cut = false;         ///< the displayed tick was beyond the bound, or in the future
+    bool doubted = false;     ///< an entity near the ray was not where it was said to be displayed
+    bool aimed_near = false;  ///< the ray passed Seen::aimed within about 2 m of its surface
+};
+
 /// What rules may see and do during a call. Changes to owned entities take effect at once; entities
 /// of other zones (ghosts) are read-only: reach them by message().
 class RulesContext {
@@ -137,6 +165,29 @@ class RulesContext {
                                              const Vec3& direction,
                                              float max_distance,
                                              EntityId ignore) const = 0;
+    /// The same through the world as a client saw it when it acted (server/zone/history.h): what is
+    /// of a rewindable type stands where it was displayed, within the configured bounds.
+    [[nodiscard]] virtual SeenHit ray_cast_as_seen(ClientId client,
+                                                   const Seen& seen,
+                                                   const Vec3& origin,
+                                                   const Vec3& direction,
+                                                   float max_distance,
+                                                   EntityId ignore) const {
+        (void)client;
+        (void)seen;
+        SeenHit hit;
+        static_cast<RayResult&>(hit) = ray_cast(origin, direction, max_distance, ignore);
+        return hit;
+    }
+
+    /// Where an owned entity of a rewindable type was after a tick; none when that is longer ago
+    /// than the configured bound, or in the future, or it has jumped since.
+    [[nodiscard]] virtual std::optional<Vec3> position_after(EntityId entity, Tick tick) const {
+        (void)entity;
+        (void)tick;
+        return std::nullopt;
+    }
+
     /// Entities within `radius` m of a point (horizontally), not hidden, ascending by id; ghosts
     /// too.
     virtual void near(const Vec3& point, float radius, std::vector<EntityId>& out) const = 0;

@@ -7,6 +7,7 @@
 #include "server/zone/faults.h"
 #include "server/zone/ghosts.h"
 #include "server/zone/handoff.h"
+#include "server/zone/history.h"
 #include "server/zone/inbox.h"
 #include "server/zone/movement.h"
 #include "server/zone/particles.h"
@@ -210,7 +211,11 @@ void Zone::publish() {
     if (viewers != s.report.census.viewers) {
         s.report.census = take_census(s, 0);
         const StepPlan plan = plan_for(s.report.census);
-        for (const Pass p : {Pass::kInterest, Pass::kConceal, Pass::kReplication, Pass::kAudit}) {
+        for (const Pass p : {Pass::kInterest,
+                             Pass::kConceal,
+                             Pass::kReplication,
+                             Pass::kHistory,
+                             Pass::kAudit}) {
             const auto i = static_cast<std::size_t>(p);
             s.report.plan.runs[i] = plan.runs[i];
             s.report.plan.reason[i] = plan.reason[i];
@@ -224,6 +229,7 @@ void Zone::publish() {
     });
     pass(Pass::kConceal, [&] { return conceal(s); });
     pass(Pass::kReplication, [&] { return replicate(s); });
+    pass(Pass::kHistory, [&] { return record_history(s); });
     pass(Pass::kAudit, [&] { return audit_clients(s); });
     pass(Pass::kHash, [&] { return hash_tick(s); });
 }

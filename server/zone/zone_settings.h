@@ -8,6 +8,7 @@
 #include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
+#include "server/zone/history.h"
 #include "shared/core/rng.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
@@ -125,6 +126,7 @@ struct ZoneSettings {
     ai::Settings ai;
     interest::Settings interest;
     ConcealSettings conceal;
+    RewindSettings rewind;
     std::vector<std::string> behaviours;  ///< the config's own, from kFirstNamedBehaviour on
     replication::Settings replication;
     AuditSettings audit;

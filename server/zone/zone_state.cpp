@@ -73,6 +73,14 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
         settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {
             return type.conceal != world::Conceal::kNothing;
         });
+    const bool rewinds =
+        std::any_of(settings.types->begin(),
+                    settings.types->end(),
+                    [](const world::EntityType& type) { return type.rewindable; });
+    if (rewinds) {
+        // The present is one of them, and the tick that is being made replaces one.
+        history.resize(settings.rewind.most_ticks + 2);
+    }
     add_static_bodies(*this);
     add_particle_systems(*this);
 }
@@ -121,6 +129,9 @@ void add_body(ZoneState& state, world::Row row, bool asleep) {
     def.velocity = e.velocity[row];
     def.angular_velocity = e.angular_velocity[row];
     def.user = e.id[row].value;
+    if (type.rewindable) {
+        def.filter.category = kRewindableCategory;
+    }
     def.asleep = asleep && def.kind == physics::BodyKind::kDynamic;
     const ContactWish wish = state.rules->contact_wish(e.type[row]);
     def.events = static_cast<std::uint8_t>((wish.lasts ? physics::kTellPersist : 0) |

@@ -10,6 +10,7 @@
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
 #include "server/zone/exchange.h"
+#include "server/zone/history.h"
 #include "server/zone/plan.h"
 #include "server/zone/rules.h"
 #include "server/zone/soft.h"
@@ -146,6 +147,9 @@ struct ZoneState {
     world::Visibility
         replicated;  ///< what replication is told; differs from visibility under faults only
     replication::Replicator replicator;
+
+    History history;  ///< empty where no type of the world is rewindable
+    std::vector<std::pair<EntityId, world::Row>> history_rows;  ///< scratch
 
     std::vector<EntityState> ghosts_out;  ///< this tick's export, ascending by id
     bool ghosts_out_changed = true;

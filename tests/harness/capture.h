@@ -27,6 +27,7 @@ struct CapturedEvent {
     std::uint64_t event_id = 0;
     std::uint32_t kind = 0;
     std::string topic;  ///< empty: not by a topic
+    std::string payload;
 };
 
 /// Everything that one client received so far, from all its streams.

@@ -179,7 +179,7 @@ TEST(State, RefusesBytesThatAreNoState) {
 
 TEST(State, HashSeesEveryField) {
     const auto hash_of = [](const CharacterRecord& record) {
-        zone::Bytes bytes{0x11};
+        zone::Bytes bytes{0x12};
         Writer writer(bytes);
         CharacterRecord::fields(writer, record);
         Sandbox game({}, test_types());
@@ -190,7 +190,7 @@ TEST(State, HashSeesEveryField) {
         return hash.value();
     };
     const CharacterRecord base;
-    std::vector<CharacterRecord> changed(17);
+    std::vector<CharacterRecord> changed(18);
     changed[0].client = ClientId(1);
     changed[1].name = "a";
     changed[2].team = "a";
@@ -208,6 +208,7 @@ TEST(State, HashSeesEveryField) {
     changed[14].denial_due = 1;
     changed[15].moved_at = 1;
     changed[16].inventory = {{EntityId(3), 2, 1}};
+    changed[17].shots.resize(1);
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash_of(changed[i]), hash_of(base)) << i;
     }

@@ -1,0 +1,17 @@
+// Shooting: hitscan shots at the world as the shooter's client saw it.
+#pragma once
+
+#include "server/rules/game.h"
+
+namespace zoned::rules {
+
+/// A shot from the eye. With Shoot::seen it is fired from where the avatar was after the command's
+/// tick, at the world as the client displayed it (RulesContext::ray_cast_as_seen), and the decision
+/// is told to the shooter and to the client of what was hit or narrowly missed; a shot whose tick
+/// has not come yet waits for it. Without, at once and at the world as it is.
+void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payload);
+
+/// Fires the shots whose tick has come, of a character of this zone.
+void run_shots(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record);
+
+}  // namespace zoned::rules
