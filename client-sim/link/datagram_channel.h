@@ -33,6 +33,7 @@ struct OpenedPacket {
     std::uint64_t sequence = 0;
     wire::DownHead head;
     std::span<const std::uint8_t> records;
+    std::size_t head_bytes = 0;  ///< of the body, before the records
 };
 
 class DatagramChannel {

@@ -112,14 +112,49 @@ Correction View::apply(const link::OpenedPacket& packet, double now_s) {
         }
     }
     wire::RecordReader reader(packet.records, world_->quantization);
+    wire::RecordReader gauge(packet.records, world_->quantization);
+    if (settings_.meter) {
+        count_packet(packet);
+    }
     oldest_news_ = packet.head.tick;
     while (!reader.done()) {
-        if (!apply_record(reader, packet, now_s)) {
+        reason_ = wire::TrafficReason::kUnread;
+        const bool applied = apply_record(reader, packet, now_s);
+        if (settings_.meter) {
+            count_record(gauge);
+        }
+        if (!applied) {
             break;
         }
     }
+    if (settings_.meter) {
+        traffic_.add_unread(packet.records.size() - gauge.byte_offset());
+    }
     playout_.on_news(tick_ + 1 - oldest_news_);
     return correction;
+}
+
+void View::count_packet(const link::OpenedPacket& packet) {
+    traffic_.add_packet(packet.head_bytes, packet.head_bytes - wire::down_head_bytes(packet.head));
+}
+
+/// Counts the record that was just applied.
+void View::count_record(wire::RecordReader& gauge) {
+    const std::size_t begin = gauge.byte_offset();
+    wire::RecordBits bits;
+    const auto head = gauge.measure_next(bits);
+    if (!head) {
+        traffic_.add_unread(gauge.byte_offset() - begin);
+    } else if (head->kind == wire::RecordKind::kRemove) {
+        traffic_.add_removal(gauge.byte_offset() - begin);
+    } else {
+        const Entity* entity = store_.find(head->entity);
+        if (entity != nullptr && entity->typed) {
+            traffic_.add_record(entity->type, reason_, bits);
+        } else {
+            traffic_.add_unread(gauge.byte_offset() - begin);
+        }
+    }
 }
 
 void View::apply(const proto::Event& event) {
@@ -151,6 +186,7 @@ bool View::apply_record(wire::RecordReader& reader,
     ++stats_.records;
     if (head->kind == wire::RecordKind::kRemove) {
         ++stats_.removes;
+        reason_ = wire::TrafficReason::kRemoval;
         store_.remove(head->entity, packet.sequence, packet.head.tick, tick_);
         return true;
     }
@@ -189,7 +225,17 @@ bool View::apply_record(wire::RecordReader& reader,
         diverged("malformed record");
         return false;
     }
+    const Entity* before = store_.find(head->entity);
+    const bool joins = before == nullptr || !before->present();
     const Applied applied = store_.apply(record, *state);
+    if (applied == Applied::kOld) {
+        reason_ = wire::TrafficReason::kRepeat;
+    } else if (joins) {
+        reason_ = wire::TrafficReason::kJoin;
+    } else {
+        reason_ = head->kind == wire::RecordKind::kAbsolute ? wire::TrafficReason::kKeyframe
+                                                            : wire::TrafficReason::kNews;
+    }
     if (applied == Applied::kShown) {
         ++stats_.shown;
         ++stats_.by_order[static_cast<std::size_t>(state->order) % stats_.by_order.size()];

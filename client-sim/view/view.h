@@ -36,6 +36,7 @@ struct ViewSettings {
     bool keep_history = false;  ///< needed for audits
     ViewKind kind = ViewKind::kExtrapolate;
     Shows shows = Shows::kPredicted;  ///< of an extrapolating view
+    bool meter = false;               ///< counts what the bytes of packets were for
 };
 
 struct ViewStats {
@@ -125,11 +126,17 @@ class View {
 
     [[nodiscard]] const ViewStats& stats() const { return stats_; }
 
+    /// What came, all views of this client together; empty without ViewSettings::meter. News is
+    /// also what the sender calls heartbeat or sent again after loss.
+    [[nodiscard]] const wire::TrafficTable& traffic() const { return traffic_; }
+
     /// Zone of the newest packet.
     [[nodiscard]] ZoneId zone() const { return zone_; }
 
   private:
     bool apply_record(wire::RecordReader& reader, const link::OpenedPacket& packet, double now_s);
+    void count_packet(const link::OpenedPacket& packet);
+    void count_record(wire::RecordReader& gauge);
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 
@@ -141,6 +148,9 @@ class View {
     Playout playout_;
     Bursts bursts_;
     ViewStats stats_;
+    wire::TrafficTable traffic_;
+    /// Of the record that was applied last; unread until it was.
+    wire::TrafficReason reason_ = wire::TrafficReason::kUnread;
     Tick tick_ = 0;
     Tick oldest_news_ = 0;  // of the packet being applied: the earliest tick that its news is about
     ZoneId zone_;

@@ -280,6 +280,7 @@ void Packer::begin(Tick now, ZoneId zone, const wire::OwnState* own) {
     body_.clear();
     entries_.clear();
     wire::write_down_head(head_, body_);
+    head_bytes_ = body_.size();
 }
 
 /// Appends one record; false when it fits neither into the packet nor into the allowed bytes.
@@ -309,6 +310,11 @@ bool Packer::add(Tick now,
     }
     body_.insert(body_.end(), encoded.bytes->begin(), encoded.bytes->end());
     entries_.push_back(entry);
+    if (meter_ && s == nullptr) {
+        meter_->table().add_removal(encoded.bytes->size());
+    } else if (meter_) {
+        count_record(candidate, s->sent_version == 0, *s, encoded, streams);
+    }
     Delivery& delivery = s != nullptr ? s->delivery : client.removals[candidate.index].delivery;
     if (s != nullptr) {
         if (encoded.keyframe != 0 && streams.sent_absolute(s->stream)) {
@@ -329,6 +335,29 @@ bool Packer::add(Tick now,
     ++report.records_sent;
     report.records_resent += candidate.reason == Reason::kNews ? 0 : 1;
     return true;
+}
+
+/// Each record has one reason: the first of these that holds.
+void Packer::count_record(const Candidate& candidate,
+                          bool first,
+                          const Subscription& s,
+                          const Encoded& encoded,
+                          const StreamTable& streams) {
+    using wire::TrafficReason;
+    const Stream& stream = streams[s.stream];
+    TrafficReason reason = TrafficReason::kNews;
+    if (candidate.reason == Reason::kLost) {
+        reason = TrafficReason::kResent;
+    } else if (candidate.reason == Reason::kRepeat) {
+        reason = TrafficReason::kRepeat;
+    } else if (first) {
+        reason = TrafficReason::kJoin;
+    } else if (stream.heartbeat) {
+        reason = TrafficReason::kHeartbeat;
+    } else if (encoded.keyframe != 0) {
+        reason = TrafficReason::kKeyframe;
+    }
+    meter_->add_record(s.stream, stream, encoded, reason);
 }
 
 void Packer::finish(Tick now,
@@ -352,6 +381,9 @@ void Packer::finish(Tick now,
     datagram.sequence = packet.sequence;
     datagram.body.assign(body_.begin(), body_.end());
     client.tokens -= static_cast<double>(body_.size() + kPacketOverheadBytes);
+    if (meter_) {
+        meter_->table().add_packet(head_bytes_, head_bytes_ - wire::down_head_bytes(head_));
+    }
     ++report.packets;
     report.bytes += body_.size();
 }

@@ -181,6 +181,10 @@ Tick Replicator::switch_tick(ClientId client, EntityId entity) const {
     return it == impl_->clients.end() ? 0 : (*it)->switch_tick(entity);
 }
 
+const wire::TrafficTable* Replicator::traffic() const {
+    return impl_->packer.traffic();
+}
+
 void Replicator::hash(core::StateHash& hash) const {
     impl_->streams.hash(hash);
     for (const auto& client : impl_->clients) {
