@@ -22,6 +22,9 @@ void Matcher::refresh(std::size_t viewer) {
         found = entity_grid_.gather(
             viewer_x_[viewer], viewer_z_[viewer], reach, widen_, seat.row, near_.data());
     }
+    if (cone.length_m > 0.0F) {
+        found = keep_within_cone(viewer, cone, found);
+    }
     sorted_.resize(found);
     for (std::size_t i = 0; i < found; ++i) {
         sorted_[i] = (static_cast<std::uint64_t>(population_.id(near_[i]).value) << 32U) | near_[i];
@@ -36,6 +39,27 @@ void Matcher::refresh(std::size_t viewer) {
     }
     seats_[viewer].stamp = next_stamp_++;
     set.stamp = seats_[viewer].stamp;
+}
+
+/// Of what is near, what may be heard at all: a cone holds a small part of its disc, and what is
+/// left is sorted.
+std::size_t Matcher::keep_within_cone(std::size_t viewer,
+                                      const ViewCone& cone,
+                                      std::size_t candidates) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < candidates; ++i) {
+        const world::Row row = near_[i];
+        const bool heard = hears(population_.x(row) - viewer_x_[viewer],
+                                 population_.z(row) - viewer_z_[viewer],
+                                 viewer_nimbus_[viewer],
+                                 cone,
+                                 population_.aura_m(row),
+                                 true,
+                                 settings_.hysteresis);
+        near_[kept] = row;
+        kept += heard ? 1 : 0;
+    }
+    return kept;
 }
 
 /// Merges the candidates with what was known, both ascending by entity.

@@ -71,6 +71,7 @@ class Matcher {
     [[nodiscard]] bool all_overlap(float& diagonal_squared) const;
 
     void refresh(std::size_t viewer);
+    std::size_t keep_within_cone(std::size_t viewer, const ViewCone& cone, std::size_t candidates);
     void merge(std::size_t viewer, const ViewCone& cone, std::size_t candidates);
     void cross_changes();
     void cross_steps();
