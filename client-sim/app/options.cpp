@@ -190,6 +190,7 @@ void convert(const Raw& raw, Options& o) {
     o.conditioner.seed = o.swarm.seed;
     read_outage(raw.outage, o.conditioner);
     o.pin = read_pin(raw.pin);
+    o.swarm.meter = !o.report_file.empty();
     o.swarm.audit = !raw.no_audit;
     o.swarm.freeze = !raw.no_freeze;
     o.swarm.tickets = read_tickets(raw.tickets);

@@ -160,6 +160,12 @@ int run(const Options& options) {
             return kEnvironment;
         }
         std::fputs(measure::to_table(report).c_str(), stdout);
+        const std::size_t around = static_cast<std::size_t>(options.swarm.header_bytes) +
+                                   wire::kDatagramHeaderBytes + wire::kSealTagBytes +
+                                   wire::kDownTransportBytes;
+        std::fputs(wire::traffic_text(report.traffic, report.traffic_types, report.seconds, around)
+                       .c_str(),
+                   stdout);
         std::string line = report.consistent ? "verdict: consistent" : "verdict: inconsistent: ";
         if (report.consistent && !report.warnings.empty()) {
             line += ", with a warning: " + report.warnings.front();

@@ -63,6 +63,7 @@ Swarm::Swarm(SwarmSettings settings, const MakeTransport& make_transport)
         one.convergence = settings_.convergence;
         one.view = settings_.view;
         one.shows = settings_.shows;
+        one.meter = settings_.meter;
         one.audit_every_s = settings_.audit ? settings_.audit_every_s : 0.0;
         bots_.push_back(
             std::make_unique<bot::Bot>(*transports_.back(), worlds_, collector_, std::move(one)));

@@ -31,6 +31,7 @@ struct SwarmSettings {
     double freeze_wait_s = 5.0;   ///< how long views may take to converge
     double frozen_audit_s = 0.5;  ///< how often they are compared then
     double path_spread_s = 0.0;   ///< ConditionerSettings::spread_s() of what is in the way
+    bool meter = false;           ///< counts what the bytes of packets were for
     int header_bytes = 28;        ///< IP and UDP headers per datagram, for the bandwidth
 };
 

@@ -192,7 +192,8 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
     const bool audited = settings_.audit_every_s > 0.0 && (welcome.rights() & 2U) != 0;
     view_ = std::make_unique<view::View>(
         world_,
-        view::ViewSettings{settings_.convergence, audited, settings_.view, settings_.shows},
+        view::ViewSettings{
+            settings_.convergence, audited, settings_.view, settings_.shows, settings_.meter},
         this);
     // Audit requests of many bots are spread over the interval.
     last_audit_s_ = now_s_ + settings_.audit_every_s *

@@ -42,6 +42,7 @@ struct BotSettings {
     view::Shows shows = view::Shows::kPredicted;
     /// Asks for an audit when none came for this long; 0: never asks. Needs the right to audit.
     double audit_every_s = 1.0;
+    bool meter = false;  ///< counts what the bytes of packets were for
 };
 
 /// How commands fared, by what the server says of them.

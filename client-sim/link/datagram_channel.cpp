@@ -116,7 +116,11 @@ std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> 
         unwrap_send_time_s(transport->send_time_us, head->head.tick, tick_s_);
     sample_clock(*transport, server_send_s, now_s);
     note_silence(sequence, server_send_s);
-    return OpenedPacket{sequence, head->head, body.subspan(head->records_offset), server_send_s};
+    return OpenedPacket{sequence,
+                        head->head,
+                        body.subspan(head->records_offset),
+                        server_send_s,
+                        head->records_offset};
 }
 
 void DatagramChannel::sample_clock(const wire::DownTransport& transport,

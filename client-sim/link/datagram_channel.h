@@ -43,6 +43,7 @@ struct OpenedPacket {
     wire::DownHead head;
     std::span<const std::uint8_t> records;
     double server_send_s = 0.0;  ///< when it left, by the server's clock
+    std::size_t head_bytes = 0;  ///< of the body, before the records
 };
 
 class DatagramChannel {

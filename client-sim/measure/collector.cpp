@@ -287,6 +287,12 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
     r.silent_bots += mine.silent ? 1 : 0;
     if (bot.view() != nullptr) {
         const view::ViewStats& v = bot.view()->stats();
+        r.traffic.add(bot.view()->traffic());
+        if (r.traffic_types.empty()) {
+            for (const auto& type : bot.view()->world().types) {
+                r.traffic_types.push_back(type.name);
+            }
+        }
         r.view_resets += v.resets;
         r.unknown_keyframes += v.unknown_keyframes;
         r.malformed_records += v.malformed_records + v.undecoded_packets;

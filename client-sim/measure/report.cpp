@@ -197,6 +197,11 @@ std::string to_json(const Report& r) {
     write_range(json, "view_delay_ticks", r.view_delay_ticks, true);
     write_range(json, "input_lead_ticks", r.lead_ticks, true);
     write_transport(json, r);
+    if (r.traffic.packets() > 0) {
+        json.key("traffic").begin_object();
+        wire::write_traffic(json, r.traffic, r.traffic_types);
+        json.end_object();
+    }
     json.field("freeze_asked", r.freeze_asked);
     json.field("frozen_bots", r.frozen_bots);
     json.field("converged_bots", r.converged_bots);

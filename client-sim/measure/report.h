@@ -4,6 +4,7 @@
 #include "client-sim/measure/auditor.h"
 #include "client-sim/measure/latency.h"
 #include "shared/core/histogram.h"
+#include "shared/wire/traffic.h"
 
 #include <array>
 #include <cstdint>
@@ -85,6 +86,8 @@ struct Report {
     double bottleneck_utilisation = 0.0;   ///< share of what all bottlenecks down could carry
     std::uint64_t bottleneck_dropped = 0;  ///< found the queue full
     double process_cpu_s = 0.0;
+    wire::TrafficTable traffic;              ///< of all state packets that came
+    std::vector<std::string> traffic_types;  ///< names of its types
 
     bool freeze_asked = false;
     std::uint64_t auditing_bots = 0;   ///< online at the end, with the right to audit

@@ -123,15 +123,39 @@ Correction View::apply(const link::OpenedPacket& packet, double now_s) {
         }
     }
     oldest_news_ = packet.head.tick;
+    if (settings_.meter) {
+        count_packet(packet);
+    }
     if (packet.head.coded) {
         apply_coded(packet, now_s);
     } else {
-        wire::RecordReader reader(packet.records, world_->quantization);
-        while (!reader.done() && apply_record(reader, packet, now_s)) {
-        }
+        apply_records(packet, now_s);
     }
     playout_.on_news(tick_ + 1 - oldest_news_);
     return correction;
+}
+
+void View::count_packet(const link::OpenedPacket& packet) {
+    traffic_.add_packet(packet.head_bytes, packet.head_bytes - wire::down_head_bytes(packet.head));
+}
+
+/// Counts the record that was just applied.
+void View::count_record(wire::RecordReader& gauge) {
+    const std::size_t begin = gauge.byte_offset();
+    wire::RecordBits bits;
+    const auto head = gauge.measure_next(bits);
+    if (!head) {
+        traffic_.add_unread(gauge.byte_offset() - begin);
+    } else if (head->kind == wire::RecordKind::kRemove) {
+        traffic_.add_removal(gauge.byte_offset() - begin);
+    } else {
+        const Entity* entity = store_.find(head->entity);
+        if (entity != nullptr && entity->typed) {
+            traffic_.add_record(entity->type, reason_, bits);
+        } else {
+            traffic_.add_unread(gauge.byte_offset() - begin);
+        }
+    }
 }
 
 void View::apply(const proto::Event& event) {
@@ -163,6 +187,7 @@ bool View::apply_record(wire::RecordReader& reader,
     ++stats_.records;
     if (head->kind == wire::RecordKind::kRemove) {
         ++stats_.removes;
+        reason_ = wire::TrafficReason::kRemoval;
         store_.remove(head->entity, packet.sequence, packet.head.tick, tick_);
         return true;
     }
@@ -196,12 +221,22 @@ bool View::apply_record(wire::RecordReader& reader,
         diverged("malformed record");
         return false;
     }
-    show(record, *state);
+    const Entity* before = store_.find(head->entity);
+    const bool joins = before == nullptr || !before->present();
+    const Applied applied = show(record, *state);
+    if (applied == Applied::kOld) {
+        reason_ = wire::TrafficReason::kRepeat;
+    } else if (joins) {
+        reason_ = wire::TrafficReason::kJoin;
+    } else {
+        reason_ = head->kind == wire::RecordKind::kAbsolute ? wire::TrafficReason::kKeyframe
+                                                            : wire::TrafficReason::kNews;
+    }
     return true;
 }
 
 /// A publication that was told, by a shared record or by one for this client alone.
-void View::show(const EntityStore::Record& record, const wire::QuantizedState& state) {
+Applied View::show(const EntityStore::Record& record, const wire::QuantizedState& state) {
     const Applied applied = store_.apply(record, state);
     if (applied == Applied::kShown) {
         ++stats_.shown;
@@ -215,6 +250,24 @@ void View::show(const EntityStore::Record& record, const wire::QuantizedState& s
         }
     } else if (applied == Applied::kLate) {
         oldest_news_ = std::min(oldest_news_, record.publication_tick);
+    }
+    return applied;
+}
+
+/// Shared records, one after another; the meter reads along.
+void View::apply_records(const link::OpenedPacket& packet, double now_s) {
+    wire::RecordReader reader(packet.records, world_->quantization);
+    wire::RecordReader gauge(packet.records, world_->quantization);
+    bool applied = true;
+    while (!reader.done() && applied) {
+        reason_ = wire::TrafficReason::kUnread;
+        applied = apply_record(reader, packet, now_s);
+        if (settings_.meter) {
+            count_record(gauge);
+        }
+    }
+    if (settings_.meter) {
+        traffic_.add_unread(packet.records.size() - gauge.byte_offset());
     }
 }
 
@@ -232,7 +285,13 @@ void View::apply_coded(const link::OpenedPacket& packet, double now_s) {
     if (!frame) {
         ++stats_.undecoded_packets;
         diverged("a packet could not be decoded");
+        if (settings_.meter) {
+            traffic_.add_unread(packet.records.size());
+        }
         return;
+    }
+    if (settings_.meter) {
+        traffic_.add_coded(packet.records.size());
     }
     for (const wire::record::CodedRecord& coded : (*frame)->records) {
         ++stats_.records;

@@ -37,6 +37,7 @@ struct ViewSettings {
     bool keep_history = false;  ///< needed for audits
     ViewKind kind = ViewKind::kExtrapolate;
     Shows shows = Shows::kPredicted;  ///< of an extrapolating view
+    bool meter = false;               ///< counts what the bytes of packets were for
 };
 
 struct ViewStats {
@@ -130,6 +131,10 @@ class View {
 
     [[nodiscard]] const ViewStats& stats() const { return stats_; }
 
+    /// What came, all views of this client together; empty without ViewSettings::meter. News is
+    /// also what the sender calls heartbeat or sent again after loss.
+    [[nodiscard]] const wire::TrafficTable& traffic() const { return traffic_; }
+
     /// Zone of the newest packet.
     [[nodiscard]] ZoneId zone() const { return zone_; }
 
@@ -138,7 +143,10 @@ class View {
     void apply_coded(const link::OpenedPacket& packet, double now_s);
     [[nodiscard]] EntityStore::Record record_of(const link::OpenedPacket& packet,
                                                 double now_s) const;
-    void show(const EntityStore::Record& record, const wire::QuantizedState& state);
+    Applied show(const EntityStore::Record& record, const wire::QuantizedState& state);
+    void apply_records(const link::OpenedPacket& packet, double now_s);
+    void count_packet(const link::OpenedPacket& packet);
+    void count_record(wire::RecordReader& gauge);
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;
 
@@ -151,6 +159,9 @@ class View {
     Playout playout_;
     Bursts bursts_;
     ViewStats stats_;
+    wire::TrafficTable traffic_;
+    /// Of the record that was applied last; unread until it was.
+    wire::TrafficReason reason_ = wire::TrafficReason::kUnread;
     Tick tick_ = 0;
     Tick oldest_news_ = 0;  // of the packet being applied: the earliest tick that its news is about
     ZoneId zone_;

@@ -23,6 +23,7 @@ namespace zoned::app {
 namespace {
 
 constexpr auto kFarewell = std::chrono::seconds(2);
+constexpr auto kStatusEvery = std::chrono::seconds(10);
 
 unsigned thread_count(const ops::Settings& settings) {
     const unsigned asked = settings.config.run().threads();
@@ -58,6 +59,7 @@ class Server {
           settings_(settings),
           signals_(io_, SIGINT, SIGTERM),
           stop_timer_(io_),
+          status_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
           network_(io_, settings, arguments.config, [this](mailbox::InboxItem item) {
               loop_->post(std::move(item));
@@ -98,6 +100,9 @@ class Server {
         network_.start();
         loop_->start();
         announce();
+        if (settings_.replication.meter) {
+            tell_status();
+        }
         io_.run();
         return finish(steady_seconds() - begin);
     }
@@ -145,10 +150,23 @@ class Server {
         std::fflush(stdout);
     }
 
+    void tell_status() {
+        status_timer_.expires_after(kStatusEvery);
+        status_timer_.async_wait([this](const asio::error_code& error) {
+            if (!error) {
+                log_traffic({settings_, *loop_, network_, 1, 0.0},
+                            traffic_told_,
+                            std::chrono::duration<double>(kStatusEvery).count());
+                tell_status();
+            }
+        });
+    }
+
     /// First the clients hear why, then the sockets close; a second signal does not wait.
     void stop(const std::string& why) {
         spdlog::info("stopping: {}", why);
         stop_timer_.cancel();
+        status_timer_.cancel();
         network_.shutdown("the server closes: " + why);
         farewell_end_ = std::chrono::steady_clock::now() + kFarewell;
         signals_.async_wait([this](const asio::error_code& error, int) {
@@ -194,6 +212,8 @@ class Server {
     asio::io_context io_;
     asio::signal_set signals_;
     asio::steady_timer stop_timer_;
+    asio::steady_timer status_timer_;
+    wire::TrafficTable traffic_told_;
     std::chrono::steady_clock::time_point farewell_end_;
     ParticleDevice particle_device_;  // outlives the world
     World world_;
@@ -210,6 +230,7 @@ int serve(const ServeArguments& arguments) {
         return kUsage;
     }
     set_up_log(settings);
+    settings.replication.meter = settings.replication.meter || !arguments.report.empty();
     for (const std::string& strain : ops::strains_of(settings)) {
         spdlog::warn("{}", strain);
     }

@@ -1,9 +1,12 @@
 #include "server/app/serve_report.h"
 
 #include "server/ops/report.h"
+#include "server/replication/packer.h"
+#include "proto/session.pb.h"
 
 #include <spdlog/spdlog.h>
 
+#include <cstdio>
 #include <ctime>
 #include <stdexcept>
 
@@ -91,7 +94,44 @@ void add_network(const Network& network, ops::ServerReport& report) {
     report.extra["address_changes"] = static_cast<double>(s.address_changes);
 }
 
+ops::TrafficFigures traffic_figures(const ServeFigures& figures, const LoopStats& loop) {
+    const session::HostStats& s = figures.network.sessions();
+    ops::TrafficFigures traffic;
+    traffic.table = loop.traffic;
+    for (const auto& type : figures.settings.config.type()) {
+        traffic.types.push_back(type.name());
+    }
+    traffic.sent_packets = s.packets_out + s.tunnelled;
+    traffic.sent_bytes = s.bytes_out + s.tunnelled_bytes;
+    const auto* messages = proto::ServerMessage::descriptor();
+    for (const auto& [number, bytes] : s.frame_bytes_by_message) {
+        const auto* field = messages->FindFieldByNumber(static_cast<int>(number));
+        traffic.stream_bytes[field != nullptr ? field->name() : "empty"] += bytes;
+    }
+    return traffic;
+}
+
 }  // namespace
+
+void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double seconds) {
+    wire::TrafficTable now = figures.loop.stats().traffic;
+    const std::uint64_t packets = now.packets() - before.packets();
+    if (packets == 0 || !(seconds > 0.0)) {
+        return;
+    }
+    std::string text;
+    for (std::size_t r = 0; r < wire::kTrafficReasons; ++r) {
+        const auto reason = static_cast<wire::TrafficReason>(r);
+        const double bytes = static_cast<double>(now.bits(reason) - before.bits(reason)) / 8.0;
+        if (bytes > 0.0) {
+            text += fmt::format(" {} {:.0f}", wire::kTrafficReasonNames[r], bytes / seconds);
+        }
+    }
+    spdlog::info("traffic, bytes/s: seal and headers {:.0f}{}",
+                 static_cast<double>(packets * replication::kPacketOverheadBytes) / seconds,
+                 text);
+    before = std::move(now);
+}
 
 void log_summary(const ServeFigures& figures) {
     const LoopStats loop = figures.loop.stats();
@@ -105,6 +145,11 @@ void log_summary(const ServeFigures& figures) {
         loop.overruns,
         loop.handoffs,
         100.0 * process_cpu_seconds() / figures.seconds);
+    const ops::TrafficFigures traffic = traffic_figures(figures, loop);
+    std::fputs(wire::traffic_text(
+                   loop.traffic, traffic.types, figures.seconds, replication::kPacketOverheadBytes)
+                   .c_str(),
+               stderr);
 }
 
 void write_serve_report(const std::string& file, const ServeFigures& figures) {
@@ -118,6 +163,9 @@ void write_serve_report(const std::string& file, const ServeFigures& figures) {
     report.cpu_cores = process_cpu_seconds() / figures.seconds;
     add_loop(loop, report);
     add_network(figures.network, report);
+    if (loop.traffic.packets() > 0) {
+        report.traffic = traffic_figures(figures, loop);
+    }
     for (std::size_t i = 0; i < figures.settings.zones.size() && i < loop.zone_hashes.size(); ++i) {
         report.zones.push_back(
             {figures.settings.zones[i].name, loop.zone_entities[i], loop.zone_hashes[i]});

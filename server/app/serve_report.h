@@ -19,6 +19,10 @@ struct ServeFigures {
     double seconds = 0.0;
 };
 
+/// One line: what state packets took since `before`, which becomes what there is now; nothing
+/// where the meter is off.
+void log_traffic(const ServeFigures& figures, wire::TrafficTable& before, double seconds);
+
 void log_summary(const ServeFigures& figures);
 
 /// Throws std::runtime_error when the file cannot be written.

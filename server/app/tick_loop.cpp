@@ -14,6 +14,9 @@ namespace {
 /// awake.
 constexpr double kSpinSeconds = 200e-6;
 
+/// Sums of traffic are for people: so many ticks old at most.
+constexpr Tick kTrafficEvery = 30;
+
 std::string overrun_cause(const LoopStats& stats, double wall_s, double cpu_s, double period_s) {
     if (cpu_s > period_s) {
         return stats.ticks == 0 ? "first tick" : "step took longer than a period of CPU time";
@@ -61,6 +64,8 @@ void TickLoop::stop() {
     stop_.store(true);
     if (thread_.joinable()) {
         thread_.join();
+        const std::lock_guard lock(stats_mutex_);
+        count_traffic();
     }
 }
 
@@ -151,6 +156,14 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
         count_zone(i);
     }
     s.state_hash = world_.state_hash();
+    if (s.ticks % kTrafficEvery == 0) {
+        count_traffic();
+    }
+}
+
+void TickLoop::count_traffic() {
+    stats_.traffic = wire::TrafficTable{};
+    world_.sum_traffic(stats_.traffic);
 }
 
 void TickLoop::count_zone(std::size_t index) {

@@ -82,6 +82,7 @@ struct LoopStats {
     std::uint64_t state_hash = 0;
     std::vector<std::uint64_t> zone_hashes;
     std::vector<std::uint64_t> zone_entities;
+    wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
 };
 
 struct LoopSettings {
@@ -115,6 +116,7 @@ class TickLoop {
     void record_tick();
     void count_tick(double late_s, double wall_s, std::uint64_t cpu_ns);
     void count_zone(std::size_t index);
+    void count_traffic();
     void wait_until(double time_s);
 
     World& world_;

@@ -75,6 +75,14 @@ std::uint64_t World::state_hash() const {
     return hash.value();
 }
 
+void World::sum_traffic(wire::TrafficTable& out) const {
+    for (const auto& zone : zones_) {
+        if (const wire::TrafficTable* traffic = zone->state().replicator.traffic()) {
+            out.add(*traffic);
+        }
+    }
+}
+
 bool World::idle() const {
     return std::all_of(zones_.begin(), zones_.end(), [](const auto& zone) {
         const zone::StepPlan& plan = zone->report().plan;
@@ -347,8 +355,10 @@ void World::resolve_bursts(std::vector<mailbox::OutboxItem>& out) {
         for (const zone::BurstOut& burst : zone->output().bursts) {
             mailbox::EventOut event;
             for (const auto& other : zones_) {
-                other->hearers_of_place(
-                    burst.burst.position.cast<double>(), burst.aura_m, event.recipients);
+                other->hearers_of_place(burst.burst.position.cast<double>(),
+                                        burst.aura_m,
+                                        burst.line_of_sight,
+                                        event.recipients);
             }
             if (event.recipients.empty()) {
                 continue;

@@ -55,6 +55,10 @@ class World {
     /// Cosmetic bursts that somebody heard.
     [[nodiscard]] std::uint64_t bursts_told() const { return bursts_told_; }
 
+    /// What the state packets of all zones so far were spent on; empty where
+    /// replication::Settings::meter is off.
+    void sum_traffic(wire::TrafficTable& out) const;
+
     /// True when no zone has anything awake, moving or watched: the next tick will change nothing
     /// by itself.
     [[nodiscard]] bool idle() const;

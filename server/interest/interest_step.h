@@ -48,6 +48,49 @@ inline bool hears(float distance_squared,
     return radius > 0.0F && distance_squared <= radius * radius;
 }
 
+/// What a viewer hears beside its nimbus: as far as `length_m` within half an angle about where it
+/// looks. The default is none.
+struct ViewCone {
+    float length_m = 0.0F;
+    float ahead_x = 0.0F;  ///< unit, horizontal: where it looks
+    float ahead_z = 1.0F;
+    float cosine = 1.0F;        ///< of half the angle
+    float cosine_known = 1.0F;  ///< of (1 + hysteresis) times it, at most half a turn
+};
+
+/// Of a viewer that faces `yaw` (65536 = one turn about +y, 0 looks along +z).
+ViewCone view_cone(const world::Cone& cone, std::uint16_t yaw, float hysteresis);
+
+/// The cone of an entity's behaviour and yaw; none where its type has none.
+ViewCone view_cone(const world::Entities& entities,
+                   const world::TypeTable& types,
+                   world::Row row,
+                   float hysteresis);
+
+/// The rule for a viewer with a cone: (dx, dz) is from the viewer to the entity, m. Its edges
+/// belong to it; `known` widens length and angle by the hysteresis.
+inline bool hears(float dx,
+                  float dz,
+                  float nimbus_m,
+                  const ViewCone& cone,
+                  float aura_m,
+                  bool known,
+                  float hysteresis) {
+    const float squared = dx * dx + dz * dz;
+    if (hears(squared, nimbus_m, aura_m, known, hysteresis)) {
+        return true;
+    }
+    if (!(cone.length_m > 0.0F) || !hears(squared, cone.length_m, aura_m, known, hysteresis)) {
+        return false;
+    }
+    // ahead . d >= cosine |d|, without the root.
+    const float along = cone.ahead_x * dx + cone.ahead_z * dz;
+    const float cosine = known ? cone.cosine_known : cone.cosine;
+    const float edge = cosine * cosine * squared;
+    return cosine >= 0.0F ? along >= 0.0F && along * along >= edge
+                          : along >= 0.0F || along * along <= edge;
+}
+
 /// LOD subscribed at a distance: the smallest k with distance <= lod_radius_m[k] + lead (known at k
 /// or nearer: + lead + hysteresis x radius).
 std::uint8_t lod_at(float distance, const Settings& settings, int current_lod);

@@ -15,29 +15,55 @@ constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of f
 /// What a viewer hears of by all pairs near it, merged with what it knew.
 void Matcher::refresh(std::size_t viewer) {
     const Seat& seat = seats_[viewer];
+    const ViewCone cone = viewer_cone_.empty() ? ViewCone{} : viewer_cone_[viewer];
+    const float reach = std::max(viewer_nimbus_[viewer], cone.length_m);
     std::size_t found = 0;
-    if (seat.row != world::kNoRow && viewer_nimbus_[viewer] > 0.0F) {
-        found = entity_grid_.gather(viewer_x_[viewer],
-                                    viewer_z_[viewer],
-                                    viewer_nimbus_[viewer],
-                                    widen_,
-                                    seat.row,
-                                    near_.data());
+    if (seat.row != world::kNoRow && reach > 0.0F) {
+        found = entity_grid_.gather(
+            viewer_x_[viewer], viewer_z_[viewer], reach, widen_, seat.row, near_.data());
+    }
+    if (cone.length_m > 0.0F) {
+        found = keep_within_cone(viewer, cone, found);
     }
     sorted_.resize(found);
     for (std::size_t i = 0; i < found; ++i) {
         sorted_[i] = (static_cast<std::uint64_t>(population_.id(near_[i]).value) << 32U) | near_[i];
     }
     std::sort(sorted_.begin(), sorted_.end());
-    (*out_)[viewer].changed = true;
-    marked_.push_back(static_cast<std::uint32_t>(viewer));
-    merge(viewer, found);
+    merge(viewer, cone, found);
+    world::VisibleSet& set = (*out_)[viewer];
+    set.changed = fresh_flag_[viewer] != kFreshByCone || !set.entered.empty() ||
+                  !set.left.empty() || !set.lod_changed.empty();
+    if (set.changed) {
+        marked_.push_back(static_cast<std::uint32_t>(viewer));
+    }
     seats_[viewer].stamp = next_stamp_++;
-    (*out_)[viewer].stamp = seats_[viewer].stamp;
+    set.stamp = seats_[viewer].stamp;
+}
+
+/// Of what is near, what may be heard at all: a cone holds a small part of its disc, and what is
+/// left is sorted.
+std::size_t Matcher::keep_within_cone(std::size_t viewer,
+                                      const ViewCone& cone,
+                                      std::size_t candidates) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < candidates; ++i) {
+        const world::Row row = near_[i];
+        const bool heard = hears(population_.x(row) - viewer_x_[viewer],
+                                 population_.z(row) - viewer_z_[viewer],
+                                 viewer_nimbus_[viewer],
+                                 cone,
+                                 population_.aura_m(row),
+                                 true,
+                                 settings_.hysteresis);
+        near_[kept] = row;
+        kept += heard ? 1 : 0;
+    }
+    return kept;
 }
 
 /// Merges the candidates with what was known, both ascending by entity.
-void Matcher::merge(std::size_t viewer, std::size_t candidates) {
+void Matcher::merge(std::size_t viewer, const ViewCone& cone, std::size_t candidates) {
     world::VisibleSet& set = (*out_)[viewer];
     scratch_.clear();
     auto old = set.visible.cbegin();
@@ -54,8 +80,10 @@ void Matcher::merge(std::size_t viewer, std::size_t candidates) {
         const float dx = population_.x(row) - viewer_x_[viewer];
         const float dz = population_.z(row) - viewer_z_[viewer];
         const float distance_squared = dx * dx + dz * dz;
-        if (!hears(distance_squared,
+        if (!hears(dx,
+                   dz,
                    viewer_nimbus_[viewer],
+                   cone,
                    population_.aura_m(row),
                    known,
                    settings_.hysteresis)) {

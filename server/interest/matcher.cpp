@@ -76,6 +76,7 @@ Report Matcher::step(const world::Entities& entities,
     seat(viewers, out);
     find_avatars(entities);
     read_viewers();
+    read_cones(entities);
     const float radius = std::min(largest_nimbus_m_, population_.largest_aura_m());
     const float cell_m = std::max(1.0F, radius / kCellsPerRadius);
     // Entities that moved meet the few viewers near them, viewers that moved the many entities:
@@ -269,6 +270,27 @@ void Matcher::read_viewer(std::size_t viewer) {
     viewer_x_[viewer] = placed ? population_.x(row) : 0.0F;
     viewer_z_[viewer] = placed ? population_.z(row) : 0.0F;
     viewer_nimbus_[viewer] = placed ? population_.nimbus_m(row) : 0.0F;
+}
+
+/// Who looks far now is matched with everything, and only for that.
+void Matcher::read_cones(const world::Entities& entities) {
+    viewer_cone_.clear();
+    if (!population_.has_cones()) {
+        return;
+    }
+    viewer_cone_.resize(seats_.size());
+    for (std::uint32_t i = 0; i < seats_.size(); ++i) {
+        const world::Row row = seats_[i].row;
+        if (row == world::kNoRow || !std::isfinite(population_.x(row)) ||
+            !std::isfinite(population_.z(row))) {
+            continue;
+        }
+        viewer_cone_[i] = view_cone(population_.cone(row), entities.yaw[row], settings_.hysteresis);
+        if (viewer_cone_[i].length_m > 0.0F && fresh_flag_[i] == 0) {
+            fresh_flag_[i] = kFreshByCone;
+            fresh_.push_back(i);
+        }
+    }
 }
 
 /// Columns of the viewers, from their avatars; finds those that stepped.

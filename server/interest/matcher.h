@@ -20,9 +20,11 @@ namespace zoned::interest {
 /// (crossings.h): eight at a time, entities that moved against a grid of the viewers, and viewers
 /// that moved against a grid of the entities; when most move, all viewers against the entities. A
 /// viewer is matched with everything anew when it came, got another avatar, changed its nimbus or
-/// jumped. The grids follow what moves (kept_grid.h). Incremental matching of moved regions after
-/// Pan, Turner, Cai and Tan, "A dynamic sort-based DDM matching algorithm for HLA applications",
-/// ACM TOMACS 21(3), 2011, section 3, on grids in place of sorted lists.
+/// jumped; a viewer with a cone (world::Cone) in every tick, because whatever turns, its view or
+/// the way to an entity, can lead over its edge. The grids follow what moves (kept_grid.h).
+/// Incremental matching of moved regions after Pan, Turner, Cai and Tan, "A dynamic sort-based DDM
+/// matching algorithm for HLA applications", ACM TOMACS 21(3), 2011, section 3, on grids in place
+/// of sorted lists.
 class Matcher {
   public:
     /// Writes `out` (one set per viewer in the order of `viewers`, which ascend by client id). Sets
@@ -38,6 +40,9 @@ class Matcher {
                 world::Visibility& out);
 
   private:
+    /// Matched with everything for its cone's sake: its set is what it was but for differences.
+    static constexpr std::uint8_t kFreshByCone = 2;
+
     /// What is remembered of a viewer, beside the columns below.
     struct Seat {
         world::Viewer viewer;
@@ -56,6 +61,7 @@ class Matcher {
     void align(std::span<const world::Viewer> viewers, world::Visibility& out);
     void seat(std::span<const world::Viewer> viewers, world::Visibility& out);
     void find_avatars(const world::Entities& entities);
+    void read_cones(const world::Entities& entities);
     void read_viewers();
     void read_viewer(std::size_t viewer);
     void follow_entities(float cell_m);
@@ -65,7 +71,8 @@ class Matcher {
     [[nodiscard]] bool all_overlap(float& diagonal_squared) const;
 
     void refresh(std::size_t viewer);
-    void merge(std::size_t viewer, std::size_t candidates);
+    std::size_t keep_within_cone(std::size_t viewer, const ViewCone& cone, std::size_t candidates);
+    void merge(std::size_t viewer, const ViewCone& cone, std::size_t candidates);
     void cross_changes();
     void cross_steps();
     void cross_viewers(const Crossings& test, const Look& look, const Stride& between);
@@ -101,10 +108,11 @@ class Matcher {
     std::vector<float> viewer_old_x_;
     std::vector<float> viewer_old_z_;
     std::vector<float> viewer_nimbus_;          // 0: hears nothing
+    std::vector<ViewCone> viewer_cone_;         // empty where no type has one
     std::vector<std::uint32_t> viewer_of_row_;  // by row
     std::vector<std::uint32_t> moved_;          // viewers that stepped
     std::vector<std::uint32_t> fresh_;          // viewers that are matched with everything
-    std::vector<std::uint8_t> fresh_flag_;      // by viewer: whether it is among them
+    std::vector<std::uint8_t> fresh_flag_;      // by viewer: whether it is among them, and why
     std::vector<std::uint32_t> marked_;         // viewers whose sets say a difference
     std::vector<std::uint32_t> near_;           // rows, scratch
     std::vector<std::uint64_t> sorted_;         // entity << 32 | row, scratch

@@ -73,6 +73,11 @@ void Population::read_types(const world::TypeTable& types) {
             const std::size_t kind = type * kBehaviours + behaviour;
             aura_of_[kind] = std::max(0.0F, types[type].aura_m[behaviour]);
             nimbus_of_[kind] = std::max(0.0F, types[type].nimbus_m[behaviour]);
+            const world::Cone& cone = types[type].nimbus_cone[behaviour];
+            if (cone.length_m > 0.0F) {
+                cone_of_.resize(kinds);
+                cone_of_[kind] = cone;
+            }
         }
     }
 }

@@ -66,6 +66,11 @@ class Population {
 
     [[nodiscard]] float nimbus_m(world::Row row) const { return nimbus_of_[kind_of(row)]; }
 
+    /// Some type has a cone, in some behaviour; else nobody needs to ask.
+    [[nodiscard]] bool has_cones() const { return !cone_of_.empty(); }
+
+    [[nodiscard]] const world::Cone& cone(world::Row row) const { return cone_of_[kind_of(row)]; }
+
     /// Asks for the columns of a row that will be read soon; it need not be there.
     void prefetch(world::Row row) const {
         if (row < ids_.size()) {
@@ -116,6 +121,7 @@ class Population {
     std::vector<float> aura_;
     std::vector<float> aura_of_;                // by kind
     std::vector<float> nimbus_of_;              // by kind
+    std::vector<world::Cone> cone_of_;          // by kind; empty where nobody has one
     std::vector<std::uint32_t> heard_of_kind_;  // entities of each kind that are not hidden
     std::uint32_t nowhere_ = 0;                 // not hidden, but at no place
     std::vector<world::Row> touched_;

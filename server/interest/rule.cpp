@@ -2,8 +2,36 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace zoned::interest {
+
+ViewCone view_cone(const world::Cone& cone, std::uint16_t yaw, float hysteresis) {
+    ViewCone out;
+    if (!(cone.length_m > 0.0F)) {
+        return out;
+    }
+    constexpr double kPi = std::numbers::pi;
+    const double turn = static_cast<std::int16_t>(yaw) * (kPi / 32768.0);
+    const auto half = static_cast<double>(cone.half_angle_rad);
+    out.length_m = cone.length_m;
+    out.ahead_x = static_cast<float>(std::sin(turn));
+    out.ahead_z = static_cast<float>(std::cos(turn));
+    out.cosine = static_cast<float>(std::cos(std::min(kPi, half)));
+    out.cosine_known =
+        static_cast<float>(std::cos(std::min(kPi, half * (1.0 + static_cast<double>(hysteresis)))));
+    return out;
+}
+
+ViewCone view_cone(const world::Entities& entities,
+                   const world::TypeTable& types,
+                   world::Row row,
+                   float hysteresis) {
+    return view_cone(types[entities.type[row]].nimbus_cone[entities.behaviour[row]],
+                     entities.yaw[row],
+                     hysteresis);
+}
 
 std::uint8_t lod_at(float distance, const Settings& settings, int current_lod) {
     std::uint8_t lod = 0;
@@ -32,6 +60,7 @@ void brute_force(const world::Entities& entities,
         return;
     }
     const float nimbus = types[entities.type[own]].nimbus_m.at(entities.behaviour[own]);
+    const ViewCone cone = view_cone(entities, types, own, settings.hysteresis);
     for (world::Row row = 0; row < entities.size(); ++row) {
         if (row == own || entities.has(row, world::kHidden)) {
             continue;
@@ -39,11 +68,10 @@ void brute_force(const world::Entities& entities,
         const float aura = types[entities.type[row]].aura_m.at(entities.behaviour[row]);
         const float dx = entities.position[row].x() - entities.position[own].x();
         const float dz = entities.position[row].z() - entities.position[own].z();
-        const float distance_squared = dx * dx + dz * dz;
-        if (hears(distance_squared, nimbus, aura, false, settings.hysteresis)) {
+        if (hears(dx, dz, nimbus, cone, aura, false, settings.hysteresis)) {
             inner.push_back(row);
         }
-        if (hears(distance_squared, nimbus, aura, true, settings.hysteresis)) {
+        if (hears(dx, dz, nimbus, cone, aura, true, settings.hysteresis)) {
             outer.push_back(row);
         }
     }

@@ -34,7 +34,7 @@ int find_behaviour(const proto::Config& config, const std::string& name) {
 double largest_radius(const proto::Config::Radii& radii) {
     double largest = std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
     for (const auto& named : radii.named()) {
-        largest = std::max(largest, named.radius_m());
+        largest = std::max({largest, named.radius_m(), named.cone().length_m()});
     }
     return largest;
 }
@@ -63,6 +63,10 @@ void check_behaviours(const proto::Config& config, Diagnostics& diagnostics) {
                 const std::string path =
                     join_path(join_path("", "type", t) + "." + field, "named", r);
                 check(radii.named(r).behaviour(), path + ".behaviour");
+                if (radii.named(r).has_cone() &&
+                    (field == "aura_m" || config.type(t).kind() != proto::Config::CHARACTER)) {
+                    diagnostics.add(path + ".cone", "only the nimbus of characters has a cone");
+                }
             }
         };
         check_radii(config.type(t).aura_m(), "aura_m");

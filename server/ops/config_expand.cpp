@@ -37,6 +37,20 @@ std::array<float, world::kBehaviours> expand_radii(const proto::Config& config,
     return out;
 }
 
+std::array<world::Cone, world::kBehaviours> expand_cones(const proto::Config& config,
+                                                         const proto::Config::Radii& radii) {
+    std::array<world::Cone, world::kBehaviours> out{};
+    for (const auto& named : radii.named()) {
+        const int behaviour = find_behaviour(config, named.behaviour());
+        if (behaviour >= 0 && named.has_cone()) {
+            out[static_cast<std::size_t>(behaviour)] = {
+                narrow(named.cone().length_m()),
+                narrow(named.cone().half_angle_deg() * std::numbers::pi / 180.0)};
+        }
+    }
+    return out;
+}
+
 motion::CharacterLimits expand_character(const proto::Config& config,
                                          const proto::Config::Type& type) {
     const auto& character = type.character();
@@ -136,6 +150,7 @@ world::EntityType expand_type(const proto::Config& config,
     out.drag = narrow(type.drag_ps());
     out.aura_m = expand_radii(config, type.aura_m());
     out.nimbus_m = expand_radii(config, type.nimbus_m());
+    out.nimbus_cone = expand_cones(config, type.nimbus_m());
     out.max_acceleration_mps2 = narrow(type.max_acceleration_mps2());
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
@@ -244,6 +259,7 @@ void expand_replication(const proto::Config& config, replication::Settings& out)
     out.redundancy_target = narrow(from.redundancy_target());
     out.codec = from.codec() == proto::Config::PER_CLIENT ? replication::Codec::kPerClient
                                                           : replication::Codec::kShared;
+    out.meter = from.bandwidth_meter();
     out.silent_bound = config.testing().silent_bound();
 }
 

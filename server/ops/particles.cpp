@@ -96,7 +96,8 @@ void check_burst(const proto::Config::Burst& burst,
                  bool cosmetic,
                  const std::string& path,
                  Diagnostics& diagnostics) {
-    const std::array<std::pair<bool, const char*>, 2> given = {{
+    const std::array<std::pair<bool, const char*>, 3> given = {{
+        {burst.has_conceal(), "conceal"},
         {burst.has_aura_m(), "aura_m"},
         {burst.has_events_per_s(), "events_per_s"},
     }};
@@ -106,6 +107,9 @@ void check_burst(const proto::Config::Burst& burst,
                             "has no meaning for a simulated system, of which no client is told: "
                             "leave it out, or set cosmetic: true");
         }
+    }
+    if (burst.conceal() == proto::Config::RULES) {
+        diagnostics.add(path + ".conceal", "rules are asked about entities, not about places");
     }
     if (longest_life(burst) < burst.lifetime_min_s()) {
         diagnostics.add(path + ".lifetime_max_s",
@@ -233,7 +237,8 @@ void expand_particles(const proto::Config& config, Settings& settings) {
                      static_cast<std::uint32_t>(settings.cosmetics.size()),
                      *burst_of(system),
                      narrow(system.burst().aura_m()),
-                     narrow(system.burst().events_per_s())});
+                     narrow(system.burst().events_per_s()),
+                     system.burst().conceal() == proto::Config::LINE_OF_SIGHT});
             }
             settings.cosmetics.push_back({system.name(),
                                           gravity,

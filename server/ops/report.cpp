@@ -1,5 +1,7 @@
 #include "server/ops/report.h"
 
+#include "shared/wire/packet.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -61,6 +63,20 @@ void write_passes(core::JsonWriter& json, const std::vector<PassFigures>& passes
     json.end_array();
 }
 
+/// Bodies that were made and not sent: the session had gone, or its stream was full.
+void write_traffic_figures(core::JsonWriter& json, const TrafficFigures& traffic) {
+    constexpr std::uint64_t kAround =
+        wire::kDatagramHeaderBytes + wire::kSealTagBytes + wire::kDownTransportBytes;
+    json.key("traffic").begin_object();
+    wire::write_traffic(json, traffic.table, traffic.types);
+    const std::uint64_t sent_bodies = traffic.sent_bytes - kAround * traffic.sent_packets;
+    json.field("seal_and_header_bytes", kAround * traffic.sent_packets);
+    json.field("sent_body_bytes", sent_bodies);
+    json.field("withheld_body_bytes", traffic.table.bits() / 8 - sent_bodies);
+    write_counts(json, "stream_bytes", traffic.stream_bytes);
+    json.end_object();
+}
+
 }  // namespace
 
 Percentiles percentiles_of(std::vector<double>& samples) {
@@ -106,6 +122,9 @@ std::string to_json(const ServerReport& report) {
     }
     write_zones(json, report.zones);
     write_passes(json, report.passes);
+    if (report.traffic) {
+        write_traffic_figures(json, *report.traffic);
+    }
     json.end_object();
     return json.text() + "\n";
 }

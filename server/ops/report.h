@@ -3,9 +3,11 @@
 
 #include "shared/core/json.h"
 #include "shared/core/result.h"
+#include "shared/wire/traffic.h"
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +42,15 @@ struct ZoneFigures {
     std::uint64_t state_hash = 0;
 };
 
+/// What bytes were spent on.
+struct TrafficFigures {
+    wire::TrafficTable table;        ///< of the bodies that the zones made
+    std::vector<std::string> types;  ///< their names
+    std::uint64_t sent_packets = 0;  ///< sealed and sent, over the stream too
+    std::uint64_t sent_bytes = 0;    ///< of them, UDP payload: headers and seal counted
+    std::map<std::string, std::uint64_t> stream_bytes;  ///< frames over TCP, by message
+};
+
 /// Figures of one run. Field names in JSON are those of the members, with units; `extra` holds what
 /// else a caller counts, in order of name.
 struct ServerReport {
@@ -70,6 +81,7 @@ struct ServerReport {
     std::map<std::string, double> extra;
     std::vector<ZoneFigures> zones;
     std::vector<PassFigures> passes;
+    std::optional<TrafficFigures> traffic;  ///< where the meter is on
 };
 
 std::string to_json(const ServerReport& report);

@@ -345,6 +345,7 @@ void Packer::begin(Tick now, ZoneId zone, const wire::OwnState* own) {
     entries_.clear();
     coded_.clear();
     wire::write_down_head(head_, body_);
+    head_bytes_ = body_.size();
 }
 
 bool Packer::fits(std::size_t size, double allowed_bytes) {
@@ -393,6 +394,13 @@ bool Packer::add(Tick now,
         body_.insert(body_.end(), encoded.bytes->begin(), encoded.bytes->end());
     }
     entries_.push_back(entry);
+    if (!meter_ || encoded.bytes == nullptr) {
+        // What is coded with others is counted with them.
+    } else if (s == nullptr) {
+        meter_->table().add_removal(encoded.bytes->size());
+    } else {
+        count_record(candidate, s->sent_version == 0, *s, encoded, streams);
+    }
     Delivery& delivery = s != nullptr ? s->delivery : client.removals[candidate.index].delivery;
     if (s != nullptr) {
         if (encoded.keyframe != 0 && streams.sent_absolute(s->stream)) {
@@ -413,6 +421,29 @@ bool Packer::add(Tick now,
     ++report.records_sent;
     report.records_resent += candidate.reason == Reason::kNews ? 0 : 1;
     return true;
+}
+
+/// Each record has one reason: the first of these that holds.
+void Packer::count_record(const Candidate& candidate,
+                          bool first,
+                          const Subscription& s,
+                          const Encoded& encoded,
+                          const StreamTable& streams) {
+    using wire::TrafficReason;
+    const Stream& stream = streams[s.stream];
+    TrafficReason reason = TrafficReason::kNews;
+    if (candidate.reason == Reason::kLost) {
+        reason = TrafficReason::kResent;
+    } else if (candidate.reason == Reason::kRepeat) {
+        reason = TrafficReason::kRepeat;
+    } else if (first) {
+        reason = TrafficReason::kJoin;
+    } else if (stream.heartbeat) {
+        reason = TrafficReason::kHeartbeat;
+    } else if (encoded.keyframe != 0) {
+        reason = TrafficReason::kKeyframe;
+    }
+    meter_->add_record(s.stream, stream, encoded, reason);
 }
 
 void Packer::finish(Tick now,
@@ -443,7 +474,7 @@ void Packer::finish_coded(Tick now,
         for (;; count = (3 * count + 3) / 4) {
             body_.clear();
             wire::write_down_head(head_, body_);
-            const std::size_t begin = body_.size();
+            head_bytes_ = body_.size();
             const auto from = records.begin() + static_cast<std::ptrdiff_t>(done);
             frame = client.coder->encode(
                 static_cast<wire::entropy::PacketNumber>(client.next_sequence()),
@@ -451,11 +482,14 @@ void Packer::finish_coded(Tick now,
                 head_.zone,
                 {from, from + static_cast<std::ptrdiff_t>(count)},
                 body_);
-            const auto size = static_cast<float>(body_.size() - begin);
+            const auto size = static_cast<float>(body_.size() - head_bytes_);
             client.coded_bytes += (size / static_cast<float>(count) - client.coded_bytes) / 8.0F;
             if (body_.size() <= wire::kMaxDownBodyBytes) {
                 break;
             }
+        }
+        if (meter_) {
+            meter_->table().add_coded(body_.size() - head_bytes_);
         }
         client.coder->sent(std::move(frame));
         const auto first = entries.begin() + static_cast<std::ptrdiff_t>(done);
@@ -488,6 +522,9 @@ void Packer::send(Tick now,
     datagram.sequence = packet.sequence;
     datagram.body.assign(body_.begin(), body_.end());
     client.tokens -= static_cast<double>(body_.size() + kPacketOverheadBytes);
+    if (meter_) {
+        meter_->table().add_packet(head_bytes_, head_bytes_ - wire::down_head_bytes(head_));
+    }
     ++report.packets;
     report.bytes += body_.size();
 }

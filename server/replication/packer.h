@@ -3,8 +3,10 @@
 #pragma once
 
 #include "server/replication/client_state.h"
+#include "server/replication/traffic_meter.h"
 #include "shared/wire/packet.h"
 
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -24,7 +26,15 @@ struct OwnNow {
 
 class Packer {
   public:
-    explicit Packer(const Settings& settings) : settings_(settings) {}
+    explicit Packer(const Settings& settings)
+        : settings_(settings),
+          meter_(settings.meter ? std::make_unique<TrafficMeter>(settings.quantization) : nullptr) {
+    }
+
+    /// Of all packets so far; nullptr where nobody asks (Settings::meter).
+    [[nodiscard]] const wire::TrafficTable* traffic() const {
+        return meter_ ? &meter_->table() : nullptr;
+    }
 
     /// Appends the packets of this tick for one client to `out`: none when nothing is owed.
     void pack(Tick now,
@@ -86,11 +96,19 @@ class Packer {
                        Report& report,
                        std::vector<mailbox::StatePacket>& out);
 
+    void count_record(const Candidate& candidate,
+                      bool first,
+                      const Subscription& s,
+                      const Encoded& encoded,
+                      const StreamTable& streams);
+
     Settings settings_;
+    std::unique_ptr<TrafficMeter> meter_;
     std::vector<Candidate> candidates_;
     std::vector<std::pair<float, Candidate>> unseen_;  // with distance, of one level of detail
     std::vector<std::uint32_t> places_;                // in candidates_, of these
     wire::DownHead head_;  // of the packet being written, as are body_ and entries_
+    std::size_t head_bytes_ = 0;
     std::vector<std::uint8_t> body_;
     std::vector<std::uint8_t> remove_record_;
     std::vector<SentEntry> entries_;

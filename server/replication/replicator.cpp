@@ -234,6 +234,10 @@ bool Replicator::heard(EntityId entity) const {
     return impl_->streams.has(entity);
 }
 
+const wire::TrafficTable* Replicator::traffic() const {
+    return impl_->packer.traffic();
+}
+
 void Replicator::hash(core::StateHash& hash) const {
     impl_->streams.hash(hash);
     for (const auto& client : impl_->clients) {

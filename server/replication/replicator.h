@@ -9,6 +9,7 @@
 #include "shared/core/state_hash.h"
 #include "shared/motion/static_geometry.h"
 #include "shared/wire/quantize.h"
+#include "shared/wire/traffic.h"
 
 #include <cstdint>
 #include <memory>
@@ -51,6 +52,7 @@ struct Settings {
     std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
         1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
+    bool meter = false;         ///< count what bytes are spent on: Replicator::traffic()
     bool silent_bound = false;  ///< a fault on purpose: clients are not told of wider bounds
 };
 
@@ -167,6 +169,9 @@ class Replicator {
     [[nodiscard]] bool heard(EntityId entity) const;
 
     void hash(core::StateHash& hash) const;
+
+    /// What the bodies of all packets so far were spent on; nullptr without Settings::meter.
+    [[nodiscard]] const wire::TrafficTable* traffic() const;
 
   private:
     struct Impl;

@@ -241,9 +241,10 @@ void StreamTable::step_stream(Stream& stream,
         now, truth, stream.upright, bound, quantization_[stream.lod], settings_);
     // What wakes up is published when it has left the bound, not at once: it moves steadily by
     // then.
-    if (breach || appearance != stream.state.appearance ||
-        now - stream.alive_tick >= static_cast<Tick>(settings_.heartbeat_ticks)) {
+    const bool news = breach || appearance != stream.state.appearance;
+    if (news || now - stream.alive_tick >= static_cast<Tick>(settings_.heartbeat_ticks)) {
         publish_state(stream, now, truth, false, appearance, report);
+        stream.heartbeat = !news;
     }
 }
 
@@ -314,6 +315,7 @@ void StreamTable::publish_state(Stream& stream,
         stream.from, stream.state.order, now, stream.version};
     stream.keyframe_due = ++stream.since_keyframe >= settings_.keyframe_every;
     stream.is_keyframe = false;
+    stream.heartbeat = false;
     stream.absolute.clear();
     for (Keyframe& keyframe : stream.keyframes) {
         keyframe.delta_ready = false;

@@ -57,6 +57,7 @@ struct Stream {
     bool upright = false;
     bool at_rest = false;
     bool keyframe_due = false;  ///< everybody gets this publication absolute
+    bool heartbeat = false;     ///< this publication is one: its bound was not broken
     bool is_keyframe = false;   ///< this publication was sent absolute: it is keyframe last_serial
     float priority = 1.0F;
     std::uint32_t subscribers = 0;

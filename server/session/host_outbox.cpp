@@ -92,6 +92,7 @@ void SessionHost::Impl::send_state(Session& one,
         session->connection, packet.sequence, packet.body, now_s, server_time_s, plain, datagram);
     if (tunnel) {
         ++stats.tunnelled;
+        stats.tunnelled_bytes += datagram.size();
         send(session->stream, datagram_frame(datagram));
         spare_buffers.push_back(std::move(datagram));
     } else {

@@ -29,6 +29,19 @@ HostSettings checked(HostSettings settings) {
     return settings;
 }
 
+/// Which message a frame begins with: its key is number << 3 | wire type, in groups of 7 bits
+/// (Protocol Buffers, "Encoding").
+std::uint32_t message_number(std::span<const std::uint8_t> frame) {
+    std::uint32_t key = 0;
+    for (std::size_t i = 0; i < std::min<std::size_t>(frame.size(), 5); ++i) {
+        key |= static_cast<std::uint32_t>(frame[i] & 0x7FU) << (7 * i);
+        if ((frame[i] & 0x80U) == 0) {
+            break;
+        }
+    }
+    return key >> 3U;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- streams and sessions
@@ -45,6 +58,7 @@ SessionHost::Impl::Impl(HostSettings settings_in, Output output_in)
 void SessionHost::Impl::send(StreamId stream, Bytes frame) {
     ++stats.frames_out;
     stats.frame_bytes_out += frame.size();
+    stats.frame_bytes_by_message[message_number(frame)] += frame.size();
     output.send_frame(stream, std::move(frame));
 }
 

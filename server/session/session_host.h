@@ -101,9 +101,12 @@ struct HostStats {
     std::uint64_t frames_out = 0;
     std::uint64_t frame_bytes_in = 0;
     std::uint64_t frame_bytes_out = 0;
+    /// Of frame_bytes_out, by the number of the field of proto::ServerMessage.
+    std::map<std::uint32_t, std::uint64_t> frame_bytes_by_message;
     std::uint32_t sessions = 0;
     std::uint32_t sessions_max = 0;
-    std::uint64_t tunnelled = 0;  ///< state packets that took the stream; not in packets_out
+    std::uint64_t tunnelled = 0;        ///< state packets that took the stream; not in packets_out
+    std::uint64_t tunnelled_bytes = 0;  ///< of them, sealed; not in bytes_out
     std::uint64_t address_changes = 0;
     std::uint64_t resumed = 0;
     std::map<std::string, std::uint64_t>

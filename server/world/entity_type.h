@@ -47,6 +47,12 @@ enum class Conceal : std::uint8_t {
     kRules,        ///< Rules::may_hear
 };
 
+/// How far a viewer hears in the direction of its view, beside its nimbus (a spyglass).
+struct Cone {
+    float length_m = 0.0F;        ///< 0: none
+    float half_angle_rad = 0.0F;  ///< (0, pi]
+};
+
 struct EntityType {
     std::string name;
     EntityKind kind = EntityKind::kProp;
@@ -66,6 +72,7 @@ struct EntityType {
     std::array<float, kBehaviours> aura_m{};  ///< how far the entity is heard, by behaviour, m
     std::array<float, kBehaviours>
         nimbus_m{};  ///< how far a viewer with this avatar listens, by behaviour, m
+    std::array<Cone, kBehaviours> nimbus_cone{};  ///< by behaviour; about its yaw
     Conceal conceal = Conceal::kNothing;
     bool rewindable = false;  ///< rules may ask where a client saw it: its poses are remembered
     float max_acceleration_mps2 = 20.0F;  ///< declared limit a_max of the promised bound

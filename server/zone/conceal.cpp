@@ -13,6 +13,8 @@ namespace {
 
 // From the centre of a shape up, as a share of the way to its top.
 constexpr float kEyes = 0.9F;
+// What something flies off is not in its way.
+constexpr float kOnSurface_m = 0.1F;
 
 float half_height(const world::EntityType& type) {
     switch (type.shape) {
@@ -28,11 +30,16 @@ float half_height(const world::EntityType& type) {
     return type.radius;
 }
 
+Vec3 eyes_of(const ZoneState& state, world::Row viewer) {
+    const world::Entities& e = state.entities;
+    const world::EntityType& type = (*state.settings.types)[e.type[viewer]];
+    return e.position[viewer] + Vec3(0.0F, kEyes * half_height(type), 0.0F);
+}
+
 bool in_sight(const ZoneState& state, world::Row viewer, world::Row entity) {
     const world::Entities& e = state.entities;
     const world::TypeTable& types = *state.settings.types;
-    const Vec3 eyes =
-        e.position[viewer] + Vec3(0.0F, kEyes * half_height(types[e.type[viewer]]), 0.0F);
+    const Vec3 eyes = eyes_of(state, viewer);
     const float top = kEyes * half_height(types[e.type[entity]]);
     for (const float up : {0.0F, top}) {
         const Vec3 way = e.position[entity] + Vec3(0.0F, up, 0.0F) - eyes;
@@ -49,13 +56,6 @@ bool in_sight(const ZoneState& state, world::Row viewer, world::Row entity) {
     }
     return false;
 }
-
-/// One pair that is to be asked about.
-struct DueSight {
-    Tick asked = -1;
-    std::uint32_t viewer = 0;
-    std::uint32_t sight = 0;
-};
 
 /// Sights of all viewers, in the order of their sets; what they knew stays.
 void align_sights(Concealment& c) {
@@ -86,8 +86,11 @@ void align_sights(Concealment& c) {
 }
 
 /// The viewer's sights are of those it hears of by the radii and whose type conceals itself.
-void list_sights(const ZoneState& state, const world::VisibleSet& heard, Sights& sights) {
-    std::vector<Sight> now;
+void list_sights(const ZoneState& state,
+                 const world::VisibleSet& heard,
+                 Sights& sights,
+                 std::vector<Sight>& now) {
+    now.clear();
     auto old = sights.seen.begin();
     for (const world::Visible& v : heard.visible) {
         const world::Row row = state.entities.find(v.entity);
@@ -101,13 +104,14 @@ void list_sights(const ZoneState& state, const world::VisibleSet& heard, Sights&
         const bool was = old != sights.seen.end() && old->entity == v.entity;
         now.push_back(was ? *old : Sight{v.entity, -1, false, -1, false});
     }
-    sights.seen = std::move(now);
+    sights.seen.assign(now.begin(), now.end());
 }
 
 void ask(ZoneState& state) {
     Concealment& c = state.concealment;
     const auto again = static_cast<Tick>((state.settings.conceal.stale_ticks + 1) / 2);
-    std::vector<DueSight> due;
+    std::vector<DueSight>& due = c.due;
+    due.clear();
     for (std::uint32_t i = 0; i < c.viewers.size(); ++i) {
         for (std::uint32_t k = 0; k < c.viewers[i].seen.size(); ++k) {
             const Sight& sight = c.viewers[i].seen[k];
@@ -131,6 +135,36 @@ void ask(ZoneState& state) {
             viewer != world::kNoRow && row != world::kNoRow && may_know(state, viewer, row);
     }
     c.checks = static_cast<std::uint32_t>(due.size());
+}
+
+/// Sets of what viewers are told of, in the order of what they hear of; says which are new.
+void align_told(Concealment& c, world::Visibility& told) {
+    c.fresh.assign(c.heard.size(), 0);
+    const bool aligned = std::equal(told.begin(),
+                                    told.end(),
+                                    c.heard.begin(),
+                                    c.heard.end(),
+                                    [](const world::VisibleSet& a, const world::VisibleSet& b) {
+                                        return a.client == b.client;
+                                    });
+    if (aligned) {
+        return;
+    }
+    world::Visibility sets;
+    sets.reserve(c.heard.size());
+    auto old = told.begin();
+    for (std::size_t i = 0; i < c.heard.size(); ++i) {
+        while (old != told.end() && old->client < c.heard[i].client) {
+            ++old;
+        }
+        if (old != told.end() && old->client == c.heard[i].client) {
+            sets.push_back(std::move(*old++));
+        } else {
+            sets.emplace_back().client = c.heard[i].client;
+            c.fresh[i] = 1;
+        }
+    }
+    told = std::move(sets);
 }
 
 /// Whether the entity stays in a viewer's set; not concealed: always.
@@ -208,37 +242,45 @@ bool may_know(const ZoneState& state, world::Row viewer, world::Row entity) {
     return state.rules->may_hear(context, e.id[viewer], e.id[entity]);
 }
 
+bool sees_place(const ZoneState& state, world::Row viewer, const Vec3& place) {
+    const Vec3 eyes = eyes_of(state, viewer);
+    const Vec3 way = place - eyes;
+    const float distance = way.norm();
+    if (!(distance > kOnSurface_m)) {
+        return true;
+    }
+    physics::RayHit hit;
+    return !state.scene.ray_cast(
+        eyes, way / distance, distance - kOnSurface_m, state.entities.id[viewer].value, hit);
+}
+
 std::uint32_t conceal(ZoneState& state) {
     Concealment& c = state.concealment;
     align_sights(c);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
         if (c.heard[i].changed) {
-            list_sights(state, c.heard[i], c.viewers[i]);
+            list_sights(state, c.heard[i], c.viewers[i], c.listed);
         }
     }
     ask(state);
-    world::Visibility told(c.heard.size());
-    auto old = state.visibility.begin();
+    align_told(c, state.visibility);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
-        const ClientId client = c.heard[i].client;
-        while (old != state.visibility.end() && old->client < client) {
-            ++old;
-        }
-        const bool was = old != state.visibility.end() && old->client == client;
-        told[i].client = client;
+        world::VisibleSet& told = state.visibility[i];
+        c.before.assign(told.visible.begin(), told.visible.end());
+        told.visible.clear();
         Sieve sieve(state,
                     c.viewers[i],
-                    state.settings.faults.leak_concealed.hits(client.value, state.now));
+                    state.settings.faults.leak_concealed.hits(told.client.value, state.now));
         for (const world::Visible& v : c.heard[i].visible) {
             if (sieve.passes(v.entity)) {
-                told[i].visible.push_back(v);
+                told.visible.push_back(v);
             }
         }
-        compare(was ? old->visible : std::vector<world::Visible>(), told[i]);
+        const bool fresh = c.fresh[i] != 0;
+        compare(c.before, told);
         // A set that is new here is new to replication too, even where it is empty.
-        told[i].changed = told[i].changed || !was;
+        told.changed = told.changed || fresh;
     }
-    state.visibility = std::move(told);
     return c.checks;
 }
 

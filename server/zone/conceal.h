@@ -10,10 +10,15 @@ namespace zoned::zone {
 /// centre or top, past statics and bodies; or by the rules.
 [[nodiscard]] bool may_know(const ZoneState& state, world::Row viewer, world::Row entity);
 
+/// Whether nothing stands between the avatar's eyes and a place (zone-local); what the place lies
+/// on, a tenth of a metre around it, does not count.
+[[nodiscard]] bool sees_place(const ZoneState& state, world::Row viewer, const Vec3& place);
+
 /// Writes state.visibility: what the matcher found, without what is concealed. Pairs are asked
 /// about at once when they come within the radii and again before their answer is stale, the
 /// longest unasked first and no more than the budget; without an answer that counts an entity is
-/// not known. Once known it stays so for the grace. Returns how many pairs it asked about.
+/// not known. Once known it stays so for the grace. Returns how many pairs it asked about. No
+/// allocation after warm-up.
 std::uint32_t conceal(ZoneState& state);
 
 /// By what was asked: nullptr where the pair is not among those that were.

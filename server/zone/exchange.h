@@ -93,6 +93,7 @@ struct BurstOut {
     std::uint32_t system = 0;  ///< among those that clients are told of at login
     motion::Burst burst;       ///< its position is in world coordinates
     float aura_m = 0.0F;
+    bool line_of_sight = false;
 };
 
 struct TopicChange {

@@ -131,7 +131,7 @@ bool tell(ZoneState& state,
     }
     particles.cosmetic_due[index] = due;
     ++particles.cosmetic_bursts;
-    state.out.bursts.push_back({told.system, burst, told.aura_m});
+    state.out.bursts.push_back({told.system, burst, told.aura_m, told.line_of_sight});
     return true;
 }
 

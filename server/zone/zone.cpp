@@ -254,7 +254,10 @@ void Zone::hearers(EntityId source, std::vector<ClientId>& out) const {
     }
 }
 
-void Zone::hearers_of_place(const Vec3d& place, float aura_m, std::vector<ClientId>& out) const {
+void Zone::hearers_of_place(const Vec3d& place,
+                            float aura_m,
+                            bool line_of_sight,
+                            std::vector<ClientId>& out) const {
     const world::Entities& e = state_->entities;
     const Vec3 here = (place - state_->settings.region().origin()).cast<float>();
     for (const ZoneClient& client : state_->clients) {
@@ -263,12 +266,15 @@ void Zone::hearers_of_place(const Vec3d& place, float aura_m, std::vector<Client
             continue;
         }
         const world::EntityType& type = (*state_->settings.types)[e.type[row]];
-        const Vec3 d = e.position[row] - here;
-        if (interest::hears(d.x() * d.x() + d.z() * d.z(),
+        const Vec3 d = here - e.position[row];
+        if (interest::hears(d.x(),
+                            d.z(),
                             type.nimbus_m[e.behaviour[row]],
+                            interest::view_cone(e, *state_->settings.types, row, 0.0F),
                             aura_m,
                             false,
-                            0.0F)) {
+                            0.0F) &&
+            (!line_of_sight || sees_place(*state_, row, here))) {
             out.push_back(client.client);
         }
     }

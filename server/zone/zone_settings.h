@@ -96,6 +96,7 @@ struct CosmeticBurst {
     motion::BurstKind kind;
     float aura_m = 50.0F;
     float events_per_s = 20.0F;  ///< of this zone; a second's worth may come at once
+    bool line_of_sight = false;  ///< kept from those who do not see the place
 };
 
 /// How what conceals itself is asked about.

@@ -111,12 +111,23 @@ struct Sights {
     std::vector<Sight> seen;  ///< ascending by entity
 };
 
+/// One pair that is to be asked about.
+struct DueSight {
+    Tick asked = -1;
+    std::uint32_t viewer = 0;
+    std::uint32_t sight = 0;
+};
+
 /// Who may know of what within the radii; empty where no type conceals itself.
 struct Concealment {
     world::Visibility heard;      ///< by the radii alone: what the matcher keeps
     std::vector<Sights> viewers;  ///< in the order of `heard`
     std::uint32_t checks = 0;     ///< in this tick
     std::uint32_t overdue = 0;    ///< pairs that were due and not asked about
+    std::vector<DueSight> due;    ///< scratch, as is the rest
+    std::vector<Sight> listed;
+    std::vector<world::Visible> before;
+    std::vector<std::uint8_t> fresh;
 };
 
 struct ZoneState {

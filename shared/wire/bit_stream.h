@@ -99,6 +99,9 @@ class BitReader {
     /// Offset of the next byte; meaningful after align().
     [[nodiscard]] std::size_t byte_offset() const { return (position_ + 7) / 8; }
 
+    /// Offset of the next bit.
+    [[nodiscard]] std::size_t bit_offset() const { return position_; }
+
     [[nodiscard]] bool at_end() const { return position_ == bytes_.size() * 8; }
 
   private:

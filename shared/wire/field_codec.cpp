@@ -1,5 +1,7 @@
 #include "shared/wire/field_codec.h"
 
+#include <type_traits>
+
 namespace zoned::wire {
 namespace {
 
@@ -107,6 +109,39 @@ Motion motion_of(const Columns& columns) {
     return static_cast<Motion>(columns[kFields[0].first]);
 }
 
+/// Moves over the fields; `bits`, where there are, hears how wide each is.
+template <typename Bits>
+bool walk_fields(BitReader& reader,
+                 Coding coding,
+                 bool upright,
+                 const FieldLayout& layout,
+                 Bits& bits) {
+    auto motion = Motion::kAtRest;
+    for (std::size_t f = 0; f < kFields.size(); ++f) {
+        const Field& field = kFields[f];
+        if (!is_present(field.presence, motion, upright)) {
+            continue;
+        }
+        const SizeClasses& classes = classes_of(field, coding);
+        const auto k = static_cast<int>(reader.read(classes.selector_bits()));
+        const int width = class_bits(classes, k, layout[field.range]);
+        if (width < 0) {
+            return false;
+        }
+        for (int c = 0; c < field.components; ++c) {
+            const std::uint32_t raw = reader.read(width);
+            if (field.range == Range::kMotion) {
+                motion = static_cast<Motion>(raw);
+            }
+        }
+        if constexpr (std::is_same_v<Bits, RecordBits>) {
+            bits[f] = static_cast<std::uint8_t>(bits[f] + classes.selector_bits() +
+                                                field.components * width);
+        }
+    }
+    return true;
+}
+
 }  // namespace
 
 void write_fields(BitWriter& writer,
@@ -157,25 +192,16 @@ bool is_consistent(const Columns& columns, bool upright, const FieldLayout& layo
 }
 
 bool skip_fields(BitReader& reader, Coding coding, bool upright, const FieldLayout& layout) {
-    auto motion = Motion::kAtRest;
-    for (const Field& field : kFields) {
-        if (!is_present(field.presence, motion, upright)) {
-            continue;
-        }
-        const SizeClasses& classes = classes_of(field, coding);
-        const auto k = static_cast<int>(reader.read(classes.selector_bits()));
-        const int bits = class_bits(classes, k, layout[field.range]);
-        if (bits < 0) {
-            return false;
-        }
-        for (int c = 0; c < field.components; ++c) {
-            const std::uint32_t raw = reader.read(bits);
-            if (field.range == Range::kMotion) {
-                motion = static_cast<Motion>(raw);
-            }
-        }
-    }
-    return true;
+    const int nothing = 0;
+    return walk_fields(reader, coding, upright, layout, nothing);
+}
+
+bool measure_fields(BitReader& reader,
+                    Coding coding,
+                    bool upright,
+                    const FieldLayout& layout,
+                    RecordBits& bits) {
+    return walk_fields(reader, coding, upright, layout, bits);
 }
 
 }  // namespace zoned::wire

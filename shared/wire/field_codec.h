@@ -3,6 +3,7 @@
 
 #include "shared/wire/bit_stream.h"
 #include "shared/wire/field_table.h"
+#include "shared/wire/traffic.h"
 
 namespace zoned::wire {
 
@@ -37,5 +38,12 @@ bool is_consistent(const Columns& columns, bool upright, const FieldLayout& layo
 /// Moves the reader behind the fields; the length does not depend on any reference. False when a
 /// size class is not in use; values are not checked.
 bool skip_fields(BitReader& reader, Coding coding, bool upright, const FieldLayout& layout);
+
+/// As skip_fields; adds the bits of each field to `bits`.
+bool measure_fields(BitReader& reader,
+                    Coding coding,
+                    bool upright,
+                    const FieldLayout& layout,
+                    RecordBits& bits);
 
 }  // namespace zoned::wire

@@ -185,6 +185,15 @@ void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out) {
     }
 }
 
+std::size_t down_head_bytes(const DownHead& head) {
+    std::size_t bytes = 5 + (head.has_widened ? 1 : 0);
+    for (std::uint32_t rest = static_cast<std::uint32_t>(head.zone.value) << 2; rest >= 0x80;
+         rest >>= 7) {
+        ++bytes;
+    }
+    return bytes;
+}
+
 void rewrite_widened(const Widened& widened, std::vector<std::uint8_t>& body) {
     std::size_t at = 4;
     while ((body[at] & 0x80U) != 0) {

@@ -114,6 +114,8 @@ struct DownHead {
 /// Appends the head. Position of the own state: float bits; velocity: float bits (it is the
 /// prediction's seed).
 void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out);
+/// Bytes of the head without the own state.
+std::size_t down_head_bytes(const DownHead& head);
 /// Changes what a packet with DownHead::has_widened says of the bounds.
 void rewrite_widened(const Widened& widened, std::vector<std::uint8_t>& body);
 

@@ -147,6 +147,27 @@ core::Result<QuantizedState> RecordReader::read_delta(const QuantizedState& keyf
     return read_state(columns_of(keyframe), RecordKind::kDelta, upright);
 }
 
+core::Result<RecordHead> RecordReader::measure_next(RecordBits& bits) {
+    bits = RecordBits{};
+    const std::size_t begin = bits_.bit_offset();
+    core::Result<RecordHead> head = next_head();
+    bits[kRecordHeadPart] = static_cast<std::uint8_t>(bits_.bit_offset() - begin);
+    if (!head || head->kind == RecordKind::kRemove) {
+        return head;
+    }
+    begin_state(head->kind);
+    const Coding coding = head->kind == RecordKind::kAbsolute ? Coding::kAbsolute : Coding::kDelta;
+    const bool known = measure_fields(bits_, coding, head->upright, layout(), bits);
+    const std::size_t end = bits_.bit_offset();
+    bits_.align();
+    bits[kPaddingPart] = static_cast<std::uint8_t>(bits_.bit_offset() - end);
+    if (bits_.failed() || !known) {
+        malformed_ = true;
+        return core::Result<RecordHead>::failure("malformed record");
+    }
+    return head;
+}
+
 core::Result<bool> RecordReader::skip_delta(bool upright) {
     using Skipped = core::Result<bool>;
     begin_state(RecordKind::kDelta);

@@ -7,6 +7,7 @@
 #include "shared/wire/bit_stream.h"
 #include "shared/wire/field_table.h"
 #include "shared/wire/quantize.h"
+#include "shared/wire/traffic.h"
 
 #include <array>
 #include <cstdint>
@@ -75,6 +76,9 @@ class RecordReader {
 
     [[nodiscard]] bool done() const { return bits_.failed() || malformed_ || bits_.at_end(); }
 
+    /// Where the next record begins.
+    [[nodiscard]] std::size_t byte_offset() const { return bits_.byte_offset(); }
+
     core::Result<RecordHead> next_head();
     /// Fails also when the record says otherwise than `upright` (what the type table says).
     core::Result<QuantizedState> read_absolute(bool upright);
@@ -83,6 +87,9 @@ class RecordReader {
     /// Skips the state of a delta whose keyframe is unknown (the length does not depend on the
     /// keyframe's values). For an entity whose type is unknown pass head.upright.
     core::Result<bool> skip_delta(bool upright);
+    /// Reads a whole record in place of the above, and says how many bits each part of it takes; a
+    /// removal is head alone. Neither keyframe nor type are needed; values are not checked.
+    core::Result<RecordHead> measure_next(RecordBits& bits);
 
   private:
     core::Result<QuantizedState> read_state(const Columns& reference,

@@ -5,10 +5,12 @@
 #include "server/app/world.h"
 #include "tests/integration/plain/plain_log.h"
 #include "tests/scenario/small_world.h"
+#include "proto/session.pb.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <optional>
 
@@ -182,6 +184,63 @@ TEST(Concealment, IsNoPassWhereNoTypeConcealsItself) {
     EXPECT_TRUE(c.knows(c.placed(0)));
     EXPECT_FALSE(c.state().report.plan.has(zone::Pass::kConceal));
     EXPECT_TRUE(c.state().concealment.heard.empty());
+}
+
+TEST(Concealment, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
+    // The player's eyes are at x = 0 before the wall at x = 5, 4 m high.
+    for (const bool conceals : {false, true}) {
+        ops::Settings s = walled(world::Conceal::kNothing);
+        const motion::BurstKind kind{0.5F, 0.5F, 0.0F, 1.0F, 2.0F};
+        s.cosmetics.push_back({"sparks", Vec3::Zero(), 0.0F, Vec3::Zero(), {}, kind});
+        s.cosmetic_bursts.push_back({"sparks", 0, kind, 30.0F, 1000.0F, conceals});
+        Concealing c(s);
+        c.join();
+        c.ticks(2);
+        const auto told = [&](const Vec3& place) {
+            plain_log()->each_tick = [&](zone::RulesContext& context) {
+                const Vec3d origin = context.origin();
+                context.emit(
+                    "sparks", (place.cast<double>() - origin).cast<float>(), Vec3::UnitY(), 5);
+            };
+            c.tick();
+            plain_log()->each_tick = nullptr;
+            return std::count_if(c.out.begin(), c.out.end(), [](const mailbox::OutboxItem& item) {
+                const auto* event = std::get_if<mailbox::EventOut>(&item);
+                return event != nullptr && event->kind == proto::CORE_EVENT_PARTICLE_BURST;
+            });
+        };
+        EXPECT_EQ(told(Vec3(8.0F, 1.0F, 0.0F)), conceals ? 0 : 1) << "behind the wall";
+        EXPECT_EQ(told(Vec3(4.8F, 1.0F, 0.0F)), 1) << "on its near side";
+        EXPECT_EQ(told(Vec3(5.2F, 1.0F, 0.0F)), conceals ? 0 : 1) << "on its far side";
+        EXPECT_EQ(told(Vec3(8.0F, 1.0F, 20.0F)), 1) << "beside it";
+        EXPECT_EQ(told(Vec3(3.0F, 0.0F, 0.0F)), 1) << "on the ground before it";
+    }
+}
+
+TEST(Behaviours, WithAConeHearFarWhereTheViewerLooks) {
+    ops::Settings s = walled(world::Conceal::kNothing);
+    s.behaviours = {"driving", "zoomed"};
+    s.types[scenario::kPlayer].nimbus_m.fill(10.0F);
+    s.types[scenario::kPlayer].nimbus_cone[5] = {45.0F, 0.3F};
+    s.initial = {crate_at(0.0F, 30.0F), crate_at(0.0F, -30.0F), crate_at(20.0F, 25.0F)};
+    Concealing c(s);
+    c.join();
+    c.ticks(2);
+    const EntityId avatar = plain_log()->avatars[ClientId(1)];
+    const auto look = [&](std::uint16_t yaw) {
+        motion::InputCommand command;
+        command.tick = c.state().now + 1;
+        command.yaw = yaw;
+        c.tick({mailbox::Input{ClientId(1), {command}}});
+        return std::array<bool, 3>{
+            c.knows(c.placed(0)), c.knows(c.placed(1)), c.knows(c.placed(2))};
+    };
+    EXPECT_EQ(look(0), (std::array<bool, 3>{false, false, false}));
+    plain_log()->each_tick = [&](zone::RulesContext& context) {
+        context.set_behaviour(avatar, *context.behaviour_named("zoomed"));
+    };
+    EXPECT_EQ(look(0), (std::array<bool, 3>{true, false, false}));
+    EXPECT_EQ(look(32768), (std::array<bool, 3>{false, true, false}));
 }
 
 TEST(Behaviours, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {

@@ -58,7 +58,7 @@ void TestWorld::step() {
 }
 
 void TestWorld::walk(world::Row row) {
-    Vec3& wanted = wanted_[entities.id[row]];
+    Vec3& wanted = wanted_.try_emplace(entities.id[row], Vec3::Zero()).first->second;
     if (rng.below(60) == 0 || now == 1) {
         const float heading = rng.range(0.0F, 6.2831853F);
         const float speed = rng.below(5) == 0 ? 0.0F : 5.0F;
