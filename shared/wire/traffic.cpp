@@ -107,8 +107,8 @@ const char* traffic_part_name(std::size_t part) {
     if (part < kFields.size()) {
         return kFields[part].name;
     }
-    static constexpr std::array<const char*, 4> kNames{
-        "record_head", "padding", "own_state", "packet_head"};
+    static constexpr std::array<const char*, 5> kNames{
+        "record_head", "padding", "own_state", "packet_head", "coded"};
     return kNames[part - kFields.size()];
 }
 
