@@ -8,6 +8,7 @@
 #include "server/physics/soft/soft_def.h"
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
+#include "shared/clock/slow_state.h"
 #include "shared/core/rng.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
@@ -128,6 +129,7 @@ struct ZoneSettings {
     ConcealSettings conceal;
     std::vector<std::string> behaviours;  ///< the config's own, from kFirstNamedBehaviour on
     replication::Settings replication;
+    std::shared_ptr<const clock::SlowState> slow;  ///< of the whole world; may be null
     AuditSettings audit;
     FaultSettings faults;
 
