@@ -47,12 +47,12 @@ TEST(SlowStateInConfigs, IsRefusedWhereItMakesNoSense) {
 TEST(ConesInConfigs, BelongToTheNimbusOfCharacters) {
     const std::string behaviour = "behaviour: \"zoomed\"\n";
     const std::string cone =
-        "named { behaviour: \"zoomed\" radius_m: 20 cone { length_m: 54 half_angle_deg: 30 } }";
+        "named { behaviour: \"zoomed\" radius_m: 20 cone { length_m: 52 half_angle_deg: 30 } }";
     const Outcome out = parse(with(
         "nimbus_m { normal: 50 }", "nimbus_m { normal: 50 " + cone + " }", behaviour + kValid));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const auto& types = out.settings.types;
-    EXPECT_EQ(types[0].nimbus_cone[4].length_m, 54.0F);
+    EXPECT_EQ(types[0].nimbus_cone[4].length_m, 52.0F);
     EXPECT_NEAR(types[0].nimbus_cone[4].half_angle_rad, std::numbers::pi / 6.0, 1e-6);
     EXPECT_EQ(types[0].nimbus_cone[5].length_m, 0.0F);
     EXPECT_EQ(types[0].nimbus_m[4], 20.0F);
@@ -60,6 +60,15 @@ TEST(ConesInConfigs, BelongToTheNimbusOfCharacters) {
         with("aura_m { normal: 50 }", "aura_m { normal: 50 " + cone + " }", behaviour + kValid),
         "cone {",
         "only the nimbus of characters");
+}
+
+TEST(BehavioursInConfigs, AreAtMostFour) {
+    std::string text = kValid;
+    for (const char* name : {"flying", "driving", "zoomed", "crawling"}) {
+        text = "behaviour: \"" + std::string(name) + "\"\n" + text;
+    }
+    EXPECT_TRUE(parse(text).ok) << format_errors("test", parse(text).errors);
+    expect_single("behaviour: \"one\"\n" + text, "behaviour: \"flying\"", "at most 4");
 }
 
 TEST(ConesInConfigs, ReachNoFartherThanTheGhosts) {
