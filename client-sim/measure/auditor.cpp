@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 namespace zoned::measure {
 
@@ -172,6 +174,7 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         for (const proto::AuditEntity& truth : record.entities()) {
             compare_entity(context, truth, tally);
         }
+        compare_slow(view, record, tally);
         remember(record);
         find_extra(context, tally);
         previous_tick_ = record.tick();
@@ -183,6 +186,29 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
 
 const view::Version* Auditor::held(const Context& context, const view::Entity& entity, Tick tick) {
     return context.bot->view()->held(entity, tick, context.shown_at + tick - context.tick);
+}
+
+/// Both sides compute with the same numbers: equal to the last bit, or wrong.
+void Auditor::compare_slow(const view::View& view, const proto::AuditRecord& record, Tally& tally) {
+    const clock::SlowState& slow = view.slow();
+    const auto compare = [&](std::optional<double> mine, double truth) {
+        ++tally.slow_samples;
+        const double error =
+            mine ? std::abs(*mine - truth) : std::numeric_limits<double>::infinity();
+        if (!(error <= 0.0)) {
+            ++tally.slow_violations;
+            tally.slow_error_max = std::max(tally.slow_error_max, error);
+        }
+    };
+    const auto told = [](std::size_t known, int count) {
+        return std::min(known, static_cast<std::size_t>(count));
+    };
+    for (std::size_t c = 0; c < told(slow.clocks(), record.shared_clocks_size()); ++c) {
+        compare(slow.clock_at(c, record.tick()), record.shared_clocks(static_cast<int>(c)));
+    }
+    for (std::size_t v = 0; v < told(slow.variables(), record.slow_variables_size()); ++v) {
+        compare(slow.value_at(v, record.tick()), record.slow_variables(static_cast<int>(v)));
+    }
 }
 
 void Auditor::compare_entity(const Context& context,

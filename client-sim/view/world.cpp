@@ -184,6 +184,60 @@ bool sensible(const proto::StaticSurface& s) {
             }));
 }
 
+/// More clocks, variables or phases than servers have are an attack.
+constexpr int kMaxSlow = 64;
+
+bool sensible(const proto::SlowVariable& v) {
+    const auto finite = [](double x) {
+        return std::isfinite(x) && std::abs(x) < 1e12;
+    };
+    return v.phases_size() >= 1 && v.phases_size() <= kMaxSlow && v.blend_s() >= 0.0 &&
+           v.blend_s() < 1e6 &&
+           std::all_of(v.phases().begin(), v.phases().end(), [&](const auto& p) {
+               return finite(p.value()) && p.weight() > 0.0 && p.weight() < 1e9 &&
+                      p.min_s() >= 0.0 && p.max_s() >= p.min_s() && p.max_s() < 1e9;
+           });
+}
+
+std::string wrong_with_slow(const proto::WorldDescription& d) {
+    if (d.shared_clocks_size() > kMaxSlow || d.slow_variables_size() > kMaxSlow) {
+        return "too many shared clocks or slow variables";
+    }
+    for (const proto::SharedClock& clock : d.shared_clocks()) {
+        if (!(clock.period() >= 0.0 && clock.period() < 1e12)) {
+            return "malformed shared clock";
+        }
+    }
+    const auto& variables = d.slow_variables();
+    return std::all_of(
+               variables.begin(), variables.end(), [](const auto& v) { return sensible(v); })
+               ? ""
+               : "malformed slow variable";
+}
+
+std::string clean_name(const std::string& name) {
+    return core::is_clean_utf8(name) ? name : "?";
+}
+
+/// Needs what wrong_with_slow() has checked.
+clock::SlowDefs read_slow(const proto::WorldDescription& d) {
+    clock::SlowDefs out;
+    for (const proto::SharedClock& clock : d.shared_clocks()) {
+        out.clocks.push_back({clean_name(clock.name()), clock.period(), {}});
+    }
+    for (const proto::SlowVariable& v : d.slow_variables()) {
+        clock::SlowVariableDef& def = out.variables.emplace_back();
+        def.name = clean_name(v.name());
+        def.seed = v.seed();
+        def.blend_s = v.blend_s();
+        for (const auto& p : v.phases()) {
+            def.phases.push_back(
+                {clean_name(p.name()), p.value(), p.weight(), p.min_s(), p.max_s()});
+        }
+    }
+    return out;
+}
+
 std::string wrong_with(const proto::WorldDescription& d) {
     if (!(d.tick_rate_hz() >= 1.0 && d.tick_rate_hz() <= 1000.0)) {
         return "tick rate outside 1..1000 Hz";
@@ -210,6 +264,9 @@ std::string wrong_with(const proto::WorldDescription& d) {
         if (!sensible(s)) {
             return "malformed static surface";
         }
+    }
+    if (std::string wrong = wrong_with_slow(d); !wrong.empty()) {
+        return wrong;
     }
     return wrong_with_cosmetics(d);
 }
@@ -272,6 +329,7 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
         world.zones.push_back(std::move(zone));
     }
     world.cosmetics = read_cosmetics(d);
+    world.slow = read_slow(d);
     return world;
 }
 

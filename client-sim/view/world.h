@@ -3,6 +3,7 @@
 #pragma once
 
 #include "proto/session.pb.h"
+#include "shared/clock/slow_state.h"
 #include "shared/core/ids.h"
 #include "shared/core/result.h"
 #include "shared/math/types.h"
@@ -62,6 +63,7 @@ struct World {
     std::vector<ZoneInfo> zones;
     float interest_hysteresis = 0.0F;
     std::vector<CosmeticSystem> cosmetics;
+    clock::SlowDefs slow;  ///< clocks and variables that this side runs for itself
 
     /// nullptr for a zone that the world does not have.
     [[nodiscard]] const ZoneInfo* zone(ZoneId id) const;

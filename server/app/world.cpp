@@ -52,6 +52,15 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
         zones_.back()->state().scene.work_with(&team);
         zones_.back()->state().team = &team;
     }
+    if (!settings.slow.empty()) {
+        slow_ = std::make_shared<clock::SlowState>(settings.slow, 1.0 / settings.tick_rate_hz);
+        slow_->begin(settings.slow);
+        slow_sync_ticks_ = settings.slow.sync_ticks;
+        wrong_clock_ = settings.config.testing().wrong_clock();
+        for (zone::ZoneState* state : states_) {
+            state->settings.slow = slow_;
+        }
+    }
     inboxes_.resize(zones_.size());
     populate(settings, regions_, zones_);
     std::vector<interest::HistoryRule> histories;
@@ -175,6 +184,9 @@ void World::for_each_zone(void (World::*work)(std::size_t)) {
 
 void World::step(std::vector<mailbox::OutboxItem>& out) {
     ++now_;
+    if (slow_) {
+        slow_->advance(now_);
+    }
     for_each_zone(&World::simulate_zone);
     carry_handoffs(out);
     apply_topics(out);
@@ -186,6 +198,10 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
     for_each_zone(&World::publish_zone);
     resolve_events(out);
     resolve_bursts(out);
+    if (slow_) {
+        change_clocks(out);
+        sync_slow_state(out);
+    }
     for (const auto& zone : zones_) {
         zone::StepOutput& from = zone->output();
         for (mailbox::OutboxItem& message : from.messages) {
@@ -194,7 +210,13 @@ void World::step(std::vector<mailbox::OutboxItem>& out) {
                 const ZoneId in = joined->zone;
                 out.push_back(std::move(message));
                 enter_zone(client, in, out);
+                if (slow_) {
+                    tell_slow_state({client}, out);
+                }
                 continue;
+            }
+            if (auto* record = std::get_if<mailbox::AuditRecord>(&message); record && slow_) {
+                add_slow_truth(*record);
             }
             out.push_back(std::move(message));
         }

@@ -63,6 +63,9 @@ class World {
     /// by itself.
     [[nodiscard]] bool idle() const;
 
+    /// nullptr: the world has neither shared clocks nor slow variables.
+    [[nodiscard]] const clock::SlowState* slow_state() const { return slow_.get(); }
+
     [[nodiscard]] const compute::WorkerPool& pool() const { return pool_; }
 
   private:
@@ -81,6 +84,11 @@ class World {
     void resolve_events(std::vector<mailbox::OutboxItem>& out);
     void leak_topic(const zone::FaultSettings& faults, std::vector<ClientId>& recipients) const;
     void resolve_bursts(std::vector<mailbox::OutboxItem>& out);
+    // world_slow.cpp
+    void change_clocks(std::vector<mailbox::OutboxItem>& out);
+    void sync_slow_state(std::vector<mailbox::OutboxItem>& out);
+    void tell_slow_state(std::vector<ClientId> recipients, std::vector<mailbox::OutboxItem>& out);
+    void add_slow_truth(mailbox::AuditRecord& record) const;
     [[nodiscard]] EventId own_event_id();
     void enter_zone(ClientId client, ZoneId zone, std::vector<mailbox::OutboxItem>& out);
     [[nodiscard]] std::size_t spawn_zone(mailbox::Join& join) const;
@@ -96,6 +104,9 @@ class World {
     std::vector<interest::PastEvent> missed_;  // scratch
     compute::WorkerPool pool_;
     Tick now_ = 0;
+    std::shared_ptr<clock::SlowState> slow_;  // null: the world has neither clocks nor variables
+    Tick slow_sync_ticks_ = 0;
+    double wrong_clock_ = 0.0;  // a fault on purpose
     std::uint64_t next_event_ = 0;
     std::uint64_t bursts_told_ = 0;
     std::uint64_t handoffs_ = 0;

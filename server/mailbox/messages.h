@@ -159,6 +159,8 @@ struct AuditRecord {
     double avatar_position[3] = {0, 0, 0};
     Tick avatar_discontinuity_tick = 0;
     std::vector<AuditEntity> entities;
+    std::vector<double> shared_clocks;   ///< their values, by number
+    std::vector<double> slow_variables;  ///< likewise
 };
 
 using OutboxItem = std::variant<StatePacket, EventOut, Joined, Kick, AuditRecord>;

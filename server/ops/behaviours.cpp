@@ -15,6 +15,9 @@ constexpr std::array<std::string_view, world::kFirstNamedBehaviour> kBuiltIn = {
                                                                                 "running",
                                                                                 "riding"};
 
+// The columns of radii that are left.
+constexpr int kMostNamed = world::kBehaviours - world::kFirstNamedBehaviour;
+
 }  // namespace
 
 int find_behaviour(const proto::Config& config, const std::string& name) {
@@ -23,7 +26,7 @@ int find_behaviour(const proto::Config& config, const std::string& name) {
             return static_cast<int>(i);
         }
     }
-    for (int b = 0; b < config.behaviour_size(); ++b) {
+    for (int b = 0; b < std::min(config.behaviour_size(), kMostNamed); ++b) {
         if (config.behaviour(b) == name) {
             return world::kFirstNamedBehaviour + b;
         }
@@ -41,11 +44,13 @@ double largest_radius(const proto::Config::Radii& radii) {
 
 void check_behaviours(const proto::Config& config, Diagnostics& diagnostics) {
     for (int b = 0; b < config.behaviour_size(); ++b) {
+        if (b >= kMostNamed) {
+            diagnostics.add(join_path("", "behaviour", b), "a config names at most 4 behaviours");
+            return;
+        }
         const std::string path = join_path("", "behaviour", b);
         const std::string& name = config.behaviour(b);
-        if (name.empty() || name.size() > 64) {
-            diagnostics.add(path, "a behaviour has a name of 1..64 bytes");
-        } else if (find_behaviour(config, name) != world::kFirstNamedBehaviour + b) {
+        if (find_behaviour(config, name) != world::kFirstNamedBehaviour + b) {
             diagnostics.add(path, "'" + name + "' is the name of another behaviour");
         }
     }

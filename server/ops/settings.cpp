@@ -7,6 +7,7 @@
 #include "server/ops/method_plan.h"
 #include "server/ops/particles.h"
 #include "server/ops/scatter.h"
+#include "server/ops/slow_state.h"
 #include "server/ops/statics.h"
 #include "server/ops/surfaces.h"
 #include "server/ops/terrain.h"
@@ -63,8 +64,10 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     check_physics(config, diagnostics);
     check_server(config, settings.zones, diagnostics);
     check_particles(config, diagnostics);
+    check_slow_state(config, diagnostics);
     expand_stages(config, settings);
     expand_particles(config, settings);
+    settings.slow = expand_slow_state(config);
     settings.boxes = expand_statics(config, diagnostics);
     const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);
     settings.spawn_points.clear();

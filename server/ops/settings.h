@@ -11,6 +11,7 @@
 #include "server/zone/rules.h"
 #include "server/zone/zone_settings.h"
 #include "proto/config.pb.h"
+#include "shared/clock/slow_state.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
 
@@ -127,6 +128,7 @@ struct Settings {
     ai::Settings ai;
     interest::Settings interest;
     replication::Settings replication;
+    clock::SlowDefs slow;
     zone::RulesSettings rules;
 };
 

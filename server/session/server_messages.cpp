@@ -66,6 +66,8 @@ std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record) {
     for (const mailbox::AuditEntity& entity : record.entities) {
         fill(entity, *out.add_entities());
     }
+    out.mutable_shared_clocks()->Add(record.shared_clocks.begin(), record.shared_clocks.end());
+    out.mutable_slow_variables()->Add(record.slow_variables.begin(), record.slow_variables.end());
     return serialise(message);
 }
 

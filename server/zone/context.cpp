@@ -6,6 +6,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace zoned::zone {
 
@@ -132,6 +133,23 @@ std::optional<world::Behaviour> ZoneContext::behaviour_named(std::string_view na
     return it == own.end()
                ? RulesContext::behaviour_named(name)
                : static_cast<world::Behaviour>(world::kFirstNamedBehaviour + (it - own.begin()));
+}
+
+std::optional<double> ZoneContext::slow_value(std::string_view name) const {
+    const auto& slow = state_->settings.slow;
+    return slow ? slow->at(name, state_->now) : std::nullopt;
+}
+
+bool ZoneContext::set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
+    const auto& slow = state_->settings.slow;
+    const auto clock = slow ? slow->find_clock(name) : std::nullopt;
+    if (!clock || !std::isfinite(rate_per_s) || !(ahead_s >= 0.0 && ahead_s < 1e6)) {
+        return false;
+    }
+    const double ticks =
+        std::ceil(std::max(0.5, ahead_s) / static_cast<double>(state_->settings.dt));
+    state_->out.clocks.push_back({*clock, state_->now + static_cast<Tick>(ticks), rate_per_s});
+    return true;
 }
 
 RayResult ZoneContext::ray_cast(const Vec3& origin,

@@ -96,6 +96,13 @@ struct BurstOut {
     bool line_of_sight = false;
 };
 
+/// Rules change the rate of a shared clock from a later tick on.
+struct ClockChange {
+    std::size_t clock = 0;
+    Tick from = 0;
+    double rate_per_s = 0.0;
+};
+
 struct TopicChange {
     ClientId client;
     std::string topic;

@@ -130,6 +130,23 @@ class RulesContext {
     [[nodiscard]] virtual TypeIndex type_named(std::string_view name) const = 0;
     [[nodiscard]] virtual core::Rng& rng() = 0;  ///< seeded per zone
 
+    /// What a shared clock or a slow variable of the config shows now, the same in every zone and
+    /// on every client; none where the world has neither of that name.
+    [[nodiscard]] virtual std::optional<double> slow_value(std::string_view name) const {
+        (void)name;
+        return std::nullopt;
+    }
+
+    /// From `ahead_s` on (at least half a second, so that all clients know in time) the clock runs
+    /// at this rate, in place of what was announced for then and later. False where there is none
+    /// of that name, or the numbers are not finite.
+    virtual bool set_clock_rate(std::string_view name, double rate_per_s, double ahead_s) {
+        (void)name;
+        (void)rate_per_s;
+        (void)ahead_s;
+        return false;
+    }
+
     virtual EntityId spawn(const SpawnDef& def) = 0;
     virtual void despawn(EntityId entity) = 0;
     /// At rest. A soft body comes whole, as deformed as it is; pinned nodes hold where they come

@@ -9,6 +9,7 @@
 #include "server/replication/replicator.h"
 #include "server/world/entity_type.h"
 #include "server/zone/history.h"
+#include "shared/clock/slow_state.h"
 #include "shared/core/rng.h"
 #include "shared/motion/burst.h"
 #include "shared/motion/static_geometry.h"
@@ -130,6 +131,7 @@ struct ZoneSettings {
     RewindSettings rewind;
     std::vector<std::string> behaviours;  ///< the config's own, from kFirstNamedBehaviour on
     replication::Settings replication;
+    std::shared_ptr<const clock::SlowState> slow;  ///< of the whole world; may be null
     AuditSettings audit;
     FaultSettings faults;
 

@@ -57,6 +57,7 @@ void StepOutput::clear() {
     messages.clear();
     events.clear();
     bursts.clear();
+    clocks.clear();
     topics.clear();
     rules_messages.clear();
     handoffs.clear();

@@ -38,6 +38,7 @@ struct StepOutput {
     std::vector<mailbox::OutboxItem> messages;  ///< Joined, Kick, AuditRecord
     std::vector<PendingEvent> events;
     std::vector<BurstOut> bursts;
+    std::vector<ClockChange> clocks;
     std::vector<TopicChange> topics;
     std::vector<RulesMessage> rules_messages;
     std::vector<Handoff> handoffs;

@@ -1,0 +1,63 @@
+#include "server/ops/slow_state.h"
+
+#include "shared/core/rng.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace zoned::ops {
+
+void check_slow_state(const proto::Config& config, Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    const auto check_name = [&](const std::string& name, const std::string& path) {
+        if (name.empty()) {
+            diagnostics.add(path, "a clock or a variable has a name");
+        } else if (!names.insert(name).second) {
+            diagnostics.add(path + ".name", "'" + name + "' is the name of another one");
+        }
+    };
+    for (int c = 0; c < config.slow().clock_size(); ++c) {
+        check_name(config.slow().clock(c).name(), join_path("slow", "clock", c));
+    }
+    for (int v = 0; v < config.slow().variable_size(); ++v) {
+        const auto& variable = config.slow().variable(v);
+        const std::string path = join_path("slow", "variable", v);
+        check_name(variable.name(), path);
+        if (variable.phase_size() == 0) {
+            diagnostics.add(path, "a variable has at least one phase");
+        }
+        for (int p = 0; p < variable.phase_size(); ++p) {
+            const auto& phase = variable.phase(p);
+            if (phase.has_max_s() && phase.max_s() < phase.min_s()) {
+                diagnostics.add(join_path(path, "phase", p) + ".max_s", "is less than min_s");
+            }
+        }
+    }
+}
+
+clock::SlowDefs expand_slow_state(const proto::Config& config) {
+    clock::SlowDefs out;
+    out.sync_ticks = std::max<Tick>(1,
+                                    static_cast<Tick>(std::llround(config.slow().sync_every_s() *
+                                                                   config.world().tick_rate_hz())));
+    for (const auto& from : config.slow().clock()) {
+        out.clocks.push_back({from.name(), from.period(), {0, from.start(), from.rate_per_s()}});
+    }
+    for (const auto& from : config.slow().variable()) {
+        clock::SlowVariableDef& to = out.variables.emplace_back();
+        to.name = from.name();
+        to.seed = core::mix(config.world().seed()) ^ from.seed();
+        to.blend_s = from.blend_s();
+        for (const auto& phase : from.phase()) {
+            to.phases.push_back({phase.name(),
+                                 phase.value(),
+                                 phase.weight(),
+                                 phase.min_s(),
+                                 phase.has_max_s() ? phase.max_s() : phase.min_s()});
+        }
+    }
+    return out;
+}
+
+}  // namespace zoned::ops

@@ -1,0 +1,15 @@
+// Slow state: the config's clocks and variables, checked and expanded.
+#pragma once
+
+#include "server/ops/diagnostics.h"
+#include "proto/config.pb.h"
+#include "shared/clock/slow_state.h"
+
+namespace zoned::ops {
+
+/// Names are unique among clocks and variables, phases last from min to max.
+void check_slow_state(const proto::Config& config, Diagnostics& diagnostics);
+
+clock::SlowDefs expand_slow_state(const proto::Config& config);
+
+}  // namespace zoned::ops

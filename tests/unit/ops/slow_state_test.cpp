@@ -1,0 +1,97 @@
+// Clocks and slow variables, cones and concealed bursts: what a config may say of them.
+#include "tests/unit/ops/config_helpers.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace zoned::ops::test {
+namespace {
+
+const std::string kSlow = R"(slow {
+  clock { name: "time_of_day" start: 8 rate_per_s: 0.02 period: 24 }
+  variable {
+    name: "rain"
+    seed: 3
+    blend_s: 20
+    phase { name: "clear" weight: 3 min_s: 120 max_s: 600 }
+    phase { name: "storm" value: 1 min_s: 30 }
+  }
+  sync_every_s: 30
+}
+)";
+
+TEST(SlowStateInConfigs, IsExpandedAndToldAtLogin) {
+    const Outcome out = parse(kSlow + kValid);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const clock::SlowDefs& slow = out.settings.slow;
+    ASSERT_EQ(slow.clocks.size(), 1U);
+    EXPECT_EQ(slow.clocks[0].first, (clock::Course{0, 8.0, 0.02}));
+    EXPECT_EQ(slow.clocks[0].period, 24.0);
+    ASSERT_EQ(slow.variables.size(), 1U);
+    ASSERT_EQ(slow.variables[0].phases.size(), 2U);
+    EXPECT_EQ(slow.variables[0].phases[1].max_s, 30.0) << "not set: as min_s";
+    EXPECT_EQ(slow.sync_ticks, 900);
+    EXPECT_TRUE(parse(kValid).settings.slow.empty());
+    EXPECT_NE(parse(with("seed: 3", "seed: 4", kSlow + kValid)).settings.digest,
+              out.settings.digest);
+}
+
+TEST(SlowStateInConfigs, IsRefusedWhereItMakesNoSense) {
+    expect_single(with("name: \"rain\"", "name: \"time_of_day\"", kSlow + kValid),
+                  "name: \"time_of_day\"\n    seed",
+                  "the name of another");
+    expect_single(with("max_s: 600", "max_s: 60", kSlow + kValid), "max_s: 60", "less than min_s");
+}
+
+TEST(ConesInConfigs, BelongToTheNimbusOfCharacters) {
+    const std::string behaviour = "behaviour: \"zoomed\"\n";
+    const std::string cone =
+        "named { behaviour: \"zoomed\" radius_m: 20 cone { length_m: 52 half_angle_deg: 30 } }";
+    const Outcome out = parse(with(
+        "nimbus_m { normal: 50 }", "nimbus_m { normal: 50 " + cone + " }", behaviour + kValid));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const auto& types = out.settings.types;
+    EXPECT_EQ(types[0].nimbus_cone[4].length_m, 52.0F);
+    EXPECT_NEAR(types[0].nimbus_cone[4].half_angle_rad, std::numbers::pi / 6.0, 1e-6);
+    EXPECT_EQ(types[0].nimbus_cone[5].length_m, 0.0F);
+    EXPECT_EQ(types[0].nimbus_m[4], 20.0F);
+    expect_single(
+        with("aura_m { normal: 50 }", "aura_m { normal: 50 " + cone + " }", behaviour + kValid),
+        "cone {",
+        "only the nimbus of characters");
+}
+
+TEST(BehavioursInConfigs, AreAtMostFour) {
+    std::string text = kValid;
+    for (const char* name : {"flying", "driving", "zoomed", "crawling"}) {
+        text = "behaviour: \"" + std::string(name) + "\"\n" + text;
+    }
+    EXPECT_TRUE(parse(text).ok) << format_errors("test", parse(text).errors);
+    expect_single("behaviour: \"one\"\n" + text, "behaviour: \"flying\"", "at most 4");
+}
+
+TEST(ConesInConfigs, ReachNoFartherThanTheGhosts) {
+    const std::string text = with("nimbus_m { normal: 50 }",
+                                  "nimbus_m { normal: 50 named { behaviour: \"zoomed\" radius_m: "
+                                  "20 cone { length_m: 900 } } }",
+                                  "behaviour: \"zoomed\"\n" + kValid);
+    const Outcome out = parse(text);
+    EXPECT_FALSE(out.ok);
+    ASSERT_FALSE(out.errors.empty());
+    EXPECT_NE(format_errors("test", out.errors).find("nimbus of 900 m"), std::string::npos)
+        << format_errors("test", out.errors);
+}
+
+TEST(BurstsInConfigs, AreConcealedByLineOfSightAlone) {
+    const std::string sparks =
+        "particles { name: \"sparks\" burst { conceal: LINE_OF_SIGHT } }\n" + kValid;
+    const Outcome out = parse(sparks);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    ASSERT_EQ(out.settings.cosmetic_bursts.size(), 1U);
+    EXPECT_TRUE(out.settings.cosmetic_bursts[0].line_of_sight);
+    expect_single(with("LINE_OF_SIGHT", "RULES", sparks), "conceal: RULES", "not about places");
+}
+
+}  // namespace
+}  // namespace zoned::ops::test
