@@ -1,5 +1,6 @@
 #include "client-sim/bot/bot.h"
 
+#include "proto/sandbox.pb.h"
 #include "shared/clock/tick_clock.h"
 #include "shared/wire/packet.h"
 
@@ -160,6 +161,7 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
         return;
     }
     joined_ = false;
+    ledger_.clear();
     settled_tick_ = -1;
     next_input_ = -1;
     std::string error = "no world description";
@@ -196,6 +198,9 @@ void Bot::on_joined(const proto::Joined& joined) {
 void Bot::on_event(const proto::Event& event) {
     if (view_) {
         view_->apply(event);
+    }
+    if (std::string answer; ledger_.apply(event, avatar_, answer)) {
+        client_.send_command(sandbox::COMMAND_AGREE, std::move(answer));
     }
     observer_.on_event(*this, event);
 }
