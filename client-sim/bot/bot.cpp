@@ -1,5 +1,6 @@
 #include "client-sim/bot/bot.h"
 
+#include "proto/sandbox.pb.h"
 #include "shared/clock/tick_clock.h"
 #include "shared/wire/packet.h"
 
@@ -173,6 +174,7 @@ void Bot::on_welcome(const proto::Welcome& welcome) {
         return;
     }
     joined_ = false;
+    ledger_.clear();
     settled_tick_ = -1;
     next_input_ = -1;
     lead_.reset();
@@ -213,6 +215,9 @@ void Bot::on_joined(const proto::Joined& joined) {
 void Bot::on_event(const proto::Event& event) {
     if (view_) {
         view_->apply(event);
+    }
+    if (std::string answer; ledger_.apply(event, avatar_, answer)) {
+        client_.send_command(sandbox::COMMAND_AGREE, std::move(answer));
     }
     observer_.on_event(*this, event);
 }

@@ -3,6 +3,7 @@
 
 #include "client-sim/bot/behaviour.h"
 #include "client-sim/bot/command_log.h"
+#include "client-sim/bot/ledger.h"
 #include "client-sim/link/arrival_log.h"
 #include "client-sim/link/client.h"
 #include "client-sim/view/view.h"
@@ -88,6 +89,8 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
 
     [[nodiscard]] EntityId avatar() const { return avatar_; }
 
+    [[nodiscard]] const Ledger& ledger() const { return ledger_; }
+
     [[nodiscard]] double now_s() const { return now_s_; }
 
     /// The first view tick after joining for which clock and view were settled; -1 before.
@@ -141,6 +144,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     double joined_s_ = 0.0;
     Tick joined_tick_ = 0;
     EntityId avatar_;
+    Ledger ledger_;
     Tick settled_tick_ = -1;
     double next_probe_s_ = 0.0;
     double next_maintenance_s_ = 0.0;

@@ -270,6 +270,7 @@ void Collector::count_bot(const bot::Bot& bot, Report& r) const {
     r.events_lost += client.events().lost();
     r.events_duplicated += client.events().duplicated();
     r.events_out_of_order += client.events().out_of_order();
+    r.decisions_diverged += bot.ledger().diverged();
     r.commands_sent += client.stats().commands_sent;
     r.commands_resent += client.stats().commands_resent;
     r.streams_lost += client.stats().streams_lost;

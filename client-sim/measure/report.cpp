@@ -179,6 +179,7 @@ std::string to_json(const Report& r) {
     json.field("events_lost", r.events_lost);
     json.field("events_unheard", r.events_unheard);
     json.field("events_duplicated", r.events_duplicated);
+    json.field("decisions_diverged", r.decisions_diverged);
     json.field("events_out_of_order", r.events_out_of_order);
     json.field("commands_sent", r.commands_sent);
     json.field("commands_resent", r.commands_resent);

@@ -40,6 +40,7 @@ struct Report {
     std::uint64_t events_lost = 0;     ///< numbers passed over
     std::uint64_t events_unheard = 0;  ///< to everybody, yet not heard by somebody
     std::uint64_t events_duplicated = 0;
+    std::uint64_t decisions_diverged = 0;  ///< clients that held something else than was decided
     std::uint64_t events_out_of_order = 0;
     std::uint64_t commands_sent = 0;
     std::uint64_t commands_resent = 0;

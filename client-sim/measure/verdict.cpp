@@ -112,6 +112,10 @@ void judge_events(Report& r) {
         r.reasons.push_back("events: " + std::to_string(r.events_unheard) +
                             " to everybody not heard by somebody");
     }
+    if (r.decisions_diverged > 0) {
+        r.reasons.push_back("decisions: " + std::to_string(r.decisions_diverged) +
+                            " that a client did not hold as they were made");
+    }
     if (r.events_duplicated > 0) {
         r.reasons.push_back("events: " + std::to_string(r.events_duplicated) + " delivered twice");
     }

@@ -23,7 +23,10 @@ double ray_ball(const Vec3d& eye, const Vec3d& direction, const Vec3d& centre, d
 
 /// How far the ray passes an upright segment's surroundings, m: from the point of the ray that is
 /// nearest to the centre. Exact enough to choose who is near.
-double gap(const Vec3d& eye, const Vec3d& direction, const Vec3d& centre, double radius,
+double gap(const Vec3d& eye,
+           const Vec3d& direction,
+           const Vec3d& centre,
+           double radius,
            double half_segment) {
     const double along = std::max(0.0, (centre - eye).dot(direction));
     Vec3d off = eye + direction * along - centre;
@@ -99,8 +102,8 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
             continue;
         }
         const Version* version = EntityStore::version_at(entity, view.tick());
-        const Tick publication =
-            version != nullptr ? version->publication_tick : entity.versions.back().publication_tick;
+        const Tick publication = version != nullptr ? version->publication_tick
+                                                    : entity.versions.back().publication_tick;
         const motion::CharacterLimits& body = view.world().types[entity.type].limits;
         const auto radius = static_cast<double>(body.radius);
         const auto half = static_cast<double>(body.half_segment);
@@ -114,9 +117,8 @@ Aim aim(const View& view, const Vec3d& eye, const Vec3d& direction, double range
             result.distance = t;
         }
     }
-    std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) {
-        return a.first < b.first;
-    });
+    std::stable_sort(
+        near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     near.resize(std::min(near.size(), kMostSights));
     for (const auto& [off, sight] : near) {
         result.near.push_back(sight);

@@ -83,6 +83,10 @@ zone::FaultSettings faults_of(const ops::Settings& settings, ZoneId id) {
         faults.leak_concealed = {testing.leak_concealed().probability(),
                                  static_cast<Tick>(testing.leak_concealed().from_tick())};
     }
+    if (testing.has_drop_decision()) {
+        faults.drop_decision = {testing.drop_decision().probability(),
+                                static_cast<Tick>(testing.drop_decision().from_tick())};
+    }
     if (testing.has_leak_topic()) {
         faults.leak_topic = {testing.leak_topic().probability(),
                              static_cast<Tick>(testing.leak_topic().from_tick())};
@@ -132,9 +136,8 @@ zone::ZoneSettings zone_settings(const ops::Settings& settings,
     z.conceal = {settings.config.interest().conceal_checks_per_tick(),
                  settings.config.interest().conceal_stale_ticks(),
                  settings.config.interest().conceal_grace_ticks()};
-    z.rewind = {
-        std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
-        static_cast<float>(settings.config.rewind().slack_m())};
+    z.rewind = {std::lround(settings.config.rewind().most_ms() * 1e-3 * settings.tick_rate_hz),
+                static_cast<float>(settings.config.rewind().slack_m())};
     z.behaviours = settings.behaviours;
     z.replication = settings.replication;
     z.audit = {settings.config.audit().enabled(), settings.config.audit().period_ticks()};

@@ -193,8 +193,11 @@ Tick Replicator::switch_tick(ClientId client, EntityId entity) const {
     return it == impl_->clients.end() ? 0 : (*it)->switch_tick(entity);
 }
 
-std::optional<Replicator::Told> Replicator::told(
-    ClientId client, EntityId entity, Tick publication, Tick at, Tick since) const {
+std::optional<Replicator::Told> Replicator::told(ClientId client,
+                                                 EntityId entity,
+                                                 Tick publication,
+                                                 Tick at,
+                                                 Tick since) const {
     const auto it = impl_->find(client);
     const Subscription* s = it != impl_->clients.end() ? (*it)->subscription(entity) : nullptr;
     if (s == nullptr) {

@@ -155,8 +155,11 @@ class Replicator {
 
     /// The publication of that tick, if it was sent to this client and no newer one of its stream
     /// had replaced it by `since`; evaluated at `at`.
-    [[nodiscard]] std::optional<Told> told(
-        ClientId client, EntityId entity, Tick publication, Tick at, Tick since) const;
+    [[nodiscard]] std::optional<Told> told(ClientId client,
+                                           EntityId entity,
+                                           Tick publication,
+                                           Tick at,
+                                           Tick since) const;
 
     /// What this client is promised of the entity's position, m; 0: it does not hear of it.
     [[nodiscard]] float bound_m(ClientId client, EntityId entity) const;

@@ -373,8 +373,11 @@ float StreamTable::excess(StreamIndex index, std::uint32_t version, Tick now) co
     return std::max(apart_m / bound.position_m, apart_rad / bound.orientation_rad);
 }
 
-std::optional<StreamTable::Predicted> StreamTable::past_at(
-    StreamIndex index, Tick publication, std::uint32_t newest, Tick at, Tick since) const {
+std::optional<StreamTable::Predicted> StreamTable::past_at(StreamIndex index,
+                                                           Tick publication,
+                                                           std::uint32_t newest,
+                                                           Tick at,
+                                                           Tick since) const {
     // Views blend for less than this, and news may be late by about as much.
     const auto blend_ticks = static_cast<Tick>(0.5F / settings_.tick_s);
     const Stream& stream = streams_[index];

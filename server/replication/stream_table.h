@@ -117,8 +117,11 @@ class StreamTable {
 
     /// The publication of tick `publication`, no newer than version `newest`, that was not replaced
     /// before `since`; evaluated at `at`. None when it is not known (any more).
-    [[nodiscard]] std::optional<Predicted> past_at(
-        StreamIndex index, Tick publication, std::uint32_t newest, Tick at, Tick since) const;
+    [[nodiscard]] std::optional<Predicted> past_at(StreamIndex index,
+                                                   Tick publication,
+                                                   std::uint32_t newest,
+                                                   Tick at,
+                                                   Tick since) const;
 
     /// Whether the entity has a stream.
     [[nodiscard]] bool has(EntityId entity) const { return slot_index_.contains(entity); }

@@ -1,5 +1,6 @@
 #include "server/rules/combat.h"
 
+#include "server/rules/agreement.h"
 #include "server/rules/peer_messages.h"
 #include "server/rules/weather.h"
 
@@ -22,6 +23,7 @@ void fall(Game& game, RulesContext& context, EntityId entity, EntityId by) {
     sandbox::Kill kill;
     kill.set_killer(by.value);
     kill.set_killed(entity.value);
+    ++record.deaths;  // decided; what is told of it from now on includes it
     record.kill_event = context.send(record.client, event(sandbox::EVENT_KILL, kill, true));
     record.life = Life::kDying;
     record.life_until = context.now() + ticks(context, game.settings.confirm_s);
@@ -51,6 +53,14 @@ void die(Game& game, RulesContext& context, EntityId entity, CharacterRecord& re
     record.life_until = context.now() + ticks(context, game.settings.respawn_s);
     ++game.stats.kills;
     update_pending(game, entity);
+    const auto killer = game.characters.find(record.killer);
+    if (killer != game.characters.end() && killer->second.client && killer->first != entity) {
+        ++killer->second.kills;
+        killer->second.killer_event =
+            context.send(killer->second.client, event(sandbox::EVENT_KILL, kill, true));
+        decided(game, context, killer->first, killer->second);
+    }
+    decided(game, context, entity, record);
 }
 
 void hurt(Game& game, RulesContext& context, EntityId target, EntityId by, std::uint32_t amount) {
@@ -146,8 +156,17 @@ void confirm_kill(Game& game, RulesContext& context, ClientId client, EventId ev
     if (avatar != game.avatars.end()) {
         CharacterRecord& record = game.characters.at(avatar->second);
         if (record.life == Life::kDying && record.kill_event == event) {
+            ++game.stats.confirmed;
             die(game, context, avatar->second, record);
             return;
+        }
+        // The other decisions stand already: it is only noted that the client knows.
+        for (EventId* waits : {&record.trade_event, &record.killer_event}) {
+            if (event && *waits == event) {
+                *waits = EventId();
+                ++game.stats.confirmed;
+                return;
+            }
         }
     }
     ++game.stats.stray_confirms;

@@ -38,6 +38,12 @@ struct GameStats {
     std::uint64_t kills = 0;
     std::uint64_t kills_unconfirmed = 0;  ///< of these: announced after the time-out
     std::uint64_t respawns = 0;
+    std::uint64_t trades = 0;
+    std::uint64_t confirmed = 0;  ///< kills and trades, by each client concerned
+    std::uint64_t ledgers_agreed = 0;
+    std::uint64_t ledgers_repeated = 0;  ///< sent again: no word from the client yet
+    std::uint64_t ledgers_diverged = 0;  ///< the client held something else
+    std::uint64_t ledgers_given_up = 0;
     std::uint64_t chats = 0;
     std::uint64_t pick_ups = 0;
     std::uint64_t pick_ups_returned = 0;  ///< reserved for a picker who never took it

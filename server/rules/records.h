@@ -89,6 +89,19 @@ struct CharacterRecord {
     Tick moved_at = 0;    ///< last tick with a wish to move
     std::vector<Item> inventory;
     std::vector<FiredShot> shots;  ///< whose tick has not come yet
+    std::uint32_t deaths = 0;
+    std::uint32_t kills = 0;
+    std::uint32_t trades = 0;
+    std::uint64_t ledger_serial = 0;
+    std::uint64_t ledger_digest = 0;   ///< of what was told last
+    std::uint32_t ledger_repeats = 0;  ///< how often it was told; 0: the client agrees
+    Tick ledger_due = 0;               ///< when it is told again
+    EntityId offer_to;
+    EntityId offer_give;
+    EntityId offer_want;
+    Tick offer_until = 0;
+    EventId trade_event;   ///< that the client has to confirm
+    EventId killer_event;  ///< likewise, of a kill of its own
 
     template <class Archive, class Self>
     static void fields(Archive& archive, Self& self) {
@@ -110,11 +123,26 @@ struct CharacterRecord {
         archive(self.moved_at);
         archive(self.inventory);
         archive(self.shots);
+        archive(self.deaths);
+        archive(self.kills);
+        archive(self.trades);
+        archive(self.ledger_serial);
+        archive(self.ledger_digest);
+        archive(self.ledger_repeats);
+        archive(self.ledger_due);
+        archive(self.offer_to);
+        archive(self.offer_give);
+        archive(self.offer_want);
+        archive(self.offer_until);
+        archive(self.trade_event);
+        archive(self.killer_event);
     }
 
     [[nodiscard]] bool can_act() const { return life == Life::kAlive || life == Life::kBack; }
 
-    [[nodiscard]] bool pending() const { return life != Life::kAlive || !shots.empty(); }
+    [[nodiscard]] bool pending() const {
+        return life != Life::kAlive || !shots.empty() || ledger_repeats != 0;
+    }
 };
 
 struct PropRecord {

@@ -1,5 +1,6 @@
 #include "server/rules/sandbox.h"
 
+#include "server/rules/agreement.h"
 #include "server/rules/archive.h"
 #include "server/rules/chat.h"
 #include "server/rules/combat.h"
@@ -99,6 +100,9 @@ void Sandbox::on_command(RulesContext& context,
         case sandbox::COMMAND_SUBSCRIBE:
             subscribe(game_, context, actor, payload);
             return;
+        case sandbox::COMMAND_AGREE:
+            agree(game_, context, actor, payload);
+            return;
         default:
             break;
     }
@@ -115,6 +119,12 @@ void Sandbox::on_command(RulesContext& context,
             return;
         case sandbox::COMMAND_THROW:
             throw_item(game_, context, actor, payload);
+            return;
+        case sandbox::COMMAND_OFFER:
+            offer(game_, context, actor, payload);
+            return;
+        case sandbox::COMMAND_ACCEPT:
+            accept(game_, context, actor, payload);
             return;
         case sandbox::COMMAND_PUSH:
             push(game_, context, actor, payload);
@@ -174,6 +184,7 @@ void Sandbox::run_timers(RulesContext& context) {
         const auto character = game_.characters.find(entity);
         if (character != game_.characters.end()) {
             run_shots(game_, context, entity, character->second);
+            run_agreement(game_, context, entity, character->second);
             run_life(game_, context, entity, character->second);
         }
         const auto prop = game_.props.find(entity);

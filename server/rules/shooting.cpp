@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMostSightings = 8;
 constexpr std::size_t kMostWaiting = 8;
-constexpr Tick kMostAheadTicks = 30;  ///< a client's commands are not farther ahead than this
+constexpr Tick kMostAheadTicks = 30;  ///< a client's commands are not farther off than this
 constexpr std::int64_t kMostUnits = std::int64_t{1} << 32;  ///< 1000 km
 constexpr double kUnitM = 1.0 / 4096.0;
 constexpr float kFractions = 65536.0F;
@@ -132,7 +132,8 @@ void shoot(Game& game, RulesContext& context, const Actor& actor, Payload payloa
     }
     // The cooldown is of the time in which it was fired, not in which it came.
     const Tick now = context.now();
-    const Tick at = command.has_seen() ? std::min(command.tick() + 1, now + kMostAheadTicks) : now;
+    const Tick fired = std::clamp(command.tick(), now - kMostAheadTicks, now + kMostAheadTicks);
+    const Tick at = command.has_seen() ? fired + 1 : now;
     if (at < actor.record->next_shot || actor.record->shots.size() >= kMostWaiting) {
         deny(game, context, actor, "too fast");
         return;

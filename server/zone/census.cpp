@@ -38,10 +38,8 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
         std::count_if(types.begin(), types.end(), [](const world::EntityType& type) {
             return type.conceal != world::Conceal::kNothing;
         }));
-    census.rewindable_types = static_cast<std::uint32_t>(
-        std::count_if(types.begin(), types.end(), [](const world::EntityType& type) {
-            return type.rewindable;
-        }));
+    census.rewindable_types = static_cast<std::uint32_t>(std::count_if(
+        types.begin(), types.end(), [](const world::EntityType& type) { return type.rewindable; }));
     for (const ZoneClient& client : state.clients) {
         const bool audited = (client.rights & mailbox::kRightAudit) != 0;
         census.audited += audited && state.settings.audit.enabled ? 1U : 0U;

@@ -174,8 +174,7 @@ SeenHit ZoneContext::ray_cast_as_seen(ClientId client,
                                       const Vec3& direction,
                                       float max_distance,
                                       EntityId ignore) const {
-    return zone::ray_cast_as_seen(
-        *state_, client, seen, origin, direction, max_distance, ignore);
+    return zone::ray_cast_as_seen(*state_, client, seen, origin, direction, max_distance, ignore);
 }
 
 std::optional<Vec3> ZoneContext::position_after(EntityId entity, Tick tick) const {
@@ -232,7 +231,9 @@ PendingEvent& ZoneContext::queue_event(const RulesEvent& event, Audience audienc
 
 EventId ZoneContext::send(ClientId client, const RulesEvent& event) {
     PendingEvent& pending = queue_event(event, Audience::kClient);
-    pending.event.recipients.push_back(client);
+    if (!event.confirm || !state_->settings.faults.drop_decision.hits(client.value, state_->now)) {
+        pending.event.recipients.push_back(client);
+    }
     return pending.event.event;
 }
 
@@ -258,6 +259,10 @@ void ZoneContext::unsubscribe(ClientId client, std::string_view topic) {
 
 void ZoneContext::message(EntityId target, Bytes payload) {
     state_->out.rules_messages.push_back({target, std::move(payload)});
+}
+
+void ZoneContext::reset_view(ClientId client) {
+    state_->replicator.reset_view(client);
 }
 
 void ZoneContext::kick(ClientId client, std::string_view reason) {

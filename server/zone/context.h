@@ -65,6 +65,7 @@ class ZoneContext final : public RulesContext {
     void subscribe(ClientId client, std::string_view topic) override;
     void unsubscribe(ClientId client, std::string_view topic) override;
     void message(EntityId target, Bytes payload) override;
+    void reset_view(ClientId client) override;
     void kick(ClientId client, std::string_view reason) override;
 
   private:

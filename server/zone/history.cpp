@@ -30,8 +30,8 @@ Moment moment_of(const ZoneState& state, const Seen& seen) {
     m.tick = std::clamp(seen.tick, m.oldest, present);
     m.cut = m.tick != seen.tick;
     const bool inside = !m.cut && m.tick < present;
-    m.fraction = inside && std::isfinite(seen.fraction) ? std::clamp(seen.fraction, 0.0F, 1.0F)
-                                                        : 0.0F;
+    m.fraction =
+        inside && std::isfinite(seen.fraction) ? std::clamp(seen.fraction, 0.0F, 1.0F) : 0.0F;
     return m;
 }
 
@@ -67,14 +67,10 @@ std::optional<Pose> pose_as_seen(const ZoneState& state,
     if (present && claim->publication < e.discontinuity_tick[row]) {
         return std::nullopt;  // displayed where it was before it jumped
     }
-    if (!claim->position.allFinite()) {
-        doubted = true;
-        return pose;
-    }
     float allowed = state.settings.rewind.slack_m;
     if (present) {
-        const auto told = state.replicator.told(
-            client, entity, claim->publication, moment.tick, moment.oldest);
+        const auto told =
+            state.replicator.told(client, entity, claim->publication, moment.tick, moment.oldest);
         if (told) {
             pose.position = told->position;
             allowed += told->blend_m;
@@ -84,6 +80,10 @@ std::optional<Pose> pose_as_seen(const ZoneState& state,
     }
     const Vec3 off = claim->position - pose.position;
     const float distance = off.norm();
+    if (!std::isfinite(distance)) {
+        doubted = true;
+        return pose;
+    }
     doubted = doubted || distance > allowed;
     pose.position += distance > allowed ? Vec3(off * (allowed / distance)) : off;
     return pose;
@@ -199,11 +199,10 @@ SeenHit ray_cast_as_seen(const ZoneState& state,
                          EntityId ignore) {
     const Moment moment = moment_of(state, seen);
     SeenHit best;
-    static_cast<RayResult&>(best) =
-        cast_at_rest(state, origin, direction, max_distance, ignore);
+    static_cast<RayResult&>(best) = cast_at_rest(state, origin, direction, max_distance, ignore);
     best.cut = moment.cut;
-    best.rewound_s = (static_cast<float>(state.now - 1 - moment.tick) - moment.fraction) *
-                     state.settings.dt;
+    best.rewound_s =
+        (static_cast<float>(state.now - 1 - moment.tick) - moment.fraction) * state.settings.dt;
     const world::Entities& e = state.entities;
     for (world::Row row = 0; row < e.size(); ++row) {
         const world::EntityType& type = (*state.settings.types)[e.type[row]];
@@ -213,10 +212,9 @@ SeenHit ray_cast_as_seen(const ZoneState& state,
         bool doubted = false;
         const auto pose = pose_as_seen(state, client, seen, moment, row, doubted);
         const bool aimed = e.id[row] == seen.aimed;
-        if (!pose || !reaches(pose->position,
-                              type.extent() + (aimed ? kNearMissM : 0.0F),
-                              origin,
-                              direction)) {
+        if (!pose ||
+            !reaches(
+                pose->position, type.extent() + (aimed ? kNearMissM : 0.0F), origin, direction)) {
             continue;
         }
         best.aimed_near = best.aimed_near || aimed;

@@ -97,8 +97,7 @@ StepPlan plan_for(const Census& census) {
     decide(Pass::kHistory,
            live && census.viewers > 0 && census.rewindable_types > 0,
            "rules may rewind what viewers saw",
-           census.frozen ? frozen
-                         : (census.viewers == 0 ? "no viewer" : "no type is rewindable"));
+           census.frozen ? frozen : (census.viewers == 0 ? "no viewer" : "no type is rewindable"));
     decide(Pass::kAudit, census.audited > 0, "audits are on", "nobody is audited");
     decide(Pass::kHash, true, "always", "");
     return plan;

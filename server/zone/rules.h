@@ -98,9 +98,9 @@ struct Seen {
     };
 
     View view = View::kPresent;
-    Tick tick = 0;          ///< that was displayed of others
-    float fraction = 0.0F;  ///< of the tick after it, 0..1
-    EntityId aimed;         ///< what the ray hit there; none: nothing
+    Tick tick = 0;                         ///< that was displayed of others
+    float fraction = 0.0F;                 ///< of the tick after it, 0..1
+    EntityId aimed;                        ///< what the ray hit there; none: nothing
     std::span<const SeenEntity> entities;  ///< those near the ray
 };
 
@@ -182,6 +182,7 @@ class RulesContext {
                                              const Vec3& direction,
                                              float max_distance,
                                              EntityId ignore) const = 0;
+
     /// The same through the world as a client saw it when it acted (server/zone/history.h): what is
     /// of a rewindable type stands where it was displayed, within the configured bounds.
     [[nodiscard]] virtual SeenHit ray_cast_as_seen(ClientId client,
@@ -236,6 +237,11 @@ class RulesContext {
     /// Delivered to Rules::on_message of the zone that owns `target`, next tick. Lost (and counted)
     /// when nobody owns it.
     virtual void message(EntityId target, Bytes payload) = 0;
+
+    /// Everything that the client knows of the world is sent to it anew: for a client that has been
+    /// found to hold something else.
+    virtual void reset_view(ClientId client) { (void)client; }
+
     virtual void kick(ClientId client, std::string_view reason) = 0;
 };
 

@@ -211,11 +211,8 @@ void Zone::publish() {
     if (viewers != s.report.census.viewers) {
         s.report.census = take_census(s, 0);
         const StepPlan plan = plan_for(s.report.census);
-        for (const Pass p : {Pass::kInterest,
-                             Pass::kConceal,
-                             Pass::kReplication,
-                             Pass::kHistory,
-                             Pass::kAudit}) {
+        for (const Pass p :
+             {Pass::kInterest, Pass::kConceal, Pass::kReplication, Pass::kHistory, Pass::kAudit}) {
             const auto i = static_cast<std::size_t>(p);
             s.report.plan.runs[i] = plan.runs[i];
             s.report.plan.reason[i] = plan.reason[i];

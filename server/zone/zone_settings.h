@@ -67,6 +67,7 @@ struct FaultSettings {
     ShareFault hide;                ///< these entities are kept from everybody
     ShareFault leak;                ///< these viewers hear of one entity beyond their radii
     ShareFault leak_concealed;      ///< these viewers hear of what is concealed from them
+    ShareFault drop_decision;       ///< these clients do not hear what they are to confirm
     ShareFault leak_topic;          ///< these clients hear of all topics
     Tick stall_from = 0;            ///< this zone does not simulate nor publish from this tick ...
     Tick stall_ticks = 0;           ///< ... for this many

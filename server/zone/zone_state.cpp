@@ -74,10 +74,9 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
         settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {
             return type.conceal != world::Conceal::kNothing;
         });
-    const bool rewinds =
-        std::any_of(settings.types->begin(),
-                    settings.types->end(),
-                    [](const world::EntityType& type) { return type.rewindable; });
+    const bool rewinds = std::any_of(settings.types->begin(),
+                                     settings.types->end(),
+                                     [](const world::EntityType& type) { return type.rewindable; });
     if (rewinds) {
         // The present is one of them, and the tick that is being made replaces one.
         history.resize(settings.rewind.most_ticks + 2);

@@ -67,7 +67,8 @@ void read_frame(Capture& c, const link::Bytes& frame) {
         }
     } else if (message.has_event()) {
         const proto::Event& event = message.event();
-        c.events.push_back({event.tick(), event.event_id(), event.kind(), event.topic(), event.payload()});
+        c.events.push_back(
+            {event.tick(), event.event_id(), event.kind(), event.topic(), event.payload()});
     } else if (message.has_datagram()) {
         const std::string& sealed = message.datagram().sealed();
         read_datagram(c, reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size());

@@ -1,4 +1,5 @@
 #include "tests/unit/rules/fake_zone.h"
+#include "shared/core/state_hash.h"
 
 #include <gtest/gtest.h>
 
@@ -21,6 +22,33 @@ struct Duel : ::testing::Test {
         for (int i = 0; i < 5; ++i) {
             shoot();
         }
+    }
+
+    /// The newest ledger that went to a client.
+    [[nodiscard]] sandbox::Ledger ledger(std::uint32_t client) const {
+        sandbox::Ledger newest;
+        for (const Sent& s : zone.of_kind(sandbox::EVENT_LEDGER)) {
+            if (s.client == ClientId(client)) {
+                newest = FakeZone::parse<sandbox::Ledger>(s);
+            }
+        }
+        return newest;
+    }
+
+    /// The client's word on the newest ledger: that it holds so many deaths, and all else alike.
+    void agree(std::uint32_t client, EntityId avatar, std::uint32_t more_deaths = 0) {
+        const sandbox::Ledger held = ledger(client);
+        core::StateHash digest;
+        digest.add(held.deaths() + more_deaths);
+        digest.add(held.kills());
+        digest.add(held.trades());
+        for (const std::uint32_t item : held.items()) {
+            digest.add(item);
+        }
+        sandbox::Agree word;
+        word.set_serial(held.serial());
+        word.set_digest(digest.value());
+        zone.command(client, avatar, sandbox::COMMAND_AGREE, word);
     }
 
     [[nodiscard]] EventId kill_event() const {
@@ -109,7 +137,9 @@ TEST_F(Duel, AnnouncesTheKillOnceTheKilledClientConfirms) {
     kill();
     zone.game.on_confirm(zone, ClientId(2), kill_event());
     const std::vector<Sent> kills = zone.of_kind(sandbox::EVENT_KILL);
-    ASSERT_EQ(kills.size(), 2u);
+    ASSERT_EQ(kills.size(), 3u);
+    EXPECT_EQ(kills[2].client, ClientId(1));  // the killer's side confirms as well
+    EXPECT_TRUE(kills[2].event.confirm);
     EXPECT_EQ(kills[1].channel, Channel::kHearers);
     EXPECT_EQ(kills[1].source, target);
     EXPECT_FALSE(kills[1].event.confirm);
@@ -126,9 +156,9 @@ TEST_F(Duel, AnnouncesTheKillAfterThreeSecondsWithoutAWord) {
     zone.tick(2);
     EXPECT_TRUE(zone.hidden(target));
     EXPECT_EQ(zone.game.stats().kills_unconfirmed, 1u);
-    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 2u);
+    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 3u);
     zone.game.on_confirm(zone, ClientId(2), kill_event());  // too late
-    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 2u);
+    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 3u);
     EXPECT_EQ(zone.game.stats().stray_confirms, 1u);
 }
 
@@ -164,17 +194,87 @@ TEST_F(Duel, RespawnsWhereTheClientJoined) {
     const std::vector<Sent> respawns = zone.of_kind(sandbox::EVENT_RESPAWN);
     ASSERT_EQ(respawns.size(), 1u);
     EXPECT_EQ(respawns[0].source, target);
+    agree(1, shooter);
+    agree(2, target);
     EXPECT_FALSE(zone.game.busy());
     shoot();
     EXPECT_EQ(zone.health(target), 80u);
 }
 
+TEST_F(Duel, TellsBothSidesWhatTheDecisionMadeUntilTheyAgree) {
+    kill();
+    zone.game.on_confirm(zone, ClientId(2), kill_event());
+    EXPECT_EQ(ledger(2).deaths(), 1u);
+    EXPECT_EQ(ledger(1).kills(), 1u);
+    const std::uint64_t first = ledger(2).serial();
+    zone.tick_seconds(1.2F);
+    EXPECT_EQ(ledger(2).serial(), first + 2) << "again every half second";
+    agree(2, target);
+    zone.tick_seconds(3.0F);
+    EXPECT_EQ(ledger(2).serial(), first + 2) << "not after it has agreed";
+    EXPECT_EQ(zone.game.find(target)->deaths, 1u) << "told often, decided once";
+    zone.tick_seconds(20.0F);
+    EXPECT_EQ(zone.game.stats().ledgers_given_up, 1u) << "who never answers is not asked for ever";
+    EXPECT_FALSE(zone.game.busy());
+}
+
+TEST_F(Duel, ResetsAClientThatHoldsSomethingElse) {
+    kill();
+    zone.game.on_confirm(zone, ClientId(2), kill_event());
+    agree(2, target, 1);
+    EXPECT_EQ(zone.game.stats().ledgers_diverged, 1u);
+    EXPECT_TRUE(ledger(2).reset());
+    EXPECT_EQ(zone.resets, std::vector<ClientId>{ClientId(2)});
+    agree(2, target);
+    EXPECT_EQ(zone.game.stats().ledgers_agreed, 1u);
+    sandbox::Agree old;
+    old.set_serial(1);
+    zone.command(2, target, sandbox::COMMAND_AGREE, old);
+    EXPECT_EQ(zone.game.stats().ledgers_diverged, 1u) << "a word on an older one says nothing";
+}
+
+TEST_F(Duel, WaitsForTheTickOfAShotAndBelievesNoAbsurdNumbers) {
+    sandbox::Shoot later = shot(3.0F, 0.0F, 0.0F);
+    later.set_tick(zone.now() + 4);
+    later.mutable_seen()->set_tick(zone.now() - 2);
+    zone.command(1, shooter, sandbox::COMMAND_SHOOT, later);
+    zone.tick(4);
+    EXPECT_EQ(zone.game.stats().shots, 0u);
+    zone.tick(2);
+    EXPECT_EQ(zone.game.stats().shots_as_seen, 1u);
+    EXPECT_EQ(zone.health(target), 80u);
+    const std::vector<Sent> told = zone.of_kind(sandbox::EVENT_SHOT);
+    ASSERT_EQ(told.size(), 2u);
+    EXPECT_EQ(told[0].client, ClientId(1));
+    EXPECT_EQ(told[1].client, ClientId(2));
+    EXPECT_EQ(FakeZone::parse<sandbox::Shot>(told[0]).hit(), target.value);
+    zone.tick(20);
+    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+    sandbox::Shoot bad = shot(3.0F, 0.0F, 0.0F);
+    bad.mutable_seen()->add_sighting()->set_x(kMost);
+    zone.command(1, shooter, sandbox::COMMAND_SHOOT, bad);
+    bad = shot(3.0F, 0.0F, 0.0F);
+    for (int i = 0; i < 9; ++i) {
+        bad.mutable_seen()->add_sighting();
+    }
+    zone.command(1, shooter, sandbox::COMMAND_SHOOT, bad);
+    EXPECT_EQ(zone.game.stats().malformed, 2u);
+    // The farthest tick is brought to within a second of now.
+    bad = shot(3.0F, 0.0F, 0.0F);
+    bad.set_tick(kMost);
+    bad.mutable_seen()->set_tick(kMost);
+    zone.command(1, shooter, sandbox::COMMAND_SHOOT, bad);
+    zone.tick(32);
+    EXPECT_EQ(zone.game.stats().shots_as_seen, 2u);
+}
+
 TEST_F(Duel, CountsAKillThatIsDodgedByLeaving) {
     kill();
     zone.game.on_leave(zone, ClientId(2), target);
-    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 2u);
+    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 3u);
     EXPECT_EQ(zone.game.stats().kills, 1u);
     EXPECT_FALSE(zone.exists(target));
+    agree(1, shooter);
     EXPECT_FALSE(zone.game.busy());
 }
 
@@ -188,7 +288,8 @@ TEST(Npc, DiesAtOnceAndComesBackToItsFirstPlace) {
         zone.command(1, shooter, sandbox::COMMAND_SHOOT, shot(1.0F, 0.0F, 0.0F));
         zone.tick(8);
     }
-    ASSERT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 1u);
+    ASSERT_EQ(zone.of_kind(sandbox::EVENT_KILL).size(), 2u);
+    EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL)[1].client, ClientId(1));
     EXPECT_EQ(zone.of_kind(sandbox::EVENT_KILL)[0].channel, Channel::kHearers);
     EXPECT_TRUE(zone.hidden(guard));
     zone.tick_seconds(5.1F);

@@ -340,6 +340,8 @@ class FakeZone final : public zone::RulesContext {
         outbox.push_back({target, std::move(payload)});
     }
 
+    void reset_view(ClientId client) override { resets.push_back(client); }
+
     void kick(ClientId /*client*/, std::string_view /*reason*/) override {}
 
   private:
@@ -367,6 +369,7 @@ class FakeZone final : public zone::RulesContext {
     std::vector<Emitted> emitted;
     std::uint32_t hail_near = 0;  ///< particles of "hail" wherever one asks
     std::vector<std::string> topics;
+    std::vector<ClientId> resets;
     float wall_x = 1e6F;
 
   private:

@@ -148,7 +148,7 @@ TEST(State, IsSmallForWhoHasNothing) {
     const EntityId ball = zone.put(kBall, Vec3::Zero());
     zone.tick();
     // Format, 24 bytes of spawn position, a byte or two per field.
-    EXPECT_LE(zone.game.take_entity(guard).size(), 48u);
+    EXPECT_LE(zone.game.take_entity(guard).size(), 64u);
     EXPECT_TRUE(zone.game.take_entity(ball).empty());
 }
 
@@ -190,7 +190,7 @@ TEST(State, HashSeesEveryField) {
         return hash.value();
     };
     const CharacterRecord base;
-    std::vector<CharacterRecord> changed(18);
+    std::vector<CharacterRecord> changed(31);
     changed[0].client = ClientId(1);
     changed[1].name = "a";
     changed[2].team = "a";
@@ -209,6 +209,19 @@ TEST(State, HashSeesEveryField) {
     changed[15].moved_at = 1;
     changed[16].inventory = {{EntityId(3), 2, 1}};
     changed[17].shots.resize(1);
+    changed[18].deaths = 1;
+    changed[19].kills = 1;
+    changed[20].trades = 1;
+    changed[21].ledger_serial = 1;
+    changed[22].ledger_digest = 1;
+    changed[23].ledger_repeats = 1;
+    changed[24].ledger_due = 1;
+    changed[25].offer_to = EntityId(1);
+    changed[26].offer_give = EntityId(1);
+    changed[27].offer_want = EntityId(1);
+    changed[28].offer_until = 1;
+    changed[29].trade_event = EventId(1);
+    changed[30].killer_event = EventId(1);
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash_of(changed[i]), hash_of(base)) << i;
     }

@@ -1,0 +1,43 @@
+// Ledger: what a sandbox client holds by the decisions that it was told: deaths, kills, trades,
+// items.
+#pragma once
+
+#include "proto/session.pb.h"
+#include "shared/core/ids.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::bot {
+
+class Ledger {
+  public:
+    /// Takes an event in. True when `answer` is the payload of a COMMAND_AGREE to be sent.
+    bool apply(const proto::Event& event, EntityId avatar, std::string& answer);
+
+    void clear() { *this = {}; }
+
+    [[nodiscard]] std::uint32_t deaths() const { return deaths_; }
+
+    [[nodiscard]] std::uint32_t kills() const { return kills_; }
+
+    [[nodiscard]] std::uint32_t trades() const { return trades_; }
+
+    [[nodiscard]] const std::vector<std::uint32_t>& items() const { return items_; }
+
+    /// Times that the server's word was not what the decisions told so far amount to.
+    [[nodiscard]] std::uint64_t diverged() const { return diverged_; }
+
+  private:
+    [[nodiscard]] std::uint64_t digest() const;
+    bool compare(const proto::Event& event, std::string& answer);
+
+    std::uint32_t deaths_ = 0;
+    std::uint32_t kills_ = 0;
+    std::uint32_t trades_ = 0;
+    std::vector<std::uint32_t> items_;
+    std::uint64_t diverged_ = 0;
+};
+
+}  // namespace zoned::bot
