@@ -242,7 +242,10 @@ void Auditor::compare_entity(const Context& context,
         context.avatar_discontinuity <= previous_tick_ &&
         context.tick - before->second.must_know_since >= context.grace &&
         context.tick - truth.discontinuity_tick() >= context.grace &&
-        context.tick - context.avatar_discontinuity >= context.grace;
+        context.tick - context.avatar_discontinuity >= context.grace &&
+        // It may have been out of reach or sight between two records: who was told so is to be told
+        // of its return within the grace.
+        (version == nullptr || context.tick - version->event_tick >= context.grace);
     if (due && context.age.widened.incomplete) {
         ++tally.missing_told;
     } else if (due) {
