@@ -170,13 +170,20 @@ bool AckTracker::on_received(std::uint64_t sequence) {
     return !duplicate;
 }
 
+namespace {
+
+std::uint32_t zone_and_flags(const DownHead& head) {
+    return (static_cast<std::uint32_t>(head.zone.value) << 3) | (head.coded ? 4u : 0u) |
+           (head.has_widened ? 2u : 0u) | (head.has_own ? 1u : 0u);
+}
+
+}  // namespace
+
 void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out) {
     const std::size_t at = out.size();
     append_bytes(4, out);
     store_le(static_cast<std::uint32_t>(head.tick), out.data() + at);
-    append_leb128((static_cast<std::uint32_t>(head.zone.value) << 3) | (head.coded ? 4u : 0u) |
-                      (head.has_widened ? 2u : 0u) | (head.has_own ? 1u : 0u),
-                  out);
+    append_leb128(zone_and_flags(head), out);
     if (head.has_widened) {
         out.push_back(widened_byte(head.widened));
     }
@@ -187,8 +194,7 @@ void write_down_head(const DownHead& head, std::vector<std::uint8_t>& out) {
 
 std::size_t down_head_bytes(const DownHead& head) {
     std::size_t bytes = 5 + (head.has_widened ? 1 : 0);
-    for (std::uint32_t rest = static_cast<std::uint32_t>(head.zone.value) << 2; rest >= 0x80;
-         rest >>= 7) {
+    for (std::uint32_t rest = zone_and_flags(head); rest >= 0x80; rest >>= 7) {
         ++bytes;
     }
     return bytes;
