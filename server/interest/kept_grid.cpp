@@ -10,10 +10,9 @@ namespace zoned::interest {
 namespace {
 
 using spatial::Array8;
-using spatial::kLanes;
 
 // Runs are read as a whole: cells may be narrow where lines are few.
-constexpr double kWidths = 2.0;
+constexpr double kWidths = 4.0;
 constexpr std::size_t kSpareEvery = 4;
 constexpr double kMostCells = 1048576.0;
 // A cell looks this far for a free slot, in cells, before the grid is built anew.
@@ -26,6 +25,7 @@ void KeptGrid::choose_cells(const GridPoints& points, float cell_m) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const std::size_t size = points.x.size();
     Array8 low_x = Array8::Constant(kInfinity), high_x = -low_x, low_z = low_x, high_z = -low_x;
+    Array8 low_r = low_x, high_r = Array8::Zero();
     std::size_t i = 0;
     for (; i + kLanes <= size; i += kLanes) {
         const Array8 x = Eigen::Map<const Array8>(points.x.data() + i);
@@ -36,17 +36,23 @@ void KeptGrid::choose_cells(const GridPoints& points, float cell_m) {
         high_x = there.select(high_x.max(x), high_x);
         low_z = there.select(low_z.min(z), low_z);
         high_z = there.select(high_z.max(z), high_z);
+        low_r = there.select(low_r.min(radius), low_r);
+        high_r = high_r.max(radius);
     }
     min_x_ = low_x.minCoeff();
     max_x_ = high_x.maxCoeff();
     min_z_ = low_z.minCoeff();
     max_z_ = high_z.maxCoeff();
+    smallest_radius_ = low_r.minCoeff();
+    largest_radius_ = high_r.maxCoeff();
     for (; i < size; ++i) {
         if (points.radius_m[i] > 0.0F) {
             min_x_ = std::min(min_x_, points.x[i]);
             max_x_ = std::max(max_x_, points.x[i]);
             min_z_ = std::min(min_z_, points.z[i]);
             max_z_ = std::max(max_z_, points.z[i]);
+            smallest_radius_ = std::min(smallest_radius_, points.radius_m[i]);
+            largest_radius_ = std::max(largest_radius_, points.radius_m[i]);
         }
     }
     if (!(max_x_ >= min_x_)) {
@@ -99,6 +105,10 @@ void KeptGrid::count_points(const GridPoints& points) {
 }
 
 void KeptGrid::fill(const GridPoints& points) {
+    const bool alike = smallest_radius_ == largest_radius_;
+    if (alike) {
+        std::fill(radius_.begin(), radius_.end(), largest_radius_);
+    }
     for (std::size_t key = 0; key < points.x.size(); ++key) {
         const std::uint32_t c = cell_of_[key];
         if (c >= counts_.size()) {
@@ -108,9 +118,11 @@ void KeptGrid::fill(const GridPoints& points) {
         const std::uint32_t slot = begins_[c] + counts_[c]++;
         slot_of_[key] = slot;
         keys_[slot] = static_cast<std::uint32_t>(key);
-        x_[slot] = points.x[key];
-        z_[slot] = points.z[key];
-        radius_[slot] = points.radius_m[key];
+        x_at(slot) = points.x[key];
+        z_at(slot) = points.z[key];
+        if (!alike) {
+            radius_[slot] = points.radius_m[key];
+        }
     }
 }
 
@@ -127,53 +139,32 @@ void KeptGrid::build(const GridPoints& points, float cell_m) {
         counts_[c] = 0;
     }
     begins_[cells] = slots;
-    const std::size_t padded = slots + kLanes;
-    for (auto* column : {&x_, &z_, &radius_}) {
-        column->resize(padded);
-    }
+    const std::uint32_t padded = (slots + kLanes - 1) / kLanes * kLanes;
+    blocks_.resize(padded / kLanes);
+    radius_.resize(padded);
     keys_.resize(padded);
     slot_of_.resize(points.x.size());
     fill(points);
-    old_x_.clear();
-    old_z_.clear();
     for (std::size_t c = 0; c < cells; c += kSpareEvery) {
         clear_slot(begins_[c + 1] - 1);
     }
     for (std::uint32_t slot = slots; slot < padded; ++slot) {
         clear_slot(slot);
     }
-    if (points.old_x.empty()) {
-        return;
-    }
-    old_x_.assign(padded, kNoNumber);
-    old_z_.assign(padded, kNoNumber);
-    for (std::size_t key = 0; key < points.x.size(); ++key) {
-        if (slot_of_[key] != kNone) {
-            old_x_[slot_of_[key]] = points.old_x[key];
-            old_z_[slot_of_[key]] = points.old_z[key];
-        }
-    }
 }
 
 // ---------------------------------------------------------------- following
 
 void KeptGrid::move_slot(std::uint32_t from, std::uint32_t to) {
-    x_[to] = x_[from];
-    z_[to] = z_[from];
-    if (remembers()) {
-        old_x_[to] = old_x_[from];
-        old_z_[to] = old_z_[from];
-    }
+    x_at(to) = x_at(from);
+    z_at(to) = z_at(from);
     radius_[to] = radius_[from];
     keys_[to] = keys_[from];
     slot_of_[keys_[to]] = to;
 }
 
 void KeptGrid::clear_slot(std::uint32_t slot) {
-    x_[slot] = z_[slot] = kNoNumber;
-    if (remembers()) {
-        old_x_[slot] = old_z_[slot] = kNoNumber;
-    }
+    x_at(slot) = z_at(slot) = kNoNumber;
     radius_[slot] = 0.0F;
 }
 
@@ -208,23 +199,19 @@ bool KeptGrid::make_room(std::uint32_t wanted) {
     return false;
 }
 
-bool KeptGrid::put(std::uint32_t key, const Stride& at, float radius_m) {
+bool KeptGrid::put(std::uint32_t key, float x, float z, float radius_m) {
     if (counts_.empty()) {
         return false;
     }
-    const std::uint32_t c = cell(at.x, at.z);
+    const std::uint32_t c = cell(x, z);
     if (!make_room(c)) {
         return false;
     }
-    outside_ +=
-        at.x < min_x_ || at.x > max_x_ || at.z < min_z_ || at.z > max_z_ ? std::size_t{1} : 0;
+    outside_ += x < min_x_ || x > max_x_ || z < min_z_ || z > max_z_ ? std::size_t{1} : 0;
+    smallest_radius_ = std::min(smallest_radius_, radius_m);
     const std::uint32_t slot = begins_[c] + counts_[c]++;
-    x_[slot] = at.x;
-    z_[slot] = at.z;
-    if (remembers()) {
-        old_x_[slot] = at.old_x;
-        old_z_[slot] = at.old_z;
-    }
+    x_at(slot) = x;
+    z_at(slot) = z;
     radius_[slot] = radius_m;
     keys_[slot] = key;
     slot_of_[key] = slot;
@@ -233,7 +220,7 @@ bool KeptGrid::put(std::uint32_t key, const Stride& at, float radius_m) {
 
 void KeptGrid::take(std::uint32_t key) {
     const std::uint32_t slot = slot_of_[key];
-    const std::uint32_t c = cell(x_[slot], z_[slot]);
+    const std::uint32_t c = cell(x_at(slot), z_at(slot));
     const std::uint32_t last = begins_[c] + --counts_[c];
     slot_of_[key] = kNone;
     if (slot != last) {
@@ -242,32 +229,68 @@ void KeptGrid::take(std::uint32_t key) {
     clear_slot(last);
 }
 
-bool KeptGrid::move(std::uint32_t key, float x, float z) {
-    const std::uint32_t slot = slot_of_[key];
-    const Stride stride{x, z, x_[slot], z_[slot]};
-    if (cell(x, z) == cell(stride.old_x, stride.old_z)) {
-        if (remembers()) {
-            old_x_[slot] = stride.old_x;
-            old_z_[slot] = stride.old_z;
-        }
-        x_[slot] = x;
-        z_[slot] = z;
-        return true;
-    }
-    const float radius_m = radius_[slot];
+bool KeptGrid::change_cell(std::uint32_t key, float x, float z) {
+    const float radius_m = radius_[slot_of_[key]];
     take(key);
-    return put(key, stride, radius_m);
+    return put(key, x, z, radius_m);
 }
 
-void KeptGrid::settle(std::uint32_t key) {
-    const std::uint32_t slot = slot_of_[key];
-    if (slot != kNone && remembers()) {
-        old_x_[slot] = x_[slot];
-        old_z_[slot] = z_[slot];
+bool KeptGrid::move_all(std::span<const std::uint32_t> keys,
+                        std::span<const float> x,
+                        std::span<const float> z) {
+    constexpr std::size_t kAhead = 12;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        if (i + kAhead < keys.size()) {
+            const std::uint32_t soon = slot_of_[keys[i + kAhead]];
+            __builtin_prefetch(&blocks_[soon == kNone ? 0 : soon / kLanes], 1);
+        }
+        const std::uint32_t key = keys[i];
+        if (slot_of_[key] != kNone && !move(key, x[key], z[key])) {
+            return false;
+        }
     }
+    return true;
 }
 
 // ---------------------------------------------------------------- asking
+
+template <bool kFlat>
+std::size_t KeptGrid::gather_within(float x,
+                                    float z,
+                                    float radius_m,
+                                    float widen,
+                                    std::uint32_t own,
+                                    std::uint32_t* out) const {
+    // The differences below are rounded: a point may count as within the radius that lies a
+    // rounding outside of it, in the next cell.
+    const float reach = radius_m * widen * 1.0001F;
+    const float reach_x = reach + 1e-6F * std::abs(x);
+    const float reach_z = reach + 1e-6F * std::abs(z);
+    const std::uint32_t own_slot = slot_of_[own];
+    const float widest = radius_m * widen;
+    const Array8 flat = Array8::Constant(widest * widest);
+    std::size_t found = 0;
+    const auto take_run = [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t b = begin; b < end; ++b) {
+            const Array8 dx = Eigen::Map<const Array8>(blocks_[b].x.data()) - x;
+            const Array8 dz = Eigen::Map<const Array8>(blocks_[b].z.data()) - z;
+            std::uint32_t mask = 0;
+            if constexpr (kFlat) {
+                mask = spatial::lanes_at_most(dx * dx + dz * dz, flat);
+            } else {
+                const Array8 r =
+                    Eigen::Map<const Array8>(&radius_[b * kLanes]).min(radius_m) * widen;
+                mask = spatial::lanes_at_most(dx * dx + dz * dz, r * r);
+            }
+            const std::uint32_t off = own_slot - b * kLanes;
+            mask &= ~static_cast<std::uint32_t>(std::uint64_t{1} << std::min(off, 32U));
+            store_chosen(&keys_[b * kLanes], mask, out + found);
+            found += static_cast<std::size_t>(std::popcount(mask));
+        }
+    };
+    for_each_run(x - reach_x, x + reach_x, z - reach_z, z + reach_z, take_run);
+    return found;
+}
 
 std::size_t KeptGrid::gather(float x,
                              float z,
@@ -275,31 +298,8 @@ std::size_t KeptGrid::gather(float x,
                              float widen,
                              std::uint32_t own,
                              std::uint32_t* out) const {
-    // The differences below are rounded: a point may count as within the radius that lies a
-    // rounding outside of it, in the next cell.
-    const float reach = radius_m * widen * 1.0001F;
-    const float reach_x = reach + 1e-6F * std::abs(x);
-    const float reach_z = reach + 1e-6F * std::abs(z);
-    const std::uint32_t own_slot = slot_of_[own];
-    std::size_t found = 0;
-    const auto take_run = [&](std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t i = begin; i < end; i += kLanes) {
-            const Array8 dx = load(x_, i) - x;
-            const Array8 dz = load(z_, i) - z;
-            const Array8 r = load(radius_, i).min(radius_m) * widen;
-            std::uint32_t mask = spatial::lanes_at_most(dx * dx + dz * dz, r * r);
-            if (end - i < kLanes) {
-                mask &= (1U << (end - i)) - 1U;
-            }
-            if (own_slot - i < kLanes) {
-                mask &= ~(1U << (own_slot - i));
-            }
-            store_chosen(&keys_[i], mask, out + found);
-            found += static_cast<std::size_t>(std::popcount(mask));
-        }
-    };
-    for_each_run(x - reach_x, x + reach_x, z - reach_z, z + reach_z, take_run);
-    return found;
+    return all_reach(radius_m) ? gather_within<true>(x, z, radius_m, widen, own, out)
+                               : gather_within<false>(x, z, radius_m, widen, own, out);
 }
 
 }  // namespace zoned::interest

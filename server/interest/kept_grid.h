@@ -1,9 +1,11 @@
 // KeptGrid: a uniform grid over points in the x-z plane that follows points which move, come and go
-// without being rebuilt, and may remember where each was a tick ago.
+// without being rebuilt.
 #pragma once
 
 #include "server/spatial/box_lanes.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -16,22 +18,13 @@ namespace zoned::interest {
 
 /// Points and their radii by key (0 .. size - 1). A point without a positive radius is no point.
 struct GridPoints {
-    std::span<const float> x;      ///< m, finite where the radius is positive
-    std::span<const float> z;      ///< likewise
-    std::span<const float> old_x;  ///< a tick ago, m; as long as `x`, or empty
-    std::span<const float> old_z;
+    std::span<const float> x;  ///< m, finite where the radius is positive
+    std::span<const float> z;  ///< likewise
     std::span<const float> radius_m;
 };
 
-/// A place in the plane, now and a tick ago, m.
-struct Stride {
-    float x = 0.0F;
-    float z = 0.0F;
-    float old_x = 0.0F;
-    float old_z = 0.0F;
-};
-
-/// Cells stand in one row of slots, line by line, so that a query reads a few long runs. Every
+/// Cells stand in one row of slots, line by line, so that a query reads a few long runs. Eight
+/// slots' places share a line of the cache, which is what a query reads and a step writes. Every
 /// fourth cell has a spare slot at first; a cell that is full borrows one from a neighbour, as in a
 /// packed memory array (Bender, Demaine and Farach-Colton, "Cache-oblivious B-trees", SIAM Journal
 /// on Computing 35, 2005, section 2). Empty slots hold what is not a number and fail every
@@ -40,9 +33,8 @@ class KeptGrid {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// Indexes all points afresh, in cells that are `cell_m` > 0 deep and half as wide; they grow
-    /// where the extent would need more than 1,048,576 of them. Without places a tick ago the grid
-    /// does not remember any.
+    /// Indexes all points afresh, in cells that are `cell_m` > 0 deep and a quarter as wide; they
+    /// grow where the extent would need more than 1,048,576 of them.
     void build(const GridPoints& points, float cell_m);
 
     [[nodiscard]] bool holds(std::uint32_t key) const { return slot_of_[key] != kNone; }
@@ -50,11 +42,27 @@ class KeptGrid {
     /// Keys up to `keys` exist, new ones without a point.
     void resize(std::size_t keys) { slot_of_.resize(keys, kNone); }
 
-    /// Where the point was before is its place a tick ago, until settle(). False where no slot is
-    /// free nearby: then the grid has to be built anew, and the point is not in it.
-    bool move(std::uint32_t key, float x, float z);
+    /// False where no slot is free nearby: then the grid has to be built anew, and the point is not
+    /// in it.
+    bool move(std::uint32_t key, float x, float z) {
+        const std::uint32_t slot = slot_of_[key];
+        Block& block = blocks_[slot / kLanes];
+        const std::size_t lane = slot % kLanes;
+        if (cell(x, z) == cell(block.x[lane], block.z[lane])) {
+            block.x[lane] = x;
+            block.z[lane] = z;
+            return true;
+        }
+        return change_cell(key, x, z);
+    }
+
+    /// Moves the keys among `keys` that the grid holds to their places in `x` and `z` (by key).
+    /// False as in move(): then some are where they were.
+    bool move_all(std::span<const std::uint32_t> keys,
+                  std::span<const float> x,
+                  std::span<const float> z);
     /// False as in move().
-    bool put(std::uint32_t key, const Stride& at, float radius_m);
+    bool put(std::uint32_t key, float x, float z, float radius_m);
     void take(std::uint32_t key);
 
     [[nodiscard]] float radius_m(std::uint32_t key) const { return radius_[slot_of_[key]]; }
@@ -74,15 +82,16 @@ class KeptGrid {
 
     [[nodiscard]] std::size_t slots() const { return keys_.size(); }
 
-    [[nodiscard]] bool remembers() const { return !old_x_.empty(); }
-
     /// Line of cells that a point lies in, from 0.
     [[nodiscard]] std::uint32_t line_of(float z) const {
         return static_cast<std::uint32_t>(line(z));
     }
 
-    /// From now on the point was a tick ago where it is.
-    void settle(std::uint32_t key);
+    /// At most so many of as many points leave their cells when each moves that far, m.
+    [[nodiscard]] double leaving(std::size_t points, float step_m) const {
+        const double share = static_cast<double>(step_m) * (per_m_x_ + per_m_z_);
+        return static_cast<double>(points) * std::min(1.0, share);
+    }
 
     [[nodiscard]] float cell_m() const { return cell_m_; }
 
@@ -100,53 +109,123 @@ class KeptGrid {
 
     [[nodiscard]] std::size_t keys() const { return slot_of_.size(); }
 
-    /// Calls visit(begin, end) for runs of slots that hold all points of a box, closed, m.
+    /// Calls visit(begin, end) for runs of blocks that together hold all points of a box, closed,
+    /// m, and some beyond it; no block twice.
     template <class Visit>
     void for_each_run(float x0, float x1, float z0, float z1, Visit&& visit) const {
         if (counts_.empty()) {
             return;
         }
-        const int first = column(x0);
-        const int last = column(x1);
-        const int bottom = line(z0);
-        const int top = line(z1);
-        for (int cz = bottom; cz <= top; ++cz) {
-            const std::size_t row = static_cast<std::size_t>(cz) * columns_;
-            const std::size_t right = row + static_cast<std::size_t>(last);
-            visit(begins_[row + static_cast<std::size_t>(first)], begins_[right + 1]);
+        const auto first = static_cast<std::size_t>(column(x0));
+        const auto past = static_cast<std::size_t>(column(x1)) + 1;
+        const auto bottom = static_cast<std::size_t>(line(z0));
+        const auto top = static_cast<std::size_t>(line(z1));
+        std::uint32_t done = 0;
+        for (std::size_t row = bottom * columns_; row <= top * columns_; row += columns_) {
+            const std::uint32_t begin = std::max(done, begins_[row + first] / kLanes);
+            const std::uint32_t end = (begins_[row + past] + kLanes - 1) / kLanes;
+            if (begin < end) {
+                visit(begin, end);
+                done = end;
+            }
         }
     }
 
-    /// Calls visit(key) for points in a run for which one of the comparisons of `test` came out
-    /// otherwise a tick ago; see Crossings. With `kRemember` a point has moved as the grid
-    /// remembers, else it is where it was.
-    template <bool kRemember, class Test, class Visit>
-    void for_each_crossed(std::uint32_t begin,
-                          std::uint32_t end,
-                          const Test& test,
-                          Visit&& visit) const {
-        for (std::uint32_t i = begin; i < end; i += spatial::kLanes) {
-            const spatial::Array8 x = load(x_, i);
-            const spatial::Array8 z = load(z_, i);
-            std::uint32_t mask = 0;
-            if constexpr (kRemember) {
-                mask = test(x, z, load(old_x_, i), load(old_z_, i), load(radius_, i));
-            } else {
-                mask = test(x, z, x, z, load(radius_, i));
+    /// True where no point has a radius below this: whose own radius is that small needs no others.
+    [[nodiscard]] bool all_reach(float radius_m) const { return radius_m <= smallest_radius_; }
+
+    /// Calls visit(key) for all points near a box (m) that `test` chooses, eight at a time: by
+    /// their x, z and, unless kFlat, their radii.
+    template <bool kFlat, class Test, class Visit>
+    void for_each_chosen(float x0, float x1, float z0, float z1, const Test& test, Visit&& visit)
+        const {
+        for_each_run(x0, x1, z0, z1, [&](std::uint32_t begin, std::uint32_t end) {
+            for (std::uint32_t b = begin; b < end; ++b) {
+                for (std::uint32_t mask = choose<kFlat>(b, test); mask != 0; mask &= mask - 1) {
+                    visit(keys_[b * kLanes + static_cast<std::uint32_t>(std::countr_zero(mask))]);
+                }
             }
-            if (end - i < spatial::kLanes) {
-                mask &= (1U << (end - i)) - 1U;
-            }
-            for (; mask != 0; mask &= mask - 1) {
-                visit(keys_[i + static_cast<std::uint32_t>(std::countr_zero(mask))]);
-            }
-        }
+        });
     }
+
+    /// Eight neighbouring slots and which of them are meant, for a question of number `asker`.
+    struct Note {
+        std::uint32_t asker = 0;
+        std::uint32_t block = 0;
+        std::uint32_t mask = 0;
+    };
+
+    /// As for_each_chosen(), but only writes down what was chosen, without a branch for each eight;
+    /// `out` has room for blocks() + 1 notes. Returns how many.
+    template <bool kFlat, class Test>
+    std::size_t note_chosen(float x0,
+                            float x1,
+                            float z0,
+                            float z1,
+                            const Test& test,
+                            std::uint32_t asker,
+                            Note* out) const {
+        std::size_t found = 0;
+        for_each_run(x0, x1, z0, z1, [&](std::uint32_t begin, std::uint32_t end) {
+            for (std::uint32_t b = begin; b < end; ++b) {
+                const std::uint32_t mask = choose<kFlat>(b, test);
+                out[found] = {asker, b, mask};
+                found += mask != 0 ? 1U : 0U;
+            }
+        });
+        return found;
+    }
+
+    [[nodiscard]] std::size_t blocks() const { return blocks_.size(); }
+
+    [[nodiscard]] std::uint32_t key_at(std::uint32_t block, std::uint32_t lane) const {
+        return keys_[block * kLanes + lane];
+    }
+
+    /// Asks for the places that a query for the same box will read soon.
+    void prefetch(float x0, float x1, float z0, float z1) const {
+        for_each_run(x0, x1, z0, z1, [&](std::uint32_t begin, std::uint32_t end) {
+            for (std::uint32_t b = begin; b < end; ++b) {
+                __builtin_prefetch(&blocks_[b]);
+            }
+        });
+    }
+
+    /// Asks for the keys of a block that will be read soon.
+    void prefetch(std::uint32_t block) const { __builtin_prefetch(&keys_[block * kLanes]); }
 
   private:
-    static spatial::Array8 load(const std::vector<float>& column, std::uint32_t i) {
-        return Eigen::Map<const spatial::Array8>(column.data() + i);
+    static constexpr std::uint32_t kLanes = static_cast<std::uint32_t>(spatial::kLanes);
+
+    /// Places of eight slots: one line of the cache.
+    struct alignas(64) Block {
+        std::array<float, spatial::kLanes> x;
+        std::array<float, spatial::kLanes> z;
+    };
+
+    template <bool kFlat, class Test>
+    [[gnu::always_inline]] std::uint32_t choose(std::uint32_t b, const Test& test) const {
+        const Eigen::Map<const spatial::Array8> x(blocks_[b].x.data());
+        const Eigen::Map<const spatial::Array8> z(blocks_[b].z.data());
+        if constexpr (kFlat) {
+            return test.flat(x, z);
+        } else {
+            return test(x, z, Eigen::Map<const spatial::Array8>(&radius_[b * kLanes]));
+        }
     }
+
+    template <bool kFlat>
+    std::size_t gather_within(float x,
+                              float z,
+                              float radius_m,
+                              float widen,
+                              std::uint32_t own,
+                              std::uint32_t* out) const;
+    bool change_cell(std::uint32_t key, float x, float z);
+
+    float& x_at(std::uint32_t slot) { return blocks_[slot / kLanes].x[slot % kLanes]; }
+
+    float& z_at(std::uint32_t slot) { return blocks_[slot / kLanes].z[slot % kLanes]; }
 
     [[nodiscard]] int column(float x) const { return place(x, min_x_, per_m_x_, last_column_); }
 
@@ -172,16 +251,15 @@ class KeptGrid {
 
     std::vector<std::uint32_t> begins_;  // first slot of each cell, and one past the end
     std::vector<std::uint32_t> counts_;  // points in each cell; its slots may be more
-    std::vector<float> x_;
-    std::vector<float> z_;
-    std::vector<float> old_x_;
-    std::vector<float> old_z_;
+    std::vector<Block> blocks_;
     std::vector<float> radius_;
     std::vector<std::uint32_t> keys_;
     std::vector<std::uint32_t> slot_of_;  // by key
     std::vector<std::uint32_t> cell_of_;  // by key, scratch of build()
     std::size_t columns_ = 0;
-    std::size_t outside_ = 0;  // points put beyond the extent since build()
+    std::size_t outside_ = 0;       // points put beyond the extent since build()
+    float smallest_radius_ = 0.0F;  // of all points that are or were here
+    float largest_radius_ = 0.0F;
     float cell_m_ = 0.0F;
     float per_m_x_ = 0.0F;
     float per_m_z_ = 0.0F;

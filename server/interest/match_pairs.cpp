@@ -1,6 +1,7 @@
 #include "server/interest/matcher.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace zoned::interest {
@@ -8,6 +9,7 @@ namespace zoned::interest {
 namespace {
 
 constexpr float kReachSlack = 1.0001F;
+constexpr std::size_t kRoom = 4;
 constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of floats may lose
 
 }  // namespace
@@ -105,7 +107,13 @@ void Matcher::merge(std::size_t viewer, const ViewCone& cone, std::size_t candid
     for (; old != old_end; ++old) {
         set.left.push_back(old->entity);
     }
+    // Room for some that enter and leave: where all sets are new at once, the next ticks would
+    // allocate for each of them otherwise.
+    set.visible.reserve(scratch_.size() + scratch_.size() / 4 + kRoom);
     set.visible.assign(scratch_.begin(), scratch_.end());
+    set.entered.reserve(kRoom);
+    set.left.reserve(kRoom);
+    set.lod_changed.reserve(kRoom);
 }
 
 /// Entities that changed against the viewers near the place that they left and the one they came
@@ -125,39 +133,21 @@ void Matcher::cross_changes() {
         test.lods = &lods_;
         const Look look{0, change.entity, change.row};
         if (was) {
-            cross_viewers(test, look, {test.old_x, test.old_z, test.old_x, test.old_z});
+            cross_viewers(test, look, Box(test.old_x, test.old_z, test.old_x, test.old_z));
         }
         if (here) {
-            cross_viewers(test, look, {test.x, test.z, test.x, test.z});
+            cross_viewers(test, look, Box(test.x, test.z, test.x, test.z));
         }
     }
 }
 
-/// Entities that stepped against the viewers near them, neighbours one after the other: they meet
-/// the same viewers.
+/// Entities that stepped against the viewers near them. These are few and near each other in
+/// memory: the order of the entities does not matter.
 void Matcher::cross_steps() {
-    // Slots stand place by place: so many of them are one place.
-    constexpr std::uint32_t kPlace = 512;
-    const std::vector<world::Row>& steps = population_.steps();
-    if (steps.empty()) {
-        return;
-    }
-    place_begin_.assign(entity_grid_.slots() / kPlace + 2, 0);
-    for (const world::Row row : steps) {
-        if (entity_grid_.holds(row)) {
-            ++place_begin_[entity_grid_.slot(row) / kPlace + 1];
+    for (const world::Row row : population_.steps()) {
+        if (!(population_.aura_m(row) > 0.0F)) {
+            continue;
         }
-    }
-    for (std::size_t place = 1; place < place_begin_.size(); ++place) {
-        place_begin_[place] += place_begin_[place - 1];
-    }
-    ordered_.resize(place_begin_.back());
-    for (const world::Row row : steps) {
-        if (entity_grid_.holds(row)) {
-            ordered_[place_begin_[entity_grid_.slot(row) / kPlace]++] = row;
-        }
-    }
-    for (const world::Row row : ordered_) {
         Crossings test;
         test.x = population_.x(row);
         test.z = population_.z(row);
@@ -167,33 +157,51 @@ void Matcher::cross_steps() {
         test.old_radius_m = test.radius_m;
         test.widen = widen_;
         test.lods = &lods_;
-        cross_viewers(
-            test, {0, population_.id(row), row}, {test.x, test.z, test.old_x, test.old_z});
+        cross_viewers(test, {0, EntityId(), row}, Box(test.x, test.z, test.old_x, test.old_z));
     }
 }
 
-/// Against the viewers near the box of two places.
-void Matcher::cross_viewers(const Crossings& test, const Look& look, const Stride& between) {
-    const float reach = std::min(std::max(test.radius_m, test.old_radius_m), largest_nimbus_m_) *
-                            widen_ * kReachSlack +
-                        viewer_step_m_;
-    const float reach_x = reach + kNearest * std::max(std::abs(between.x), std::abs(between.old_x));
-    const float reach_z = reach + kNearest * std::max(std::abs(between.z), std::abs(between.old_z));
-    viewer_grid_.for_each_run(std::min(between.x, between.old_x) - reach_x,
-                              std::max(between.x, between.old_x) + reach_x,
-                              std::min(between.z, between.old_z) - reach_z,
-                              std::max(between.z, between.old_z) + reach_z,
-                              [&](std::uint32_t begin, std::uint32_t end) {
-                                  viewer_grid_.for_each_crossed<true>(
-                                      begin, end, test, [&](std::uint32_t viewer) {
-                                          looks_.push_back({viewer, look.entity, look.row});
-                                      });
-                              });
+Matcher::Box::Box(float x, float z, float other_x, float other_z)
+    : x0(std::min(x, other_x)),
+      x1(std::max(x, other_x)),
+      z0(std::min(z, other_z)),
+      z1(std::max(z, other_z)) {
 }
 
-/// A viewer that stepped against the entities near it, as if these stood where they are: those that
-/// stepped as well have been seen to. With `kRemember` against all as they moved.
-template <bool kRemember>
+/// A little more than by that much, so that rounding never decides.
+void Matcher::Box::widen(float by_m) {
+    const float by_x = by_m * kReachSlack + kNearest * std::max(std::abs(x0), std::abs(x1));
+    const float by_z = by_m * kReachSlack + kNearest * std::max(std::abs(z0), std::abs(z1));
+    x0 -= by_x;
+    x1 += by_x;
+    z0 -= by_z;
+    z1 += by_z;
+}
+
+/// Against the viewers near the places, as if they stood where they were a tick ago.
+void Matcher::cross_viewers(const Crossings& test, const Look& look, const Box& places) {
+    const float radius = std::max(test.radius_m, test.old_radius_m);
+    Box box = places;
+    box.widen(std::min(radius, largest_nimbus_m_) * widen_);
+    const auto visit = [&](std::uint32_t viewer) {
+        looks_.push_back({viewer, look.gone, look.row});
+    };
+    if (viewer_grid_.all_reach(radius)) {
+        viewer_grid_.for_each_chosen<true>(box.x0, box.x1, box.z0, box.z1, test, visit);
+    } else {
+        viewer_grid_.for_each_chosen<false>(box.x0, box.x1, box.z0, box.z1, test, visit);
+    }
+}
+
+/// All places from which the viewer hears now or heard a tick ago.
+Matcher::Box Matcher::box_around(std::uint32_t viewer) const {
+    Box box(viewer_x_[viewer], viewer_z_[viewer], viewer_old_x_[viewer], viewer_old_z_[viewer]);
+    box.widen(std::min(viewer_nimbus_[viewer], population_.largest_aura_m()) * widen_);
+    return box;
+}
+
+/// A viewer that stepped against the entities near it, as if these stood where they are: that they
+/// stepped has been seen to, and changes as well.
 void Matcher::cross_entities(std::uint32_t viewer) {
     if (fresh_flag_[viewer] != 0 || !(viewer_nimbus_[viewer] > 0.0F)) {
         return;
@@ -207,51 +215,121 @@ void Matcher::cross_entities(std::uint32_t viewer) {
     test.old_radius_m = test.radius_m;
     test.widen = widen_;
     test.lods = &lods_;
-    const float reach =
-        std::min(test.radius_m, population_.largest_aura_m()) * widen_ * kReachSlack +
-        entity_step_m_;
-    const float reach_x = reach + kNearest * (std::abs(test.x) + std::abs(test.old_x));
-    const float reach_z = reach + kNearest * (std::abs(test.z) + std::abs(test.old_z));
-    entity_grid_.for_each_run(std::min(test.x, test.old_x) - reach_x,
-                              std::max(test.x, test.old_x) + reach_x,
-                              std::min(test.z, test.old_z) - reach_z,
-                              std::max(test.z, test.old_z) + reach_z,
-                              [&](std::uint32_t begin, std::uint32_t end) {
-                                  entity_grid_.for_each_crossed<kRemember>(
-                                      begin, end, test, [&](std::uint32_t row) {
-                                          looks_.push_back({viewer, population_.id(row), row});
-                                      });
-                              });
+    const Box box = box_around(viewer);
+    const auto visit = [&](std::uint32_t row) {
+        looks_.push_back({viewer, EntityId(), row});
+    };
+    if (entity_grid_.all_reach(test.radius_m)) {
+        entity_grid_.for_each_chosen<true>(box.x0, box.x1, box.z0, box.z1, test, visit);
+    } else {
+        entity_grid_.for_each_chosen<false>(box.x0, box.x1, box.z0, box.z1, test, visit);
+    }
 }
 
-template void Matcher::cross_entities<false>(std::uint32_t viewer);
-template void Matcher::cross_entities<true>(std::uint32_t viewer);
+/// A viewer against the entities near it, whoever of them stepped; sift() knows more.
+void Matcher::cross_all(std::uint32_t viewer) {
+    if (fresh_flag_[viewer] != 0 || !(viewer_nimbus_[viewer] > 0.0F)) {
+        return;
+    }
+    const float x = viewer_x_[viewer];
+    const float z = viewer_z_[viewer];
+    const float nimbus = viewer_nimbus_[viewer];
+    const float stride_x = x - viewer_old_x_[viewer];
+    const float stride_z = z - viewer_old_z_[viewer];
+    const float step = std::sqrt(stride_x * stride_x + stride_z * stride_z) * kReachSlack;
+    const NearSteps test(x, z, nimbus, widen_, step + entity_step_m_, lods_);
+    Box box = box_around(viewer);
+    box.widen(entity_step_m_);
+    if (notes_.size() < noted_ + entity_grid_.blocks() + 1) {
+        notes_.resize(2 * noted_ + entity_grid_.blocks() + 1);
+    }
+    KeptGrid::Note* out = notes_.data() + noted_;
+    noted_ +=
+        entity_grid_.all_reach(nimbus)
+            ? entity_grid_.note_chosen<true>(box.x0, box.x1, box.z0, box.z1, test, viewer, out)
+            : entity_grid_.note_chosen<false>(box.x0, box.x1, box.z0, box.z1, test, viewer, out);
+}
 
-/// The sets lie far apart in memory: what will be read is asked for some pairs ahead.
+/// Of the notes those pairs that came across a step are looked at.
+void Matcher::sift() {
+    constexpr std::size_t kSoon = 8;
+    constexpr std::size_t kLater = 16;
+    const auto key_of = [&](const KeptGrid::Note& note) {
+        return entity_grid_.key_at(note.block,
+                                   static_cast<std::uint32_t>(std::countr_zero(note.mask)));
+    };
+    for (std::size_t i = 0; i < noted_; ++i) {
+        if (i + kLater < noted_) {
+            entity_grid_.prefetch(notes_[i + kLater].block);
+            population_.prefetch_step(key_of(notes_[i + kSoon]));
+        }
+        const std::uint32_t viewer = notes_[i].asker;
+        for (KeptGrid::Note note = notes_[i]; note.mask != 0; note.mask &= note.mask - 1) {
+            const world::Row row = key_of(note);
+            const float dx = population_.x(row) - viewer_x_[viewer];
+            const float dz = population_.z(row) - viewer_z_[viewer];
+            const float old_dx = population_.old_x(row) - viewer_old_x_[viewer];
+            const float old_dz = population_.old_z(row) - viewer_old_z_[viewer];
+            if (crossed(dx * dx + dz * dz,
+                        old_dx * old_dx + old_dz * old_dz,
+                        std::min(viewer_nimbus_[viewer], population_.aura_m(row)),
+                        widen_,
+                        lods_)) {
+                looks_.push_back({viewer, EntityId(), row});
+            }
+        }
+    }
+}
+
+/// The entity that a look is about.
+EntityId Matcher::entity_of(const Look& look) const {
+    return look.row == world::kNoRow ? look.gone : population_.id(look.row);
+}
+
+/// The sets lie far apart in memory: what will be read is asked for some pairs ahead. Of a set
+/// that is what the search for the entity reads first, and once this is there, what it reads last.
 void Matcher::settle_pairs() {
     constexpr std::size_t kSoon = 6;
     constexpr std::size_t kLater = 12;
+    constexpr std::size_t kLast = 18;
     for (std::size_t i = 0; i < looks_.size(); ++i) {
+        if (i + kLast < looks_.size()) {
+            const Look& last = looks_[i + kLast];
+            __builtin_prefetch(&(*out_)[last.viewer]);
+            population_.prefetch(last.row);
+        }
         if (i + kLater < looks_.size()) {
-            const Look& later = looks_[i + kLater];
-            __builtin_prefetch(&(*out_)[later.viewer]);
-            population_.prefetch(later.row);
+            const std::vector<world::Visible>& later = (*out_)[looks_[i + kLater].viewer].visible;
+            const world::Visible* data = later.data();
+            const std::size_t quarter = later.size() / 4;
+            __builtin_prefetch(data + quarter);
+            __builtin_prefetch(data + 2 * quarter);
+            __builtin_prefetch(data + 3 * quarter);
         }
         if (i + kSoon < looks_.size()) {
-            const std::vector<world::Visible>& soon = (*out_)[looks_[i + kSoon].viewer].visible;
-            const char* data = reinterpret_cast<const char*>(soon.data());
-            const std::size_t bytes = soon.size() * sizeof(world::Visible);
-            for (std::size_t at = 0; at < bytes; at += 64) {
-                __builtin_prefetch(data + at);
+            const Look& soon = looks_[i + kSoon];
+            const std::vector<world::Visible>& set = (*out_)[soon.viewer].visible;
+            const EntityId entity = entity_of(soon);
+            const world::Visible* at = set.data();
+            const std::size_t quarter = set.size() / 4;
+            if (quarter > 0) {
+                at += at[2 * quarter].entity < entity ? 2 * quarter : 0;
+                at += at[quarter].entity < entity ? quarter : 0;
+                for (std::size_t next = 0; next < quarter; next += 8) {
+                    __builtin_prefetch(at + next);
+                }
             }
         }
-        settle_pair(looks_[i].viewer, looks_[i].entity, looks_[i].row);
+        settle_pair(looks_[i]);
     }
     looks_.clear();
 }
 
 /// The rule for one pair, by what the viewer knows. To do it twice changes nothing.
-void Matcher::settle_pair(std::uint32_t viewer, EntityId entity, world::Row row) {
+void Matcher::settle_pair(const Look& look) {
+    const std::uint32_t viewer = look.viewer;
+    const world::Row row = look.row;
+    const EntityId entity = entity_of(look);
     const Seat& seat = seats_[viewer];
     if (fresh_flag_[viewer] != 0 || row == seat.row) {
         return;

@@ -11,13 +11,12 @@ namespace zoned::interest {
 
 namespace {
 
-// Boxes are a little larger than the radius, so that rounding never decides: hears() does.
-constexpr float kSlack = 1.0001F;
-// Half the radius: few runs of slots per query, and few slots that lie beyond the circle.
-constexpr float kCellsPerRadius = 2.0F;
+// The radius: few runs of slots per query, each long enough that its end costs little.
+constexpr float kCellsPerRadius = 1.0F;
 // Viewers are fewer: larger cells, so that a run fills its lanes.
-constexpr float kViewerCells = 2.0F;
-// More changes than one in so many: building a grid anew costs less than following.
+constexpr float kViewerCells = 3.0F;
+// More points than one in so many that come, go or change their cell: building a grid anew costs
+// less than following.
 constexpr std::size_t kFollowShare = 6;
 
 bool same(const Settings& a, const Settings& b) {
@@ -50,6 +49,9 @@ bool suits(const KeptGrid& grid, float cell_m) {
 LodSteps::LodSteps(const Settings& settings) {
     ZONED_ASSERT(settings.lod_radius_m.size() <= kMost, "at most three radii");
     for (const float radius : settings.lod_radius_m) {
+        nearer_m[count] = std::max(0.0F, radius + settings.lod_lead_m);
+        farther_m[count] =
+            std::max(0.0F, radius + settings.lod_lead_m + settings.hysteresis * radius);
         nearer[count] = largest_square(radius + settings.lod_lead_m);
         farther[count++] =
             largest_square(radius + settings.lod_lead_m + settings.hysteresis * radius);
@@ -86,7 +88,7 @@ Report Matcher::step(const world::Entities& entities,
                          static_cast<double>(moved_.size()) / static_cast<double>(seats_.size());
     everybody_ = share >= 1.0;
     follow_entities(cell_m);
-    follow_viewers(kViewerCells * cell_m);
+    seat_viewers(kViewerCells * cell_m);
     for (const std::uint32_t viewer : fresh_) {
         refresh(viewer);
     }
@@ -102,11 +104,20 @@ Report Matcher::step(const world::Entities& entities,
     if (!still && !everybody_) {
         cross_steps();
     }
+    follow_viewers();
     if (!still && everybody_) {
-        viewer_grid_.for_each_key([&](std::uint32_t viewer) { cross_entities<true>(viewer); });
+        noted_ = 0;
+        viewer_grid_.for_each_key([&](std::uint32_t viewer) { cross_all(viewer); });
+        sift();
     } else if (!still) {
-        for (const std::uint32_t viewer : moved_) {
-            cross_entities<false>(viewer);
+        // They stand anywhere: what one will read is asked for while another reads.
+        constexpr std::size_t kAhead = 2;
+        for (std::size_t i = 0; i < moved_.size(); ++i) {
+            if (i + kAhead < moved_.size()) {
+                const Box box = box_around(moved_[i + kAhead]);
+                entity_grid_.prefetch(box.x0, box.x1, box.z0, box.z1);
+            }
+            cross_entities(moved_[i]);
         }
     }
     settle_pairs();
@@ -343,7 +354,6 @@ void Matcher::read_viewers() {
         }
     }
     entity_step_m_ = population_.longest_step_m();
-    viewer_step_m_ = moved_.empty() ? 0.0F : entity_step_m_;
 }
 
 // ---------------------------------------------------------------- grids
@@ -351,8 +361,10 @@ void Matcher::read_viewers() {
 void Matcher::follow_entities(float cell_m) {
     const std::size_t size = population_.size();
     const std::vector<Change>& changes = population_.changes();
-    bool good =
-        !everybody_ && suits(entity_grid_, cell_m) && population_.changed() <= size / kFollowShare;
+    const double leaving = static_cast<double>(changes.size()) +
+                           entity_grid_.leaving(population_.steps().size(), entity_step_m_);
+    bool good = suits(entity_grid_, cell_m) &&
+                leaving <= static_cast<double>(size) / static_cast<double>(kFollowShare);
     if (good) {
         for (const world::Row row : population_.rows_left()) {
             if (entity_grid_.holds(row)) {
@@ -363,19 +375,11 @@ void Matcher::follow_entities(float cell_m) {
         for (std::size_t i = 0; i < changes.size() && good; ++i) {
             good = changes[i].row == world::kNoRow || follow_entity(changes[i]);
         }
-        const std::vector<world::Row>& steps = population_.steps();
-        for (std::size_t i = 0; i < steps.size() && good; ++i) {
-            const world::Row row = steps[i];
-            good = !entity_grid_.holds(row) ||
-                   entity_grid_.move(row, population_.x(row), population_.z(row));
-        }
+        good =
+            good && entity_grid_.move_all(population_.steps(), population_.xs(), population_.zs());
     }
     if (!good) {
-        GridPoints points = population_.points();
-        if (!everybody_) {
-            points.old_x = points.old_z = {};
-        }
-        entity_grid_.build(points, cell_m);
+        entity_grid_.build(population_.points(), cell_m);
     }
     near_.resize(size + spatial::kLanes);
 }
@@ -394,31 +398,33 @@ bool Matcher::follow_entity(const Change& change) {
     if (!(aura > 0.0F)) {
         return true;
     }
-    const bool was = change.old_aura_m > 0.0F;
-    return entity_grid_.put(row, {x, z, was ? change.old_x : x, was ? change.old_z : z}, aura);
+    return entity_grid_.put(row, x, z, aura);
 }
 
-void Matcher::follow_viewers(float cell_m) {
-    const GridPoints points{viewer_x_, viewer_z_, viewer_old_x_, viewer_old_z_, viewer_nimbus_};
+/// The viewers where they were a tick ago, but for those that are new there.
+void Matcher::seat_viewers(float cell_m) {
     bool good = !viewers_changed_ && suits(viewer_grid_, cell_m) &&
-                fresh_.size() + moved_.size() <= seats_.size() / kFollowShare;
-    for (std::size_t i = 0; i < moved_.size() && good; ++i) {
-        const std::uint32_t viewer = moved_[i];
-        good = !viewer_grid_.holds(viewer) ||
-               viewer_grid_.move(viewer, viewer_x_[viewer], viewer_z_[viewer]);
-    }
+                fresh_.size() <= seats_.size() / kFollowShare;
     for (std::size_t i = 0; i < fresh_.size() && good; ++i) {
         const std::uint32_t viewer = fresh_[i];
         if (viewer_grid_.holds(viewer)) {
             viewer_grid_.take(viewer);
         }
-        const float x = viewer_x_[viewer];
-        const float z = viewer_z_[viewer];
-        good = !(viewer_nimbus_[viewer] > 0.0F) ||
-               viewer_grid_.put(viewer, {x, z, x, z}, viewer_nimbus_[viewer]);
+        good =
+            !(viewer_nimbus_[viewer] > 0.0F) ||
+            viewer_grid_.put(viewer, viewer_x_[viewer], viewer_z_[viewer], viewer_nimbus_[viewer]);
     }
     if (!good) {
-        viewer_grid_.build(points, cell_m);
+        viewer_grid_.build({viewer_old_x_, viewer_old_z_, viewer_nimbus_}, cell_m);
+    }
+}
+
+/// The viewers where they are.
+void Matcher::follow_viewers() {
+    const double leaving = viewer_grid_.leaving(moved_.size(), entity_step_m_);
+    if (leaving > static_cast<double>(seats_.size()) / static_cast<double>(kFollowShare) ||
+        !viewer_grid_.move_all(moved_, viewer_x_, viewer_z_)) {
+        viewer_grid_.build({viewer_x_, viewer_z_, viewer_nimbus_}, viewer_grid_.cell_m());
     }
 }
 
@@ -485,7 +491,6 @@ void Matcher::finish() {
     for (const std::uint32_t viewer : moved_) {
         viewer_old_x_[viewer] = viewer_x_[viewer];
         viewer_old_z_[viewer] = viewer_z_[viewer];
-        viewer_grid_.settle(viewer);
     }
     population_.settle();
     viewers_changed_ = false;

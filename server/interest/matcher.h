@@ -50,11 +50,22 @@ class Matcher {
         std::uint64_t stamp = 0;
     };
 
-    /// A pair to look at; the row is none where the entity is gone.
+    /// A pair to look at; the row is none where the entity is gone, and only then its id matters.
     struct Look {
         std::uint32_t viewer = 0;
-        EntityId entity;
+        EntityId gone;
         world::Row row = world::kNoRow;
+    };
+
+    /// Between two places in the plane, m.
+    struct Box {
+        float x0 = 0.0F;
+        float x1 = 0.0F;
+        float z0 = 0.0F;
+        float z1 = 0.0F;
+
+        Box(float x, float z, float other_x, float other_z);
+        void widen(float by_m);
     };
 
     void begin(const Settings& settings, world::Visibility& out);
@@ -66,7 +77,8 @@ class Matcher {
     void read_viewer(std::size_t viewer);
     void follow_entities(float cell_m);
     bool follow_entity(const Change& change);
-    void follow_viewers(float cell_m);
+    void seat_viewers(float cell_m);
+    void follow_viewers();
     void make_fresh(std::uint32_t viewer);
     [[nodiscard]] bool all_overlap(float& diagonal_squared) const;
 
@@ -75,11 +87,14 @@ class Matcher {
     void merge(std::size_t viewer, const ViewCone& cone, std::size_t candidates);
     void cross_changes();
     void cross_steps();
-    void cross_viewers(const Crossings& test, const Look& look, const Stride& between);
-    template <bool kRemember>
+    void cross_viewers(const Crossings& test, const Look& look, const Box& places);
+    [[nodiscard]] Box box_around(std::uint32_t viewer) const;
     void cross_entities(std::uint32_t viewer);
+    void cross_all(std::uint32_t viewer);
+    void sift();
+    [[nodiscard]] EntityId entity_of(const Look& look) const;
     void settle_pairs();
-    void settle_pair(std::uint32_t viewer, EntityId entity, world::Row row);
+    void settle_pair(const Look& look);
     void mark(std::uint32_t viewer);
     void finish();
 
@@ -96,7 +111,6 @@ class Matcher {
     float largest_nimbus_m_ = 0.0F;
     float smallest_nimbus_m_ = 0.0F;
     float entity_step_m_ = 0.0F;  // farthest that an entity stepped in this tick
-    float viewer_step_m_ = 0.0F;
     std::uint64_t next_stamp_ = 1;
     Report report_;
     std::uint32_t pairs_ = 0;           // that somebody hears of
@@ -117,8 +131,8 @@ class Matcher {
     std::vector<std::uint32_t> near_;           // rows, scratch
     std::vector<std::uint64_t> sorted_;         // entity << 32 | row, scratch
     std::vector<Look> looks_;
-    std::vector<world::Row> ordered_;         // rows that stepped, place by place
-    std::vector<std::uint32_t> place_begin_;  // of `ordered_`
+    std::vector<KeptGrid::Note> notes_;  // viewers and entities near a step, the first `noted_`
+    std::size_t noted_ = 0;
     std::vector<world::Visible> scratch_;
     std::vector<Seat> spare_seats_;
     world::Visibility spare_;

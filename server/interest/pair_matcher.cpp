@@ -14,7 +14,7 @@ void PairMatcher::step(const world::Entities& entities,
     read_entities(entities, types);
     read_viewers(entities, types, viewers);
     const float radius = std::min(largest_nimbus_m_, largest_aura_m_);
-    grid_.build({x_, z_, {}, {}, aura_}, std::max(1.0F, 0.5F * radius));
+    grid_.build({x_, z_, aura_}, std::max(1.0F, 1.0F * radius));
     order_viewers();
     out.first.assign(viewers.size(), 0);
     out.count.assign(viewers.size(), 0);

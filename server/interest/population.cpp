@@ -14,9 +14,13 @@ namespace {
 constexpr std::size_t kBehaviours = world::kBehaviours;
 constexpr std::uint32_t kHiddenBit = 0x80000000U;
 
+std::uint32_t kind_of_parts(TypeIndex type, std::uint8_t behaviour, std::uint8_t flags) {
+    return type * static_cast<std::uint32_t>(kBehaviours) + behaviour +
+           ((flags & world::kHidden) != 0 ? kHiddenBit : 0U);
+}
+
 std::uint32_t kind_in(const world::Entities& e, world::Row row) {
-    return e.type[row] * static_cast<std::uint32_t>(kBehaviours) + e.behaviour[row] +
-           (e.has(row, world::kHidden) ? kHiddenBit : 0U);
+    return kind_of_parts(e.type[row], e.behaviour[row], e.flags[row]);
 }
 
 std::uint32_t bits(float value) {
@@ -55,6 +59,12 @@ void Population::follow(const world::Entities& entities, const world::TypeTable&
     if (rows_changed()) {
         pair_up();
     }
+    for (const Change& change : changes_) {
+        if (change.row != world::kNoRow) {
+            old_x_[change.row] = x_[change.row];
+            old_z_[change.row] = z_[change.row];
+        }
+    }
     survey();
 }
 
@@ -89,16 +99,26 @@ void Population::list_touched(const world::Entities& e) {
     touched_.clear();
     steps_.resize(common + 1);
     std::size_t found = 0;
+    // Where columns begin is read once, and not after each write.
+    const EntityId* const id = e.id.data();
+    const TypeIndex* const type = e.type.data();
+    const std::uint8_t* const behaviour = e.behaviour.data();
+    const std::uint8_t* const flags = e.flags.data();
+    const Vec3* const position = e.position.data();
+    const EntityId* const old_id = ids_.data();
+    const std::uint32_t* const old_kind = kinds_.data();
+    const float* const old_x = x_.data();
+    const float* const old_z = z_.data();
+    world::Row* const steps = steps_.data();
     for (std::size_t row = 0; row < common; ++row) {
-        const auto r = static_cast<world::Row>(row);
-        const std::uint32_t other =
-            (e.id[row].value ^ ids_[row].value) | (kind_in(e, r) ^ kinds_[row]);
-        const std::uint32_t moved = (bits(e.position[row].x()) ^ bits(x_[row])) |
-                                    (bits(e.position[row].z()) ^ bits(z_[row]));
-        steps_[found] = r;
+        const std::uint32_t kind = kind_of_parts(type[row], behaviour[row], flags[row]);
+        const std::uint32_t other = (id[row].value ^ old_id[row].value) | (kind ^ old_kind[row]);
+        const std::uint32_t moved = (bits(position[row].x()) ^ bits(old_x[row])) |
+                                    (bits(position[row].z()) ^ bits(old_z[row]));
+        steps[found] = static_cast<world::Row>(row);
         found += moved != 0 && other == 0 ? 1 : 0;
-        if (other != 0) {
-            touched_.push_back(r);
+        if (other != 0) [[unlikely]] {
+            touched_.push_back(static_cast<world::Row>(row));
         }
     }
     steps_.resize(found);
@@ -190,12 +210,6 @@ void Population::pair_up() {
     for (; found != found_.cend(); ++found) {
         came(*found);
     }
-    for (const Change& change : changes_) {
-        if (change.row != world::kNoRow) {
-            old_x_[change.row] = change.old_x;
-            old_z_[change.row] = change.old_z;
-        }
-    }
 }
 
 void Population::survey() {
@@ -210,16 +224,10 @@ void Population::survey() {
 }
 
 void Population::settle() {
-    if (changed() > size() / 4) {
+    if (steps_.size() > size() / 4) {
         std::copy(x_.begin(), x_.end(), old_x_.begin());
         std::copy(z_.begin(), z_.end(), old_z_.begin());
         return;
-    }
-    for (const Change& change : changes_) {
-        if (change.row != world::kNoRow) {
-            old_x_[change.row] = x_[change.row];
-            old_z_[change.row] = z_[change.row];
-        }
     }
     for (const world::Row row : steps_) {
         old_x_[row] = x_[row];

@@ -57,6 +57,7 @@ class Population {
 
     [[nodiscard]] float z(world::Row row) const { return z_[row]; }
 
+    /// Where one was before it stepped; of all others, where it is.
     [[nodiscard]] float old_x(world::Row row) const { return old_x_[row]; }
 
     [[nodiscard]] float old_z(world::Row row) const { return old_z_[row]; }
@@ -77,10 +78,24 @@ class Population {
             __builtin_prefetch(&x_[row]);
             __builtin_prefetch(&z_[row]);
             __builtin_prefetch(&aura_[row]);
+            __builtin_prefetch(&ids_[row]);
         }
     }
 
-    [[nodiscard]] GridPoints points() const { return {x_, z_, old_x_, old_z_, aura_}; }
+    /// Likewise for where it is and was; it has to be there.
+    void prefetch_step(world::Row row) const {
+        __builtin_prefetch(&x_[row]);
+        __builtin_prefetch(&z_[row]);
+        __builtin_prefetch(&aura_[row]);
+        __builtin_prefetch(&old_x_[row]);
+        __builtin_prefetch(&old_z_[row]);
+    }
+
+    [[nodiscard]] const std::vector<float>& xs() const { return x_; }
+
+    [[nodiscard]] const std::vector<float>& zs() const { return z_; }
+
+    [[nodiscard]] GridPoints points() const { return {x_, z_, aura_}; }
 
     [[nodiscard]] float largest_aura_m() const { return largest_aura_m_; }
 

@@ -19,7 +19,7 @@ struct Followed {
 
     explicit Followed(std::size_t keys) : x(keys), z(keys), radius(keys) {}
 
-    void build(float cell_m) { grid.build({x, z, {}, {}, radius}, cell_m); }
+    void build(float cell_m) { grid.build({x, z, radius}, cell_m); }
 
     std::vector<std::uint32_t> near(float at_x, float at_z, float r, std::uint32_t own) const {
         std::vector<std::uint32_t> found(grid.keys() + spatial::kLanes);
@@ -60,7 +60,7 @@ TEST(KeptGrid, FindsWhatAllPairsFindWhilePointsComeGoAndMove) {
             f.x[key] = rng.range(-130, 130);
             f.z[key] = rng.range(-130, 130);
             f.radius[key] = rng.range(5, 40);
-            good = f.grid.put(key, {f.x[key], f.z[key], f.x[key], f.z[key]}, f.radius[key]);
+            good = f.grid.put(key, f.x[key], f.z[key], f.radius[key]);
         } else if (rng.below(8) == 0) {
             f.grid.take(key);
             f.radius[key] = 0.0F;
