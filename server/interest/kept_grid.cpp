@@ -83,9 +83,12 @@ void KeptGrid::count_points(const GridPoints& points) {
     std::size_t i = 0;
     for (; i + kLanes <= size; i += kLanes) {
         using Int8 = Eigen::Array<std::int32_t, 8, 1>;
-        const Array8 x = Eigen::Map<const Array8>(points.x.data() + i);
-        const Array8 z = Eigen::Map<const Array8>(points.z.data() + i);
         const Array8 radius = Eigen::Map<const Array8>(points.radius_m.data() + i);
+        // What is no point may be nowhere, which no cell has a number for.
+        const Array8 x =
+            (radius > 0.0F).select(Eigen::Map<const Array8>(points.x.data() + i), min_x_);
+        const Array8 z =
+            (radius > 0.0F).select(Eigen::Map<const Array8>(points.z.data() + i), min_z_);
         // Nothing lies outside here, so that only roundings need the clamp at the upper end.
         const Int8 cx = ((x - min_x_) * per_m_x_).min(last_column_).cast<std::int32_t>();
         const Int8 cz = ((z - min_z_) * per_m_z_).min(last_line_).cast<std::int32_t>();
