@@ -95,6 +95,10 @@ class Population {
 
     [[nodiscard]] const std::vector<float>& zs() const { return z_; }
 
+    [[nodiscard]] const std::vector<float>& old_xs() const { return old_x_; }
+
+    [[nodiscard]] const std::vector<float>& old_zs() const { return old_z_; }
+
     [[nodiscard]] GridPoints points() const { return {x_, z_, aura_}; }
 
     [[nodiscard]] float largest_aura_m() const { return largest_aura_m_; }
