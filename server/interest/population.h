@@ -124,6 +124,10 @@ class Population {
 
     void read_types(const world::TypeTable& types);
     void list_touched(const world::Entities& entities);
+    std::uint32_t compare_kinds(const world::Entities& entities,
+                                std::size_t first,
+                                std::size_t size,
+                                std::uint32_t* other) const;
     void follow_steps(const world::Entities& entities);
     void take(const world::Entities& entities, world::Row row);
     void enter(const world::Entities& entities, world::Row row);
