@@ -41,4 +41,20 @@ inline void store_chosen(const std::uint32_t* from, std::uint32_t mask, std::uin
 #endif
 }
 
+/// Bit i is set where from[i] is `value`. A comparison of integers is no expression of Eigen's that
+/// stays in vectors.
+inline std::uint32_t lanes_equal(const std::uint32_t* from, std::uint32_t value) {
+#if defined(__AVX2__)
+    const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+    const __m256i equal = _mm256_cmpeq_epi32(all, _mm256_set1_epi32(static_cast<int>(value)));
+    return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_castsi256_ps(equal)));
+#else
+    std::uint32_t mask = 0;
+    for (std::uint32_t i = 0; i < 8; ++i) {
+        mask |= (from[i] == value ? 1U : 0U) << i;
+    }
+    return mask;
+#endif
+}
+
 }  // namespace zoned::interest

@@ -101,6 +101,59 @@ inline bool crossed(float now, float before, float radius_m, float widen, const 
     return any;
 }
 
+/// The same eight at a time, where the point and its other sides may all have moved: these were at
+/// (old_xs, old_zs). Exactly what crossed() says of each.
+struct BothCrossings {
+    float x = 0.0F;
+    float z = 0.0F;
+    float old_x = 0.0F;
+    float old_z = 0.0F;
+    float radius_m = 0.0F;  ///< >= 0
+    float widen = 1.1F;     ///< 1 + hysteresis
+    const LodSteps* lods = nullptr;
+    const float* old_xs = nullptr;  ///< eight
+    const float* old_zs = nullptr;
+
+    using Array8 = spatial::Array8;
+
+    [[gnu::always_inline]] std::uint32_t operator()(const Array8& xs,
+                                                    const Array8& zs,
+                                                    const Array8& radii) const {
+        return crossed(xs, zs, radii.min(radius_m));
+    }
+
+    /// Where no other radius is smaller than `radius_m`.
+    [[gnu::always_inline]] std::uint32_t flat(const Array8& xs, const Array8& zs) const {
+        return crossed(xs, zs, Array8::Constant(radius_m));
+    }
+
+  private:
+    [[gnu::always_inline]] std::uint32_t crossed(const Array8& xs,
+                                                 const Array8& zs,
+                                                 const Array8& r) const {
+        const Array8 dx = xs - x;
+        const Array8 dz = zs - z;
+        const Array8 old_dx = Eigen::Map<const Array8>(old_xs) - old_x;
+        const Array8 old_dz = Eigen::Map<const Array8>(old_zs) - old_z;
+        const Array8 now = dx * dx + dz * dz;
+        const Array8 before = old_dx * old_dx + old_dz * old_dz;
+        const Array8 wide = r * widen;
+        std::uint32_t mask = came(now, before, r * r) | came(before, now, wide * wide);
+        for (std::size_t k = 0; k < lods->count; ++k) {
+            mask |= came(now, before, Array8::Constant(lods->nearer[k])) |
+                    came(before, now, Array8::Constant(lods->farther[k]));
+        }
+        return mask;
+    }
+
+    /// Within a step that it was beyond.
+    [[gnu::always_inline]] static std::uint32_t came(const Array8& now,
+                                                     const Array8& before,
+                                                     const Array8& step) {
+        return spatial::lanes_at_most(now, step) & ~spatial::lanes_at_most(before, step);
+    }
+};
+
 /// The same for a point whose other sides have moved as well, by their present places alone: a pair
 /// may change whose distance is so near a step that the two came across it with `reach_m` in all.
 /// Some that it names did not: a tick ago they were on the same side.

@@ -257,6 +257,24 @@ bool KeptGrid::move_all(std::span<const std::uint32_t> keys,
 
 // ---------------------------------------------------------------- asking
 
+void KeptGrid::lay_out(std::span<const float> x,
+                       std::span<const float> z,
+                       std::vector<Block>& out) const {
+    out.resize(blocks_.size());
+    if (x.empty()) {
+        return;
+    }
+    // What an empty slot's key was may be no key any more.
+    const auto last = static_cast<std::uint32_t>(x.size() - 1);
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const std::uint32_t key = std::min(keys_[b * kLanes + i], last);
+            out[b].x[i] = x[key];
+            out[b].z[i] = z[key];
+        }
+    }
+}
+
 template <bool kFlat>
 std::size_t KeptGrid::gather_within(float x,
                                     float z,

@@ -33,6 +33,12 @@ class KeptGrid {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
+    /// Places of eight slots: one line of the cache.
+    struct alignas(64) Block {
+        std::array<float, spatial::kLanes> x;
+        std::array<float, spatial::kLanes> z;
+    };
+
     /// Indexes all points afresh, in cells that are `cell_m` > 0 deep and a quarter as wide; they
     /// grow where the extent would need more than 1,048,576 of them.
     void build(const GridPoints& points, float cell_m);
@@ -182,6 +188,17 @@ class KeptGrid {
         return keys_[block * kLanes + lane];
     }
 
+    /// Which of the slots of a block `test` chooses; an empty one is never chosen by a comparison
+    /// of its place.
+    template <bool kFlat, class Test>
+    [[nodiscard]] std::uint32_t chosen_of(std::uint32_t block, const Test& test) const {
+        return choose<kFlat>(block, test);
+    }
+
+    /// Other places of the points, `x` and `z` by key, in the order of the slots, something in
+    /// those that are empty.
+    void lay_out(std::span<const float> x, std::span<const float> z, std::vector<Block>& out) const;
+
     /// Asks for the places that a query for the same box will read soon.
     void prefetch(float x0, float x1, float z0, float z1) const {
         for_each_run(x0, x1, z0, z1, [&](std::uint32_t begin, std::uint32_t end) {
@@ -196,12 +213,6 @@ class KeptGrid {
 
   private:
     static constexpr std::uint32_t kLanes = static_cast<std::uint32_t>(spatial::kLanes);
-
-    /// Places of eight slots: one line of the cache.
-    struct alignas(64) Block {
-        std::array<float, spatial::kLanes> x;
-        std::array<float, spatial::kLanes> z;
-    };
 
     template <bool kFlat, class Test>
     [[gnu::always_inline]] std::uint32_t choose(std::uint32_t b, const Test& test) const {

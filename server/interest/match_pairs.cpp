@@ -10,6 +10,9 @@ namespace {
 
 constexpr float kReachSlack = 1.0001F;
 constexpr std::size_t kRoom = 4;
+// More notes than blocks over this: to lay out where all were costs less than to look it up for
+// each that was noted.
+constexpr std::size_t kLayOutShare = 2;
 constexpr float kNearest = 1e-6F;  // of the coordinates: what a difference of floats may lose
 
 }  // namespace
@@ -252,6 +255,10 @@ void Matcher::cross_all(std::uint32_t viewer) {
 
 /// Of the notes those pairs that came across a step are looked at.
 void Matcher::sift() {
+    if (noted_ > entity_grid_.blocks() / kLayOutShare) {
+        sift_blocks();
+        return;
+    }
     constexpr std::size_t kSoon = 8;
     constexpr std::size_t kLater = 16;
     const auto key_of = [&](const KeptGrid::Note& note) {
@@ -277,6 +284,32 @@ void Matcher::sift() {
                         lods_)) {
                 looks_.push_back({viewer, EntityId(), row});
             }
+        }
+    }
+}
+
+/// The same where there are many: eight at a time, in places that lie near each other.
+void Matcher::sift_blocks() {
+    entity_grid_.lay_out(population_.old_xs(), population_.old_zs(), old_places_);
+    BothCrossings test;
+    test.widen = widen_;
+    test.lods = &lods_;
+    for (std::size_t i = 0; i < noted_; ++i) {
+        const KeptGrid::Note& note = notes_[i];
+        const std::uint32_t viewer = note.asker;
+        test.x = viewer_x_[viewer];
+        test.z = viewer_z_[viewer];
+        test.old_x = viewer_old_x_[viewer];
+        test.old_z = viewer_old_z_[viewer];
+        test.radius_m = viewer_nimbus_[viewer];
+        test.old_xs = old_places_[note.block].x.data();
+        test.old_zs = old_places_[note.block].z.data();
+        std::uint32_t mask = note.mask & (entity_grid_.all_reach(test.radius_m)
+                                              ? entity_grid_.chosen_of<true>(note.block, test)
+                                              : entity_grid_.chosen_of<false>(note.block, test));
+        for (; mask != 0; mask &= mask - 1) {
+            const auto lane = static_cast<std::uint32_t>(std::countr_zero(mask));
+            looks_.push_back({viewer, EntityId(), entity_grid_.key_at(note.block, lane)});
         }
     }
 }

@@ -92,6 +92,7 @@ class Matcher {
     void cross_entities(std::uint32_t viewer);
     void cross_all(std::uint32_t viewer);
     void sift();
+    void sift_blocks();
     [[nodiscard]] EntityId entity_of(const Look& look) const;
     void settle_pairs();
     void settle_pair(const Look& look);
@@ -133,6 +134,7 @@ class Matcher {
     std::vector<Look> looks_;
     std::vector<KeptGrid::Note> notes_;  // viewers and entities near a step, the first `noted_`
     std::size_t noted_ = 0;
+    std::vector<KeptGrid::Block> old_places_;  // of all entities, in the order of the grid
     std::vector<world::Visible> scratch_;
     std::vector<Seat> spare_seats_;
     world::Visibility spare_;

@@ -7,80 +7,95 @@
 
 namespace zoned::interest {
 
+namespace {
+
+constexpr std::size_t kKindsPerType = world::kBehaviours;
+/// The viewers of a strip are parted into so many stretches.
+constexpr std::uint32_t kStretches = 16;
+
+}  // namespace
+
 void PairMatcher::step(const world::Entities& entities,
                        const world::TypeTable& types,
                        std::span<const world::Viewer> viewers,
                        Pairs& out) {
     read_entities(entities, types);
     read_viewers(entities, types, viewers);
-    const float radius = std::min(largest_nimbus_m_, largest_aura_m_);
-    grid_.build({x_, z_, aura_}, std::max(1.0F, 1.0F * radius));
-    order_viewers();
+    strips_.build({x_, z_, aura_}, std::max(1.0F, std::min(largest_nimbus_m_, largest_aura_m_)));
+    order_queries();
+    ends_.resize(queries_.size());
+    strips_.match(queries_, 0, out.rows, ends_);
     out.first.assign(viewers.size(), 0);
     out.count.assign(viewers.size(), 0);
-    std::size_t found = 0;
-    for (const Place& at : order_) {
-        if (out.rows.size() < found + x_.size() + spatial::kLanes) {
-            out.rows.resize(2 * found + x_.size() + spatial::kLanes);
-        }
-        const std::size_t count =
-            grid_.gather(at.x, at.z, at.nimbus_m, 1.0F, at.row, out.rows.data() + found);
-        out.first[at.viewer] = static_cast<std::uint32_t>(found);
-        out.count[at.viewer] = static_cast<std::uint32_t>(count);
-        found += count;
+    std::uint32_t begin = 0;
+    for (std::size_t i = 0; i < queries_.size(); ++i) {
+        out.first[viewer_of_[i]] = begin;
+        out.count[viewer_of_[i]] = ends_[i] - begin;
+        begin = ends_[i];
     }
-    out.size = found;
+    out.size = begin;
 }
 
-/// Counting sort of the viewers that hear at all.
-void PairMatcher::order_viewers() {
-    line_begin_.clear();
-    const auto line_of = [&](std::size_t viewer) {
-        return grid_.line_of(z_[viewer_row_[viewer]]);
-    };
-    std::uint32_t hearing = 0;
-    for (std::size_t i = 0; i < viewer_row_.size(); ++i) {
-        if (viewer_nimbus_[i] > 0.0F) {
-            const std::uint32_t line = line_of(i);
-            if (line + 2 > line_begin_.size()) {
-                line_begin_.resize(line + 2, 0);
-            }
-            ++line_begin_[line + 1];
-            ++hearing;
-        }
+/// Counting sort of the queries, so that neighbours in the plane follow each other: stretch by
+/// stretch, and through a stretch strip by strip.
+void PairMatcher::order_queries() {
+    const Strips::Cells cells = strips_.cells();
+    const std::uint32_t per_stretch = cells.columns / kStretches + 1;
+    const std::size_t size = asked_.size();
+    place_.resize(size);
+    place_begin_.assign(static_cast<std::size_t>(cells.strips) * kStretches + 1, 0);
+    for (std::size_t i = 0; i < size; ++i) {
+        const std::uint32_t stretch = cells.column(asked_[i].x) / per_stretch;
+        place_[i] = stretch * cells.strips + cells.strip(asked_[i].z);
+        ++place_begin_[place_[i] + 1];
     }
-    for (std::size_t line = 1; line < line_begin_.size(); ++line) {
-        line_begin_[line] += line_begin_[line - 1];
+    for (std::size_t place = 1; place < place_begin_.size(); ++place) {
+        place_begin_[place] += place_begin_[place - 1];
     }
-    order_.resize(hearing);
-    for (std::uint32_t i = 0; i < viewer_row_.size(); ++i) {
-        if (viewer_nimbus_[i] > 0.0F) {
-            const world::Row row = viewer_row_[i];
-            order_[line_begin_[line_of(i)]++] = {i, row, x_[row], z_[row], viewer_nimbus_[i]};
-        }
+    queries_.resize(size);
+    viewer_of_.resize(size);
+    for (std::size_t i = 0; i < size; ++i) {
+        const std::uint32_t at = place_begin_[place_[i]]++;
+        queries_[at] = asked_[i];
+        viewer_of_[at] = asker_[i];
     }
 }
 
 void PairMatcher::read_entities(const world::Entities& e, const world::TypeTable& types) {
-    constexpr std::size_t kBehaviours = world::kBehaviours;
-    aura_of_.resize(types.size() * kBehaviours);
-    for (std::size_t kind = 0; kind < aura_of_.size(); ++kind) {
-        aura_of_[kind] = std::max(0.0F, types[kind / kBehaviours].aura_m[kind % kBehaviours]);
-    }
-    x_.resize(e.size());
-    z_.resize(e.size());
-    aura_.resize(e.size());
-    for (world::Row row = 0; row < e.size(); ++row) {
-        x_[row] = e.position[row].x();
-        z_[row] = e.position[row].z();
-        const bool heard =
-            !e.has(row, world::kHidden) && std::isfinite(x_[row]) && std::isfinite(z_[row]);
-        ZONED_ASSERT(e.behaviour[row] < kBehaviours, "a behaviour has radii");
-        aura_[row] = heard ? aura_of_[e.type[row] * kBehaviours + e.behaviour[row]] : 0.0F;
-    }
+    aura_of_.resize(2 * types.size() * kKindsPerType);
     largest_aura_m_ = 0.0F;
-    for (const float aura : aura_of_) {
+    for (std::size_t kind = 0; kind < types.size() * kKindsPerType; ++kind) {
+        const float aura = std::max(0.0F, types[kind / kKindsPerType].aura_m[kind % kKindsPerType]);
+        aura_of_[2 * kind] = aura;
+        aura_of_[2 * kind + 1] = 0.0F;  // hidden
         largest_aura_m_ = std::max(largest_aura_m_, aura);
+    }
+    const std::size_t size = e.size();
+    x_.resize(size);
+    z_.resize(size);
+    aura_.resize(size);
+    // Where columns begin is read once, and not after each write.
+    const Vec3* const position = e.position.data();
+    float* const x = x_.data();
+    float* const z = z_.data();
+    float* const aura = aura_.data();
+    for (std::size_t row = 0; row < size; ++row) {
+        x[row] = position[row].x();
+        z[row] = position[row].z();
+    }
+    const TypeIndex* const type = e.type.data();
+    const std::uint8_t* const behaviour = e.behaviour.data();
+    const std::uint8_t* const flags = e.flags.data();
+    const float* const aura_of = aura_of_.data();
+    for (std::size_t row = 0; row < size; ++row) {
+        ZONED_ASSERT(behaviour[row] < kKindsPerType, "a behaviour has radii");
+        const std::size_t kind = type[row] * kKindsPerType + behaviour[row];
+        aura[row] = aura_of[2 * kind + ((flags[row] & world::kHidden) != 0 ? 1 : 0)];
+    }
+    for (std::size_t row = 0; row < size; ++row) {
+        // Neither infinite nor not a number.
+        const bool somewhere = (x[row] - x[row]) + (z[row] - z[row]) == 0.0F;
+        aura[row] = somewhere ? aura[row] : 0.0F;
     }
 }
 
@@ -88,19 +103,24 @@ void PairMatcher::read_viewers(const world::Entities& entities,
                                const world::TypeTable& types,
                                std::span<const world::Viewer> viewers) {
     viewer_row_.resize(viewers.size());
-    viewer_nimbus_.resize(viewers.size());
+    asked_.clear();
+    asker_.clear();
     largest_nimbus_m_ = 0.0F;
-    for (std::size_t i = 0; i < viewers.size(); ++i) {
+    for (std::uint32_t i = 0; i < viewers.size(); ++i) {
         // A viewer's avatar has mostly the row that it had.
         world::Row row = viewer_row_[i];
         if (row >= entities.size() || entities.id[row] != viewers[i].avatar) {
             row = entities.find(viewers[i].avatar);
             viewer_row_[i] = row;
         }
-        viewer_nimbus_[i] = 0.0F;
-        if (row != world::kNoRow && std::isfinite(x_[row]) && std::isfinite(z_[row])) {
-            viewer_nimbus_[i] = types[entities.type[row]].nimbus_m[entities.behaviour[row]];
-            largest_nimbus_m_ = std::max(largest_nimbus_m_, viewer_nimbus_[i]);
+        if (row == world::kNoRow || !std::isfinite(x_[row]) || !std::isfinite(z_[row])) {
+            continue;
+        }
+        const float nimbus = types[entities.type[row]].nimbus_m[entities.behaviour[row]];
+        if (nimbus > 0.0F) {
+            asked_.push_back({x_[row], z_[row], nimbus, row});
+            asker_.push_back(i);
+            largest_nimbus_m_ = std::max(largest_nimbus_m_, nimbus);
         }
     }
 }

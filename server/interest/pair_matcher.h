@@ -1,7 +1,7 @@
 // PairMatcher: who hears of what at one moment, from nothing and without memory, in columns.
 #pragma once
 
-#include "server/interest/kept_grid.h"
+#include "server/interest/strips.h"
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
 
@@ -30,32 +30,27 @@ class PairMatcher {
               Pairs& out);
 
   private:
-    /// Where a viewer listens.
-    struct Place {
-        std::uint32_t viewer = 0;
-        world::Row row = 0;
-        float x = 0.0F;
-        float z = 0.0F;
-        float nimbus_m = 0.0F;
-    };
-
     void read_entities(const world::Entities& entities, const world::TypeTable& types);
     void read_viewers(const world::Entities& entities,
                       const world::TypeTable& types,
                       std::span<const world::Viewer> viewers);
-    void order_viewers();
+    void order_queries();
 
-    std::vector<float> x_;
+    std::vector<float> x_;  // by row, as are the next two
     std::vector<float> z_;
     std::vector<float> aura_;
     std::vector<float> aura_of_;  // by type and behaviour
     std::vector<world::Row> viewer_row_;
-    std::vector<float> viewer_nimbus_;
-    std::vector<std::uint32_t> line_begin_;  // of `order_`, by line of the grid
-    std::vector<Place> order_;               // viewers by line: neighbours ask for the same cells
+    std::vector<StripQuery> asked_;           // of viewers that hear at all
+    std::vector<std::uint32_t> asker_;        // their viewers
+    std::vector<std::uint32_t> place_;        // and where they stand
+    std::vector<std::uint32_t> place_begin_;  // of the next two, by place
+    std::vector<StripQuery> queries_;         // by place: neighbours ask for the same points
+    std::vector<std::uint32_t> viewer_of_;
+    std::vector<std::uint32_t> ends_;
     float largest_aura_m_ = 0.0F;
     float largest_nimbus_m_ = 0.0F;
-    KeptGrid grid_;
+    Strips strips_;
 };
 
 }  // namespace zoned::interest

@@ -1,8 +1,10 @@
 #include "server/interest/population.h"
 
+#include "server/interest/chosen_lanes.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -92,36 +94,73 @@ void Population::read_types(const world::TypeTable& types) {
     }
 }
 
-/// Rows whose entity is another one or of another kind, and rows that moved, without a branch per
-/// row for these.
+/// Rows whose entity is another one or of another kind, and rows that moved. Piece by piece in
+/// loops that each compare many rows at once, and without a branch per row.
 void Population::list_touched(const world::Entities& e) {
+    constexpr std::size_t kPiece = 512;
     const std::size_t common = std::min(ids_.size(), e.size());
     touched_.clear();
-    steps_.resize(common + 1);
+    steps_.resize(common + kPiece);
     std::size_t found = 0;
-    // Where columns begin is read once, and not after each write.
-    const EntityId* const id = e.id.data();
-    const TypeIndex* const type = e.type.data();
-    const std::uint8_t* const behaviour = e.behaviour.data();
-    const std::uint8_t* const flags = e.flags.data();
-    const Vec3* const position = e.position.data();
-    const EntityId* const old_id = ids_.data();
-    const std::uint32_t* const old_kind = kinds_.data();
-    const float* const old_x = x_.data();
-    const float* const old_z = z_.data();
-    world::Row* const steps = steps_.data();
-    for (std::size_t row = 0; row < common; ++row) {
-        const std::uint32_t kind = kind_of_parts(type[row], behaviour[row], flags[row]);
-        const std::uint32_t other = (id[row].value ^ old_id[row].value) | (kind ^ old_kind[row]);
-        const std::uint32_t moved = (bits(position[row].x()) ^ bits(old_x[row])) |
-                                    (bits(position[row].z()) ^ bits(old_z[row]));
-        steps[found] = static_cast<world::Row>(row);
-        found += moved != 0 && other == 0 ? 1 : 0;
-        if (other != 0) [[unlikely]] {
-            touched_.push_back(static_cast<world::Row>(row));
+    std::array<float, kPiece> x;
+    std::array<float, kPiece> z;
+    std::array<std::uint32_t, kPiece> other;
+    std::array<std::uint32_t, kPiece> stepped;
+    std::array<std::uint32_t, kPiece> rows;
+    for (std::size_t first = 0; first < common; first += kPiece) {
+        const std::size_t size = std::min(kPiece, common - first);
+        const Vec3* const position = e.position.data() + first;
+        for (std::size_t i = 0; i < size; ++i) {
+            x[i] = position[i].x();
+            z[i] = position[i].z();
+        }
+        if (compare_kinds(e, first, size, other.data()) != 0) {
+            for (std::size_t i = 0; i < size; ++i) {
+                if (other[i] != 0) {
+                    touched_.push_back(static_cast<world::Row>(first + i));
+                }
+            }
+        }
+        const float* const old_x = x_.data() + first;
+        const float* const old_z = z_.data() + first;
+        for (std::size_t i = 0; i < size; ++i) {
+            const std::uint32_t moved =
+                (bits(x[i]) ^ bits(old_x[i])) | (bits(z[i]) ^ bits(old_z[i]));
+            stepped[i] =
+                static_cast<std::uint32_t>(moved != 0) & static_cast<std::uint32_t>(other[i] == 0);
+        }
+        for (std::size_t i = 0; i < kPiece; ++i) {
+            rows[i] = static_cast<world::Row>(first + i);
+        }
+        std::fill(stepped.begin() + static_cast<std::ptrdiff_t>(size), stepped.end(), 0);
+        for (std::size_t i = 0; i < size; i += spatial::kLanes) {
+            const std::uint32_t mask = lanes_equal(stepped.data() + i, 1);
+            store_chosen(rows.data() + i, mask, steps_.data() + found);
+            found += static_cast<std::size_t>(std::popcount(mask));
         }
     }
     steps_.resize(found);
+}
+
+/// Writes for each row from `first` on what is other than zero where it holds another entity or one
+/// of another kind than a tick ago; returns all of that together.
+std::uint32_t Population::compare_kinds(const world::Entities& e,
+                                        std::size_t first,
+                                        std::size_t size,
+                                        std::uint32_t* other) const {
+    const EntityId* const id = e.id.data() + first;
+    const TypeIndex* const type = e.type.data() + first;
+    const std::uint8_t* const behaviour = e.behaviour.data() + first;
+    const std::uint8_t* const flags = e.flags.data() + first;
+    const EntityId* const old_id = ids_.data() + first;
+    const std::uint32_t* const old_kind = kinds_.data() + first;
+    std::uint32_t all = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+        const std::uint32_t kind = kind_of_parts(type[i], behaviour[i], flags[i]);
+        other[i] = (id[i].value ^ old_id[i].value) | (kind ^ old_kind[i]);
+        all |= other[i];
+    }
+    return all;
 }
 
 /// Takes over where rows moved to; those that jumped are changes, the others stay in the list.

@@ -95,6 +95,10 @@ class Population {
 
     [[nodiscard]] const std::vector<float>& zs() const { return z_; }
 
+    [[nodiscard]] const std::vector<float>& old_xs() const { return old_x_; }
+
+    [[nodiscard]] const std::vector<float>& old_zs() const { return old_z_; }
+
     [[nodiscard]] GridPoints points() const { return {x_, z_, aura_}; }
 
     [[nodiscard]] float largest_aura_m() const { return largest_aura_m_; }
@@ -120,6 +124,10 @@ class Population {
 
     void read_types(const world::TypeTable& types);
     void list_touched(const world::Entities& entities);
+    std::uint32_t compare_kinds(const world::Entities& entities,
+                                std::size_t first,
+                                std::size_t size,
+                                std::uint32_t* other) const;
     void follow_steps(const world::Entities& entities);
     void take(const world::Entities& entities, world::Row row);
     void enter(const world::Entities& entities, world::Row row);

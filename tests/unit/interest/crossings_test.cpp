@@ -79,6 +79,53 @@ TEST(NearSteps, MissSomeWhenToldOfAFractionOfTheStep) {
     EXPECT_GT(count_near(0.5F, 0.2F, false).missed, 0);
 }
 
+TEST(BothCrossings, SayOfEightWhatCrossedSaysOfEach) {
+    Settings settings;
+    settings.lod_radius_m = {20.0F, 30.0F};
+    const LodSteps lods(settings);
+    core::Rng rng(23);
+    int did = 0;
+    int all = 0;
+    for (int round = 0; round < 20000; ++round) {
+        const bool flat = round % 2 == 0;
+        spatial::Array8 xs, zs, old_xs, old_zs, radii;
+        BothCrossings test;
+        test.radius_m = 50.0F;
+        test.widen = kWiden;
+        test.lods = &lods;
+        test.old_x = rng.range(-4000, 4000);
+        test.old_z = rng.range(-4000, 4000);
+        test.x = test.old_x + rng.range(-3, 3);
+        test.z = test.old_z + rng.range(-3, 3);
+        for (int i = 0; i < 8; ++i) {
+            old_xs[i] = test.old_x + rng.range(-60, 60);
+            old_zs[i] = test.old_z + rng.range(-60, 60);
+            xs[i] = old_xs[i] + rng.range(-3, 3);
+            zs[i] = old_zs[i] + rng.range(-3, 3);
+            radii[i] = flat ? 50.0F : rng.range(10, 70);
+        }
+        test.old_xs = old_xs.data();
+        test.old_zs = old_zs.data();
+        const std::uint32_t mask = flat ? test.flat(xs, zs) : test(xs, zs, radii);
+        for (int i = 0; i < 8; ++i) {
+            const float dx = xs[i] - test.x;
+            const float dz = zs[i] - test.z;
+            const float old_dx = old_xs[i] - test.old_x;
+            const float old_dz = old_zs[i] - test.old_z;
+            const bool one = crossed(dx * dx + dz * dz,
+                                     old_dx * old_dx + old_dz * old_dz,
+                                     std::min(test.radius_m, radii[i]),
+                                     kWiden,
+                                     lods);
+            ASSERT_EQ((mask >> i & 1U) != 0, one) << "round " << round << ", lane " << i;
+            did += one ? 1 : 0;
+            ++all;
+        }
+    }
+    EXPECT_GT(did, 1000);
+    EXPECT_LT(did, all / 2);
+}
+
 TEST(NearSteps, NameFewWhereStepsAreSmall) {
     // Six rings, 0.1 m to both sides and the 2 mm of the test, of 23 to 55 m (229 m in all) in a
     // square of 120 m: 2 pi 229 x 0.204 / 14,400 = 2.0 %.

@@ -310,6 +310,53 @@ TEST(Matcher, EqualsBruteForceWithMemoryWhereOnlyAFewMove) {
     }
 }
 
+/// All walk (few pairs are near a step) or run (more are than the grid has blocks), with one radius
+/// and with several.
+TEST(Matcher, EqualsBruteForceWithMemoryWhereAllWalkOrRun) {
+    const Settings settings = two_lods();
+    for (const bool alike : {true, false}) {
+        world::TypeTable types = three_types();
+        if (alike) {
+            types[0].aura_m.fill(40.0F);
+            types[0].nimbus_m.fill(40.0F);
+        }
+        for (const float speed : {0.01F, 0.2F, 2.0F, 7.0F}) {
+            RandomWorld w(41, 150.0F);
+            for (int i = 0; i < 400; ++i) {
+                w.spawn();
+            }
+            std::vector<world::Viewer> viewers;
+            for (world::Row row = 0; row < w.entities.size(); ++row) {
+                w.entities.type[row] = alike ? TypeIndex{0} : w.entities.type[row];
+                if (row % 4 == 0) {
+                    const EntityId id = w.entities.id[row];
+                    viewers.push_back({ClientId(id.value), id});
+                }
+            }
+            Matcher matcher;
+            world::Visibility visibility;
+            std::vector<Model> models(viewers.size());
+            std::size_t differences = 0;
+            for (int tick = 0; tick < 100; ++tick) {
+                for (world::Row row = 0; row < w.entities.size(); ++row) {
+                    const Vec3 turn(w.rng.range(-1, 1), 0, w.rng.range(-1, 1));
+                    const Vec3 ahead = w.entities.velocity[row] + turn;
+                    w.entities.position[row] += ahead.normalized() * speed;
+                }
+                matcher.step(w.entities, types, viewers, settings, visibility);
+                for (std::size_t i = 0; i < viewers.size(); ++i) {
+                    const Model::Known before = models[i].known_;
+                    models[i].step(w.entities, types, viewers[i], settings);
+                    expect_difference(visibility[i], before, models[i].known_);
+                    differences += tick > 0 ? visibility[i].entered.size() : 0;
+                }
+                ASSERT_FALSE(testing::Test::HasFailure()) << "speed " << speed << " tick " << tick;
+            }
+            EXPECT_GT(differences, 10U) << "speed " << speed;
+        }
+    }
+}
+
 TEST(Matcher, GoesOnFromASetThatAnotherWroteWhenItIsToldSo) {
     // A client comes back from another zone: what it knows then counts as known.
     const auto rewrite = [](int tick, world::Visibility& sets, auto& models) {
