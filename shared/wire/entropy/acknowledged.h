@@ -46,7 +46,7 @@ struct KnowledgeHead {
     std::uint64_t learned = 0;  ///< LearnedPackets::before()
 };
 
-/// 10 bits and, where most of the packets before were learned, two more.
+/// 10 bits and, where most of the packets before were learned, or none, a few more.
 void write_head(RangeEncoder& coder, const KnowledgeHead& head);
 KnowledgeHead read_head(RangeDecoder& coder);
 
