@@ -462,10 +462,10 @@ void Packer::finish_coded(Tick now,
                           ClientState& client,
                           Report& report,
                           std::vector<mailbox::StatePacket>& out) {
-    std::vector<wire::record::CodedRecord> records;
-    std::vector<SentEntry> entries;
-    records.swap(coded_);
-    entries.swap(entries_);
+    // What is written by the way empties coded_ and entries_.
+    coding_.swap(coded_);
+    coding_entries_.swap(entries_);
+    const std::span<const wire::record::CodedRecord> records = coding_;
     std::size_t done = 0;
     while (done < records.size()) {
         head_.coded = true;
@@ -475,12 +475,11 @@ void Packer::finish_coded(Tick now,
             body_.clear();
             wire::write_down_head(head_, body_);
             head_bytes_ = body_.size();
-            const auto from = records.begin() + static_cast<std::ptrdiff_t>(done);
             frame = client.coder->encode(
                 static_cast<wire::entropy::PacketNumber>(client.next_sequence()),
                 now,
                 head_.zone,
-                {from, from + static_cast<std::ptrdiff_t>(count)},
+                records.subspan(done, count),
                 body_);
             const auto size = static_cast<float>(body_.size() - head_bytes_);
             client.coded_bytes += (size / static_cast<float>(count) - client.coded_bytes) / 8.0F;
@@ -492,7 +491,7 @@ void Packer::finish_coded(Tick now,
             meter_->table().add_coded(body_.size() - head_bytes_);
         }
         client.coder->sent(std::move(frame));
-        const auto first = entries.begin() + static_cast<std::ptrdiff_t>(done);
+        const auto first = coding_entries_.begin() + static_cast<std::ptrdiff_t>(done);
         entries_.assign(first, first + static_cast<std::ptrdiff_t>(count));
         send(now, client, report, out);
         done += count;

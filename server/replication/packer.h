@@ -112,7 +112,9 @@ class Packer {
     std::vector<std::uint8_t> body_;
     std::vector<std::uint8_t> remove_record_;
     std::vector<SentEntry> entries_;
-    std::vector<wire::record::CodedRecord> coded_;  // as entries_, for a client with a coder
+    std::vector<wire::record::CodedRecord> coded_;   // as entries_, for a client with a coder
+    std::vector<wire::record::CodedRecord> coding_;  // what is being coded and sent,
+    std::vector<SentEntry> coding_entries_;          // and its entries
     int copies_wanted_ = 1;
     bool tight_ = false;  // more is to be sent than the budget allows
 };

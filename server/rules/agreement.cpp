@@ -15,7 +15,7 @@ constexpr float kRepeatS = 0.5F;
 constexpr float kOfferS = 20.0F;
 constexpr float kTradeReachM = 4.0F;
 
-void tell_ledger(RulesContext& context, EntityId avatar, CharacterRecord& record, bool reset) {
+void tell_ledger(RulesContext& context, CharacterRecord& record, bool reset) {
     sandbox::Ledger ledger;
     ledger.set_serial(++record.ledger_serial);
     ledger.set_deaths(record.deaths);
@@ -30,7 +30,6 @@ void tell_ledger(RulesContext& context, EntityId avatar, CharacterRecord& record
         digest.add(item.id.value);
     }
     ledger.set_reset(reset);
-    (void)avatar;
     record.ledger_digest = digest.value();
     record.ledger_due = context.now() + ticks(context, kRepeatS);
     context.send(record.client, event(sandbox::EVENT_LEDGER, ledger));
@@ -68,11 +67,11 @@ void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord
         return;
     }
     record.ledger_repeats = 1;
-    tell_ledger(context, avatar, record, false);
+    tell_ledger(context, record, false);
     update_pending(game, avatar);
 }
 
-void run_agreement(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record) {
+void run_agreement(Game& game, RulesContext& context, CharacterRecord& record) {
     if (record.ledger_repeats == 0 || context.now() < record.ledger_due) {
         return;
     }
@@ -82,7 +81,7 @@ void run_agreement(Game& game, RulesContext& context, EntityId avatar, Character
         return;
     }
     ++game.stats.ledgers_repeated;
-    tell_ledger(context, avatar, record, false);
+    tell_ledger(context, record, false);
 }
 
 void agree(Game& game, RulesContext& context, const Actor& actor, Payload payload) {
@@ -104,7 +103,7 @@ void agree(Game& game, RulesContext& context, const Actor& actor, Payload payloa
     }
     ++game.stats.ledgers_diverged;
     context.reset_view(actor.client);
-    tell_ledger(context, actor.avatar, record, true);
+    tell_ledger(context, record, true);
 }
 
 void offer(Game& game, RulesContext& context, const Actor& actor, Payload payload) {

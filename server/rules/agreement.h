@@ -13,7 +13,7 @@ namespace zoned::rules {
 void decided(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record);
 
 /// Sends again what is due.
-void run_agreement(Game& game, RulesContext& context, EntityId avatar, CharacterRecord& record);
+void run_agreement(Game& game, RulesContext& context, CharacterRecord& record);
 
 /// The client's word. When its digest is not the server's, it is counted, the client is told to
 /// take over what the server holds, and its view is reset.

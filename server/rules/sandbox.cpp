@@ -184,7 +184,7 @@ void Sandbox::run_timers(RulesContext& context) {
         const auto character = game_.characters.find(entity);
         if (character != game_.characters.end()) {
             run_shots(game_, context, entity, character->second);
-            run_agreement(game_, context, entity, character->second);
+            run_agreement(game_, context, character->second);
             run_life(game_, context, entity, character->second);
         }
         const auto prop = game_.props.find(entity);

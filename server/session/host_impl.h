@@ -27,12 +27,6 @@ struct Stream {
     bool logged_in = false;
 };
 
-/// A state packet that waits for its turn within the tick.
-struct Held {
-    double due_s = 0.0;
-    mailbox::StatePacket packet;
-};
-
 struct SessionHost::Impl {
     Impl(HostSettings settings_in, Output output_in);
 
@@ -62,11 +56,12 @@ struct SessionHost::Impl {
     // ---- host_outbox.cpp
     void on_state(const mailbox::StatePacket& packet, double now_s, double server_time_s);
     void send_state(Session& session,
-                    const mailbox::StatePacket& packet,
+                    std::uint64_t sequence,
+                    std::span<const std::uint8_t> body,
                     double now_s,
                     double server_time_s);
     void release(double now_s, double server_time_s);
-    void release_of(ClientId client, double now_s, double server_time_s);
+    void release_of(Session& session, double until_s, double now_s, double server_time_s);
     void on_event(const mailbox::EventOut& event);
     void on_joined(const mailbox::Joined& joined);
     void on_kick(const mailbox::Kick& kick);
@@ -92,6 +87,7 @@ struct SessionHost::Impl {
 
     [[nodiscard]] std::int64_t unix_time(double now_s) const;
     [[nodiscard]] Bytes take_buffer();
+    void recycle(Bytes buffer);
 
     void reject(Reject reason) { rejects.count(reason); }
 
@@ -104,7 +100,8 @@ struct SessionHost::Impl {
     std::unordered_map<StreamId, Stream> streams;
     /// In the order in which the streams opened, which is the order of their deadlines.
     std::deque<std::pair<double, StreamId>> login_deadlines;
-    std::vector<Held> held;  ///< by when they are due
+    /// When a packet of Session::paced is due: a heap, the earliest in front.
+    std::vector<std::pair<double, ClientId>> releases;
     core::Rng fault_rng;
     Tick current_tick = 0;
     double unix_offset_s = 0.0;

@@ -2,6 +2,8 @@
 #include "server/session/server_messages.h"
 
 #include <algorithm>
+#include <functional>
+#include <limits>
 #include <utility>
 
 namespace zoned::session {
@@ -31,74 +33,79 @@ void SessionHost::Impl::on_state(const mailbox::StatePacket& packet,
         now_s, static_cast<double>(packet.body.size()), session->path.rate().bytes_per_s(), tick_s);
     if (due_s <= now_s) {
         // Order matters: what is held of the ticks before goes first.
-        release_of(packet.client, now_s, server_time_s);
-        send_state(*session, packet, now_s, server_time_s);
+        release_of(*session, std::numeric_limits<double>::infinity(), now_s, server_time_s);
+        send_state(*session, packet.sequence, packet.body, now_s, server_time_s);
         return;
     }
-    const auto place = std::upper_bound(
-        held.begin(), held.end(), due_s, [](double due, const Held& h) { return due < h.due_s; });
-    held.insert(place, {due_s, packet});
+    PacedState& paced = session->paced.emplace_back();
+    paced.due_s = due_s;
+    paced.sequence = packet.sequence;
+    paced.body = take_buffer();
+    paced.body.assign(packet.body.begin(), packet.body.end());
+    releases.emplace_back(due_s, packet.client);
+    std::push_heap(releases.begin(), releases.end(), std::greater<>());
 }
 
-/// Everything that is held for one client.
-void SessionHost::Impl::release_of(ClientId client, double now_s, double server_time_s) {
-    for (std::size_t i = 0; i < held.size();) {
-        if (held[i].packet.client != client) {
-            ++i;
-            continue;
-        }
-        const Held one = std::move(held[i]);
-        held.erase(held.begin() + static_cast<std::ptrdiff_t>(i));
-        if (Session* session = table.by_client(client)) {
-            send_state(*session, one.packet, now_s, server_time_s);
-        }
+/// What is held of one session and due until then.
+void SessionHost::Impl::release_of(Session& session,
+                                   double until_s,
+                                   double now_s,
+                                   double server_time_s) {
+    const auto later = std::find_if(session.paced.begin(),
+                                    session.paced.end(),
+                                    [&](const PacedState& paced) { return paced.due_s > until_s; });
+    for (auto paced = session.paced.begin(); paced != later; ++paced) {
+        send_state(session, paced->sequence, paced->body, now_s, server_time_s);
+        recycle(std::move(paced->body));
     }
+    session.paced.erase(session.paced.begin(), later);
 }
 
+/// Times of packets that went before their time find nothing, and are dropped.
 void SessionHost::Impl::release(double now_s, double server_time_s) {
-    while (!held.empty() && held.front().due_s <= now_s) {
-        const Held one = std::move(held.front());
-        held.erase(held.begin());
-        if (Session* session = table.by_client(one.packet.client)) {
-            send_state(*session, one.packet, now_s, server_time_s);
+    while (!releases.empty() && releases.front().first <= now_s) {
+        const ClientId client = releases.front().second;
+        std::pop_heap(releases.begin(), releases.end(), std::greater<>());
+        releases.pop_back();
+        if (Session* session = table.by_client(client)) {
+            release_of(*session, now_s, now_s, server_time_s);
         } else {
             reject(Reject::kOutNoSession);
         }
     }
 }
 
-void SessionHost::Impl::send_state(Session& one,
-                                   const mailbox::StatePacket& packet,
+void SessionHost::Impl::send_state(Session& session,
+                                   std::uint64_t sequence,
+                                   std::span<const std::uint8_t> body,
                                    double now_s,
                                    double server_time_s) {
-    Session* session = &one;
-    if (!session->path.may_send(packet.sequence)) {
+    if (!session.path.may_send(sequence)) {
         reject(Reject::kOutSequence);
         return;
     }
-    const bool tunnel = session->route == Route::kStream;
-    if (!session->stream && (tunnel || now_s - session->last_datagram_s > kStatesAfterSilence_s)) {
+    const bool tunnel = session.route == Route::kStream;
+    if (!session.stream && (tunnel || now_s - session.last_datagram_s > kStatesAfterSilence_s)) {
         reject(Reject::kOutSuspended);
         return;
     }
     if (tunnel && output.stream_backlog &&
-        output.stream_backlog(session->stream) > settings.max_tunnel_backlog_bytes) {
+        output.stream_backlog(session.stream) > settings.max_tunnel_backlog_bytes) {
         // States grow stale in a queue; acks will show that this one is missing.
         reject(Reject::kOutTunnelBacklog);
         return;
     }
     Bytes datagram = take_buffer();
-    session->path.seal(
-        session->connection, packet.sequence, packet.body, now_s, server_time_s, plain, datagram);
+    session.path.seal(session.connection, sequence, body, now_s, server_time_s, plain, datagram);
     if (tunnel) {
         ++stats.tunnelled;
         stats.tunnelled_bytes += datagram.size();
-        send(session->stream, datagram_frame(datagram));
-        spare_buffers.push_back(std::move(datagram));
+        send(session.stream, datagram_frame(datagram));
+        recycle(std::move(datagram));
     } else {
         ++stats.packets_out;
         stats.bytes_out += datagram.size();
-        output.send_datagram(session->address, std::move(datagram));
+        output.send_datagram(session.address, std::move(datagram));
     }
 }
 

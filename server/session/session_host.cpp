@@ -161,6 +161,12 @@ Bytes SessionHost::Impl::take_buffer() {
     return buffer;
 }
 
+void SessionHost::Impl::recycle(Bytes buffer) {
+    if (spare_buffers.size() < kSpareBuffers) {
+        spare_buffers.push_back(std::move(buffer));
+    }
+}
+
 // ---------------------------------------------------------------- the public face
 
 SessionHost::SessionHost(HostSettings settings, Output output)
@@ -217,8 +223,8 @@ void SessionHost::release(double now_s, double server_time_s) {
 }
 
 double SessionHost::next_release_s() const {
-    return impl_->held.empty() ? std::numeric_limits<double>::infinity()
-                               : impl_->held.front().due_s;
+    return impl_->releases.empty() ? std::numeric_limits<double>::infinity()
+                                   : impl_->releases.front().first;
 }
 
 void SessionHost::tick(double now_s, Tick current_tick) {
@@ -230,9 +236,7 @@ void SessionHost::set_unix_time(double unix_s, double now_s) {
 }
 
 void SessionHost::recycle(Bytes datagram) {
-    if (impl_->spare_buffers.size() < kSpareBuffers) {
-        impl_->spare_buffers.push_back(std::move(datagram));
-    }
+    impl_->recycle(std::move(datagram));
 }
 
 void SessionHost::shutdown(const std::string& text) {

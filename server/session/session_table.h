@@ -27,6 +27,13 @@ enum class Route : std::uint8_t {
     kAddress,  ///< UDP to the address of the newest datagram
 };
 
+/// A state packet that waits for its turn within the tick.
+struct PacedState {
+    double due_s = 0.0;
+    std::uint64_t sequence = 0;
+    Bytes body;
+};
+
 /// A logged-in client, with or without a live stream.
 struct Session {
     Session(const HostSettings& settings, const wire::SealKey& down, const wire::SealKey& up)
@@ -47,6 +54,7 @@ struct Session {
     double last_datagram_s = 0.0;  ///< datagram, either way
     DatagramPath path;
     Pacer pacer;
+    std::vector<PacedState> paced;  ///< ascending by due_s and sequence
     Route route = Route::kStream;
     PeerAddress address;
     bool has_address = false;  ///< a datagram came by UDP once

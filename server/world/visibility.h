@@ -3,7 +3,9 @@
 
 #include "server/world/entities.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace zoned::world {
@@ -35,5 +37,41 @@ struct VisibleSet {
 
 /// One set per viewer, in the order of the viewers (ascending by client id).
 using Visibility = std::vector<VisibleSet>;
+
+/// Makes `items` hold one per element of `wanted`; both ascend by client, which `client_of` gives
+/// for either. Those that stay keep what they hold, the others are `fresh(wanted one)`. True when
+/// anything came or went. `spare` is working memory.
+template <class Item, class Wanted, class ClientOf, class Fresh>
+bool align(std::vector<Item>& items,
+           std::vector<Item>& spare,
+           const Wanted& wanted,
+           ClientOf client_of,
+           Fresh fresh) {
+    const bool aligned = std::equal(
+        items.begin(),
+        items.end(),
+        wanted.begin(),
+        wanted.end(),
+        [&](const auto& item, const auto& one) { return client_of(item) == client_of(one); });
+    if (aligned) {
+        return false;
+    }
+    spare.clear();
+    spare.reserve(wanted.size());
+    auto old = items.begin();
+    for (const auto& one : wanted) {
+        while (old != items.end() && client_of(*old) < client_of(one)) {
+            ++old;
+        }
+        if (old != items.end() && client_of(*old) == client_of(one)) {
+            spare.push_back(std::move(*old++));
+        } else {
+            spare.push_back(fresh(one));
+        }
+    }
+    items.swap(spare);
+    spare.clear();
+    return true;
+}
 
 }  // namespace zoned::world

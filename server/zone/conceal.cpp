@@ -57,34 +57,6 @@ bool in_sight(const ZoneState& state, world::Row viewer, world::Row entity) {
     return false;
 }
 
-/// Sights of all viewers, in the order of their sets; what they knew stays.
-void align_sights(Concealment& c) {
-    const auto aligned = [&] {
-        return std::equal(
-            c.viewers.begin(),
-            c.viewers.end(),
-            c.heard.begin(),
-            c.heard.end(),
-            [](const Sights& a, const world::VisibleSet& b) { return a.client == b.client; });
-    };
-    if (aligned()) {
-        return;
-    }
-    std::vector<Sights> viewers;
-    auto old = c.viewers.begin();
-    for (const world::VisibleSet& set : c.heard) {
-        while (old != c.viewers.end() && old->client < set.client) {
-            ++old;
-        }
-        if (old != c.viewers.end() && old->client == set.client) {
-            viewers.push_back(std::move(*old++));
-        } else {
-            viewers.push_back({set.client, {}});
-        }
-    }
-    c.viewers = std::move(viewers);
-}
-
 /// The viewer's sights are of those it hears of by the radii and whose type conceals itself.
 void list_sights(const ZoneState& state,
                  const world::VisibleSet& heard,
@@ -137,34 +109,22 @@ void ask(ZoneState& state) {
     c.checks = static_cast<std::uint32_t>(due.size());
 }
 
-/// Sets of what viewers are told of, in the order of what they hear of; says which are new.
-void align_told(Concealment& c, world::Visibility& told) {
-    c.fresh.assign(c.heard.size(), 0);
-    const bool aligned = std::equal(told.begin(),
-                                    told.end(),
-                                    c.heard.begin(),
-                                    c.heard.end(),
-                                    [](const world::VisibleSet& a, const world::VisibleSet& b) {
-                                        return a.client == b.client;
-                                    });
-    if (aligned) {
-        return;
-    }
-    world::Visibility sets;
-    sets.reserve(c.heard.size());
-    auto old = told.begin();
-    for (std::size_t i = 0; i < c.heard.size(); ++i) {
-        while (old != told.end() && old->client < c.heard[i].client) {
-            ++old;
-        }
-        if (old != told.end() && old->client == c.heard[i].client) {
-            sets.push_back(std::move(*old++));
-        } else {
-            sets.emplace_back().client = c.heard[i].client;
-            c.fresh[i] = 1;
-        }
-    }
-    told = std::move(sets);
+/// Sights and sets of all viewers, in the order of what they hear of; what they knew stays. Says
+/// which sets are new.
+void align_viewers(Concealment& c, world::Visibility& told) {
+    const auto client_of = [](const auto& of) {
+        return of.client;
+    };
+    world::align(c.viewers, c.aligned_viewers, c.heard, client_of, [](const auto& set) {
+        return Sights{set.client, {}};
+    });
+    c.fresh.clear();
+    world::align(told, c.aligned_told, c.heard, client_of, [&](const world::VisibleSet& set) {
+        c.fresh.push_back(set.client);
+        world::VisibleSet empty;
+        empty.client = set.client;
+        return empty;
+    });
 }
 
 /// Whether the entity stays in a viewer's set; not concealed: always.
@@ -256,14 +216,13 @@ bool sees_place(const ZoneState& state, world::Row viewer, const Vec3& place) {
 
 std::uint32_t conceal(ZoneState& state) {
     Concealment& c = state.concealment;
-    align_sights(c);
+    align_viewers(c, state.visibility);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
         if (c.heard[i].changed) {
             list_sights(state, c.heard[i], c.viewers[i], c.listed);
         }
     }
     ask(state);
-    align_told(c, state.visibility);
     for (std::size_t i = 0; i < c.heard.size(); ++i) {
         world::VisibleSet& told = state.visibility[i];
         c.before.assign(told.visible.begin(), told.visible.end());
@@ -276,7 +235,7 @@ std::uint32_t conceal(ZoneState& state) {
                 told.visible.push_back(v);
             }
         }
-        const bool fresh = c.fresh[i] != 0;
+        const bool fresh = std::binary_search(c.fresh.begin(), c.fresh.end(), told.client);
         compare(c.before, told);
         // A set that is new here is new to replication too, even where it is empty.
         told.changed = told.changed || fresh;

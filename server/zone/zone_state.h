@@ -128,7 +128,9 @@ struct Concealment {
     std::vector<DueSight> due;    ///< scratch, as is the rest
     std::vector<Sight> listed;
     std::vector<world::Visible> before;
-    std::vector<std::uint8_t> fresh;
+    std::vector<Sights> aligned_viewers;
+    world::Visibility aligned_told;
+    std::vector<ClientId> fresh;  // viewers whose sets are new
 };
 
 struct ZoneState {

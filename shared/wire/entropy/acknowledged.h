@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace zoned::wire::entropy {
 
@@ -50,9 +51,17 @@ struct KnowledgeHead {
 void write_head(RangeEncoder& coder, const KnowledgeHead& head);
 KnowledgeHead read_head(RangeDecoder& coder);
 
-/// A Knowledge has the types Frame (what a packet told and taught, with its `number`) and Format,
-/// is made from a Format, copied, and has learn(shared_ptr<const Frame>) and learned(). Whoever has
-/// learned the same frames in the same order knows the same, bit for bit.
+/// For a Knowledge whose states share nothing.
+struct NothingInCommon {
+    void forget_before(PacketNumber /*oldest*/) {}
+};
+
+/// A Knowledge is a state of knowledge. It has the types Frame (what a packet told and taught, with
+/// its `number`), Format and Common, is made from a Format, copied, and has
+/// learn(shared_ptr<const Frame>, Common&) and learned(). Whoever has learned the same frames in
+/// the same order knows the same, bit for bit. States of knowledge that differ by some packets may
+/// keep what they share in one Common: it is default-made, copied, and has forget_before(n): no
+/// state before that whose newest packet is n will be asked for any more.
 ///
 /// The encoder's side. Packets are learned in ascending order when they are acknowledged; one whose
 /// turn has passed is never learned.
@@ -61,6 +70,7 @@ class KnowledgeEncoder {
   public:
     using Frame = typename Knowledge::Frame;
     using Format = typename Knowledge::Format;
+    using Common = typename Knowledge::Common;
 
     /// Packets under way that can still be acknowledged.
     static constexpr std::size_t kUnderWay = 64;
@@ -83,11 +93,13 @@ class KnowledgeEncoder {
 
     [[nodiscard]] const Knowledge& knowledge() const { return knowledge_; }
 
+    [[nodiscard]] const Common& common() const { return common_; }
+
     /// What the packet that began told.
     void sent(std::shared_ptr<const Frame> frame) {
         sent_.push_back({std::move(frame), newest(), epoch_, false});
         if (sent_.size() > kUnderWay) {
-            sent_.pop_front();
+            sent_.erase(sent_.begin());
         }
     }
 
@@ -107,12 +119,13 @@ class KnowledgeEncoder {
     /// Forgets everything: the receiver does not know what was acknowledged.
     void start_over() {
         knowledge_ = Knowledge(format_);
+        common_ = Common();
         epoch_ = static_cast<std::uint8_t>((epoch_ + 1) % (1 << KnowledgeHead::kEpochBits));
         sent_.clear();
     }
 
     /// The receiver knows this otherwise; before the first begin().
-    void share(std::shared_ptr<const Frame> frame) { knowledge_.learn(std::move(frame)); }
+    void share(std::shared_ptr<const Frame> frame) { knowledge_.learn(std::move(frame), common_); }
 
   private:
     struct Sent {
@@ -142,15 +155,17 @@ class KnowledgeEncoder {
                 start_over();
                 return;
             }
-            knowledge_.learn(sent.frame);
+            knowledge_.learn(sent.frame, common_);
         }
         sent_.erase(sent_.begin(), sent_.begin() + static_cast<std::ptrdiff_t>(done));
+        common_.forget_before(newest());
     }
 
     Format format_;
     Knowledge knowledge_;
+    Common common_;
     std::uint8_t epoch_;
-    std::deque<Sent> sent_;  // ascending
+    std::vector<Sent> sent_;  // ascending
 };
 
 /// The decoder's side. Use: knowledge_for() a packet's head, decode, keep() what came of it; a
@@ -160,45 +175,52 @@ class KnowledgeDecoder {
   public:
     using Frame = typename Knowledge::Frame;
     using Format = typename Knowledge::Format;
+    using Common = typename Knowledge::Common;
     using FramePointer = std::shared_ptr<const Frame>;
+
+    /// A state, with what it has in common with others; both null: none. Valid until the next call.
+    struct Known {
+        const Knowledge* knowledge = nullptr;
+        const Common* common = nullptr;
+    };
 
     explicit KnowledgeDecoder(const Format& format) : format_(format), known_{Knowledge(format)} {}
 
-    /// What packet `number` was coded with; null, and why, where that is not known (any more).
-    const Knowledge* knowledge_for(PacketNumber number,
-                                   const KnowledgeHead& head,
-                                   const char*& why) {
+    /// What packet `number` was coded with; none, and why, where that is not known (any more).
+    Known knowledge_for(PacketNumber number, const KnowledgeHead& head, const char*& why) {
         fresh_.reset();
         if (head.gap >= number) {
             why = "refers to a packet before the first";
-            return nullptr;
+            return {};
         }
         if (received(number)) {
             why = "was received before";
-            return nullptr;
+            return {};
         }
         if (head.epoch != epoch_) {
             // The encoder has started over? A packet from before it did so may come later.
             if (head.gap != 0 || number <= newest_) {
                 why = "belongs to knowledge that was given up";
-                return nullptr;
+                return {};
             }
-            fresh_epoch_ = head.epoch;
-            return &fresh_.emplace(format_);
+            const Fresh& fresh = fresh_.emplace(Fresh{head.epoch, Knowledge(format_), {}});
+            return {&fresh.knowledge, &fresh.common};
         }
         const Knowledge* knowledge =
             knowledge_at(head.gap == 0 ? 0 : number - head.gap, head.learned);
         if (knowledge == nullptr) {
             why = "refers to packets that are not known";
+            return {};
         }
-        return knowledge;
+        return {knowledge, &common_};
     }
 
     void keep(FramePointer frame) {
         if (fresh_) {
-            epoch_ = fresh_epoch_;
+            epoch_ = fresh_->epoch;
             received_.clear();
-            known_.assign(1, std::move(*fresh_));
+            known_.assign(1, std::move(fresh_->knowledge));
+            common_ = Common();
             fresh_.reset();
         }
         newest_ = std::max(newest_, frame->number);
@@ -219,10 +241,19 @@ class KnowledgeDecoder {
     /// See KnowledgeEncoder::share().
     void share(FramePointer frame) {
         newest_ = frame->number;
-        known_.back().learn(std::move(frame));
+        known_.back().learn(std::move(frame), common_);
     }
 
+    [[nodiscard]] const Common& common() const { return common_; }
+
   private:
+    /// What an epoch begins with whose first packet is being decoded.
+    struct Fresh {
+        std::uint8_t epoch = 0;
+        Knowledge knowledge;
+        Common common;
+    };
+
     static constexpr std::size_t kReceived = 128;
     /// Packets may overtake each other by so many states of knowledge.
     static constexpr std::size_t kReordered = 16;
@@ -261,20 +292,21 @@ class KnowledgeDecoder {
         if (would.newest() != newest || would.before() != learned) {
             return nullptr;
         }
-        Knowledge now = before;
-        for (const FramePointer& frame : received_) {
-            if (wanted(frame->number)) {
-                now.learn(frame);
-            }
-        }
         const bool oldest = known_.size() == kReordered && std::prev(from) == known_.begin() &&
                             from != known_.end();
         if (oldest) {
             return nullptr;
         }
+        Knowledge now = before;
+        for (const FramePointer& frame : received_) {
+            if (wanted(frame->number)) {
+                now.learn(frame, common_);
+            }
+        }
         known_.insert(from, std::move(now));
         if (known_.size() > kReordered) {
             known_.pop_front();
+            common_.forget_before(known_.front().learned().newest());
         }
         return &*std::find_if(known_.begin(), known_.end(), [newest](const Knowledge& k) {
             return k.learned().newest() == newest;
@@ -283,11 +315,11 @@ class KnowledgeDecoder {
 
     Format format_;
     std::uint8_t epoch_ = 0;
-    std::uint8_t fresh_epoch_ = 0;
-    PacketNumber newest_ = 0;            // received
-    std::optional<Knowledge> fresh_;     // of an epoch that begins with the packet being decoded
+    PacketNumber newest_ = 0;  // received
+    std::optional<Fresh> fresh_;
     std::deque<FramePointer> received_;  // ascending
     std::deque<Knowledge> known_;        // ascending by newest learned
+    Common common_;                      // of these
 };
 
 }  // namespace zoned::wire::entropy

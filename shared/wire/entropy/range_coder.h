@@ -27,7 +27,20 @@ inline constexpr std::uint32_t kLeastRange = 1u << 24;
 class RangeEncoder {
   public:
     /// Appends to `out`, which must outlive the encoder and not be touched before finish().
-    explicit RangeEncoder(std::vector<std::uint8_t>& out) : out_(out), begin_(out.size()) {}
+    explicit RangeEncoder(std::vector<std::uint8_t>& out) : RangeEncoder(out, own_raw_bytes_) {}
+
+    /// `raw_bytes`: working memory that outlives the encoder, so that it need not be allocated.
+    RangeEncoder(std::vector<std::uint8_t>& out, std::vector<std::uint8_t>& raw_bytes)
+        : out_(out),
+          begin_(out.size()),
+          raw_bytes_(raw_bytes) {
+        if (&raw_bytes_ != &own_raw_bytes_) {
+            raw_bytes_.clear();
+        }
+    }
+
+    RangeEncoder(const RangeEncoder&) = delete;
+    RangeEncoder& operator=(const RangeEncoder&) = delete;
 
     /// A symbol that owns [start, start + size) of kProbabilityOne; size > 0.
     void encode(std::uint32_t start, std::uint32_t size) {
@@ -92,7 +105,8 @@ class RangeEncoder {
     std::uint32_t range_ = 0xFFFFFFFFu;
     std::uint64_t raw_ = 0;
     int raw_bits_ = 0;
-    std::vector<std::uint8_t> raw_bytes_;
+    std::vector<std::uint8_t>& raw_bytes_;
+    std::vector<std::uint8_t> own_raw_bytes_;
 };
 
 /// Reads what RangeEncoder wrote. Bytes are hostile: whatever they are, decoding goes on with some

@@ -70,6 +70,13 @@ struct RecordFrame {
     std::vector<CodedRecord> records;  ///< ascending by entity
     std::vector<RecordLesson> lessons;
     std::array<entropy::NormalSums<1>, 2> velocity;  ///< along the ground, upwards
+
+    /// Empties the lists, which keep their memory.
+    void clear() {
+        records.clear();
+        lessons.clear();
+        velocity = {};
+    }
 };
 
 }  // namespace zoned::wire::record

@@ -6,6 +6,21 @@
 
 namespace zoned::wire::record {
 
+namespace {
+
+std::shared_ptr<RecordFrame> new_frame(entropy::FramePool<RecordFrame>& frames,
+                                       entropy::PacketNumber number,
+                                       Tick tick,
+                                       ZoneId zone) {
+    std::shared_ptr<RecordFrame> frame = frames.take();
+    frame->number = number;
+    frame->tick = tick;
+    frame->zone = zone;
+    return frame;
+}
+
+}  // namespace
+
 RecordEncoder::RecordEncoder(const RecordFormat& format, std::uint8_t epoch)
     : format_(format),
       acknowledged_(format, epoch) {
@@ -14,21 +29,20 @@ RecordEncoder::RecordEncoder(const RecordFormat& format, std::uint8_t epoch)
 std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber number,
                                                          Tick tick,
                                                          ZoneId zone,
-                                                         std::vector<CodedRecord> records,
+                                                         std::span<const CodedRecord> records,
                                                          std::vector<std::uint8_t>& out) {
     ZONED_ASSERT(records.size() <= kMostRecords, "more records than a packet holds");
-    std::sort(records.begin(), records.end(), [](const CodedRecord& a, const CodedRecord& b) {
-        return a.entity < b.entity;
-    });
     const entropy::KnowledgeHead head = acknowledged_.begin(number);
-    auto frame = std::make_shared<RecordFrame>();
-    frame->number = number;
-    frame->tick = tick;
-    frame->zone = zone;
-    frame->records = std::move(records);
-    entropy::RangeEncoder coder(out);
+    std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
+    frame->records.assign(records.begin(), records.end());
+    std::sort(frame->records.begin(),
+              frame->records.end(),
+              [](const CodedRecord& a, const CodedRecord& b) { return a.entity < b.entity; });
+    entropy::RangeEncoder coder(out, raw_);
     entropy::write_head(coder, head);
-    RecordPass<entropy::EncodePort>(format_, acknowledged_.knowledge(), {coder}, *frame).run();
+    RecordPass<entropy::EncodePort>(
+        format_, acknowledged_.knowledge(), acknowledged_.common(), {coder}, *frame)
+        .run();
     coder.finish();
     return frame;
 }
@@ -45,15 +59,13 @@ core::Result<std::shared_ptr<const RecordFrame>> RecordDecoder::decode(
     entropy::RangeDecoder coder(bytes);
     const entropy::KnowledgeHead head = entropy::read_head(coder);
     const char* why = "";
-    const RecordKnowledge* knowledge = acknowledged_.knowledge_for(number, head, why);
+    const auto [knowledge, bases] = acknowledged_.knowledge_for(number, head, why);
     if (knowledge == nullptr) {
         return Decoded::failure(why);
     }
-    auto frame = std::make_shared<RecordFrame>();
-    frame->number = number;
-    frame->tick = tick;
-    frame->zone = zone;
-    const bool sound = RecordPass<entropy::DecodePort>(format_, *knowledge, {coder}, *frame).run();
+    std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
+    const bool sound =
+        RecordPass<entropy::DecodePort>(format_, *knowledge, *bases, {coder}, *frame).run();
     if (!sound || !coder.complete()) {
         return Decoded::failure("malformed records");
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "shared/core/result.h"
+#include "shared/wire/entropy/frame_pool.h"
 #include "shared/wire/record/record_knowledge.h"
 
 #include <cstdint>
@@ -26,12 +27,13 @@ class RecordEncoder {
     explicit RecordEncoder(const RecordFormat& format, std::uint8_t epoch = 0);
 
     /// Appends the code of `records` to `out`, packet `number` (ascending from 1) of `tick`.
-    /// Records are brought into ascending order; one per entity, at most kMostRecords. What came of
-    /// it may be dropped, and another packet of that number encoded, as long as it was not sent().
+    /// Records come in any order, one per entity, at most kMostRecords. What came of it may be
+    /// dropped, and another packet of that number encoded, as long as it was not sent(). Allocates
+    /// nothing once packets have been as large and as many were under way.
     std::shared_ptr<const RecordFrame> encode(entropy::PacketNumber number,
                                               Tick tick,
                                               ZoneId zone,
-                                              std::vector<CodedRecord> records,
+                                              std::span<const CodedRecord> records,
                                               std::vector<std::uint8_t>& out);
 
     void sent(std::shared_ptr<const RecordFrame> frame) { acknowledged_.sent(std::move(frame)); }
@@ -44,9 +46,14 @@ class RecordEncoder {
 
     [[nodiscard]] std::uint8_t epoch() const { return acknowledged_.epoch(); }
 
+    /// Publications that are kept as bases.
+    [[nodiscard]] std::size_t known() const { return acknowledged_.common().size(); }
+
   private:
     RecordFormat format_;
     entropy::KnowledgeEncoder<RecordKnowledge> acknowledged_;
+    entropy::FramePool<RecordFrame> frames_;
+    std::vector<std::uint8_t> raw_;  // scratch of the range coder
 };
 
 class RecordDecoder {
@@ -61,9 +68,13 @@ class RecordDecoder {
                                                             ZoneId zone,
                                                             std::span<const std::uint8_t> bytes);
 
+    /// Publications that are kept as bases.
+    [[nodiscard]] std::size_t known() const { return acknowledged_.common().size(); }
+
   private:
     RecordFormat format_;
     entropy::KnowledgeDecoder<RecordKnowledge> acknowledged_;
+    entropy::FramePool<RecordFrame> frames_;
 };
 
 }  // namespace zoned::wire::record

@@ -1,6 +1,7 @@
 #include "shared/wire/record/record_knowledge.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace zoned::wire::record {
 
@@ -16,34 +17,91 @@ constexpr float kExpectedFromNothing = 256.0F;
 
 // ---------------------------------------------------------------- bases
 
+std::vector<Bases::Entry>::const_iterator Bases::lower_bound(EntityId entity) const {
+    return std::lower_bound(
+        entries_.begin(), entries_.end(), entity, [](const Entry& entry, EntityId id) {
+            return entry.entity < id;
+        });
+}
+
+/// The newest version of an entity that was learned up to `newest`.
+Bases::Slot Bases::version_at(Slot newest_of_entity, entropy::PacketNumber newest) const {
+    Slot slot = newest_of_entity;
+    while (slot != kNone && versions_[slot].number > newest) {
+        slot = versions_[slot].older;
+    }
+    return slot;
+}
+
 const CodedRecord* Bases::find(EntityId entity, ZoneId zone, entropy::PacketNumber newest) const {
-    const auto it = versions_.find(entity);
-    if (it == versions_.end()) {
+    const auto it = lower_bound(entity);
+    if (it == entries_.end() || it->entity != entity) {
         return nullptr;
     }
-    const auto after =
-        std::upper_bound(it->second.begin(),
-                         it->second.end(),
-                         newest,
-                         [](entropy::PacketNumber n, const Version& v) { return n < v.number; });
-    if (after == it->second.begin()) {
+    const Slot slot = version_at(it->newest, newest);
+    if (slot == kNone || versions_[slot].record.remove || versions_[slot].zone != zone) {
         return nullptr;
     }
-    const Version& version = *std::prev(after);
-    return version.record.remove || version.zone != zone ? nullptr : &version.record;
+    return &versions_[slot].record;
+}
+
+Bases::Slot Bases::keep(const RecordFrame& frame, const CodedRecord& record, Slot older) {
+    if (free_.empty()) {
+        free_.push_back(static_cast<Slot>(versions_.size()));
+        versions_.emplace_back();
+    }
+    const Slot slot = free_.back();
+    free_.pop_back();
+    versions_[slot] = {frame.number, frame.zone, older, record};
+    return slot;
 }
 
 void Bases::learn(const RecordFrame& frame) {
     for (const CodedRecord& record : frame.records) {
-        std::vector<Version>& versions = versions_[record.entity];
-        if (!versions.empty() && versions.back().number >= frame.number) {
+        auto it = entries_.begin() + (lower_bound(record.entity) - entries_.cbegin());
+        if (it == entries_.end() || it->entity != record.entity) {
+            it = entries_.insert(it, {record.entity, kNone});
+        } else if (versions_[it->newest].number >= frame.number) {
             continue;  // learned by another state of knowledge before
         }
-        versions.push_back({frame.number, frame.zone, record});
-        if (versions.size() > kVersions) {
-            versions.erase(versions.begin());
+        if (it->newest != kNone || record.remove) {
+            superseding_.push_back({frame.number, record.entity});
         }
+        it->newest = keep(frame, record, it->newest);
     }
+}
+
+/// Frees a version and all that are older.
+void Bases::drop(Slot& first) {
+    for (Slot slot = std::exchange(first, kNone); slot != kNone; slot = versions_[slot].older) {
+        free_.push_back(slot);
+    }
+}
+
+void Bases::forget(EntityId entity, entropy::PacketNumber oldest) {
+    const auto it = entries_.begin() + (lower_bound(entity) - entries_.cbegin());
+    if (it == entries_.end() || it->entity != entity) {
+        return;
+    }
+    const Slot still_needed = version_at(it->newest, oldest);
+    if (still_needed == kNone) {
+        return;
+    }
+    drop(versions_[still_needed].older);
+    if (still_needed == it->newest && versions_[still_needed].record.remove) {
+        drop(it->newest);
+        entries_.erase(it);
+    }
+}
+
+void Bases::forget_before(entropy::PacketNumber oldest) {
+    const auto kept = std::find_if(superseding_.begin(),
+                                   superseding_.end(),
+                                   [&](const Superseding& s) { return s.number > oldest; });
+    for (auto s = superseding_.begin(); s != kept; ++s) {
+        forget(s->entity, oldest);
+    }
+    superseding_.erase(superseding_.begin(), kept);
 }
 
 // ---------------------------------------------------------------- models
@@ -74,12 +132,11 @@ void RecordModels::learn(const std::vector<RecordLesson>& lessons) {
 
 // ---------------------------------------------------------------- knowledge
 
-RecordKnowledge::RecordKnowledge(const RecordFormat& /*format*/)
-    : bases_(std::make_shared<Bases>()) {
+RecordKnowledge::RecordKnowledge(const RecordFormat& /*format*/) {
     velocity_.fill(entropy::LeastSquares<1>({1.0}));
 }
 
-void RecordKnowledge::learn(const std::shared_ptr<const RecordFrame>& frame) {
+void RecordKnowledge::learn(const std::shared_ptr<const RecordFrame>& frame, Bases& bases) {
     models_.learn(frame->lessons);
     for (std::size_t i = 0; i < velocity_.size(); ++i) {
         if (frame->velocity[i].any) {
@@ -87,7 +144,7 @@ void RecordKnowledge::learn(const std::shared_ptr<const RecordFrame>& frame) {
             velocity_[i].solve();
         }
     }
-    bases_->learn(*frame);
+    bases.learn(*frame);
     learned_.add(frame->number);
 }
 

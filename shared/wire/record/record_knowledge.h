@@ -6,13 +6,12 @@
 
 #include <array>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 namespace zoned::wire::record {
 
-/// The publications that acknowledged packets told, by entity. States of knowledge that differ by
-/// some packets share one, so a publication stays until no state can ask for it any more.
+/// The publications that learned packets told, by entity. States of knowledge that differ by some
+/// packets share them, so each stays until no state can ask for it any more.
 class Bases {
   public:
     /// Of packets learned up to `newest`; null where nothing of the entity is known in that zone.
@@ -22,17 +21,44 @@ class Bases {
 
     void learn(const RecordFrame& frame);
 
-    /// Most states of knowledge that are kept besides the newest; each knows a packet more.
-    static constexpr std::size_t kVersions = 17;
+    /// No `newest` before this one will be asked for any more.
+    void forget_before(entropy::PacketNumber oldest);
+
+    /// Publications that are kept.
+    [[nodiscard]] std::size_t size() const { return versions_.size() - free_.size(); }
 
   private:
+    using Slot = std::uint32_t;
+    static constexpr Slot kNone = 0xFFFFFFFF;
+
     struct Version {
         entropy::PacketNumber number = 0;
         ZoneId zone;
+        Slot older = kNone;  // of the same entity
         CodedRecord record;
     };
 
-    std::unordered_map<EntityId, std::vector<Version>> versions_;  // each ascending by number
+    struct Entry {
+        EntityId entity;
+        Slot newest = kNone;
+    };
+
+    /// A publication that makes older ones, or itself, forgettable.
+    struct Superseding {
+        entropy::PacketNumber number = 0;
+        EntityId entity;
+    };
+
+    [[nodiscard]] std::vector<Entry>::const_iterator lower_bound(EntityId entity) const;
+    [[nodiscard]] Slot version_at(Slot newest_of_entity, entropy::PacketNumber newest) const;
+    Slot keep(const RecordFrame& frame, const CodedRecord& record, Slot older);
+    void drop(Slot& first);
+    void forget(EntityId entity, entropy::PacketNumber oldest);
+
+    std::vector<Entry> entries_;  // ascending by entity
+    std::vector<Version> versions_;
+    std::vector<Slot> free_;  // in versions_
+    std::vector<Superseding> superseding_;
 };
 
 /// Models by what they are for. Those of residuals come first: one per field of the field table and
@@ -73,18 +99,15 @@ class RecordKnowledge {
   public:
     using Frame = RecordFrame;
     using Format = RecordFormat;
+    using Common = Bases;
 
     explicit RecordKnowledge(const RecordFormat& format);
 
-    void learn(const std::shared_ptr<const RecordFrame>& frame);
+    void learn(const std::shared_ptr<const RecordFrame>& frame, Bases& bases);
 
     [[nodiscard]] const entropy::LearnedPackets& learned() const { return learned_; }
 
     [[nodiscard]] const RecordModels& models() const { return models_; }
-
-    [[nodiscard]] const CodedRecord* base(EntityId entity, ZoneId zone) const {
-        return bases_->find(entity, zone, learned_.newest());
-    }
 
     /// How much of an error in position, per second of extrapolation, is one of velocity.
     [[nodiscard]] double velocity_share(bool upwards) const {
@@ -94,7 +117,6 @@ class RecordKnowledge {
   private:
     RecordModels models_;
     std::array<entropy::LeastSquares<1>, 2> velocity_;
-    std::shared_ptr<Bases> bases_;
     entropy::LearnedPackets learned_;
 };
 

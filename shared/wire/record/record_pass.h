@@ -21,10 +21,12 @@ class RecordPass {
 
     RecordPass(const RecordFormat& format,
                const RecordKnowledge& knowledge,
+               const Bases& bases,
                Port port,
                RecordFrame& frame)
         : format_(format),
           knowledge_(knowledge),
+          bases_(bases),
           models_(knowledge.models()),
           port_(port),
           frame_(frame) {}
@@ -64,7 +66,7 @@ class RecordPass {
     };
 
     [[nodiscard]] const CodedRecord* base_of(EntityId entity) const {
-        return knowledge_.base(entity, frame_.zone);
+        return bases_.find(entity, frame_.zone, knowledge_.learned().newest());
     }
 
     [[nodiscard]] Kind kind_of(const CodedRecord& record) const {
@@ -318,6 +320,7 @@ class RecordPass {
 
     const RecordFormat& format_;
     const RecordKnowledge& knowledge_;
+    const Bases& bases_;
     const RecordModels& models_;
     Port port_;
     RecordFrame& frame_;

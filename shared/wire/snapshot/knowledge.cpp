@@ -28,22 +28,6 @@ FramePointer origin(const SnapshotFormat& format) {
 
 }  // namespace
 
-std::shared_ptr<CodedFrame> FramePool::take() {
-    for (std::size_t tries = 0; tries < frames_.size(); ++tries) {
-        next_ = (next_ + 1) % frames_.size();
-        if (frames_[next_].use_count() == 1) {
-            CodedFrame& frame = *frames_[next_];
-            frame.lessons.clear();
-            frame.moved.clear();
-            frame.awake.clear();
-            frame.moves = {};
-            frame.turns = {};
-            return frames_[next_];
-        }
-    }
-    return frames_.emplace_back(std::make_shared<CodedFrame>());
-}
-
 void Models::learn(const std::vector<Lesson>& lessons) {
     for (const Lesson& lesson : lessons) {
         if (lesson.model < kBits) {
@@ -69,7 +53,7 @@ Knowledge::Knowledge(const SnapshotFormat& format) {
     }
 }
 
-void Knowledge::learn(FramePointer frame) {
+void Knowledge::learn(FramePointer frame, Common& /*common*/) {
     models_.learn(frame->lessons);
     const auto learn_sums = [](auto& squares, const auto& seen) {
         if (seen.any) {

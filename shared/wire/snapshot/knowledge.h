@@ -2,6 +2,7 @@
 #pragma once
 
 #include "shared/wire/entropy/acknowledged.h"
+#include "shared/wire/entropy/frame_pool.h"
 #include "shared/wire/entropy/least_squares.h"
 #include "shared/wire/entropy/residual_model.h"
 #include "shared/wire/snapshot/rotation.h"
@@ -49,6 +50,15 @@ struct CodedFrame {
     std::array<std::array<entropy::NormalSums<kMoveFeatures>, kCalmClasses>, 2> moves;
     std::array<entropy::NormalSums<kTurnFeatures>, kCalmClasses> turns;
 
+    /// All but the columns that have a value per body, which are written anew anyway.
+    void clear() {
+        moved.clear();
+        awake.clear();
+        lessons.clear();
+        moves = {};
+        turns = {};
+    }
+
     [[nodiscard]] const Moved& moved_of(std::uint32_t body) const {
         static constexpr Moved kStill;
         const std::uint16_t index = moved_index[body];
@@ -63,17 +73,6 @@ struct CodedFrame {
 };
 
 using FramePointer = std::shared_ptr<const CodedFrame>;
-
-/// Frames that nobody holds any more are used again: their columns keep their memory.
-class FramePool {
-  public:
-    /// Empty but for the memory of its columns.
-    std::shared_ptr<CodedFrame> take();
-
-  private:
-    std::vector<std::shared_ptr<CodedFrame>> frames_;
-    std::size_t next_ = 0;
-};
 
 /// Probability models by what they are for.
 struct Models {
@@ -103,12 +102,13 @@ class Knowledge {
   public:
     using Frame = CodedFrame;
     using Format = SnapshotFormat;
+    using Common = entropy::NothingInCommon;
 
     static constexpr std::size_t kRemembered = 7;
 
     explicit Knowledge(const SnapshotFormat& format);
 
-    void learn(FramePointer frame);
+    void learn(FramePointer frame, Common& common);
 
     /// The newest snapshot but `back`, or the oldest remembered: to begin with where bodies are
     /// before anything was said of them.

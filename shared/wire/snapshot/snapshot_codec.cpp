@@ -49,7 +49,7 @@ void SnapshotEncoder::encode(FrameNumber number,
     std::shared_ptr<CodedFrame> frame = frames_.take();
     frame->number = number;
     frame->samples = samples;
-    entropy::RangeEncoder coder(out);
+    entropy::RangeEncoder coder(out, raw_);
     entropy::write_head(coder, head);
     SnapshotPass<entropy::EncodePort>(format_, knowledge, neighbours_, {coder}, *frame).run();
     coder.finish();
@@ -78,7 +78,7 @@ core::Result<const Snapshot*> SnapshotDecoder::decode(FrameNumber number,
     entropy::RangeDecoder coder(bytes);
     const entropy::KnowledgeHead head = entropy::read_head(coder);
     const char* why = "";
-    const Knowledge* knowledge = acknowledged_.knowledge_for(number, head, why);
+    const Knowledge* knowledge = acknowledged_.knowledge_for(number, head, why).knowledge;
     if (knowledge == nullptr) {
         return Decoded::failure(why);
     }

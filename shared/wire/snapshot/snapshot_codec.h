@@ -37,7 +37,8 @@ class SnapshotEncoder {
     SnapshotFormat format_;
     entropy::KnowledgeEncoder<Knowledge> acknowledged_;
     Neighbours neighbours_;  // of the pass
-    FramePool frames_;
+    entropy::FramePool<CodedFrame> frames_;
+    std::vector<std::uint8_t> raw_;  // scratch of the range coder
 };
 
 class SnapshotDecoder {
@@ -56,7 +57,7 @@ class SnapshotDecoder {
     SnapshotFormat format_;
     entropy::KnowledgeDecoder<Knowledge> acknowledged_;
     Neighbours neighbours_;  // of the pass
-    FramePool frames_;
+    entropy::FramePool<CodedFrame> frames_;
 };
 
 }  // namespace zoned::wire::snapshot

@@ -58,6 +58,16 @@ struct VerdictTest : testing::Test {
         return r;
     }
 
+    static link::ConditionerSettings bad_path() {
+        link::ConditionerSettings path;
+        path.delay_s = 0.060;
+        path.jitter_s = 0.020;
+        path.loss = 0.05;
+        path.duplicate = 0.02;
+        path.reorder = 0.05;
+        return path;
+    }
+
     static bool has_reason(const Report& r, const std::string& start) {
         for (const std::string& reason : r.reasons) {
             if (reason.rfind(start, 0) == 0) {
@@ -98,13 +108,7 @@ TEST_F(VerdictTest, IsConsistentWithATruthfulServer) {
 }
 
 TEST_F(VerdictTest, IsConsistentOverABadPath) {
-    link::ConditionerSettings path;
-    path.delay_s = 0.060;
-    path.jitter_s = 0.020;
-    path.loss = 0.05;
-    path.duplicate = 0.02;
-    path.reorder = 0.05;
-    make(3, path);
+    make(3, bad_path());
     run_for(3.0);
     // Sudden changes within the declared limit of 5 m/s.
     for (int i = 0; i < 20; ++i) {
@@ -123,6 +127,68 @@ TEST_F(VerdictTest, IsConsistentOverABadPath) {
     EXPECT_GT(r.audit.samples_after_loss, 0U);
     EXPECT_GT(r.packets_lost, 0U);
 }
+
+/// What holds whether the world is displayed now or as it was.
+struct EitherView : VerdictTest, testing::WithParamInterface<view::ViewKind> {
+    EitherView() { kind = GetParam(); }
+};
+
+TEST_P(EitherView, ToleratesAnErrorWithinTheBound) {
+    make();
+    run_for(3.0);
+    server().entities[4].lie = Vec3(0.0F, 0.04F, 0.0F);
+    run_for(3.0);
+    const Report r = finish();
+    EXPECT_TRUE(r.consistent) << all(r);
+}
+
+TEST_P(EitherView, FindsAHiddenEntity) {
+    make();
+    run_for(3.0);
+    server().entities[4].hidden_from_client = true;
+    run_for(3.0);
+    const Report r = finish();
+    EXPECT_TRUE(has_reason(r, "missing:")) << all(r);
+    EXPECT_EQ(r.audit.position_violations + r.audit.extra, 0U);
+}
+
+TEST_P(EitherView, FindsALeak) {
+    make();
+    run_for(3.0);
+    server().entities[4].leaked = true;
+    run_for(3.0);
+    const Report r = finish();
+    EXPECT_TRUE(has_reason(r, "leak:")) << all(r);
+    EXPECT_EQ(r.audit.position_violations + r.audit.missing, 0U);
+}
+
+TEST_P(EitherView, ConvergesExactlyInAFrozenWorld) {
+    make();
+    run_for(3.0);
+    server().frozen = true;
+    run_for(1.5);
+    EXPECT_EQ(collector->convergence(bots).converged, 1U);
+    Report r = collector->report(bots, 1);
+    r.freeze_asked = true;
+    judge(r);
+    EXPECT_TRUE(r.consistent) << all(r);
+    // One quantisation step is a difference.
+    server().entities[3].lie = Vec3(0.01F, 0.0F, 0.0F);
+    run_for(1.5);
+    r = collector->report(bots, 1);
+    r.freeze_asked = true;
+    judge(r);
+    EXPECT_TRUE(has_reason(r, "frozen:")) << all(r);
+}
+
+INSTANTIATE_TEST_SUITE_P(Views,
+                         EitherView,
+                         testing::Values(view::ViewKind::kExtrapolate,
+                                         view::ViewKind::kInterpolate),
+                         [](const auto& test) {
+                             return test.param == view::ViewKind::kExtrapolate ? "extrapolating"
+                                                                               : "interpolating";
+                         });
 
 struct InterpolatingVerdictTest : VerdictTest {
     InterpolatingVerdictTest() { kind = view::ViewKind::kInterpolate; }
@@ -157,13 +223,7 @@ TEST_F(InterpolatingVerdictTest, KeepsTheBareBoundWithNothingForTheAgeOfNews) {
 }
 
 TEST_F(InterpolatingVerdictTest, IsConsistentOverABadPath) {
-    link::ConditionerSettings path;
-    path.delay_s = 0.060;
-    path.jitter_s = 0.020;
-    path.loss = 0.05;
-    path.duplicate = 0.02;
-    path.reorder = 0.05;
-    make(3, path);
+    make(3, bad_path());
     run_for(3.0);
     for (int i = 0; i < 20; ++i) {
         for (auto& s : servers) {
@@ -194,46 +254,6 @@ TEST_F(InterpolatingVerdictTest, FindsAPositionBeyondItsBound) {
     EXPECT_EQ(r.audit.missing + r.audit.extra, 0U);
 }
 
-TEST_F(InterpolatingVerdictTest, ToleratesAnErrorWithinTheBound) {
-    make();
-    run_for(3.0);
-    server().entities[4].lie = Vec3(0.0F, 0.04F, 0.0F);
-    run_for(3.0);
-    const Report r = finish();
-    EXPECT_TRUE(r.consistent) << all(r);
-}
-
-TEST_F(InterpolatingVerdictTest, FindsAHiddenEntity) {
-    make();
-    run_for(3.0);
-    server().entities[4].hidden_from_client = true;
-    run_for(3.0);
-    const Report r = finish();
-    EXPECT_TRUE(has_reason(r, "missing:")) << all(r);
-    EXPECT_EQ(r.audit.position_violations + r.audit.extra, 0U);
-}
-
-TEST_F(InterpolatingVerdictTest, FindsALeak) {
-    make();
-    run_for(3.0);
-    server().entities[4].leaked = true;
-    run_for(3.0);
-    const Report r = finish();
-    EXPECT_TRUE(has_reason(r, "leak:")) << all(r);
-    EXPECT_EQ(r.audit.position_violations + r.audit.missing, 0U);
-}
-
-TEST_F(InterpolatingVerdictTest, ConvergesExactlyInAFrozenWorld) {
-    make();
-    run_for(3.0);
-    server().frozen = true;
-    run_for(1.5);
-    EXPECT_EQ(collector->convergence(bots).converged, 1U);
-    server().entities[3].lie = Vec3(0.01F, 0.0F, 0.0F);
-    run_for(1.5);
-    EXPECT_EQ(collector->convergence(bots).converged, 0U);
-}
-
 TEST_F(VerdictTest, IsConsistentWithHermiteConvergenceOverABadPath) {
     convergence = motion::ConvergenceMethod::kHermite;
     link::ConditionerSettings path;
@@ -258,25 +278,6 @@ TEST_F(VerdictTest, FindsAPositionBeyondItsBound) {
     EXPECT_EQ(r.audit.missing + r.audit.extra, 0U);
 }
 
-TEST_F(VerdictTest, ToleratesAnErrorWithinTheBound) {
-    make();
-    run_for(3.0);
-    server().entities[4].lie = Vec3(0.0F, 0.04F, 0.0F);
-    run_for(3.0);
-    const Report r = finish();
-    EXPECT_TRUE(r.consistent) << all(r);
-}
-
-TEST_F(VerdictTest, FindsAHiddenEntity) {
-    make();
-    run_for(3.0);
-    server().entities[4].hidden_from_client = true;
-    run_for(3.0);
-    const Report r = finish();
-    EXPECT_TRUE(has_reason(r, "missing:")) << all(r);
-    EXPECT_EQ(r.audit.position_violations + r.audit.extra, 0U);
-}
-
 TEST_F(VerdictTest, GrantsAppearingEntitiesARoundTrip) {
     link::ConditionerSettings path;
     path.delay_s = 0.1;
@@ -291,16 +292,6 @@ TEST_F(VerdictTest, GrantsAppearingEntitiesARoundTrip) {
     }
     const Report r = finish();
     EXPECT_TRUE(r.consistent) << all(r);
-}
-
-TEST_F(VerdictTest, FindsALeak) {
-    make();
-    run_for(3.0);
-    server().entities[4].leaked = true;
-    run_for(3.0);
-    const Report r = finish();
-    EXPECT_TRUE(has_reason(r, "leak:")) << all(r);
-    EXPECT_EQ(r.audit.position_violations + r.audit.missing, 0U);
 }
 
 TEST_F(VerdictTest, FindsLostAndDoubledEvents) {
@@ -339,25 +330,6 @@ TEST_F(VerdictTest, FindsAStall) {
     run_for(3.0);
     const Report r = finish();
     EXPECT_TRUE(has_reason(r, "stall: 1 client heard nothing")) << all(r);
-}
-
-TEST_F(VerdictTest, ConvergesExactlyInAFrozenWorld) {
-    make();
-    run_for(3.0);
-    server().frozen = true;
-    run_for(1.5);
-    EXPECT_EQ(collector->convergence(bots).converged, 1U);
-    Report r = collector->report(bots, 1);
-    r.freeze_asked = true;
-    judge(r);
-    EXPECT_TRUE(r.consistent) << all(r);
-    // One quantisation step is a difference.
-    server().entities[3].lie = Vec3(0.01F, 0.0F, 0.0F);
-    run_for(1.5);
-    r = collector->report(bots, 1);
-    r.freeze_asked = true;
-    judge(r);
-    EXPECT_TRUE(has_reason(r, "frozen:")) << all(r);
 }
 
 TEST_F(VerdictTest, SaysThatNothingWasComparedWithoutTheRight) {

@@ -288,5 +288,68 @@ TEST_F(Datagrams, OfTheOldKeysNoLongerOpenAfterTheClientCameBack) {
     EXPECT_EQ(input_ticks().size(), 1U);
 }
 
+TEST_F(Datagrams, OfOneTickLeaveSpreadOutAndInOrder) {
+    FakeClient other{host};
+    ASSERT_TRUE(other.log_in());
+    client.send_datagram({}, 1);
+    other.send_datagram({}, 2);
+    host.datagrams.clear();
+    constexpr std::uint64_t kPackets = 4;
+    for (std::uint64_t n = 1; n <= kPackets; ++n) {
+        client.state(n, 1000);
+        other.state(n, 1000);
+    }
+    // The first of each goes at once, the others when the path can take them.
+    EXPECT_EQ(host.datagrams.size(), 2U);
+    const double began_s = host.now_s;
+    while (host.host.next_release_s() < began_s + 1.0) {
+        const double next_s = host.host.next_release_s();
+        ASSERT_GE(next_s, host.now_s);
+        host.now_s = next_s;
+        host.host.release(host.now_s, host.now_s);
+    }
+    EXPECT_LT(host.now_s, began_s + 1.0 / 30.0);
+    ASSERT_EQ(host.datagrams.size(), 2 * kPackets);
+    std::uint64_t opened = 0;
+    std::uint64_t opened_other = 0;
+    for (const SentDatagram& sent : host.datagrams) {
+        const bool mine = client.open(sent.bytes, opened + 1).has_value();
+        (mine ? opened : opened_other) += 1;
+        EXPECT_TRUE(mine || other.open(sent.bytes, opened_other).has_value());
+    }
+    EXPECT_EQ(opened, kPackets);
+    EXPECT_EQ(opened_other, kPackets);
+}
+
+TEST_F(Datagrams, OfTheTickBeforeLeaveBeforeNewOnes) {
+    client.send_datagram({});
+    host.datagrams.clear();
+    client.state(1, 1000);
+    client.state(2, 1000);
+    EXPECT_EQ(host.datagrams.size(), 1U);
+    host.now_s += 1.0;
+    client.state(3, 20);
+    ASSERT_EQ(host.datagrams.size(), 3U);
+    for (std::uint64_t n = 1; n <= 3; ++n) {
+        EXPECT_TRUE(client.open(host.datagrams[n - 1].bytes, n)) << n;
+    }
+    // When the one that went before its time would have been due, nothing is left to send.
+    host.host.release(host.now_s, host.now_s);
+    EXPECT_EQ(host.datagrams.size(), 3U);
+    EXPECT_TRUE(host.host.stats().rejected.empty());
+}
+
+TEST_F(Datagrams, OfASessionThatEndedMeanwhileAreCounted) {
+    client.send_datagram({});
+    client.state(1, 1000);
+    client.state(2, 1000);
+    proto::ClientMessage quit;
+    quit.mutable_quit();
+    host.send(client.stream, quit);
+    host.now_s += 1.0;
+    host.host.release(host.now_s, host.now_s);
+    EXPECT_EQ(host.rejected("out_no_session"), 1U);
+}
+
 }  // namespace
 }  // namespace zoned::session

@@ -1,3 +1,4 @@
+#include "tests/unit/allocation_count.h"
 #include "tests/unit/wire/wire_samples.h"
 #include "shared/core/rng.h"
 #include "shared/wire/record/record_codec.h"
@@ -176,6 +177,142 @@ TEST(RecordCodec, StaysWholeWhateverBytesCome) {
         encoder.acknowledge(number);
     }
     EXPECT_GT(refused, 800);
+}
+
+/// A few entities, told anew in each packet, so that every state of knowledge has other bases.
+std::vector<CodedRecord> walkers(const RecordFormat& format, core::Rng& rng, Tick tick) {
+    std::vector<CodedRecord> records;
+    for (std::uint32_t e = 1; e <= 6; ++e) {
+        CodedRecord& r = records.emplace_back();
+        r.entity = EntityId(e);
+        r.tick = tick;
+        r.state = random_quantized(rng, false, format.levels[0].quantization);
+    }
+    return records;
+}
+
+TEST(RecordCodec, FindsTheBasesOfPacketsThatAreLateByManyAcknowledgements) {
+    // Acknowledgements come in lumps of five packets, so that packets which are late by a few
+    // states of knowledge are late by many learned packets.
+    constexpr entropy::PacketNumber kLump = 5;
+    // The decoder keeps sixteen states of knowledge: so late a packet refers to the oldest of them.
+    constexpr entropy::PacketNumber kLatest = 15 * kLump;
+    for (entropy::PacketNumber late_by = 1; late_by <= kLatest + kLump + 1; ++late_by) {
+        const RecordFormat format(Quantization{}, 1.0F / 60.0F);
+        RecordEncoder encoder(format);
+        RecordDecoder decoder(format);
+        core::Rng rng(6);
+        const entropy::PacketNumber late = 40;
+        std::vector<std::uint8_t> late_bytes;
+        std::vector<CodedRecord> late_records;
+        for (entropy::PacketNumber n = 1; n <= late + late_by; ++n) {
+            const auto tick = static_cast<Tick>(n);
+            std::vector<CodedRecord> records = walkers(format, rng, tick);
+            std::vector<std::uint8_t> bytes;
+            encoder.sent(encoder.encode(n, tick, kZone, records, bytes));
+            if (n == late) {
+                late_bytes = bytes;
+                late_records = records;
+            } else {
+                ASSERT_TRUE(decoder.decode(n, tick, kZone, bytes));
+            }
+            for (entropy::PacketNumber a = n - kLump + 1; n % kLump == 0 && a <= n; ++a) {
+                if (a != late) {
+                    encoder.acknowledge(a);
+                }
+            }
+        }
+        const auto frame = decoder.decode(late, static_cast<Tick>(late), kZone, late_bytes);
+        if (late_by > kLatest) {
+            EXPECT_FALSE(frame) << "late by " << late_by;
+            continue;
+        }
+        ASSERT_TRUE(frame) << frame.error() << ", late by " << late_by;
+        ASSERT_EQ((*frame)->records.size(), late_records.size());
+        for (std::size_t i = 0; i < late_records.size(); ++i) {
+            ASSERT_TRUE(same((*frame)->records[i], late_records[i])) << "late by " << late_by;
+        }
+    }
+}
+
+TEST(RecordCodec, ForgetsWhatNoPacketCanReferTo) {
+    // A hundred at a time come, are told of each tick, and go.
+    constexpr std::uint32_t kAtATime = 100;
+    const RecordFormat format(Quantization{}, 1.0F / 30.0F);
+    RecordEncoder encoder(format);
+    RecordDecoder decoder(format);
+    core::Rng rng(7);
+    for (Tick tick = 1; tick <= 2000; ++tick) {
+        const auto first = static_cast<std::uint32_t>(tick);
+        std::vector<CodedRecord> records;
+        for (std::uint32_t e = first; e <= first + kAtATime; ++e) {
+            CodedRecord& r = records.emplace_back();
+            r.entity = EntityId(e);
+            r.tick = tick;
+            r.remove = e == first;
+            r.state = random_quantized(rng, false, format.levels[0].quantization);
+        }
+        const auto number = static_cast<entropy::PacketNumber>(tick);
+        std::vector<std::uint8_t> bytes;
+        encoder.sent(encoder.encode(number, tick, kZone, records, bytes));
+        ASSERT_TRUE(decoder.decode(number, tick, kZone, bytes));
+        encoder.acknowledge(number);
+        // The encoder codes by one state of knowledge; the decoder keeps sixteen, which here
+        // differ by one packet each.
+        ASSERT_LE(encoder.known(), kAtATime);
+        ASSERT_LE(decoder.known(), 16 * (kAtATime + 1));
+    }
+}
+
+TEST(RecordCodec, AllocatesNothingOnceItIsWarm) {
+    const RecordFormat format(Quantization{}, 1.0F / 30.0F);
+    RecordEncoder encoder(format);
+    core::Rng rng(9);
+    std::vector<std::uint8_t> bytes;
+    std::uint64_t warm = 0;
+    for (entropy::PacketNumber n = 1; n <= 400; ++n) {
+        const auto tick = static_cast<Tick>(n);
+        std::vector<CodedRecord> records = walkers(format, rng, tick);
+        // Others come and go.
+        CodedRecord& passing = records.emplace_back();
+        passing.entity = EntityId(100 + n % 7);
+        passing.remove = n % 3 == 0;
+        passing.tick = tick;
+        bytes.clear();
+        const std::uint64_t before = allocation_count();
+        encoder.sent(encoder.encode(n, tick, kZone, records, bytes));
+        if (n > 8) {
+            encoder.acknowledge(n - 8);
+        }
+        // Ten times as many packets as are ever under way.
+        warm += n > 80 ? allocation_count() - before : 0;
+    }
+    EXPECT_EQ(warm, 0u);
+}
+
+TEST(RecordCodec, KeepsCopiesOfADecoderApart) {
+    const RecordFormat format(Quantization{}, 1.0F / 30.0F);
+    RecordEncoder encoder(format);
+    RecordDecoder decoder(format);
+    core::Rng rng(8);
+    std::vector<std::uint8_t> bytes;
+    const auto tell = [&](entropy::PacketNumber n) {
+        bytes.clear();
+        const auto tick = static_cast<Tick>(n);
+        encoder.sent(encoder.encode(n, tick, kZone, walkers(format, rng, tick), bytes));
+        encoder.acknowledge(n);
+    };
+    tell(1);
+    ASSERT_TRUE(decoder.decode(1, 1, kZone, bytes));
+    tell(2);
+    const std::vector<std::uint8_t> second = bytes;
+    RecordDecoder ahead = decoder;
+    ASSERT_TRUE(ahead.decode(2, 2, kZone, second));
+    for (entropy::PacketNumber n = 3; n < 100; ++n) {
+        tell(n);
+        ASSERT_TRUE(ahead.decode(n, static_cast<Tick>(n), kZone, bytes));
+    }
+    EXPECT_TRUE(decoder.decode(2, 2, kZone, second));
 }
 
 TEST(RecordCodec, RefusesWhatBuildsOnPacketsThatNeverCame) {
