@@ -134,5 +134,43 @@ TEST_F(CodedRecords, OfWhichNoneCanBeDecodedForAWhileEndInAReset) {
     EXPECT_LE(report.view_resets, 8u);
 }
 
+TEST(ChosenCodec, IsTheSameForAnyNumberOfThreadsAndFollowsThePrice) {
+    struct Run : GameTest {
+        void TestBody() override {}
+
+        /// The hash of what clients were told, at the end, and the most viewers of a zone that were
+        /// coded for.
+        std::pair<std::uint64_t, std::uint32_t> play(unsigned threads, std::uint32_t budget_us) {
+            server.sets = {"replication.codec=AUTO",
+                           "replication.codec_budget_us_per_tick=" + std::to_string(budget_us),
+                           "zones.zone_grid.columns=2",
+                           "scatter[1].count=60",
+                           "machine[0].state[0].transition[0].threshold=100000"};
+            server.network.delay_s = 0.03;
+            server.threads = threads;
+            std::uint32_t most = 0;
+            const auto report = run([&](VirtualServer& server_now, double) {
+                for (const auto& zone : server_now.world().zones()) {
+                    most = std::max(most, zone->report().replication.codec.coded);
+                }
+            });
+            EXPECT_TRUE(report.consistent) << reasons(report);
+            core::StateHash hash;
+            for (const auto& zone : world->world().zones()) {
+                zone->state().replicator.hash(hash);
+            }
+            return {hash.value(), most};
+        }
+    };
+
+    Run one;
+    const auto alone = one.play(1, 1000);
+    EXPECT_GE(alone.second, 2u);
+    EXPECT_EQ(Run().play(3, 1000), alone);
+    const auto none = Run().play(1, 0);
+    EXPECT_EQ(none.second, 0u);
+    EXPECT_NE(none.first, alone.first);
+}
+
 }  // namespace
 }  // namespace zoned::harness
