@@ -227,11 +227,15 @@ void Bot::on_audit(const proto::AuditRecord& record) {
     observer_.on_audit(*this, record);
 }
 
-void Bot::on_packet(const link::OpenedPacket& packet) {
+bool Bot::on_packet(const link::OpenedPacket& packet) {
     if (!view_) {
-        return;
+        return false;
     }
-    if (client_.clock().ready()) {
+    packet_sent_s_ = packet.server_send_s;
+    hear_of_ways();
+    const view::Taken taken = view_->apply(packet, now_s_);
+    // What could not be read has not arrived, as news goes.
+    if (taken.read && client_.clock().ready()) {
         // On the view's own clock, which stands still when the estimate of the server's is set
         // back: what counts is which ticks were shown without this news.
         const double shown_s = static_cast<double>(view_->tick()) * world_->tick_s;
@@ -240,15 +244,13 @@ void Bot::on_packet(const link::OpenedPacket& packet) {
                             std::max(client_.clock().server_time(now_s_), shown_s),
                             packet.head.widened);
     }
-    packet_sent_s_ = packet.server_send_s;
-    hear_of_ways();
-    const view::Correction correction = view_->apply(packet, now_s_);
-    if (correction.applied) {
+    if (taken.correction.applied) {
         hear_of_commands(packet.head.own);
     }
-    if (correction.compared) {
-        observer_.on_correction(*this, correction.tick, correction.distance_m);
+    if (taken.correction.compared) {
+        observer_.on_correction(*this, taken.correction.tick, taken.correction.distance_m);
     }
+    return taken.read;
 }
 
 void Bot::on_shown(EntityId entity, Tick publication_tick, Tick from_tick) {

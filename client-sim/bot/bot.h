@@ -117,7 +117,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     void on_joined(const proto::Joined& joined) override;
     void on_event(const proto::Event& event) override;
     void on_audit(const proto::AuditRecord& record) override;
-    void on_packet(const link::OpenedPacket& packet) override;
+    bool on_packet(const link::OpenedPacket& packet) override;
     void on_shown(EntityId entity, Tick publication_tick, Tick from_tick) override;
     void command(std::uint32_t kind, std::string payload) override;
 

@@ -279,7 +279,9 @@ void Client::on_datagram(std::span<const std::uint8_t> datagram, bool tunnel, do
         last_udp_s_ = now_s;
         tunnelling_ = false;
     }
-    handler_.on_packet(*packet);
+    if (handler_.on_packet(*packet)) {
+        channel_.acknowledge(*packet, now_s);
+    }
 }
 
 void Client::on_closed(const std::string& reason, double now_s) {

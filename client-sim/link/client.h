@@ -34,7 +34,8 @@ class SessionHandler {
     /// Exactly once and in order. Confirmation, where asked for, has been sent.
     virtual void on_event(const proto::Event& event) = 0;
     virtual void on_audit(const proto::AuditRecord& record) = 0;
-    virtual void on_packet(const OpenedPacket& packet) = 0;
+    /// False: it could not be read, and must count as lost (WIRE.md, section 4a).
+    virtual bool on_packet(const OpenedPacket& packet) = 0;
 };
 
 enum class SessionState : std::uint8_t {

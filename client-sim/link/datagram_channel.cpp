@@ -104,14 +104,6 @@ std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> 
         ++stats_.malformed;
         return std::nullopt;
     }
-    acks_.on_received(sequence);
-    if (acks_.newest() == sequence) {
-        newest_received_s_ = now_s;
-        // Any clock will do, as long as it goes on: the server looks at differences only.
-        const auto now_us = static_cast<std::uint32_t>(
-            static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(now_s * 1e6))));
-        newest_one_way_128us_ = wire::one_way_128us(now_us, transport->send_time_us);
-    }
     const double server_send_s =
         unwrap_send_time_s(transport->send_time_us, head->head.tick, tick_s_);
     sample_clock(*transport, server_send_s, now_s);
@@ -120,7 +112,19 @@ std::optional<OpenedPacket> DatagramChannel::open(std::span<const std::uint8_t> 
                         head->head,
                         body.subspan(head->records_offset),
                         server_send_s,
-                        head->records_offset};
+                        head->records_offset,
+                        transport->send_time_us};
+}
+
+void DatagramChannel::acknowledge(const OpenedPacket& packet, double now_s) {
+    acks_.on_received(packet.sequence);
+    if (acks_.newest() == packet.sequence) {
+        newest_received_s_ = now_s;
+        // Any clock will do, as long as it goes on: the server looks at differences only.
+        const auto now_us = static_cast<std::uint32_t>(
+            static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(now_s * 1e6))));
+        newest_one_way_128us_ = wire::one_way_128us(now_us, packet.send_time_us);
+    }
 }
 
 void DatagramChannel::sample_clock(const wire::DownTransport& transport,

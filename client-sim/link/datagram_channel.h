@@ -42,8 +42,9 @@ struct OpenedPacket {
     std::uint64_t sequence = 0;
     wire::DownHead head;
     std::span<const std::uint8_t> records;
-    double server_send_s = 0.0;  ///< when it left, by the server's clock
-    std::size_t head_bytes = 0;  ///< of the body, before the records
+    double server_send_s = 0.0;      ///< when it left, by the server's clock
+    std::size_t head_bytes = 0;      ///< of the body, before the records
+    std::uint32_t send_time_us = 0;  ///< when it left, as it says
 };
 
 class DatagramChannel {
@@ -66,8 +67,12 @@ class DatagramChannel {
     [[nodiscard]] Bytes seal(std::span<const std::uint8_t> body, double now_s);
 
     /// Opens a datagram; nullopt (and a count) for anything that is not a fresh, authentic, well
-    /// formed state packet.
+    /// formed state packet. What the receiver can make use of must be acknowledged.
     std::optional<OpenedPacket> open(std::span<const std::uint8_t> datagram, double now_s);
+
+    /// Tells the server, with the next datagram, that this packet has come. One that is not
+    /// acknowledged is lost to the server: it never builds on it and tells its news again.
+    void acknowledge(const OpenedPacket& packet, double now_s);
 
     [[nodiscard]] const clock::ClockSync& clock() const { return clock_; }
 

@@ -88,6 +88,8 @@ std::optional<WorldState> View::on_screen(const Entity& entity) const {
 void View::clear() {
     store_ = EntityStore(*world_, display_settings());
     coded_.reset();
+    newest_decoded_ = 0;
+    undecoded_ = 0;
     playout_ = Playout(world_->tick_s);
     own_ = OwnAvatar(*world_);
     bursts_.clear();
@@ -104,12 +106,12 @@ void View::diverged(const char* reason) {
     }
 }
 
-Correction View::apply(const link::OpenedPacket& packet, double now_s) {
-    Correction correction;
+Taken View::apply(const link::OpenedPacket& packet, double now_s) {
+    Taken taken;
     if (world_->zone(packet.head.zone) == nullptr) {
         ++stats_.malformed_records;
         diverged("a packet names an unknown zone");
-        return correction;
+        return taken;
     }
     if (packet.sequence > newest_sequence_) {
         if (zone_ && zone_ != packet.head.zone) {
@@ -119,22 +121,23 @@ Correction View::apply(const link::OpenedPacket& packet, double now_s) {
         newest_sequence_ = packet.sequence;
     }
     if (packet.head.has_own) {
-        correction = own_.reconcile(packet.head.own, packet.head.zone);
-        if (correction.applied && packet.head.own.input_missing) {
+        taken.correction = own_.reconcile(packet.head.own, packet.head.zone);
+        if (taken.correction.applied && packet.head.own.input_missing) {
             ++stats_.input_missing;
         }
     }
     oldest_news_ = packet.head.tick;
+    taken.read = true;
     if (settings_.meter) {
         count_packet(packet);
     }
     if (packet.head.coded) {
-        apply_coded(packet, now_s);
+        taken.read = apply_coded(packet, now_s);
     } else {
         apply_records(packet, now_s);
     }
     playout_.on_news(tick_ + 1 - oldest_news_);
-    return correction;
+    return taken;
 }
 
 void View::count_packet(const link::OpenedPacket& packet) {
@@ -313,9 +316,8 @@ void View::apply_records(const link::OpenedPacket& packet, double now_s) {
     }
 }
 
-/// Records that are coded for this client alone. What can't be decoded was acknowledged all the
-/// same, so the server takes it for known: everything has to be told anew then.
-void View::apply_coded(const link::OpenedPacket& packet, double now_s) {
+/// Records that are coded for this client alone; false: they could not be decoded.
+bool View::apply_coded(const link::OpenedPacket& packet, double now_s) {
     if (!coded_) {
         coded_.emplace(
             wire::record::RecordFormat(world_->quantization, static_cast<float>(world_->tick_s)));
@@ -325,17 +327,39 @@ void View::apply_coded(const link::OpenedPacket& packet, double now_s) {
                                       packet.head.zone,
                                       packet.records);
     if (!frame) {
-        ++stats_.undecoded_packets;
-        diverged("a packet could not be decoded");
-        if (settings_.meter) {
-            traffic_.add_unread(packet.records.size());
-        }
-        return;
+        not_decoded(packet);
+        return false;
     }
+    newest_decoded_ = std::max(newest_decoded_, packet.sequence);
+    undecoded_ = 0;
     if (settings_.meter) {
         traffic_.add_coded(packet.records.size());
     }
-    for (const wire::record::CodedRecord& coded : (*frame)->records) {
+    show_coded(**frame, packet, now_s);
+    return true;
+}
+
+/// It is as good as lost: it is not acknowledged, the server never builds on it and tells its news
+/// again. But where one after another can't be decoded, the two sides know different things.
+void View::not_decoded(const link::OpenedPacket& packet) {
+    if (settings_.meter) {
+        traffic_.add_unread(packet.records.size());
+    }
+    if (packet.sequence < newest_decoded_) {
+        ++stats_.overtaken_packets;
+        return;
+    }
+    ++stats_.undecoded_packets;
+    if (++undecoded_ >= kUndecodedForReset) {
+        undecoded_ = 0;
+        diverged("packets could not be decoded");
+    }
+}
+
+void View::show_coded(const wire::record::RecordFrame& frame,
+                      const link::OpenedPacket& packet,
+                      double now_s) {
+    for (const wire::record::CodedRecord& coded : frame.records) {
         ++stats_.records;
         if (coded.remove) {
             ++stats_.removes;

@@ -40,6 +40,12 @@ struct ViewSettings {
     bool meter = false;               ///< counts what the bytes of packets were for
 };
 
+/// What came of a packet.
+struct Taken {
+    bool read = false;      ///< else it must not be acknowledged
+    Correction correction;  ///< of the own prediction, if the packet carried the own state
+};
+
 struct ViewStats {
     std::uint64_t records = 0;
     std::uint64_t shown = 0;      ///< publications that came to be displayed
@@ -48,7 +54,8 @@ struct ViewStats {
     std::array<std::uint64_t, motion::kPredictorOrders> by_order{};  ///< of shown
     std::uint64_t unknown_keyframes = 0;
     std::uint64_t malformed_records = 0;
-    std::uint64_t undecoded_packets = 0;  ///< of records coded for this client alone
+    std::uint64_t undecoded_packets = 0;  ///< of records coded for this client alone ...
+    std::uint64_t overtaken_packets = 0;  ///< ... that came too late for what they build on
     std::uint64_t silent_entities = 0;    ///< moving, yet not heard of for too long
     std::uint64_t resets = 0;
     std::uint64_t dropped_by_reset = 0;
@@ -68,6 +75,8 @@ class View {
     static constexpr Tick kSilentTicks = 720;
     /// After a reset, what is not heard again within this time is gone.
     static constexpr double kResetS = 2.0;
+    /// So many packets in a row that can't be decoded are more than an accident.
+    static constexpr int kUndecodedForReset = 3;
 
     View(std::shared_ptr<const World> world, const ViewSettings& settings, ViewListener* listener);
 
@@ -76,9 +85,8 @@ class View {
 
     [[nodiscard]] Tick tick() const { return tick_; }
 
-    /// Applies a packet; hostile bytes end in a wish for a reset, never in a crash. Returns how own
-    /// prediction fared when the packet carried the own state.
-    Correction apply(const link::OpenedPacket& packet, double now_s);
+    /// Applies a packet; hostile bytes end in a wish for a reset, never in a crash.
+    Taken apply(const link::OpenedPacket& packet, double now_s);
 
     /// An event of the server's own: cosmetic bursts are taken in, other kinds are of no concern
     /// here.
@@ -146,7 +154,11 @@ class View {
 
   private:
     bool apply_record(wire::RecordReader& reader, const link::OpenedPacket& packet, double now_s);
-    void apply_coded(const link::OpenedPacket& packet, double now_s);
+    bool apply_coded(const link::OpenedPacket& packet, double now_s);
+    void show_coded(const wire::record::RecordFrame& frame,
+                    const link::OpenedPacket& packet,
+                    double now_s);
+    void not_decoded(const link::OpenedPacket& packet);
     [[nodiscard]] EntityStore::Record record_of(const link::OpenedPacket& packet,
                                                 double now_s) const;
     Applied show(const EntityStore::Record& record, const wire::QuantizedState& state);
@@ -162,6 +174,8 @@ class View {
     ViewListener* listener_;
     EntityStore store_;
     std::optional<wire::record::RecordDecoder> coded_;  // from the first such packet on
+    std::uint64_t newest_decoded_ = 0;                  // of the coded ones
+    int undecoded_ = 0;                                 // in a row, newer than that
     OwnAvatar own_;
     Playout playout_;
     Bursts bursts_;

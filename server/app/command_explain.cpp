@@ -1,5 +1,6 @@
 #include "server/app/commands.h"
 #include "server/app/load.h"
+#include "server/app/measure_codec.h"
 #include "server/app/particle_device.h"
 #include "server/app/tick_loop.h"
 #include "server/app/world.h"
@@ -48,7 +49,37 @@ void print_particles(const ops::Settings& settings, const ParticleDevice& device
     }
 }
 
+void print_codec(const replication::Settings& settings,
+                 const replication::Replicator& replicator,
+                 const replication::Report& last) {
+    switch (settings.codec) {
+        case replication::Codec::kShared:
+            std::printf("  codec: shared records, as configured\n");
+            return;
+        case replication::Codec::kPerClient:
+            std::printf("  codec: records of each viewer coded for it alone, as configured\n");
+            return;
+        case replication::Codec::kAuto:
+            break;
+    }
+    std::printf(
+        "  codec: coded for %u viewers alone (%.1f of %u us a tick); shared for %u that are told "
+        "too little at a time to gain (%.0f records a packet, %.0f %% of the downlink) and %u that "
+        "there is no time for; measured: %.2f us a record, %.2f us a packet\n",
+        last.codec.coded,
+        1e-3 * last.codec.cost_ns,
+        settings.codec_budget_us,
+        last.codec.little_to_gain,
+        static_cast<double>(replication::CodecPlan::kDense),
+        1e2 * static_cast<double>(replication::CodecPlan::kShort),
+        last.codec.beyond_budget,
+        1e-3 * replicator.codec_price().record_ns,
+        1e-3 * replicator.codec_price().packet_ns);
+}
+
 void print_zone(const ops::ZoneRegion& region,
+                const replication::Settings& replication,
+                const zone::Zone& zone,
                 const zone::StepReport& last,
                 const ZoneCost& cost,
                 unsigned ticks) {
@@ -78,6 +109,9 @@ void print_zone(const ops::ZoneRegion& region,
             c.particle_systems,
             last.particles.particles,
             last.particles.on_device);
+    }
+    if (c.viewers > 0) {
+        print_codec(replication, zone.state().replicator, last.replication);
     }
     std::printf("  %-14s %-5s %10s %10s %8s  %s\n",
                 "pass",
@@ -116,6 +150,9 @@ int explain(const ExplainArguments& arguments) {
     std::vector<mailbox::InboxItem> items;
     std::vector<mailbox::OutboxItem> out;
     join_viewers(arguments.viewers, items);
+    if (settings.replication.codec == replication::Codec::kAuto) {
+        items.emplace_back(measure_codec());
+    }
     std::vector<ZoneCost> costs(settings.zones.size());
     for (unsigned t = 0; t < arguments.ticks; ++t) {
         world.tick(items, out);
@@ -130,7 +167,12 @@ int explain(const ExplainArguments& arguments) {
                 arguments.viewers);
     print_particles(settings, device);
     for (std::size_t z = 0; z < costs.size(); ++z) {
-        print_zone(settings.zones[z], world.zones()[z]->report(), costs[z], arguments.ticks);
+        print_zone(settings.zones[z],
+                   settings.replication,
+                   *world.zones()[z],
+                   world.zones()[z]->report(),
+                   costs[z],
+                   arguments.ticks);
     }
     std::printf("\n%s", ops::methods_text(settings).c_str());
     return kGood;

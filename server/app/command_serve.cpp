@@ -1,6 +1,7 @@
 #include "server/app/commands.h"
 #include "server/app/host_settings.h"
 #include "server/app/load.h"
+#include "server/app/measure_codec.h"
 #include "server/app/network.h"
 #include "server/app/particle_device.h"
 #include "server/app/serve_report.h"
@@ -79,6 +80,9 @@ class Server {
                 });
             },
             recorder_.get());
+        if (settings.replication.codec == replication::Codec::kAuto) {
+            loop_->post(price_of_coding());
+        }
     }
 
     int run() {
@@ -108,6 +112,14 @@ class Server {
     }
 
   private:
+    static mailbox::CodecPrice price_of_coding() {
+        const mailbox::CodecPrice price = measure_codec();
+        spdlog::info("coding for one client: {} ns a record and {} ns a packet",
+                     price.record_ns,
+                     price.packet_ns);
+        return price;
+    }
+
     void open_recording() {
         const auto& recording = settings_.config.recording();
         if (!recording.has_file()) {

@@ -125,7 +125,8 @@ void World::route(const mailbox::InboxItem& item) {
         inboxes_[zone].emplace_back(std::move(placed));
         return;
     }
-    if (std::holds_alternative<mailbox::Freeze>(item)) {
+    if (std::holds_alternative<mailbox::Freeze>(item) ||
+        std::holds_alternative<mailbox::CodecPrice>(item)) {
         for (ZoneInbox& inbox : inboxes_) {
             inbox.push_back(item);
         }

@@ -257,8 +257,8 @@ void expand_replication(const proto::Config& config, replication::Settings& out)
     out.tick_s = narrow(1.0 / config.world().tick_rate_hz());
     out.forced_order = static_cast<int>(from.predictor()) - 1;
     out.redundancy_target = narrow(from.redundancy_target());
-    out.codec = from.codec() == proto::Config::PER_CLIENT ? replication::Codec::kPerClient
-                                                          : replication::Codec::kShared;
+    out.codec = static_cast<replication::Codec>(from.codec());
+    out.codec_budget_us = from.codec_budget_us_per_tick();
     out.meter = from.bandwidth_meter();
     out.silent_bound = config.testing().silent_bound();
 }
@@ -289,6 +289,9 @@ constexpr bool same(int theirs, Ours ours) {
     return theirs == static_cast<int>(ours);
 }
 
+static_assert(same(proto::Config::SHARED, replication::Codec::kShared) &&
+              same(proto::Config::PER_CLIENT, replication::Codec::kPerClient) &&
+              same(proto::Config::AUTO, replication::Codec::kAuto));
 static_assert(same(proto::Config::SOFT_STEP, physics::Method::kSoftStep) &&
               same(proto::Config::JACOBI, physics::Method::kJacobi) &&
               same(proto::Config::GAUSS_SEIDEL, physics::Method::kGaussSeidel) &&

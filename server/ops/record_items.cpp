@@ -88,6 +88,11 @@ struct ToRecord {
     void operator()(const mailbox::AuditRequest& m) const {
         out.mutable_audit_request()->set_client(m.client.value);
     }
+
+    void operator()(const mailbox::CodecPrice& m) const {
+        out.mutable_codec_price()->set_record_ns(m.record_ns);
+        out.mutable_codec_price()->set_packet_ns(m.packet_ns);
+    }
 };
 
 bool read_leave(const RecordedItem::Leave& r, mailbox::InboxItem& out) {
@@ -168,6 +173,10 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
             return true;
         case RecordedItem::kAuditRequest:
             out = mailbox::AuditRequest{ClientId(record.audit_request().client())};
+            return true;
+        case RecordedItem::kCodecPrice:
+            out = mailbox::CodecPrice{record.codec_price().record_ns(),
+                                      record.codec_price().packet_ns()};
             return true;
         case RecordedItem::ITEM_NOT_SET:
             break;

@@ -44,17 +44,17 @@ double opening_bytes(const Settings& settings) {
 ClientState::ClientState(const ClientTransfer& transfer, const Settings& settings)
     : client(transfer.client),
       tokens(transfer.next_sequence == 1 ? opening_bytes(settings) : transfer.budget_bytes),
+      demand(transfer.demand),
       next_sequence_(transfer.next_sequence),
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
       loss_estimate_(transfer.next_sequence == 1 ? kLossAtFirst : transfer.loss_estimate),
       loss_samples_(transfer.next_sequence == 1 ? kLossPrior : kLossMemory),
       rtt_us_(transfer.rtt_us),
-      rate_bytes_per_s_(transfer.rate_bytes_per_s) {
-    if (settings.codec == Codec::kPerClient) {
-        const wire::record::RecordFormat format(settings.quantization, settings.tick_s);
-        coder = std::make_unique<wire::record::RecordEncoder>(format, transfer.codec_epoch);
-    }
+      rate_bytes_per_s_(transfer.rate_bytes_per_s),
+      next_epoch_(transfer.codec_epoch) {
+    code(settings.codec == Codec::kPerClient || (settings.codec == Codec::kAuto && transfer.coded),
+         settings);
     // Whatever turns out to be in view takes its removal back in the first sync().
     for (const EntityId entity : transfer.known) {
         add_removal(entity, 0);
@@ -70,7 +70,9 @@ ClientTransfer ClientState::transfer() const {
     t.rtt_us = rtt_us_;
     t.rate_bytes_per_s = rate_bytes_per_s_;
     // The next zone's coder knows nothing of what this one has told.
-    t.codec_epoch = static_cast<std::uint8_t>(coder != nullptr ? coder->epoch() + 1 : 0);
+    t.codec_epoch = coder != nullptr ? static_cast<std::uint8_t>(coder->epoch() + 1) : next_epoch_;
+    t.coded = coder != nullptr;
+    t.demand = demand;
     for (const Subscription& s : subscriptions) {
         if (s.known) {
             t.known.push_back(s.entity);
@@ -81,6 +83,19 @@ ClientTransfer ClientState::transfer() const {
     }
     std::sort(t.known.begin(), t.known.end());
     return t;
+}
+
+void ClientState::code(bool alone, const Settings& settings) {
+    if (alone == (coder != nullptr)) {
+        return;
+    }
+    if (alone) {
+        const wire::record::RecordFormat format(settings.quantization, settings.tick_s);
+        coder = std::make_unique<wire::record::RecordEncoder>(format, next_epoch_);
+    } else {
+        next_epoch_ = static_cast<std::uint8_t>(coder->epoch() + 1);
+        coder.reset();
+    }
 }
 
 // ---------------------------------------------------------------- what the client hears of
@@ -230,7 +245,7 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
             continue;
         }
         packet->fate = Fate::kAcked;
-        if (packet->coded) {
+        if (packet->coded && coder != nullptr) {
             coder->acknowledge(static_cast<wire::entropy::PacketNumber>(packet->sequence));
         }
         sample_loss(*packet, false);
@@ -376,11 +391,15 @@ int ClientState::copies_wanted(float target) const {
     return copies;
 }
 
+double ClientState::allowed_bytes(const Settings& settings) const {
+    const bool narrow = rate_bytes_per_s_ != 0 && rate_bytes_per_s_ < settings.budget_bytes_per_s;
+    return static_cast<double>(narrow ? rate_bytes_per_s_ : settings.budget_bytes_per_s) *
+           static_cast<double>(settings.tick_s);
+}
+
 void ClientState::refill(const Settings& settings) {
     const bool narrow = rate_bytes_per_s_ != 0 && rate_bytes_per_s_ < settings.budget_bytes_per_s;
-    const double per_tick =
-        static_cast<double>(narrow ? rate_bytes_per_s_ : settings.budget_bytes_per_s) *
-        static_cast<double>(settings.tick_s);
+    const double per_tick = allowed_bytes(settings);
     const double burst =
         narrow ? std::max(kNarrowBurstBytes, 1.5 * per_tick) : burst_bytes(settings);
     // What a new client may be sent at first is more than what may gather later.
@@ -395,6 +414,7 @@ void ClientState::hash(core::StateHash& hash) const {
     hash.add(tokens);
     hash.add(rate_bytes_per_s_);
     hash.add(away_);
+    hash.add(coder != nullptr);
     for (const Subscription& s : subscriptions) {
         hash.add(s.entity.value);
         hash.add(s.lod);

@@ -99,6 +99,12 @@ class ClientState {
     /// When away: a sign of life is due, because something was heard of the client.
     [[nodiscard]] bool sign_due(Tick now) const;
 
+    /// From now on this client's records are coded for it alone, or not any more.
+    void code(bool alone, const Settings& settings);
+
+    /// What it may be sent per tick, of the budget or of what the path carries, if that is less.
+    [[nodiscard]] double allowed_bytes(const Settings& settings) const;
+
     /// Tokens for one more tick, of the budget or of what the path carries, if that is less. They
     /// never exceed a quarter of a second's worth of the budget; on a path that carries less, where
     /// bursts wait in a queue, a tick and a half's (or what one small packet needs).
@@ -122,6 +128,7 @@ class ClientState {
     /// Codes this client's records for it alone; null: it gets those that all share.
     std::unique_ptr<wire::record::RecordEncoder> coder;
     float coded_bytes = 16.0F;  ///< of a record, as they were of late
+    CodecDemand demand;
 
   private:
     Subscription subscribe(const world::Visible& visible,
@@ -146,6 +153,7 @@ class ClientState {
     std::uint32_t rtt_us_ = 0;
     std::uint32_t rate_bytes_per_s_ = 0;
     std::uint32_t next_stamp_ = 1;
+    std::uint8_t next_epoch_ = 0;  // of the coder to come
     bool away_ = false;
     bool heard_while_away_ = false;
     std::uint64_t heard_newest_ = 0;   // newest_acked_ when it last rose ...

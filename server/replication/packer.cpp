@@ -33,6 +33,9 @@ std::uint32_t held_version(const Subscription& s) {
     return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
 }
 
+/// Ticks' worth of time for coding that may gather.
+constexpr double kCodingBurst = 4.0;
+
 /// Head and end of coded records, about.
 constexpr std::size_t kCodedHeadBytes = 6;
 
@@ -62,6 +65,12 @@ bool same_state(const motion::CharacterState& a, const motion::CharacterState& b
 
 }  // namespace
 
+void Packer::allow_coding(const mailbox::CodecPrice& price) {
+    price_ = price;
+    const double tick_ns = 1e3 * static_cast<double>(settings_.codec_budget_us);
+    coding_ns_ = std::min(coding_ns_ + tick_ns, kCodingBurst * tick_ns);
+}
+
 void Packer::pack(Tick now,
                   ZoneId zone,
                   const OwnNow& own,
@@ -70,6 +79,8 @@ void Packer::pack(Tick now,
                   Report& report,
                   std::vector<mailbox::StatePacket>& out) {
     client.refill(settings_);
+    codes_ = client.coder != nullptr &&
+             (settings_.codec != Codec::kAuto || coding_ns_ >= client.demand.cost_ns(price_));
     gather(now, client, streams);
     OwnTrack& track = client.own;
     const bool silence = client.packet_tick < 0 ||
@@ -369,7 +380,7 @@ bool Packer::add(Tick now,
         s = &client.subscriptions[candidate.index];
         entry = {s->entity, s->stamp, streams[s->stream].version, 0};
     }
-    if (client.coder != nullptr) {
+    if (codes_) {
         // How many bytes it takes is known when the packet is coded.
         const auto guess =
             static_cast<std::size_t>(client.coded_bytes * static_cast<float>(coded_.size() + 1));
@@ -514,6 +525,12 @@ void Packer::send(Tick now,
         packet.own_stamp = track.stamp;
     }
     packet.coded = head_.coded;
+    if (head_.coded) {
+        ++report.coded_packets;
+        report.coded_records += static_cast<std::uint32_t>(entries_.size());
+        coding_ns_ -= static_cast<double>(price_.packet_ns) +
+                      static_cast<double>(price_.record_ns) * static_cast<double>(entries_.size());
+    }
     packet.entries.assign(entries_.begin(), entries_.end());
     entries_.clear();
     mailbox::StatePacket& datagram = out.emplace_back();

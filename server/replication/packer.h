@@ -36,6 +36,10 @@ class Packer {
         return meter_ ? &meter_->table() : nullptr;
     }
 
+    /// Codec::kAuto: time of one more tick for coding, which may gather up to four ticks' worth;
+    /// when it is spent, packets carry shared records.
+    void allow_coding(const mailbox::CodecPrice& price);
+
     /// Appends the packets of this tick for one client to `out`: none when nothing is owed.
     void pack(Tick now,
               ZoneId zone,
@@ -115,6 +119,9 @@ class Packer {
     std::vector<wire::record::CodedRecord> coded_;   // as entries_, for a client with a coder
     std::vector<wire::record::CodedRecord> coding_;  // what is being coded and sent,
     std::vector<SentEntry> coding_entries_;          // and its entries
+    mailbox::CodecPrice price_;
+    double coding_ns_ = 0.0;  // left for coding
+    bool codes_ = false;      // what the client being packed for is told
     int copies_wanted_ = 1;
     bool tight_ = false;  // more is to be sent than the budget allows
 };

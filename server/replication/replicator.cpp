@@ -23,6 +23,7 @@ struct Replicator::Impl {
     }
 
     void sync_subscriptions(Tick now, const world::Visibility& visibility);
+    void choose_codecs(Tick now);
     void list_avatars(const world::Entities& entities);
     OwnNow own_state(Tick now,
                      ClientId client,
@@ -34,6 +35,10 @@ struct Replicator::Impl {
     Packer packer;
     std::vector<std::unique_ptr<ClientState>> clients;  // ascending by id
     std::vector<Subscription> scratch;
+    CodecPlan codec_plan;
+    CodecChoice codec_choice;
+    mailbox::CodecPrice codec_price;
+    std::vector<CodecWish> codec_wishes;                   // scratch
     std::vector<std::pair<ClientId, world::Row>> avatars;  // ascending by client, this tick
 };
 
@@ -77,6 +82,14 @@ void Replicator::on_acks(const mailbox::Acks& acks) {
     }
 }
 
+void Replicator::set_codec_price(const mailbox::CodecPrice& price) {
+    impl_->codec_price = price;
+}
+
+const mailbox::CodecPrice& Replicator::codec_price() const {
+    return impl_->codec_price;
+}
+
 void Replicator::on_heard(ClientId client) {
     const auto it = impl_->find(client);
     if (it != impl_->clients.end()) {
@@ -111,13 +124,42 @@ Report Replicator::step(Tick now,
         z.streams.publish(now, entities, types, report);
         z.list_avatars(entities);
     }
+    z.choose_codecs(now);
     for (const auto& client : z.clients) {
         client->expire(now, z.settings.tick_s);
         const OwnNow own_now =
             report.skipped ? OwnNow{} : z.own_state(now, client->client, entities, own);
+        const std::uint32_t records_before = report.records_sent;
+        const std::uint32_t packets_before = report.packets;
         z.packer.pack(now, zone, own_now, *client, z.streams, report, out);
+        const std::uint32_t records = report.records_sent - records_before;
+        client->demand.add(records,
+                           records > 0 ? report.packets - packets_before : 0,
+                           client->allowed_bytes(z.settings));
     }
+    report.codec = z.codec_choice;
     return report;
+}
+
+/// By what each client was told of late, in counted units: the same on every machine that was given
+/// the same price.
+void Replicator::Impl::choose_codecs(Tick now) {
+    if (settings.codec != Codec::kAuto) {
+        return;
+    }
+    packer.allow_coding(codec_price);
+    if (now % CodecPlan::kEvery != 0) {
+        return;
+    }
+    codec_wishes.clear();
+    for (const auto& client : clients) {
+        codec_wishes.push_back({client->demand, client->coder != nullptr});
+    }
+    codec_choice = codec_plan.choose(
+        codec_wishes, codec_price, 1e3 * static_cast<double>(settings.codec_budget_us));
+    for (std::size_t i = 0; i < clients.size(); ++i) {
+        clients[i]->code(codec_wishes[i].coded, settings);
+    }
 }
 
 /// Clients without a set (not viewers at the moment) hear of nothing.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/mailbox/messages.h"
+#include "server/replication/codec_plan.h"
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
 #include "shared/core/ids.h"
@@ -23,6 +24,7 @@ namespace zoned::replication {
 enum class Codec : std::uint8_t {
     kShared,     ///< for all subscribers: one encoding is copied
     kPerClient,  ///< for each client alone, against what it has acknowledged: fewest bytes
+    kAuto,       ///< for those alone where it gains most, within Settings::codec_budget_us
 };
 
 /// The promise of one level of detail.
@@ -48,6 +50,7 @@ struct Settings {
     /// nothing falls, order 2 where nothing turns)
     int forced_order = -1;
     Codec codec = Codec::kShared;
+    std::uint32_t codec_budget_us = 1000;  ///< Codec::kAuto: CPU time of coding per tick at most
     /// What falls lands on it, zone-local; null: it falls on for all that is predicted.
     std::shared_ptr<const motion::StaticGeometry> ground;
     float redundancy_target =
@@ -71,6 +74,9 @@ struct Report {
         0;                     ///< entities whose truth exceeded its declared a_max or dv_max
     std::uint32_t inputs = 0;  ///< commands that were due
     std::uint32_t inputs_missing = 0;  ///< of these: not there in time
+    CodecChoice codec;                 ///< the newest one of Codec::kAuto
+    std::uint32_t coded_packets = 0;   ///< of packets
+    std::uint32_t coded_records = 0;   ///< of records_sent
     bool skipped = false;              ///< no viewer: nothing ran, no stream is kept
 };
 
@@ -85,7 +91,9 @@ struct OwnInput {
 /// All that must follow a client to another zone; opaque to others.
 struct ClientTransfer {
     ClientId client;
-    std::uint8_t codec_epoch = 0;  ///< of Codec::kPerClient
+    std::uint8_t codec_epoch = 0;  ///< the next one of its coded records
+    bool coded = false;            ///< by the choice of Codec::kAuto
+    CodecDemand demand;            ///< for that choice
     std::uint64_t next_sequence = 1;
     double loss_estimate = 0.0;
     double budget_bytes = 0.0;
@@ -116,6 +124,9 @@ class Replicator {
     void add_client(const ClientTransfer& transfer);
     ClientTransfer remove_client(ClientId client);
     void on_acks(const mailbox::Acks& acks);
+    /// Holds from the next choice on.
+    void set_codec_price(const mailbox::CodecPrice& price);
+    [[nodiscard]] const mailbox::CodecPrice& codec_price() const;
     /// Something else came from the client: after an outage it is asked sooner what it holds.
     void on_heard(ClientId client);
     /// Everything is owed to this client again, absolute.

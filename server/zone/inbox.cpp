@@ -127,6 +127,10 @@ struct Apply {
         }
     }
 
+    void operator()(const mailbox::CodecPrice& price) const {
+        state.replicator.set_codec_price(price);
+    }
+
     void operator()(const mailbox::Freeze& item) const { freeze(state, item.on); }
 
     void operator()(const mailbox::AuditRequest& request) const {

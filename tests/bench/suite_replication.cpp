@@ -34,7 +34,8 @@ const Registration kReplication({"replication",
                                   "hermite",
                                   "unpredicted",
                                   "interpolate",
-                                  "per_client"},
+                                  "per_client",
+                                  "auto"},
                                  run_replication});
 
 }  // namespace

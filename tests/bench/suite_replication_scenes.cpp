@@ -141,7 +141,8 @@ void run_scene(Session& session,
                 "",
                 wanted(session,
                        {with("default", replication::Codec::kShared),
-                        with("per_client", replication::Codec::kPerClient)}),
+                        with("per_client", replication::Codec::kPerClient),
+                        with("auto", replication::Codec::kAuto)}),
                 {0, static_cast<int>(trace.frames.size()), session.quick ? 1 : session.repeats}));
 }
 

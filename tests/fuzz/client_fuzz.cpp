@@ -4,6 +4,7 @@
 #include "tests/fuzz/fuzz.h"
 #include "tests/unit/client/fake_server.h"
 #include "shared/core/assert.h"
+#include "shared/wire/record/record_codec.h"
 
 namespace zoned::fuzz {
 
@@ -72,6 +73,37 @@ void act(Session& session, std::uint8_t what, std::span<const std::uint8_t> byte
 
 }  // namespace
 
+/// Packets of coded records, none of which builds on another.
+Bytes coded_states() {
+    const wire::Quantization quantization;
+    wire::record::RecordEncoder encoder(wire::record::RecordFormat(quantization, 1.0F / 30.0F));
+    Bytes out;
+    for (wire::entropy::PacketNumber number = 1; number <= 4; ++number) {
+        wire::DownHead head;
+        head.tick = 40 + static_cast<Tick>(number);
+        head.zone = ZoneId(1);
+        head.coded = true;
+        std::vector<wire::record::CodedRecord> records;
+        for (std::uint32_t e = 3; e < 8; ++e) {
+            wire::record::CodedRecord& record = records.emplace_back();
+            record.entity = EntityId(e);
+            record.tick = head.tick;
+            record.remove = e == 7 && number > 2;
+            motion::KinematicState state;
+            state.position = Vec3(static_cast<float>(e), 1.0F, static_cast<float>(number));
+            state.velocity = Vec3(0.0F, 0.0F, 30.0F);
+            record.state = wire::quantize(
+                state, motion::PredictorOrder::kLinear, false, false, 0, quantization);
+        }
+        Bytes body;
+        wire::write_down_head(head, body);
+        encoder.sent(encoder.encode(number, head.tick, head.zone, records, body));
+        Actions::add(kSealed, body, out);
+    }
+    Actions::add(kTime, Bytes(40), out);
+    return out;
+}
+
 std::vector<Bytes> seeds() {
     std::vector<Bytes> all;
     Bytes events;
@@ -128,6 +160,7 @@ std::vector<Bytes> seeds() {
     Actions::add(kCut, Bytes(), states);
     Actions::add(kTime, Bytes(10), states);
     all.push_back(states);
+    all.push_back(coded_states());
     return all;
 }
 

@@ -2,6 +2,7 @@
 
 #include "shared/wire/publication.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace zoned::harness {
@@ -39,6 +40,25 @@ void read_records(Capture& c, const link::OpenedPacket& packet) {
     }
 }
 
+void read_coded(Capture& c, const link::OpenedPacket& packet) {
+    if (!c.coded) {
+        c.coded.emplace(wire::record::RecordFormat(c.quantization, c.tick_s));
+    }
+    ++c.coded_packets;
+    const auto frame = c.coded->decode(static_cast<wire::entropy::PacketNumber>(packet.sequence),
+                                       packet.head.tick,
+                                       packet.head.zone,
+                                       packet.records);
+    if (!frame) {
+        ++(packet.sequence < c.newest_decoded ? c.overtaken : c.undecoded);
+        return;
+    }
+    c.newest_decoded = std::max(c.newest_decoded, packet.sequence);
+    for (const wire::record::CodedRecord& record : (*frame)->records) {
+        c.records.push_back({packet.head.tick, record.entity, record.remove});
+    }
+}
+
 void read_datagram(Capture& c, const std::uint8_t* bytes, std::size_t size) {
     if (!c.client) {
         return;  // it came before Welcome: the client cannot read it either
@@ -47,7 +67,11 @@ void read_datagram(Capture& c, const std::uint8_t* bytes, std::size_t size) {
     const auto packet = c.channel.open({bytes, size}, c.now_s);
     if (packet) {
         ++c.packets;
-        read_records(c, *packet);
+        if (packet->head.coded) {
+            read_coded(c, *packet);
+        } else {
+            read_records(c, *packet);
+        }
     } else if (c.channel.stats().replayed == replayed) {
         ++c.undecoded;
     }
@@ -64,6 +88,8 @@ void read_frame(Capture& c, const link::Bytes& frame) {
         c.channel.set_connection(message.welcome().connection_id());
         if (!message.welcome().resumed()) {
             c.channel.restart();
+            c.coded.reset();
+            c.newest_decoded = 0;
         }
     } else if (message.has_event()) {
         const proto::Event& event = message.event();

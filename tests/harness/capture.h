@@ -5,11 +5,12 @@
 #include "client-sim/link/datagram_channel.h"
 #include "client-sim/link/link.h"
 #include "shared/core/ids.h"
-#include "shared/wire/quantize.h"
+#include "shared/wire/record/record_codec.h"
 
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,18 +37,23 @@ struct Capture {
     std::vector<CapturedRecord> records;
     std::vector<CapturedEvent> events;
     std::uint64_t packets = 0;
+    std::uint64_t coded_packets = 0;  ///< of these, their records coded for this client alone
+    std::uint64_t overtaken = 0;  ///< of those, too late for what they build on: nobody reads them
     std::uint64_t undecoded = 0;  ///< datagrams and frames that could not be read: none must be
 
     // How to read on.
     link::DatagramChannel channel;
     wire::Quantization quantization;
+    float tick_s = 0.0F;
+    std::optional<wire::record::RecordDecoder> coded;  // from the first such packet on
+    std::uint64_t newest_decoded = 0;
     std::vector<bool> upright;              ///< by type
     std::map<EntityId, TypeIndex> type_of;  ///< from absolute records
     double now_s = 0.0;
 };
 
 /// A transport that lets everything through and writes into `capture` what comes down.
-/// `upright` and `quantization` of the capture are set by the caller.
+/// `upright`, `quantization` and `tick_s` of the capture are set by the caller.
 std::unique_ptr<link::Transport> capture_transport(std::unique_ptr<link::Transport> inner,
                                                    std::shared_ptr<Capture> capture);
 

@@ -26,6 +26,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace zoned::harness {
@@ -45,8 +46,10 @@ class GameTest : public ::testing::Test {
         swarm.reset();  // its transports lead to the world before
         world = std::make_unique<VirtualServer>(server);
         bots.path_spread_s = server.network.spread_s();
-        swarm =
-            std::make_unique<app::Swarm>(bots, [this](std::size_t) { return world->connect(); });
+        swarm = std::make_unique<app::Swarm>(bots, [this](std::size_t) {
+            auto transport = world->connect();
+            return wrap ? wrap(std::move(transport)) : std::move(transport);
+        });
         while (!swarm->done()) {
             world->step();
             if (each_step) {
@@ -85,6 +88,8 @@ class GameTest : public ::testing::Test {
     VirtualServerSettings server;     ///< config, overrides, network
     app::SwarmSettings bots;          ///< how many, how long, what they do
     std::vector<Span> client_stalls;  ///< the machine under the bots is starved
+    /// What stands between a bot and its path to the server; empty: nothing.
+    std::function<std::unique_ptr<link::Transport>(std::unique_ptr<link::Transport>)> wrap;
     std::unique_ptr<VirtualServer> world;
     std::unique_ptr<app::Swarm> swarm;
 };

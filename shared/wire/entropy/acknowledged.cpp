@@ -1,11 +1,29 @@
 #include "shared/wire/entropy/acknowledged.h"
 
+#include "shared/wire/entropy/symbol_model.h"
+
+#include <array>
+
 namespace zoned::wire::entropy {
 
 namespace {
 
-/// Of kProbabilityOne: that a packet before the newest one learned was not learned.
-constexpr std::uint32_t kSeldom = kProbabilityOne / 64;
+/// Whether packets were learned comes in runs: one is lost now and then, but of those before an
+/// epoch began none was, and of those in between that carried no coded records none ever is.
+class LearnedModels {
+  public:
+    template <class Code>
+    bool code(Code&& with) {
+        BitModel& model = after_[before_ ? 1 : 0];
+        before_ = with(model);
+        model.learn(before_);
+        return before_;
+    }
+
+  private:
+    std::array<BitModel, 2> after_{BitModel(1u << 14), BitModel(63u << 10)};  // no, yes
+    bool before_ = true;
+};
 
 }  // namespace
 
@@ -22,12 +40,13 @@ void LearnedPackets::add(PacketNumber number) {
 void write_head(RangeEncoder& coder, const KnowledgeHead& head) {
     coder.encode_raw(head.epoch, KnowledgeHead::kEpochBits);
     coder.encode_raw(head.gap, KnowledgeHead::kGapBits);
+    LearnedModels models;
     for (int i = 0; i < 64 && head.gap != 0; ++i) {
-        if ((head.learned >> i & 1u) != 0) {
-            coder.encode(0, kProbabilityOne - kSeldom);
-        } else {
-            coder.encode(kProbabilityOne - kSeldom, kSeldom);
-        }
+        models.code([&](const BitModel& model) {
+            const bool learned = (head.learned >> i & 1u) != 0;
+            model.encode(coder, learned);
+            return learned;
+        });
     }
 }
 
@@ -35,13 +54,11 @@ KnowledgeHead read_head(RangeDecoder& coder) {
     KnowledgeHead head;
     head.epoch = static_cast<std::uint8_t>(coder.decode_raw(KnowledgeHead::kEpochBits));
     head.gap = coder.decode_raw(KnowledgeHead::kGapBits);
+    LearnedModels models;
     for (int i = 0; i < 64 && head.gap != 0; ++i) {
-        if (coder.peek() < kProbabilityOne - kSeldom) {
-            coder.take(0, kProbabilityOne - kSeldom);
-            head.learned |= std::uint64_t{1} << i;
-        } else {
-            coder.take(kProbabilityOne - kSeldom, kSeldom);
-        }
+        const bool learned =
+            models.code([&](const BitModel& model) { return model.decode(coder); });
+        head.learned |= std::uint64_t{learned ? 1u : 0u} << i;
     }
     return head;
 }

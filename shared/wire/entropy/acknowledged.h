@@ -12,6 +12,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -47,21 +48,24 @@ struct KnowledgeHead {
     std::uint64_t learned = 0;  ///< LearnedPackets::before()
 };
 
-/// 10 bits and, where most of the packets before were learned, two more.
+/// 10 bits and, where most of the packets before were learned, or none, a few more.
 void write_head(RangeEncoder& coder, const KnowledgeHead& head);
 KnowledgeHead read_head(RangeDecoder& coder);
 
 /// For a Knowledge whose states share nothing.
 struct NothingInCommon {
+    template <class Frame>
+    void learn(const Frame& /*frame*/) {}
+
     void forget_before(PacketNumber /*oldest*/) {}
 };
 
 /// A Knowledge is a state of knowledge. It has the types Frame (what a packet told and taught, with
 /// its `number`), Format and Common, is made from a Format, copied, and has
-/// learn(shared_ptr<const Frame>, Common&) and learned(). Whoever has learned the same frames in
-/// the same order knows the same, bit for bit. States of knowledge that differ by some packets may
-/// keep what they share in one Common: it is default-made, copied, and has forget_before(n): no
-/// state before that whose newest packet is n will be asked for any more.
+/// learn(shared_ptr<const Frame>) and learned(). Whoever has learned the same frames in the same
+/// order knows the same, bit for bit. States of knowledge that differ by some packets may keep what
+/// they share in one Common: it is default-made, copied, and has learn(const Frame&) and
+/// forget_before(n): no state before that whose newest packet is n will be asked for any more.
 ///
 /// The encoder's side. Packets are learned in ascending order when they are acknowledged; one whose
 /// turn has passed is never learned.
@@ -125,7 +129,10 @@ class KnowledgeEncoder {
     }
 
     /// The receiver knows this otherwise; before the first begin().
-    void share(std::shared_ptr<const Frame> frame) { knowledge_.learn(std::move(frame), common_); }
+    void share(std::shared_ptr<const Frame> frame) {
+        common_.learn(*frame);
+        knowledge_.learn(std::move(frame));
+    }
 
   private:
     struct Sent {
@@ -155,7 +162,8 @@ class KnowledgeEncoder {
                 start_over();
                 return;
             }
-            knowledge_.learn(sent.frame, common_);
+            knowledge_.learn(sent.frame);
+            common_.learn(*sent.frame);
         }
         sent_.erase(sent_.begin(), sent_.begin() + static_cast<std::ptrdiff_t>(done));
         common_.forget_before(newest());
@@ -178,17 +186,22 @@ class KnowledgeDecoder {
     using Common = typename Knowledge::Common;
     using FramePointer = std::shared_ptr<const Frame>;
 
-    /// A state, with what it has in common with others; both null: none. Valid until the next call.
+    /// A state, with what it has in common with others and the frames that it has learned,
+    /// ascending, and that these have not; null: none. Valid until the next call.
     struct Known {
         const Knowledge* knowledge = nullptr;
         const Common* common = nullptr;
+        std::span<const FramePointer> not_common;
     };
 
     explicit KnowledgeDecoder(const Format& format) : format_(format), known_{Knowledge(format)} {}
 
     /// What packet `number` was coded with; none, and why, where that is not known (any more).
+    /// Nothing is changed before keep(): what the packet says of it need not be true.
     Known knowledge_for(PacketNumber number, const KnowledgeHead& head, const char*& why) {
         fresh_.reset();
+        derived_.reset();
+        derived_from_.clear();
         if (head.gap >= number) {
             why = "refers to a packet before the first";
             return {};
@@ -204,7 +217,7 @@ class KnowledgeDecoder {
                 return {};
             }
             const Fresh& fresh = fresh_.emplace(Fresh{head.epoch, Knowledge(format_), {}});
-            return {&fresh.knowledge, &fresh.common};
+            return {&fresh.knowledge, &fresh.common, {}};
         }
         const Knowledge* knowledge =
             knowledge_at(head.gap == 0 ? 0 : number - head.gap, head.learned);
@@ -212,7 +225,7 @@ class KnowledgeDecoder {
             why = "refers to packets that are not known";
             return {};
         }
-        return {knowledge, &common_};
+        return {knowledge, &common_, derived_from_};
     }
 
     void keep(FramePointer frame) {
@@ -222,6 +235,9 @@ class KnowledgeDecoder {
             known_.assign(1, std::move(fresh_->knowledge));
             common_ = Common();
             fresh_.reset();
+        }
+        if (derived_) {
+            keep_derived();
         }
         newest_ = std::max(newest_, frame->number);
         const auto at = std::upper_bound(
@@ -241,7 +257,8 @@ class KnowledgeDecoder {
     /// See KnowledgeEncoder::share().
     void share(FramePointer frame) {
         newest_ = frame->number;
-        known_.back().learn(std::move(frame), common_);
+        common_.learn(*frame);
+        known_.back().learn(std::move(frame));
     }
 
     [[nodiscard]] const Common& common() const { return common_; }
@@ -297,29 +314,43 @@ class KnowledgeDecoder {
         if (oldest) {
             return nullptr;
         }
-        Knowledge now = before;
+        derived_ = before;
         for (const FramePointer& frame : received_) {
             if (wanted(frame->number)) {
-                now.learn(frame, common_);
+                derived_->learn(frame);
+                derived_from_.push_back(frame);
             }
         }
-        known_.insert(from, std::move(now));
+        return &*derived_;
+    }
+
+    void keep_derived() {
+        for (const FramePointer& frame : derived_from_) {
+            common_.learn(*frame);
+        }
+        auto at = known_.end();
+        while (at != known_.begin() &&
+               std::prev(at)->learned().newest() > derived_->learned().newest()) {
+            --at;
+        }
+        known_.insert(at, std::move(*derived_));
+        derived_.reset();
+        derived_from_.clear();
         if (known_.size() > kReordered) {
             known_.pop_front();
             common_.forget_before(known_.front().learned().newest());
         }
-        return &*std::find_if(known_.begin(), known_.end(), [newest](const Knowledge& k) {
-            return k.learned().newest() == newest;
-        });
     }
 
     Format format_;
     std::uint8_t epoch_ = 0;
     PacketNumber newest_ = 0;  // received
     std::optional<Fresh> fresh_;
-    std::deque<FramePointer> received_;  // ascending
-    std::deque<Knowledge> known_;        // ascending by newest learned
-    Common common_;                      // of these
+    std::optional<Knowledge> derived_;        // what the packet being decoded was coded with ...
+    std::vector<FramePointer> derived_from_;  // ... and these, which no state before it has learned
+    std::deque<FramePointer> received_;       // ascending
+    std::deque<Knowledge> known_;             // ascending by newest learned
+    Common common_;                           // of these
 };
 
 }  // namespace zoned::wire::entropy

@@ -41,7 +41,7 @@ std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber n
     entropy::RangeEncoder coder(out, raw_);
     entropy::write_head(coder, head);
     RecordPass<entropy::EncodePort>(
-        format_, acknowledged_.knowledge(), acknowledged_.common(), {coder}, *frame)
+        format_, acknowledged_.knowledge(), {acknowledged_.common(), {}}, {coder}, *frame)
         .run();
     coder.finish();
     return frame;
@@ -59,13 +59,15 @@ core::Result<std::shared_ptr<const RecordFrame>> RecordDecoder::decode(
     entropy::RangeDecoder coder(bytes);
     const entropy::KnowledgeHead head = entropy::read_head(coder);
     const char* why = "";
-    const auto [knowledge, bases] = acknowledged_.knowledge_for(number, head, why);
-    if (knowledge == nullptr) {
+    const auto known = acknowledged_.knowledge_for(number, head, why);
+    if (known.knowledge == nullptr) {
         return Decoded::failure(why);
     }
     std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
     const bool sound =
-        RecordPass<entropy::DecodePort>(format_, *knowledge, *bases, {coder}, *frame).run();
+        RecordPass<entropy::DecodePort>(
+            format_, *known.knowledge, {*known.common, known.not_common}, {coder}, *frame)
+            .run();
     if (!sound || !coder.complete()) {
         return Decoded::failure("malformed records");
     }

@@ -104,6 +104,22 @@ void Bases::forget_before(entropy::PacketNumber oldest) {
     superseding_.erase(superseding_.begin(), kept);
 }
 
+const CodedRecord* KnownBases::find(EntityId entity,
+                                    ZoneId zone,
+                                    entropy::PacketNumber newest) const {
+    for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
+        const std::vector<CodedRecord>& records = (*frame)->records;
+        const auto it = std::lower_bound(
+            records.begin(), records.end(), entity, [](const CodedRecord& r, EntityId id) {
+                return r.entity < id;
+            });
+        if (it != records.end() && it->entity == entity) {
+            return it->remove || (*frame)->zone != zone ? nullptr : &*it;
+        }
+    }
+    return common.find(entity, zone, newest);
+}
+
 // ---------------------------------------------------------------- models
 
 RecordModels::RecordModels() {
@@ -136,7 +152,7 @@ RecordKnowledge::RecordKnowledge(const RecordFormat& /*format*/) {
     velocity_.fill(entropy::LeastSquares<1>({1.0}));
 }
 
-void RecordKnowledge::learn(const std::shared_ptr<const RecordFrame>& frame, Bases& bases) {
+void RecordKnowledge::learn(const std::shared_ptr<const RecordFrame>& frame) {
     models_.learn(frame->lessons);
     for (std::size_t i = 0; i < velocity_.size(); ++i) {
         if (frame->velocity[i].any) {
@@ -144,7 +160,6 @@ void RecordKnowledge::learn(const std::shared_ptr<const RecordFrame>& frame, Bas
             velocity_[i].solve();
         }
     }
-    bases.learn(*frame);
     learned_.add(frame->number);
 }
 

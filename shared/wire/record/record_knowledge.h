@@ -6,6 +6,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace zoned::wire::record {
@@ -61,6 +62,16 @@ class Bases {
     std::vector<Superseding> superseding_;
 };
 
+/// The bases of one state of knowledge: those in common, and packets that only it has learned.
+struct KnownBases {
+    const Bases& common;
+    std::span<const std::shared_ptr<const RecordFrame>> frames;  ///< ascending
+
+    [[nodiscard]] const CodedRecord* find(EntityId entity,
+                                          ZoneId zone,
+                                          entropy::PacketNumber newest) const;
+};
+
 /// Models by what they are for. Those of residuals come first: one per field of the field table and
 /// class of expectation.
 struct RecordModels {
@@ -103,7 +114,7 @@ class RecordKnowledge {
 
     explicit RecordKnowledge(const RecordFormat& format);
 
-    void learn(const std::shared_ptr<const RecordFrame>& frame, Bases& bases);
+    void learn(const std::shared_ptr<const RecordFrame>& frame);
 
     [[nodiscard]] const entropy::LearnedPackets& learned() const { return learned_; }
 

@@ -21,7 +21,7 @@ class RecordPass {
 
     RecordPass(const RecordFormat& format,
                const RecordKnowledge& knowledge,
-               const Bases& bases,
+               const KnownBases& bases,
                Port port,
                RecordFrame& frame)
         : format_(format),
@@ -320,7 +320,7 @@ class RecordPass {
 
     const RecordFormat& format_;
     const RecordKnowledge& knowledge_;
-    const Bases& bases_;
+    KnownBases bases_;
     const RecordModels& models_;
     Port port_;
     RecordFrame& frame_;

@@ -53,7 +53,7 @@ Knowledge::Knowledge(const SnapshotFormat& format) {
     }
 }
 
-void Knowledge::learn(FramePointer frame, Common& /*common*/) {
+void Knowledge::learn(FramePointer frame) {
     models_.learn(frame->lessons);
     const auto learn_sums = [](auto& squares, const auto& seen) {
         if (seen.any) {

@@ -108,7 +108,7 @@ class Knowledge {
 
     explicit Knowledge(const SnapshotFormat& format);
 
-    void learn(FramePointer frame, Common& common);
+    void learn(FramePointer frame);
 
     /// The newest snapshot but `back`, or the oldest remembered: to begin with where bodies are
     /// before anything was said of them.

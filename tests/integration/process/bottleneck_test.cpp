@@ -13,7 +13,10 @@ class Bottleneck : public Process {
   protected:
     /// The report of bots behind 256 kbit/s each, in a world that always has more to say.
     std::string play_narrow(const std::string& congestion_control) {
+        // Coded for each client, all of it would fit.
         const auto server = start_server({"--set",
+                                          "replication.codec=SHARED",
+                                          "--set",
                                           "replication.predictor=STATIC",
                                           "--set",
                                           "replication.budget_bytes_per_s=125000",

@@ -110,7 +110,7 @@ class Agreed : public GameTest {
             if (trading) {
                 trade(now_s);
             }
-            if (now_s > bots.seconds - 3.0 && !quiet_) {
+            if (now_s > bots.seconds - 6.0 && !quiet_) {
                 quiet_ = true;
                 for (const auto& bot : swarm->bots()) {
                     bot->set_quiet(true);

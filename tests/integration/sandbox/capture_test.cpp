@@ -138,13 +138,16 @@ struct Judgement {
     std::uint64_t announced_events = 0;
     std::uint64_t wrong_announced = 0;
     std::uint64_t undecoded = 0;
+    std::uint64_t coded_packets = 0;
+    std::uint64_t overtaken = 0;  ///< of these, too late for anybody to read
 
     [[nodiscard]] bool clean() const {
         return wrong_records == 0 && wrong_topics == 0 && wrong_announced == 0 && undecoded == 0;
     }
 };
 
-class Captured : public GameTest {
+/// Under each codec of records.
+class Captured : public GameTest, public ::testing::WithParamInterface<const char*> {
   protected:
     Captured() {
         bots.bots = 10;
@@ -156,7 +159,9 @@ class Captured : public GameTest {
         server.network.duplicate = 0.02;
         server.network.reorder = 0.05;
         // Radii that end within the world.
-        server.sets = {"type[0].nimbus_m.normal=20", "type[0].nimbus_m.running=14"};
+        server.sets = {"type[0].nimbus_m.normal=20",
+                       "type[0].nimbus_m.running=14",
+                       std::string("replication.codec=") + GetParam()};
     }
 
     /// A long wall with crates on both sides of it, which may be known where they are seen.
@@ -178,6 +183,7 @@ class Captured : public GameTest {
         const auto make = [this](std::size_t) {
             captures_.push_back(std::make_shared<Capture>());
             captures_.back()->quantization = world->settings().replication.quantization;
+            captures_.back()->tick_s = world->settings().replication.tick_s;
             for (const world::EntityType& type : world->settings().types) {
                 captures_.back()->upright.push_back(type.upright());
             }
@@ -202,6 +208,8 @@ class Captured : public GameTest {
 
     void judge(const Capture& c, const std::string& team, Judgement& all) const {
         all.undecoded += c.undecoded;
+        all.overtaken += c.overtaken;
+        all.coded_packets += c.coded_packets;
         for (const CapturedRecord& record : c.records) {
             ++all.records;
             const bool allowed = record.remove
@@ -248,6 +256,8 @@ class Captured : public GameTest {
 
 void expect_clean(const Judgement& j) {
     EXPECT_EQ(j.undecoded, 0U);
+    // Of those that are reordered, which are a few in a hundred.
+    EXPECT_LE(50 * j.overtaken, j.coded_packets);
     EXPECT_EQ(j.wrong_records, 0U) << "of " << j.records;
     EXPECT_EQ(j.wrong_topics, 0U) << "of " << j.topic_events;
     EXPECT_EQ(j.wrong_announced, 0U) << "of " << j.announced_events;
@@ -255,18 +265,20 @@ void expect_clean(const Judgement& j) {
     EXPECT_GT(j.topic_events, 10U);
 }
 
-TEST_F(Captured, ClientsReceiveNothingThatRadiiAndTopicsDoNotAllow) {
-    expect_clean(run_captured());
+TEST_P(Captured, ClientsReceiveNothingThatRadiiAndTopicsDoNotAllow) {
+    const Judgement j = run_captured();
+    expect_clean(j);
+    EXPECT_EQ(j.coded_packets > 1000U, std::string(GetParam()) == "PER_CLIENT");
     EXPECT_GT(truth_.beyond, 1000U);
 }
 
-TEST_F(Captured, ClientsReceiveNothingBeyondTheirRadiiAcrossBordersOfZones) {
+TEST_P(Captured, ClientsReceiveNothingBeyondTheirRadiiAcrossBordersOfZones) {
     server.sets.emplace_back("zones.zone_grid.columns=2");
     expect_clean(run_captured());
     EXPECT_GT(truth_.beyond, 1000U);
 }
 
-TEST_F(Captured, ClientsReceiveNothingThatIsOutOfSight) {
+TEST_P(Captured, ClientsReceiveNothingThatIsOutOfSight) {
     for (const char* type : {"0", "1", "2"}) {
         server.sets.push_back(std::string("type[") + type + "].conceal=LINE_OF_SIGHT");
     }
@@ -274,23 +286,23 @@ TEST_F(Captured, ClientsReceiveNothingThatIsOutOfSight) {
     EXPECT_GT(truth_.concealed, 1000U);
 }
 
-TEST_F(Captured, TheCheckerFindsALeakedEntity) {
+TEST_P(Captured, TheCheckerFindsALeakedEntity) {
     server.sets.emplace_back("testing.leak_entity.probability=1");
     EXPECT_GT(run_captured().wrong_records, 0U);
 }
 
-TEST_F(Captured, TheCheckerFindsALeakedTopic) {
+TEST_P(Captured, TheCheckerFindsALeakedTopic) {
     server.sets.emplace_back("testing.leak_topic.probability=1");
     EXPECT_GT(run_captured().wrong_topics, 0U);
 }
 
-TEST_F(Captured, TheCheckerFindsWhatIsConcealedAndToldAllTheSame) {
+TEST_P(Captured, TheCheckerFindsWhatIsConcealedAndToldAllTheSame) {
     put_up_a_wall();
     server.sets.emplace_back("testing.leak_concealed.probability=1");
     EXPECT_GT(run_captured().wrong_records, 0U);
 }
 
-TEST_F(Captured, TheVerdictOfTheBotsFindsWhatIsConcealedAndToldAllTheSame) {
+TEST_P(Captured, TheVerdictOfTheBotsFindsWhatIsConcealedAndToldAllTheSame) {
     put_up_a_wall();
     expect_clean(run_captured());
     EXPECT_TRUE(swarm->report().consistent) << reasons(swarm->report());
@@ -302,6 +314,11 @@ TEST_F(Captured, TheVerdictOfTheBotsFindsWhatIsConcealedAndToldAllTheSame) {
     EXPECT_FALSE(swarm->report().consistent);
     EXPECT_GT(swarm->report().audit.extra, 0U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Codecs,
+                         Captured,
+                         ::testing::Values("SHARED", "PER_CLIENT"),
+                         [](const auto& tested) { return std::string(tested.param); });
 
 }  // namespace
 }  // namespace zoned::harness

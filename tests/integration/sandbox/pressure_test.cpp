@@ -7,7 +7,8 @@ namespace {
 class Pressure : public GameTest {
   protected:
     Pressure() {
-        server.sets = {"scatter[1].count=60",
+        server.sets = {"replication.codec=SHARED",
+                       "scatter[1].count=60",
                        "machine[0].state[0].transition[0].threshold=100000",
                        "replication.budget_bytes_per_s=5000"};
         server.network.delay_s = 0.04;
@@ -23,6 +24,19 @@ TEST_F(Pressure, WidensTheBoundsAndSaysSo) {
     EXPECT_EQ(report.audit.position_violations, 0u);
     // A bound is named for nearly all of them.
     EXPECT_LT(report.audit.samples_unbounded, report.audit.samples / 20);
+}
+
+TEST_F(Pressure, IsRelievedByCodingForWhoseDownlinkIsShort) {
+    const auto shared = run();
+    server.sets.front() = "replication.codec=AUTO";
+    const auto chosen = run();
+    EXPECT_TRUE(chosen.consistent) << reasons(chosen);
+    EXPECT_EQ(chosen.malformed_records, 0u);
+    EXPECT_EQ(chosen.view_resets, 0u);
+    const auto share = [](const measure::Report& r) {
+        return static_cast<double>(r.audit.samples_widened) / static_cast<double>(r.audit.samples);
+    };
+    EXPECT_LT(share(chosen), 0.8 * share(shared));
 }
 
 TEST_F(Pressure, IsFoundWhereTheServerIsSilentlyLate) {

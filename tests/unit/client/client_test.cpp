@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <vector>
 
 namespace zoned::link {
@@ -22,7 +23,10 @@ struct Recorder final : SessionHandler {
 
     void on_audit(const proto::AuditRecord&) override { ++audits; }
 
-    void on_packet(const OpenedPacket& packet) override { packets.push_back(packet.sequence); }
+    bool on_packet(const OpenedPacket& packet) override {
+        packets.push_back(packet.sequence);
+        return !reads || reads(packet);
+    }
 
     int welcomes = 0;
     int resumed = 0;
@@ -30,6 +34,7 @@ struct Recorder final : SessionHandler {
     int audits = 0;
     std::vector<std::uint64_t> events;
     std::vector<std::uint64_t> packets;
+    std::function<bool(const OpenedPacket&)> reads;  ///< empty: all
 };
 
 struct ClientTest : testing::Test {
@@ -57,6 +62,51 @@ struct ClientTest : testing::Test {
     double now = 0.0;
     int loops = 0;
 };
+
+TEST(DatagramChannel, TellsTheServerOfWhatWasAcknowledgedAlone) {
+    wire::SealKey down_key, up_key;
+    down_key.key.fill(1);
+    up_key.key.fill(2);
+    DatagramChannel channel;
+    channel.set_connection(5);
+    channel.rekey(down_key, up_key);
+    wire::Seal down(down_key), up(up_key);
+    std::uint64_t sent = 0;
+    const auto acks_now = [&](double now_s) {
+        const Bytes datagram = channel.seal({}, now_s);
+        const std::span<const std::uint8_t> all(datagram);
+        std::vector<std::uint8_t> plain;
+        EXPECT_TRUE(up.open(++sent,
+                            all.first(wire::kDatagramHeaderBytes),
+                            all.subspan(wire::kDatagramHeaderBytes),
+                            plain));
+        return *wire::read_up_transport(plain);
+    };
+    for (std::uint64_t sequence = 1; sequence <= 6; ++sequence) {
+        std::vector<std::uint8_t> plain(wire::kDownTransportBytes);
+        wire::write_transport(wire::DownTransport{}, plain.data());
+        wire::DownHead head;
+        head.tick = static_cast<Tick>(sequence);
+        head.zone = ZoneId(1);
+        wire::write_down_head(head, plain);
+        Bytes datagram(wire::kDatagramHeaderBytes);
+        wire::write_datagram_header({5, static_cast<std::uint16_t>(sequence)}, datagram.data());
+        const Bytes header = datagram;
+        down.seal(sequence, header, plain, datagram);
+        const double now_s = 0.1 * static_cast<double>(sequence);
+        const auto packet = channel.open(datagram, now_s);
+        ASSERT_TRUE(packet);
+        if (sequence == 2 || sequence == 4 || sequence == 5) {
+            channel.acknowledge(*packet, now_s);
+        }
+        EXPECT_FALSE(channel.open(datagram, now_s)) << "read or not, it has come";
+    }
+    const wire::UpTransport told = acks_now(0.7);
+    EXPECT_EQ(told.ack_low, 5);
+    EXPECT_EQ(told.ack_bits, 0b101u);
+    // Of the newest that is acknowledged: 0.2 s, in 10 us, cut off.
+    EXPECT_NEAR(told.ack_delay_10us, 20000, 1);
+}
 
 TEST_F(ClientTest, LogsInHearsStatesAndSetsItsClock) {
     make();

@@ -56,7 +56,8 @@ std::vector<InboxItem> every_item() {
             mailbox::ViewReset{ClientId(4)},
             mailbox::Freeze{true},
             mailbox::Freeze{false},
-            mailbox::AuditRequest{ClientId(0xFFFFFFFFu)}};
+            mailbox::AuditRequest{ClientId(0xFFFFFFFFu)},
+            mailbox::CodecPrice{0xFFFFFFFFu, 7}};
 }
 
 struct Equal {
@@ -96,6 +97,10 @@ struct Equal {
 
     bool operator()(const mailbox::AuditRequest& a, const mailbox::AuditRequest& b) const {
         return a.client == b.client;
+    }
+
+    bool operator()(const mailbox::CodecPrice& a, const mailbox::CodecPrice& b) const {
+        return a.record_ns == b.record_ns && a.packet_ns == b.packet_ns;
     }
 
     template <class A, class B>
@@ -157,7 +162,7 @@ int read_all(const std::string& file, std::string& reason) {
 }
 
 TEST(Recorder, BringsEveryMessageBack) {
-    static_assert(std::variant_size_v<InboxItem> == 9, "a new message belongs into these tests");
+    static_assert(std::variant_size_v<InboxItem> == 10, "a new message belongs into these tests");
     const std::string file = temporary("recording");
     make_recording(file);
     RecordReader reader;

@@ -3,40 +3,92 @@
 namespace zoned::replication {
 
 void ModelClient::receive(std::uint64_t sequence, std::span<const std::uint8_t> body) {
-    if (!acks.on_received(sequence)) {
-        return;
-    }
-    ++packets;
     const auto parsed = wire::read_down_head(body);
     if (!parsed) {
         ++malformed;
         return;
     }
     const wire::DownHead& down = parsed->head;
+    const auto records = body.subspan(parsed->records_offset);
+    std::shared_ptr<const wire::record::RecordFrame> frame;
+    if (down.coded) {
+        const auto decoded = coded_.decode(
+            static_cast<wire::entropy::PacketNumber>(sequence), down.tick, down.zone, records);
+        if (!decoded) {
+            ++undecoded;
+            return;
+        }
+        frame = *decoded;
+    }
+    if (!acks.on_received(sequence)) {
+        return;
+    }
+    ++packets;
     newest_tick = std::max(newest_tick, down.tick);
     if (down.has_own && sequence > own_sequence_) {
         own_sequence_ = sequence;
         own = down.own;
     }
-    wire::RecordReader reader(body.subspan(parsed->records_offset), quantization_);
+    if (frame != nullptr) {
+        ++coded_packets;
+        read_coded(sequence, *frame);
+    } else {
+        read_records(sequence, down, records);
+    }
+}
+
+void ModelClient::read_records(std::uint64_t sequence,
+                               const wire::DownHead& down,
+                               std::span<const std::uint8_t> records) {
+    wire::RecordReader reader(records, quantization_);
     while (!reader.done()) {
         const auto head = reader.next_head();
         if (!head) {
             ++malformed;
             return;
         }
-        std::uint64_t& mentioned = mentioned_[head->entity];
         if (head->kind != wire::RecordKind::kRemove) {
             read_state(*head, sequence, down, reader);
+        } else {
+            remove(head->entity, sequence);
+        }
+        std::uint64_t& mentioned = mentioned_[head->entity];
+        mentioned = std::max(mentioned, sequence);
+    }
+}
+
+void ModelClient::read_coded(std::uint64_t sequence, const wire::record::RecordFrame& frame) {
+    for (const wire::record::CodedRecord& record : frame.records) {
+        std::uint64_t& mentioned = mentioned_[record.entity];
+        if (record.remove) {
+            remove(record.entity, sequence);
+        } else if (record.type >= types_->size() ||
+                   record.upright != (*types_)[record.type].upright()) {
+            ++malformed;
         } else if (sequence > mentioned) {
-            known.erase(head->entity);
-            removed_[head->entity] = sequence;
-            std::erase_if(keyframes_, [&](const auto& entry) {
-                return std::get<0>(entry.first) == head->entity;
-            });
+            Known next;
+            next.zone = frame.zone;
+            next.lod = record.lod;
+            next.type = record.type;
+            next.upright = record.upright;
+            next.tick = record.tick;
+            next.state = record.state;
+            next.from =
+                wire::dequantize(next.state, next.upright, wire::at_lod(quantization_, next.lod));
+            known[record.entity] = next;
         }
         mentioned = std::max(mentioned, sequence);
     }
+}
+
+void ModelClient::remove(EntityId entity, std::uint64_t sequence) {
+    if (sequence <= mentioned_[entity]) {
+        return;
+    }
+    known.erase(entity);
+    removed_[entity] = sequence;
+    std::erase_if(keyframes_,
+                  [&](const auto& entry) { return std::get<0>(entry.first) == entity; });
 }
 
 void ModelClient::read_state(const wire::RecordHead& head,

@@ -5,6 +5,7 @@
 #include "server/world/entity_type.h"
 #include "shared/wire/packet.h"
 #include "shared/wire/publication.h"
+#include "shared/wire/record/record_codec.h"
 
 #include <map>
 #include <optional>
@@ -29,9 +30,11 @@ class ModelClient {
     ModelClient(const world::TypeTable& types, const wire::Quantization& quantization, float tick_s)
         : types_(&types),
           quantization_(quantization),
-          tick_s_(tick_s) {}
+          tick_s_(tick_s),
+          coded_(wire::record::RecordFormat(quantization, tick_s)) {}
 
-    /// One datagram as it arrives; duplicates and what is older than the window are dropped.
+    /// One datagram as it arrives; duplicates, what is older than the window and what can't be
+    /// decoded are dropped and not acknowledged.
     void receive(std::uint64_t sequence, std::span<const std::uint8_t> body);
 
     [[nodiscard]] motion::KinematicState predict(const Known& known, Tick now) const;
@@ -44,7 +47,9 @@ class ModelClient {
     wire::AckTracker acks;
     int undecodable = 0;  ///< deltas that mattered and had no keyframe
     int malformed = 0;
+    int undecoded = 0;  ///< packets of coded records, doubled ones among them
     int packets = 0;
+    int coded_packets = 0;  ///< of these
     Tick newest_tick = -1;
 
   private:
@@ -61,9 +66,16 @@ class ModelClient {
                     const wire::DownHead& down,
                     wire::RecordReader& reader);
 
+    void read_records(std::uint64_t sequence,
+                      const wire::DownHead& down,
+                      std::span<const std::uint8_t> records);
+    void read_coded(std::uint64_t sequence, const wire::record::RecordFrame& frame);
+    void remove(EntityId entity, std::uint64_t sequence);
+
     const world::TypeTable* types_;
     wire::Quantization quantization_;
     float tick_s_;
+    wire::record::RecordDecoder coded_;
     std::map<KeyframeKey, Keyframe> keyframes_;
     std::map<EntityId, std::uint64_t> mentioned_;  // sequence of the newest packet that named it
     std::map<EntityId, std::uint64_t> removed_;    // sequence of the newest removal

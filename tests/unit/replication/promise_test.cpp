@@ -53,10 +53,14 @@ Excess excess_over_promise(const Session& s, int old_ticks) {
     return worst;
 }
 
+/// In place of an order: each its own, records coded for each client.
+constexpr int kCoded = 100;
+
 TEST(Replicator, KeepsThePromisedBoundAtEveryTickOnAPerfectNetwork) {
-    for (const int order : {-1, 0, 1, 2, 3, 4}) {
+    for (const int order : {-1, 0, 1, 2, 3, 4, kCoded}) {
         Settings settings = test_settings();
-        settings.forced_order = order;
+        settings.forced_order = order == kCoded ? -1 : order;
+        settings.codec = order == kCoded ? Codec::kPerClient : Codec::kShared;
         settings.ground = std::make_shared<const motion::StaticGeometry>();
         Session s(7, settings, {}, 20, 20, 4, 40.0F);
         for (int tick = 0; tick < 900; ++tick) {
@@ -87,12 +91,14 @@ TEST(Replicator, KeepsThePromisedBoundUnderDelay) {
     }
 }
 
-TEST(Replicator, KeepsThePromisedBoundUnderFivePercentLossWithOneResend) {
+void keep_the_bound_under_loss(Codec codec) {
     NetSettings net;
     net.delay_ticks = 2;
     net.loss = 0.05F;
     net.duplicate = 0.02F;
-    Session s(9, test_settings(), net, 20, 20, 4, 25.0F);
+    Settings settings = test_settings();
+    settings.codec = codec;
+    Session s(9, settings, net, 20, 20, 4, 25.0F);
     s.radius = 90.0F;
     // One-way delay + a tick, and one resend: a round trip (2 + 2 ticks and one until the ack
     // leaves) + a tick.
@@ -106,6 +112,14 @@ TEST(Replicator, KeepsThePromisedBoundUnderFivePercentLossWithOneResend) {
             ASSERT_EQ(excess.missing, 0);
         }
     }
+}
+
+TEST(Replicator, KeepsThePromisedBoundUnderFivePercentLossWithOneResend) {
+    keep_the_bound_under_loss(Codec::kShared);
+}
+
+TEST(Replicator, KeepsThePromisedBoundUnderLossWithCodedRecords) {
+    keep_the_bound_under_loss(Codec::kPerClient);
 }
 
 }  // namespace

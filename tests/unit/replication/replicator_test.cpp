@@ -15,11 +15,20 @@ struct Weather {
     const char* name;
 };
 
-class ReplicatorInWeather : public testing::TestWithParam<Weather> {};
+using WeatherAndCodec = std::tuple<Weather, Codec>;
+
+std::string name_of(const testing::TestParamInfo<WeatherAndCodec>& tested) {
+    const bool coded = std::get<1>(tested.param) == Codec::kPerClient;
+    return std::string(std::get<0>(tested.param).name) + (coded ? "Coded" : "");
+}
+
+class ReplicatorInWeather : public testing::TestWithParam<WeatherAndCodec> {};
 
 TEST_P(ReplicatorInWeather, ConvergesExactlyOnceTheWorldRests) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-        Session s(seed, test_settings(), GetParam().net, 25, 25, 5, 50.0F);
+        Settings settings = test_settings();
+        settings.codec = std::get<1>(GetParam());
+        Session s(seed, settings, std::get<0>(GetParam()).net, 25, 25, 5, 50.0F);
         s.radius = 35.0F;
         s.near = 15.0F;
         for (int tick = 0; tick < 450; ++tick) {
@@ -52,6 +61,9 @@ TEST_P(ReplicatorInWeather, ConvergesExactlyOnceTheWorldRests) {
             s.step();
         }
         s.expect_converged();
+        for (const Remote& remote : s.remotes) {
+            EXPECT_EQ(remote.model.coded_packets > 50, settings.codec == Codec::kPerClient);
+        }
         // Nothing is owed any more: only signs of life go out.
         std::uint32_t records = 0, packets = 0;
         for (int tick = 0; tick < 60; ++tick) {
@@ -67,17 +79,20 @@ TEST_P(ReplicatorInWeather, ConvergesExactlyOnceTheWorldRests) {
 
 INSTANTIATE_TEST_SUITE_P(Weathers,
                          ReplicatorInWeather,
-                         testing::Values(Weather{{0.0F, 0.0F, 0, 0}, "Perfect"},
-                                         Weather{{0.05F, 0.02F, 2, 1}, "Rain"},
-                                         Weather{{0.3F, 0.1F, 3, 4}, "Storm"},
-                                         Weather{{0.1F, 0.3F, 1, 20}, "Shuffled"}),
-                         [](const auto& tested) { return tested.param.name; });
+                         testing::Combine(testing::Values(Weather{{0.0F, 0.0F, 0, 0}, "Perfect"},
+                                                          Weather{{0.05F, 0.02F, 2, 1}, "Rain"},
+                                                          Weather{{0.3F, 0.1F, 3, 4}, "Storm"},
+                                                          Weather{{0.1F, 0.3F, 1, 20}, "Shuffled"}),
+                                          testing::Values(Codec::kShared, Codec::kPerClient)),
+                         name_of);
 
-TEST(Replicator, FollowsAClientBetweenZones) {
+void follow_a_client_between_zones(Codec codec) {
     for (const NetSettings& net :
          {NetSettings{}, NetSettings{0.2F, 0.1F, 2, 3}, NetSettings{0.05F, 0.0F, 1, 8}}) {
         // Two zones that see the same world from different sides; the client wanders between them.
-        Session s(11, test_settings(), net, 20, 20, 1, 50.0F);
+        Settings settings = test_settings();
+        settings.codec = codec;
+        Session s(11, settings, net, 20, 20, 1, 50.0F);
         Replicator other(s.settings);
         Replicator* here = &s.replicator;
         Replicator* there = &other;
@@ -124,6 +139,14 @@ TEST(Replicator, FollowsAClientBetweenZones) {
         s.visibility = set;
         s.expect_converged();
     }
+}
+
+TEST(Replicator, FollowsAClientBetweenZones) {
+    follow_a_client_between_zones(Codec::kShared);
+}
+
+TEST(Replicator, FollowsAClientBetweenZonesWithCodedRecords) {
+    follow_a_client_between_zones(Codec::kPerClient);
 }
 
 TEST(Replicator, RespectsTheByteBudgetAndStarvesNobody) {

@@ -1,0 +1,281 @@
+// Fuzzing of the entropy-coded formats: records coded for one client, snapshots, orientations.
+//
+// Whatever the bytes are: no decoder crashes or reads outside them; a decoder that refused a packet
+// is as it was before; what is told is within the ranges of the format; and what an encoder wrote
+// comes out whole, whatever came in between. The first byte chooses what is read, the rest are
+// actions.
+#include "tests/fuzz/coded_streams.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace zoned::wire::fuzz {
+
+namespace {
+
+constexpr int kMostPackets = 48;
+
+void check_sound(const record::RecordFrame& frame, const record::RecordFormat& format) {
+    EntityId before;
+    for (const record::CodedRecord& r : frame.records) {
+        ZONED_ASSERT(r.entity > before, "entities ascend");
+        before = r.entity;
+        if (r.remove) {
+            continue;
+        }
+        ZONED_ASSERT(r.lod < kLods, "a level of detail that there is");
+        ZONED_ASSERT(r.tick <= frame.tick && frame.tick - r.tick <= record::kOldestTicks,
+                     "a publication is as old as it may be");
+        const Quantization& q = format.levels[r.lod].quantization;
+        ZONED_ASSERT(quantize(dequantize(r.state, r.upright, q),
+                              r.state.order,
+                              r.upright,
+                              r.state.at_rest,
+                              r.state.appearance,
+                              q) == r.state,
+                     "an accepted state survives the way through floats");
+    }
+}
+
+/// One that is given all packets, and a twin that is given only those that the first one accepted:
+/// whatever a refused packet changes makes them differ, now or later.
+class RecordTwins {
+  public:
+    explicit RecordTwins(const record::RecordFormat& format)
+        : format_(format),
+          all_(format),
+          accepted_(format) {}
+
+    /// Null: refused.
+    std::shared_ptr<const record::RecordFrame> decode(entropy::PacketNumber number,
+                                                      ZoneId zone,
+                                                      Input bytes) {
+        const Tick tick = kFirstTick + static_cast<Tick>(number);
+        const auto frame = all_.decode(number, tick, zone, bytes);
+        if (!frame) {
+            return nullptr;
+        }
+        check_sound(**frame, format_);
+        const auto twin = accepted_.decode(number, tick, zone, bytes);
+        ZONED_ASSERT(twin, "a refused packet changes nothing of what can be decoded");
+        ZONED_ASSERT(same_records((*frame)->records, (*twin)->records),
+                     "a refused packet changes nothing of what is decoded");
+        return *frame;
+    }
+
+  private:
+    const record::RecordFormat& format_;
+    record::RecordDecoder all_;
+    record::RecordDecoder accepted_;
+};
+
+/// Packets as they come: two bits say how the number goes on, the rest of the action's byte which
+/// zone; nothing of it need be what any encoder wrote.
+std::size_t try_record_packets(Input input, bool coarse) {
+    const record::RecordFormat format = record_format(coarse);
+    RecordTwins twins(format);
+    zoned::fuzz::Actions actions(input);
+    entropy::PacketNumber newest = 0;
+    std::size_t accepted = 0;
+    std::uint8_t what = 0;
+    Input bytes;
+    for (int n = 0; n < kMostPackets && actions.next(what, bytes); ++n) {
+        const entropy::PacketNumber number =
+            what % 4 < 2 ? newest + 1 + what % 4
+                         : newest - std::min<entropy::PacketNumber>(newest, what / 32);
+        newest = std::max(newest, number);
+        const ZoneId zone(static_cast<std::uint16_t>(1 + (what / 4) % 2));
+        accepted += number != 0 && twins.decode(number, zone, bytes) != nullptr ? 1 : 0;
+    }
+    return accepted;
+}
+
+/// What becomes of an encoder's next packet.
+enum Fate : std::uint8_t {
+    kArrives,
+    kIsLost,
+    kIsDamaged,  // the action's bytes are laid over it
+    kIsDelayed,  // and comes with the next one that arrives
+    kFates
+};
+
+Bytes damaged(const Bytes& bytes, Input over) {
+    Bytes out = bytes;
+    if (over.size() < 2) {
+        out.resize(out.size() / 2);
+        return out;
+    }
+    const std::size_t at = over[0] % std::max<std::size_t>(out.size(), 1);
+    if (over[1] % 4 == 0) {
+        out.resize(at);
+    }
+    for (std::size_t i = 2; i < over.size(); ++i) {
+        if (at + i - 2 >= out.size()) {
+            out.push_back(over[i]);
+        } else {
+            out[at + i - 2] = static_cast<std::uint8_t>(out[at + i - 2] ^ over[i]);
+        }
+    }
+    return out;
+}
+
+/// An encoder's stream, of which packets are lost, late and damaged.
+std::size_t try_record_stream(Input input, bool coarse) {
+    const record::RecordFormat format = record_format(coarse);
+    RecordStream stream(format, input.empty() ? 0 : input[0]);
+    RecordTwins twins(format);
+    zoned::fuzz::Actions actions(input);
+    std::optional<RecordStream::Packet> delayed;
+    bool deceived = false;  // by a damaged packet that could be read: its makers agree no more
+    std::size_t accepted = 0;
+    std::uint8_t what = 0;
+    Input bytes;
+    const auto arrive = [&](const RecordStream::Packet& packet, const Bytes& code, bool newest) {
+        const bool whole = same_bytes(code, packet.code);
+        const auto frame = twins.decode(packet.number, stream.zone(), code);
+        ZONED_ASSERT(frame != nullptr || deceived || !newest || !whole,
+                     "the newest packet that an encoder wrote can be decoded");
+        if (frame == nullptr) {
+            return;
+        }
+        deceived = deceived || !whole;
+        ZONED_ASSERT(deceived || same_records(frame->records, packet.records),
+                     "what was encoded comes out");
+        ++accepted;
+        stream.acknowledge(packet.number);
+    };
+    for (int n = 0; n < kMostPackets && actions.next(what, bytes); ++n) {
+        const RecordStream::Packet packet = stream.next(what / kFates);
+        switch (what % kFates) {
+            case kArrives:
+                arrive(packet, packet.code, true);
+                if (delayed) {
+                    arrive(*delayed, delayed->code, false);
+                    delayed.reset();
+                }
+                break;
+            case kIsLost:
+                break;
+            case kIsDamaged:
+                arrive(packet, damaged(packet.code, bytes), true);
+                break;
+            default:
+                delayed = packet;
+        }
+    }
+    return accepted;
+}
+
+/// As try_record_packets().
+std::size_t try_snapshots(Input input) {
+    snapshot::SnapshotDecoder all(snapshot_format());
+    snapshot::SnapshotDecoder twin(snapshot_format());
+    zoned::fuzz::Actions actions(input);
+    snapshot::FrameNumber newest = 0;
+    std::size_t accepted = 0;
+    std::uint8_t what = 0;
+    Input bytes;
+    for (int n = 0; n < kMostPackets && actions.next(what, bytes); ++n) {
+        const snapshot::FrameNumber number =
+            what % 4 < 2 ? newest + 1 + what % 4
+                         : newest - std::min<snapshot::FrameNumber>(newest, what / 32);
+        newest = std::max(newest, number);
+        if (number == 0) {
+            continue;
+        }
+        const auto told = all.decode(number, bytes);
+        if (!told) {
+            continue;
+        }
+        ++accepted;
+        const auto again = twin.decode(number, bytes);
+        ZONED_ASSERT(again && **again == **told, "a refused snapshot changes nothing");
+        for (const snapshot::BodySample& body : **told) {
+            check_sample(body, snapshot_format());
+        }
+    }
+    return accepted;
+}
+
+/// Bytes as orientations, and these encoded and decoded again.
+std::size_t try_orientations(Input input) {
+    if (input.empty()) {
+        return 0;
+    }
+    const int bits = 2 + input[0] % 14;
+    snapshot::SnapshotFormat format;
+    format.orientation_bits = bits;
+    const Input code = input.subspan(1);
+    entropy::RangeDecoder reader(code);
+    snapshot::OrientationCoder decoder(bits);
+    std::vector<snapshot::BodySample> told(std::min<std::size_t>(200, 1 + code.size()));
+    snapshot::BodySample base;
+    for (snapshot::BodySample& sample : told) {
+        decoder.decode(reader, base, sample);
+        check_sample(sample, format);
+        base = sample;
+    }
+    Bytes again;
+    entropy::RangeEncoder writer(again);
+    snapshot::OrientationCoder encoder(bits);
+    base = {};
+    for (const snapshot::BodySample& sample : told) {
+        encoder.encode(writer, base, sample);
+        base = sample;
+    }
+    writer.finish();
+    entropy::RangeDecoder rereader(again);
+    snapshot::OrientationCoder redecoder(bits);
+    base = {};
+    for (const snapshot::BodySample& sample : told) {
+        snapshot::BodySample back;
+        redecoder.decode(rereader, base, back);
+        ZONED_ASSERT(back == sample, "orientations come out as they were encoded");
+        base = sample;
+    }
+    ZONED_ASSERT(rereader.complete(), "an encoder's code is complete");
+    return told.size();
+}
+
+}  // namespace
+
+std::size_t try_coded(Input input) {
+    if (input.empty()) {
+        return 0;
+    }
+    const Input rest = input.subspan(1);
+    const bool coarse = (input[0] & 4) != 0;
+    switch (input[0] % 4) {
+        case kRecordPackets:
+            return try_record_packets(rest, coarse);
+        case kRecordStream:
+            return try_record_stream(rest, coarse);
+        case kSnapshots:
+            return try_snapshots(rest);
+        default:
+            return try_orientations(rest);
+    }
+}
+
+}  // namespace zoned::wire::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    (void)zoned::wire::fuzz::try_coded({data, size});
+    return 0;
+}
+
+namespace zoned::fuzz {
+
+std::vector<Bytes> seeds() {
+    core::Rng rng(1);
+    std::vector<Bytes> all;
+    for (int i = 0; i < 32; ++i) {
+        all.push_back(wire::fuzz::coded_input(static_cast<std::uint8_t>(i % 8), rng));
+    }
+    for (const Bytes& seed : all) {
+        ZONED_ASSERT(wire::fuzz::try_coded(seed) > 0, "of a seed something is accepted");
+    }
+    return all;
+}
+
+}  // namespace zoned::fuzz
