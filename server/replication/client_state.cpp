@@ -363,6 +363,59 @@ void ClientState::lose(const SentEntry& entry) {
     }
 }
 
+void ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
+    struct Told {
+        EntityId entity;
+        std::uint64_t sequence = 0;
+        Tick tick = 0;
+        bool acked = false;
+    };
+
+    std::vector<Told> told;
+    const std::uint64_t oldest =
+        next_sequence_ > SentLog::kCapacity ? next_sequence_ - SentLog::kCapacity : 1;
+    for (std::uint64_t sequence = oldest; sequence < next_sequence_; ++sequence) {
+        const SentPacket* packet = log_.find(sequence);
+        for (std::size_t i = 0; packet != nullptr && i < packet->entries.size(); ++i) {
+            const SentEntry& entry = packet->entries[i];
+            const auto removal = lower_bound_entity(removals, entry.entity);
+            const bool leaving = removal != removals.end() && removal->entity == entry.entity;
+            if (!leaving || entry.stamp == removal->stamp) {
+                told.push_back(
+                    {entry.entity, sequence, packet->tick, packet->fate == Fate::kAcked});
+            }
+        }
+    }
+    std::stable_sort(
+        told.begin(), told.end(), [](const Told& a, const Told& b) { return a.entity < b.entity; });
+    const auto news_of = [&](EntityId entity) -> mailbox::AuditNews& {
+        const auto at = lower_bound_entity(out, entity);
+        return at != out.end() && at->entity == entity ? *at
+                                                       : *out.insert(at, {entity, 0, false, {}});
+    };
+    for (std::size_t i = 0; i < told.size(); ++i) {
+        if (told[i].acked) {
+            if (!out.empty() && out.back().entity == told[i].entity) {
+                out.pop_back();
+            }
+        } else {
+            news_of(told[i].entity).carried.push_back({told[i].tick, told[i].sequence});
+        }
+    }
+    for (const Subscription& s : subscriptions) {
+        if (s.postponed_tick > 0 && s.delivered_version == 0) {
+            news_of(s.entity).postponed_tick = s.postponed_tick;
+        }
+    }
+    for (const Removal& r : removals) {
+        if (r.postponed_tick > 0 || r.delivery.copies > 0) {
+            mailbox::AuditNews& news = news_of(r.entity);
+            news.postponed_tick = r.postponed_tick;
+            news.leaving = true;
+        }
+    }
+}
+
 // ---------------------------------------------------------------- rates
 
 int ClientState::copies_wanted(float target) const {

@@ -30,12 +30,14 @@ struct Subscription {
     bool known = false;  ///< the client may hold the entity, so its leaving must be told
     Tick switched_tick =
         0;  ///< when it took over from another stream that the client still follows
+    Tick postponed_tick = 0;  ///< when the budget last made it wait before it was ever told of
 };
 
 /// An entity that the client may hold and must forget; owed until acknowledged.
 struct Removal {
     EntityId entity;
     std::uint32_t stamp = 0;
+    Tick postponed_tick = 0;  ///< when the budget last made it wait
     Delivery delivery;
 };
 
@@ -107,6 +109,9 @@ class ClientState {
     /// When the client passed to the present stream of an entity from another level of detail or
     /// zone; 0 = never.
     [[nodiscard]] Tick switch_tick(EntityId entity) const;
+
+    /// As Replicator::unheard().
+    void unheard(std::vector<mailbox::AuditNews>& out) const;
 
     void hash(core::StateHash& hash) const;
 

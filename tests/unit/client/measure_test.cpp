@@ -120,6 +120,22 @@ TEST(ArrivalLog, TakesNewsAsOldAsAnOutage) {
     EXPECT_NEAR(log.at(150, 0.08).age_s, 51 * kTick, 1e-9);
 }
 
+/// A narrow budget makes packets rare; what the last one told holds until the next.
+TEST(ArrivalLog, TakesWhatWasToldForTrueUntilSomethingElseIsTold) {
+    link::ArrivalLog log;
+    log.set_tick_s(kTick);
+    const auto packet = [&](std::uint64_t sequence, Tick tick, std::uint8_t step) {
+        log.on_packet(sequence, tick, static_cast<double>(tick) * kTick + 0.01, {step, false});
+    };
+    packet(1, 100, 0);
+    packet(2, 110, 5);
+    packet(3, 120, 1);
+    EXPECT_EQ(log.at(108, 0.02).widened.step, 0);
+    EXPECT_EQ(log.at(118, 0.02).widened.step, 5);
+    EXPECT_EQ(log.at(120, 0.02).widened.step, 5);
+    EXPECT_EQ(log.at(128, 0.02).widened.step, 1);
+}
+
 TEST(ArrivalLog, SaysWhenNothingWasMeasured) {
     EXPECT_FALSE(steady(10, 0.04, {}).at(1000, 0.08).measured);
 }
