@@ -89,6 +89,7 @@ NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
         age.age_s += resend_s;
     }
     age.age_s = std::max(age.age_s, outage_s);
+    age.plain_s = std::max(age.delay_s + tick_s_, outage_s);
     age.widened = told(tick, age);
     return age;
 }

@@ -19,6 +19,7 @@ struct NewsAge {
     bool loss = false;      ///< a packet near the tick never came, or came late
     wire::Widened widened;  ///< the widest bounds that the server has told of for this time
     bool measured = false;  ///< false: no packet around the tick, nothing can be said
+    double plain_s = 0.0;   ///< D of what was not lost: without the resend
 };
 
 /// Times are server time as the view shows it (an estimate that never goes back); the packet of

@@ -24,7 +24,7 @@ bool is_tick(std::int64_t tick) {
 
 bool well_formed(const proto::AuditRecord& record, const view::World& world) {
     if (!is_tick(record.tick()) || !is_tick(record.avatar_discontinuity_tick()) ||
-        !is_tick(record.avatar_radii_tick())) {
+        !is_tick(record.avatar_radii_tick()) || !is_tick(record.news_since())) {
         return false;
     }
     const auto sound = [](const proto::AuditNews& news) {
@@ -177,12 +177,18 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     context.avatar_discontinuity = record.avatar_discontinuity_tick();
     context.avatar_radii = record.avatar_radii_tick();
     context.rtt_s = rtt_s;
+    const double resend_s = rtt_s + context.world->tick_s;
+    context.all_named =
+        record.news_since() > 0 &&
+        static_cast<double>(record.tick() - record.news_since()) * context.world->tick_s >=
+            context.age.plain_s + resend_s;
     context.grace = grace_ticks(context.age, rtt_s, context.world->tick_s);
     if (context.shown_at != context.tick) {
         const link::NewsAge then = bot.arrivals().at(context.tick, rtt_s);
         const double behind_s =
             static_cast<double>(context.shown_at - context.tick) * context.world->tick_s;
         context.age.age_s = past_age_s(context.age, then, behind_s);
+        context.age.plain_s = past_plain_s(context.age, then, behind_s);
         context.age.loss = context.age.loss || then.loss;
         context.age.widened.step = std::max(context.age.widened.step, then.widened.step);
         context.age.widened.incomplete |= then.widened.incomplete;
@@ -214,26 +220,23 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
 }
 
 Auditor::Context Auditor::about(const Context& context, EntityId entity) const {
-    const auto telling = telling_.find(entity.value);
+    static const TellingOf kNothing;
+    const auto found = telling_.find(entity.value);
+    const TellingOf& telling = found != telling_.end() ? found->second : kNothing;
     Context own = context;
-    if (telling == telling_.end()) {
-        return own;
-    }
     const double tick_s = context.world->tick_s;
-    own.postponed = telling->second.postponed_tick;
+    own.postponed = telling.postponed_tick;
     own.age = age_of(context.age,
-                     telling->second,
+                     telling,
+                     context.all_named,
                      context.bot->arrivals(),
                      context.tick,
                      static_cast<double>(context.shown_at) * tick_s,
                      context.rtt_s,
                      tick_s);
-    if (own.age.age_s > context.age.age_s) {
-        own.lost_again = true;
-        own.grace = std::max(own.grace, grace_ticks(own.age, context.rtt_s, tick_s));
-        own.stale =
-            own.stale || is_stale(own.age.age_s, least_rtt_s_, tick_s, own.age.loss, spread_s_);
-    }
+    own.lost_again = own.age.age_s > context.age.age_s;
+    own.grace = std::max(own.grace, grace_ticks(own.age, context.rtt_s, tick_s));
+    own.stale = is_stale(own.age.age_s, least_rtt_s_, tick_s, own.age.loss, spread_s_);
     return own;
 }
 

@@ -117,8 +117,9 @@ class Auditor {
         link::NewsAge age;
         bool stale = false;
         bool lost_again = false;
-        Tick grace = 0;      ///< ticks that news of appearing or going may take
-        Tick postponed = 0;  ///< of one entity: as TellingOf
+        bool all_named = false;  ///< as `complete` of age_of()
+        Tick grace = 0;          ///< ticks that news of appearing or going may take
+        Tick postponed = 0;      ///< of one entity: as TellingOf
         Tick avatar_discontinuity = 0;
         Tick avatar_radii = 0;
     };

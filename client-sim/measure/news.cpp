@@ -6,6 +6,7 @@ namespace zoned::measure {
 
 link::NewsAge age_of(const link::NewsAge& around,
                      const TellingOf& telling,
+                     bool complete,
                      const link::ArrivalLog& log,
                      Tick tick,
                      double shown_s,
@@ -19,7 +20,8 @@ link::NewsAge age_of(const link::NewsAge& around,
         if (packet.tick > tick) {
             break;
         }
-        if (came_s && *came_s <= shown_s) {
+        // What comes when a tick has been shown is seen from the next one on.
+        if (came_s && *came_s < shown_s) {
             missed_since = 0;
             losses = 0;
             continue;
@@ -29,13 +31,18 @@ link::NewsAge age_of(const link::NewsAge& around,
     }
     link::NewsAge age = around;
     if (losses > 0) {
+        const double resend_s = rtt_s + tick_s;
         const double gone_by_s = static_cast<double>(tick - missed_since + 1) * tick_s;
-        const double granted_s = around.delay_s + tick_s + losses * (rtt_s + tick_s);
+        const double once_s = std::max(around.age_s, around.delay_s + tick_s + resend_s);
+        const double granted_s = around.delay_s + tick_s + losses * resend_s;
         age.loss = true;
-        age.age_s = std::max(around.age_s, std::min(gone_by_s, granted_s));
-        if (age.age_s > around.age_s) {
-            age.widened = log.told(tick, age);
-        }
+        age.age_s = std::max(once_s, std::min(gone_by_s, granted_s));
+    } else if (complete) {
+        age.loss = false;
+        age.age_s = around.plain_s;
+    }
+    if (age.age_s > around.age_s) {
+        age.widened = log.told(tick, age);
     }
     return age;
 }

@@ -9,7 +9,8 @@
 
 namespace zoned::measure {
 
-/// What the server says it did to tell of one entity.
+/// What the server says it did to tell of one entity. The default is: nothing but what the client
+/// has acknowledged.
 struct TellingOf {
     struct Packet {
         Tick tick = 0;
@@ -21,19 +22,22 @@ struct TellingOf {
     std::vector<Packet> packets;  ///< ascending: those with news that were not acknowledged
 };
 
-/// D of one entity. `around` is what holds for news in general at that time: a delay and a tick,
-/// and one resend (round trip and tick) near any loss. Where the newest news of this entity was
-/// lost more than once, each further loss adds one resend, but D is never more than what has really
-/// gone by since the first packet that the client missed left: until then what it held was within
-/// its bound.
+/// D of one entity by the promised bound: a delay and a tick, and one resend (round trip and tick)
+/// where the newest news of this entity was lost, `around` being what holds for all news at that
+/// time. Where it was lost more than once, each further loss adds one resend, but D is then no more
+/// than what has really gone by since the first packet that the client missed left: until then what
+/// it held was within its bound.
 ///
 /// A loss is a fact that both sides know: the server names the packet (it can't name one that came,
 /// as it came; nor one that it never sent, as then no number is missing), and how long it may take
 /// until it sends again is not the server's to say.
 ///
-/// `tick`: of the truth; `shown_s`: when it was displayed, in the time of the log.
+/// `complete`: the server can name all packets that matter; else a loss of any packet counts as one
+/// of this entity's news. `tick`: of the truth; `shown_s`: when it was displayed, in the time of
+/// the log.
 link::NewsAge age_of(const link::NewsAge& around,
                      const TellingOf& telling,
+                     bool complete,
                      const link::ArrivalLog& log,
                      Tick tick,
                      double shown_s,

@@ -177,6 +177,7 @@ struct AuditRecord {
     Tick avatar_radii_tick = 0;
     std::vector<AuditEntity> entities;
     std::vector<AuditNews> news;         ///< ascending by entity; only where there is something
+    Tick news_since = 0;                 ///< from which tick on `news` names all packets; 0: none
     std::vector<double> shared_clocks;   ///< their values, by number
     std::vector<double> slow_variables;  ///< likewise
 };

@@ -45,6 +45,7 @@ ClientState::ClientState(const ClientTransfer& transfer, const Settings& setting
     : client(transfer.client),
       tokens(transfer.next_sequence == 1 ? opening_bytes(settings) : transfer.budget_bytes),
       next_sequence_(transfer.next_sequence),
+      first_sequence_(transfer.next_sequence),
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
       loss_estimate_(transfer.next_sequence == 1 ? kLossAtFirst : transfer.loss_estimate),
@@ -363,7 +364,7 @@ void ClientState::lose(const SentEntry& entry) {
     }
 }
 
-void ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
+Tick ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
     struct Told {
         EntityId entity;
         std::uint64_t sequence = 0;
@@ -414,6 +415,11 @@ void ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
             news.leaving = true;
         }
     }
+    if (first_sequence_ == 1 && oldest == 1) {
+        return 1;  // it came from no other zone, and nothing is forgotten
+    }
+    const SentPacket* first = log_.find(std::max(oldest, first_sequence_));
+    return first != nullptr ? first->tick : 0;
 }
 
 // ---------------------------------------------------------------- rates

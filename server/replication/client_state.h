@@ -111,7 +111,7 @@ class ClientState {
     [[nodiscard]] Tick switch_tick(EntityId entity) const;
 
     /// As Replicator::unheard().
-    void unheard(std::vector<mailbox::AuditNews>& out) const;
+    Tick unheard(std::vector<mailbox::AuditNews>& out) const;
 
     void hash(core::StateHash& hash) const;
 
@@ -144,7 +144,8 @@ class ClientState {
 
     SentLog log_;
     std::uint64_t next_sequence_ = 1;
-    std::uint64_t oldest_open_ = 1;  // all packets before it are resolved
+    std::uint64_t first_sequence_ = 1;  // sent from here
+    std::uint64_t oldest_open_ = 1;     // all packets before it are resolved
     std::uint64_t newest_acked_ = 0;
     double loss_estimate_ = 0.0;
     std::uint32_t loss_samples_ = 0;  ///< packets that the estimate stands for

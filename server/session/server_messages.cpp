@@ -78,6 +78,7 @@ std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record) {
     for (const mailbox::AuditEntity& entity : record.entities) {
         fill(entity, *out.add_entities());
     }
+    out.set_news_since(record.news_since);
     for (const mailbox::AuditNews& news : record.news) {
         fill(news, *out.add_news());
     }

@@ -176,7 +176,7 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
     std::sort(record.entities.begin(), record.entities.end(), [](const auto& a, const auto& b) {
         return a.entity < b.entity;
     });
-    state.replicator.unheard(client.client, record.news);
+    record.news_since = state.replicator.unheard(client.client, record.news);
     return record;
 }
 

@@ -43,7 +43,7 @@ TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfNews) {
 }
 
 TEST(PastAge, IsNothingOnceAllNewsOfTheDisplayedTickHasCome) {
-    const link::NewsAge age{0.040, 0.040 + kTick, false, {}, true};
+    const link::NewsAge age{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
     EXPECT_EQ(past_age_s(age, age, 0.040), 0.0);
     EXPECT_EQ(past_age_s(age, age, 0.2), 0.0);
     // A tick that was displayed too early lacks what is younger than that.
@@ -52,10 +52,11 @@ TEST(PastAge, IsNothingOnceAllNewsOfTheDisplayedTickHasCome) {
 }
 
 TEST(PastAge, IsTheWholeAgeAfterALoss) {
-    const link::NewsAge good{0.040, 0.040 + kTick, false, {}, true};
-    const link::NewsAge bad{0.040, 0.180, true, {}, true};
+    const link::NewsAge good{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
+    const link::NewsAge bad{0.040, 0.180, true, {}, true, 0.040 + kTick};
     EXPECT_DOUBLE_EQ(past_age_s(good, bad, 0.2), 0.180);
     EXPECT_DOUBLE_EQ(past_age_s(bad, good, 0.2), 0.180);
+    EXPECT_EQ(past_plain_s(bad, good, 0.2), 0.0) << "of what was not lost";
 }
 
 /// Packets of consecutive ticks, each `delay` old when it comes.

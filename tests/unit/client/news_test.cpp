@@ -38,9 +38,12 @@ TellingOf carried_by(std::initializer_list<Tick> ticks) {
     return telling;
 }
 
-link::NewsAge age_at(Tick tick, const link::ArrivalLog& log, const TellingOf& telling) {
+link::NewsAge age_at(Tick tick,
+                     const link::ArrivalLog& log,
+                     const TellingOf& telling,
+                     bool complete = false) {
     const double shown_s = static_cast<double>(tick) * kTick_s;
-    return age_of(log.at(tick, kRtt_s), telling, log, tick, shown_s, kRtt_s, kTick_s);
+    return age_of(log.at(tick, kRtt_s), telling, complete, log, tick, shown_s, kRtt_s, kTick_s);
 }
 
 TEST(AgeOf, IsThatOfAllNewsWhereThisEntityLostNone) {
@@ -49,6 +52,19 @@ TEST(AgeOf, IsThatOfAllNewsWhereThisEntityLostNone) {
     EXPECT_TRUE(around.loss);
     EXPECT_DOUBLE_EQ(age_at(153, log, carried_by({})).age_s, around.age_s);
     EXPECT_DOUBLE_EQ(age_at(153, log, carried_by({140, 147})).age_s, around.age_s);
+}
+
+TEST(AgeOf, GrantsNoResendWhereTheServerNamesAllPacketsAndNoneOfThisEntityWasLost) {
+    const link::ArrivalLog log = log_without({150});
+    EXPECT_TRUE(log.at(152, kRtt_s).loss);
+    for (const TellingOf& telling : {carried_by({}), carried_by({148, 149, 151})}) {
+        const link::NewsAge age = age_at(152, log, telling, true);
+        EXPECT_FALSE(age.loss);
+        EXPECT_NEAR(age.age_s, kDelay_s + kTick_s, 1e-9);
+    }
+    const link::NewsAge lost = age_at(152, log, carried_by({150}), true);
+    EXPECT_TRUE(lost.loss);
+    EXPECT_NEAR(lost.age_s, kDelay_s + kTick_s + kResend_s, 1e-9);
 }
 
 TEST(AgeOf, IsWhatHasGoneBySinceTheFirstOfSeveralLostInARow) {
