@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace zoned::link {
 
@@ -13,6 +14,7 @@ void ArrivalLog::on_packet(std::uint64_t sequence,
                            const wire::Widened& widened) {
     ++received_;
     arrivals_[arrival_count_++ % kArrivals] = {tick, arrival_server_s, widened};
+    places_[sequence % kArrivals] = {sequence, arrival_server_s};
     if (sequence <= newest_) {
         note_late(sequence, arrival_server_s);
         return;
@@ -24,6 +26,11 @@ void ArrivalLog::on_packet(std::uint64_t sequence,
     }
     newest_ = sequence;
     newest_tick_ = std::max(newest_tick_, tick);
+}
+
+std::optional<double> ArrivalLog::arrival_s(std::uint64_t sequence) const {
+    const Place& place = places_[sequence % kArrivals];
+    return place.sequence == sequence ? std::optional<double>(place.arrival_s) : std::nullopt;
 }
 
 void ArrivalLog::note_late(std::uint64_t sequence, double arrival_server_s) {
@@ -82,19 +89,25 @@ NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
         age.age_s += resend_s;
     }
     age.age_s = std::max(age.age_s, outage_s);
+    age.plain_s = std::max(age.delay_s + tick_s_, outage_s);
     age.widened = told(tick, age);
     return age;
 }
 
-/// What is shown at a tick was sent up to D before it, under the bounds told then; where packets
-/// were lost, the next one repeats what they told.
+/// What is shown at a tick was sent up to D before it, under the bounds told then: those of the
+/// packets since, and of the last one before, which hold until another is told. Where packets were
+/// lost, the next one repeats what they told.
 wire::Widened ArrivalLog::told(Tick tick, const NewsAge& age) const {
     const auto ticks = static_cast<Tick>(std::ceil(age.age_s / tick_s_)) + 1;
     const Tick until = age.loss ? tick + ticks : tick;
+    Tick from = std::numeric_limits<Tick>::min();
+    for (std::size_t i = 0; i < std::min(arrival_count_, kArrivals); ++i) {
+        from = arrivals_[i].tick <= tick - ticks ? std::max(from, arrivals_[i].tick) : from;
+    }
     wire::Widened widest;
     for (std::size_t i = 0; i < std::min(arrival_count_, kArrivals); ++i) {
         const Arrival& a = arrivals_[i];
-        if (a.tick >= tick - ticks && a.tick <= until) {
+        if (a.tick >= from && a.tick <= until) {
             widest.step = std::max(widest.step, a.widened.step);
             widest.incomplete = widest.incomplete || a.widened.incomplete;
         }

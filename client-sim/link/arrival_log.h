@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace zoned::link {
 
@@ -18,6 +19,7 @@ struct NewsAge {
     bool loss = false;      ///< a packet near the tick never came, or came late
     wire::Widened widened;  ///< the widest bounds that the server has told of for this time
     bool measured = false;  ///< false: no packet around the tick, nothing can be said
+    double plain_s = 0.0;   ///< D of what was not lost: without the resend
 };
 
 /// Times are server time as the view shows it (an estimate that never goes back); the packet of
@@ -37,6 +39,18 @@ class ArrivalLog {
     /// loss until the server has given the packet up (wire::give_up_ticks) and sent again. Across
     /// an outage (a hole in the sequence longer than kOutageTicks) news is as old as the outage.
     [[nodiscard]] NewsAge at(Tick tick, double rtt_s, double window_s = 2.0) const;
+
+    /// When the packet came, by the time of on_packet(); none where it did not, or too long ago.
+    [[nodiscard]] std::optional<double> arrival_s(std::uint64_t sequence) const;
+
+    /// True when a packet sent after it has come, and it has not.
+    [[nodiscard]] bool lost(std::uint64_t sequence) const {
+        return sequence < newest_ && !arrival_s(sequence);
+    }
+
+    /// The widest bounds that the server has told of for what was shown at a tick with news of that
+    /// age.
+    [[nodiscard]] wire::Widened told(Tick tick, const NewsAge& age) const;
 
     /// Server tick of the newest packet.
     [[nodiscard]] Tick newest_tick() const { return newest_tick_; }
@@ -65,14 +79,20 @@ class ArrivalLog {
         std::uint64_t filled = 0;
     };
 
-    [[nodiscard]] wire::Widened told(Tick tick, const NewsAge& age) const;
     void note_late(std::uint64_t sequence, double arrival_server_s);
+
+    /// By sequence.
+    struct Place {
+        std::uint64_t sequence = 0;
+        double arrival_s = 0.0;
+    };
 
     static constexpr std::size_t kArrivals = 256;
     static constexpr std::size_t kHoles = 64;
     double tick_s_ = 1.0 / 30.0;
     std::array<Arrival, kArrivals> arrivals_{};
     std::size_t arrival_count_ = 0;
+    std::array<Place, kArrivals> places_{};
     std::array<Hole, kHoles> holes_{};
     std::size_t hole_count_ = 0;
     std::uint64_t newest_ = 0;

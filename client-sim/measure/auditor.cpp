@@ -23,14 +23,22 @@ bool is_tick(std::int64_t tick) {
 }
 
 bool well_formed(const proto::AuditRecord& record, const view::World& world) {
-    if (!is_tick(record.tick()) || !is_tick(record.avatar_discontinuity_tick())) {
+    if (!is_tick(record.tick()) || !is_tick(record.avatar_discontinuity_tick()) ||
+        !is_tick(record.avatar_radii_tick()) || !is_tick(record.news_since())) {
+        return false;
+    }
+    const auto sound = [](const proto::AuditNews& news) {
+        return news.ticks_size() == news.sequences_size() && is_tick(news.postponed_tick()) &&
+               std::all_of(news.ticks().begin(), news.ticks().end(), is_tick);
+    };
+    if (!std::all_of(record.news().begin(), record.news().end(), sound)) {
         return false;
     }
     return std::all_of(
         record.entities().begin(), record.entities().end(), [&](const proto::AuditEntity& e) {
             return e.position_size() == 3 && e.orientation_size() == 4 &&
                    e.type() < world.types.size() && is_tick(e.breach_tick()) &&
-                   is_tick(e.discontinuity_tick());
+                   is_tick(e.discontinuity_tick()) && is_tick(e.radii_tick());
         });
 }
 
@@ -53,6 +61,24 @@ wire::QuantizedState resting(const view::World& world,
                           true,
                           appearance,
                           wire::at_lod(world.quantization, shown.lod));
+}
+
+std::map<std::uint32_t, TellingOf> telling_of(const proto::AuditRecord& record) {
+    std::map<std::uint32_t, TellingOf> all;
+    for (const proto::AuditNews& news : record.news()) {
+        TellingOf& telling = all[news.entity()];
+        telling.postponed_tick = news.postponed_tick();
+        telling.leaving = news.leaving();
+        for (int i = 0; i < news.ticks_size(); ++i) {
+            telling.packets.push_back({news.ticks(i), news.sequences(i)});
+        }
+    }
+    return all;
+}
+
+Tick grace_ticks(const link::NewsAge& age, double rtt_s, double tick_s) {
+    // News of appearing or going may take D, and one round trip is granted beside.
+    return static_cast<Tick>(std::ceil((age.age_s + rtt_s) / tick_s)) + 1;
 }
 
 }  // namespace
@@ -149,15 +175,23 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     context.stale = is_stale(
         context.age.age_s, least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_);
     context.avatar_discontinuity = record.avatar_discontinuity_tick();
-    // News of appearing or going may take D, and one round trip is granted beside.
-    context.grace =
-        static_cast<Tick>(std::ceil((context.age.age_s + rtt_s) / context.world->tick_s)) + 1;
+    context.avatar_radii = record.avatar_radii_tick();
+    context.rtt_s = rtt_s;
+    const double resend_s = rtt_s + context.world->tick_s;
+    context.all_named =
+        record.news_since() > 0 &&
+        static_cast<double>(record.tick() - record.news_since()) * context.world->tick_s >=
+            context.age.plain_s + resend_s;
+    context.grace = grace_ticks(context.age, rtt_s, context.world->tick_s);
     if (context.shown_at != context.tick) {
         const link::NewsAge then = bot.arrivals().at(context.tick, rtt_s);
         const double behind_s =
             static_cast<double>(context.shown_at - context.tick) * context.world->tick_s;
         context.age.age_s = past_age_s(context.age, then, behind_s);
+        context.age.plain_s = past_plain_s(context.age, then, behind_s);
         context.age.loss = context.age.loss || then.loss;
+        context.age.widened.step = std::max(context.age.widened.step, then.widened.step);
+        context.age.widened.incomplete |= then.widened.incomplete;
     }
     if (bot.settled_tick() < 0 || record.tick() < bot.settled_tick()) {
         ++tally.skipped_unsettled;
@@ -171,8 +205,9 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
         tally.news_age_s.add(context.age.age_s);
         tally.usual_age_s.add(
             usual_age_s(least_rtt_s_, context.world->tick_s, context.age.loss, spread_s_));
+        telling_ = telling_of(record);
         for (const proto::AuditEntity& truth : record.entities()) {
-            compare_entity(context, truth, tally);
+            compare_entity(about(context, EntityId(truth.entity())), truth, tally);
         }
         compare_slow(view, record, tally);
         remember(record);
@@ -182,6 +217,32 @@ void Auditor::compare(const bot::Bot& bot, const proto::AuditRecord& record, Tal
     }
     remember(record);
     previous_tick_ = record.tick();
+}
+
+Auditor::Context Auditor::about(const Context& context, EntityId entity) const {
+    static const TellingOf kNothing;
+    const auto found = telling_.find(entity.value);
+    const TellingOf& telling = found != telling_.end() ? found->second : kNothing;
+    Context own = context;
+    const double tick_s = context.world->tick_s;
+    own.postponed = telling.postponed_tick;
+    own.age = age_of(context.age,
+                     telling,
+                     context.all_named,
+                     context.bot->arrivals(),
+                     context.tick,
+                     static_cast<double>(context.shown_at) * tick_s,
+                     context.rtt_s,
+                     tick_s);
+    own.lost_again = own.age.age_s > context.age.age_s;
+    own.grace = std::max(own.grace, grace_ticks(own.age, context.rtt_s, tick_s));
+    own.stale = is_stale(own.age.age_s, least_rtt_s_, tick_s, own.age.loss, spread_s_);
+    return own;
+}
+
+bool Auditor::was_postponed(const Context& context) {
+    return context.age.widened.incomplete && context.postponed > 0 &&
+           context.tick - context.postponed <= context.grace;
 }
 
 const view::Version* Auditor::held(const Context& context, const view::Entity& entity, Tick tick) {
@@ -243,10 +304,13 @@ void Auditor::compare_entity(const Context& context,
         context.tick - before->second.must_know_since >= context.grace &&
         context.tick - truth.discontinuity_tick() >= context.grace &&
         context.tick - context.avatar_discontinuity >= context.grace &&
+        // Who runs or looks far hears of others than who does not, from one tick to the next.
+        context.tick - truth.radii_tick() >= context.grace &&
+        context.tick - context.avatar_radii >= context.grace &&
         // It may have been out of reach or sight between two records: who was told so is to be told
         // of its return within the grace.
         (version == nullptr || context.tick - version->event_tick >= context.grace);
-    if (due && context.age.widened.incomplete) {
+    if (due && was_postponed(context)) {
         ++tally.missing_told;
     } else if (due) {
         Finding finding;
@@ -330,6 +394,7 @@ void Auditor::compare_state(const Context& context,
         static_cast<double>(motion::angle_between(predicted.orientation, orientation));
     ++tally.samples;
     tally.samples_after_loss += context.age.loss ? 1 : 0;
+    tally.samples_lost_again += context.lost_again ? 1 : 0;
     tally.samples_stale += context.stale ? 1 : 0;
     tally.predicted_m.add(error_m);
     tally.predicted_rad.add(error_rad);
@@ -373,20 +438,31 @@ void Auditor::compare_state(const Context& context,
     }
 }
 
-void Auditor::find_extra(const Context& context, Tally& tally) {
-    if (previous_tick_ < 0 || context.tick - previous_tick_ < context.grace ||
-        context.tick - context.avatar_discontinuity < context.grace) {
+void Auditor::find_extra(const Context& around, Tally& tally) {
+    if (previous_tick_ < 0 || around.tick - previous_tick_ < around.grace ||
+        around.tick - around.avatar_discontinuity < around.grace) {
         return;
     }
-    for (const auto& [id, entity] : context.bot->view()->store().entities()) {
-        const view::Version* version = held(context, entity, context.tick);
+    for (const auto& [id, entity] : around.bot->view()->store().entities()) {
+        const view::Version* version = held(around, entity, around.tick);
         // In the view all the time between two records, and in neither of them.
         if (version == nullptr || !version->present || entity.present_since > previous_tick_ ||
-            id == context.bot->avatar()) {
+            id == around.bot->avatar()) {
             continue;
         }
         const auto seen = seen_.find(id.value);
         if (seen != seen_.end() && seen->second.listed >= previous_tick_) {
+            continue;
+        }
+        // Only word of its leaving that was lost, or had to wait, excuses that it is still there.
+        const auto telling = telling_.find(id.value);
+        const bool leaving = telling != telling_.end() && telling->second.leaving;
+        const Context context = leaving ? about(around, id) : around;
+        if (was_postponed(context)) {
+            ++tally.missing_told;
+            continue;
+        }
+        if (context.tick - previous_tick_ < context.grace) {
             continue;
         }
         Finding finding;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "client-sim/bot/bot.h"
+#include "client-sim/measure/news.h"
 #include "shared/core/histogram.h"
 
 #include <cstdint>
@@ -48,6 +49,7 @@ struct Tally {
     std::uint64_t records = 0;
     std::uint64_t samples = 0;
     std::uint64_t samples_after_loss = 0;   ///< of samples: judged with the allowance for a resend
+    std::uint64_t samples_lost_again = 0;   ///< of these: for more than one, as news.h says
     std::uint64_t samples_stale = 0;        ///< of samples: judged with an age that is_stale()
     std::uint64_t skipped_late = 0;         ///< records older than the history
     std::uint64_t skipped_unsettled = 0;    ///< records before clock and view had settled
@@ -57,7 +59,9 @@ struct Tally {
     std::uint64_t skipped_leaving = 0;        ///< samples of entities whose leaving was under way
     std::uint64_t samples_widened = 0;        ///< of samples: under bounds told to be wider
     std::uint64_t samples_unbounded = 0;      ///< not judged: the client was told of no bound
-    std::uint64_t missing_told = 0;  ///< not judged: the client was told that more is to come
+    /// Not judged: the budget made just these wait, and the client was told that it lacks
+    /// something.
+    std::uint64_t missing_told = 0;
     std::uint64_t position_violations = 0;
     std::uint64_t orientation_violations = 0;
     std::uint64_t missing = 0;
@@ -109,11 +113,21 @@ class Auditor {
         const view::World* world = nullptr;
         Tick tick = 0;
         Tick shown_at = 0;  ///< the view tick at which `tick` was displayed
+        double rtt_s = 0.0;
         link::NewsAge age;
         bool stale = false;
-        Tick grace = 0;  ///< ticks that news of appearing or going may take
+        bool lost_again = false;
+        bool all_named = false;  ///< as `complete` of age_of()
+        Tick grace = 0;          ///< ticks that news of appearing or going may take
+        Tick postponed = 0;      ///< of one entity: as TellingOf
         Tick avatar_discontinuity = 0;
+        Tick avatar_radii = 0;
     };
+
+    /// The context for one entity: how old news of it can be.
+    [[nodiscard]] Context about(const Context& context, EntityId entity) const;
+    /// True when the budget made the entity wait, as the client was told.
+    [[nodiscard]] static bool was_postponed(const Context& context);
 
     void compare(const bot::Bot& bot, const proto::AuditRecord& record, Tally& tally);
     static void compare_slow(const view::View& view,
@@ -132,7 +146,7 @@ class Auditor {
     [[nodiscard]] static const view::Version* held(const Context& context,
                                                    const view::Entity& entity,
                                                    Tick tick);
-    void find_extra(const Context& context, Tally& tally);
+    void find_extra(const Context& around, Tally& tally);
     void remember(const proto::AuditRecord& record);
     void compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record);
     [[nodiscard]] double promised_bound(const Context& context,
@@ -143,6 +157,7 @@ class Auditor {
     double spread_s_;
     std::deque<proto::AuditRecord> waiting_;
     std::map<std::uint32_t, Seen> seen_;
+    std::map<std::uint32_t, TellingOf> telling_;  ///< of the record being compared
     Tick previous_tick_ = -1;
     double least_rtt_s_ = std::numeric_limits<double>::infinity();
     FrozenState frozen_;

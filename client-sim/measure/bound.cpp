@@ -40,6 +40,12 @@ double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double be
     return now.delay_s <= behind_s + kSlackS ? 0.0 : std::max(0.0, now.age_s - behind_s);
 }
 
+double past_plain_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s) {
+    const link::NewsAge heard{now.delay_s, now.plain_s, false, {}, true, now.plain_s};
+    const link::NewsAge before{then.delay_s, then.plain_s, false, {}, true, then.plain_s};
+    return past_age_s(heard, before, behind_s);
+}
+
 double usual_age_s(double least_rtt_s, double tick_s, bool loss, double spread_s) {
     const double resend_s = least_rtt_s + 2.0 * spread_s + tick_s;
     return 0.5 * least_rtt_s + spread_s + tick_s + (loss ? resend_s : 0.0);

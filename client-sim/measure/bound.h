@@ -35,6 +35,9 @@ inline constexpr double kMaxSpinRps = 40.0;
 /// come, so nothing is taken off.
 double past_age_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s);
 
+/// Likewise where nothing of it was lost: NewsAge::plain_s of both.
+double past_plain_s(const link::NewsAge& now, const link::NewsAge& then, double behind_s);
+
 /// How old news is on a path that works: half its least round trip and a tick; where the newest was
 /// lost, a round trip and a tick more. `spread_s`: by how much a link conditioner of our own makes
 /// one-way delays differ, which is no fault of anybody's. s.

@@ -44,6 +44,7 @@ void write_audit(core::JsonWriter& json, const Tally& t) {
     json.field("orientation_violations", t.orientation_violations);
     json.field("samples", t.samples);
     json.field("samples_after_loss", t.samples_after_loss);
+    json.field("samples_lost_again", t.samples_lost_again);
     json.field("samples_stale", t.samples_stale);
     json.field("samples_widened", t.samples_widened);
     json.field("samples_unbounded", t.samples_unbounded);

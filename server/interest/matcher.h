@@ -101,7 +101,7 @@ class Matcher {
 
     Settings settings_;
     LodSteps lods_;
-    float widen_ = 1.0F;
+    float widen_ = 1.0F + Settings{}.hysteresis;
     Population population_;
     KeptGrid entity_grid_;
     KeptGrid viewer_grid_;

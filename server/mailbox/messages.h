@@ -160,10 +160,26 @@ struct AuditEntity {
     bool must_know =
         false;  ///< within aura and nimbus now; else it lies in the hysteresis band: may be known
     Tick discontinuity_tick = 0;  ///< last spawn, teleport or unhide
+    Tick radii_tick = 0;          ///< when its behaviour, and so its radii, last became others
     Tick breach_tick =
         0;  ///< when truth last left what its own last publication predicted, 0 = never
     std::vector<std::int32_t>
         quantized;  ///< frozen worlds only: the exact integers of wire::QuantizedState
+};
+
+/// What was done to tell a client of one entity, as far as the client has not acknowledged it:
+/// which packets it may check against those that came. No statement about the truth.
+struct AuditNews {
+    EntityId entity;
+    Tick postponed_tick = 0;  ///< when the byte budget last made something of it wait; 0 = never
+    bool leaving = false;     ///< what the packets carry is its removal
+
+    struct Carried {
+        Tick tick = 0;
+        std::uint64_t sequence = 0;
+    };
+
+    std::vector<Carried> carried;  ///< packets with news of it, as they were sent
 };
 
 /// What one client ought to know at `tick`, computed by brute force from raw state.
@@ -174,7 +190,10 @@ struct AuditRecord {
     bool frozen = false;
     double avatar_position[3] = {0, 0, 0};
     Tick avatar_discontinuity_tick = 0;
+    Tick avatar_radii_tick = 0;
     std::vector<AuditEntity> entities;
+    std::vector<AuditNews> news;         ///< ascending by entity; only where there is something
+    Tick news_since = 0;                 ///< from which tick on `news` names all packets; 0: none
     std::vector<double> shared_clocks;   ///< their values, by number
     std::vector<double> slow_variables;  ///< likewise
 };

@@ -261,6 +261,7 @@ void expand_replication(const proto::Config& config, replication::Settings& out)
     out.codec_budget_us = from.codec_budget_us_per_tick();
     out.meter = from.bandwidth_meter();
     out.silent_bound = config.testing().silent_bound();
+    out.never_again = config.testing().never_again();
 }
 
 /// The enumerations of the schema list their values in the engine's order: see the checks below.

@@ -46,6 +46,7 @@ ClientState::ClientState(const ClientTransfer& transfer, const Settings& setting
       tokens(transfer.next_sequence == 1 ? opening_bytes(settings) : transfer.budget_bytes),
       demand(transfer.demand),
       next_sequence_(transfer.next_sequence),
+      first_sequence_(transfer.next_sequence),
       oldest_open_(transfer.next_sequence),
       newest_acked_(transfer.next_sequence - 1),
       loss_estimate_(transfer.next_sequence == 1 ? kLossAtFirst : transfer.loss_estimate),
@@ -376,6 +377,64 @@ void ClientState::lose(const SentEntry& entry) {
     if (delivery != nullptr && delivery->in_flight > 0) {
         --delivery->in_flight;
     }
+}
+
+Tick ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
+    struct Told {
+        EntityId entity;
+        std::uint64_t sequence = 0;
+        Tick tick = 0;
+        bool acked = false;
+    };
+
+    std::vector<Told> told;
+    const std::uint64_t oldest =
+        next_sequence_ > SentLog::kCapacity ? next_sequence_ - SentLog::kCapacity : 1;
+    for (std::uint64_t sequence = oldest; sequence < next_sequence_; ++sequence) {
+        const SentPacket* packet = log_.find(sequence);
+        for (std::size_t i = 0; packet != nullptr && i < packet->entries.size(); ++i) {
+            const SentEntry& entry = packet->entries[i];
+            const auto removal = lower_bound_entity(removals, entry.entity);
+            const bool leaving = removal != removals.end() && removal->entity == entry.entity;
+            if (!leaving || entry.stamp == removal->stamp) {
+                told.push_back(
+                    {entry.entity, sequence, packet->tick, packet->fate == Fate::kAcked});
+            }
+        }
+    }
+    std::stable_sort(
+        told.begin(), told.end(), [](const Told& a, const Told& b) { return a.entity < b.entity; });
+    const auto news_of = [&](EntityId entity) -> mailbox::AuditNews& {
+        const auto at = lower_bound_entity(out, entity);
+        return at != out.end() && at->entity == entity ? *at
+                                                       : *out.insert(at, {entity, 0, false, {}});
+    };
+    for (std::size_t i = 0; i < told.size(); ++i) {
+        if (told[i].acked) {
+            if (!out.empty() && out.back().entity == told[i].entity) {
+                out.pop_back();
+            }
+        } else {
+            news_of(told[i].entity).carried.push_back({told[i].tick, told[i].sequence});
+        }
+    }
+    for (const Subscription& s : subscriptions) {
+        if (s.postponed_tick > 0 && s.delivered_version == 0) {
+            news_of(s.entity).postponed_tick = s.postponed_tick;
+        }
+    }
+    for (const Removal& r : removals) {
+        if (r.postponed_tick > 0 || r.delivery.copies > 0) {
+            mailbox::AuditNews& news = news_of(r.entity);
+            news.postponed_tick = r.postponed_tick;
+            news.leaving = true;
+        }
+    }
+    if (first_sequence_ == 1 && oldest == 1) {
+        return 1;  // it came from no other zone, and nothing is forgotten
+    }
+    const SentPacket* first = log_.find(std::max(oldest, first_sequence_));
+    return first != nullptr ? first->tick : 0;
 }
 
 // ---------------------------------------------------------------- rates

@@ -30,12 +30,14 @@ struct Subscription {
     bool known = false;  ///< the client may hold the entity, so its leaving must be told
     Tick switched_tick =
         0;  ///< when it took over from another stream that the client still follows
+    Tick postponed_tick = 0;  ///< when the budget last made it wait before it was ever told of
 };
 
 /// An entity that the client may hold and must forget; owed until acknowledged.
 struct Removal {
     EntityId entity;
     std::uint32_t stamp = 0;
+    Tick postponed_tick = 0;  ///< when the budget last made it wait
     Delivery delivery;
 };
 
@@ -114,6 +116,9 @@ class ClientState {
     /// zone; 0 = never.
     [[nodiscard]] Tick switch_tick(EntityId entity) const;
 
+    /// As Replicator::unheard().
+    Tick unheard(std::vector<mailbox::AuditNews>& out) const;
+
     void hash(core::StateHash& hash) const;
 
     ClientId client;
@@ -146,7 +151,8 @@ class ClientState {
 
     SentLog log_;
     std::uint64_t next_sequence_ = 1;
-    std::uint64_t oldest_open_ = 1;  // all packets before it are resolved
+    std::uint64_t first_sequence_ = 1;  // sent from here
+    std::uint64_t oldest_open_ = 1;     // all packets before it are resolved
     std::uint64_t newest_acked_ = 0;
     double loss_estimate_ = 0.0;
     std::uint32_t loss_samples_ = 0;  ///< packets that the estimate stands for

@@ -23,6 +23,8 @@ constexpr double kTypicalRecordBytes = 24.0;
 constexpr float kUnseenScore = 16.0F;
 constexpr float kWaitingScore = 1.0F / 30.0F;
 constexpr float kWorstExcess = 1e4F;
+// A few bytes that end a wrong picture, of which no bound says how wrong it is, come before all.
+constexpr float kRemovalScore = 1e9F;
 // Bounds are told with so much to spare, and narrowed half the way in so many ticks.
 constexpr float kMargin = 1.2F;
 constexpr Tick kNarrowEvery = 8;
@@ -132,6 +134,7 @@ void Packer::pack(Tick now,
 void Packer::order_by_error(Tick now, const ClientState& client, const StreamTable& streams) {
     for (Candidate& c : candidates_) {
         if (c.removal) {
+            c.score += kRemovalScore;
             continue;
         }
         const Subscription& s = client.subscriptions[c.index];
@@ -188,17 +191,24 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
         client.widened.step = wire::kNoBound;
         client.widened.incomplete = true;
         client.widened_tick = now;
+        postpone_all(now, client);
         return;
     }
     wire::Widened needed;
     if (tight_) {
         for (const Candidate& c : candidates_) {
-            if (c.removal || c.reason == Reason::kRepeat) {
+            if (c.reason == Reason::kRepeat) {
                 continue;
             }
-            const Subscription& s = client.subscriptions[c.index];
+            if (c.removal) {
+                client.removals[c.index].postponed_tick = now;
+                needed.incomplete = true;
+                continue;
+            }
+            Subscription& s = client.subscriptions[c.index];
             if (s.sent_version == 0 && !s.known) {
                 needed.incomplete = true;
+                s.postponed_tick = now;
                 continue;
             }
             // After a change of level or zone the client predicts from a stream of the past; for so
@@ -223,6 +233,18 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
         told.step = static_cast<std::uint8_t>((needed.step + told.step) / 2);
         if (told.step > wire::kMostWidening) {
             told.step = std::max(needed.step, wire::kMostWidening);
+        }
+    }
+}
+
+/// One that is away is told of nothing.
+void Packer::postpone_all(Tick now, ClientState& client) {
+    for (Removal& r : client.removals) {
+        r.postponed_tick = now;
+    }
+    for (Subscription& s : client.subscriptions) {
+        if (s.sent_version == 0 && !s.known) {
+            s.postponed_tick = now;
         }
     }
 }
@@ -311,9 +333,13 @@ void Packer::sort_candidates() {
 bool Packer::consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate) {
     if (news) {
         candidate.reason = Reason::kNews;
+    } else if (settings_.never_again) {
+        return false;
     } else if (delivery.in_flight == 0) {
         candidate.reason = Reason::kLost;
-    } else if (delivery.copies < copies_wanted_ && delivery.sent_tick < now) {
+    } else if (delivery.in_flight < copies_wanted_ && delivery.sent_tick < now) {
+        // A copy that was lost is made up for at once: while the fate of the others is not known,
+        // the chance that all are lost stays below the target.
         candidate.reason = Reason::kRepeat;
         weight *= kRepeatWeight;
     } else {

@@ -70,6 +70,7 @@ class Packer {
                                   const ClientState& client,
                                   const StreamTable& streams);
     void widen(Tick now, ClientState& client, const StreamTable& streams);
+    static void postpone_all(Tick now, ClientState& client);
     void tell(ClientState& client, std::span<mailbox::StatePacket> packets, Report& report) const;
     bool consider(Tick now, bool news, Delivery& delivery, float weight, Candidate& candidate);
     [[nodiscard]] bool own_due(Tick now, const OwnNow& own, const OwnTrack& track) const;

@@ -275,6 +275,12 @@ Tick Replicator::way_ticks(ClientId client) const {
     return static_cast<Tick>(std::ceil(half_s / static_cast<double>(impl_->settings.tick_s)));
 }
 
+Tick Replicator::unheard(ClientId client, std::vector<mailbox::AuditNews>& out) const {
+    out.clear();
+    const auto it = impl_->find(client);
+    return it != impl_->clients.end() ? (*it)->unheard(out) : 0;
+}
+
 bool Replicator::heard(EntityId entity) const {
     return impl_->streams.has(entity);
 }

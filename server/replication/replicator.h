@@ -57,6 +57,7 @@ struct Settings {
         1e-6F;  ///< news is repeated until the chance that all copies were lost is below this
     bool meter = false;         ///< count what bytes are spent on: Replicator::traffic()
     bool silent_bound = false;  ///< a fault on purpose: clients are not told of wider bounds
+    bool never_again = false;   ///< a fault on purpose: news is sent once, whatever becomes of it
 };
 
 struct Report {
@@ -178,6 +179,12 @@ class Replicator {
     /// How long news takes to this client, ticks, rounded up: half of its round trip; 0: not
     /// measured yet.
     [[nodiscard]] Tick way_ticks(ClientId client) const;
+
+    /// What was done to tell this client of entities and has not been acknowledged: for each, the
+    /// packets that carried news or its removal since the newest one of them that was. Ascending by
+    /// entity. For audits; packets of other zones are not known here: returns from which tick on all
+    /// are, 0 if none.
+    Tick unheard(ClientId client, std::vector<mailbox::AuditNews>& out) const;
 
     /// Whether anybody hears of the entity.
     [[nodiscard]] bool heard(EntityId entity) const;

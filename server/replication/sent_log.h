@@ -4,6 +4,7 @@
 #include "shared/core/ids.h"
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace zoned::replication {
@@ -54,9 +55,13 @@ class SentLog {
     }
 
     /// nullptr when it was never sent from here or is too old.
-    SentPacket* find(std::uint64_t sequence) {
-        SentPacket& packet = packets_[sequence % kCapacity];
+    [[nodiscard]] const SentPacket* find(std::uint64_t sequence) const {
+        const SentPacket& packet = packets_[sequence % kCapacity];
         return packet.sequence == sequence && sequence != 0 ? &packet : nullptr;
+    }
+
+    SentPacket* find(std::uint64_t sequence) {
+        return const_cast<SentPacket*>(std::as_const(*this).find(sequence));
     }
 
   private:

@@ -7,13 +7,13 @@ namespace zoned::session {
 
 namespace {
 
-constexpr double kUnit_s = 128e-6;             // of one-way delays on the wire
-constexpr double kTargetQueue_s = 0.020;       // above it a path without jitter is full
-constexpr double kScatterShare = 0.8;          // of the scatter of delays, on top
-constexpr double kScatterPerSample_s = 0.003;  // one more sample is looked at for so much scatter
+constexpr double kUnit_s = 128e-6;        // of one-way delays on the wire
+constexpr double kTargetQueue_s = 0.020;  // above it a path without jitter is full
+constexpr double kScatterShare = 0.8;     // of the scatter of delays, on top
+constexpr double kFalseAlarm = 1e-4;      // of jitter alone, at one feedback
 constexpr std::size_t kLeastSamples = 2;
-constexpr std::size_t kMostSamples = 10;
 constexpr std::size_t kTrendSamples = 12;
+constexpr double kScatterWeight = 1.0 / 32.0;
 constexpr double kBurst_s = 0.005;
 constexpr double kLongestTransmission_s = 0.06;
 constexpr double kRateWindow_s = 0.35;
@@ -139,6 +139,10 @@ void RateControl::judge_losses(std::uint64_t newest) {
         }
         loss_floor_ += kFloorWeight * (std::min(loss_floor_, loss_) - loss_floor_);
         loss_ += kLossWeight * ((sent.arrived ? 0.0 : 1.0) - loss_);
+        if (queue_s_ < 0.5 * threshold_s_) {
+            // No queue that is felt drops these.
+            clear_loss_ += kLossWeight * ((sent.arrived ? 0.0 : 1.0) - clear_loss_);
+        }
     }
 }
 
@@ -204,10 +208,26 @@ double RateControl::scatter_s() const {
     return *middle / (0.674 * std::sqrt(6.0));
 }
 
+/// So many that jitter alone would hardly ever leave all of them above the threshold. Reckoned for
+/// jitter that is spread evenly, over sqrt(12) deviations; where delays crowd near the least, as in
+/// queues that are mostly empty, fewer would do.
+std::size_t RateControl::samples_wanted(double scatter) const {
+    const double above = 1.0 - threshold_s_ / (std::sqrt(12.0) * scatter);
+    if (scatter <= 0.0 || above <= 0.0) {
+        return kLeastSamples;
+    }
+    const double wanted = std::ceil(std::log(kFalseAlarm) / std::log(above));
+    return static_cast<std::size_t>(
+        std::clamp(wanted, static_cast<double>(kLeastSamples), static_cast<double>(kSamples)));
+}
+
 void RateControl::measure_queue() {
-    const double scatter = scatter_s();
-    const auto wanted = kLeastSamples + static_cast<std::size_t>(scatter / kScatterPerSample_s);
-    const std::size_t n = std::min({sampled_, wanted, kMostSamples});
+    // An estimate from twelve samples is off by a third now and then.
+    const double present = scatter_s();
+    usual_scatter_s_ += kScatterWeight * (present - usual_scatter_s_);
+    const double scatter = std::max(present, usual_scatter_s_);
+    threshold_s_ = kTargetQueue_s + kScatterShare * scatter;
+    const std::size_t n = std::min(sampled_, samples_wanted(scatter));
     double least = less_transmission_s(back(0));
     for (std::size_t i = 1; i < n; ++i) {
         least = std::min(least, less_transmission_s(back(i)));
@@ -216,7 +236,6 @@ void RateControl::measure_queue() {
     for (std::size_t i = 1; i < std::min(base_periods_, kBases); ++i) {
         base = std::min(base, less_transmission_s(bases_[i]));
     }
-    threshold_s_ = kTargetQueue_s + kScatterShare * scatter;
     queue_s_ = std::max(0.0, least - base);
 }
 
@@ -280,7 +299,8 @@ void RateControl::answer_delay(double now_s) {
         }
         const double drain = std::min(kDeepest, queue_s_ / kDrain_s);
         // What is lost at any rate used the path before it was lost.
-        const double carried = delivered_ / (1.0 - std::min(0.5, loss_floor_));
+        const double carried =
+            delivered_ / (1.0 - std::min(0.5, std::max(loss_floor_, clear_loss_)));
         cut(std::min(rate_, (kBackoff - drain) * carried), now_s);
         cut_hold_s_ = kReaction_s + std::min(kDrain_s, queue_s_);
     } else {

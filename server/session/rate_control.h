@@ -107,6 +107,7 @@ class RateControl {
     double unwrapped_delay_s(const Sent& sent, std::uint16_t one_way_128us);
     void note_base(const Sample& sample, double now_s);
     void measure_queue();
+    [[nodiscard]] std::size_t samples_wanted(double scatter) const;
     [[nodiscard]] double less_transmission_s(const Sample& sample) const;
     [[nodiscard]] double scatter_s() const;
     void measure_rates(double window_s);
@@ -137,12 +138,14 @@ class RateControl {
     double base_period_s_ = 0.0;          // when the newest period began
     double queue_s_ = 0.0;
     double threshold_s_ = 0.0;
+    double usual_scatter_s_ = 0.0;
     double delivered_ = 0.0;  // bytes per second that arrived lately
     double offered_ = 0.0;    // that were sent lately
     double capacity_ = 0.0;   // most that arrived per second since the path was full; 0: never full
     double full_at_ = 0.0;    // what arrived per second at the newest cut
     double loss_ = 0.0;
     double loss_floor_ = 0.0;  // remained whatever the rate
+    double clear_loss_ = 0.0;  // while the queue was short
     double loss_at_cut_ = 0.0;
     double loss_cut_s_ = -1e9;
     std::uint64_t loss_from_ = 0;  // sequences from here on tell of the present rate

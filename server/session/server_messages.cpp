@@ -44,9 +44,20 @@ void fill(const mailbox::AuditEntity& in, proto::AuditEntity& out) {
     out.set_bound_rad(in.bound_rad);
     out.set_must_know(in.must_know);
     out.set_discontinuity_tick(in.discontinuity_tick);
+    out.set_radii_tick(in.radii_tick);
     out.set_breach_tick(in.breach_tick);
     for (const std::int32_t v : in.quantized) {
         out.add_quantized(v);
+    }
+}
+
+void fill(const mailbox::AuditNews& in, proto::AuditNews& out) {
+    out.set_entity(in.entity.value);
+    out.set_postponed_tick(in.postponed_tick);
+    out.set_leaving(in.leaving);
+    for (const mailbox::AuditNews::Carried& packet : in.carried) {
+        out.add_ticks(packet.tick);
+        out.add_sequences(packet.sequence);
     }
 }
 
@@ -62,9 +73,14 @@ std::vector<std::uint8_t> audit_frame(const mailbox::AuditRecord& record) {
         out.add_avatar_position(p);
     }
     out.set_avatar_discontinuity_tick(record.avatar_discontinuity_tick);
+    out.set_avatar_radii_tick(record.avatar_radii_tick);
     out.mutable_entities()->Reserve(static_cast<int>(record.entities.size()));
     for (const mailbox::AuditEntity& entity : record.entities) {
         fill(entity, *out.add_entities());
+    }
+    out.set_news_since(record.news_since);
+    for (const mailbox::AuditNews& news : record.news) {
+        fill(news, *out.add_news());
     }
     out.mutable_shared_clocks()->Add(record.shared_clocks.begin(), record.shared_clocks.end());
     out.mutable_slow_variables()->Add(record.slow_variables.begin(), record.slow_variables.end());

@@ -67,6 +67,7 @@ mailbox::AuditEntity audit_entity(const ZoneState& state,
     a.bound_m = state.settings.replication.lods[lod].position_m;
     a.bound_rad = state.settings.replication.lods[lod].orientation_rad;
     a.discontinuity_tick = e.discontinuity_tick[row];
+    a.radii_tick = state.audited_radii[row].changed;
     a.breach_tick = state.replicator.switch_tick(client, a.entity);
     for (std::size_t k = 0; k < state.settings.replication.lods.size(); ++k) {
         a.breach_tick = std::max(
@@ -103,6 +104,34 @@ Concealed concealed(const ZoneState& state, ClientId client, world::Row avatar, 
 
 }  // namespace
 
+void follow_radii(ZoneState& state) {
+    const world::Entities& e = state.entities;
+    std::vector<AuditedRadii>& radii = state.audited_radii;
+    const bool aligned = std::equal(
+        radii.begin(), radii.end(), e.id.begin(), e.id.end(), [](const auto& r, EntityId id) {
+            return r.entity == id;
+        });
+    if (!aligned) {
+        std::vector<AuditedRadii> before(std::move(radii));
+        const auto by_entity = [](const AuditedRadii& a, const AuditedRadii& b) {
+            return a.entity < b.entity;
+        };
+        std::sort(before.begin(), before.end(), by_entity);
+        radii.clear();
+        for (world::Row row = 0; row < e.size(); ++row) {
+            const AuditedRadii fresh{e.id[row], e.behaviour[row], 0};
+            const auto at = std::lower_bound(before.begin(), before.end(), fresh, by_entity);
+            radii.push_back(at != before.end() && at->entity == fresh.entity ? *at : fresh);
+        }
+    }
+    for (world::Row row = 0; row < e.size(); ++row) {
+        if (radii[row].behaviour != e.behaviour[row]) {
+            radii[row].behaviour = e.behaviour[row];
+            radii[row].changed = state.now;
+        }
+    }
+}
+
 bool audit_due(const ZoneState& state, const ZoneClient& client) {
     if ((client.rights & mailbox::kRightAudit) == 0 || !state.settings.audit.enabled) {
         return false;
@@ -124,6 +153,7 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
     const Vec3& viewer = state.entities.position[avatar];
     copy_position(state.settings.region().origin() + viewer.cast<double>(), record.avatar_position);
     record.avatar_discontinuity_tick = state.entities.discontinuity_tick[avatar];
+    record.avatar_radii_tick = state.audited_radii[avatar].changed;
 
     std::vector<world::Row> inner;
     std::vector<world::Row> outer;
@@ -146,6 +176,7 @@ mailbox::AuditRecord audit(const ZoneState& state, const ZoneClient& client) {
     std::sort(record.entities.begin(), record.entities.end(), [](const auto& a, const auto& b) {
         return a.entity < b.entity;
     });
+    record.news_since = state.replicator.unheard(client.client, record.news);
     return record;
 }
 

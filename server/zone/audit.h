@@ -6,6 +6,9 @@
 
 namespace zoned::zone {
 
+/// Notes whose radii are others than a tick ago; to be called in every tick before audit().
+void follow_radii(ZoneState& state);
+
 /// True when this client's record is due: periodically (spread over the clients), or because it
 /// asked.
 bool audit_due(const ZoneState& state, const ZoneClient& client);

@@ -72,6 +72,7 @@ std::uint32_t replicate(ZoneState& state) {
 
 std::uint32_t audit_clients(ZoneState& state) {
     std::uint32_t records = 0;
+    follow_radii(state);
     for (ZoneClient& client : state.clients) {
         if (audit_due(state, client)) {
             state.out.messages.emplace_back(audit(state, client));

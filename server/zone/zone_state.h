@@ -133,6 +133,13 @@ struct Concealment {
     std::vector<ClientId> fresh;  // viewers whose sets are new
 };
 
+/// Whether the radii of an entity are those of a tick ago, for audits.
+struct AuditedRadii {
+    EntityId entity;
+    std::uint8_t behaviour = 0;
+    Tick changed = 0;  ///< 0: never since it came here
+};
+
 struct ZoneState {
     ZoneSettings settings;
     Tick now = 0;
@@ -161,6 +168,7 @@ struct ZoneState {
     world::Visibility
         replicated;  ///< what replication is told; differs from visibility under faults only
     replication::Replicator replicator;
+    std::vector<AuditedRadii> audited_radii;  ///< by row; kept while somebody is audited
 
     History history;  ///< empty where no type of the world is rewindable
     std::vector<std::pair<EntityId, world::Row>> history_rows;  ///< scratch

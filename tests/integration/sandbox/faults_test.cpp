@@ -80,6 +80,26 @@ TEST_F(Faults, FindsLimitsThatTheWorldDoesNotKeep) {
     EXPECT_GT(report.audit.position_violations, 0u);
 }
 
+TEST_P(FaultsInView, FindsLostNewsThatIsNotSentAgain) {
+    server.network.delay_s = 0.03;
+    server.network.loss = 0.2;
+    EXPECT_TRUE(run_with({}).consistent);
+    const auto report = run_with({"testing.never_again=true"});
+    EXPECT_FALSE(report.consistent);
+    EXPECT_GT(report.audit.position_violations + report.audit.missing + report.audit.extra, 0u)
+        << reasons(report);
+}
+
+/// A budget that leaves out some excuses no others.
+TEST_P(FaultsInView, FindsEntitiesThatAreHiddenUnderPressure) {
+    const auto honest = run_with({"scatter[1].count=400", "replication.budget_bytes_per_s=2000"});
+    EXPECT_EQ(honest.audit.missing, 0u) << reasons(honest);
+    EXPECT_EQ(honest.audit.position_violations, 0u) << reasons(honest);
+    EXPECT_GT(honest.audit.missing_told, 0u);
+    server.sets.emplace_back("testing.hide_entity.probability=0.3");
+    EXPECT_GT(run().audit.missing, 0u);
+}
+
 TEST_P(FaultsInView, FindsNoneWithoutAny) {
     const auto report = run_with({});
     EXPECT_TRUE(report.consistent) << reasons(report);

@@ -195,6 +195,8 @@ void FakeServer::step(double) {
     wire::DownHead head;
     head.tick = tick;
     head.zone = ZoneId(1);
+    head.has_widened = widened != wire::Widened{};
+    head.widened = widened;
     if (avatar) {
         head.has_own = true;
         head.own.avatar = EntityId(kAvatar);
@@ -445,6 +447,11 @@ void FakeServer::send_audit() {
         out.set_must_know(true);
         out.set_discontinuity_tick(e.discontinuity_tick);
         out.set_breach_tick(e.breach_tick);
+        if (e.postponed) {
+            proto::AuditNews& news = *record.add_news();
+            news.set_entity(id);
+            news.set_postponed_tick(tick);
+        }
         if (frozen) {
             const wire::QuantizedState s = wire::quantize(
                 e.truth, motion::PredictorOrder::kLinear, false, false, 0, wire::Quantization{});

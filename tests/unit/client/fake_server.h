@@ -28,6 +28,7 @@ struct FakeEntity {
     bool leaked = false;              ///< sent, though audits do not list it
     Vec3 lie = Vec3::Zero();          ///< added to what is published
     std::uint64_t removed_sequence = 0;
+    bool postponed = false;  ///< audits say that the budget made it wait
     bool sent = false;
 };
 
@@ -78,7 +79,8 @@ class FakeServer final : public link::Transport {
     bool stalled = false;
     bool frozen = false;
     bool states = true;
-    bool sparks = false;  ///< the world has cosmetic particles that events let out
+    wire::Widened widened;  ///< told in every packet
+    bool sparks = false;    ///< the world has cosmetic particles that events let out
     std::uint32_t rights = 7;
     bool audit_on_request = true;
     std::vector<proto::ClientMessage> received;

@@ -43,7 +43,7 @@ TEST(AllowedOrientationError, LetsCharactersTurnFreelyWithinTheAgeOfNews) {
 }
 
 TEST(PastAge, IsNothingOnceAllNewsOfTheDisplayedTickHasCome) {
-    const link::NewsAge age{0.040, 0.040 + kTick, false, {}, true};
+    const link::NewsAge age{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
     EXPECT_EQ(past_age_s(age, age, 0.040), 0.0);
     EXPECT_EQ(past_age_s(age, age, 0.2), 0.0);
     // A tick that was displayed too early lacks what is younger than that.
@@ -52,10 +52,11 @@ TEST(PastAge, IsNothingOnceAllNewsOfTheDisplayedTickHasCome) {
 }
 
 TEST(PastAge, IsTheWholeAgeAfterALoss) {
-    const link::NewsAge good{0.040, 0.040 + kTick, false, {}, true};
-    const link::NewsAge bad{0.040, 0.180, true, {}, true};
+    const link::NewsAge good{0.040, 0.040 + kTick, false, {}, true, 0.040 + kTick};
+    const link::NewsAge bad{0.040, 0.180, true, {}, true, 0.040 + kTick};
     EXPECT_DOUBLE_EQ(past_age_s(good, bad, 0.2), 0.180);
     EXPECT_DOUBLE_EQ(past_age_s(bad, good, 0.2), 0.180);
+    EXPECT_EQ(past_plain_s(bad, good, 0.2), 0.0) << "of what was not lost";
 }
 
 /// Packets of consecutive ticks, each `delay` old when it comes.
@@ -118,6 +119,22 @@ TEST(ArrivalLog, TakesNewsAsOldAsAnOutage) {
     }
     link::ArrivalLog log = steady(200, 0.040, gone);
     EXPECT_NEAR(log.at(150, 0.08).age_s, 51 * kTick, 1e-9);
+}
+
+/// A narrow budget makes packets rare; what the last one told holds until the next.
+TEST(ArrivalLog, TakesWhatWasToldForTrueUntilSomethingElseIsTold) {
+    link::ArrivalLog log;
+    log.set_tick_s(kTick);
+    const auto packet = [&](std::uint64_t sequence, Tick tick, std::uint8_t step) {
+        log.on_packet(sequence, tick, static_cast<double>(tick) * kTick + 0.01, {step, false});
+    };
+    packet(1, 100, 0);
+    packet(2, 110, 5);
+    packet(3, 120, 1);
+    EXPECT_EQ(log.at(108, 0.02).widened.step, 0);
+    EXPECT_EQ(log.at(118, 0.02).widened.step, 5);
+    EXPECT_EQ(log.at(120, 0.02).widened.step, 5);
+    EXPECT_EQ(log.at(128, 0.02).widened.step, 1);
 }
 
 TEST(ArrivalLog, SaysWhenNothingWasMeasured) {

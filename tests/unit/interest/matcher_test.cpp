@@ -440,6 +440,26 @@ TEST(Matcher, EqualsBruteForceWhileItComesAndGoesAsABroadcast) {
     EXPECT_LT(broadcasts, 300);
 }
 
+/// Settings that nobody has set are settings too.
+TEST(Matcher, ForgetsWhatGoesBeyondTheWidenedRadiusAlsoWithDefaultSettings) {
+    const world::TypeTable types = three_types();
+    const Settings settings;
+    world::Entities entities;
+    entities.add(EntityId(1), 0);
+    const world::Row goer = entities.add(EntityId(2), 0);
+    Matcher matcher;
+    Model model;
+    world::Visibility out;
+    const std::vector<world::Viewer> viewers = {{ClientId(1), EntityId(1)}};
+    for (int tick = 0; tick < 300; ++tick) {
+        entities.position[goer].x() = 0.3F * static_cast<float>(tick);
+        matcher.step(entities, types, viewers, settings, out);
+        model.step(entities, types, viewers[0], settings);
+        ASSERT_EQ(out[0].visible.size(), model.known_.size()) << "tick " << tick;
+    }
+    EXPECT_TRUE(out[0].visible.empty());
+}
+
 TEST(Matcher, SkipsEverythingWithoutAViewer) {
     const world::TypeTable types = three_types();
     RandomWorld w(4, 50.0F);
