@@ -42,27 +42,6 @@ bool well_formed(const proto::AuditRecord& record, const view::World& world) {
         });
 }
 
-/// The truth of a frozen world as the level of detail of `shown` writes it. The server's own
-/// integers are those of the nearest level.
-wire::QuantizedState resting(const view::World& world,
-                             const view::Version& shown,
-                             const proto::AuditEntity& truth) {
-    const view::ZoneInfo* zone = world.zone(shown.zone);
-    const Vec3d place(truth.position(0), truth.position(1), truth.position(2));
-    motion::KinematicState state;
-    state.position = (place - (zone != nullptr ? zone->origin : Vec3d(0, 0, 0))).cast<float>();
-    state.orientation = Quat(
-        truth.orientation(0), truth.orientation(1), truth.orientation(2), truth.orientation(3));
-    const auto appearance =
-        static_cast<std::uint16_t>(truth.quantized_size() == 8 ? truth.quantized(7) : 0);
-    return wire::quantize(state,
-                          motion::PredictorOrder::kStatic,
-                          world.types[truth.type()].upright,
-                          true,
-                          appearance,
-                          wire::at_lod(world.quantization, shown.lod));
-}
-
 std::map<std::uint32_t, TellingOf> telling_of(const proto::AuditRecord& record) {
     std::map<std::uint32_t, TellingOf> all;
     for (const proto::AuditNews& news : record.news()) {
@@ -496,58 +475,6 @@ void Auditor::remember(const proto::AuditRecord& record) {
         }
         seen.listed = record.tick();
     }
-}
-
-void Auditor::compare_frozen(const bot::Bot& bot, const proto::AuditRecord& record) {
-    frozen_.seen = true;
-    frozen_.converged = false;
-    const view::EntityStore& store = bot.view()->store();
-    std::size_t listed_present = 0;
-    for (const proto::AuditEntity& truth : record.entities()) {
-        const EntityId id(truth.entity());
-        const view::Entity* entity = store.find(id);
-        const bool present = entity != nullptr && entity->present();
-        const std::string name = "entity " + std::to_string(id.value) + " (" +
-                                 bot.view()->world().types[truth.type()].name + ")";
-        if (id == bot.avatar()) {
-            continue;
-        }
-        if (!present) {
-            if (truth.must_know()) {
-                frozen_.difference = name + " is not in the view";
-                return;
-            }
-            continue;
-        }
-        ++listed_present;
-        const view::Version& shown = entity->versions.back();
-        const wire::QuantizedState& s = shown.quantized;
-        const bool coarser =
-            bot.view()->world().quantization.lod_shift[shown.lod] != wire::LodShift{};
-        const std::int32_t mine[8] = {s.position[0],
-                                      s.position[1],
-                                      s.position[2],
-                                      s.orientation_largest,
-                                      s.orientation[0],
-                                      s.orientation[1],
-                                      s.orientation[2],
-                                      s.appearance};
-        const bool same = truth.quantized_size() == 8 && shown.zone.value == record.zone() &&
-                          std::equal(std::begin(mine), std::end(mine), truth.quantized().begin());
-        if (coarser ? !(shown.zone.value == record.zone() &&
-                        s == resting(bot.view()->world(), shown, truth))
-                    : !same) {
-            frozen_.difference = name + " differs from the server's quantised state";
-            return;
-        }
-    }
-    if (listed_present != store.present_count()) {
-        frozen_.difference = std::to_string(store.present_count() - listed_present) +
-                             " entities are in the view that the server does not list";
-        return;
-    }
-    frozen_.converged = true;
-    frozen_.difference.clear();
 }
 
 }  // namespace zoned::measure

@@ -402,8 +402,9 @@ Tick ClientState::unheard(std::vector<mailbox::AuditNews>& out) const {
             }
         }
     }
-    std::stable_sort(
-        told.begin(), told.end(), [](const Told& a, const Told& b) { return a.entity < b.entity; });
+    std::sort(told.begin(), told.end(), [](const Told& a, const Told& b) {
+        return a.entity != b.entity ? a.entity < b.entity : a.sequence < b.sequence;
+    });
     const auto news_of = [&](EntityId entity) -> mailbox::AuditNews& {
         const auto at = lower_bound_entity(out, entity);
         return at != out.end() && at->entity == entity ? *at

@@ -182,8 +182,8 @@ class Replicator {
 
     /// What was done to tell this client of entities and has not been acknowledged: for each, the
     /// packets that carried news or its removal since the newest one of them that was. Ascending by
-    /// entity. For audits; packets of other zones are not known here: returns from which tick on all
-    /// are, 0 if none.
+    /// entity. For audits; packets of other zones are not known here: returns from which tick on
+    /// all are, 0 if none.
     Tick unheard(ClientId client, std::vector<mailbox::AuditNews>& out) const;
 
     /// Whether anybody hears of the entity.

@@ -4,6 +4,7 @@
 #include "client-sim/bot/bot.h"
 #include "client-sim/measure/collector.h"
 #include "tests/unit/client/fake_server.h"
+#include "shared/core/rng.h"
 
 #include <gtest/gtest.h>
 
@@ -110,6 +111,24 @@ TEST(AgeOf, LooksAtNothingThatWasSentAfterTheTruth) {
     const link::ArrivalLog log = log_without({151, 152, 153, 154, 155});
     const link::NewsAge around = log.at(150, kRtt_s);
     EXPECT_DOUBLE_EQ(age_at(150, log, carried_by({151, 152, 153, 154, 155})).age_s, around.age_s);
+}
+
+TEST(AgeOf, IsANumberWhateverTheServerNames) {
+    const link::ArrivalLog log = log_without({140, 150});
+    core::Rng rng(5);
+    for (int i = 0; i < 2000; ++i) {
+        TellingOf telling;
+        for (std::uint32_t n = rng.below(40); n > 0; --n) {
+            const Tick far = Tick{1} << 40;
+            const Tick tick = rng.below(8) == 0 ? (rng.below(2) == 0 ? far : -far)
+                                                : static_cast<Tick>(rng.below(300));
+            const std::uint64_t wild = ~std::uint64_t{rng.below(3)};
+            telling.packets.push_back({tick, rng.below(8) == 0 ? wild : rng.below(300)});
+        }
+        const link::NewsAge age = age_at(160, log, telling, rng.below(2) == 0);
+        EXPECT_GT(age.age_s, 0.0);
+        EXPECT_LT(age.age_s, kDelay_s + kTick_s + 41.0 * kResend_s);
+    }
 }
 
 /// A bot and a server that keeps an entity from it and has a reason, or says so.
