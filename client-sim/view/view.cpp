@@ -1,5 +1,7 @@
 #include "client-sim/view/view.h"
 
+#include "shared/wire/record/record_traffic.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -152,7 +154,7 @@ void View::count_record(wire::RecordReader& gauge) {
     if (!head) {
         traffic_.add_unread(gauge.byte_offset() - begin);
     } else if (head->kind == wire::RecordKind::kRemove) {
-        traffic_.add_removal(gauge.byte_offset() - begin);
+        traffic_.add_removal(8 * (gauge.byte_offset() - begin));
     } else {
         const Entity* entity = store_.find(head->entity);
         if (entity != nullptr && entity->typed) {
@@ -161,6 +163,19 @@ void View::count_record(wire::RecordReader& gauge) {
             traffic_.add_unread(gauge.byte_offset() - begin);
         }
     }
+}
+
+/// Counts records that are about to be applied.
+void View::count_coded(const wire::record::RecordFrame& frame, std::size_t bytes) {
+    wire::record::add_traffic(traffic_, frame, bytes, [&](const auto& record) {
+        const Entity* before = store_.find(record.entity);
+        if (before == nullptr || !before->present()) {
+            return wire::TrafficReason::kJoin;
+        }
+        return before->versions.back().publication_tick >= record.tick
+                   ? wire::TrafficReason::kRepeat
+                   : wire::TrafficReason::kNews;
+    });
 }
 
 /// All or nothing: what makes no sense changes nothing.
@@ -325,7 +340,8 @@ bool View::apply_coded(const link::OpenedPacket& packet, double now_s) {
     const auto frame = coded_->decode(static_cast<wire::entropy::PacketNumber>(packet.sequence),
                                       packet.head.tick,
                                       packet.head.zone,
-                                      packet.records);
+                                      packet.records,
+                                      settings_.meter);
     if (!frame) {
         not_decoded(packet);
         return false;
@@ -333,7 +349,7 @@ bool View::apply_coded(const link::OpenedPacket& packet, double now_s) {
     newest_decoded_ = std::max(newest_decoded_, packet.sequence);
     undecoded_ = 0;
     if (settings_.meter) {
-        traffic_.add_coded(packet.records.size());
+        count_coded(**frame, packet.records.size());
     }
     show_coded(**frame, packet, now_s);
     return true;

@@ -165,6 +165,7 @@ class View {
     void apply_records(const link::OpenedPacket& packet, double now_s);
     void count_packet(const link::OpenedPacket& packet);
     void count_record(wire::RecordReader& gauge);
+    void count_coded(const wire::record::RecordFrame& frame, std::size_t bytes);
     void take_slow_state(const proto::Event& event);
     void diverged(const char* reason);
     [[nodiscard]] DisplaySettings display_settings() const;

@@ -1,5 +1,7 @@
 #include "server/replication/packer.h"
 
+#include "shared/wire/record/record_traffic.h"
+
 #include <algorithm>
 
 namespace zoned::replication {
@@ -431,12 +433,15 @@ bool Packer::add(Tick now,
         body_.insert(body_.end(), encoded.bytes->begin(), encoded.bytes->end());
     }
     entries_.push_back(entry);
-    if (!meter_ || encoded.bytes == nullptr) {
-        // What is coded with others is counted with them.
-    } else if (s == nullptr) {
-        meter_->table().add_removal(encoded.bytes->size());
-    } else {
-        count_record(candidate, s->sent_version == 0, *s, encoded, streams);
+    if (meter_ && s == nullptr && !codes_) {
+        meter_->table().add_removal(8 * encoded.bytes->size());
+    } else if (meter_ && s != nullptr) {
+        const wire::TrafficReason reason = reason_of(candidate, *s, encoded, streams);
+        if (codes_) {
+            reasons_.emplace_back(entry.entity, reason);
+        } else {
+            meter_->add_record(s->stream, streams[s->stream], encoded, reason);
+        }
     }
     Delivery& delivery = s != nullptr ? s->delivery : client.removals[candidate.index].delivery;
     if (s != nullptr) {
@@ -461,26 +466,35 @@ bool Packer::add(Tick now,
 }
 
 /// Each record has one reason: the first of these that holds.
-void Packer::count_record(const Candidate& candidate,
-                          bool first,
-                          const Subscription& s,
-                          const Encoded& encoded,
-                          const StreamTable& streams) {
+wire::TrafficReason Packer::reason_of(const Candidate& candidate,
+                                      const Subscription& s,
+                                      const Encoded& encoded,
+                                      const StreamTable& streams) {
     using wire::TrafficReason;
-    const Stream& stream = streams[s.stream];
-    TrafficReason reason = TrafficReason::kNews;
     if (candidate.reason == Reason::kLost) {
-        reason = TrafficReason::kResent;
-    } else if (candidate.reason == Reason::kRepeat) {
-        reason = TrafficReason::kRepeat;
-    } else if (first) {
-        reason = TrafficReason::kJoin;
-    } else if (stream.heartbeat) {
-        reason = TrafficReason::kHeartbeat;
-    } else if (encoded.keyframe != 0) {
-        reason = TrafficReason::kKeyframe;
+        return TrafficReason::kResent;
     }
-    meter_->add_record(s.stream, stream, encoded, reason);
+    if (candidate.reason == Reason::kRepeat) {
+        return TrafficReason::kRepeat;
+    }
+    if (s.sent_version == 0) {
+        return TrafficReason::kJoin;
+    }
+    if (streams[s.stream].heartbeat) {
+        return TrafficReason::kHeartbeat;
+    }
+    return encoded.keyframe != 0 ? TrafficReason::kKeyframe : TrafficReason::kNews;
+}
+
+/// What was coded is known when all of a packet is.
+void Packer::count_coded(const wire::record::RecordFrame& frame) {
+    wire::record::add_traffic(
+        meter_->table(), frame, body_.size() - head_bytes_, [&](const auto& record) {
+            return std::find_if(reasons_.begin(),
+                                reasons_.end(),
+                                [&](const auto& told) { return told.first == record.entity; })
+                ->second;
+        });
 }
 
 void Packer::finish(Tick now,
@@ -517,7 +531,8 @@ void Packer::finish_coded(Tick now,
                 now,
                 head_.zone,
                 records.subspan(done, count),
-                body_);
+                body_,
+                meter_ != nullptr);
             const auto size = static_cast<float>(body_.size() - head_bytes_);
             client.coded_bytes += (size / static_cast<float>(count) - client.coded_bytes) / 8.0F;
             if (body_.size() <= wire::kMaxDownBodyBytes) {
@@ -525,7 +540,7 @@ void Packer::finish_coded(Tick now,
             }
         }
         if (meter_) {
-            meter_->table().add_coded(body_.size() - head_bytes_);
+            count_coded(*frame);
         }
         client.coder->sent(std::move(frame));
         const auto first = coding_entries_.begin() + static_cast<std::ptrdiff_t>(done);
@@ -534,6 +549,7 @@ void Packer::finish_coded(Tick now,
         done += count;
         begin(now, head_.zone, nullptr);
     }
+    reasons_.clear();
 }
 
 void Packer::send(Tick now,

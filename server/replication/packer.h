@@ -101,11 +101,11 @@ class Packer {
                        Report& report,
                        std::vector<mailbox::StatePacket>& out);
 
-    void count_record(const Candidate& candidate,
-                      bool first,
-                      const Subscription& s,
-                      const Encoded& encoded,
-                      const StreamTable& streams);
+    [[nodiscard]] static wire::TrafficReason reason_of(const Candidate& candidate,
+                                                       const Subscription& s,
+                                                       const Encoded& encoded,
+                                                       const StreamTable& streams);
+    void count_coded(const wire::record::RecordFrame& frame);
 
     Settings settings_;
     std::unique_ptr<TrafficMeter> meter_;
@@ -120,6 +120,7 @@ class Packer {
     std::vector<wire::record::CodedRecord> coded_;   // as entries_, for a client with a coder
     std::vector<wire::record::CodedRecord> coding_;  // what is being coded and sent,
     std::vector<SentEntry> coding_entries_;          // and its entries
+    std::vector<std::pair<EntityId, wire::TrafficReason>> reasons_;  // of coded_, for the meter
     mailbox::CodecPrice price_;
     double coding_ns_ = 0.0;  // left for coding
     bool codes_ = false;      // what the client being packed for is told

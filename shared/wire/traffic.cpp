@@ -108,7 +108,7 @@ const char* traffic_part_name(std::size_t part) {
         return kFields[part].name;
     }
     static constexpr std::array<const char*, 5> kNames{
-        "record_head", "padding", "own_state", "packet_head", "coded"};
+        "record_head", "padding", "own_state", "packet_head", "code_head"};
     return kNames[part - kFields.size()];
 }
 
@@ -126,8 +126,8 @@ void TrafficTable::add_record(TypeIndex type, TrafficReason reason, const Record
     }
 }
 
-void TrafficTable::add_removal(std::size_t bytes) {
-    row(0)[static_cast<std::size_t>(TrafficReason::kRemoval)][kRecordHeadPart] += 8 * bytes;
+void TrafficTable::add_removal(std::size_t bits) {
+    row(0)[static_cast<std::size_t>(TrafficReason::kRemoval)][kRecordHeadPart] += bits;
 }
 
 void TrafficTable::add_packet(std::size_t head_bytes, std::size_t own_bytes) {
@@ -138,8 +138,8 @@ void TrafficTable::add_packet(std::size_t head_bytes, std::size_t own_bytes) {
     ++packets_;
 }
 
-void TrafficTable::add_coded(std::size_t bytes) {
-    row(0)[static_cast<std::size_t>(TrafficReason::kCoded)][kCodedPart] += 8 * bytes;
+void TrafficTable::add_code_head(std::size_t bits) {
+    row(0)[static_cast<std::size_t>(TrafficReason::kHead)][kCodeHeadPart] += bits;
 }
 
 void TrafficTable::add_unread(std::size_t bytes) {

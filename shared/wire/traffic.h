@@ -26,10 +26,9 @@ enum class TrafficReason : std::uint8_t {
     kOwnState,   ///< the client's own avatar
     kHead,       ///< of the packet: tick, zone, bounds
     kUnread,     ///< receivers only: could not be decoded
-    kCoded,      ///< records coded together for one client, whose bits nobody can tell apart
 };
 
-inline constexpr std::size_t kTrafficReasons = 11;
+inline constexpr std::size_t kTrafficReasons = 10;
 inline constexpr std::array<const char*, kTrafficReasons> kTrafficReasonNames{"news",
                                                                               "keyframe",
                                                                               "heartbeat",
@@ -39,8 +38,7 @@ inline constexpr std::array<const char*, kTrafficReasons> kTrafficReasonNames{"n
                                                                               "removal",
                                                                               "own_state",
                                                                               "head",
-                                                                              "unread",
-                                                                              "coded"};
+                                                                              "unread"};
 
 /// What bits are in: the fields of the table, then these.
 inline constexpr std::size_t kRecordHeadPart = kFields.size();
@@ -48,12 +46,14 @@ inline constexpr std::size_t kPaddingPart = kFields.size() + 1;
 inline constexpr std::size_t kRecordParts = kFields.size() + 2;
 inline constexpr std::size_t kOwnStatePart = kRecordParts;
 inline constexpr std::size_t kPacketHeadPart = kRecordParts + 1;
-inline constexpr std::size_t kCodedPart = kRecordParts + 2;
+/// Of records coded for one client: what they build on, their end and what rounds it up to bytes.
+inline constexpr std::size_t kCodeHeadPart = kRecordParts + 2;
 inline constexpr std::size_t kTrafficParts = kRecordParts + 3;
 
 [[nodiscard]] const char* traffic_part_name(std::size_t part);
 
-/// Bits of one record, by part; their sum is eight times its bytes.
+/// Bits of one record, by part; their sum is eight times its bytes. Of a record that was coded with
+/// others for one client, what it told beyond what had to be expected, as whole bits of the code.
 using RecordBits = std::array<std::uint8_t, kRecordParts>;
 
 /// Sums of bits. Whatever is not a record of an entity (removals name no type) is of no type.
@@ -62,11 +62,11 @@ class TrafficTable {
     using Row = std::array<std::array<std::uint64_t, kTrafficParts>, kTrafficReasons>;
 
     void add_record(TypeIndex type, TrafficReason reason, const RecordBits& bits);
-    void add_removal(std::size_t bytes);
+    void add_removal(std::size_t bits);
     /// `own_bytes` of the `head_bytes` in all before the records are the own state.
     void add_packet(std::size_t head_bytes, std::size_t own_bytes);
-    /// The records of a packet that were coded together.
-    void add_coded(std::size_t bytes);
+    /// Of a packet's records that were coded for one client, what is none of theirs.
+    void add_code_head(std::size_t bits);
     /// Records that nobody could read.
     void add_unread(std::size_t bytes);
     void add(const TrafficTable& other);

@@ -4,6 +4,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,6 +20,11 @@ inline constexpr int kMaxRawBits = 16;
 
 /// Below this the interval takes another byte: every symbol then still has 2^9 steps at least.
 inline constexpr std::uint32_t kLeastRange = 1u << 24;
+
+/// What an interval that was narrowed to `range` after so many shifts by a byte tells, bits.
+inline double told_bits(std::size_t shifts, std::uint32_t range) {
+    return 8.0 * static_cast<double>(shifts) + 32.0 - std::log2(static_cast<double>(range));
+}
 
 /// Range encoder with carry propagation into bytes already written (G. N. N. Martin, "Range
 /// encoding: an algorithm for removing redundancy from a digitised message", 1979; the form with a
@@ -67,6 +73,13 @@ class RangeEncoder {
             raw_ >>= 8;
             raw_bits_ -= 8;
         }
+    }
+
+    /// Information written so far, bits; before finish(). Encoder and decoder agree on it at each
+    /// place.
+    [[nodiscard]] double bits() const {
+        return told_bits(out_.size() - begin_, range_) +
+               static_cast<double>(8 * raw_bytes_.size() + static_cast<std::size_t>(raw_bits_));
     }
 
     /// Ends the code with as few bytes (at most four) as tell it from all others, whatever follows
@@ -147,6 +160,12 @@ class RangeDecoder {
         raw_ >>= bits;
         raw_bits_ -= bits;
         return value;
+    }
+
+    /// As RangeEncoder::bits().
+    [[nodiscard]] double bits() const {
+        return told_bits(position_ - kAhead, range_) +
+               static_cast<double>(8 * (bytes_.size() - raw_end_)) - static_cast<double>(raw_bits_);
     }
 
     /// Whether an encoder can have left just these bytes for what was read: none missing, none

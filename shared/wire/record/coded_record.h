@@ -4,6 +4,7 @@
 #include "shared/wire/entropy/acknowledged.h"
 #include "shared/wire/entropy/least_squares.h"
 #include "shared/wire/publication.h"
+#include "shared/wire/traffic.h"
 
 #include <array>
 #include <cstdint>
@@ -70,11 +71,14 @@ struct RecordFrame {
     std::vector<CodedRecord> records;  ///< ascending by entity
     std::vector<RecordLesson> lessons;
     std::array<entropy::NormalSums<1>, 2> velocity;  ///< along the ground, upwards
+    std::vector<RecordBits> bits;  ///< of each record, where they are measured; the rest of the
+                                   ///< code's bytes is its head and end
 
     /// Empties the lists, which keep their memory.
     void clear() {
         records.clear();
         lessons.clear();
+        bits.clear();
         velocity = {};
     }
 };

@@ -30,7 +30,8 @@ std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber n
                                                          Tick tick,
                                                          ZoneId zone,
                                                          std::span<const CodedRecord> records,
-                                                         std::vector<std::uint8_t>& out) {
+                                                         std::vector<std::uint8_t>& out,
+                                                         bool measured) {
     ZONED_ASSERT(records.size() <= kMostRecords, "more records than a packet holds");
     const entropy::KnowledgeHead head = acknowledged_.begin(number);
     std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
@@ -41,7 +42,7 @@ std::shared_ptr<const RecordFrame> RecordEncoder::encode(entropy::PacketNumber n
     entropy::RangeEncoder coder(out, raw_);
     entropy::write_head(coder, head);
     RecordPass<entropy::EncodePort>(
-        format_, acknowledged_.knowledge(), {acknowledged_.common(), {}}, {coder}, *frame)
+        format_, acknowledged_.knowledge(), {acknowledged_.common(), {}}, {coder}, measured, *frame)
         .run();
     coder.finish();
     return frame;
@@ -54,7 +55,8 @@ core::Result<std::shared_ptr<const RecordFrame>> RecordDecoder::decode(
     entropy::PacketNumber number,
     Tick tick,
     ZoneId zone,
-    std::span<const std::uint8_t> bytes) {
+    std::span<const std::uint8_t> bytes,
+    bool measured) {
     using Decoded = core::Result<std::shared_ptr<const RecordFrame>>;
     entropy::RangeDecoder coder(bytes);
     const entropy::KnowledgeHead head = entropy::read_head(coder);
@@ -66,7 +68,7 @@ core::Result<std::shared_ptr<const RecordFrame>> RecordDecoder::decode(
     std::shared_ptr<RecordFrame> frame = new_frame(frames_, number, tick, zone);
     const bool sound =
         RecordPass<entropy::DecodePort>(
-            format_, *known.knowledge, {*known.common, known.not_common}, {coder}, *frame)
+            format_, *known.knowledge, {*known.common, known.not_common}, {coder}, measured, *frame)
             .run();
     if (!sound || !coder.complete()) {
         return Decoded::failure("malformed records");

@@ -29,12 +29,14 @@ class RecordEncoder {
     /// Appends the code of `records` to `out`, packet `number` (ascending from 1) of `tick`.
     /// Records come in any order, one per entity, at most kMostRecords. What came of it may be
     /// dropped, and another packet of that number encoded, as long as it was not sent(). Allocates
-    /// nothing once packets have been as large and as many were under way.
+    /// nothing once packets have been as large and as many were under way. `measured`: tells what
+    /// each record takes as well (RecordFrame::bits), alike in encoder and decoder.
     std::shared_ptr<const RecordFrame> encode(entropy::PacketNumber number,
                                               Tick tick,
                                               ZoneId zone,
                                               std::span<const CodedRecord> records,
-                                              std::vector<std::uint8_t>& out);
+                                              std::vector<std::uint8_t>& out,
+                                              bool measured = false);
 
     void sent(std::shared_ptr<const RecordFrame> frame) { acknowledged_.sent(std::move(frame)); }
 
@@ -66,7 +68,8 @@ class RecordDecoder {
     core::Result<std::shared_ptr<const RecordFrame>> decode(entropy::PacketNumber number,
                                                             Tick tick,
                                                             ZoneId zone,
-                                                            std::span<const std::uint8_t> bytes);
+                                                            std::span<const std::uint8_t> bytes,
+                                                            bool measured = false);
 
     /// Publications that are kept as bases.
     [[nodiscard]] std::size_t known() const { return acknowledged_.common().size(); }

@@ -13,7 +13,7 @@
 namespace zoned::wire::record {
 
 /// Walks over all records of `frame`: number, tick, zone and, when encoding, records are given; the
-/// rest of the frame is filled in, when decoding the records as well.
+/// rest of the frame is filled in, when decoding the records as well; `bits` where it is measured.
 template <class Port>
 class RecordPass {
   public:
@@ -23,17 +23,20 @@ class RecordPass {
                const RecordKnowledge& knowledge,
                const KnownBases& bases,
                Port port,
+               bool measured,
                RecordFrame& frame)
         : format_(format),
           knowledge_(knowledge),
           bases_(bases),
           models_(knowledge.models()),
           port_(port),
+          measured_(measured),
           frame_(frame) {}
 
     /// False when what was read cannot have been written.
     bool run() {
         std::size_t next = 0;
+        begin_measuring();
         for (;;) {
             CodedRecord record;
             const bool more = kDecodes || next < frame_.records.size();
@@ -85,6 +88,7 @@ class RecordPass {
         }
         record.remove = kind == kRemove;
         if (record.remove) {
+            measure(kRecordHeadPart);
             return true;
         }
         const CodedRecord* base = kind == kKnown ? base_of(record.entity) : nullptr;
@@ -113,6 +117,7 @@ class RecordPass {
             record.upright = bit(RecordModels::kUpright, record.upright);
             record.type = static_cast<TypeIndex>(port_.raw(record.type, 16));
         }
+        measure(kRecordHeadPart);
         return code_state(record, base);
     }
 
@@ -148,6 +153,7 @@ class RecordPass {
                 !code_field(f, layout[field.range], columns, out)) {
                 return false;
             }
+            measure(f);
         }
         if constexpr (kDecodes) {
             if (!is_consistent(out, record.upright, layout)) {
@@ -271,6 +277,31 @@ class RecordPass {
                            : static_cast<std::int32_t>(d);
     }
 
+    // ---------------------------------------------------------------- what it takes
+
+    void begin_measuring() {
+        if (measured_) {
+            measured_bits_ = whole_bits();
+        }
+    }
+
+    /// What was coded since the last call belongs to this part of the record.
+    void measure(std::size_t part) {
+        if (!measured_) {
+            return;
+        }
+        if (part == kRecordHeadPart) {
+            frame_.bits.push_back({});
+        }
+        const std::uint64_t bits = whole_bits();
+        frame_.bits.back()[part] = static_cast<std::uint8_t>(bits - measured_bits_);
+        measured_bits_ = bits;
+    }
+
+    [[nodiscard]] std::uint64_t whole_bits() const {
+        return static_cast<std::uint64_t>(port_.coder.bits() + 0.5);
+    }
+
     // ---------------------------------------------------------------- decisions
 
     bool bit(RecordModels::Bits which, bool value) {
@@ -323,6 +354,8 @@ class RecordPass {
     KnownBases bases_;
     const RecordModels& models_;
     Port port_;
+    bool measured_;
+    std::uint64_t measured_bits_ = 0;
     RecordFrame& frame_;
     Kind before_ = kKnown;
     std::uint32_t entity_before_ = 0;

@@ -8,10 +8,11 @@ namespace {
 constexpr std::uint64_t kAround =
     wire::kDatagramHeaderBytes + wire::kSealTagBytes + wire::kDownTransportBytes;
 
-class Traffic : public GameTest {
+class Traffic : public GameTest, public testing::WithParamInterface<const char*> {
   protected:
     Traffic() {
         server.sets.emplace_back("replication.bandwidth_meter=true");
+        server.sets.emplace_back(std::string("replication.codec=") + GetParam());
         bots.meter = true;
         bots.bots = 12;
         bots.seconds = 8.0;
@@ -25,7 +26,7 @@ class Traffic : public GameTest {
     }
 };
 
-TEST_F(Traffic, IsWhatLeftTheServerByteForByte) {
+TEST_P(Traffic, IsWhatLeftTheServerByteForByte) {
     const measure::Report report = run();
     const session::HostStats& stats = world->host().stats();
     ASSERT_GT(made().packets(), 1000U);
@@ -44,7 +45,7 @@ TEST_F(Traffic, IsWhatLeftTheServerByteForByte) {
     EXPECT_GT(stats.frame_bytes_by_message.at(proto::ServerMessage::kEventFieldNumber), 0U);
 }
 
-TEST_F(Traffic, IsCountedAlikeByBothSides) {
+TEST_P(Traffic, IsCountedAlikeByBothSides) {
     const measure::Report report = run();
     const wire::TrafficTable sent = made();
     const wire::TrafficTable& came = report.traffic;
@@ -73,7 +74,7 @@ TEST_F(Traffic, IsCountedAlikeByBothSides) {
           "removals");
 }
 
-TEST_F(Traffic, DiffersByWhatWasLost) {
+TEST_P(Traffic, DiffersByWhatWasLost) {
     server.network.loss = 0.1;
     server.network.delay_s = 0.03;
     const measure::Report report = run();
@@ -88,6 +89,11 @@ TEST_F(Traffic, DiffersByWhatWasLost) {
     EXPECT_NEAR(share, 0.9, 0.04);
     EXPECT_GT(made().bits(wire::TrafficReason::kRepeat), 0U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Codecs,
+                         Traffic,
+                         testing::Values("SHARED", "PER_CLIENT"),
+                         [](const auto& test) { return test.param; });
 
 }  // namespace
 }  // namespace zoned::harness

@@ -2,6 +2,7 @@
 #include "tests/unit/wire/wire_samples.h"
 #include "shared/core/rng.h"
 #include "shared/wire/record/record_codec.h"
+#include "shared/wire/record/record_traffic.h"
 
 #include <gtest/gtest.h>
 
@@ -288,6 +289,60 @@ TEST(RecordCodec, AllocatesNothingOnceItIsWarm) {
         warm += n > 80 ? allocation_count() - before : 0;
     }
     EXPECT_EQ(warm, 0u);
+}
+
+TEST(RecordCodec, TellsWhatEachRecordTookAlikeOnBothSides) {
+    const RecordFormat format(Quantization{}, 1.0F / 30.0F);
+    Chaos chaos(format, 10);
+    RecordEncoder encoder(format);
+    RecordDecoder decoder(format);
+    for (Tick tick = 100; tick < 300; ++tick) {
+        const auto number = static_cast<entropy::PacketNumber>(tick - 99);
+        std::vector<std::uint8_t> bytes;
+        const std::vector<CodedRecord> records = chaos.records(tick, 25);
+        const auto sent = encoder.encode(number, tick, kZone, records, bytes, true);
+        encoder.sent(sent);
+        const auto came = decoder.decode(number, tick, kZone, bytes, true);
+        ASSERT_TRUE(came);
+        encoder.acknowledge(number);
+        ASSERT_EQ(sent->bits, (*came)->bits);
+        ASSERT_EQ(sent->bits.size(), records.size());
+        TrafficTable table;
+        add_traffic(table, *sent, bytes.size(), [](const CodedRecord& record) {
+            EXPECT_FALSE(record.remove);
+            return TrafficReason::kNews;
+        });
+        EXPECT_EQ(table.bits(), 8 * bytes.size());
+        EXPECT_GT(table.bits_of_part(kCodeHeadPart), 0U);
+    }
+}
+
+TEST(RecordCodec, GivesBitsToTheFieldsThatCannotBeExpected) {
+    const RecordFormat format(Quantization{}, 1.0F / 30.0F);
+    RecordEncoder encoder(format);
+    core::Rng rng(11);
+    std::vector<std::uint8_t> bytes;
+    RecordBits sum{};
+    for (entropy::PacketNumber n = 1; n <= 200; ++n) {
+        CodedRecord r;
+        r.entity = EntityId(5);
+        r.tick = static_cast<Tick>(n);
+        r.upright = true;
+        r.state.orientation = {static_cast<std::int32_t>(rng.below(256)), 0, 0};
+        bytes.clear();
+        const auto frame = encoder.encode(n, r.tick, kZone, std::span(&r, 1), bytes, true);
+        encoder.sent(frame);
+        encoder.acknowledge(n);
+        for (std::size_t part = 0; n > 100 && part < sum.size(); ++part) {
+            sum[part] = static_cast<std::uint8_t>(std::min(255, sum[part] + frame->bits[0][part]));
+        }
+    }
+    // A yaw of 8 random bits takes that many in each of the last hundred packets, the others, which
+    // stay, hardly any.
+    for (std::size_t part = 0; part < sum.size(); ++part) {
+        const bool yaw = part < kFields.size() && kFields[part].range == Range::kYaw;
+        EXPECT_TRUE(yaw ? sum[part] == 255 : sum[part] < 100) << traffic_part_name(part);
+    }
 }
 
 TEST(RecordCodec, KeepsCopiesOfADecoderApart) {

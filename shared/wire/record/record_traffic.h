@@ -1,0 +1,33 @@
+// Record traffic: what a packet of coded records was spent on.
+#pragma once
+
+#include "shared/wire/record/coded_record.h"
+
+#include <cstddef>
+#include <numeric>
+
+namespace zoned::wire::record {
+
+/// Adds the records of a frame that was measured and whose code takes `bytes`; `reason_of(record)`
+/// says why one was told that is no removal.
+template <class ReasonOf>
+void add_traffic(TrafficTable& table,
+                 const RecordFrame& frame,
+                 std::size_t bytes,
+                 ReasonOf reason_of) {
+    std::size_t rest = 8 * bytes;
+    for (std::size_t i = 0; i < frame.records.size(); ++i) {
+        const CodedRecord& record = frame.records[i];
+        const RecordBits& bits = frame.bits[i];
+        const auto all = std::accumulate(bits.begin(), bits.end(), std::size_t{0});
+        rest -= all;
+        if (record.remove) {
+            table.add_removal(all);
+        } else {
+            table.add_record(record.type, reason_of(record), bits);
+        }
+    }
+    table.add_code_head(rest);
+}
+
+}  // namespace zoned::wire::record
