@@ -1,7 +1,5 @@
 #include "server/replication/packer.h"
 
-#include "shared/wire/record/record_traffic.h"
-
 #include <algorithm>
 
 namespace zoned::replication {
@@ -20,60 +18,12 @@ constexpr double kWorthwhileBytes = 5.0 * kPacketOverheadBytes;
 constexpr double kTypicalHeadBytes = 10.0;
 constexpr double kTypicalRecordBytes = 24.0;
 
-// Under pressure: never sent before anything else, as if that were so many bounds off; a bound's
-// worth of urgency for every second of waiting; an error that is not known is this large.
-constexpr float kUnseenScore = 16.0F;
-constexpr float kWaitingScore = 1.0F / 30.0F;
-constexpr float kWorstExcess = 1e4F;
-// A few bytes that end a wrong picture, of which no bound says how wrong it is, come before all.
-constexpr float kRemovalScore = 1e9F;
-// Bounds are told with so much to spare, and narrowed half the way in so many ticks.
-constexpr float kMargin = 1.2F;
-constexpr Tick kNarrowEvery = 8;
-constexpr Tick kSwitchTicks = 3;
-
-/// What the client is taken to predict from: what was sent last unless that was lost.
-std::uint32_t held_version(const Subscription& s) {
-    return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
-}
-
-/// Ticks' worth of time for coding that may gather.
-constexpr double kCodingBurst = 4.0;
-
-/// Head and end of coded records, about.
-constexpr std::size_t kCodedHeadBytes = 6;
-
-wire::record::CodedRecord coded_record(const Stream& stream, Tick now) {
-    wire::record::CodedRecord record;
-    record.entity = stream.entity;
-    record.lod = stream.lod;
-    record.type = stream.type;
-    record.upright = stream.upright;
-    // What has rested for long may have done so for longer still.
-    record.tick = std::max(stream.tick, now - wire::record::kOldestTicks);
-    record.state = stream.state;
-    return record;
-}
-
-wire::record::CodedRecord coded_removal(EntityId entity) {
-    wire::record::CodedRecord record;
-    record.entity = entity;
-    record.remove = true;
-    return record;
-}
-
 bool same_state(const motion::CharacterState& a, const motion::CharacterState& b) {
     return a.position == b.position && a.velocity == b.velocity && a.yaw == b.yaw &&
            a.grounded == b.grounded;
 }
 
 }  // namespace
-
-void Packer::allow_coding(const mailbox::CodecPrice& price) {
-    price_ = price;
-    const double tick_ns = 1e3 * static_cast<double>(settings_.codec_budget_us);
-    coding_ns_ = std::min(coding_ns_ + tick_ns, kCodingBurst * tick_ns);
-}
 
 void Packer::pack(Tick now,
                   ZoneId zone,
@@ -129,138 +79,6 @@ void Packer::pack(Tick now,
     report.over_budget += candidates_.empty() ? 0 : 1;
     widen(now, client, streams);
     tell(client, std::span(out).subspan(packets_before), report);
-}
-
-/// Where not everything fits, those go first whose error is largest beside the bound that holds for
-/// them, by the weight of their type; what waits for another reason (rest, looks) gains by waiting.
-void Packer::order_by_error(Tick now, const ClientState& client, const StreamTable& streams) {
-    for (Candidate& c : candidates_) {
-        if (c.removal) {
-            c.score += kRemovalScore;
-            continue;
-        }
-        const Subscription& s = client.subscriptions[c.index];
-        const Stream& stream = streams[s.stream];
-        const auto waited = static_cast<float>(now - s.delivery.owed_tick);
-        if (s.sent_version == 0) {
-            // Nearest first; who was never shown comes before who is shown a little wrong.
-            c.score = kUnseenScore * stream.priority * (1.0F + waited) /
-                      static_cast<float>(1 + s.lod * s.lod);
-            continue;
-        }
-        const float excess = std::min(streams.excess(s.stream, held_version(s), now), kWorstExcess);
-        const auto wider = static_cast<float>(wire::widening(
-            std::min(client.widened.step, wire::kMostWidening), s.lod, settings_.lods.size()));
-        c.score = stream.priority * (excess / wider + kWaitingScore * waited);
-    }
-    sort_candidates();
-}
-
-/// Who was never shown comes nearest first within a level of detail, by exact distance (less the
-/// more its type matters); which places in the order the unseen have is not changed.
-void Packer::order_unseen_by_distance(const OwnNow& own,
-                                      const ClientState& client,
-                                      const StreamTable& streams) {
-    if (!own.present) {
-        return;
-    }
-    for (std::uint8_t lod = 0; lod < settings_.lods.size(); ++lod) {
-        unseen_.clear();
-        places_.clear();
-        for (std::uint32_t place = 0; place < candidates_.size(); ++place) {
-            const Candidate& c = candidates_[place];
-            if (c.removal || client.subscriptions[c.index].sent_version != 0 ||
-                client.subscriptions[c.index].lod != lod) {
-                continue;
-            }
-            const Stream& stream = streams[client.subscriptions[c.index].stream];
-            const float distance_m = (stream.truth.position - own.state.state.position).norm();
-            unseen_.emplace_back(distance_m / stream.priority, c);
-            places_.push_back(place);
-        }
-        std::sort(unseen_.begin(), unseen_.end(), [](const auto& a, const auto& b) {
-            return a.first != b.first ? a.first < b.first : a.second.index < b.second.index;
-        });
-        for (std::size_t i = 0; i < places_.size(); ++i) {
-            candidates_[places_[i]] = unseen_[i].second;
-        }
-    }
-}
-
-/// What could not be sent decides how wide the bounds are now: never silently late.
-void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
-    if (client.away()) {
-        client.widened.step = wire::kNoBound;
-        client.widened.incomplete = true;
-        client.widened_tick = now;
-        postpone_all(now, client);
-        return;
-    }
-    wire::Widened needed;
-    if (tight_) {
-        for (const Candidate& c : candidates_) {
-            if (c.reason == Reason::kRepeat) {
-                continue;
-            }
-            if (c.removal) {
-                client.removals[c.index].postponed_tick = now;
-                needed.incomplete = true;
-                continue;
-            }
-            Subscription& s = client.subscriptions[c.index];
-            if (s.sent_version == 0 && !s.known) {
-                needed.incomplete = true;
-                s.postponed_tick = now;
-                continue;
-            }
-            // After a change of level or zone the client predicts from a stream of the past; for so
-            // long that is part of how old news may be.
-            if (s.sent_version == 0 && now - s.delivery.owed_tick <= kSwitchTicks) {
-                continue;
-            }
-            const float excess = streams.excess(s.stream, held_version(s), now);
-            needed.step =
-                std::max(needed.step,
-                         wire::widening_for(
-                             static_cast<double>(kMargin * excess), s.lod, settings_.lods.size()));
-        }
-    }
-    wire::Widened& told = client.widened;
-    told.incomplete = needed.incomplete;
-    if (needed.step >= told.step) {
-        client.widened_tick = needed.step > 0 ? now : client.widened_tick;
-        told.step = needed.step;
-    } else if (now - client.widened_tick >= kNarrowEvery) {
-        client.widened_tick = now;
-        told.step = static_cast<std::uint8_t>((needed.step + told.step) / 2);
-        if (told.step > wire::kMostWidening) {
-            told.step = std::max(needed.step, wire::kMostWidening);
-        }
-    }
-}
-
-/// One that is away is told of nothing.
-void Packer::postpone_all(Tick now, ClientState& client) {
-    for (Removal& r : client.removals) {
-        r.postponed_tick = now;
-    }
-    for (Subscription& s : client.subscriptions) {
-        if (s.sent_version == 0 && !s.known) {
-            s.postponed_tick = now;
-        }
-    }
-}
-
-void Packer::tell(ClientState& client,
-                  std::span<mailbox::StatePacket> packets,
-                  Report& report) const {
-    if (client.widened == wire::Widened{} || settings_.silent_bound) {
-        return;
-    }
-    ++report.widened;
-    for (mailbox::StatePacket& packet : packets) {
-        wire::rewrite_widened(client.widened, packet.body);
-    }
 }
 
 /// Leaves in candidates_ what did not fit into the budget.
@@ -409,15 +227,10 @@ bool Packer::add(Tick now,
         entry = {s->entity, s->stamp, streams[s->stream].version, 0};
     }
     if (codes_) {
-        // How many bytes it takes is known when the packet is coded.
-        const auto guess =
-            static_cast<std::size_t>(client.coded_bytes * static_cast<float>(coded_.size() + 1));
-        if (coded_.size() == wire::record::kMostRecords ||
-            !fits(body_.size() + kCodedHeadBytes + guess, allowed_bytes)) {
+        const Stream* stream = s != nullptr ? &streams[s->stream] : nullptr;
+        if (!add_coded(now, entry.entity, stream, allowed_bytes, client)) {
             return false;
         }
-        coded_.push_back(s != nullptr ? coded_record(streams[s->stream], now)
-                                      : coded_removal(entry.entity));
     } else {
         if (s != nullptr) {
             encoded = streams.encode(s->stream, s->held_keyframe);
@@ -486,17 +299,6 @@ wire::TrafficReason Packer::reason_of(const Candidate& candidate,
     return encoded.keyframe != 0 ? TrafficReason::kKeyframe : TrafficReason::kNews;
 }
 
-/// What was coded is known when all of a packet is.
-void Packer::count_coded(const wire::record::RecordFrame& frame) {
-    wire::record::add_traffic(
-        meter_->table(), frame, body_.size() - head_bytes_, [&](const auto& record) {
-            return std::find_if(reasons_.begin(),
-                                reasons_.end(),
-                                [&](const auto& told) { return told.first == record.entity; })
-                ->second;
-        });
-}
-
 void Packer::finish(Tick now,
                     ClientState& client,
                     Report& report,
@@ -506,50 +308,6 @@ void Packer::finish(Tick now,
     } else {
         finish_coded(now, client, report, out);
     }
-}
-
-/// Codes what was gathered; where it takes more bytes than was guessed, in several packets.
-void Packer::finish_coded(Tick now,
-                          ClientState& client,
-                          Report& report,
-                          std::vector<mailbox::StatePacket>& out) {
-    // What is written by the way empties coded_ and entries_.
-    coding_.swap(coded_);
-    coding_entries_.swap(entries_);
-    const std::span<const wire::record::CodedRecord> records = coding_;
-    std::size_t done = 0;
-    while (done < records.size()) {
-        head_.coded = true;
-        std::size_t count = records.size() - done;
-        std::shared_ptr<const wire::record::RecordFrame> frame;
-        for (;; count = (3 * count + 3) / 4) {
-            body_.clear();
-            wire::write_down_head(head_, body_);
-            head_bytes_ = body_.size();
-            frame = client.coder->encode(
-                static_cast<wire::entropy::PacketNumber>(client.next_sequence()),
-                now,
-                head_.zone,
-                records.subspan(done, count),
-                body_,
-                meter_ != nullptr);
-            const auto size = static_cast<float>(body_.size() - head_bytes_);
-            client.coded_bytes += (size / static_cast<float>(count) - client.coded_bytes) / 8.0F;
-            if (body_.size() <= wire::kMaxDownBodyBytes) {
-                break;
-            }
-        }
-        if (meter_) {
-            count_coded(*frame);
-        }
-        client.coder->sent(std::move(frame));
-        const auto first = coding_entries_.begin() + static_cast<std::ptrdiff_t>(done);
-        entries_.assign(first, first + static_cast<std::ptrdiff_t>(count));
-        send(now, client, report, out);
-        done += count;
-        begin(now, head_.zone, nullptr);
-    }
-    reasons_.clear();
 }
 
 void Packer::send(Tick now,

@@ -79,6 +79,11 @@ class Packer {
                 ClientState& client,
                 Report& report,
                 std::vector<mailbox::StatePacket>& out);
+    bool add_coded(Tick now,
+                   EntityId entity,
+                   const Stream* stream,
+                   double allowed_bytes,
+                   const ClientState& client);
     void finish_coded(Tick now,
                       ClientState& client,
                       Report& report,

@@ -322,7 +322,7 @@ TEST(RecordCodec, GivesBitsToTheFieldsThatCannotBeExpected) {
     RecordEncoder encoder(format);
     core::Rng rng(11);
     std::vector<std::uint8_t> bytes;
-    RecordBits sum{};
+    std::array<int, kRecordParts> sum{};
     for (entropy::PacketNumber n = 1; n <= 200; ++n) {
         CodedRecord r;
         r.entity = EntityId(5);
@@ -334,15 +334,23 @@ TEST(RecordCodec, GivesBitsToTheFieldsThatCannotBeExpected) {
         encoder.sent(frame);
         encoder.acknowledge(n);
         for (std::size_t part = 0; n > 100 && part < sum.size(); ++part) {
-            sum[part] = static_cast<std::uint8_t>(std::min(255, sum[part] + frame->bits[0][part]));
+            sum[part] += frame->bits[0][part];
         }
     }
-    // A yaw of 8 random bits takes that many in each of the last hundred packets, the others, which
-    // stay, hardly any.
-    for (std::size_t part = 0; part < sum.size(); ++part) {
-        const bool yaw = part < kFields.size() && kFields[part].range == Range::kYaw;
-        EXPECT_TRUE(yaw ? sum[part] == 255 : sum[part] < 100) << traffic_part_name(part);
+    // A yaw of 8 random bits takes no less in each of the last hundred packets (but for what chance
+    // gives), and less than two more while its model still learns. What stays
+    // as it is are five decisions (motion, three coordinates, appearance), each with a probability
+    // of 1 - 15/16 (127/128)^n at least after n packets, 0.71 on average: half a bit.
+    int others = 0;
+    for (std::size_t f = 0; f < kFields.size(); ++f) {
+        if (kFields[f].range == Range::kYaw) {
+            EXPECT_GT(sum[f], 780);
+            EXPECT_LT(sum[f], 1000);
+        } else {
+            others += sum[f];
+        }
     }
+    EXPECT_LT(others, 250);
 }
 
 TEST(RecordCodec, KeepsCopiesOfADecoderApart) {

@@ -1,0 +1,160 @@
+#include "server/replication/packer.h"
+
+#include <algorithm>
+
+namespace zoned::replication {
+
+namespace {
+
+// Under pressure: never sent before anything else, as if that were so many bounds off; a bound's
+// worth of urgency for every second of waiting; an error that is not known is this large.
+constexpr float kUnseenScore = 16.0F;
+constexpr float kWaitingScore = 1.0F / 30.0F;
+constexpr float kWorstExcess = 1e4F;
+// A few bytes that end a wrong picture, of which no bound says how wrong it is, come before all.
+constexpr float kRemovalScore = 1e9F;
+// Bounds are told with so much to spare, and narrowed half the way in so many ticks.
+constexpr float kMargin = 1.2F;
+constexpr Tick kNarrowEvery = 8;
+constexpr Tick kSwitchTicks = 3;
+
+/// What the client is taken to predict from: what was sent last unless that was lost.
+std::uint32_t held_version(const Subscription& s) {
+    return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
+}
+
+}  // namespace
+
+/// Where not everything fits, those go first whose error is largest beside the bound that holds for
+/// them, by the weight of their type; what waits for another reason (rest, looks) gains by waiting.
+void Packer::order_by_error(Tick now, const ClientState& client, const StreamTable& streams) {
+    for (Candidate& c : candidates_) {
+        if (c.removal) {
+            c.score += kRemovalScore;
+            continue;
+        }
+        const Subscription& s = client.subscriptions[c.index];
+        const Stream& stream = streams[s.stream];
+        const auto waited = static_cast<float>(now - s.delivery.owed_tick);
+        if (s.sent_version == 0) {
+            // Nearest first; who was never shown comes before who is shown a little wrong.
+            c.score = kUnseenScore * stream.priority * (1.0F + waited) /
+                      static_cast<float>(1 + s.lod * s.lod);
+            continue;
+        }
+        const float excess = std::min(streams.excess(s.stream, held_version(s), now), kWorstExcess);
+        const auto wider = static_cast<float>(wire::widening(
+            std::min(client.widened.step, wire::kMostWidening), s.lod, settings_.lods.size()));
+        c.score = stream.priority * (excess / wider + kWaitingScore * waited);
+    }
+    sort_candidates();
+}
+
+/// Who was never shown comes nearest first within a level of detail, by exact distance (less the
+/// more its type matters); which places in the order the unseen have is not changed.
+void Packer::order_unseen_by_distance(const OwnNow& own,
+                                      const ClientState& client,
+                                      const StreamTable& streams) {
+    if (!own.present) {
+        return;
+    }
+    for (std::uint8_t lod = 0; lod < settings_.lods.size(); ++lod) {
+        unseen_.clear();
+        places_.clear();
+        for (std::uint32_t place = 0; place < candidates_.size(); ++place) {
+            const Candidate& c = candidates_[place];
+            if (c.removal || client.subscriptions[c.index].sent_version != 0 ||
+                client.subscriptions[c.index].lod != lod) {
+                continue;
+            }
+            const Stream& stream = streams[client.subscriptions[c.index].stream];
+            const float distance_m = (stream.truth.position - own.state.state.position).norm();
+            unseen_.emplace_back(distance_m / stream.priority, c);
+            places_.push_back(place);
+        }
+        std::sort(unseen_.begin(), unseen_.end(), [](const auto& a, const auto& b) {
+            return a.first != b.first ? a.first < b.first : a.second.index < b.second.index;
+        });
+        for (std::size_t i = 0; i < places_.size(); ++i) {
+            candidates_[places_[i]] = unseen_[i].second;
+        }
+    }
+}
+
+/// What could not be sent decides how wide the bounds are now: never silently late.
+void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
+    if (client.away()) {
+        client.widened.step = wire::kNoBound;
+        client.widened.incomplete = true;
+        client.widened_tick = now;
+        postpone_all(now, client);
+        return;
+    }
+    wire::Widened needed;
+    if (tight_) {
+        for (const Candidate& c : candidates_) {
+            if (c.reason == Reason::kRepeat) {
+                continue;
+            }
+            if (c.removal) {
+                client.removals[c.index].postponed_tick = now;
+                needed.incomplete = true;
+                continue;
+            }
+            Subscription& s = client.subscriptions[c.index];
+            if (s.sent_version == 0 && !s.known) {
+                needed.incomplete = true;
+                s.postponed_tick = now;
+                continue;
+            }
+            // After a change of level or zone the client predicts from a stream of the past; for so
+            // long that is part of how old news may be.
+            if (s.sent_version == 0 && now - s.delivery.owed_tick <= kSwitchTicks) {
+                continue;
+            }
+            const float excess = streams.excess(s.stream, held_version(s), now);
+            needed.step =
+                std::max(needed.step,
+                         wire::widening_for(
+                             static_cast<double>(kMargin * excess), s.lod, settings_.lods.size()));
+        }
+    }
+    wire::Widened& told = client.widened;
+    told.incomplete = needed.incomplete;
+    if (needed.step >= told.step) {
+        client.widened_tick = needed.step > 0 ? now : client.widened_tick;
+        told.step = needed.step;
+    } else if (now - client.widened_tick >= kNarrowEvery) {
+        client.widened_tick = now;
+        told.step = static_cast<std::uint8_t>((needed.step + told.step) / 2);
+        if (told.step > wire::kMostWidening) {
+            told.step = std::max(needed.step, wire::kMostWidening);
+        }
+    }
+}
+
+/// One that is away is told of nothing.
+void Packer::postpone_all(Tick now, ClientState& client) {
+    for (Removal& r : client.removals) {
+        r.postponed_tick = now;
+    }
+    for (Subscription& s : client.subscriptions) {
+        if (s.sent_version == 0 && !s.known) {
+            s.postponed_tick = now;
+        }
+    }
+}
+
+void Packer::tell(ClientState& client,
+                  std::span<mailbox::StatePacket> packets,
+                  Report& report) const {
+    if (client.widened == wire::Widened{} || settings_.silent_bound) {
+        return;
+    }
+    ++report.widened;
+    for (mailbox::StatePacket& packet : packets) {
+        wire::rewrite_widened(client.widened, packet.body);
+    }
+}
+
+}  // namespace zoned::replication
