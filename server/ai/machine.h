@@ -1,6 +1,8 @@
 // Machine: a finite state machine as flat tables, compiled from the config at load.
 #pragma once
 
+#include "server/ai/senses.h"
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -25,11 +27,6 @@ enum class Sensor : std::uint8_t {
     kHomeDistance,    ///< m
     kTimeInState,     ///< s
     kRandom,          ///< uniform [0, 1) drawn once per decision
-};
-
-enum class Compare : std::uint8_t {
-    kBelow,
-    kAbove
 };
 
 /// True for `hold_s` seconds on end before the transition fires: together with two thresholds this
