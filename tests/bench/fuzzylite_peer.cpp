@@ -1,7 +1,8 @@
 #include "tests/bench/fuzzylite_peer.h"
 
-#include <cmath>
 #include <fl/Headers.h>
+
+#include <cmath>
 #include <stdexcept>
 #include <string>
 

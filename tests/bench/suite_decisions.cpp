@@ -5,6 +5,7 @@
 #include "server/ai/goap/planner.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/fuzzylite_peer.h"
+#include "tests/bench/plain_sentry.h"
 #include "tests/scenario/brave.h"
 #include "tests/scenario/gunman.h"
 #include "tests/scenario/villager.h"
@@ -36,8 +37,8 @@ constexpr std::size_t kSenseSets = 4;
 struct MachineScene {
     fsm::MachineDef def;
     std::size_t senses = 0;
-    std::vector<float> high;  ///< each sense lies in [0, high]
-    Tick longest = 0;         ///< in a state, ticks
+    std::vector<float> high;    ///< each sense lies in [0, high]
+    std::uint32_t longest = 0;  ///< in a state: 2^longest ticks
     float dt = 0.0F;
 };
 
@@ -46,21 +47,21 @@ MachineScene machine_scene(Form form) {
         return {scenario::villager_def(),
                 scenario::kVillagerSenses,
                 {0.49F, 20.0F, 1.0F, 1.0F},
-                400,
+                9,
                 1.0F};
     }
     return {scenario::sentry_def(),
             scenario::kSentrySenses,
             {50.0F, 60.0F, 1.0F, 1.0F},
-            140,
+            8,
             scenario::kSentryDt};
 }
 
-/// Minds in all states alike, most of which have no reason to leave it: in each tick one in fifty
+/// Minds in all states alike, most of which have no reason to leave it: on average one in 67
 /// senses something that its state's transitions wait for, and is put back into its state after.
-class Crowd {
+class MindCrowd {
   public:
-    Crowd(const MachineScene& scene, std::size_t count, bool sorted)
+    MindCrowd(const MachineScene& scene, std::size_t count, bool sorted)
         : machine(fsm::compile(scene.def, scene.senses, scene.dt)),
           states(fsm::begin(machine, count, kNow)) {
         for (std::size_t set = 0; set < kSenseSets; ++set) {
@@ -71,19 +72,18 @@ class Crowd {
         scenario::Sensed of_one(scene.senses, 1);
         const auto leaves = static_cast<std::uint32_t>(machine.leaves());
         for (std::size_t i = 0; i < count; ++i) {
-            const auto leaf = static_cast<std::uint16_t>(sorted ? i * leaves / count
-                                                                : rng.below(leaves));
+            const auto leaf =
+                static_cast<std::uint16_t>(sorted ? i * leaves / count : rng.below(leaves));
             states.leaf[i] = leaf;
-            for (std::size_t level = 0; level < machine.levels; ++level) {
-                states.since[level][i] = kNow - rng.below(static_cast<std::uint32_t>(scene.longest));
-                one.since[level][0] = states.since[level][i];
-            }
             one.leaf[0] = leaf;
             for (std::size_t set = 0; set < kSenseSets; ++set) {
-                draw(scene, rng, rng.below(50) == 0, one, of_one);
+                draw(scene, rng, set > 0 && rng.below(50) == 0, set == 0, one, of_one);
                 for (std::size_t k = 0; k < scene.senses; ++k) {
                     sensed[set]->at(k, i) = of_one.at(k, 0);
                 }
+            }
+            for (std::size_t level = 0; level < machine.levels; ++level) {
+                states.since[level][i] = one.since[level][0];
             }
         }
         for (const auto& set : sensed) {
@@ -116,15 +116,20 @@ class Crowd {
     std::size_t ticks = 0;
 
   private:
-    /// Senses with which something happens, or nothing.
+    /// Senses with which something happens, or nothing; `times` in states are drawn as well, or
+    /// stay as they are.
     void draw(const MachineScene& scene,
               core::Rng& rng,
               bool event,
+              bool times,
               fsm::MachineStates& one,
               scenario::Sensed& of_one) {
         const std::uint16_t leaf = one.leaf[0];
-        const auto at = one.since;
         for (int attempt = 0; attempt < 1000; ++attempt) {
+            for (std::size_t level = 0; times && level < machine.levels; ++level) {
+                one.since[level][0] = kNow - rng.below(1U << rng.below(scene.longest));
+            }
+            const auto at = one.since;
             for (std::size_t k = 0; k < scene.senses; ++k) {
                 of_one.at(k, 0) = rng.range(0.0F, scene.high[k]);
             }
@@ -163,8 +168,8 @@ class MachineTrial final : public JudgedTrial {
         constexpr std::size_t kCount = 300;
         constexpr Tick kTicks = 300;
         fsm::MachineStates states = fsm::begin(crowd_.machine, kCount, 0);
-        std::vector<scenario::WalkedMachine> walked(
-            kCount, scenario::WalkedMachine(scene.def, scene.dt));
+        std::vector<scenario::WalkedMachine> walked(kCount,
+                                                    scenario::WalkedMachine(scene.def, scene.dt));
         scenario::Sensed sensed(scene.senses, kCount);
         std::vector<fsm::Change> changes;
         core::Rng rng(73);
@@ -191,12 +196,10 @@ class MachineTrial final : public JudgedTrial {
               std::vector<fsm::Change>& changes) {
         switch (form_) {
             case Form::kSwitch:
-                fsm::step_coded(states, now, changes, [&](fsm::CodedTurn& turn) {
-                    scenario::sentry_decide(turn, senses);
-                });
+                sentry_by_switch(states, senses, now, changes);
                 break;
             case Form::kPattern:
-                fsm::step_coded(states, scenario::sentry_objects(), senses, now, changes);
+                sentry_by_class(states, senses, now, changes);
                 break;
             case Form::kTables:
             case Form::kLevels:
@@ -206,7 +209,7 @@ class MachineTrial final : public JudgedTrial {
     }
 
     Form form_;
-    Crowd crowd_;
+    MindCrowd crowd_;
 };
 
 void run_machine(Session& session, const std::string& scene, Form form) {
@@ -219,11 +222,12 @@ void run_machine(Session& session, const std::string& scene, Form form) {
     if (!session.wants_method("default", "")) {
         return;
     }
-    std::vector<Row> rows = compare("decisions",
-                                    scene,
-                                    "",
-                                    {method("default", false), method("sorted", true)},
-                                    {4, session.quick ? 8 : 48, session.quick ? 1 : session.repeats});
+    std::vector<Row> rows =
+        compare("decisions",
+                scene,
+                "",
+                {method("default", false), method("sorted", true)},
+                {4, session.quick ? 8 : 48, session.quick ? 1 : session.repeats});
     const double per_npc = 1e3 / static_cast<double>(count);
     rows[0].metric("ns_per_npc", rows[0].time_us_p50 * per_npc);
     rows[0].metric("ns_per_npc_sorted", rows[1].time_us_p50 * per_npc);
@@ -268,14 +272,12 @@ class PlanTrial final : public JudgedTrial {
 };
 
 void run_plan(Session& session, const std::string& scene, bool reachable) {
-    const Method method{"default", "", [reachable]() -> std::unique_ptr<JudgedTrial> {
-                            return reachable ? std::make_unique<PlanTrial>(
-                                                   scenario::gunman_domain(),
-                                                   scenario::kGunmanWorld,
-                                                   4)
-                                             : std::make_unique<PlanTrial>(
-                                                   scenario::unreachable_domain(), 0, 0);
-                        }};
+    const Method method{
+        "default", "", [reachable]() -> std::unique_ptr<JudgedTrial> {
+            return reachable ? std::make_unique<PlanTrial>(
+                                   scenario::gunman_domain(), scenario::kGunmanWorld, 4)
+                             : std::make_unique<PlanTrial>(scenario::unreachable_domain(), 0, 0);
+        }};
     const std::vector<Method> asked = wanted(session, {method});
     if (asked.empty()) {
         return;
@@ -425,20 +427,30 @@ class PeerFuzzyTrial final : public FuzzyTrial {
 };
 
 void run_fuzzy(Session& session, const std::string& scene, ai::fuzzy::Inference inference) {
-    const std::vector<Method> asked = wanted(
-        session,
-        {{"default",
-          "",
-          [inference] { return std::make_unique<OurFuzzyTrial>(inference, kFuzzyMinds); }},
-         {"one_by_one", "", [inference] { return std::make_unique<OurFuzzyTrial>(inference, 1); }},
-         {"default", "fuzzylite", [inference] {
-              return std::make_unique<PeerFuzzyTrial>(inference);
-          }}});
+    const std::vector<Method> asked =
+        wanted(session,
+               {{"default",
+                 "",
+                 [inference] {
+                     return std::make_unique<OurFuzzyTrial>(inference, kFuzzyMinds);
+                 }},
+                {"one_by_one",
+                 "",
+                 [inference] {
+                     return std::make_unique<OurFuzzyTrial>(inference, 1);
+                 }},
+                {"default", "fuzzylite", [inference] {
+                     return std::make_unique<PeerFuzzyTrial>(inference);
+                 }}});
     if (asked.empty()) {
         return;
     }
-    std::vector<Row> rows = compare(
-        "decisions", scene, "", asked, {1, session.quick ? 2 : 60, session.quick ? 1 : session.repeats});
+    std::vector<Row> rows =
+        compare("decisions",
+                scene,
+                "",
+                asked,
+                {1, session.quick ? 2 : 60, session.quick ? 1 : session.repeats});
     for (Row& row : rows) {
         row.time_us_p50 /= static_cast<double>(kFuzzyMinds);
         row.time_us_p99 /= static_cast<double>(kFuzzyMinds);
@@ -451,7 +463,7 @@ void run_decisions(Session& session) {
     session.note(
         "decisions: one thread. fsm_* and hfsm_*: a tick of 100,000 minds in columns, six states "
         "with two transitions each (hfsm: eight innermost states in three levels, two transitions "
-        "each, so six for an innermost one), one mind in fifty with a reason to leave its state, "
+        "each, so six for an innermost one), one mind in 67 with a reason to leave its state, "
         "ns_per_npc unsorted, ns_per_npc_sorted sorted by state; error: minds whose state differs "
         "from a walk through the definition. goap_*: a plan; error: cost above the cheapest. "
         "fuzzy_*: an evaluation of nine rules, 4,096 minds at once (default) or one by one; "
@@ -468,12 +480,10 @@ void run_decisions(Session& session) {
     scene("hfsm_interpreted", [&](const char* n) { run_machine(session, n, Form::kLevels); });
     scene("goap_7", [&](const char* n) { run_plan(session, n, true); });
     scene("goap_40_unreachable", [&](const char* n) { run_plan(session, n, false); });
-    scene("fuzzy_sugeno", [&](const char* n) {
-        run_fuzzy(session, n, ai::fuzzy::Inference::kSugeno);
-    });
-    scene("fuzzy_mamdani", [&](const char* n) {
-        run_fuzzy(session, n, ai::fuzzy::Inference::kMamdani);
-    });
+    scene("fuzzy_sugeno",
+          [&](const char* n) { run_fuzzy(session, n, ai::fuzzy::Inference::kSugeno); });
+    scene("fuzzy_mamdani",
+          [&](const char* n) { run_fuzzy(session, n, ai::fuzzy::Inference::kMamdani); });
 }
 
 const Registration kDecisions({"decisions",

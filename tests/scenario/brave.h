@@ -13,16 +13,17 @@ inline ai::fuzzy::FuzzyDef brave_def(ai::fuzzy::Inference inference) {
     const float infinity = std::numeric_limits<float>::infinity();
     FuzzyDef def;
     def.name = "brave";
-    def.inputs = {{"distance",
-                   0,
-                   40,
-                   {{"near", -infinity, 5, 5, 15}, {"middle", 5, 15, 15, 30}, {"far", 15, 30, 30, infinity}}},
-                  {"health",
-                   0,
-                   1,
-                   {{"low", -infinity, 0.2F, 0.2F, 0.5F},
-                    {"fair", 0.2F, 0.5F, 0.5F, 0.8F},
-                    {"good", 0.5F, 0.8F, 0.8F, infinity}}}};
+    def.inputs = {
+        {"distance",
+         0,
+         40,
+         {{"near", -infinity, 5, 5, 15}, {"middle", 5, 15, 15, 30}, {"far", 15, 30, 30, infinity}}},
+        {"health",
+         0,
+         1,
+         {{"low", -infinity, 0.2F, 0.2F, 0.5F},
+          {"fair", 0.2F, 0.5F, 0.5F, 0.8F},
+          {"good", 0.5F, 0.8F, 0.8F, infinity}}}};
     ai::fuzzy::Output bold;
     bold.name = "boldness";
     bold.inference = inference;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "server/ai/goap/domain.h"
-
 #include "shared/core/rng.h"
 
 #include <string>
@@ -29,14 +28,8 @@ inline constexpr std::uint64_t fact(unsigned index) {
 /// domain that planners of this kind are tried on.
 inline ai::goap::Domain gunman_domain() {
     ai::goap::Domain domain;
-    domain.facts = {"foe_visible",
-                    "has_gun",
-                    "loaded",
-                    "lined_up",
-                    "foe_alive",
-                    "has_bomb",
-                    "near",
-                    "alive"};
+    domain.facts = {
+        "foe_visible", "has_gun", "loaded", "lined_up", "foe_alive", "has_bomb", "near", "alive"};
     domain.actions = {
         {"scout", {fact(kHasGun), 0}, {fact(kFoeVisible), 0}, 1},
         {"approach", {fact(kFoeVisible), 0}, {fact(kNear), 0}, 1},
@@ -98,7 +91,8 @@ inline ai::goap::Domain random_domain(unsigned facts, unsigned actions, core::Rn
         return some;
     };
     for (unsigned a = 0; a < actions; ++a) {
-        ai::goap::Action action{"a" + std::to_string(a), literals(1, 3), literals(1, 2), 1 + rng.below(4)};
+        ai::goap::Action action{
+            "a" + std::to_string(a), literals(1, 3), literals(1, 2), 1 + rng.below(4)};
         domain.actions.push_back(std::move(action));
     }
     ai::goap::Goal goal{"goal", literals(2, 5)};

@@ -4,7 +4,6 @@
 
 #include "server/ai/fsm/coded.h"
 #include "server/ai/fsm/machine_def.h"
-
 #include "shared/core/rng.h"
 
 #include <array>
@@ -44,9 +43,10 @@ inline ai::fsm::MachineDef sentry_def() {
                          float hold_s = 0.0F) {
         return TransitionDef{to, {{sense, compare, threshold}}, hold_s};
     };
-    const auto state = [](const char* name, std::uint16_t action, TransitionDef a, TransitionDef b) {
-        return StateDef{name, action, {std::move(a), std::move(b)}, {}, {}};
-    };
+    const auto state =
+        [](const char* name, std::uint16_t action, TransitionDef a, TransitionDef b) {
+            return StateDef{name, action, {std::move(a), std::move(b)}, {}, {}};
+        };
     const auto below = Compare::kBelow;
     const auto above = Compare::kAbove;
     return {"sentry",
@@ -83,13 +83,27 @@ inline constexpr Tick kHold03 = 9;
 inline constexpr Tick kHold05 = 15;
 inline constexpr Tick kHold10 = 30;
 
+/// The columns that the switch reads, taken out once for all minds.
+struct SentryColumns {
+    explicit SentryColumns(const ai::SenseColumns& senses)
+        : foe(senses.column[kFoeDistance]),
+          post(senses.column[kPostDistance]),
+          health(senses.column[kHealth]),
+          noise(senses.column[kNoise]) {}
+
+    const float* foe;
+    const float* post;
+    const float* health;
+    const float* noise;
+};
+
 /// The machine as a switch.
-inline void sentry_decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) {
+inline void sentry_decide(ai::fsm::CodedTurn& turn, const SentryColumns& senses) {
     const std::size_t i = turn.mind();
-    const float foe = senses.column[kFoeDistance][i];
+    const float foe = senses.foe[i];
     switch (turn.state()) {
         case kPatrol:
-            if (turn.when(senses.column[kNoise][i] > 0.7F, 0)) {
+            if (turn.when(senses.noise[i] > 0.7F, 0)) {
                 return turn.enter(kListen, 0);
             }
             if (turn.when(foe < 20.0F, 1, kHold03)) {
@@ -113,7 +127,7 @@ inline void sentry_decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& sens
             }
             break;
         case kFight:
-            if (turn.when(senses.column[kHealth][i] < 0.3F, 6)) {
+            if (turn.when(senses.health[i] < 0.3F, 6)) {
                 return turn.enter(kFlee, 6);
             }
             if (turn.when(foe > 5.0F, 7, kHold02)) {
@@ -124,12 +138,12 @@ inline void sentry_decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& sens
             if (turn.when(foe > 40.0F, 8)) {
                 return turn.enter(kRest, 8);
             }
-            if (turn.when(senses.column[kPostDistance][i] < 5.0F, 9, kHold05)) {
+            if (turn.when(senses.post[i] < 5.0F, 9, kHold05)) {
                 return turn.enter(kRest, 9);
             }
             break;
         default:
-            if (turn.when(senses.column[kHealth][i] > 0.9F, 10)) {
+            if (turn.when(senses.health[i] > 0.9F, 10)) {
                 return turn.enter(kPatrol, 10);
             }
             if (turn.when(foe < 10.0F, 11)) {

@@ -38,8 +38,11 @@ inline ai::fsm::MachineDef villager_def(ai::fsm::History work_history = ai::fsm:
                         work_history};
     const StateDef eat{
         "eat", 3, {when(0, kHunger, below, 0.2F), when(2, ai::kStateTime, above, 50.0F)}, {}, {}};
-    const StateDef sleep{
-        "sleep", 4, {when(0, ai::kStateTime, above, 40.0F), when(1, kHunger, above, 0.95F)}, {}, {}};
+    const StateDef sleep{"sleep",
+                         4,
+                         {when(0, ai::kStateTime, above, 40.0F), when(1, kHunger, above, 0.95F)},
+                         {},
+                         {}};
     const StateDef day{"day",
                        0,
                        {when(1, kAlarm, above, 0.5F), when(1, kFoe, below, 2.0F)},

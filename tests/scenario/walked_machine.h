@@ -20,6 +20,7 @@ class WalkedMachine {
 
     /// Begins again where `other` does, with places in its own definition.
     WalkedMachine(const WalkedMachine& other) : WalkedMachine(other.def_, other.dt_) {}
+
     WalkedMachine& operator=(const WalkedMachine&) = delete;
 
     void tick(Tick now, const ai::SenseColumns& senses, std::size_t mind) {

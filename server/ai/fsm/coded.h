@@ -4,9 +4,34 @@
 
 #include "server/ai/fsm/machine_states.h"
 
+#include <algorithm>
+#include <array>
 #include <span>
 
 namespace zoned::ai::fsm {
+
+/// The columns of MachineStates that code writes, and where changes go.
+struct CodedColumns {
+    CodedColumns(MachineStates& states, Tick at, std::vector<Change>& to)
+        : leaf(states.leaf.data()),
+          pending(states.pending.data()),
+          pending_since(states.pending_since.data()),
+          since(states.since[0].data()),
+          now(at),
+          changes(to) {}
+
+    /// Out of line, for it is rare.
+    void change(std::size_t mind, std::uint16_t to, std::uint16_t transition) const;
+    /// A held transition that holds now; true once it has done so for `hold` ticks.
+    [[nodiscard]] bool held(std::size_t mind, std::uint16_t transition, Tick hold) const;
+
+    std::uint16_t* leaf;
+    std::uint16_t* pending;
+    Tick* pending_since;
+    Tick* since;
+    Tick now;
+    std::vector<Change>& changes;
+};
 
 /// One mind's decision. Usage, in order of transitions:
 ///     if (turn.when(distance < 20.0F, kToChase, 9)) { return turn.enter(kChase, kToChase); }
@@ -14,19 +39,16 @@ namespace zoned::ai::fsm {
 ///     turn.stay();
 class CodedTurn {
   public:
-    CodedTurn(MachineStates& states, std::size_t mind, Tick now, std::vector<Change>& changes)
-        : states_(states),
-          mind_(mind),
-          now_(now),
-          changes_(changes) {}
+    CodedTurn(const CodedColumns& columns, std::size_t mind) : columns_(columns), mind_(mind) {}
 
     [[nodiscard]] std::size_t mind() const { return mind_; }
 
-    [[nodiscard]] std::uint16_t state() const { return states_.leaf[mind_]; }
+    [[nodiscard]] std::uint16_t state() const { return columns_.leaf[mind_]; }
 
     /// Time in the state, s, at `dt` s per tick.
     [[nodiscard]] float time_in_state(float dt) const {
-        return static_cast<float>(static_cast<std::int32_t>(now_ - states_.since[0][mind_])) * dt;
+        return static_cast<float>(static_cast<std::int32_t>(columns_.now - columns_.since[mind_])) *
+               dt;
     }
 
     /// Whether `transition` fires now, if it `holds` now and must do so for `hold` ticks.
@@ -41,29 +63,19 @@ class CodedTurn {
             return false;
         }
         pending_ = transition;
-        if (states_.pending[mind_] != transition) {
-            states_.pending[mind_] = transition;
-            states_.pending_since[mind_] = now_;
-            return false;
-        }
-        return now_ - states_.pending_since[mind_] >= hold;
+        return columns_.held(mind_, transition, hold);
     }
 
     void enter(std::uint16_t state, std::uint16_t transition) {
-        changes_.push_back({static_cast<std::uint32_t>(mind_), this->state(), state, transition});
-        states_.leaf[mind_] = state;
-        states_.since[0][mind_] = now_;
-        states_.pending[mind_] = kNone;
+        columns_.change(mind_, state, transition);
     }
 
     /// No transition fired.
-    void stay() { states_.pending[mind_] = pending_; }
+    void stay() { columns_.pending[mind_] = pending_; }
 
   private:
-    MachineStates& states_;
+    const CodedColumns& columns_;
     std::size_t mind_;
-    Tick now_;
-    std::vector<Change>& changes_;
     std::uint16_t pending_ = kNone;
 };
 
@@ -79,12 +91,41 @@ class CodedState {
     virtual void decide(CodedTurn& turn, const SenseColumns& senses) const = 0;
 };
 
-/// One decision of every mind. `decide(CodedTurn&)` makes it, most often by a switch.
+/// Minds that are looked at together.
+inline constexpr std::size_t kCodedBlock = 256;
+
+/// The minds of a block, those in the same state side by side: a jump to the code of a state is
+/// then foreseen by the processor for all but the first of them. False where all are in one state,
+/// and `order` is not written.
+bool group_by_state(const std::uint16_t* leaf,
+                    std::size_t count,
+                    std::array<std::uint8_t, kCodedBlock>& order);
+
+/// Puts the changes from `first` on in order of minds.
+void sort_changes(std::vector<Change>& changes, std::size_t first);
+
+/// One decision of every mind. `decide(CodedTurn&)` makes it, most often by a switch; it is called
+/// for a mind at a time, in no particular order. Changes are in order of minds.
 template <class Decide>
 void step_coded(MachineStates& states, Tick now, std::vector<Change>& changes, Decide&& decide) {
-    for (std::size_t i = 0; i < states.size(); ++i) {
-        CodedTurn turn(states, i, now, changes);
-        decide(turn);
+    const CodedColumns columns(states, now, changes);
+    const std::size_t count = states.size();
+    std::array<std::uint8_t, kCodedBlock> order;  // written before it is read
+    for (std::size_t begin = 0; begin < count; begin += kCodedBlock) {
+        const std::size_t in = std::min(kCodedBlock, count - begin);
+        const std::size_t before = changes.size();
+        if (group_by_state(columns.leaf + begin, in, order)) {
+            for (std::size_t i = 0; i < in; ++i) {
+                CodedTurn turn(columns, begin + order[i]);
+                decide(turn);
+            }
+            sort_changes(changes, before);
+        } else {
+            for (std::size_t i = 0; i < in; ++i) {
+                CodedTurn turn(columns, begin + i);
+                decide(turn);
+            }
+        }
     }
 }
 

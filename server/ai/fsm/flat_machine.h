@@ -16,15 +16,15 @@ inline constexpr std::size_t kMaxSenses = 64;
 /// compare are one.
 struct FlatTest {
     float threshold = -1.0F;
-    float sign = 0.0F;  ///< 1, -1, or 0: a place that is not used, which never holds
+    float sign = 0.0F;     ///< 1, -1, or 0: a place that is not used, which never holds
     SenseIndex sense = 0;  ///< beyond the senses: time in the state of level (sense - senses)
     std::uint16_t transition = kNone;
 };
 
 struct FlatTransition {
-    Tick hold = 0;           ///< ticks
-    std::uint16_t to = 0;    ///< node
-    std::uint16_t leaf = 0;  ///< where it ends, or kNone where that depends on a memory
+    Tick hold = 0;                 ///< ticks
+    std::uint16_t to = 0;          ///< node
+    std::uint16_t leaf = 0;        ///< where it ends, or kNone where that depends on a memory
     std::uint16_t level = 0;       ///< of the state that it leaves, outermost 0
     std::uint16_t more = 0;        ///< further conditions, in FlatMachine::more
     std::uint16_t more_count = 0;  ///< how many
@@ -32,13 +32,13 @@ struct FlatTransition {
 
 /// A state of any level.
 struct FlatNode {
-    std::string name;            ///< with all that it is inside: "combat/attack"
+    std::string name;  ///< with all that it is inside: "combat/attack"
     std::uint16_t parent = kNone;
     std::uint16_t level = 0;
     std::uint16_t first = kNone;   ///< its first state, kNone: nothing is inside
     std::uint16_t memory = kNone;  ///< column of its history
     History history = History::kNone;
-    std::uint16_t leaf = kNone;    ///< its number among the innermost states
+    std::uint16_t leaf = kNone;  ///< its number among the innermost states
     std::uint16_t action = 0;
 };
 
@@ -51,10 +51,10 @@ struct FlatMachine {
     std::size_t senses = 0;
     std::size_t levels = 1;
     std::size_t memories = 0;
-    std::size_t width = 2;  ///< tests per leaf, even
-    float dt = 0.0F;        ///< s per tick
-    std::uint16_t first = 0;                 ///< leaf where minds begin
-    std::vector<FlatTest> tests;             ///< width x leaves
+    std::size_t width = 2;                    ///< tests per leaf, even
+    float dt = 0.0F;                          ///< s per tick
+    std::uint16_t first = 0;                  ///< leaf where minds begin
+    std::vector<FlatTest> tests;              ///< width x leaves
     std::vector<FlatTransition> transitions;  ///< by number
     std::vector<FlatTest> more;               ///< further conditions of transitions
     std::vector<FlatNode> nodes;

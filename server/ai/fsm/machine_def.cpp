@@ -112,13 +112,12 @@ class Inspection {
     /// True where an earlier condition on the same sense leaves no value for this one.
     static bool excluded(const std::vector<Condition>& when, std::size_t at) {
         const Condition& b = when[at];
-        return std::any_of(when.begin(),
-                           when.begin() + static_cast<std::ptrdiff_t>(at),
-                           [&b](const Condition& a) {
-                               return a.sense == b.sense && a.compare != b.compare &&
-                                      (a.compare == Compare::kBelow ? a.threshold <= b.threshold
-                                                                    : b.threshold <= a.threshold);
-                           });
+        return std::any_of(
+            when.begin(), when.begin() + static_cast<std::ptrdiff_t>(at), [&b](const Condition& a) {
+                return a.sense == b.sense && a.compare != b.compare &&
+                       (a.compare == Compare::kBelow ? a.threshold <= b.threshold
+                                                     : b.threshold <= a.threshold);
+            });
     }
 
     static bool implies(const Condition& b, const Condition& a) {

@@ -51,15 +51,15 @@ struct MachineDef {
 
 enum class DefectKind : std::uint8_t {
     kNoStates,
-    kUnknownState,    ///< a transition leads to no state
-    kUnreachable,     ///< no transition leads to the state from where its machine begins
-    kUnknownSense,    ///< a condition reads what its minds do not sense
-    kNoCondition,     ///< a transition without a condition
-    kNeverTried,      ///< an earlier transition without hold fires whenever this one could
-    kNeverHolds,      ///< two conditions exclude each other
-    kTooDeep,         ///< beyond kMaxLevels
-    kTooMany,         ///< beyond kMaxLeaves, kMaxMemories or kMaxTransitions
-    kIdleMemory,      ///< a history where nothing is inside
+    kUnknownState,  ///< a transition leads to no state
+    kUnreachable,   ///< no transition leads to the state from where its machine begins
+    kUnknownSense,  ///< a condition reads what its minds do not sense
+    kNoCondition,   ///< a transition without a condition
+    kNeverTried,    ///< an earlier transition without hold fires whenever this one could
+    kNeverHolds,    ///< two conditions exclude each other
+    kTooDeep,       ///< beyond kMaxLevels
+    kTooMany,       ///< beyond kMaxLeaves, kMaxMemories or kMaxTransitions
+    kIdleMemory,    ///< a history where nothing is inside
 };
 
 /// A mistake in a definition and where it lies.

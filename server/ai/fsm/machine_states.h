@@ -23,9 +23,9 @@ struct MachineStates {
 
     std::size_t levels;
     std::size_t memories;
-    std::vector<std::uint16_t> leaf;     ///< the innermost state
-    std::vector<std::uint16_t> pending;  ///< transition that is being held, or kNone
-    std::vector<Tick> pending_since;     ///< while there is one
+    std::vector<std::uint16_t> leaf;                  ///< the innermost state
+    std::vector<std::uint16_t> pending;               ///< transition that is being held, or kNone
+    std::vector<Tick> pending_since;                  ///< while there is one
     std::array<std::vector<Tick>, kMaxLevels> since;  ///< by level: when that state was entered
     std::array<std::vector<std::uint16_t>, kMaxMemories> memory;  ///< state to come back to
 

@@ -8,7 +8,7 @@
 namespace zoned::ai::fsm {
 
 struct OscillationSettings {
-    Tick window = 60;  ///< ticks; a change back that comes later than this is none
+    Tick window = 60;           ///< ticks; a change back that comes later than this is none
     std::uint16_t changes = 6;  ///< changes to and fro, each within the window, that make one
 };
 

@@ -98,9 +98,8 @@ class Walker {
         for (; level < machine_.levels && path[level] != kNone; ++level) {
             const FlatNode& node = machine_.nodes[path[level]];
             if (node.memory != kNone) {
-                states_.memory[node.memory][mind] = node.history == History::kDeep
-                                                        ? machine_.leaf_node[leaf]
-                                                        : path[level + 1];
+                states_.memory[node.memory][mind] =
+                    node.history == History::kDeep ? machine_.leaf_node[leaf] : path[level + 1];
             }
         }
     }

@@ -10,8 +10,8 @@ namespace zoned::ai::fuzzy {
 namespace {
 
 bool well_formed(const Term& term) {
-    return std::isfinite(term.b) && std::isfinite(term.c) && term.a <= term.b &&
-           term.b <= term.c && term.c <= term.d;
+    return std::isfinite(term.b) && std::isfinite(term.c) && term.a <= term.b && term.b <= term.c &&
+           term.c <= term.d;
 }
 
 class FuzzyInspection {
@@ -23,7 +23,8 @@ class FuzzyInspection {
             const auto at = static_cast<int>(i);
             range_and_terms(Part::kInput, at, variable.low, variable.high, variable.terms);
             terms += variable.terms.size();
-            if (i == kMaxInputs || (terms > kMaxTerms && terms - variable.terms.size() <= kMaxTerms)) {
+            if (i == kMaxInputs ||
+                (terms > kMaxTerms && terms - variable.terms.size() <= kMaxTerms)) {
                 add(DefectKind::kTooMany, Part::kInput, at);
             }
         }
@@ -102,8 +103,7 @@ class FuzzyInspection {
         defects.push_back({kind, part, index, element, from, to});
     }
 
-    void range_and_terms(
-        Part part, int at, float low, float high, const std::vector<Term>& all) {
+    void range_and_terms(Part part, int at, float low, float high, const std::vector<Term>& all) {
         if (terms(part, at, low, high, all)) {
             gaps(part, at, low, high, all);
         }
@@ -120,7 +120,8 @@ class FuzzyInspection {
         for (std::size_t t = 0; t < all.size(); ++t) {
             if (!well_formed(all[t])) {
                 add(DefectKind::kBadTerm, part, at, static_cast<int>(t));
-            } else if ((all[t].b > high && !(all[t].a < high)) || (all[t].c < low && !(all[t].d > low))) {
+            } else if ((all[t].b > high && !(all[t].a < high)) ||
+                       (all[t].c < low && !(all[t].d > low))) {
                 add(DefectKind::kOutside, part, at, static_cast<int>(t));
             }
         }

@@ -10,7 +10,7 @@
 namespace zoned::ai::fuzzy {
 
 inline constexpr std::size_t kMaxInputs = 16;
-inline constexpr std::size_t kMaxTerms = 128;  ///< of all inputs
+inline constexpr std::size_t kMaxTerms = 128;       ///< of all inputs
 inline constexpr std::size_t kMaxOutputTerms = 32;  ///< of one output
 
 /// A trapezoid: 0 up to `a`, 1 from `b` to `c`, 0 from `d` on, straight lines between. a == b or
@@ -82,16 +82,16 @@ struct FuzzyDef {
 };
 
 enum class DefectKind : std::uint8_t {
-    kBadRange,        ///< high is not above low
+    kBadRange,  ///< high is not above low
     kNoTerms,
-    kBadTerm,         ///< a, b, c, d do not ascend, or b or c are no numbers
-    kOutside,         ///< a term that is 0 in all of its variable's range
-    kGap,             ///< values that belong to no term
+    kBadTerm,  ///< a, b, c, d do not ascend, or b or c are no numbers
+    kOutside,  ///< a term that is 0 in all of its variable's range
+    kGap,      ///< values that belong to no term
     kNoProposition,
-    kUnknownName,     ///< a variable, term, output or value that does not exist
+    kUnknownName,  ///< a variable, term, output or value that does not exist
     kBadWeight,
-    kNeverSaid,       ///< an output, or one of its values, that no rule speaks of
-    kBadOtherwise,    ///< beyond the range
+    kNeverSaid,     ///< an output, or one of its values, that no rule speaks of
+    kBadOtherwise,  ///< beyond the range
     kBadSamples,
     kTooMany,
 };
@@ -106,8 +106,8 @@ enum class Part : std::uint8_t {
 struct Defect {
     DefectKind kind = DefectKind::kGap;
     Part part = Part::kInput;
-    int index = 0;     ///< of the input, output or rule
-    int element = -1;  ///< its term, value or proposition
+    int index = 0;      ///< of the input, output or rule
+    int element = -1;   ///< its term, value or proposition
     float from = 0.0F;  ///< kGap: the values between
     float to = 0.0F;
 };

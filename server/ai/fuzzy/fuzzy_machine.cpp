@@ -55,9 +55,9 @@ FuzzyMachine::FuzzyMachine(const FuzzyMachineDef& def, float dt) : states_(def.s
     }
     ZONED_ASSERT(terms_.size() <= kMaxTerms, "a fuzzy machine has few terms");
     for (const FuzzyTransition& transition : def.transitions) {
-        ZONED_ASSERT(transition.from < states_ && transition.to < states_ &&
-                         !transition.when.empty(),
-                     "a transition leads from a state to another when something is so");
+        ZONED_ASSERT(
+            transition.from < states_ && transition.to < states_ && !transition.when.empty(),
+            "a transition leads from a state to another when something is so");
         transitions_.push_back({transition.from,
                                 transition.to,
                                 static_cast<std::uint16_t>(propositions_.size()),
@@ -121,8 +121,7 @@ void FuzzyMachine::step_lanes(const std::array<Lanes, kMaxInputs>& in, States& d
             fires = transition.any ? Lanes(fires.max(is)) : Lanes(fires.min(is));
         }
         leaves[transition.from] = leaves[transition.from].max(fires);
-        comes[transition.to] =
-            comes[transition.to].max(degrees[transition.from].min(fires));
+        comes[transition.to] = comes[transition.to].max(degrees[transition.from].min(fires));
     }
     Lanes largest = Lanes::Zero();
     for (std::size_t s = 0; s < states_; ++s) {

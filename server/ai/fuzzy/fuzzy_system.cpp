@@ -47,10 +47,9 @@ void FuzzySystem::add_output(const FuzzyDef& def, std::size_t index) {
         rule_number_.push_back(static_cast<std::uint16_t>(r));
         for (const Proposition& p : rule.when) {
             ZONED_ASSERT(known(p, def.inputs), "a proposition speaks of what exists");
-            propositions_.push_back(
-                {static_cast<std::uint16_t>(inputs_[p.variable].first + p.term),
-                 p.negated ? -1.0F : 1.0F,
-                 p.negated ? 1.0F : 0.0F});
+            propositions_.push_back({static_cast<std::uint16_t>(inputs_[p.variable].first + p.term),
+                                     p.negated ? -1.0F : 1.0F,
+                                     p.negated ? 1.0F : 0.0F});
         }
         ++flat.rules;
     }
@@ -136,9 +135,8 @@ void FuzzySystem::evaluate_lanes(const Inputs& in, std::span<Lanes> out) const {
     fuzzify(in, within, degrees);
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
         const FlatOutput& output = outputs_[o];
-        const Lanes value = output.inference == Inference::kSugeno
-                                ? sugeno(output, within, degrees)
-                                : mamdani(output, degrees);
+        const Lanes value = output.inference == Inference::kSugeno ? sugeno(output, within, degrees)
+                                                                   : mamdani(output, degrees);
         out[o] = value.max(output.low).min(output.high);
     }
 }

@@ -11,9 +11,9 @@
 namespace zoned::ai::fuzzy {
 
 /// Conjunction is the minimum, disjunction the maximum; what rules say about the same value or term
-/// of an output: under Sugeno each rule counts by itself, weighted by its degree (weighted average);
-/// under Mamdani the largest degree cuts the term off, and the centroid is summed up at the middles
-/// of `samples` equal pieces of the output's range.
+/// of an output: under Sugeno each rule counts by itself, weighted by its degree (weighted
+/// average); under Mamdani the largest degree cuts the term off, and the centroid is summed up at
+/// the middles of `samples` equal pieces of the output's range.
 class FuzzySystem {
   public:
     /// `def` without defects, but kGap, kNeverSaid and kOutside, which do no harm.
@@ -94,7 +94,7 @@ class FuzzySystem {
     std::vector<Input> inputs_;
     std::vector<FlatTerm> terms_;
     std::vector<FlatProposition> propositions_;
-    std::vector<FlatRule> rules_;  ///< by output
+    std::vector<FlatRule> rules_;             ///< by output
     std::vector<std::uint16_t> rule_number_;  ///< of the definition
     std::vector<FlatOutput> outputs_;
 };

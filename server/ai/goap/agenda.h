@@ -18,10 +18,10 @@ enum class AgendaState : std::uint8_t {
 /// What one mind is up to.
 struct Agenda {
     AgendaState state = AgendaState::kReached;
-    std::uint8_t step = 0;         ///< of the plan
-    std::uint16_t goal = 0;        ///< index in the domain
-    std::uint32_t plans = 0;       ///< made so far
-    World tried = 0;               ///< the world when a plan was last made
+    std::uint8_t step = 0;    ///< of the plan
+    std::uint16_t goal = 0;   ///< index in the domain
+    std::uint32_t plans = 0;  ///< made so far
+    World tried = 0;          ///< the world when a plan was last made
     Plan plan;
 };
 

@@ -75,12 +75,12 @@ class DomainInspection {
         literals(-1, index, wants);
         const std::uint64_t unmade = (wants.yes & ~made_.yes) | (wants.no & ~made_.no);
         const std::uint64_t undone = (wants.yes & made_.no) | (wants.no & made_.yes);
-        // To keep a fact is a wish too: "and stays alive". A goal of nothing else cannot be reached.
+        // To keep a fact is a wish too: "and stays alive". A goal of nothing else cannot be
+        // reached.
         if (unmade == (wants.yes | wants.no) || wants.empty()) {
             found_.push_back({DefectKind::kNothingMakesIt, -1, index, lowest(unmade)});
         } else if ((unmade & ~undone & domain_.all_facts()) != 0) {
-            found_.push_back(
-                {DefectKind::kNothingMakesIt, -1, index, lowest(unmade & ~undone)});
+            found_.push_back({DefectKind::kNothingMakesIt, -1, index, lowest(unmade & ~undone)});
         }
     }
 

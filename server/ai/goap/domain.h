@@ -21,7 +21,9 @@ struct Literals {
 
     bool operator==(const Literals&) const = default;
 
-    [[nodiscard]] bool hold_in(World world) const { return (yes & ~world) == 0 && (no & world) == 0; }
+    [[nodiscard]] bool hold_in(World world) const {
+        return (yes & ~world) == 0 && (no & world) == 0;
+    }
 
     [[nodiscard]] bool empty() const { return (yes | no) == 0; }
 };
@@ -56,9 +58,9 @@ inline World after(const Action& action, World world) {
 enum class DefectKind : std::uint8_t {
     kTooManyFacts,
     kTooManyActions,
-    kUnknownFact,     ///< a bit beyond the facts
-    kContradiction,   ///< a fact both true and false
-    kNoEffect,        ///< an action that makes nothing, or only what it needs already
+    kUnknownFact,    ///< a bit beyond the facts
+    kContradiction,  ///< a fact both true and false
+    kNoEffect,       ///< an action that makes nothing, or only what it needs already
     kBadCost,
     kNeverWanted,     ///< no goal and no action needs what the action makes
     kNothingMakesIt,  ///< a goal wants what no action makes

@@ -76,7 +76,8 @@ void Planner::relax(const Actions& actions, World from) {
     Literals reached{from & actions.all_facts_, ~from & actions.all_facts_};
     std::array<std::uint32_t, kMaxActions> due;  // written before it is read
     const std::size_t count = actions.actions_.size();
-    std::uint64_t waiting = count == kMaxActions ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+    std::uint64_t waiting =
+        count == kMaxActions ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
     std::uint64_t begun = 0;
     std::uint32_t cost = 0;
     usable_ = 0;

@@ -26,9 +26,9 @@ enum class Verdict : std::uint8_t {
 /// 3, 1972).
 struct Plan {
     Verdict verdict = Verdict::kCutOff;
-    std::uint8_t size = 0;       ///< steps
-    std::uint32_t cost = 0;      ///< sum over the steps
-    std::uint32_t created = 0;   ///< nodes that the search created: its work
+    std::uint8_t size = 0;      ///< steps
+    std::uint32_t cost = 0;     ///< sum over the steps
+    std::uint32_t created = 0;  ///< nodes that the search created: its work
     std::array<std::uint8_t, kMaxSteps> action{};
     std::array<Literals, kMaxSteps + 1> kernel;
 };
@@ -41,6 +41,7 @@ class Actions {
 
   private:
     friend class Planner;
+
     struct Flat {
         Literals needs;
         Literals makes;
@@ -54,11 +55,11 @@ class Actions {
     std::array<std::uint64_t, kMaxFacts> makers_no_{};
 };
 
-/// Searches backwards from the goal by A*. The cost to reach each fact on its own, from the world as
-/// it is and as if nothing were ever undone, is found once for each plan: it tells at once that a
-/// goal is out of reach, and no goal costs less than the dearest of its facts, which is what guides
-/// the search and keeps its plans optimal (Bonet and Geffner, "Planning as heuristic search: new
-/// results", ECP 1999; h_max of Bonet and Geffner, "Planning as heuristic search", Artificial
+/// Searches backwards from the goal by A*. The cost to reach each fact on its own, from the world
+/// as it is and as if nothing were ever undone, is found once for each plan: it tells at once that
+/// a goal is out of reach, and no goal costs less than the dearest of its facts, which is what
+/// guides the search and keeps its plans optimal (Bonet and Geffner, "Planning as heuristic search:
+/// new results", ECP 1999; h_max of Bonet and Geffner, "Planning as heuristic search", Artificial
 /// Intelligence 129, 2001, section 4). Holds working memory only: a plan depends on nothing before
 /// it, and making one allocates nothing.
 class Planner {
@@ -109,8 +110,8 @@ class Planner {
     std::uint32_t node_count_ = 0;
     std::vector<Slot> slots_;
     std::vector<std::uint64_t> open_;  ///< heap of guess + cost, guess, node
-    bool too_long_ = false;  ///< a way of kMaxSteps steps was not followed further
-    bool full_ = false;      ///< the heap is
+    bool too_long_ = false;            ///< a way of kMaxSteps steps was not followed further
+    bool full_ = false;                ///< the heap is
 };
 
 }  // namespace zoned::ai::goap

@@ -18,8 +18,8 @@ inline constexpr std::size_t kMaxDepth = 32;
 struct NodeDef {
     std::string name;
     Condition test;
-    int yes = -1;  ///< index of the node that goes on where the test holds
-    int no = -1;   ///< and where it does not
+    int yes = -1;              ///< index of the node that goes on where the test holds
+    int no = -1;               ///< and where it does not
     std::uint16_t action = 0;  ///< of an answer
 };
 
@@ -30,13 +30,13 @@ struct TreeDef {
 
 enum class DefectKind : std::uint8_t {
     kNoNodes,
-    kUnknownNode,    ///< leads to no node, or only one of yes and no does
+    kUnknownNode,  ///< leads to no node, or only one of yes and no does
     kUnknownSense,
     kUnreachable,
-    kTwoWaysIn,      ///< a node below itself, or below two others: no tree
-    kNeverYes,       ///< questions above have answered it: the same way each time
+    kTwoWaysIn,  ///< a node below itself, or below two others: no tree
+    kNeverYes,   ///< questions above have answered it: the same way each time
     kNeverNo,
-    kTooMany,        ///< beyond kMaxNodes or kMaxDepth
+    kTooMany,  ///< beyond kMaxNodes or kMaxDepth
 };
 
 struct Defect {

@@ -93,8 +93,7 @@ TEST(FsmStep, ForgetsAHoldThatWasInterrupted) {
 
 TEST(FsmStep, TakesWhatFiresAtOnceWhileAnotherIsHeld) {
     Lone mind(
-        {"m",
-         {leaf("a", {go(1, {below(0, 5)}, 100), go(2, {above(1, 0)})}), leaf("b"), leaf("c")}},
+        {"m", {leaf("a", {go(1, {below(0, 5)}, 100), go(2, {above(1, 0)})}), leaf("b"), leaf("c")}},
         2);
     EXPECT_EQ(mind.tick({1, 0}), "a");
     EXPECT_EQ(mind.tick({1, 1}), "c");
@@ -156,9 +155,12 @@ class Forms {
         }
         const SenseColumns senses = sensed.view();
         step(machine, tables, senses, now, of_tables);
-        step_coded(by_switch, now, of_switch, [&](CodedTurn& turn) {
-            scenario::sentry_decide(turn, senses);
-        });
+        step_coded(by_switch,
+                   now,
+                   of_switch,
+                   [columns = scenario::SentryColumns(senses)](CodedTurn& turn) {
+                       scenario::sentry_decide(turn, columns);
+                   });
         step_coded(by_class, scenario::sentry_objects(), senses, now, of_class);
     }
 

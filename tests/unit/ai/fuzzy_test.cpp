@@ -2,7 +2,6 @@
 #include "server/ai/fuzzy/fuzzy_system.h"
 #include "tests/scenario/brave.h"
 #include "tests/unit/allocation_count.h"
-
 #include "shared/core/rng.h"
 
 #include <gmock/gmock.h>
@@ -209,9 +208,8 @@ double naive(const FuzzyDef& def, double distance, double health) {
     double sum = 0.0;
     std::vector<double> cuts(def.outputs[0].terms.size(), 0.0);
     for (const Rule& rule : def.rules) {
-        const double degree =
-            std::min(trapezoid(def.inputs[0].terms[rule.when[0].term], distance),
-                     trapezoid(def.inputs[1].terms[rule.when[1].term], health));
+        const double degree = std::min(trapezoid(def.inputs[0].terms[rule.when[0].term], distance),
+                                       trapezoid(def.inputs[1].terms[rule.when[1].term], health));
         weights += degree;
         if (def.outputs[0].inference == Inference::kSugeno) {
             sum += degree * static_cast<double>(def.outputs[0].values[rule.then].constant);
@@ -234,10 +232,9 @@ TEST(FuzzySystem, DoesWhatItsRulesSay) {
         for (int trial = 0; trial < 100; ++trial) {
             const float distance = rng.range(0.0F, 40.0F);
             const float health = rng.range(0.0F, 1.0F);
-            EXPECT_NEAR(
-                static_cast<double>(evaluate(def, {distance, health})),
-                naive(def, static_cast<double>(distance), static_cast<double>(health)),
-                bound);
+            EXPECT_NEAR(static_cast<double>(evaluate(def, {distance, health})),
+                        naive(def, static_cast<double>(distance), static_cast<double>(health)),
+                        bound);
         }
     }
 }
@@ -290,7 +287,7 @@ TEST(FuzzySystem, ExplainsWhichRulesFire) {
     const float in[] = {10.0F, 0.3F};
     system.explain(in, degrees);
     ASSERT_EQ(degrees.size(), 9U);
-    EXPECT_NEAR(degrees[0], 0.5F, kRounding);        // near and low
+    EXPECT_NEAR(degrees[0], 0.5F, kRounding);         // near and low
     EXPECT_NEAR(degrees[1], 1.0F / 3.0F, kRounding);  // near and fair
     EXPECT_EQ(degrees[2], 0.0F);                      // near and good
 }
@@ -349,12 +346,12 @@ TEST(FuzzyMachine, FollowsATraceComputedByHand) {
 
 TEST(FuzzyMachine, MovesNoFasterThanItsResponse) {
     Swing swing(swing_def(1.0F));  // 0.1 s steps: 0.1 a step
-    EXPECT_THAT(swing.step(1.0F),
-                ElementsAre(testing::FloatNear(0.9F, kRounding),
-                            testing::FloatNear(0.1F, kRounding)));
-    EXPECT_THAT(swing.step(1.0F),
-                ElementsAre(testing::FloatNear(0.8F, kRounding),
-                            testing::FloatNear(0.2F, kRounding)));
+    EXPECT_THAT(
+        swing.step(1.0F),
+        ElementsAre(testing::FloatNear(0.9F, kRounding), testing::FloatNear(0.1F, kRounding)));
+    EXPECT_THAT(
+        swing.step(1.0F),
+        ElementsAre(testing::FloatNear(0.8F, kRounding), testing::FloatNear(0.2F, kRounding)));
     for (int k = 0; k < 20; ++k) {
         swing.step(1.0F);
     }

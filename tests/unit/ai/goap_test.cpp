@@ -277,8 +277,8 @@ TEST(Agenda, SkipsWhatHasComeTrueByItself) {
 
 TEST(Agenda, DoesAgainWhatWasUndone) {
     Doing doing(scenario::gunman_domain());
-    const World ready = scenario::kGunmanWorld | fact(scenario::kFoeVisible) |
-                        fact(scenario::kLoaded);
+    const World ready =
+        scenario::kGunmanWorld | fact(scenario::kFoeVisible) | fact(scenario::kLoaded);
     doing.next(scenario::kGunmanWorld);
     EXPECT_EQ(doing.next(ready), "aim");
     // The foe hides: of the plan "..., aim, shoot" only its beginning can still be done.
@@ -306,8 +306,7 @@ TEST(Agenda, TriesAgainOnlyWhenTheWorldHasChanged) {
     EXPECT_EQ(doing.next(helpless), "unreachable");
     EXPECT_EQ(doing.next(helpless), "unreachable");
     EXPECT_EQ(doing.agenda.plans, 1U);
-    EXPECT_THAT(doing.next(helpless | fact(scenario::kHasGun)),
-                testing::AnyOf("scout", "load"));
+    EXPECT_THAT(doing.next(helpless | fact(scenario::kHasGun)), testing::AnyOf("scout", "load"));
     EXPECT_EQ(doing.agenda.plans, 2U);
 }
 
@@ -337,8 +336,7 @@ TEST(DomainDefects, AreEachFound) {
     domain.goals = {{"b", {2, 0}}};
     EXPECT_TRUE(kinds(domain).empty());
     domain.actions[0].makes = {1, 0};
-    EXPECT_THAT(kinds(domain),
-                ElementsAre(DefectKind::kNoEffect, DefectKind::kNothingMakesIt));
+    EXPECT_THAT(kinds(domain), ElementsAre(DefectKind::kNoEffect, DefectKind::kNothingMakesIt));
     domain.actions[0].makes = {2, 2};
     EXPECT_THAT(kinds(domain), testing::Contains(DefectKind::kContradiction));
     domain.actions[0].makes = {2 | 4, 0};

@@ -46,9 +46,9 @@ TEST(HierarchicalFsm, FollowsATraceComputedByHand) {
     Villager villager;
     EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/work/fetch");
     EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/work/carry");
-    EXPECT_EQ(villager.tick(0, 50, 0.8F, 0.9F), "day/eat");      // out of work
+    EXPECT_EQ(villager.tick(0, 50, 0.8F, 0.9F), "day/eat");         // out of work
     EXPECT_EQ(villager.tick(0, 50, 0.1F, 0.9F), "day/work/fetch");  // no memory: from the first
-    EXPECT_EQ(villager.tick(1, 50, 0.1F, 0.9F), "danger/flee");  // out of day
+    EXPECT_EQ(villager.tick(1, 50, 0.1F, 0.9F), "danger/flee");     // out of day
     EXPECT_EQ(villager.tick(1, 4, 0.1F, 0.9F), "danger/fight/close_in");
     EXPECT_EQ(villager.tick(1, 1, 0.1F, 0.9F), "danger/fight/strike");
     EXPECT_EQ(villager.tick(1, 9, 0.1F, 0.9F), "danger/flee");
@@ -176,8 +176,8 @@ TEST(FsmStep, AgreesWithAWalkThroughTheDefinitionWithHoldsToo) {
     const MachineDef def = scenario::sentry_def();
     const FlatMachine machine = compile(def, scenario::kSentrySenses, scenario::kSentryDt);
     MachineStates states = begin(machine, kCount, 0);
-    std::vector<scenario::WalkedMachine> walked(
-        kCount, scenario::WalkedMachine(def, scenario::kSentryDt));
+    std::vector<scenario::WalkedMachine> walked(kCount,
+                                                scenario::WalkedMachine(def, scenario::kSentryDt));
     Sensed sensed(scenario::kSentrySenses, kCount);
     std::vector<Change> changes;
     core::Rng rng(9);

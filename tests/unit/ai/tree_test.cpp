@@ -1,5 +1,4 @@
 #include "server/ai/tree/decision_tree.h"
-
 #include "tests/scenario/sentry.h"
 
 #include <gmock/gmock.h>
@@ -108,9 +107,8 @@ TEST(DecisionTree, AgreesWithAWalkThroughTheDefinition) {
             std::size_t at = 0;
             while (def.nodes[at].yes >= 0) {
                 const Condition& test = def.nodes[at].test;
-                at = static_cast<std::size_t>(holds(test, sensed.at(test.sense, i))
-                                                  ? def.nodes[at].yes
-                                                  : def.nodes[at].no);
+                at = static_cast<std::size_t>(
+                    holds(test, sensed.at(test.sense, i)) ? def.nodes[at].yes : def.nodes[at].no);
             }
             ASSERT_EQ(actions[i], def.nodes[at].action);
         }
@@ -149,7 +147,8 @@ TEST(TreeDefects, AreEachFound) {
     TreeDef deep{"deep", {answer(0)}};
     for (int level = 0; level < 40; ++level) {
         const auto last = static_cast<int>(deep.nodes.size());
-        deep.nodes.insert(deep.nodes.begin(), ask(0, Compare::kBelow, static_cast<float>(-level), 1, last + 1));
+        deep.nodes.insert(deep.nodes.begin(),
+                          ask(0, Compare::kBelow, static_cast<float>(-level), 1, last + 1));
         for (std::size_t n = 1; n < deep.nodes.size(); ++n) {
             if (deep.nodes[n].yes >= 0) {
                 ++deep.nodes[n].yes;
