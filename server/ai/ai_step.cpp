@@ -37,12 +37,19 @@ void collect(Minds& minds, const world::Entities& entities, Tick now) {
     });
 }
 
-const Machine& machine_of(const Mind& mind, const Settings& settings) {
-    ZONED_ASSERT(mind.machine < settings.machines.size(), "the machine of a mind exists");
-    return settings.machines[mind.machine];
+const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
+    ZONED_ASSERT(mind.machine < settings.compiled.size(), "the machine of a mind exists");
+    return settings.compiled[mind.machine];
 }
 
 }  // namespace
+
+void compile(Settings& settings, float dt) {
+    settings.compiled.clear();
+    for (const Machine& machine : settings.machines) {
+        settings.compiled.push_back(compile(machine, dt));
+    }
+}
 
 Report step(Minds& minds,
             world::Entities& entities,
@@ -60,9 +67,9 @@ Report step(Minds& minds,
     for (std::size_t i = 0; i < decisions; ++i) {
         Mind& mind = all[scratch.due[i]];
         const world::Row row = scratch.rows[scratch.due[i]];
-        const Machine& machine = machine_of(mind, settings);
+        const CompiledMachine& machine = machine_of(mind, settings);
         const Sight sight = look(entities, grid, row, machine.perception_m, settings.far_m);
-        if (decide(mind, machine, sight, entities.position[row], now, dt)) {
+        if (decide(mind, machine, sight, entities.position[row], now)) {
             ++report.transitions;
         }
         mind.next_decision = next_decision(mind.entity, decision_period(machine, dt), now);
@@ -73,14 +80,14 @@ Report step(Minds& minds,
             continue;
         }
         Mind& mind = all[i];
-        const Machine& machine = machine_of(mind, settings);
+        const CompiledMachine& machine = machine_of(mind, settings);
         if (steers_now(mind, settings, now)) {
             steer(mind, machine, {entities, types, grid, row, now, dt});
             ++report.steered;
         }
         entities.command[row] = mind.aim;
         entities.command[row].tick = now;
-        entities.behaviour[row] = machine.states[mind.state].behaviour;
+        entities.behaviour[row] = machine.states[mind.fsm.state()].behaviour;
     }
     report.minds = static_cast<std::uint32_t>(all.size());
     report.decisions = static_cast<std::uint32_t>(decisions);

@@ -15,23 +15,23 @@
 namespace zoned::ai {
 
 struct Settings {
-    std::vector<Machine> machines;
+    std::vector<Machine> machines;            ///< as written
+    std::vector<CompiledMachine> compiled{};  ///< the same for the world's time step: compile()
     std::uint32_t max_decisions_per_tick =
         4096;  ///< counted units of work; what does not fit waits, the longest waiting first
     bool reduce_far = true;  ///< minds farther than far_m from every player steer every 4th tick
     float far_m = 150.0F;
 };
 
+/// Fills in `compiled`; `dt` in s.
+void compile(Settings& settings, float dt);
+
 /// The mind of one entity: part of snapshots, handoffs and hashes. Positions are zone-local.
 struct Mind {
     EntityId entity;
     std::uint16_t machine = 0;  ///< index into Settings::machines
-    std::uint16_t state = 0;
-    Tick state_since = 0;
+    fsm::OneState fsm;          ///< where it is in it
     Tick next_decision = 0;
-    Tick holding_since =
-        -1;  ///< since when the pending transition's condition has held, -1 = does not
-    std::uint16_t holding = 0;  ///< index of that transition
     Vec3 home = Vec3::Zero();
     Vec3 target = Vec3::Zero();
     std::uint8_t corner = 0;
@@ -85,7 +85,7 @@ class Minds {
     Scratch scratch_;
 };
 
-/// Writes `command`, `behaviour` of the rows that have a mind. `grid` indexes entities.position by
+/// `settings` are compiled for `dt`. Writes `command`, `behaviour` of the rows that have a mind. `grid` indexes entities.position by
 /// row; `dt` in s. Players are the rows with a client and without kHidden. Rows of hidden or
 /// removed entities and of ghosts are left alone. With n minds and a budget of b decisions none
 /// waits longer than ceil(n / b) ticks. Results depend neither on the order of rows nor on the

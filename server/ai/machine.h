@@ -1,6 +1,8 @@
-// Machine: a finite state machine as flat tables, compiled from the config at load.
+// Machine: what the mind of a character is made of, as written and compiled.
 #pragma once
 
+#include "server/ai/fsm/flat_machine.h"
+#include "server/ai/fuzzy/fuzzy_system.h"
 #include "server/ai/senses.h"
 
 #include <cstdint>
@@ -29,14 +31,40 @@ enum class Sensor : std::uint8_t {
     kRandom,          ///< uniform [0, 1) drawn once per decision
 };
 
+/// What every mind senses, by SenseIndex; outputs of its fuzzy systems follow.
+inline constexpr SenseIndex kSensePlayerDistance = 0;
+inline constexpr SenseIndex kSenseHomeDistance = 1;
+inline constexpr SenseIndex kSenseRandom = 2;
+inline constexpr SenseIndex kOwnSenses = 3;
+
+constexpr SenseIndex sense_of(Sensor sensor) {
+    switch (sensor) {
+        case Sensor::kPlayerDistance:
+            return kSensePlayerDistance;
+        case Sensor::kHomeDistance:
+            return kSenseHomeDistance;
+        case Sensor::kTimeInState:
+            return kStateTime;
+        case Sensor::kRandom:
+            return kSenseRandom;
+    }
+    return kStateTime;
+}
+
 /// True for `hold_s` seconds on end before the transition fires: together with two thresholds this
 /// is the hysteresis.
 struct Transition {
-    std::uint16_t to = 0;
+    std::uint16_t to = 0;  ///< a state beside the one that it leaves
     Sensor sensor = Sensor::kTimeInState;
     Compare compare = Compare::kAbove;
     float threshold = 0.0F;
     float hold_s = 0.0F;
+    SenseIndex fuzzy = 0;          ///< of a fuzzy output, in place of `sensor`; 0: none
+    std::vector<Condition> also{};  ///< must hold as well
+
+    [[nodiscard]] Condition first() const {
+        return {fuzzy != 0 ? fuzzy : sense_of(sensor), compare, threshold};
+    }
 };
 
 struct State {
@@ -47,13 +75,49 @@ struct State {
     float radius_m = 20.0F;
     std::uint8_t behaviour = 0;           ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
+    std::vector<State> inside;            ///< a machine as a state: what is above but for transitions is theirs
+    fsm::History history = fsm::History::kNone;
+};
+
+/// A fuzzy system whose outputs are senses.
+struct FuzzySense {
+    fuzzy::FuzzyDef def;
+    std::vector<SenseIndex> inputs;  ///< for each input a sense below kOwnSenses
 };
 
 struct Machine {
     std::string name;
-    std::vector<State> states;    ///< the first is where an entity starts
-    float perception_m = 40.0F;   ///< how far players are noticed
-    float decide_every_s = 0.2F;  ///< period of decisions; steering runs every tick
+    std::vector<State> states;      ///< the first is where an entity starts
+    float perception_m = 40.0F;     ///< how far players are noticed
+    float decide_every_s = 0.2F;    ///< period of decisions; steering runs every tick
+    std::vector<FuzzySense> fuzzy;  ///< the first output is sense kOwnSenses
 };
+
+/// Machine for a time step: tables, and what each innermost state does.
+struct CompiledMachine {
+    struct Fuzzy {
+        fuzzy::FuzzySystem system;
+        std::vector<SenseIndex> inputs;
+        SenseIndex first = 0;  ///< sense of its first output
+    };
+
+    std::string name;
+    fsm::FlatMachine table;
+    std::vector<State> states;  ///< by leaf of the table, without transitions
+    std::vector<Fuzzy> fuzzy;
+    std::size_t senses = kOwnSenses;
+    float perception_m = 40.0F;
+    float decide_every_s = 0.2F;
+};
+
+/// The state machine alone, in the form of fsm, for checks and diagrams. Actions are numbered as
+/// the innermost states are.
+fsm::MachineDef definition_of(const Machine& machine);
+
+/// Of what definition_of() speaks of.
+std::size_t senses_of(const Machine& machine);
+
+/// `machine` without defects; `dt` in s, > 0.
+CompiledMachine compile(const Machine& machine, float dt);
 
 }  // namespace zoned::ai

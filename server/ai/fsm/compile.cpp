@@ -18,7 +18,7 @@ class Compiler {
         add_states(def.states, kNone, 0, "");
         add_transitions(def.states, 0);
         lay_out_tests();
-        machine_.first = descend(0);
+        ZONED_ASSERT(descend(0) == 0, "minds begin in leaf 0");
     }
 
     FlatMachine take() { return std::move(machine_); }
@@ -163,7 +163,7 @@ FlatMachine compile(const MachineDef& def, std::size_t senses, float dt) {
 
 MachineStates begin(const FlatMachine& machine, std::size_t count, Tick now) {
     MachineStates states(machine.levels, machine.memories);
-    states.reset(count, machine.first, now);
+    states.reset(count, 0, now);
     return states;
 }
 

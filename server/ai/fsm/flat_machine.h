@@ -4,6 +4,8 @@
 #include "server/ai/fsm/machine_states.h"
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,7 +55,6 @@ struct FlatMachine {
     std::size_t memories = 0;
     std::size_t width = 2;                    ///< tests per leaf, even
     float dt = 0.0F;                          ///< s per tick
-    std::uint16_t first = 0;                  ///< leaf where minds begin
     std::vector<FlatTest> tests;              ///< width x leaves
     std::vector<FlatTransition> transitions;  ///< by number
     std::vector<FlatTest> more;               ///< further conditions of transitions
@@ -80,7 +81,7 @@ Tick hold_ticks(float hold_s, float dt);
 /// `def` must be without defects for `senses` senses (at most kMaxSenses); `dt` in s, > 0.
 FlatMachine compile(const MachineDef& def, std::size_t senses, float dt);
 
-/// `count` minds at the machine's first state.
+/// `count` minds at the machine's first state, leaf 0.
 MachineStates begin(const FlatMachine& machine, std::size_t count, Tick now);
 
 /// One decision of every mind. Of the transitions of a mind's state, outermost first, the first
@@ -95,12 +96,10 @@ void step(const FlatMachine& machine,
           Tick now,
           std::vector<Change>& changes);
 
-/// Puts a mind into `leaf` as a transition from outside the machine would: all its levels are
-/// entered now.
-void place(const FlatMachine& machine,
-           MachineStates& states,
-           std::size_t mind,
-           std::uint16_t leaf,
-           Tick now);
+/// The same for one mind, which senses `values`; the transition that fired.
+std::optional<Change> step_one(const FlatMachine& machine,
+                               OneState& state,
+                               std::span<const float> values,
+                               Tick now);
 
 }  // namespace zoned::ai::fsm

@@ -37,6 +37,31 @@ struct MachineStates {
     void hash(core::StateHash& hash) const;
 };
 
+/// The same of one mind, as columns of one element.
+struct OneState {
+    /// In the first state, which is leaf 0 of every machine, entered at `now`.
+    explicit OneState(Tick now = 0) {
+        for (auto& entered : since) {
+            entered[0] = now;
+        }
+        for (auto& remembered : memory) {
+            remembered[0] = kNone;
+        }
+    }
+
+    std::array<std::uint16_t, 1> leaf{};
+    std::array<std::uint16_t, 1> pending{kNone};
+    std::array<Tick, 1> pending_since{};
+    std::array<std::array<Tick, 1>, kMaxLevels> since{};
+    std::array<std::array<std::uint16_t, 1>, kMaxMemories> memory;
+
+    /// The innermost state.
+    [[nodiscard]] std::uint16_t state() const { return leaf[0]; }
+
+    /// Levels and memories beyond those that are used never change.
+    void hash(core::StateHash& hash) const;
+};
+
 /// A transition that fired.
 struct Change {
     std::uint32_t mind = 0;

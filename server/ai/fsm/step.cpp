@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 
 namespace zoned::ai::fsm {
 
@@ -15,24 +16,48 @@ constexpr std::size_t kBlock = 256;
 /// What a block of minds reads.
 struct Block {
     std::array<const float*, kMaxSenses + kMaxLevels> column{};
-    std::array<std::array<float, kBlock>, kMaxLevels> time{};
+    std::array<std::array<float, kBlock>, kMaxLevels> time;  // written where it is read
+
+    [[nodiscard]] float value(SenseIndex sense, std::size_t i) const { return column[sense][i]; }
 };
 
-bool test_holds(const FlatTest& test, const Block& block, std::size_t in_block) {
-    return block.column[test.sense][in_block] * test.sign < test.threshold;
+/// What one mind reads.
+struct OneRead {
+    std::array<float, kMaxSenses + kMaxLevels> values;  // written where it is read
+
+    [[nodiscard]] float value(SenseIndex sense, std::size_t /*i*/) const { return values[sense]; }
+};
+
+/// Takes the change of one mind.
+struct OneChange {
+    std::optional<Change> change;
+
+    void push_back(const Change& taken) { change = taken; }
+};
+
+template <class Read>
+bool test_holds(const FlatTest& test, const Read& read, std::size_t i) {
+    return read.value(test.sense, i) * test.sign < test.threshold;
+}
+
+/// Time in a state, s. 32 bits hold 100 days of ticks, and lanes of them become floats at once.
+float time_since(Tick since, Tick now, float dt) {
+    return static_cast<float>(static_cast<std::int32_t>(now - since)) * dt;
 }
 
 /// One mind's way through a transition.
+template <class States, class Changes>
 class Walker {
   public:
-    Walker(const FlatMachine& machine, MachineStates& states, Tick now, std::vector<Change>& to)
+    Walker(const FlatMachine& machine, States& states, Tick now, Changes& to)
         : machine_(machine),
           states_(states),
           now_(now),
           changes_(to) {}
 
     /// `mask`: whose first conditions hold, bit by test of the mind's leaf.
-    void turn(std::size_t mind, std::uint64_t mask, const Block& block, std::size_t in_block) {
+    template <class Read>
+    void turn(std::size_t mind, std::uint64_t mask, const Read& block, std::size_t in_block) {
         const FlatTest* tests = &machine_.tests[states_.leaf[mind] * machine_.width];
         std::uint16_t pending = kNone;
         for (; mask != 0; mask &= mask - 1) {
@@ -62,8 +87,9 @@ class Walker {
     }
 
   private:
+    template <class Read>
     [[nodiscard]] bool rest_holds(const FlatTransition& transition,
-                                  const Block& block,
+                                  const Read& block,
                                   std::size_t in_block) const {
         for (std::size_t c = 0; c < transition.more_count; ++c) {
             if (!test_holds(machine_.more[transition.more + c], block, in_block)) {
@@ -115,9 +141,9 @@ class Walker {
     }
 
     const FlatMachine& machine_;
-    MachineStates& states_;
+    States& states_;
     Tick now_;
-    std::vector<Change>& changes_;
+    Changes& changes_;
 };
 
 /// Reads the columns of a block from `begin` on.
@@ -138,9 +164,7 @@ void read_block(const FlatMachine& machine,
         }
         const Tick* since = &states.since[level][begin];
         for (std::size_t i = 0; i < count; ++i) {
-            // 32 bits hold 100 days of ticks, and lanes of them become floats at once.
-            block.time[level][i] =
-                static_cast<float>(static_cast<std::int32_t>(now - since[i])) * machine.dt;
+            block.time[level][i] = time_since(since[i], now, machine.dt);
         }
     }
 }
@@ -198,16 +222,26 @@ void step(const FlatMachine& machine,
     }
 }
 
-void place(const FlatMachine& machine,
-           MachineStates& states,
-           std::size_t mind,
-           std::uint16_t leaf,
-           Tick now) {
-    states.leaf[mind] = leaf;
+std::optional<Change> step_one(const FlatMachine& machine,
+                               OneState& state,
+                               std::span<const float> values,
+                               Tick now) {
+    ZONED_ASSERT(values.size() >= machine.senses, "a mind senses what its machine reads");
+    OneRead read;
+    std::copy_n(values.begin(), machine.senses, read.values.begin());
     for (std::size_t level = 0; level < machine.levels; ++level) {
-        states.since[level][mind] = now;
+        read.values[machine.senses + level] = time_since(state.since[level][0], now, machine.dt);
     }
-    states.pending[mind] = kNone;
+    const FlatTest* const row = &machine.tests[state.leaf[0] * machine.width];
+    std::uint64_t mask = 0;
+    for (std::size_t k = 0; k < machine.width; ++k) {
+        mask |= static_cast<std::uint64_t>(test_holds(row[k], read, 0)) << k;
+    }
+    OneChange change;
+    if (mask != 0 || state.pending[0] != kNone) {
+        Walker(machine, state, now, change).turn(0, mask, read, 0);
+    }
+    return change.change;
 }
 
 }  // namespace zoned::ai::fsm

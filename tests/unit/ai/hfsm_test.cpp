@@ -154,6 +154,7 @@ TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
             const FlatMachine machine = compile(def, scenario::kVillagerSenses, 1.0F);
             MachineStates states = begin(machine, kCount, 0);
             std::vector<scenario::WalkedMachine> walked(kCount, scenario::WalkedMachine(def, 1.0F));
+            std::vector<OneState> ones(kCount, OneState(0));
             Sensed sensed(scenario::kVillagerSenses, kCount);
             std::vector<Change> changes;
             core::Rng rng(3);
@@ -164,6 +165,13 @@ TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
                     walked[i].tick(now, sensed.view(), i);
                     ASSERT_EQ(machine.state_name(states.leaf[i]), walked[i].name())
                         << "mind " << i << " tick " << now;
+                    std::array<float, scenario::kVillagerSenses> values{};
+                    for (std::size_t k = 0; k < values.size(); ++k) {
+                        values[k] = sensed.at(k, i);
+                    }
+                    step_one(machine, ones[i], values, now);
+                    ASSERT_EQ(ones[i].state(), states.leaf[i]);
+                    ASSERT_EQ(ones[i].pending[0], states.pending[i]);
                 }
             }
             EXPECT_GT(changes.size(), 20 * kCount);

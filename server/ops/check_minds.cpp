@@ -1,0 +1,272 @@
+#include "server/ops/config_checks.h"
+#include "server/ops/minds.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace zoned::ops {
+
+namespace {
+
+using proto::Config;
+using ai::fsm::DefectKind;
+
+/// Names of one machine's states, and of the machines that they are.
+void check_states(const Config& config,
+                  const Config::Machine& machine,
+                  const std::string& path,
+                  Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    for (int s = 0; s < machine.state_size(); ++s) {
+        const std::string here = join_path(path, "state", s);
+        const auto& state = machine.state(s);
+        if (check_name(state.name(), "state", here, diagnostics) &&
+            !names.insert(state.name()).second) {
+            diagnostics.add(here + ".name", "'" + state.name() + "' is the name of another state");
+        }
+        if (!state.has_machine()) {
+            continue;
+        }
+        if (find_machine(config, state.machine()) < 0) {
+            diagnostics.add(here + ".machine",
+                            "there is no machine named '" + state.machine() + "'");
+        }
+        if (state.has_action() || state.has_speed_factor() || state.has_sprint() ||
+            state.has_radius_m()) {
+            diagnostics.add(here,
+                            "a machine as a state: what to do, and how fast, say its own states");
+        }
+    }
+}
+
+void check_condition(const Config& config,
+                     bool has_sense,
+                     const std::string& sense,
+                     Config::Sensor sensor,
+                     double threshold,
+                     double perception_m,
+                     const std::string& path,
+                     Diagnostics& diagnostics) {
+    if (has_sense) {
+        if (!known_sense(config, sense)) {
+            diagnostics.add(path + ".sense",
+                            "no fuzzy system has an output '" + sense +
+                                "' (\"SYSTEM.OUTPUT\"): minds do not sense it");
+        }
+        return;
+    }
+    if (sensor == Config::PLAYER_DISTANCE && threshold > perception_m) {
+        diagnostics.add(path + ".threshold",
+                        text_of("%g m is beyond perception_m, %g: players there are not noticed",
+                                threshold,
+                                perception_m));
+    }
+    if (sensor == Config::RANDOM && threshold > 1.0) {
+        diagnostics.add(path + ".threshold", "RANDOM is drawn from [0, 1)");
+    }
+}
+
+void check_transition(const Config& config,
+                      const Config::Machine& machine,
+                      const Config::Transition& transition,
+                      double perception_m,
+                      const std::string& path,
+                      Diagnostics& diagnostics) {
+    const bool exists =
+        std::any_of(machine.state().begin(), machine.state().end(), [&](const auto& state) {
+            return state.name() == transition.to();
+        });
+    if (transition.to().empty()) {
+        diagnostics.add(path, "a transition needs `to`, the name of a state");
+    } else if (!exists) {
+        diagnostics.add(
+            path + ".to",
+            "machine '" + machine.name() + "' has no state named '" + transition.to() + "'");
+    }
+    check_condition(config,
+                    transition.has_sense(),
+                    transition.sense(),
+                    transition.sensor(),
+                    transition.threshold(),
+                    perception_m,
+                    path,
+                    diagnostics);
+    for (int a = 0; a < transition.also_size(); ++a) {
+        const auto& also = transition.also(a);
+        check_condition(config,
+                        also.has_sense(),
+                        also.sense(),
+                        also.sensor(),
+                        also.threshold(),
+                        perception_m,
+                        join_path(path, "also", a),
+                        diagnostics);
+    }
+}
+
+/// One machine that runs by itself, with all that is inside it.
+class RootCheck {
+  public:
+    RootCheck(const Config& config, int root, Diagnostics& diagnostics)
+        : config_(config),
+          root_(root),
+          diagnostics_(diagnostics) {}
+
+    void run() {
+        transitions(root_);
+        if (!cyclic_) {
+            defects();
+        }
+    }
+
+  private:
+    /// Transitions of all machines inside, judged by what this one's minds perceive; finds cycles.
+    void transitions(int index) {
+        way_.push_back(index);
+        const Config::Machine& machine = config_.machine(index);
+        const std::string path = join_path("", "machine", index);
+        for (int s = 0; s < machine.state_size(); ++s) {
+            const auto& state = machine.state(s);
+            const std::string here = join_path(path, "state", s);
+            for (int t = 0; t < state.transition_size(); ++t) {
+                check_transition(config_,
+                                 machine,
+                                 state.transition(t),
+                                 config_.machine(root_).perception_m(),
+                                 join_path(here, "transition", t),
+                                 diagnostics_);
+            }
+            const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
+            if (inside < 0) {
+                continue;
+            }
+            if (std::find(way_.begin(), way_.end(), inside) != way_.end()) {
+                cycle(here, inside);
+            } else {
+                transitions(inside);
+            }
+        }
+        way_.pop_back();
+    }
+
+    void cycle(const std::string& here, int inside) {
+        cyclic_ = true;
+        std::string names;
+        for (auto at = std::find(way_.begin(), way_.end(), inside); at != way_.end(); ++at) {
+            names += "'" + config_.machine(*at).name() + "' holds ";
+        }
+        diagnostics_.add(here + ".machine",
+                         "a machine cannot be inside itself: " + names + "'" +
+                             config_.machine(inside).name() + "'");
+    }
+
+    void defects() {
+        const ai::Machine machine = expand_machine(config_, root_);
+        const std::size_t senses = ai::senses_of(machine);
+        if (senses > ai::fsm::kMaxSenses) {
+            diagnostics_.add(join_path("", "machine", root_),
+                             text_of("reads %g senses, at most %g",
+                                     static_cast<double>(senses),
+                                     static_cast<double>(ai::fsm::kMaxSenses)));
+        }
+        for (const auto& defect : ai::fsm::defects_of(ai::definition_of(machine), senses)) {
+            // These were said above, by name, or follow from the number of states.
+            if (defect.kind != DefectKind::kUnknownState &&
+                defect.kind != DefectKind::kUnknownSense && defect.kind != DefectKind::kNoStates) {
+                diagnostics_.add(path_of(defect), ai::fsm::text_of(defect));
+            }
+        }
+    }
+
+    [[nodiscard]] std::string path_of(const ai::fsm::Defect& defect) const {
+        int index = root_;
+        std::string path = join_path("", "machine", index);
+        for (std::size_t level = 0; level < defect.state.size(); ++level) {
+            path = join_path(join_path("", "machine", index), "state", defect.state[level]);
+            index = find_machine(config_,
+                                 config_.machine(index).state(defect.state[level]).machine());
+        }
+        if (defect.transition >= 0) {
+            path = join_path(path, "transition", defect.transition);
+        }
+        return defect.condition > 0 ? join_path(path, "also", defect.condition - 1) : path;
+    }
+
+    const Config& config_;
+    int root_;
+    Diagnostics& diagnostics_;
+    std::vector<int> way_;
+    bool cyclic_ = false;
+};
+
+/// Machines that run by themselves: a type has them, or no other machine holds them.
+std::vector<int> roots_of(const Config& config) {
+    std::set<std::string> held;
+    for (const auto& machine : config.machine()) {
+        for (const auto& state : machine.state()) {
+            if (state.has_machine()) {
+                held.insert(state.machine());
+            }
+        }
+    }
+    std::set<std::string> worn;
+    for (const auto& type : config.type()) {
+        worn.insert(type.machine());
+    }
+    std::vector<int> roots;
+    for (int m = 0; m < config.machine_size(); ++m) {
+        const std::string& name = config.machine(m).name();
+        if (worn.count(name) != 0 || held.count(name) == 0) {
+            roots.push_back(m);
+        }
+    }
+    return roots;
+}
+
+/// Machines that only hold each other are nobody's roots.
+bool in_a_ring(const Config& config, int index) {
+    std::set<int> seen;
+    std::vector<int> open{index};
+    while (!open.empty()) {
+        const int at = open.back();
+        open.pop_back();
+        for (const auto& state : config.machine(at).state()) {
+            const int inside = state.has_machine() ? find_machine(config, state.machine()) : -1;
+            if (inside == index) {
+                return true;
+            }
+            if (inside >= 0 && seen.insert(inside).second) {
+                open.push_back(inside);
+            }
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
+void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    for (int m = 0; m < config.machine_size(); ++m) {
+        const std::string path = join_path("", "machine", m);
+        const auto& machine = config.machine(m);
+        if (check_name(machine.name(), "machine", path, diagnostics) &&
+            !names.insert(machine.name()).second) {
+            diagnostics.add(path + ".name",
+                            "'" + machine.name() + "' is the name of another machine");
+        }
+        check_states(config, machine, path, diagnostics);
+    }
+    std::vector<int> roots = roots_of(config);
+    for (int m = 0; m < config.machine_size(); ++m) {
+        if (std::find(roots.begin(), roots.end(), m) == roots.end() && in_a_ring(config, m)) {
+            roots.push_back(m);
+        }
+    }
+    for (const int root : roots) {
+        RootCheck(config, root, diagnostics).run();
+    }
+}
+
+}  // namespace zoned::ops
