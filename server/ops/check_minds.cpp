@@ -2,33 +2,37 @@
 #include "server/ops/minds.h"
 
 #include <algorithm>
-#include <map>
 #include <set>
+#include <vector>
 
 namespace zoned::ops {
 
 namespace {
 
-using proto::Config;
 using ai::fsm::DefectKind;
+using proto::Config;
 
-/// Names of one machine's states, and of the machines that they are.
-void check_states(const Config& config,
+/// Names of one machine's states, and of the machines that they are. False where one is wrong.
+bool check_states(const Config& config,
                   const Config::Machine& machine,
                   const std::string& path,
                   Diagnostics& diagnostics) {
     std::set<std::string> names;
+    bool right = true;
     for (int s = 0; s < machine.state_size(); ++s) {
         const std::string here = join_path(path, "state", s);
         const auto& state = machine.state(s);
-        if (check_name(state.name(), "state", here, diagnostics) &&
-            !names.insert(state.name()).second) {
+        if (!check_name(state.name(), "state", here, diagnostics)) {
+            right = false;
+        } else if (!names.insert(state.name()).second) {
             diagnostics.add(here + ".name", "'" + state.name() + "' is the name of another state");
+            right = false;
         }
         if (!state.has_machine()) {
             continue;
         }
         if (find_machine(config, state.machine()) < 0) {
+            right = false;
             diagnostics.add(here + ".machine",
                             "there is no machine named '" + state.machine() + "'");
         }
@@ -38,6 +42,7 @@ void check_states(const Config& config,
                             "a machine as a state: what to do, and how fast, say its own states");
         }
     }
+    return right;
 }
 
 void check_condition(const Config& config,
@@ -67,7 +72,8 @@ void check_condition(const Config& config,
     }
 }
 
-void check_transition(const Config& config,
+/// False where it leads nowhere.
+bool check_transition(const Config& config,
                       const Config::Machine& machine,
                       const Config::Transition& transition,
                       double perception_m,
@@ -103,19 +109,29 @@ void check_transition(const Config& config,
                         join_path(path, "also", a),
                         diagnostics);
     }
+    return exists;
 }
 
 /// One machine that runs by itself, with all that is inside it.
 class RootCheck {
   public:
-    RootCheck(const Config& config, int root, Diagnostics& diagnostics)
+    /// `named`: by machine, whether its states have names that can be told apart; `looked_at`:
+    /// whether it was inside one that was checked.
+    RootCheck(const Config& config,
+              int root,
+              const std::vector<bool>& named,
+              std::vector<bool>& looked_at,
+              Diagnostics& diagnostics)
         : config_(config),
           root_(root),
+          named_(named),
+          looked_at_(looked_at),
           diagnostics_(diagnostics) {}
 
+    /// What can be reached is judged only where names lead somewhere.
     void run() {
         transitions(root_);
-        if (!cyclic_) {
+        if (!broken_) {
             defects();
         }
     }
@@ -124,18 +140,21 @@ class RootCheck {
     /// Transitions of all machines inside, judged by what this one's minds perceive; finds cycles.
     void transitions(int index) {
         way_.push_back(index);
+        looked_at_[static_cast<std::size_t>(index)] = true;
+        broken_ = broken_ || !named_[static_cast<std::size_t>(index)];
         const Config::Machine& machine = config_.machine(index);
         const std::string path = join_path("", "machine", index);
         for (int s = 0; s < machine.state_size(); ++s) {
             const auto& state = machine.state(s);
             const std::string here = join_path(path, "state", s);
             for (int t = 0; t < state.transition_size(); ++t) {
-                check_transition(config_,
-                                 machine,
-                                 state.transition(t),
-                                 config_.machine(root_).perception_m(),
-                                 join_path(here, "transition", t),
-                                 diagnostics_);
+                const bool leads = check_transition(config_,
+                                                    machine,
+                                                    state.transition(t),
+                                                    config_.machine(root_).perception_m(),
+                                                    join_path(here, "transition", t),
+                                                    diagnostics_);
+                broken_ = broken_ || !leads;
             }
             const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
             if (inside < 0) {
@@ -151,7 +170,7 @@ class RootCheck {
     }
 
     void cycle(const std::string& here, int inside) {
-        cyclic_ = true;
+        broken_ = true;
         std::string names;
         for (auto at = std::find(way_.begin(), way_.end(), inside); at != way_.end(); ++at) {
             names += "'" + config_.machine(*at).name() + "' holds ";
@@ -184,8 +203,8 @@ class RootCheck {
         std::string path = join_path("", "machine", index);
         for (std::size_t level = 0; level < defect.state.size(); ++level) {
             path = join_path(join_path("", "machine", index), "state", defect.state[level]);
-            index = find_machine(config_,
-                                 config_.machine(index).state(defect.state[level]).machine());
+            index =
+                find_machine(config_, config_.machine(index).state(defect.state[level]).machine());
         }
         if (defect.transition >= 0) {
             path = join_path(path, "transition", defect.transition);
@@ -195,9 +214,11 @@ class RootCheck {
 
     const Config& config_;
     int root_;
+    const std::vector<bool>& named_;
+    std::vector<bool>& looked_at_;
     Diagnostics& diagnostics_;
     std::vector<int> way_;
-    bool cyclic_ = false;
+    bool broken_ = false;
 };
 
 /// Machines that run by themselves: a type has them, or no other machine holds them.
@@ -224,30 +245,11 @@ std::vector<int> roots_of(const Config& config) {
     return roots;
 }
 
-/// Machines that only hold each other are nobody's roots.
-bool in_a_ring(const Config& config, int index) {
-    std::set<int> seen;
-    std::vector<int> open{index};
-    while (!open.empty()) {
-        const int at = open.back();
-        open.pop_back();
-        for (const auto& state : config.machine(at).state()) {
-            const int inside = state.has_machine() ? find_machine(config, state.machine()) : -1;
-            if (inside == index) {
-                return true;
-            }
-            if (inside >= 0 && seen.insert(inside).second) {
-                open.push_back(inside);
-            }
-        }
-    }
-    return false;
-}
-
 }  // namespace
 
 void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
+    std::vector<bool> named;
     for (int m = 0; m < config.machine_size(); ++m) {
         const std::string path = join_path("", "machine", m);
         const auto& machine = config.machine(m);
@@ -256,16 +258,17 @@ void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
             diagnostics.add(path + ".name",
                             "'" + machine.name() + "' is the name of another machine");
         }
-        check_states(config, machine, path, diagnostics);
+        named.push_back(check_states(config, machine, path, diagnostics));
     }
-    std::vector<int> roots = roots_of(config);
-    for (int m = 0; m < config.machine_size(); ++m) {
-        if (std::find(roots.begin(), roots.end(), m) == roots.end() && in_a_ring(config, m)) {
-            roots.push_back(m);
+    std::vector<bool> looked_at(named.size(), false);
+    for (const int root : roots_of(config)) {
+        RootCheck(config, root, named, looked_at, diagnostics).run();
+    }
+    // Machines that hold each other in a ring are nobody's roots.
+    for (std::size_t m = 0; m < looked_at.size(); ++m) {
+        if (!looked_at[m]) {
+            RootCheck(config, static_cast<int>(m), named, looked_at, diagnostics).run();
         }
-    }
-    for (const int root : roots) {
-        RootCheck(config, root, diagnostics).run();
     }
 }
 

@@ -1,0 +1,232 @@
+// Minds in a config: machines within machines and fuzzy senses run as written, and each mistake is
+// found at its line and column.
+#include "server/ops/minds.h"
+
+#include "server/ai/decision.h"
+#include "tests/unit/ops/config_helpers.h"
+
+#include <algorithm>
+
+namespace zoned::ops::test {
+namespace {
+
+/// A guard whose day is a machine of its own, and who chases as boldly as a fuzzy system says.
+const std::string kMinds = with("machine {\n  name: \"guard\"",
+                                R"(fuzzy {
+  name: "brave"
+  input { name: "distance" sensor: PLAYER_DISTANCE low: 0 high: 40
+    term { name: "near" b: 5 d: 20 }
+    term { name: "far" a: 5 b: 20 }
+  }
+  output { name: "boldness"
+    value { name: "timid" constant: 0.1 }
+    value { name: "bold" constant: 0.9 slope { input: "distance" factor: -0.01 } }
+  }
+  rule { when { input: "distance" is: "near" } then: "bold" }
+  rule { when { input: "distance" is_not: "near" } then: "timid" }
+}
+machine {
+  name: "round"
+  state { name: "walk" action: PATROL radius_m: 8
+    transition { to: "stand" threshold: 10 }
+  }
+  state { name: "stand" action: IDLE
+    transition { to: "walk" threshold: 5 }
+  }
+}
+machine {
+  name: "sentry"
+  state { name: "calm" machine: "round" history: DEEP
+    transition { to: "hunt" sense: "brave.boldness" compare: ABOVE threshold: 0.5
+      also { sensor: HOME_DISTANCE compare: BELOW threshold: 50 }
+    }
+  }
+  state { name: "hunt" action: CHASE
+    transition { to: "calm" sense: "brave.boldness" compare: BELOW threshold: 0.3 }
+  }
+}
+machine {
+  name: "guard")",
+                                with("machine: \"guard\"", "machine: \"sentry\""));
+
+std::string minds_with(const std::string& from, const std::string& to) {
+    return with(from, to, kMinds);
+}
+
+TEST(Minds, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
+    const Outcome out = parse(kMinds);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    ASSERT_EQ(sentry.states.size(), 3U);
+    EXPECT_EQ(sentry.states[0].name, "calm/walk");
+    EXPECT_EQ(sentry.states[0].action, ai::ActionKind::kPatrol);
+    EXPECT_EQ(sentry.states[0].radius_m, 8.0F);
+    EXPECT_EQ(sentry.states[1].name, "calm/stand");
+    EXPECT_EQ(sentry.states[2].name, "hunt");
+    EXPECT_EQ(sentry.senses, 4U);
+    // The others read no fuzzy system, and have none.
+    EXPECT_TRUE(out.settings.ai.compiled[0].fuzzy.empty());
+}
+
+TEST(Minds, DoWhatTheyAreWritten) {
+    const Outcome out = parse(kMinds);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    ai::Mind mind;
+    mind.entity = EntityId(1);
+    const auto decide = [&](float distance, float home_m, Tick now) {
+        ai::Sight sight;
+        sight.distance = distance;
+        ai::decide(mind, sentry, sight, Vec3(home_m, 0.0F, 0.0F), now);
+        return sentry.states[mind.fsm.state()].name;
+    };
+    // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
+    EXPECT_EQ(decide(35, 0, 0), "calm/walk");
+    EXPECT_EQ(decide(35, 0, 301), "calm/stand");
+    EXPECT_EQ(decide(5, 60, 302), "calm/stand");
+    EXPECT_EQ(decide(5, 40, 303), "hunt");
+    EXPECT_EQ(decide(35, 40, 304), "calm/stand");
+    EXPECT_EQ(decide(35, 40, 455), "calm/walk");
+}
+
+TEST(Minds, FindUnknownSenses) {
+    expect_single(minds_with("sense: \"brave.boldness\" compare: ABOVE",
+                             "sense: \"brave.bold\" compare: ABOVE"),
+                  "sense: \"brave.bold\"",
+                  "no fuzzy system has an output 'brave.bold'");
+}
+
+TEST(Minds, FindUnknownSensesInFurtherConditions) {
+    expect_single(minds_with("also { sensor: HOME_DISTANCE", "also { sense: \"a.b\""),
+                  "sense: \"a.b\"",
+                  "no fuzzy system");
+}
+
+TEST(Minds, FindUnknownMachines) {
+    expect_single(minds_with("machine: \"round\"", "machine: \"rond\""),
+                  "machine: \"rond\"",
+                  "no machine named 'rond'");
+}
+
+TEST(Minds, FindStatesThatNobodyEnters) {
+    expect_single(minds_with("  state { name: \"stand\" action: IDLE",
+                             "  state { name: \"lost\"\n    transition { to: \"walk\" }\n  }\n"
+                             "  state { name: \"stand\" action: IDLE"),
+                  "state { name: \"lost\"",
+                  "is never entered");
+}
+
+TEST(Minds, FindCycles) {
+    expect_single(minds_with("state { name: \"stand\" action: IDLE",
+                             "state { name: \"stand\" machine: \"sentry\""),
+                  "machine: \"sentry\"\n    transition",
+                  "'sentry' holds 'round' holds 'sentry'");
+}
+
+TEST(Minds, FindRingsThatNobodyUses) {
+    expect_single(minds_with("machine {\n  name: \"sentry\"",
+                             "machine {\n  name: \"a\"\n  state { name: \"s\" machine: \"a\" }\n}\n"
+                             "machine {\n  name: \"sentry\""),
+                  "machine: \"a\" }",
+                  "cannot be inside itself");
+}
+
+TEST(Minds, FindMachinesThatAreTooDeep) {
+    std::string machines;
+    for (int level = 0; level < 5; ++level) {
+        machines += "machine {\n  name: \"m" + std::to_string(level) + "\"\n  state { name: \"s\" ";
+        machines += level < 4 ? "machine: \"m" + std::to_string(level + 1) + "\" }\n}\n" : "}\n}\n";
+    }
+    const Outcome out = parse(
+        minds_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+    ASSERT_EQ(out.errors.size(), 1U) << format_errors("test", out.errors);
+    EXPECT_NE(out.errors[0].text.find("at most 4 levels"), std::string::npos);
+    EXPECT_EQ(out.errors[0].line,
+              place_of(kMinds, "machine {\n  name: \"sentry\"").first + 3 * 4 + 2);
+}
+
+TEST(Minds, FindTransitionsThatNeverFire) {
+    expect_single(minds_with("    transition { to: \"stand\" threshold: 10 }",
+                             "    transition { to: \"stand\" threshold: 10 }\n"
+                             "    transition { to: \"walk\" threshold: 20 }"),
+                  "transition { to: \"walk\" threshold: 20 }",
+                  "never fires");
+}
+
+TEST(Minds, FindConditionsThatExcludeEachOther) {
+    expect_single(minds_with("also { sensor: HOME_DISTANCE",
+                             "also { sense: \"brave.boldness\" compare: BELOW threshold: 0.4 }\n"
+                             "      also { sensor: HOME_DISTANCE"),
+                  "also { sense: \"brave.boldness\" compare: BELOW threshold: 0.4 }",
+                  "excludes");
+}
+
+TEST(Minds, FindActionsOfMachinesAsStates) {
+    expect_single(minds_with("name: \"calm\" machine", "name: \"calm\" action: IDLE machine"),
+                  "state { name: \"calm\"",
+                  "say its own states");
+}
+
+TEST(Minds, FindHistoriesOfNothing) {
+    expect_single(minds_with("name: \"hunt\" action", "name: \"hunt\" history: DEEP action"),
+                  "state { name: \"hunt\"",
+                  "nothing inside");
+}
+
+TEST(Minds, JudgeDistancesByWhatTheOuterMachinePerceives) {
+    const std::string text = minds_with("to: \"stand\" threshold: 10",
+                                        "to: \"stand\" sensor: PLAYER_DISTANCE threshold: 39");
+    EXPECT_TRUE(parse(text).ok);
+    expect_single(with("name: \"sentry\"\n", "name: \"sentry\" perception_m: 30\n", text),
+                  "threshold: 39",
+                  "beyond perception_m, 30");
+}
+
+TEST(FuzzySystems, FindGaps) {
+    expect_single(
+        minds_with("term { name: \"near\" b: 5 d: 20 }", "term { name: \"near\" b: 5 d: 3 }"),
+        "term { name: \"near\"",
+        "ascend");
+    expect_single(
+        minds_with("term { name: \"far\" a: 5 b: 20 }", "term { name: \"far\" a: 25 b: 30 }"),
+        "input { name: \"distance\"",
+        "values between 20 and 25 belong to no term");
+}
+
+TEST(FuzzySystems, FindNamesThatMeanNothing) {
+    expect_single(minds_with("is: \"near\"", "is: \"neer\""),
+                  "is: \"neer\"",
+                  "input 'distance' has no term named 'neer'");
+    expect_single(minds_with("when { input: \"distance\" is:", "when { input: \"range\" is:"),
+                  "input: \"range\"",
+                  "no input named 'range'");
+    expect_single(minds_with("slope { input: \"distance\"", "slope { input: \"rage\""),
+                  "input: \"rage\"",
+                  "no input named 'rage'");
+    expect_single(minds_with("then: \"timid\" }",
+                             "output: \"odd\" then: \"timid\" }\n  rule { when { input: "
+                             "\"distance\" is: \"far\" } then: \"timid\" }"),
+                  "output: \"odd\"",
+                  "no output named 'odd'");
+}
+
+TEST(FuzzySystems, FindWhatIsNeverSaid) {
+    expect_single(minds_with("then: \"timid\"", "then: \"bold\""),
+                  "value { name: \"timid\"",
+                  "no rule ever says this");
+}
+
+TEST(FuzzySystems, FindPropositionsThatSayNothing) {
+    expect_single(
+        minds_with("is_not: \"near\"", ""), "when { input: \"distance\"  }", "needs either");
+}
+
+TEST(FuzzySystems, FindTermsOfTheWrongInference) {
+    expect_single(minds_with("output { name: \"boldness\"",
+                             "output { name: \"boldness\" term { name: \"x\" b: 1 }"),
+                  "term { name: \"x\"",
+                  "belong to inference: MAMDANI");
+}
+
+}  // namespace
+}  // namespace zoned::ops::test
