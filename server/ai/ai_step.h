@@ -8,6 +8,7 @@
 #include "shared/core/rng.h"
 #include "shared/core/state_hash.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,6 +32,8 @@ struct Mind {
     EntityId entity;
     std::uint16_t machine = 0;  ///< index into Settings::machines
     fsm::OneState fsm;          ///< where it is in it
+    std::array<float, kMaxVariables> variables{};  ///< as of variables_at
+    Tick variables_at = 0;
     Tick next_decision = 0;
     Vec3 home = Vec3::Zero();
     Vec3 target = Vec3::Zero();
@@ -45,6 +48,9 @@ struct Mind {
     Tick anchor_since = 0;       ///< when that was
     Tick detour_until = 0;       ///< until then it walks around what blocked it
 };
+
+/// Puts a mind into the first state of its machine, with variables as they start.
+void begin(Mind& mind, const CompiledMachine& machine, Tick now);
 
 /// Moves all positions of a mind by `offset`, m: for a zone with another origin.
 void shift(Mind& mind, const Vec3& offset);

@@ -11,7 +11,10 @@ namespace zoned::ai {
 /// What a mind senses at a decision.
 using Senses = std::array<float, fsm::kMaxSenses>;
 
-/// Fills in what `machine` reads: its own senses, then the outputs of its fuzzy systems. `random`
+/// Variables as they are at `now`: they have grown at the rates of the mind's state.
+void grow(Mind& mind, const CompiledMachine& machine, Tick now);
+
+/// Fills in what `machine` reads: its own senses, the variables as of variables_at, then the outputs of its fuzzy systems. `random`
 /// in [0, 1); `position` zone-local, m.
 void sense(const Mind& mind,
            const CompiledMachine& machine,
@@ -20,8 +23,8 @@ void sense(const Mind& mind,
            float random,
            Senses& senses);
 
-/// Senses, and takes the transition that fires, if any (fsm::step_one). Draws one random number.
-/// Returns whether one did.
+/// Lets variables grow, senses, and takes the transition that fires, if any (fsm::step_one); what
+/// the states that it enters give is added. Draws one random number. Returns whether one fired.
 bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,

@@ -1,5 +1,7 @@
 #include "server/ai/machine.h"
 
+#include "shared/core/assert.h"
+
 namespace zoned::ai {
 
 namespace {
@@ -25,6 +27,52 @@ std::vector<fsm::StateDef> state_defs(const std::vector<State>& states, std::uin
     return defs;
 }
 
+/// Nodes of the table in the order in which states are written, outside in, each with its state:
+/// states of one machine side by side, what is inside them behind (as fsm::compile numbers them).
+void collect_nodes(const std::vector<State>& states, std::vector<const State*>& nodes) {
+    for (const State& state : states) {
+        nodes.push_back(&state);
+    }
+    for (const State& state : states) {
+        if (!state.inside.empty()) {
+            collect_nodes(state.inside, nodes);
+        }
+    }
+}
+
+/// What states do to variables.
+void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
+    ZONED_ASSERT(machine.variables.size() <= kMaxVariables, "a mind has few variables");
+    std::vector<const State*> nodes;
+    collect_nodes(machine.states, nodes);
+    ZONED_ASSERT(nodes.size() == out.table.nodes.size(), "every state is a node");
+    for (std::size_t node = 0; node < nodes.size(); ++node) {
+        for (const VariableChange& change : nodes[node]->changes) {
+            if (change.on_enter != 0.0F) {
+                out.gains.push_back(
+                    {static_cast<std::uint16_t>(node), change.variable, change.on_enter});
+            }
+        }
+    }
+    for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
+        for (std::size_t v = 0; v < machine.variables.size(); ++v) {
+            float per_s = machine.variables[v].per_s;
+            for (std::size_t level = 0; level < out.table.levels; ++level) {
+                const std::uint16_t node = out.table.path[leaf * out.table.levels + level];
+                if (node == fsm::kNone) {
+                    break;
+                }
+                for (const VariableChange& change : nodes[node]->changes) {
+                    if (change.variable == v && change.per_s) {
+                        per_s = *change.per_s;
+                    }
+                }
+            }
+            out.rates.push_back(per_s * dt);
+        }
+    }
+}
+
 /// Innermost states, in the order in which state_defs() numbers them.
 void collect_leaves(const std::vector<State>& states, std::vector<State>& leaves) {
     for (const State& state : states) {
@@ -45,7 +93,7 @@ fsm::MachineDef definition_of(const Machine& machine) {
 }
 
 std::size_t senses_of(const Machine& machine) {
-    std::size_t senses = kOwnSenses;
+    std::size_t senses = kOwnSenses + machine.variables.size();
     for (const FuzzySense& fuzzy : machine.fuzzy) {
         senses += fuzzy.def.outputs.size();
     }
@@ -57,6 +105,8 @@ CompiledMachine compile(const Machine& machine, float dt) {
     out.name = machine.name;
     out.perception_m = machine.perception_m;
     out.decide_every_s = machine.decide_every_s;
+    out.variables = machine.variables;
+    out.senses += out.variables.size();
     for (const FuzzySense& fuzzy : machine.fuzzy) {
         out.fuzzy.push_back({fuzzy::FuzzySystem(fuzzy.def),
                              fuzzy.inputs,
@@ -70,6 +120,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
         out.states.push_back(leaves[out.table.action(leaf)]);
         out.states.back().name = out.table.state_name(leaf);
     }
+    compile_changes(machine, dt, out);
     return out;
 }
 

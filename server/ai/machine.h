@@ -6,6 +6,7 @@
 #include "server/ai/senses.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,11 +32,15 @@ enum class Sensor : std::uint8_t {
     kRandom,          ///< uniform [0, 1) drawn once per decision
 };
 
-/// What every mind senses, by SenseIndex; outputs of its fuzzy systems follow.
+/// What every mind senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
+/// systems.
 inline constexpr SenseIndex kSensePlayerDistance = 0;
 inline constexpr SenseIndex kSenseHomeDistance = 1;
 inline constexpr SenseIndex kSenseRandom = 2;
 inline constexpr SenseIndex kOwnSenses = 3;
+
+/// Numbers that a mind can have of its own.
+inline constexpr std::size_t kMaxVariables = 8;
 
 constexpr SenseIndex sense_of(Sensor sensor) {
     switch (sensor) {
@@ -59,12 +64,28 @@ struct Transition {
     Compare compare = Compare::kAbove;
     float threshold = 0.0F;
     float hold_s = 0.0F;
-    SenseIndex fuzzy = 0;          ///< of a fuzzy output, in place of `sensor`; 0: none
+    SenseIndex sense = 0;  ///< of a variable or fuzzy output, in place of `sensor`; 0: none
     std::vector<Condition> also{};  ///< must hold as well
 
     [[nodiscard]] Condition first() const {
-        return {fuzzy != 0 ? fuzzy : sense_of(sensor), compare, threshold};
+        return {sense != 0 ? sense : sense_of(sensor), compare, threshold};
     }
+};
+
+/// A number of each mind that grows with time.
+struct Variable {
+    std::string name;
+    float start = 0.0F;
+    float per_s = 0.0F;  ///< in states that say no other
+    float low = 0.0F;
+    float high = 1.0F;
+};
+
+/// What a state does to a variable, and all that is inside it unless that says otherwise.
+struct VariableChange {
+    std::uint16_t variable = 0;
+    std::optional<float> per_s;
+    float on_enter = 0.0F;  ///< added when the state is entered
 };
 
 struct State {
@@ -77,12 +98,13 @@ struct State {
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
     std::vector<State> inside;            ///< a machine as a state: what is above but for transitions is theirs
     fsm::History history = fsm::History::kNone;
+    std::vector<VariableChange> changes{};
 };
 
 /// A fuzzy system whose outputs are senses.
 struct FuzzySense {
     fuzzy::FuzzyDef def;
-    std::vector<SenseIndex> inputs;  ///< for each input a sense below kOwnSenses
+    std::vector<SenseIndex> inputs;  ///< for each input a sense: its own, or a variable
 };
 
 struct Machine {
@@ -90,7 +112,8 @@ struct Machine {
     std::vector<State> states;      ///< the first is where an entity starts
     float perception_m = 40.0F;     ///< how far players are noticed
     float decide_every_s = 0.2F;    ///< period of decisions; steering runs every tick
-    std::vector<FuzzySense> fuzzy;  ///< the first output is sense kOwnSenses
+    std::vector<Variable> variables{};  ///< the first is sense kOwnSenses
+    std::vector<FuzzySense> fuzzy;  ///< the first output comes after the variables
 };
 
 /// Machine for a time step: tables, and what each innermost state does.
@@ -101,9 +124,19 @@ struct CompiledMachine {
         SenseIndex first = 0;  ///< sense of its first output
     };
 
+    /// What entering a state adds to a variable.
+    struct Gain {
+        std::uint16_t node = 0;  ///< of the table
+        std::uint16_t variable = 0;
+        float amount = 0.0F;
+    };
+
     std::string name;
     fsm::FlatMachine table;
     std::vector<State> states;  ///< by leaf of the table, without transitions
+    std::vector<Variable> variables;
+    std::vector<float> rates;  ///< growth of variables per tick: leaf x variables
+    std::vector<Gain> gains;   ///< by node
     std::vector<Fuzzy> fuzzy;
     std::size_t senses = kOwnSenses;
     float perception_m = 40.0F;

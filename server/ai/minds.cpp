@@ -17,6 +17,10 @@ void add(core::StateHash& hash, const Mind& mind) {
     hash.add(mind.entity.value);
     hash.add(mind.machine);
     mind.fsm.hash(hash);
+    for (const float variable : mind.variables) {
+        hash.add(variable);
+    }
+    hash.add(mind.variables_at);
     hash.add(mind.next_decision);
     add(hash, mind.home);
     add(hash, mind.target);

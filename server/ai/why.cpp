@@ -142,6 +142,9 @@ class Account {
 
 std::vector<std::string> sense_names(const Machine& machine) {
     std::vector<std::string> names{"player distance", "home distance", "random"};
+    for (const Variable& variable : machine.variables) {
+        names.push_back(variable.name);
+    }
     for (const FuzzySense& fuzzy : machine.fuzzy) {
         for (const fuzzy::Output& output : fuzzy.def.outputs) {
             names.push_back(fuzzy.def.name + "." + output.name);
@@ -157,9 +160,10 @@ std::string why(const Mind& mind,
                 const Vec3& position,
                 Tick now,
                 float dt) {
-    core::Rng peek = mind.rng;
+    Mind then = mind;
+    grow(then, compiled, now);
     Senses senses;
-    sense(mind, compiled, sight, position, peek.unit(), senses);
+    sense(then, compiled, sight, position, then.rng.unit(), senses);
     return Account(mind, machine, compiled, now).write(senses, dt);
 }
 

@@ -45,22 +45,42 @@ bool check_states(const Config& config,
     return right;
 }
 
+void check_variables(const Config::Machine& machine,
+                     const std::string& path,
+                     Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    for (int v = 0; v < machine.variable_size(); ++v) {
+        const std::string here = join_path(path, "variable", v);
+        const auto& variable = machine.variable(v);
+        if (check_name(variable.name(), "variable", here, diagnostics) &&
+            !names.insert(variable.name()).second) {
+            diagnostics.add(here + ".name",
+                            "'" + variable.name() + "' is the name of another variable");
+        }
+        if (!(variable.high() > variable.low())) {
+            diagnostics.add(here, "high must be above low");
+        } else if (variable.start() < variable.low() || variable.start() > variable.high()) {
+            diagnostics.add(here + ".start", "lies outside of low to high");
+        }
+    }
+}
+
 void check_condition(const Config& config,
                      bool has_sense,
                      const std::string& sense,
                      Config::Sensor sensor,
                      double threshold,
-                     double perception_m,
+                     int root,
                      const std::string& path,
                      Diagnostics& diagnostics) {
     if (has_sense) {
-        if (!known_sense(config, sense)) {
-            diagnostics.add(path + ".sense",
-                            "no fuzzy system has an output '" + sense +
-                                "' (\"SYSTEM.OUTPUT\"): minds do not sense it");
+        const std::string wrong = why_not_sensed(config, root, sense);
+        if (!wrong.empty()) {
+            diagnostics.add(path + ".sense", wrong);
         }
         return;
     }
+    const double perception_m = config.machine(root).perception_m();
     if (sensor == Config::PLAYER_DISTANCE && threshold > perception_m) {
         diagnostics.add(path + ".threshold",
                         text_of("%g m is beyond perception_m, %g: players there are not noticed",
@@ -76,7 +96,7 @@ void check_condition(const Config& config,
 bool check_transition(const Config& config,
                       const Config::Machine& machine,
                       const Config::Transition& transition,
-                      double perception_m,
+                      int root,
                       const std::string& path,
                       Diagnostics& diagnostics) {
     const bool exists =
@@ -95,7 +115,7 @@ bool check_transition(const Config& config,
                     transition.sense(),
                     transition.sensor(),
                     transition.threshold(),
-                    perception_m,
+                    root,
                     path,
                     diagnostics);
     for (int a = 0; a < transition.also_size(); ++a) {
@@ -105,7 +125,7 @@ bool check_transition(const Config& config,
                         also.sense(),
                         also.sensor(),
                         also.threshold(),
-                        perception_m,
+                        root,
                         join_path(path, "also", a),
                         diagnostics);
     }
@@ -151,10 +171,18 @@ class RootCheck {
                 const bool leads = check_transition(config_,
                                                     machine,
                                                     state.transition(t),
-                                                    config_.machine(root_).perception_m(),
+                                                    root_,
                                                     join_path(here, "transition", t),
                                                     diagnostics_);
                 broken_ = broken_ || !leads;
+            }
+            for (int c = 0; c < state.change_size(); ++c) {
+                if (find_variable(config_.machine(root_), state.change(c).variable()) < 0) {
+                    diagnostics_.add(join_path(here, "change", c) + ".variable",
+                                     "machine '" + config_.machine(root_).name() +
+                                         "' has no variable named '" +
+                                         state.change(c).variable() + "'");
+                }
             }
             const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
             if (inside < 0) {
@@ -259,6 +287,7 @@ void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
                             "'" + machine.name() + "' is the name of another machine");
         }
         named.push_back(check_states(config, machine, path, diagnostics));
+        check_variables(machine, path, diagnostics);
     }
     std::vector<bool> looked_at(named.size(), false);
     for (const int root : roots_of(config)) {

@@ -75,7 +75,8 @@ class FuzzyNames {
             const std::string here = join_path(path_, "input", i);
             unique(fuzzy_.input(i).term(), here, "term");
             corners(fuzzy_.input(i).term(), here);
-            if (fuzzy_.input(i).sensor() == Config::TIME_IN_STATE) {
+            if (!fuzzy_.input(i).has_sense() &&
+                fuzzy_.input(i).sensor() == Config::TIME_IN_STATE) {
                 diagnostics_.add(here + ".sensor",
                                  "the time in a state is known to transitions alone");
             }

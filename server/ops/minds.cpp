@@ -36,7 +36,8 @@ class MachineExpansion {
   public:
     MachineExpansion(const Config& config, int index) : config_(config), index_(index) {
         collect_systems(index, 0);
-        std::size_t next = ai::kOwnSenses;
+        std::size_t next =
+            ai::kOwnSenses + static_cast<std::size_t>(config.machine(index).variable_size());
         for (const int system : systems_) {
             first_.push_back(next);
             next += static_cast<std::size_t>(config.fuzzy(system).output_size());
@@ -49,13 +50,19 @@ class MachineExpansion {
         out.name = machine.name();
         out.perception_m = narrow(machine.perception_m());
         out.decide_every_s = narrow(machine.decide_every_s());
+        for (const auto& variable : machine.variable()) {
+            out.variables.push_back({variable.name(),
+                                     narrow(variable.start()),
+                                     narrow(variable.per_s()),
+                                     narrow(variable.low()),
+                                     narrow(variable.high())});
+        }
         out.states = states(machine, 0);
         for (const int system : systems_) {
             ai::FuzzySense sense;
             sense.def = expand_fuzzy(config_.fuzzy(system));
             for (const auto& input : config_.fuzzy(system).input()) {
-                sense.inputs.push_back(
-                    ai::sense_of(static_cast<ai::Sensor>(input.sensor())));
+                sense.inputs.push_back(input_sense(input));
             }
             out.fuzzy.push_back(std::move(sense));
         }
@@ -86,10 +93,19 @@ class MachineExpansion {
         }
     }
 
+    [[nodiscard]] ai::SenseIndex input_sense(const Config::FuzzyInput& input) const {
+        return input.has_sense() ? named_sense(true, input.sense())
+                                 : ai::sense_of(static_cast<ai::Sensor>(input.sensor()));
+    }
+
     /// 0 where the setting names none.
-    [[nodiscard]] ai::SenseIndex fuzzy_sense(bool given, const std::string& sense) const {
+    [[nodiscard]] ai::SenseIndex named_sense(bool given, const std::string& sense) const {
         if (!given) {
             return 0;
+        }
+        const int variable = find_variable(config_.machine(index_), sense);
+        if (variable >= 0) {
+            return static_cast<ai::SenseIndex>(ai::kOwnSenses + variable);
         }
         const FuzzyPlace place = find_sense(config_, sense);
         std::size_t k = 0;
@@ -115,11 +131,11 @@ class MachineExpansion {
         out.compare = static_cast<ai::Compare>(from.compare());
         out.threshold = narrow(from.threshold());
         out.hold_s = narrow(from.hold_s());
-        out.fuzzy = fuzzy_sense(from.has_sense(), from.sense());
+        out.sense = named_sense(from.has_sense(), from.sense());
         for (const auto& also : from.also()) {
-            const ai::SenseIndex fuzzy = fuzzy_sense(also.has_sense(), also.sense());
+            const ai::SenseIndex named = named_sense(also.has_sense(), also.sense());
             out.also.push_back(
-                {fuzzy != 0 ? fuzzy : ai::sense_of(static_cast<ai::Sensor>(also.sensor())),
+                {named != 0 ? named : ai::sense_of(static_cast<ai::Sensor>(also.sensor())),
                  static_cast<ai::Compare>(also.compare()),
                  narrow(also.threshold())});
         }
@@ -142,6 +158,16 @@ class MachineExpansion {
                 s.behaviour = static_cast<std::uint8_t>(std::max(behaviour, 0));
             }
             s.history = static_cast<ai::fsm::History>(state.history());
+            for (const auto& change : state.change()) {
+                ai::VariableChange c;
+                c.variable = static_cast<std::uint16_t>(
+                    std::max(find_variable(config_.machine(index_), change.variable()), 0));
+                if (change.has_per_s()) {
+                    c.per_s = narrow(change.per_s());
+                }
+                c.on_enter = narrow(change.on_enter());
+                s.changes.push_back(c);
+            }
             for (const auto& t : state.transition()) {
                 s.transitions.push_back(transition(machine, t));
             }
@@ -183,8 +209,32 @@ int find_machine(const proto::Config& config, const std::string& name) {
     return -1;
 }
 
-bool known_sense(const proto::Config& config, const std::string& sense) {
-    return find_sense(config, sense).system >= 0;
+int find_variable(const proto::Config::Machine& machine, const std::string& name) {
+    for (int v = 0; v < machine.variable_size(); ++v) {
+        if (machine.variable(v).name() == name) {
+            return v;
+        }
+    }
+    return -1;
+}
+
+std::string why_not_sensed(const proto::Config& config, int root, const std::string& sense) {
+    const Config::Machine& machine = config.machine(root);
+    if (find_variable(machine, sense) >= 0) {
+        return {};
+    }
+    const int system = find_sense(config, sense).system;
+    if (system < 0) {
+        return "minds of machine '" + machine.name() + "' do not sense '" + sense +
+               "': it is no variable of theirs, and no \"SYSTEM.OUTPUT\" of a fuzzy system";
+    }
+    for (const auto& input : config.fuzzy(system).input()) {
+        if (input.has_sense() && find_variable(machine, input.sense()) < 0) {
+            return "minds of machine '" + machine.name() + "' do not sense '" + sense +
+                   "': it depends on '" + input.sense() + "', which is no variable of theirs";
+        }
+    }
+    return {};
 }
 
 }  // namespace zoned::ops

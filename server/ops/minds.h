@@ -28,7 +28,11 @@ void check_machines(const proto::Config& config, Diagnostics& diagnostics);
 /// Index of the machine of that name, -1: none.
 int find_machine(const proto::Config& config, const std::string& name);
 
-/// True where "SYSTEM.OUTPUT" names an output of a fuzzy system.
-bool known_sense(const proto::Config& config, const std::string& sense);
+/// What keeps `sense`, a variable or "SYSTEM.OUTPUT", from being known to minds of machine `root`;
+/// empty: they sense it.
+std::string why_not_sensed(const proto::Config& config, int root, const std::string& sense);
+
+/// Index of the variable of that name in a machine, -1: none.
+int find_variable(const proto::Config::Machine& machine, const std::string& name);
 
 }  // namespace zoned::ops

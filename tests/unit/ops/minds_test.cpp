@@ -93,13 +93,13 @@ TEST(Minds, FindUnknownSenses) {
     expect_single(minds_with("sense: \"brave.boldness\" compare: ABOVE",
                              "sense: \"brave.bold\" compare: ABOVE"),
                   "sense: \"brave.bold\"",
-                  "no fuzzy system has an output 'brave.bold'");
+                  "minds of machine 'sentry' do not sense 'brave.bold'");
 }
 
 TEST(Minds, FindUnknownSensesInFurtherConditions) {
     expect_single(minds_with("also { sensor: HOME_DISTANCE", "also { sense: \"a.b\""),
                   "sense: \"a.b\"",
-                  "no fuzzy system");
+                  "do not sense 'a.b'");
 }
 
 TEST(Minds, FindUnknownMachines) {
@@ -180,6 +180,62 @@ TEST(Minds, JudgeDistancesByWhatTheOuterMachinePerceives) {
     expect_single(with("name: \"sentry\"\n", "name: \"sentry\" perception_m: 30\n", text),
                   "threshold: 39",
                   "beyond perception_m, 30");
+}
+
+/// The sentry tires of hunting.
+const std::string kTired = with(
+    "name: \"hunt\" action: CHASE",
+    "name: \"hunt\" action: CHASE change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }",
+    minds_with("name: \"sentry\"\n",
+               "name: \"sentry\"\n  variable { name: \"vigour\" start: 0.8 per_s: 0.02 }\n"));
+
+TEST(Minds, HaveVariables) {
+    const Outcome out =
+        parse(with("sense: \"brave.boldness\" compare: BELOW threshold: 0.3",
+                   "sense: \"vigour\" compare: BELOW threshold: 0.3",
+                   kTired));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    EXPECT_EQ(sentry.senses, 5U);
+    ai::Mind mind;
+    mind.entity = EntityId(1);
+    ai::begin(mind, sentry, 0);
+    ai::Sight sight;
+    sight.distance = 5.0F;
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30);
+    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");
+    EXPECT_NEAR(mind.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 135);
+    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");  // 4.5 s: 0.32
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 150);
+    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "calm/walk");
+}
+
+TEST(Minds, FindVariablesThatDoNotExist) {
+    expect_single(with("variable: \"vigour\" per_s", "variable: \"vigor\" per_s", kTired),
+                  "variable: \"vigor\"",
+                  "machine 'sentry' has no variable named 'vigor'");
+}
+
+TEST(Minds, FindSystemsThatDependOnVariablesThatTheyDoNotHave) {
+    const std::string text = with("input { name: \"distance\" sensor: PLAYER_DISTANCE",
+                                  "input { name: \"distance\" sense: \"vigour\"",
+                                  kTired);
+    EXPECT_TRUE(parse(text).ok);
+    const Outcome out = parse(with("variable { name: \"vigour\"",
+                                   "variable { name: \"power\"",
+                                   with("change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }",
+                                        "",
+                                        text)));
+    ASSERT_EQ(out.errors.size(), 2U) << format_errors("test", out.errors);
+    EXPECT_NE(out.errors[0].text.find("it depends on 'vigour'"), std::string::npos);
+}
+
+TEST(Minds, FindVariablesThatStartOutside) {
+    expect_single(with("start: 0.8", "start: 1.5", kTired), "start: 1.5", "outside of low to high");
+    expect_single(with("per_s: 0.02", "high: 0 low: 0.5", kTired),
+                  "variable { name: \"vigour\"",
+                  "high must be above low");
 }
 
 TEST(FuzzySystems, FindGaps) {
