@@ -61,6 +61,9 @@ Report step(Minds& minds,
     Report report;
     collect(minds, entities, now);
     const Minds::Scratch& scratch = minds.scratch();
+    Thinking& thinking = minds.scratch().thinking;
+    thinking.max_plan_nodes = settings.max_plan_nodes;
+    thinking.plans = thinking.plans_cut_off = thinking.plans_unreachable = 0;
     const std::span<Mind> all = minds.all();
     const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
     const std::size_t decisions = std::min(budget, scratch.due.size());
@@ -69,7 +72,7 @@ Report step(Minds& minds,
         const world::Row row = scratch.rows[scratch.due[i]];
         const CompiledMachine& machine = machine_of(mind, settings);
         const Sight sight = look(entities, grid, row, machine.perception_m, settings.far_m);
-        if (decide(mind, machine, sight, entities.position[row], now)) {
+        if (decide(mind, machine, sight, entities.position[row], now, thinking)) {
             ++report.transitions;
         }
         mind.next_decision = next_decision(mind.entity, decision_period(machine, dt), now);
@@ -87,8 +90,11 @@ Report step(Minds& minds,
         }
         entities.command[row] = mind.aim;
         entities.command[row].tick = now;
-        entities.behaviour[row] = machine.states[mind.fsm.state()].behaviour;
+        entities.behaviour[row] = machine.states[mind.doing].behaviour;
     }
+    report.plans = thinking.plans;
+    report.plans_cut_off = thinking.plans_cut_off;
+    report.plans_unreachable = thinking.plans_unreachable;
     report.minds = static_cast<std::uint32_t>(all.size());
     report.decisions = static_cast<std::uint32_t>(decisions);
     report.postponed = static_cast<std::uint32_t>(scratch.due.size() - decisions);

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,16 +23,22 @@ struct Settings {
         4096;  ///< counted units of work; what does not fit waits, the longest waiting first
     bool reduce_far = true;  ///< minds farther than far_m from every player steer every 4th tick
     float far_m = 150.0F;
+    std::uint32_t max_plan_nodes = 1024;  ///< that one search for a plan may create
 };
 
 /// Fills in `compiled`; `dt` in s.
 void compile(Settings& settings, float dt);
+
+/// No plan was made yet: more facts than a domain may have.
+inline constexpr goap::World kUnplanned = ~goap::World{0};
 
 /// The mind of one entity: part of snapshots, handoffs and hashes. Positions are zone-local.
 struct Mind {
     EntityId entity;
     std::uint16_t machine = 0;  ///< index into Settings::machines
     fsm::OneState fsm;          ///< where it is in it
+    std::uint16_t doing = 0;    ///< index into CompiledMachine::states
+    goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
     std::array<float, kMaxVariables> variables{};  ///< as of variables_at
     Tick variables_at = 0;
     Tick next_decision = 0;
@@ -61,6 +68,19 @@ struct Report {
     std::uint32_t steered = 0;
     std::uint32_t postponed = 0;  ///< decisions that the budget moved to a later tick
     std::uint32_t transitions = 0;
+    std::uint32_t plans = 0;
+    std::uint32_t plans_cut_off = 0;      ///< their search met its bound
+    std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
+};
+
+/// What decisions need while they are made, and count; holds no state.
+struct Thinking {
+    std::uint32_t max_plan_nodes = 1024;
+    std::optional<goap::Planner> planner{};  ///< once some mind plans
+    goap::Plan plan{};
+    std::uint32_t plans = 0;
+    std::uint32_t plans_cut_off = 0;
+    std::uint32_t plans_unreachable = 0;
 };
 
 /// All minds of one zone, ascending by entity id.
@@ -82,6 +102,7 @@ class Minds {
     struct Scratch {
         std::vector<world::Row> rows;    ///< row of each mind, kNoRow = leave it alone
         std::vector<std::uint32_t> due;  ///< minds that want to decide
+        Thinking thinking;
     };
 
     [[nodiscard]] Scratch& scratch() { return scratch_; }

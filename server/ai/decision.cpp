@@ -24,10 +24,90 @@ void gain(Mind& mind, const CompiledMachine& machine, std::size_t level) {
     }
 }
 
+using Known = std::span<const float>;
+
+bool all_hold(const std::vector<Condition>& conditions, Known senses) {
+    return std::all_of(conditions.begin(), conditions.end(), [senses](const Condition& condition) {
+        return holds(condition, senses[condition.sense]);
+    });
+}
+
+/// The deed that a plan begins with, or `otherwise`.
+std::uint16_t plan_deed(Mind& mind,
+                        const CompiledMachine::Plans& plans,
+                        std::uint16_t first,
+                        std::uint16_t otherwise,
+                        Known senses,
+                        Thinking& thinking) {
+    goap::World facts = 0;
+    for (std::size_t f = 0; f < plans.facts.size(); ++f) {
+        facts |= static_cast<goap::World>(all_hold(plans.facts[f], senses)) << f;
+    }
+    if (facts == mind.facts) {
+        return mind.doing;
+    }
+    mind.facts = facts;
+    if (!thinking.planner || thinking.planner->bound() != thinking.max_plan_nodes) {
+        thinking.planner.emplace(thinking.max_plan_nodes);
+    }
+    thinking.planner->plan(plans.actions, facts, plans.goal, thinking.plan);
+    ++thinking.plans;
+    switch (thinking.plan.verdict) {
+        case goap::Verdict::kPlanned:
+            return thinking.plan.size > 0
+                       ? static_cast<std::uint16_t>(first + thinking.plan.action[0])
+                       : otherwise;
+        case goap::Verdict::kUnreachable:
+            ++thinking.plans_unreachable;
+            break;
+        case goap::Verdict::kCutOff:
+            ++thinking.plans_cut_off;
+            break;
+    }
+    return otherwise;
+}
+
+/// What to do in the state. `entered`: it was entered just now.
+void choose(Mind& mind,
+            const CompiledMachine& machine,
+            bool entered,
+            Known senses,
+            Thinking& thinking) {
+    const std::uint16_t leaf = mind.fsm.state();
+    const CompiledMachine::Choice& choice = machine.choices[leaf];
+    if (entered) {
+        mind.facts = kUnplanned;
+    }
+    std::uint16_t deed = leaf;
+    if (choice.tree >= 0) {
+        deed = static_cast<std::uint16_t>(
+            choice.first + machine.trees[static_cast<std::size_t>(choice.tree)].decide(senses));
+    } else if (choice.plan >= 0) {
+        deed = plan_deed(mind,
+                         machine.plans[static_cast<std::size_t>(choice.plan)],
+                         choice.first,
+                         leaf,
+                         senses,
+                         thinking);
+    }
+    if (deed == mind.doing && !entered) {
+        return;
+    }
+    mind.doing = deed;
+    mind.entered = true;
+    if (deed != leaf) {
+        for (const VariableChange& change : machine.states[deed].changes) {
+            add(mind, machine, change.variable, change.on_enter);
+        }
+    }
+}
+
 }  // namespace
 
 void begin(Mind& mind, const CompiledMachine& machine, Tick now) {
     mind.fsm = fsm::OneState(now);
+    mind.doing = 0;
+    mind.facts = kUnplanned;
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
         mind.variables[v] = machine.variables[v].start;
     }
@@ -39,7 +119,7 @@ void grow(Mind& mind, const CompiledMachine& machine, Tick now) {
     const std::size_t count = machine.variables.size();
     const auto ticks = static_cast<float>(now - mind.variables_at);
     for (std::size_t v = 0; v < count; ++v) {
-        add(mind, machine, v, machine.rates[mind.fsm.state() * count + v] * ticks);
+        add(mind, machine, v, machine.rates[mind.doing * count + v] * ticks);
     }
     mind.variables_at = now;
 }
@@ -74,21 +154,22 @@ bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,
             const Vec3& position,
-            Tick now) {
+            Tick now,
+            Thinking& thinking) {
     grow(mind, machine, now);
     Senses senses;
     sense(mind, machine, sight, position, mind.rng.unit(), senses);
     mind.prey = sight.prey;
     mind.far = sight.player_far;
     mind.fresh = true;
+    const Known known(senses.data(), machine.senses);
     const std::optional<fsm::Change> change =
-        fsm::step_one(machine.table, mind.fsm, std::span(senses.data(), machine.senses), now);
-    if (!change) {
-        return false;
+        fsm::step_one(machine.table, mind.fsm, known, now);
+    if (change) {
+        gain(mind, machine, machine.table.transitions[change->transition].level);
     }
-    gain(mind, machine, machine.table.transitions[change->transition].level);
-    mind.entered = true;
-    return true;
+    choose(mind, machine, change.has_value(), known, thinking);
+    return change.has_value();
 }
 
 Tick decision_period(const CompiledMachine& machine, float dt) {

@@ -24,12 +24,15 @@ void sense(const Mind& mind,
            Senses& senses);
 
 /// Lets variables grow, senses, and takes the transition that fires, if any (fsm::step_one); what
-/// the states that it enters give is added. Draws one random number. Returns whether one fired.
+/// the states that it enters give is added. Then finds what to do: as the state says, its tree or
+/// its plan, which is made anew when a fact has changed since; where no plan is found, the state's
+/// own action. Draws one random number. Returns whether a transition fired.
 bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,
             const Vec3& position,
-            Tick now);
+            Tick now,
+            Thinking& thinking);
 
 /// Ticks between decisions, >= 1.
 Tick decision_period(const CompiledMachine& machine, float dt);

@@ -40,12 +40,21 @@ void collect_nodes(const std::vector<State>& states, std::vector<const State*>& 
     }
 }
 
-/// What states do to variables.
+void overlay(const std::vector<VariableChange>& changes, std::vector<float>& per_s) {
+    for (const VariableChange& change : changes) {
+        if (change.per_s) {
+            per_s[change.variable] = *change.per_s;
+        }
+    }
+}
+
+/// What states and deeds do to variables.
 void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
     ZONED_ASSERT(machine.variables.size() <= kMaxVariables, "a mind has few variables");
     std::vector<const State*> nodes;
     collect_nodes(machine.states, nodes);
     ZONED_ASSERT(nodes.size() == out.table.nodes.size(), "every state is a node");
+    out.rates.assign(out.states.size() * machine.variables.size(), 0.0F);
     for (std::size_t node = 0; node < nodes.size(); ++node) {
         for (const VariableChange& change : nodes[node]->changes) {
             if (change.on_enter != 0.0F) {
@@ -54,21 +63,54 @@ void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
             }
         }
     }
+    // Rates of leaves, by the innermost state that says one; then of deeds, on top of their leaf's.
+    const std::size_t count = machine.variables.size();
     for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
-        for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-            float per_s = machine.variables[v].per_s;
-            for (std::size_t level = 0; level < out.table.levels; ++level) {
-                const std::uint16_t node = out.table.path[leaf * out.table.levels + level];
-                if (node == fsm::kNone) {
-                    break;
-                }
-                for (const VariableChange& change : nodes[node]->changes) {
-                    if (change.variable == v && change.per_s) {
-                        per_s = *change.per_s;
-                    }
-                }
+        std::vector<float> per_s;
+        for (const Variable& variable : machine.variables) {
+            per_s.push_back(variable.per_s);
+        }
+        for (std::size_t level = 0; level < out.table.levels; ++level) {
+            const std::uint16_t node = out.table.path[leaf * out.table.levels + level];
+            if (node != fsm::kNone) {
+                overlay(nodes[node]->changes, per_s);
             }
-            out.rates.push_back(per_s * dt);
+        }
+        for (std::size_t v = 0; v < count; ++v) {
+            out.rates[leaf * count + v] = per_s[v] * dt;
+        }
+        const CompiledMachine::Choice& choice = out.choices[leaf];
+        for (std::size_t d = 0; d < out.states[leaf].deeds.size(); ++d) {
+            std::vector<float> of_deed = per_s;
+            overlay(out.states[choice.first + d].changes, of_deed);
+            for (std::size_t v = 0; v < count; ++v) {
+                out.rates[(choice.first + d) * count + v] = of_deed[v] * dt;
+            }
+        }
+    }
+}
+
+/// Lays out what leaves choose among, behind the leaves.
+void compile_choices(CompiledMachine& out) {
+    const std::size_t leaves = out.states.size();
+    for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
+        CompiledMachine::Choice choice;
+        choice.first = static_cast<std::uint16_t>(out.states.size());
+        const State& state = out.states[leaf];
+        if (const auto* by_tree = std::get_if<TreeChoice>(&state.choice)) {
+            choice.tree = static_cast<int>(out.trees.size());
+            out.trees.emplace_back(by_tree->def, out.senses);
+        } else if (const auto* by_plan = std::get_if<PlanChoice>(&state.choice)) {
+            choice.plan = static_cast<int>(out.plans.size());
+            out.plans.push_back({goap::Actions(by_plan->domain),
+                                 by_plan->domain.goals[by_plan->goal].wants,
+                                 by_plan->facts});
+        }
+        out.choices.push_back(choice);
+        const Deeds deeds = state.deeds;
+        for (const State& deed : deeds) {
+            out.states.push_back(deed);
+            out.states.back().name = out.states[leaf].name + ":" + deed.name;
         }
     }
 }
@@ -120,6 +162,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
         out.states.push_back(leaves[out.table.action(leaf)]);
         out.states.back().name = out.table.state_name(leaf);
     }
+    compile_choices(out);
     compile_changes(machine, dt, out);
     return out;
 }

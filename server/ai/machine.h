@@ -3,11 +3,14 @@
 
 #include "server/ai/fsm/flat_machine.h"
 #include "server/ai/fuzzy/fuzzy_system.h"
+#include "server/ai/goap/planner.h"
 #include "server/ai/senses.h"
+#include "server/ai/tree/decision_tree.h"
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace zoned::ai {
@@ -88,6 +91,22 @@ struct VariableChange {
     float on_enter = 0.0F;  ///< added when the state is entered
 };
 
+/// How a state finds at each decision what to do; its own action is for where no way is found.
+struct TreeChoice {
+    tree::TreeDef def;  ///< answers are numbers of deeds
+};
+
+struct PlanChoice {
+    goap::Domain domain;
+    std::vector<std::vector<Condition>> facts;  ///< by fact: true where all hold; not of kStateTime
+    std::uint16_t goal = 0;                     ///< of the domain; actions are numbers of deeds
+};
+
+struct State;
+
+/// What is done under a name: as a state's action, without transitions.
+using Deeds = std::vector<State>;
+
 struct State {
     std::string name;
     ActionKind action = ActionKind::kIdle;
@@ -99,6 +118,8 @@ struct State {
     std::vector<State> inside;            ///< a machine as a state: what is above but for transitions is theirs
     fsm::History history = fsm::History::kNone;
     std::vector<VariableChange> changes{};
+    std::variant<std::monostate, TreeChoice, PlanChoice> choice{};  ///< of an innermost state
+    Deeds deeds{};                                                  ///< what it chooses among
 };
 
 /// A fuzzy system whose outputs are senses.
@@ -133,9 +154,26 @@ struct CompiledMachine {
 
     std::string name;
     fsm::FlatMachine table;
-    std::vector<State> states;  ///< by leaf of the table, without transitions
+    struct Plans {
+        goap::Actions actions;
+        goap::Literals goal;
+        std::vector<std::vector<Condition>> facts;
+    };
+
+    /// How a leaf chooses: by a tree or a plan, index into these, or by itself where both are below
+    /// 0. Deeds begin at `first`.
+    struct Choice {
+        int tree = -1;
+        int plan = -1;
+        std::uint16_t first = 0;
+    };
+
+    std::vector<State> states;  ///< what is done: by leaf of the table, then deeds of leaves
+    std::vector<Choice> choices;  ///< by leaf
+    std::vector<tree::DecisionTree> trees;
+    std::vector<Plans> plans;
     std::vector<Variable> variables;
-    std::vector<float> rates;  ///< growth of variables per tick: leaf x variables
+    std::vector<float> rates;  ///< growth of variables per tick: of `states` x variables
     std::vector<Gain> gains;   ///< by node
     std::vector<Fuzzy> fuzzy;
     std::size_t senses = kOwnSenses;

@@ -17,6 +17,8 @@ void add(core::StateHash& hash, const Mind& mind) {
     hash.add(mind.entity.value);
     hash.add(mind.machine);
     mind.fsm.hash(hash);
+    hash.add(mind.doing);
+    hash.add(mind.facts);
     for (const float variable : mind.variables) {
         hash.add(variable);
     }

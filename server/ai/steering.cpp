@@ -252,7 +252,7 @@ float full_speed(const State& state, const Surroundings& around) {
 }  // namespace
 
 void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
-    const State& state = machine.states[mind.fsm.state()];
+    const State& state = machine.states[mind.doing];
     const bool entered = mind.entered;
     if (entered) {
         begin(mind, state, around);

@@ -30,6 +30,7 @@ class Account {
 
     std::string write(const Senses& senses, float dt) {
         states(dt);
+        text_ += "does " + compiled_.states[mind_.doing].name + "\n";
         text_ += "senses:\n";
         for (std::size_t k = 0; k < names_.size(); ++k) {
             text_ += print("  %s %g\n", names_[k].c_str(), static_cast<double>(senses[k]));

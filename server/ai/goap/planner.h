@@ -67,6 +67,8 @@ class Planner {
     /// `bound`: nodes that a search may create, [1, 65536].
     explicit Planner(std::uint32_t bound = 1024);
 
+    [[nodiscard]] std::uint32_t bound() const { return bound_; }
+
     /// The cheapest plan; of equally cheap ones the same each time.
     void plan(const Actions& actions, World from, const Literals& goal, Plan& plan);
 

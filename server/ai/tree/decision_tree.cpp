@@ -176,6 +176,15 @@ void DecisionTree::decide(const SenseColumns& senses, std::span<std::uint16_t> a
     }
 }
 
+std::uint16_t DecisionTree::decide(std::span<const float> values) const {
+    std::size_t at = 0;
+    while (nodes_[at].next != at) {
+        const Node& node = nodes_[at];
+        at = node.next + static_cast<std::size_t>(values[node.sense] * node.sign < node.threshold);
+    }
+    return nodes_[at].action;
+}
+
 std::uint16_t DecisionTree::explain(std::span<const float> values,
                                     std::vector<std::uint16_t>& way) const {
     way.clear();

@@ -164,7 +164,7 @@ TEST(Minds, HashSeesEveryField) {
         return h.value();
     };
     const std::uint64_t before = hash(mind);
-    std::vector<Mind> changed(22, mind);
+    std::vector<Mind> changed(24, mind);
     changed[0].machine = 1;
     changed[1].fsm.leaf[0] = 1;
     changed[2].fsm.since[0][0] = 1;
@@ -187,6 +187,8 @@ TEST(Minds, HashSeesEveryField) {
     changed[19].fsm.memory[7][0] = 1;
     changed[20].variables[7] = 1.0F;
     changed[21].variables_at = 1;
+    changed[22].doing = 1;
+    changed[23].facts = 1;
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash(changed[i]), before) << i;
     }

@@ -117,7 +117,8 @@ inline bool decide(Mind& mind,
                    const Vec3& position,
                    Tick now,
                    float dt) {
-    return ai::decide(mind, compile(machine, dt), sight, position, now);
+    Thinking thinking;
+    return ai::decide(mind, compile(machine, dt), sight, position, now, thinking);
 }
 
 /// One state, no transitions.

@@ -52,7 +52,7 @@ class Eater {
 
     std::string decide(Tick now, float player = 100.0F) {
         sight.distance = player;
-        ai::decide(mind, machine, sight, Vec3::Zero(), now);
+        ai::decide(mind, machine, sight, Vec3::Zero(), now, thinking);
         return machine.states[mind.fsm.state()].name;
     }
 
@@ -60,6 +60,7 @@ class Eater {
     CompiledMachine machine;
     Mind mind;
     Sight sight;
+    Thinking thinking;
 };
 
 TEST(Variables, GrowAndAreFedByStates) {
@@ -99,6 +100,152 @@ TEST(Variables, StopAWayThatNeedsWhatIsNotThere) {
     eater.mind.variables[1] = 0.0F;
     EXPECT_EQ(eater.decide(100), "at_home/rest");
     EXPECT_GT(eater.mind.variables[0], 0.5F);
+}
+
+State deed(const char* name, ActionKind action) {
+    State state;
+    state.name = name;
+    state.action = action;
+    return state;
+}
+
+/// Near: fight or flee, by vigour; else at rest, where vigour comes back.
+Machine chooser() {
+    Machine machine;
+    machine.name = "chooser";
+    machine.variables = {{"vigour", 1.0F, 0.0F, 0.0F, 1.0F}};
+    State alert = deed("alert", ActionKind::kIdle);
+    TreeChoice by_tree;
+    by_tree.def.nodes = {{"near", {kSensePlayerDistance, Compare::kBelow, 10.0F}, 1, 2, 0},
+                         {"strong", {kOwnSenses, Compare::kAbove, 0.5F}, 3, 4, 0},
+                         {"rest", {}, -1, -1, 0},
+                         {"fight", {}, -1, -1, 1},
+                         {"flee", {}, -1, -1, 2}};
+    alert.choice = by_tree;
+    alert.deeds = {deed("rest", ActionKind::kReturn),
+                   deed("fight", ActionKind::kChase),
+                   deed("flee", ActionKind::kFlee)};
+    alert.deeds[0].changes = {{0, 0.1F, 0.0F}};
+    alert.deeds[1].changes = {{0, -0.2F, -0.1F}};
+    machine.states = {alert};
+    return machine;
+}
+
+TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
+    const CompiledMachine machine = compile(chooser(), 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    const auto doing = [&](Tick now, float player) {
+        Sight sight;
+        sight.distance = player;
+        mind.entered = false;
+        ai::decide(mind, machine, sight, Vec3::Zero(), now, thinking);
+        return machine.states[mind.doing].name;
+    };
+    EXPECT_EQ(doing(0, 50), "alert:rest");
+    EXPECT_TRUE(mind.entered) << "a deed that is new begins";
+    EXPECT_EQ(doing(1, 50), "alert:rest");
+    EXPECT_FALSE(mind.entered) << "one that goes on does not";
+    EXPECT_EQ(doing(2, 5), "alert:fight");
+    EXPECT_NEAR(mind.variables[0], 0.9F, 1e-6F);
+    EXPECT_EQ(doing(3, 5), "alert:fight");  // 0.7
+    EXPECT_EQ(doing(4, 5), "alert:flee");   // 0.5
+    EXPECT_EQ(doing(9, 5), "alert:flee");
+    EXPECT_NEAR(mind.variables[0], 0.5F, 1e-6F);
+    EXPECT_EQ(doing(10, 50), "alert:rest");
+    EXPECT_EQ(doing(11, 5), "alert:fight");  // 0.6
+}
+
+/// Wants to be fed: bread is bought with coins, coins are earned.
+Machine buyer() {
+    Machine machine;
+    machine.name = "buyer";
+    machine.variables = {{"coins", 0, 0, 0, 10}, {"bread", 0, 0, 0, 10}, {"food", 0, -0.01F, 0, 1}};
+    State live = deed("live", ActionKind::kIdle);
+    PlanChoice plan;
+    plan.domain.facts = {"has_coins", "has_bread", "fed"};
+    plan.domain.actions = {{"earn", {}, {1, 0}, 1},
+                           {"buy", {1, 0}, {2, 0}, 1},
+                           {"eat", {2, 0}, {4, 0}, 1},
+                           {"beg", {}, {4, 0}, 9}};
+    plan.domain.goals = {{"fed", {4, 0}}};
+    plan.facts = {{{kOwnSenses, Compare::kAbove, 2.5F}},
+                  {{kOwnSenses + 1, Compare::kAbove, 0.5F}},
+                  {{kOwnSenses + 2, Compare::kAbove, 0.5F}}};
+    live.choice = plan;
+    live.deeds = {deed("earn", ActionKind::kPatrol),
+                  deed("buy", ActionKind::kReturn),
+                  deed("eat", ActionKind::kIdle),
+                  deed("beg", ActionKind::kFlock)};
+    live.deeds[0].changes = {{0, 1.0F, 0.0F}};
+    live.deeds[1].changes = {{0, 0.0F, -3.0F}, {1, 0.0F, 2.0F}};
+    live.deeds[2].changes = {{1, 0.0F, -1.0F}, {2, 0.5F, 0.0F}};
+    machine.states = {live};
+    return machine;
+}
+
+TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
+    const CompiledMachine machine = compile(buyer(), 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    std::vector<std::string> done;
+    for (Tick now = 0; now < 12; ++now) {
+        ai::decide(mind, machine, Sight(), Vec3::Zero(), now, thinking);
+        done.push_back(machine.states[mind.doing].name);
+    }
+    // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
+    EXPECT_THAT(done,
+                testing::ElementsAre("live:earn",
+                                     "live:earn",
+                                     "live:earn",
+                                     "live:buy",
+                                     "live:eat",
+                                     "live:eat",
+                                     "live",
+                                     "live",
+                                     "live",
+                                     "live",
+                                     "live",
+                                     "live"));
+    EXPECT_EQ(thinking.plans, 4U);
+    // Bread is left: hungry again, it only eats.
+    mind.variables[2] = 0.0F;
+    ai::decide(mind, machine, Sight(), Vec3::Zero(), 12, thinking);
+    EXPECT_EQ(machine.states[mind.doing].name, "live:eat");
+}
+
+TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
+    Machine written = buyer();
+    auto& plan = std::get<PlanChoice>(written.states[0].choice);
+    plan.domain.actions[2].makes = {0, 1};
+    plan.domain.actions[3].makes = {0, 1};
+    const CompiledMachine machine = compile(written, 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    for (Tick now = 0; now < 5; ++now) {
+        ai::decide(mind, machine, Sight(), Vec3::Zero(), now, thinking);
+        EXPECT_EQ(machine.states[mind.doing].name, "live");
+    }
+    EXPECT_EQ(thinking.plans, 1U) << "nothing has changed: it is not tried again";
+    EXPECT_EQ(thinking.plans_unreachable, 1U);
+}
+
+TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
+    const CompiledMachine machine = compile(buyer(), 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    thinking.max_plan_nodes = 1;
+    ai::decide(mind, machine, Sight(), Vec3::Zero(), 0, thinking);
+    EXPECT_EQ(thinking.plans_cut_off, 1U);
+    EXPECT_EQ(machine.states[mind.doing].name, "live");
 }
 
 TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
@@ -146,14 +293,15 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     Mind mind;
     mind.entity = EntityId(1);
     begin(mind, compiled, 0);
+    Thinking thinking;
     Sight sight;
     sight.distance = 2.5F;
-    EXPECT_FALSE(ai::decide(mind, compiled, sight, Vec3::Zero(), 0));
+    EXPECT_FALSE(ai::decide(mind, compiled, sight, Vec3::Zero(), 0, thinking));
     const std::string text = why(mind, machine, compiled, sight, Vec3::Zero(), 2, 0.5F);
     EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
     EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
     EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));
-    EXPECT_TRUE(ai::decide(mind, compiled, sight, Vec3::Zero(), 4));
+    EXPECT_TRUE(ai::decide(mind, compiled, sight, Vec3::Zero(), 4, thinking));
 }
 
 }  // namespace

@@ -73,11 +73,12 @@ TEST(Minds, DoWhatTheyAreWritten) {
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
     ai::Mind mind;
+    ai::Thinking thinking;
     mind.entity = EntityId(1);
     const auto decide = [&](float distance, float home_m, Tick now) {
         ai::Sight sight;
         sight.distance = distance;
-        ai::decide(mind, sentry, sight, Vec3(home_m, 0.0F, 0.0F), now);
+        ai::decide(mind, sentry, sight, Vec3(home_m, 0.0F, 0.0F), now, thinking);
         return sentry.states[mind.fsm.state()].name;
     };
     // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
@@ -198,16 +199,17 @@ TEST(Minds, HaveVariables) {
     const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
     EXPECT_EQ(sentry.senses, 5U);
     ai::Mind mind;
+    ai::Thinking thinking;
     mind.entity = EntityId(1);
     ai::begin(mind, sentry, 0);
     ai::Sight sight;
     sight.distance = 5.0F;
-    ai::decide(mind, sentry, sight, Vec3::Zero(), 30);
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30, thinking);
     EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");
     EXPECT_NEAR(mind.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
-    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 135);
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 135, thinking);
     EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");  // 4.5 s: 0.32
-    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 150);
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 150, thinking);
     EXPECT_EQ(sentry.states[mind.fsm.state()].name, "calm/walk");
 }
 
