@@ -47,7 +47,7 @@ const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
 void compile(Settings& settings, float dt) {
     settings.compiled.clear();
     for (const Machine& machine : settings.machines) {
-        settings.compiled.push_back(compile(machine, dt));
+        settings.compiled.push_back(machine.inner ? CompiledMachine{} : compile(machine, dt));
     }
 }
 

@@ -26,7 +26,7 @@ struct Settings {
     std::uint32_t max_plan_nodes = 1024;  ///< that one search for a plan may create
 };
 
-/// Fills in `compiled`; `dt` in s.
+/// Fills in `compiled`, where inner machines stay empty; `dt` in s.
 void compile(Settings& settings, float dt);
 
 /// No plan was made yet: more facts than a domain may have.
@@ -35,9 +35,9 @@ inline constexpr goap::World kUnplanned = ~goap::World{0};
 /// The mind of one entity: part of snapshots, handoffs and hashes. Positions are zone-local.
 struct Mind {
     EntityId entity;
-    std::uint16_t machine = 0;  ///< index into Settings::machines
-    fsm::OneState fsm;          ///< where it is in it
-    std::uint16_t doing = 0;    ///< index into CompiledMachine::states
+    std::uint16_t machine = 0;       ///< index into Settings::machines
+    fsm::OneState fsm;               ///< where it is in it
+    std::uint16_t doing = 0;         ///< index into CompiledMachine::states
     goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
     std::array<float, kMaxVariables> variables{};  ///< as of variables_at
     Tick variables_at = 0;
@@ -112,11 +112,11 @@ class Minds {
     Scratch scratch_;
 };
 
-/// `settings` are compiled for `dt`. Writes `command`, `behaviour` of the rows that have a mind. `grid` indexes entities.position by
-/// row; `dt` in s. Players are the rows with a client and without kHidden. Rows of hidden or
-/// removed entities and of ghosts are left alone. With n minds and a budget of b decisions none
-/// waits longer than ceil(n / b) ticks. Results depend neither on the order of rows nor on the
-/// history of add() and take(). A budget of 0 counts as 1.
+/// `settings` are compiled for `dt`. Writes `command`, `behaviour` of the rows that have a mind.
+/// `grid` indexes entities.position by row; `dt` in s. Players are the rows with a client and
+/// without kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n minds
+/// and a budget of b decisions none waits longer than ceil(n / b) ticks. Results depend neither on
+/// the order of rows nor on the history of add() and take(). A budget of 0 counts as 1.
 Report step(Minds& minds,
             world::Entities& entities,
             const world::TypeTable& types,

@@ -115,7 +115,8 @@ struct State {
     float radius_m = 20.0F;
     std::uint8_t behaviour = 0;           ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
-    std::vector<State> inside;            ///< a machine as a state: what is above but for transitions is theirs
+    std::vector<State>
+        inside;  ///< a machine as a state: what is above but for transitions is theirs
     fsm::History history = fsm::History::kNone;
     std::vector<VariableChange> changes{};
     std::variant<std::monostate, TreeChoice, PlanChoice> choice{};  ///< of an innermost state
@@ -130,11 +131,12 @@ struct FuzzySense {
 
 struct Machine {
     std::string name;
-    std::vector<State> states;      ///< the first is where an entity starts
-    float perception_m = 40.0F;     ///< how far players are noticed
-    float decide_every_s = 0.2F;    ///< period of decisions; steering runs every tick
+    std::vector<State> states;          ///< the first is where an entity starts
+    float perception_m = 40.0F;         ///< how far players are noticed
+    float decide_every_s = 0.2F;        ///< period of decisions; steering runs every tick
     std::vector<Variable> variables{};  ///< the first is sense kOwnSenses
-    std::vector<FuzzySense> fuzzy;  ///< the first output comes after the variables
+    std::vector<FuzzySense> fuzzy;      ///< the first output comes after the variables
+    bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
 };
 
 /// Machine for a time step: tables, and what each innermost state does.
@@ -154,6 +156,7 @@ struct CompiledMachine {
 
     std::string name;
     fsm::FlatMachine table;
+
     struct Plans {
         goap::Actions actions;
         goap::Literals goal;
@@ -168,7 +171,7 @@ struct CompiledMachine {
         std::uint16_t first = 0;
     };
 
-    std::vector<State> states;  ///< what is done: by leaf of the table, then deeds of leaves
+    std::vector<State> states;    ///< what is done: by leaf of the table, then deeds of leaves
     std::vector<Choice> choices;  ///< by leaf
     std::vector<tree::DecisionTree> trees;
     std::vector<Plans> plans;

@@ -1,3 +1,4 @@
+#include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/minds.h"
 
@@ -11,6 +12,36 @@ namespace {
 
 using ai::fsm::DefectKind;
 using proto::Config;
+
+/// What a state does is said in one way. False where it names a tree or plan that is none.
+bool check_ways(const Config& config,
+                const Config::State& state,
+                const std::string& here,
+                Diagnostics& diagnostics) {
+    if (static_cast<int>(state.has_machine()) + static_cast<int>(state.has_tree()) +
+            static_cast<int>(state.has_domain()) >
+        1) {
+        diagnostics.add(here, "takes one of `machine`, `tree` and `domain`");
+    }
+    if (state.has_goal() && !state.has_domain()) {
+        diagnostics.add(here + ".goal", "needs a `domain`");
+    }
+    if (state.has_tree() && find_tree(config, state.tree()) < 0) {
+        diagnostics.add(here + ".tree", "there is no tree named '" + state.tree() + "'");
+        return false;
+    }
+    const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
+    if (state.has_domain() && domain < 0) {
+        diagnostics.add(here + ".domain", "there is no domain named '" + state.domain() + "'");
+        return false;
+    }
+    if (domain >= 0 && find_goal(config.domain(domain), state) < 0) {
+        diagnostics.add(here + ".goal",
+                        "domain '" + state.domain() + "' has no goal named '" + state.goal() + "'");
+        return false;
+    }
+    return true;
+}
 
 /// Names of one machine's states, and of the machines that they are. False where one is wrong.
 bool check_states(const Config& config,
@@ -28,6 +59,7 @@ bool check_states(const Config& config,
             diagnostics.add(here + ".name", "'" + state.name() + "' is the name of another state");
             right = false;
         }
+        right = check_ways(config, state, here, diagnostics) && right;
         if (!state.has_machine()) {
             continue;
         }
@@ -177,13 +209,23 @@ class RootCheck {
                 broken_ = broken_ || !leads;
             }
             for (int c = 0; c < state.change_size(); ++c) {
-                if (find_variable(config_.machine(root_), state.change(c).variable()) < 0) {
-                    diagnostics_.add(join_path(here, "change", c) + ".variable",
-                                     "machine '" + config_.machine(root_).name() +
-                                         "' has no variable named '" +
-                                         state.change(c).variable() + "'");
-                }
+                change(state.change(c), join_path(here, "change", c));
             }
+            for_each_choice_change(
+                config_, state, [this](const Config::Change& of, const std::string& at) {
+                    change(of, at);
+                });
+            for_each_choice_condition(
+                config_, state, [this](const Config::Condition& of, const std::string& at) {
+                    check_condition(config_,
+                                    of.has_sense(),
+                                    of.sense(),
+                                    of.sensor(),
+                                    of.threshold(),
+                                    root_,
+                                    at,
+                                    diagnostics_);
+                });
             const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
             if (inside < 0) {
                 continue;
@@ -195,6 +237,14 @@ class RootCheck {
             }
         }
         way_.pop_back();
+    }
+
+    void change(const Config::Change& of, const std::string& path) {
+        if (find_variable(config_.machine(root_), of.variable()) < 0) {
+            diagnostics_.add(path + ".variable",
+                             "machine '" + config_.machine(root_).name() +
+                                 "' has no variable named '" + of.variable() + "'");
+        }
     }
 
     void cycle(const std::string& here, int inside) {
@@ -249,30 +299,6 @@ class RootCheck {
     bool broken_ = false;
 };
 
-/// Machines that run by themselves: a type has them, or no other machine holds them.
-std::vector<int> roots_of(const Config& config) {
-    std::set<std::string> held;
-    for (const auto& machine : config.machine()) {
-        for (const auto& state : machine.state()) {
-            if (state.has_machine()) {
-                held.insert(state.machine());
-            }
-        }
-    }
-    std::set<std::string> worn;
-    for (const auto& type : config.type()) {
-        worn.insert(type.machine());
-    }
-    std::vector<int> roots;
-    for (int m = 0; m < config.machine_size(); ++m) {
-        const std::string& name = config.machine(m).name();
-        if (worn.count(name) != 0 || held.count(name) == 0) {
-            roots.push_back(m);
-        }
-    }
-    return roots;
-}
-
 }  // namespace
 
 void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
@@ -290,7 +316,7 @@ void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
         check_variables(machine, path, diagnostics);
     }
     std::vector<bool> looked_at(named.size(), false);
-    for (const int root : roots_of(config)) {
+    for (const int root : root_machines(config)) {
         RootCheck(config, root, named, looked_at, diagnostics).run();
     }
     // Machines that hold each other in a ring are nobody's roots.

@@ -110,7 +110,7 @@ void check_tree(const Config::Tree& tree, const std::string& path, Diagnostics& 
         const auto& node = tree.node(n);
         const std::string here = join_path(path, "node", n);
         unique(node.name(), "node", here, names, diagnostics);
-        if (node.has_ask() == node.has_do()) {
+        if (node.has_ask() == node.has_do_()) {
             diagnostics.add(here, "needs either `ask` or `do`");
             named = false;
         }
@@ -135,8 +135,8 @@ void check_tree(const Config::Tree& tree, const std::string& path, Diagnostics& 
     // as one, so that questions about the same can be compared.
     std::vector<std::string> seen;
     const SenseOf sense_of = [&seen](const Config::Condition& condition) {
-        const std::string name = condition.has_sense() ? condition.sense()
-                                                       : std::to_string(condition.sensor());
+        const std::string name =
+            condition.has_sense() ? condition.sense() : std::to_string(condition.sensor());
         const auto at = std::find(seen.begin(), seen.end(), name);
         const auto index = static_cast<ai::SenseIndex>(at - seen.begin());
         if (at == seen.end()) {
@@ -219,6 +219,58 @@ int find_goal(const proto::Config::Domain& domain, const proto::Config::State& s
     return state.has_goal() ? index_of(domain.goal(), state.goal()) : 0;
 }
 
+void for_each_choice_condition(
+    const proto::Config& config,
+    const proto::Config::State& state,
+    const std::function<void(const proto::Config::Condition&, const std::string&)>& look) {
+    const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
+    for (int n = 0; tree >= 0 && n < config.tree(tree).node_size(); ++n) {
+        if (config.tree(tree).node(n).has_ask()) {
+            look(config.tree(tree).node(n).ask(),
+                 join_path(join_path("", "tree", tree), "node", n) + ".ask");
+        }
+    }
+    const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
+    for (int f = 0; domain >= 0 && f < config.domain(domain).fact_size(); ++f) {
+        const auto& fact = config.domain(domain).fact(f);
+        for (int w = 0; w < fact.when_size(); ++w) {
+            look(fact.when(w),
+                 join_path(join_path(join_path("", "domain", domain), "fact", f), "when", w));
+        }
+    }
+}
+
+void for_each_choice_change(
+    const proto::Config& config,
+    const proto::Config::State& state,
+    const std::function<void(const proto::Config::Change&, const std::string&)>& look) {
+    const auto deed = [&look](const Config::Deed& of, const std::string& path) {
+        for (int c = 0; c < of.change_size(); ++c) {
+            look(of.change(c), join_path(path + ".do", "change", c));
+        }
+    };
+    const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
+    for (int n = 0; tree >= 0 && n < config.tree(tree).node_size(); ++n) {
+        deed(config.tree(tree).node(n).do_(), join_path(join_path("", "tree", tree), "node", n));
+    }
+    const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
+    for (int a = 0; domain >= 0 && a < config.domain(domain).action_size(); ++a) {
+        deed(config.domain(domain).action(a).do_(),
+             join_path(join_path("", "domain", domain), "action", a));
+    }
+}
+
+ai::VariableChange expand_change(const proto::Config::Change& change,
+                                 const VariableOf& variable_of) {
+    ai::VariableChange out;
+    out.variable = variable_of(change.variable());
+    if (change.has_per_s()) {
+        out.per_s = narrow(change.per_s());
+    }
+    out.on_enter = narrow(change.on_enter());
+    return out;
+}
+
 ai::State expand_deed(const proto::Config& config,
                       const std::string& name,
                       const proto::Config::Deed& deed,
@@ -231,17 +283,11 @@ ai::State expand_deed(const proto::Config& config,
     out.radius_m = narrow(deed.radius_m());
     out.behaviour = static_cast<std::uint8_t>(deed.behaviour());
     if (deed.has_named_behaviour()) {
-        out.behaviour = static_cast<std::uint8_t>(
-            std::max(find_behaviour(config, deed.named_behaviour()), 0));
+        out.behaviour =
+            static_cast<std::uint8_t>(std::max(find_behaviour(config, deed.named_behaviour()), 0));
     }
     for (const auto& change : deed.change()) {
-        ai::VariableChange c;
-        c.variable = variable_of(change.variable());
-        if (change.has_per_s()) {
-            c.per_s = narrow(change.per_s());
-        }
-        c.on_enter = narrow(change.on_enter());
-        out.changes.push_back(c);
+        out.changes.push_back(expand_change(change, variable_of));
     }
     return out;
 }
@@ -261,8 +307,8 @@ void expand_choice(const proto::Config& config,
     } else if (domain >= 0) {
         ai::PlanChoice plan;
         plan.domain = expand_domain(config.domain(domain));
-        plan.goal = static_cast<std::uint16_t>(
-            std::max(find_goal(config.domain(domain), state), 0));
+        plan.goal =
+            static_cast<std::uint16_t>(std::max(find_goal(config.domain(domain), state), 0));
         for (const auto& fact : config.domain(domain).fact()) {
             plan.facts.emplace_back();
             for (const auto& when : fact.when()) {

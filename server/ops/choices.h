@@ -16,6 +16,21 @@ using SenseOf = std::function<ai::SenseIndex(const proto::Config::Condition&)>;
 /// The variable of that name, likewise.
 using VariableOf = std::function<std::uint16_t(const std::string&)>;
 
+/// Calls `look(condition, path)` for what the tree or domain of a state reads.
+void for_each_choice_condition(
+    const proto::Config& config,
+    const proto::Config::State& state,
+    const std::function<void(const proto::Config::Condition&, const std::string&)>& look);
+
+/// Likewise for what its deeds do to variables.
+void for_each_choice_change(
+    const proto::Config& config,
+    const proto::Config::State& state,
+    const std::function<void(const proto::Config::Change&, const std::string&)>& look);
+
+ai::VariableChange expand_change(const proto::Config::Change& change,
+                                 const VariableOf& variable_of);
+
 /// Action, speed and all else that a deed says.
 ai::State expand_deed(const proto::Config& config,
                       const std::string& name,

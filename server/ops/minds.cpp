@@ -1,6 +1,7 @@
 #include "server/ops/minds.h"
 
 #include "server/ops/behaviours.h"
+#include "server/ops/choices.h"
 #include "server/ops/config_numbers.h"
 
 #include <algorithm>
@@ -87,10 +88,24 @@ class MachineExpansion {
                     use(condition.sense());
                 }
             }
+            for_each_choice_condition(
+                config_, state, [&use](const Config::Condition& condition, const std::string&) {
+                    use(condition.sense());
+                });
             if (state.has_machine()) {
                 collect_systems(find_machine(config_, state.machine()), depth + 1);
             }
         }
+    }
+
+    [[nodiscard]] ai::SenseIndex sense(const Config::Condition& condition) const {
+        const ai::SenseIndex named = named_sense(condition.has_sense(), condition.sense());
+        return named != 0 ? named : ai::sense_of(static_cast<ai::Sensor>(condition.sensor()));
+    }
+
+    [[nodiscard]] std::uint16_t variable(const std::string& name) const {
+        return static_cast<std::uint16_t>(
+            std::max(find_variable(config_.machine(index_), name), 0));
     }
 
     [[nodiscard]] ai::SenseIndex input_sense(const Config::FuzzyInput& input) const {
@@ -119,7 +134,8 @@ class MachineExpansion {
         return kNowhere;
     }
 
-    ai::Transition transition(const Config::Machine& machine, const Config::Transition& from) const {
+    ai::Transition transition(const Config::Machine& machine,
+                              const Config::Transition& from) const {
         ai::Transition out;
         out.to = kNowhere;
         for (int s = 0; s < machine.state_size(); ++s) {
@@ -133,11 +149,8 @@ class MachineExpansion {
         out.hold_s = narrow(from.hold_s());
         out.sense = named_sense(from.has_sense(), from.sense());
         for (const auto& also : from.also()) {
-            const ai::SenseIndex named = named_sense(also.has_sense(), also.sense());
             out.also.push_back(
-                {named != 0 ? named : ai::sense_of(static_cast<ai::Sensor>(also.sensor())),
-                 static_cast<ai::Compare>(also.compare()),
-                 narrow(also.threshold())});
+                {sense(also), static_cast<ai::Compare>(also.compare()), narrow(also.threshold())});
         }
         return out;
     }
@@ -159,14 +172,8 @@ class MachineExpansion {
             }
             s.history = static_cast<ai::fsm::History>(state.history());
             for (const auto& change : state.change()) {
-                ai::VariableChange c;
-                c.variable = static_cast<std::uint16_t>(
-                    std::max(find_variable(config_.machine(index_), change.variable()), 0));
-                if (change.has_per_s()) {
-                    c.per_s = narrow(change.per_s());
-                }
-                c.on_enter = narrow(change.on_enter());
-                s.changes.push_back(c);
+                s.changes.push_back(expand_change(
+                    change, [this](const std::string& name) { return variable(name); }));
             }
             for (const auto& t : state.transition()) {
                 s.transitions.push_back(transition(machine, t));
@@ -174,6 +181,13 @@ class MachineExpansion {
             const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
             if (inside >= 0 && depth < ai::fsm::kMaxLevels) {
                 s.inside = states(config_.machine(inside), depth + 1);
+            } else {
+                expand_choice(
+                    config_,
+                    state,
+                    [this](const Config::Condition& condition) { return sense(condition); },
+                    [this](const std::string& name) { return variable(name); },
+                    s);
             }
             out.push_back(std::move(s));
         }
@@ -198,6 +212,29 @@ static_assert(static_cast<int>(ai::fsm::History::kDeep) == Config::DEEP);
 
 ai::Machine expand_machine(const proto::Config& config, int index) {
     return MachineExpansion(config, index).run();
+}
+
+std::vector<int> root_machines(const proto::Config& config) {
+    std::set<std::string> held;
+    for (const auto& machine : config.machine()) {
+        for (const auto& state : machine.state()) {
+            if (state.has_machine()) {
+                held.insert(state.machine());
+            }
+        }
+    }
+    std::set<std::string> worn;
+    for (const auto& type : config.type()) {
+        worn.insert(type.machine());
+    }
+    std::vector<int> roots;
+    for (int m = 0; m < config.machine_size(); ++m) {
+        const std::string& name = config.machine(m).name();
+        if (worn.count(name) != 0 || held.count(name) == 0) {
+            roots.push_back(m);
+        }
+    }
+    return roots;
 }
 
 int find_machine(const proto::Config& config, const std::string& name) {

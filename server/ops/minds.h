@@ -7,6 +7,7 @@
 #include "proto/config.pb.h"
 
 #include <string>
+#include <vector>
 
 namespace zoned::ops {
 
@@ -24,6 +25,9 @@ void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics);
 /// Machines: names, states, transitions, thresholds beyond perception, senses, machines as states
 /// and cycles of them, states that nobody enters. Call it after check_fuzzy().
 void check_machines(const proto::Config& config, Diagnostics& diagnostics);
+
+/// Machines that run by themselves: types have them, or no other machine holds them. Ascending.
+std::vector<int> root_machines(const proto::Config& config);
 
 /// Index of the machine of that name, -1: none.
 int find_machine(const proto::Config& config, const std::string& name);

@@ -1,5 +1,6 @@
 #include "server/ops/settings.h"
 
+#include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/config_expand.h"
 #include "server/ops/config_set.h"
@@ -60,6 +61,7 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     settings.surfaces = load_surfaces(settings.config, diagnostics);
     settings.zones = expand_zones(config, diagnostics);
     check_fuzzy(config, diagnostics);
+    check_choices(config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);

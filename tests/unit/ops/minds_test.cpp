@@ -6,6 +6,8 @@
 #include "tests/unit/ops/config_helpers.h"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 
 namespace zoned::ops::test {
 namespace {
@@ -184,17 +186,16 @@ TEST(Minds, JudgeDistancesByWhatTheOuterMachinePerceives) {
 }
 
 /// The sentry tires of hunting.
-const std::string kTired = with(
-    "name: \"hunt\" action: CHASE",
-    "name: \"hunt\" action: CHASE change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }",
-    minds_with("name: \"sentry\"\n",
-               "name: \"sentry\"\n  variable { name: \"vigour\" start: 0.8 per_s: 0.02 }\n"));
+const std::string kTired =
+    with("name: \"hunt\" action: CHASE",
+         "name: \"hunt\" action: CHASE change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }",
+         minds_with("name: \"sentry\"\n",
+                    "name: \"sentry\"\n  variable { name: \"vigour\" start: 0.8 per_s: 0.02 }\n"));
 
 TEST(Minds, HaveVariables) {
-    const Outcome out =
-        parse(with("sense: \"brave.boldness\" compare: BELOW threshold: 0.3",
-                   "sense: \"vigour\" compare: BELOW threshold: 0.3",
-                   kTired));
+    const Outcome out = parse(with("sense: \"brave.boldness\" compare: BELOW threshold: 0.3",
+                                   "sense: \"vigour\" compare: BELOW threshold: 0.3",
+                                   kTired));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
     EXPECT_EQ(sentry.senses, 5U);
@@ -224,11 +225,10 @@ TEST(Minds, FindSystemsThatDependOnVariablesThatTheyDoNotHave) {
                                   "input { name: \"distance\" sense: \"vigour\"",
                                   kTired);
     EXPECT_TRUE(parse(text).ok);
-    const Outcome out = parse(with("variable { name: \"vigour\"",
-                                   "variable { name: \"power\"",
-                                   with("change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }",
-                                        "",
-                                        text)));
+    const Outcome out =
+        parse(with("variable { name: \"vigour\"",
+                   "variable { name: \"power\"",
+                   with("change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }", "", text)));
     ASSERT_EQ(out.errors.size(), 2U) << format_errors("test", out.errors);
     EXPECT_NE(out.errors[0].text.find("it depends on 'vigour'"), std::string::npos);
 }
@@ -238,6 +238,106 @@ TEST(Minds, FindVariablesThatStartOutside) {
     expect_single(with("per_s: 0.02", "high: 0 low: 0.5", kTired),
                   "variable { name: \"vigour\"",
                   "high must be above low");
+}
+
+/// The hamlet's villagers plan, its hinds follow a tree.
+std::string hamlet() {
+    std::ifstream in(ZONED_SOURCE_DIR "/config/hamlet.txtpb", std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void expect_in_hamlet(const std::string& from,
+                      const std::string& to,
+                      const std::string& needle,
+                      const std::string& words) {
+    expect_single(with(from, to, hamlet()), needle, words);
+}
+
+TEST(Choices, OfTheHamletAreGood) {
+    const Outcome out = parse(hamlet());
+    ASSERT_TRUE(out.ok) << format_errors("hamlet", out.errors);
+    const auto& machines = out.settings.ai.machines;
+    EXPECT_TRUE(machines[0].inner);   // round
+    EXPECT_TRUE(machines[1].inner);   // alarm
+    EXPECT_FALSE(machines[2].inner);  // watch
+    EXPECT_EQ(out.settings.ai.compiled[2].states.size(), 4U);
+    EXPECT_EQ(out.settings.ai.compiled[3].trees.size(), 1U);
+    EXPECT_EQ(out.settings.ai.compiled[4].plans.size(), 1U);
+    EXPECT_EQ(out.settings.ai.compiled[4].states.size(), 5U);  // live, and four actions
+}
+
+TEST(Choices, FindTreesThatDoNotExist) {
+    expect_in_hamlet(
+        "tree: \"grazing\"", "tree: \"grasing\"", "tree: \"grasing\"", "no tree named");
+}
+
+TEST(Choices, FindNodesThatDoNotExist) {
+    expect_in_hamlet("yes: \"run\"", "yes: \"ran\"", "yes: \"ran\"", "no node named 'ran'");
+}
+
+TEST(Choices, FindQuestionsThatAreAnsweredAlready) {
+    expect_in_hamlet("ask { sensor: HOME_DISTANCE compare: ABOVE threshold: 50 }",
+                     "ask { sensor: PLAYER_DISTANCE compare: ABOVE threshold: 7 }",
+                     "node { name: \"strayed\"",
+                     "always answered yes");
+}
+
+TEST(Choices, FindNodesThatAreNeitherQuestionNorAnswer) {
+    expect_in_hamlet("do { action: FLEE behaviour: RUNNING }",
+                     "",
+                     "node { name: \"run\"",
+                     "needs either `ask` or `do`");
+}
+
+TEST(Choices, FindSensesOfTreesThatMindsDoNotHave) {
+    expect_in_hamlet("ask { sensor: HOME_DISTANCE",
+                     "ask { sense: \"courage\"",
+                     "sense: \"courage\"",
+                     "minds of machine 'hind' do not sense 'courage'");
+}
+
+TEST(Choices, FindFactsThatDoNotExist) {
+    expect_in_hamlet("makes: \"not at_home\"",
+                     "makes: \"not at_hom\"",
+                     "makes: \"not at_hom\"",
+                     "no fact named 'at_hom'");
+}
+
+TEST(Choices, FindActionsWithoutEffect) {
+    expect_in_hamlet("needs: \"has_bread\" makes: \"fed\"",
+                     "needs: \"has_bread\" needs: \"fed\" makes: \"fed\"",
+                     "action { name: \"eat\"",
+                     "changes nothing");
+}
+
+TEST(Choices, FindActionsThatNobodyWants) {
+    expect_in_hamlet(
+        "action { name: \"go_home\"",
+        "action { name: \"stray\" makes: \"not has_bread\" }\n  action { name: \"go_home\"",
+        "action { name: \"stray\"",
+        "makes nothing that a goal or another action needs");
+}
+
+TEST(Choices, FindGoalsThatNothingMakes) {
+    expect_in_hamlet("goal { name: \"be_fed\" wants: \"fed\" }",
+                     "goal { name: \"be_fed\" wants: \"fed\" }\n"
+                     "  goal { name: \"starve\" wants: \"not fed\" }",
+                     "goal { name: \"starve\"",
+                     "no action makes 'fed'");
+}
+
+TEST(Choices, FindVariablesThatDeedsChangeAndMindsDoNotHave) {
+    expect_in_hamlet("change { variable: \"bread\" on_enter: 2 }",
+                     "change { variable: \"breed\" on_enter: 2 }",
+                     "variable: \"breed\"",
+                     "machine 'villager' has no variable named 'breed'");
+}
+
+TEST(Choices, FindTwoWaysToSayWhatToDo) {
+    expect_in_hamlet("state { name: \"live\" tree:",
+                     "state { name: \"live\" machine: \"round\" tree:",
+                     "state { name: \"live\" machine",
+                     "takes one of");
 }
 
 TEST(FuzzySystems, FindGaps) {
