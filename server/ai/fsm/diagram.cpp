@@ -31,17 +31,20 @@ class Drawing {
 
     std::string draw(const MachineDef& def) {
         text_ = "digraph " + quoted(def.name) + " {\n";
-        text_ += "  compound=true;\n  label=" + quoted(def.name) + ";\n";
+        text_ += "  label=" + quoted(def.name) + ";\n";
         text_ += "  node [shape=box, style=rounded, fontname=\"sans-serif\"];\n";
         text_ += "  edge [fontname=\"sans-serif\", fontsize=10];\n";
-        states(def.states, "", "  ");
+        text_ += "  \"*\" [shape=point, width=0.12, label=\"\"];\n";
+        states(def.states, "", "*", "  ");
         text_ += "}\n";
         return text_;
     }
 
   private:
+    /// `start`: where the arrow to the first of them comes from.
     void states(const std::vector<StateDef>& states,
                 const std::string& prefix,
+                const std::string& start,
                 const std::string& indent) {
         for (const StateDef& state : states) {
             const std::string name = prefix + state.name;
@@ -49,50 +52,25 @@ class Drawing {
                 text_ += indent + quoted(name) + " [label=" + quoted(state.name) + "];\n";
                 continue;
             }
-            const char* const mark = state.history == History::kDeep      ? "  (H*)"
-                                     : state.history == History::kShallow ? "  (H)"
+            const char* const mark = state.history == History::kDeep      ? " (H*)"
+                                     : state.history == History::kShallow ? " (H)"
                                                                           : "";
             text_ += indent + "subgraph " + quoted("cluster_" + name) + " {\n";
-            text_ += indent + "  label=" + quoted(state.name + mark) + ";\n";
-            this->states(state.inside, name + "/", indent + "  ");
+            text_ += indent + "  label=\"\";\n";
+            text_ += indent + "  " + quoted(name) + " [label=" + quoted(state.name + mark) +
+                     ", shape=tab, style=filled, fillcolor=lightgrey];\n";
+            this->states(state.inside, name + "/", name, indent + "  ");
             text_ += indent + "}\n";
         }
-        const std::string start = prefix + "*";
-        text_ += indent + quoted(start) + " [shape=point, width=0.12, label=\"\"];\n" + indent +
-                 quoted(start) + " -> " + quoted(within(states[0], prefix)) +
-                 frame("lhead", states[0], prefix, " [", "]") + ";\n";
+        text_ += indent + quoted(start) + " -> " + quoted(prefix + states[0].name) +
+                 " [style=dashed];\n";
         for (const StateDef& state : states) {
             for (const TransitionDef& transition : state.transitions) {
-                arrow(state, states[transition.to], transition, prefix, indent);
+                text_ += indent + quoted(prefix + state.name) + " -> " +
+                         quoted(prefix + states[transition.to].name) +
+                         " [label=" + quoted(label(transition)) + "];\n";
             }
         }
-    }
-
-    void arrow(const StateDef& from,
-               const StateDef& to,
-               const TransitionDef& transition,
-               const std::string& prefix,
-               const std::string& indent) {
-        text_ += indent + quoted(within(from, prefix)) + " -> " + quoted(within(to, prefix)) +
-                 " [label=" + quoted(label(transition));
-        text_ += frame("ltail", from, prefix, ", ", "") + frame("lhead", to, prefix, ", ", "");
-        text_ += "];\n";
-    }
-
-    /// A state that arrows can be tied to: itself, or the first within.
-    static std::string within(const StateDef& state, const std::string& prefix) {
-        const std::string name = prefix + state.name;
-        return state.inside.empty() ? name : within(state.inside[0], name + "/");
-    }
-
-    static std::string frame(const char* end,
-                             const StateDef& state,
-                             const std::string& prefix,
-                             const char* before,
-                             const char* after) {
-        return state.inside.empty()
-                   ? std::string()
-                   : before + (end + ("=" + quoted("cluster_" + prefix + state.name))) + after;
     }
 
     [[nodiscard]] std::string label(const TransitionDef& transition) const {

@@ -8,10 +8,10 @@
 
 namespace zoned::ai::fsm {
 
-/// A graph in the language of `dot`: states as boxes, machines as states as frames around theirs,
-/// transitions as arrows with all their conditions. An arrow that begins or ends at a frame means
-/// the state with all that is inside; a dot leads to where a machine begins, H and H* stand for
-/// shallow and deep histories. `senses`: names of what conditions read.
+/// A graph in the language of `dot`: states as boxes, transitions as arrows with all their
+/// conditions. A machine as a state is a frame around its states with a tab that stands for the
+/// state as a whole, marked H or H* for a shallow or deep history; dashed arrows lead to where
+/// machines begin. `senses`: names of what conditions read.
 std::string dot_of(const MachineDef& def, std::span<const std::string> senses);
 
 }  // namespace zoned::ai::fsm
