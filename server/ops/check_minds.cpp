@@ -232,11 +232,12 @@ class RootCheck {
             }
             if (std::find(way_.begin(), way_.end(), inside) != way_.end()) {
                 cycle(here, inside);
-            } else {
+            } else if (done_.count(inside) == 0) {
                 transitions(inside);
             }
         }
         way_.pop_back();
+        done_.insert(index);
     }
 
     void change(const Config::Change& of, const std::string& path) {
@@ -267,6 +268,14 @@ class RootCheck {
                                      static_cast<double>(senses),
                                      static_cast<double>(ai::fsm::kMaxSenses)));
         }
+        const std::size_t deeds = deeds_of(machine.states);
+        if (deeds > kMostDeeds) {
+            diagnostics_.add(join_path("", "machine", root_),
+                             text_of("its states and all that their trees and plans choose among "
+                                     "are %g, at most %g",
+                                     static_cast<double>(deeds),
+                                     static_cast<double>(kMostDeeds)));
+        }
         for (const auto& defect : ai::fsm::defects_of(ai::definition_of(machine), senses)) {
             // These were said above, by name, or follow from the number of states.
             if (defect.kind != DefectKind::kUnknownState &&
@@ -274,6 +283,17 @@ class RootCheck {
                 diagnostics_.add(path_of(defect), ai::fsm::text_of(defect));
             }
         }
+    }
+
+    /// Innermost states and deeds have numbers of 16 bits.
+    static constexpr std::size_t kMostDeeds = 60000;
+
+    static std::size_t deeds_of(const std::vector<ai::State>& states) {
+        std::size_t deeds = 0;
+        for (const ai::State& state : states) {
+            deeds += 1 + state.deeds.size() + deeds_of(state.inside);
+        }
+        return deeds;
     }
 
     [[nodiscard]] std::string path_of(const ai::fsm::Defect& defect) const {
@@ -296,6 +316,7 @@ class RootCheck {
     std::vector<bool>& looked_at_;
     Diagnostics& diagnostics_;
     std::vector<int> way_;
+    std::set<int> done_;
     bool broken_ = false;
 };
 

@@ -36,7 +36,7 @@ FuzzyPlace find_sense(const Config& config, const std::string& sense) {
 class MachineExpansion {
   public:
     MachineExpansion(const Config& config, int index) : config_(config), index_(index) {
-        collect_systems(index, 0);
+        collect_systems(index);
         std::size_t next =
             ai::kOwnSenses + static_cast<std::size_t>(config.machine(index).variable_size());
         for (const int system : systems_) {
@@ -71,8 +71,8 @@ class MachineExpansion {
     }
 
   private:
-    void collect_systems(int index, std::size_t depth) {
-        if (index < 0 || depth > ai::fsm::kMaxLevels) {
+    void collect_systems(int index) {
+        if (index < 0 || !seen_.insert(index).second) {
             return;
         }
         const auto use = [this](const std::string& sense) {
@@ -93,7 +93,7 @@ class MachineExpansion {
                     use(condition.sense());
                 });
             if (state.has_machine()) {
-                collect_systems(find_machine(config_, state.machine()), depth + 1);
+                collect_systems(find_machine(config_, state.machine()));
             }
         }
     }
@@ -155,8 +155,7 @@ class MachineExpansion {
         return out;
     }
 
-    [[nodiscard]] std::vector<ai::State> states(const Config::Machine& machine,
-                                                std::size_t depth) const {
+    std::vector<ai::State> states(const Config::Machine& machine, std::size_t depth) {
         std::vector<ai::State> out;
         for (const auto& state : machine.state()) {
             ai::State s;
@@ -179,7 +178,8 @@ class MachineExpansion {
                 s.transitions.push_back(transition(machine, t));
             }
             const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
-            if (inside >= 0 && depth < ai::fsm::kMaxLevels) {
+            ++states_;
+            if (inside >= 0 && depth < ai::fsm::kMaxLevels && states_ <= kMostStates) {
                 s.inside = states(config_.machine(inside), depth + 1);
             } else {
                 expand_choice(
@@ -194,8 +194,14 @@ class MachineExpansion {
         return out;
     }
 
+    /// A machine with more than this has more leaves than it may have, or is too deep: what is left
+    /// out then is missed by nobody.
+    static constexpr std::size_t kMostStates = ai::fsm::kMaxLevels * ai::fsm::kMaxLeaves;
+
     const Config& config_;
     int index_;
+    std::size_t states_ = 0;  ///< so far
+    std::set<int> seen_;      ///< machines whose fuzzy systems are known
     std::set<int> systems_;
     std::vector<std::size_t> first_;  ///< sense of the first output of each
 };

@@ -148,6 +148,26 @@ TEST(Minds, FindMachinesThatAreTooDeep) {
               place_of(kMinds, "machine {\n  name: \"sentry\"").first + 3 * 4 + 2);
 }
 
+TEST(Minds, EndWhereMachinesWithinMachinesExplode) {
+    // 100 states of 100 states of ...: 10^8 in all.
+    std::string machines;
+    for (int level = 0; level < 4; ++level) {
+        machines += "machine { name: \"m" + std::to_string(level) + "\"";
+        for (int s = 0; s < 100; ++s) {
+            machines += " state { name: \"s" + std::to_string(s) + "\"";
+            machines += level < 3 ? " machine: \"m" + std::to_string(level + 1) + "\"" : "";
+            machines += " transition { to: \"s" + std::to_string((s + 1) % 100) + "\" } }";
+        }
+        machines += " }\n";
+    }
+    const Outcome out = parse(
+        minds_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+    EXPECT_FALSE(out.ok);
+    EXPECT_TRUE(std::any_of(out.errors.begin(), out.errors.end(), [](const ConfigError& error) {
+        return error.text.find("is one too many") != std::string::npos;
+    })) << format_errors("test", out.errors);
+}
+
 TEST(Minds, FindTransitionsThatNeverFire) {
     expect_single(minds_with("    transition { to: \"stand\" threshold: 10 }",
                              "    transition { to: \"stand\" threshold: 10 }\n"
