@@ -37,12 +37,19 @@ void collect(Minds& minds, const world::Entities& entities, Tick now) {
     });
 }
 
-const Machine& machine_of(const Mind& mind, const Settings& settings) {
-    ZONED_ASSERT(mind.machine < settings.machines.size(), "the machine of a mind exists");
-    return settings.machines[mind.machine];
+const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
+    ZONED_ASSERT(mind.machine < settings.compiled.size(), "the machine of a mind exists");
+    return settings.compiled[mind.machine];
 }
 
 }  // namespace
+
+void compile(Settings& settings, float dt) {
+    settings.compiled.clear();
+    for (const Machine& machine : settings.machines) {
+        settings.compiled.push_back(machine.inner ? CompiledMachine{} : compile(machine, dt));
+    }
+}
 
 Report step(Minds& minds,
             world::Entities& entities,
@@ -54,15 +61,18 @@ Report step(Minds& minds,
     Report report;
     collect(minds, entities, now);
     const Minds::Scratch& scratch = minds.scratch();
+    Thinking& thinking = minds.scratch().thinking;
+    thinking.max_plan_nodes = settings.max_plan_nodes;
+    thinking.plans = thinking.plans_cut_off = thinking.plans_unreachable = 0;
     const std::span<Mind> all = minds.all();
     const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
     const std::size_t decisions = std::min(budget, scratch.due.size());
     for (std::size_t i = 0; i < decisions; ++i) {
         Mind& mind = all[scratch.due[i]];
         const world::Row row = scratch.rows[scratch.due[i]];
-        const Machine& machine = machine_of(mind, settings);
+        const CompiledMachine& machine = machine_of(mind, settings);
         const Sight sight = look(entities, grid, row, machine.perception_m, settings.far_m);
-        if (decide(mind, machine, sight, entities.position[row], now, dt)) {
+        if (decide(mind, machine, sight, entities.position[row], now, thinking)) {
             ++report.transitions;
         }
         mind.next_decision = next_decision(mind.entity, decision_period(machine, dt), now);
@@ -73,15 +83,18 @@ Report step(Minds& minds,
             continue;
         }
         Mind& mind = all[i];
-        const Machine& machine = machine_of(mind, settings);
+        const CompiledMachine& machine = machine_of(mind, settings);
         if (steers_now(mind, settings, now)) {
             steer(mind, machine, {entities, types, grid, row, now, dt});
             ++report.steered;
         }
         entities.command[row] = mind.aim;
         entities.command[row].tick = now;
-        entities.behaviour[row] = machine.states[mind.state].behaviour;
+        entities.behaviour[row] = machine.states[mind.doing].behaviour;
     }
+    report.plans = thinking.plans;
+    report.plans_cut_off = thinking.plans_cut_off;
+    report.plans_unreachable = thinking.plans_unreachable;
     report.minds = static_cast<std::uint32_t>(all.size());
     report.decisions = static_cast<std::uint32_t>(decisions);
     report.postponed = static_cast<std::uint32_t>(scratch.due.size() - decisions);

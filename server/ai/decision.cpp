@@ -1,7 +1,5 @@
 #include "server/ai/decision.h"
 
-#include "shared/core/assert.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -9,88 +7,172 @@ namespace zoned::ai {
 
 namespace {
 
-struct Senses {
-    float player_distance = 0.0F;
-    float home_distance = 0.0F;
-    float time_in_state = 0.0F;
-    float random = 0.0F;
-};
+void add(Mind& mind, const CompiledMachine& machine, std::size_t variable, float amount) {
+    const Variable& of = machine.variables[variable];
+    mind.variables[variable] = std::clamp(mind.variables[variable] + amount, of.low, of.high);
+}
 
-float read(const Senses& senses, Sensor sensor) {
-    switch (sensor) {
-        case Sensor::kPlayerDistance:
-            return senses.player_distance;
-        case Sensor::kHomeDistance:
-            return senses.home_distance;
-        case Sensor::kTimeInState:
-            return senses.time_in_state;
-        case Sensor::kRandom:
-            return senses.random;
+/// What states from `level` on give to those who enter them.
+void gain(Mind& mind, const CompiledMachine& machine, std::size_t level) {
+    const fsm::FlatMachine& table = machine.table;
+    const std::uint16_t* path = &table.path[mind.fsm.state() * table.levels];
+    for (const CompiledMachine::Gain& gain : machine.gains) {
+        const std::size_t at = table.nodes[gain.node].level;
+        if (at >= level && path[at] == gain.node) {
+            add(mind, machine, gain.variable, gain.amount);
+        }
     }
-    ZONED_ASSERT(false, "a sensor is one of the enumeration");
-    return 0.0F;
 }
 
-bool holds(const Transition& transition, const Senses& senses) {
-    const float value = read(senses, transition.sensor);
-    return transition.compare == Compare::kBelow ? value < transition.threshold
-                                                 : value > transition.threshold;
+using Known = std::span<const float>;
+
+bool all_hold(const std::vector<Condition>& conditions, Known senses) {
+    return std::all_of(conditions.begin(), conditions.end(), [senses](const Condition& condition) {
+        return holds(condition, senses[condition.sense]);
+    });
 }
 
-void enter(Mind& mind, std::uint16_t state, Tick now) {
-    mind.state = state;
-    mind.state_since = now;
-    mind.holding_since = -1;
+/// The deed that a plan begins with, or `otherwise`.
+std::uint16_t plan_deed(Mind& mind,
+                        const CompiledMachine::Plans& plans,
+                        std::uint16_t first,
+                        std::uint16_t otherwise,
+                        Known senses,
+                        Thinking& thinking) {
+    goap::World facts = 0;
+    for (std::size_t f = 0; f < plans.facts.size(); ++f) {
+        facts |= static_cast<goap::World>(all_hold(plans.facts[f], senses)) << f;
+    }
+    if (facts == mind.facts) {
+        return mind.doing;
+    }
+    mind.facts = facts;
+    if (!thinking.planner || thinking.planner->bound() != thinking.max_plan_nodes) {
+        thinking.planner.emplace(thinking.max_plan_nodes);
+    }
+    thinking.planner->plan(plans.actions, facts, plans.goal, thinking.plan);
+    ++thinking.plans;
+    switch (thinking.plan.verdict) {
+        case goap::Verdict::kPlanned:
+            return thinking.plan.size > 0
+                       ? static_cast<std::uint16_t>(first + thinking.plan.action[0])
+                       : otherwise;
+        case goap::Verdict::kUnreachable:
+            ++thinking.plans_unreachable;
+            break;
+        case goap::Verdict::kCutOff:
+            ++thinking.plans_cut_off;
+            break;
+    }
+    return otherwise;
+}
+
+/// What to do in the state. `entered`: it was entered just now.
+void choose(Mind& mind,
+            const CompiledMachine& machine,
+            bool entered,
+            Known senses,
+            Thinking& thinking) {
+    const std::uint16_t leaf = mind.fsm.state();
+    const CompiledMachine::Choice& choice = machine.choices[leaf];
+    if (entered) {
+        mind.facts = kUnplanned;
+    }
+    std::uint16_t deed = leaf;
+    if (choice.tree >= 0) {
+        deed = static_cast<std::uint16_t>(
+            choice.first + machine.trees[static_cast<std::size_t>(choice.tree)].decide(senses));
+    } else if (choice.plan >= 0) {
+        deed = plan_deed(mind,
+                         machine.plans[static_cast<std::size_t>(choice.plan)],
+                         choice.first,
+                         leaf,
+                         senses,
+                         thinking);
+    }
+    if (deed == mind.doing && !entered) {
+        return;
+    }
+    mind.doing = deed;
     mind.entered = true;
+    if (deed != leaf) {
+        for (const VariableChange& change : machine.states[deed].changes) {
+            add(mind, machine, change.variable, change.on_enter);
+        }
+    }
 }
 
 }  // namespace
 
+void begin(Mind& mind, const CompiledMachine& machine, Tick now) {
+    mind.fsm = fsm::OneState(now);
+    mind.doing = 0;
+    mind.facts = kUnplanned;
+    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
+        mind.variables[v] = machine.variables[v].start;
+    }
+    mind.variables_at = now;
+    gain(mind, machine, 0);
+}
+
+void grow(Mind& mind, const CompiledMachine& machine, Tick now) {
+    const std::size_t count = machine.variables.size();
+    const auto ticks = static_cast<float>(now - mind.variables_at);
+    for (std::size_t v = 0; v < count; ++v) {
+        add(mind, machine, v, machine.rates[mind.doing * count + v] * ticks);
+    }
+    mind.variables_at = now;
+}
+
+void sense(const Mind& mind,
+           const CompiledMachine& machine,
+           const Sight& sight,
+           const Vec3& position,
+           float random,
+           Senses& senses) {
+    senses[kSensePlayerDistance] = sight.distance;
+    senses[kSenseHomeDistance] =
+        Vec2(position.x() - mind.home.x(), position.z() - mind.home.z()).norm();
+    senses[kSenseRandom] = random;
+    std::copy_n(mind.variables.begin(), machine.variables.size(), senses.begin() + kOwnSenses);
+    for (const CompiledMachine::Fuzzy& fuzzy : machine.fuzzy) {
+        std::array<const float*, fuzzy::kMaxInputs> in{};
+        std::array<float*, fuzzy::kMaxOutputs> out{};
+        for (std::size_t k = 0; k < fuzzy.inputs.size(); ++k) {
+            in[k] = &senses[fuzzy.inputs[k]];
+        }
+        for (std::size_t o = 0; o < fuzzy.system.outputs(); ++o) {
+            out[o] = &senses[fuzzy.first + o];
+        }
+        fuzzy.system.evaluate(std::span(in.data(), fuzzy.inputs.size()),
+                              1,
+                              std::span(out.data(), fuzzy.system.outputs()));
+    }
+}
+
 bool decide(Mind& mind,
-            const Machine& machine,
+            const CompiledMachine& machine,
             const Sight& sight,
             const Vec3& position,
             Tick now,
-            float dt) {
+            Thinking& thinking) {
+    grow(mind, machine, now);
     Senses senses;
-    senses.player_distance = sight.distance;
-    senses.home_distance = Vec2(position.x() - mind.home.x(), position.z() - mind.home.z()).norm();
-    senses.time_in_state = static_cast<float>(now - mind.state_since) * dt;
-    senses.random = mind.rng.unit();
+    sense(mind, machine, sight, position, mind.rng.unit(), senses);
     mind.prey = sight.prey;
     mind.far = sight.player_far;
     mind.fresh = true;
-
-    const std::vector<Transition>& transitions = machine.states[mind.state].transitions;
-    bool pending = false;
-    for (std::size_t i = 0; i < transitions.size(); ++i) {
-        const Transition& transition = transitions[i];
-        if (!holds(transition, senses)) {
-            continue;
-        }
-        if (transition.hold_s <= 0.0F) {
-            enter(mind, transition.to, now);
-            return true;
-        }
-        if (pending) {
-            continue;
-        }
-        pending = true;
-        if (mind.holding_since < 0 || mind.holding != i) {
-            mind.holding = static_cast<std::uint16_t>(i);
-            mind.holding_since = now;
-        } else if (static_cast<float>(now - mind.holding_since) * dt >= transition.hold_s) {
-            enter(mind, transition.to, now);
-            return true;
-        }
+    const Known known(senses.data(), machine.senses);
+    const std::optional<fsm::Change> change =
+        fsm::step_one(machine.table, mind.fsm, known, now);
+    if (change) {
+        gain(mind, machine, machine.table.transitions[change->transition].level);
     }
-    if (!pending) {
-        mind.holding_since = -1;
-    }
-    return false;
+    choose(mind, machine, change.has_value(), known, thinking);
+    return change.has_value();
 }
 
-Tick decision_period(const Machine& machine, float dt) {
+Tick decision_period(const CompiledMachine& machine, float dt) {
     return std::max<Tick>(1, std::lround(machine.decide_every_s / dt));
 }
 

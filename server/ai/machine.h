@@ -1,8 +1,16 @@
-// Machine: a finite state machine as flat tables, compiled from the config at load.
+// Machine: what the mind of a character is made of, as written and compiled.
 #pragma once
 
+#include "server/ai/fsm/flat_machine.h"
+#include "server/ai/fuzzy/fuzzy_system.h"
+#include "server/ai/goap/planner.h"
+#include "server/ai/senses.h"
+#include "server/ai/tree/decision_tree.h"
+
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace zoned::ai {
@@ -27,20 +35,77 @@ enum class Sensor : std::uint8_t {
     kRandom,          ///< uniform [0, 1) drawn once per decision
 };
 
-enum class Compare : std::uint8_t {
-    kBelow,
-    kAbove
-};
+/// What every mind senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
+/// systems.
+inline constexpr SenseIndex kSensePlayerDistance = 0;
+inline constexpr SenseIndex kSenseHomeDistance = 1;
+inline constexpr SenseIndex kSenseRandom = 2;
+inline constexpr SenseIndex kOwnSenses = 3;
+
+/// Numbers that a mind can have of its own.
+inline constexpr std::size_t kMaxVariables = 8;
+
+constexpr SenseIndex sense_of(Sensor sensor) {
+    switch (sensor) {
+        case Sensor::kPlayerDistance:
+            return kSensePlayerDistance;
+        case Sensor::kHomeDistance:
+            return kSenseHomeDistance;
+        case Sensor::kTimeInState:
+            return kStateTime;
+        case Sensor::kRandom:
+            return kSenseRandom;
+    }
+    return kStateTime;
+}
 
 /// True for `hold_s` seconds on end before the transition fires: together with two thresholds this
 /// is the hysteresis.
 struct Transition {
-    std::uint16_t to = 0;
+    std::uint16_t to = 0;  ///< a state beside the one that it leaves
     Sensor sensor = Sensor::kTimeInState;
     Compare compare = Compare::kAbove;
     float threshold = 0.0F;
     float hold_s = 0.0F;
+    SenseIndex sense = 0;  ///< of a variable or fuzzy output, in place of `sensor`; 0: none
+    std::vector<Condition> also{};  ///< must hold as well
+
+    [[nodiscard]] Condition first() const {
+        return {sense != 0 ? sense : sense_of(sensor), compare, threshold};
+    }
 };
+
+/// A number of each mind that grows with time.
+struct Variable {
+    std::string name;
+    float start = 0.0F;
+    float per_s = 0.0F;  ///< in states that say no other
+    float low = 0.0F;
+    float high = 1.0F;
+};
+
+/// What a state does to a variable, and all that is inside it unless that says otherwise.
+struct VariableChange {
+    std::uint16_t variable = 0;
+    std::optional<float> per_s;
+    float on_enter = 0.0F;  ///< added when the state is entered
+};
+
+/// How a state finds at each decision what to do; its own action is for where no way is found.
+struct TreeChoice {
+    tree::TreeDef def;  ///< answers are numbers of deeds
+};
+
+struct PlanChoice {
+    goap::Domain domain;
+    std::vector<std::vector<Condition>> facts;  ///< by fact: true where all hold; not of kStateTime
+    std::uint16_t goal = 0;                     ///< of the domain; actions are numbers of deeds
+};
+
+struct State;
+
+/// What is done under a name: as a state's action, without transitions.
+using Deeds = std::vector<State>;
 
 struct State {
     std::string name;
@@ -50,13 +115,83 @@ struct State {
     float radius_m = 20.0F;
     std::uint8_t behaviour = 0;           ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
+    std::vector<State>
+        inside;  ///< a machine as a state: what is above but for transitions is theirs
+    fsm::History history = fsm::History::kNone;
+    std::vector<VariableChange> changes{};
+    std::variant<std::monostate, TreeChoice, PlanChoice> choice{};  ///< of an innermost state
+    Deeds deeds{};                                                  ///< what it chooses among
+};
+
+/// A fuzzy system whose outputs are senses.
+struct FuzzySense {
+    fuzzy::FuzzyDef def;
+    std::vector<SenseIndex> inputs;  ///< for each input a sense: its own, or a variable
 };
 
 struct Machine {
     std::string name;
-    std::vector<State> states;    ///< the first is where an entity starts
-    float perception_m = 40.0F;   ///< how far players are noticed
-    float decide_every_s = 0.2F;  ///< period of decisions; steering runs every tick
+    std::vector<State> states;          ///< the first is where an entity starts
+    float perception_m = 40.0F;         ///< how far players are noticed
+    float decide_every_s = 0.2F;        ///< period of decisions; steering runs every tick
+    std::vector<Variable> variables{};  ///< the first is sense kOwnSenses
+    std::vector<FuzzySense> fuzzy;      ///< the first output comes after the variables
+    bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
 };
+
+/// Machine for a time step: tables, and what each innermost state does.
+struct CompiledMachine {
+    struct Fuzzy {
+        fuzzy::FuzzySystem system;
+        std::vector<SenseIndex> inputs;
+        SenseIndex first = 0;  ///< sense of its first output
+    };
+
+    /// What entering a state adds to a variable.
+    struct Gain {
+        std::uint16_t node = 0;  ///< of the table
+        std::uint16_t variable = 0;
+        float amount = 0.0F;
+    };
+
+    std::string name;
+    fsm::FlatMachine table;
+
+    struct Plans {
+        goap::Actions actions;
+        goap::Literals goal;
+        std::vector<std::vector<Condition>> facts;
+    };
+
+    /// How a leaf chooses: by a tree or a plan, index into these, or by itself where both are below
+    /// 0. Deeds begin at `first`.
+    struct Choice {
+        int tree = -1;
+        int plan = -1;
+        std::uint16_t first = 0;
+    };
+
+    std::vector<State> states;    ///< what is done: by leaf of the table, then deeds of leaves
+    std::vector<Choice> choices;  ///< by leaf
+    std::vector<tree::DecisionTree> trees;
+    std::vector<Plans> plans;
+    std::vector<Variable> variables;
+    std::vector<float> rates;  ///< growth of variables per tick: of `states` x variables
+    std::vector<Gain> gains;   ///< by node
+    std::vector<Fuzzy> fuzzy;
+    std::size_t senses = kOwnSenses;
+    float perception_m = 40.0F;
+    float decide_every_s = 0.2F;
+};
+
+/// The state machine alone, in the form of fsm, for checks and diagrams. Actions are numbered as
+/// the innermost states are.
+fsm::MachineDef definition_of(const Machine& machine);
+
+/// Of what definition_of() speaks of.
+std::size_t senses_of(const Machine& machine);
+
+/// `machine` without defects; `dt` in s, > 0.
+CompiledMachine compile(const Machine& machine, float dt);
 
 }  // namespace zoned::ai

@@ -16,11 +16,14 @@ void add(core::StateHash& hash, const Vec3& v) {
 void add(core::StateHash& hash, const Mind& mind) {
     hash.add(mind.entity.value);
     hash.add(mind.machine);
-    hash.add(mind.state);
-    hash.add(mind.state_since);
+    mind.fsm.hash(hash);
+    hash.add(mind.doing);
+    hash.add(mind.facts);
+    for (const float variable : mind.variables) {
+        hash.add(variable);
+    }
+    hash.add(mind.variables_at);
     hash.add(mind.next_decision);
-    hash.add(mind.holding_since);
-    hash.add(mind.holding);
     add(hash, mind.home);
     add(hash, mind.target);
     hash.add(mind.corner);

@@ -251,8 +251,8 @@ float full_speed(const State& state, const Surroundings& around) {
 
 }  // namespace
 
-void steer(Mind& mind, const Machine& machine, const Surroundings& around) {
-    const State& state = machine.states[mind.state];
+void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
+    const State& state = machine.states[mind.doing];
     const bool entered = mind.entered;
     if (entered) {
         begin(mind, state, around);

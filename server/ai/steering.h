@@ -27,6 +27,6 @@ struct Surroundings {
 /// Updates mind.aim. Every change of direction costs a publication for each level of detail, so the
 /// heading is corrected only when it is off by some degrees: few at the tick of a decision, more in
 /// between. Standing still is exactly zero.
-void steer(Mind& mind, const Machine& machine, const Surroundings& around);
+void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around);
 
 }  // namespace zoned::ai

@@ -1,3 +1,4 @@
+#include "server/ai/why.h"
 #include "server/app/commands.h"
 #include "server/app/load.h"
 #include "server/app/measure_codec.h"
@@ -135,6 +136,39 @@ void print_zone(const ops::ZoneRegion& region,
     }
 }
 
+/// Why an NPC does what it does; false where no zone owns an entity of that id with a mind.
+bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tick now) {
+    for (const auto& zone : world.zones()) {
+        const zone::ZoneState& state = zone->state();
+        const ai::Mind* mind = zone->owns(entity) ? state.minds.find(entity) : nullptr;
+        if (mind == nullptr) {
+            continue;
+        }
+        const world::Row row = state.entities.find(entity);
+        const ai::CompiledMachine& compiled = settings.ai.compiled[mind->machine];
+        spatial::PointGrid grid;
+        grid.build(state.entities.position, 8.0F);
+        const ai::Sight sight =
+            ai::look(state.entities, grid, row, compiled.perception_m, settings.ai.far_m);
+        std::printf("entity %u, a %s in zone %u, after tick %lld\n%s",
+                    entity.value,
+                    settings.types[state.entities.type[row]].name.c_str(),
+                    static_cast<unsigned>(state.settings.id.value),
+                    static_cast<long long>(now),
+                    ai::why(*mind,
+                            settings.ai.machines[mind->machine],
+                            compiled,
+                            sight,
+                            state.entities.position[row],
+                            now,
+                            state.settings.dt)
+                        .c_str());
+        return true;
+    }
+    std::fprintf(stderr, "zoned: no entity %u with a mind is in the world\n", entity.value);
+    return false;
+}
+
 }  // namespace
 
 int explain(const ExplainArguments& arguments) {
@@ -161,6 +195,9 @@ int explain(const ExplainArguments& arguments) {
         for (std::size_t z = 0; z < costs.size(); ++z) {
             costs[z].add(world.zones()[z]->report());
         }
+    }
+    if (arguments.entity != 0) {
+        return print_why(settings, world, EntityId(arguments.entity), world.now()) ? kGood : kUsage;
     }
     std::printf("plan of the last of %u ticks, with mean thread CPU time per tick (%u viewers)\n",
                 arguments.ticks,

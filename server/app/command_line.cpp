@@ -61,10 +61,19 @@ void add_explain(CLI::App& app, ExplainArguments& a, std::function<int()>& run) 
         ->check(CLI::Range(0U, 10000U));
     c->add_option("--ticks", a.ticks, "Measure over this many ticks")
         ->check(CLI::Range(1U, 100000U));
-    c->footer("Example:\n  zoned explain config/valley.txtpb --viewers 200");
+    CLI::Option* diagram = c->add_option(
+        "--diagram", a.diagram, "Print the diagram of this machine instead, for Graphviz");
+    c->add_option("--svg", a.svg, "Have Graphviz draw it into this file")->needs(diagram);
+    c->add_option("--why", a.entity, "Say why this entity does what it does, after these ticks")
+        ->check(CLI::PositiveNumber)
+        ->excludes(diagram);
+    c->footer(
+        "Examples:\n  zoned explain config/valley.txtpb --viewers 200\n"
+        "  zoned explain config/valley.txtpb --diagram guard --svg guard.svg\n"
+        "  zoned explain config/valley.txtpb --viewers 20 --ticks 300 --why 2300");
     c->callback([&] {
         run = [&a] {
-            return explain(a);
+            return a.diagram.empty() ? explain(a) : explain_diagram(a);
         };
     });
 }

@@ -28,6 +28,9 @@ struct ExplainArguments {
     std::vector<std::string> sets;
     unsigned viewers = 0;
     unsigned ticks = 90;
+    std::string diagram;       ///< name of a machine: its diagram in place of the plan
+    std::string svg;           ///< file for it; empty: as text for Graphviz on standard output
+    std::uint32_t entity = 0;  ///< why this one does what it does, in place of the plan
 };
 
 struct TicketArguments {
@@ -63,6 +66,7 @@ struct BakeArguments {
 int serve(const ServeArguments& arguments);
 int check(const std::string& config, const std::vector<std::string>& sets);
 int explain(const ExplainArguments& arguments);
+int explain_diagram(const ExplainArguments& arguments);
 int bake(const BakeArguments& arguments);
 int keygen(const std::string& base);
 int ticket(const TicketArguments& arguments);

@@ -86,6 +86,23 @@ void check_behaviours(const proto::Config& config, Diagnostics& diagnostics) {
             }
         }
     }
+    const auto check_deed = [&check](const proto::Config::Deed& deed, const std::string& path) {
+        if (deed.has_named_behaviour()) {
+            check(deed.named_behaviour(), path + ".do.named_behaviour");
+        }
+    };
+    for (int t = 0; t < config.tree_size(); ++t) {
+        for (int n = 0; n < config.tree(t).node_size(); ++n) {
+            check_deed(config.tree(t).node(n).do_(),
+                       join_path(join_path("", "tree", t), "node", n));
+        }
+    }
+    for (int d = 0; d < config.domain_size(); ++d) {
+        for (int a = 0; a < config.domain(d).action_size(); ++a) {
+            check_deed(config.domain(d).action(a).do_(),
+                       join_path(join_path("", "domain", d), "action", a));
+        }
+    }
 }
 
 }  // namespace zoned::ops

@@ -129,53 +129,6 @@ void check_representation(const proto::Config& config,
     }
 }
 
-void check_transition(const proto::Config::Machine& machine,
-                      const proto::Config::Transition& transition,
-                      const std::map<std::string, int>& states,
-                      const std::string& path,
-                      Diagnostics& diagnostics) {
-    if (transition.to().empty()) {
-        diagnostics.add(path, "a transition needs `to`, the name of a state");
-    } else if (states.count(transition.to()) == 0) {
-        diagnostics.add(
-            path + ".to",
-            "machine '" + machine.name() + "' has no state named '" + transition.to() + "'");
-    }
-    if (transition.sensor() == proto::Config::PLAYER_DISTANCE &&
-        transition.threshold() > machine.perception_m()) {
-        diagnostics.add(path + ".threshold",
-                        text_of("%g m is beyond perception_m, %g: players there are not noticed",
-                                transition.threshold(),
-                                machine.perception_m()));
-    }
-    if (transition.sensor() == proto::Config::RANDOM && transition.threshold() > 1.0) {
-        diagnostics.add(path + ".threshold", "RANDOM is drawn from [0, 1)");
-    }
-}
-
-void check_machine(const proto::Config::Machine& machine,
-                   const std::string& path,
-                   Diagnostics& diagnostics) {
-    std::map<std::string, int> states;
-    for (int s = 0; s < machine.state_size(); ++s) {
-        const std::string here = join_path(path, "state", s);
-        if (check_name(machine.state(s).name(), "state", here, diagnostics) &&
-            !states.emplace(machine.state(s).name(), s).second) {
-            diagnostics.add(here + ".name",
-                            "'" + machine.state(s).name() + "' is the name of another state");
-        }
-    }
-    for (int s = 0; s < machine.state_size(); ++s) {
-        for (int t = 0; t < machine.state(s).transition_size(); ++t) {
-            check_transition(machine,
-                             machine.state(s).transition(t),
-                             states,
-                             join_path(join_path(path, "state", s), "transition", t),
-                             diagnostics);
-        }
-    }
-}
-
 }  // namespace
 
 void check_types(const proto::Config& config, Diagnostics& diagnostics) {
@@ -202,20 +155,6 @@ void check_types(const proto::Config& config, Diagnostics& diagnostics) {
             diagnostics.add(path + ".machine",
                             "there is no machine named '" + type.machine() + "'");
         }
-    }
-}
-
-void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
-    std::map<std::string, int> names;
-    for (int m = 0; m < config.machine_size(); ++m) {
-        const std::string path = join_path("", "machine", m);
-        const auto& machine = config.machine(m);
-        if (check_name(machine.name(), "machine", path, diagnostics) &&
-            !names.emplace(machine.name(), m).second) {
-            diagnostics.add(path + ".name",
-                            "'" + machine.name() + "' is the name of another machine");
-        }
-        check_machine(machine, path, diagnostics);
     }
 }
 

@@ -16,9 +16,6 @@ std::vector<ZoneRegion> expand_zones(const proto::Config& config, Diagnostics& d
 /// Types: names, shapes, machines, declared limits against abilities.
 void check_types(const proto::Config& config, Diagnostics& diagnostics);
 
-/// Machines: names, states, transitions, thresholds beyond perception.
-void check_machines(const proto::Config& config, Diagnostics& diagnostics);
-
 /// Radii against the ghost margin, levels of detail, quantisation against zones and bounds,
 /// silence. `zones` as expanded.
 void check_replication(const proto::Config& config,

@@ -3,6 +3,7 @@
 #include "server/ops/behaviours.h"
 #include "server/ops/config_numbers.h"
 #include "server/ops/method_plan.h"
+#include "server/ops/minds.h"
 #include "server/ops/soft_types.h"
 #include "server/ops/type_shapes.h"
 
@@ -159,51 +160,7 @@ world::EntityType expand_type(const proto::Config& config,
     return out;
 }
 
-ai::Transition expand_transition(const proto::Config::Machine& machine,
-                                 const proto::Config::Transition& transition) {
-    ai::Transition out;
-    for (int s = 0; s < machine.state_size(); ++s) {
-        if (machine.state(s).name() == transition.to()) {
-            out.to = static_cast<std::uint16_t>(s);
-        }
-    }
-    out.sensor = static_cast<ai::Sensor>(transition.sensor());
-    out.compare = static_cast<ai::Compare>(transition.compare());
-    out.threshold = narrow(transition.threshold());
-    out.hold_s = narrow(transition.hold_s());
-    return out;
-}
-
-ai::Machine expand_machine(const proto::Config& config, const proto::Config::Machine& machine) {
-    ai::Machine out;
-    out.name = machine.name();
-    out.perception_m = narrow(machine.perception_m());
-    out.decide_every_s = narrow(machine.decide_every_s());
-    for (const auto& state : machine.state()) {
-        ai::State s;
-        s.name = state.name();
-        s.action = static_cast<ai::ActionKind>(state.action());
-        s.speed_factor = narrow(state.speed_factor());
-        s.sprint = state.sprint();
-        s.radius_m = narrow(state.radius_m());
-        s.behaviour = static_cast<std::uint8_t>(state.behaviour());
-        if (state.has_named_behaviour()) {
-            const int behaviour = find_behaviour(config, state.named_behaviour());
-            s.behaviour = static_cast<std::uint8_t>(std::max(behaviour, 0));  // as above
-        }
-        for (const auto& transition : state.transition()) {
-            s.transitions.push_back(expand_transition(machine, transition));
-        }
-        out.states.push_back(std::move(s));
-    }
-    return out;
-}
-
 // The enums of the config and of the stages have the same numbers, so that casts are exact.
-static_assert(static_cast<int>(ai::ActionKind::kReturn) == proto::Config::RETURN);
-static_assert(static_cast<int>(ai::ActionKind::kFlock) == proto::Config::FLOCK);
-static_assert(static_cast<int>(ai::Sensor::kRandom) == proto::Config::RANDOM);
-static_assert(static_cast<int>(ai::Compare::kAbove) == proto::Config::ABOVE);
 static_assert(static_cast<int>(world::Behaviour::kRiding) == proto::Config::RIDING);
 static_assert(static_cast<int>(world::Conceal::kRules) == proto::Config::RULES);
 
@@ -367,12 +324,15 @@ void expand_stages(const proto::Config& config, Settings& settings) {
         settings.types.push_back(expand_type(config, type, settings));
     }
     settings.ai.machines.clear();
-    for (const auto& machine : config.machine()) {
-        settings.ai.machines.push_back(expand_machine(config, machine));
+    const std::vector<int> roots = root_machines(config);
+    for (int m = 0; m < config.machine_size(); ++m) {
+        settings.ai.machines.push_back(expand_machine(config, m));
+        settings.ai.machines.back().inner = !std::binary_search(roots.begin(), roots.end(), m);
     }
     settings.ai.max_decisions_per_tick = config.ai().max_decisions_per_tick();
     settings.ai.reduce_far = config.ai().reduce_far();
     settings.ai.far_m = narrow(config.ai().far_m());
+    settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
     settings.interest.hysteresis = narrow(config.interest().hysteresis());
     settings.interest.lod_lead_m = narrow(config.interest().lod_lead_m());
     settings.behaviours.assign(config.behaviour().begin(), config.behaviour().end());

@@ -1,10 +1,12 @@
 #include "server/ops/settings.h"
 
+#include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/config_expand.h"
 #include "server/ops/config_set.h"
 #include "server/ops/config_text.h"
 #include "server/ops/method_plan.h"
+#include "server/ops/minds.h"
 #include "server/ops/particles.h"
 #include "server/ops/scatter.h"
 #include "server/ops/slow_state.h"
@@ -58,6 +60,8 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     const proto::Config& config = settings.config;
     settings.surfaces = load_surfaces(settings.config, diagnostics);
     settings.zones = expand_zones(config, diagnostics);
+    check_fuzzy(config, diagnostics);
+    check_choices(config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);
@@ -76,6 +80,7 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     place_entities(config, terrain, settings, diagnostics);
     settings.methods.clear();
     if (diagnostics.empty()) {
+        ai::compile(settings.ai, static_cast<float>(1.0 / settings.tick_rate_hz));
         plan_methods(settings, diagnostics);
     }
 }

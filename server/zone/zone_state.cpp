@@ -161,7 +161,7 @@ void add_mind(ZoneState& state, world::Row row) {
     ai::Mind mind;
     mind.entity = e.id[row];
     mind.machine = static_cast<std::uint16_t>(type.mind - 1);
-    mind.state_since = state.now;
+    ai::begin(mind, state.settings.ai.compiled[mind.machine], state.now);
     mind.home = e.position[row];
     mind.target = e.position[row];
     mind.rng = core::Rng(state.settings.seed, e.id[row].value);

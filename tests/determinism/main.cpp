@@ -24,11 +24,11 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
     return one.size() == other.size();
 }
 
-/// Rigid bodies, then worlds: rigid bodies and minds, soft bodies, particles.
+/// Rigid bodies, then worlds: rigid bodies and minds, soft bodies, particles, all ways to decide.
 std::vector<Line> all_lines(unsigned threads) {
     std::vector<Line> lines = physics_lines(threads);
     for (const auto& [world, bots] :
-         {std::pair("valley", std::size_t{60}), {"cloth", 12}, {"weather", 12}}) {
+         {std::pair("valley", std::size_t{60}), {"cloth", 12}, {"weather", 12}, {"hamlet", 12}}) {
         const std::vector<Line> more = world_lines(world, bots, threads);
         lines.insert(lines.end(), more.begin(), more.end());
     }

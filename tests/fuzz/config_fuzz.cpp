@@ -16,7 +16,7 @@ constexpr std::size_t kMaxText = 32768;
 
 std::vector<Bytes> seeds() {
     std::vector<Bytes> all;
-    for (const char* name : {"minimal", "valley"}) {
+    for (const char* name : {"minimal", "valley", "hamlet"}) {
         std::ifstream in(std::string(ZONED_SOURCE_DIR "/config/") + name + ".txtpb",
                          std::ios::binary);
         all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());

@@ -164,13 +164,13 @@ TEST(Minds, HashSeesEveryField) {
         return h.value();
     };
     const std::uint64_t before = hash(mind);
-    std::vector<Mind> changed(18, mind);
+    std::vector<Mind> changed(24, mind);
     changed[0].machine = 1;
-    changed[1].state = 1;
-    changed[2].state_since = 1;
+    changed[1].fsm.leaf[0] = 1;
+    changed[2].fsm.since[0][0] = 1;
     changed[3].next_decision = 1;
-    changed[4].holding_since = 1;
-    changed[5].holding = 1;
+    changed[4].fsm.since[3][0] = 1;
+    changed[5].fsm.pending[0] = 1;
     changed[6].home.x() = 1.0F;
     changed[7].target.z() = 1.0F;
     changed[8].corner = 1;
@@ -183,9 +183,21 @@ TEST(Minds, HashSeesEveryField) {
     changed[15].anchor.y() = 1.0F;
     changed[16].anchor_since = 1;
     changed[17].detour_until = 1;
+    changed[18].fsm.memory[0][0] = 1;
+    changed[19].fsm.memory[7][0] = 1;
+    changed[20].variables[7] = 1.0F;
+    changed[21].variables_at = 1;
+    changed[22].doing = 1;
+    changed[23].facts = 1;
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash(changed[i]), before) << i;
     }
+    // Since when a transition is held counts while one is.
+    Mind held = mind;
+    held.fsm.pending[0] = 1;
+    Mind longer = held;
+    longer.fsm.pending_since[0] = -5;
+    EXPECT_NE(hash(held), hash(longer));
 }
 
 TEST(Minds, LeaveHiddenGhostAndMissingEntitiesAlone) {

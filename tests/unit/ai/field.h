@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/ai_step.h"
+#include "server/ai/decision.h"
 
 #include <cstdint>
 #include <functional>
@@ -42,7 +43,7 @@ class Field {
         Mind mind;
         mind.entity = EntityId(id);
         mind.machine = machine;
-        mind.state_since = now;
+        mind.fsm = fsm::OneState(now);
         mind.home = position;
         mind.rng = core::Rng(7, id);
         minds.add(mind);
@@ -57,7 +58,7 @@ class Field {
     }
 
     [[nodiscard]] std::uint16_t state(std::uint32_t id) const {
-        return minds.find(EntityId(id))->state;
+        return minds.find(EntityId(id))->fsm.state();
     }
 
     [[nodiscard]] float distance(std::uint32_t a, std::uint32_t b) {
@@ -67,6 +68,9 @@ class Field {
     /// One tick: minds, then position += wanted velocity * dt. `wall` may undo a move.
     Report step() {
         grid.build(entities.position, 8.0F);
+        if (settings.compiled.size() != settings.machines.size()) {
+            compile(settings, kDt);
+        }
         const Report report = ai::step(minds, entities, types, grid, settings, now, kDt);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
@@ -105,6 +109,17 @@ class Field {
     Tick now = 0;
     std::function<bool(const Vec3&)> wall;
 };
+
+/// A decision by a machine as written.
+inline bool decide(Mind& mind,
+                   const Machine& machine,
+                   const Sight& sight,
+                   const Vec3& position,
+                   Tick now,
+                   float dt) {
+    Thinking thinking;
+    return ai::decide(mind, compile(machine, dt), sight, position, now, thinking);
+}
 
 /// One state, no transitions.
 inline Machine single(ActionKind action, float radius = 20.0F) {

@@ -1,0 +1,61 @@
+// Oscillations: finds minds that go to and fro between two states, and says between which.
+#pragma once
+
+#include "server/ai/fsm/machine_states.h"
+
+#include <span>
+
+namespace zoned::ai::fsm {
+
+struct OscillationSettings {
+    Tick window = 60;           ///< ticks; a change back that comes later than this is none
+    std::uint16_t changes = 6;  ///< changes to and fro, each within the window, that make one
+};
+
+/// Two states, and how often minds went to and fro between them.
+struct Oscillation {
+    std::uint16_t a = 0;  ///< the smaller one
+    std::uint16_t b = 0;
+    std::uint16_t a_to_b = 0;  ///< the transitions, numbered through the machine
+    std::uint16_t b_to_a = 0;
+    std::uint64_t count = 0;  ///< of times that a mind was found at it
+    std::uint32_t mind = 0;   ///< the last one
+    Tick at = 0;              ///< when it was
+};
+
+/// Watches the changes of all minds of one machine; states that do not change cost nothing. What it
+/// remembers is for reports and decides nothing.
+class Oscillations {
+  public:
+    explicit Oscillations(OscillationSettings settings = {}) : settings_(settings) {}
+
+    /// For minds 0 to `count` - 1; forgets all.
+    void reset(std::size_t count);
+
+    /// The changes of one step. A mind is reported once for each `changes` changes that it keeps at
+    /// it; one that goes on to a third state has stopped. At most 64 pairs are kept apart.
+    void watch(std::span<const Change> changes, Tick now);
+
+    /// By states; those of pairs beyond the 64th are counted in lost().
+    [[nodiscard]] std::span<const Oscillation> found() const { return found_; }
+
+    [[nodiscard]] std::uint64_t lost() const { return lost_; }
+
+  private:
+    struct Last {
+        std::uint16_t from = kNone;
+        std::uint16_t to = kNone;
+        std::uint16_t transition = kNone;
+        std::uint16_t streak = 0;
+        Tick at = 0;
+    };
+
+    void report(const Last& last, const Change& change, Tick now);
+
+    OscillationSettings settings_;
+    std::vector<Last> last_;
+    std::vector<Oscillation> found_;
+    std::uint64_t lost_ = 0;
+};
+
+}  // namespace zoned::ai::fsm

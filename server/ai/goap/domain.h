@@ -1,0 +1,81 @@
+// Domain: what a mind may do to change its world, as facts, actions and goals, and what is wrong
+// with one.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::ai::goap {
+
+inline constexpr std::size_t kMaxFacts = 64;
+inline constexpr std::size_t kMaxActions = 64;
+
+/// All facts, a bit each.
+using World = std::uint64_t;
+
+/// Facts that must be, or become, true or false; of the others nothing is said.
+struct Literals {
+    std::uint64_t yes = 0;
+    std::uint64_t no = 0;
+
+    bool operator==(const Literals&) const = default;
+
+    [[nodiscard]] bool hold_in(World world) const {
+        return (yes & ~world) == 0 && (no & world) == 0;
+    }
+
+    [[nodiscard]] bool empty() const { return (yes | no) == 0; }
+};
+
+struct Action {
+    std::string name;
+    Literals needs;
+    Literals makes;
+    std::uint32_t cost = 1;  ///< [1, 1,000,000]
+};
+
+struct Goal {
+    std::string name;
+    Literals wants;
+};
+
+struct Domain {
+    std::vector<std::string> facts;
+    std::vector<Action> actions;
+    std::vector<Goal> goals;
+
+    [[nodiscard]] World all_facts() const {
+        return facts.size() >= kMaxFacts ? ~World{0} : (World{1} << facts.size()) - 1;
+    }
+};
+
+/// `world` after the action, whose needs hold.
+inline World after(const Action& action, World world) {
+    return (world | action.makes.yes) & ~action.makes.no;
+}
+
+enum class DefectKind : std::uint8_t {
+    kTooManyFacts,
+    kTooManyActions,
+    kUnknownFact,    ///< a bit beyond the facts
+    kContradiction,  ///< a fact both true and false
+    kNoEffect,       ///< an action that makes nothing, or only what it needs already
+    kBadCost,
+    kNeverWanted,     ///< no goal and no action needs what the action makes
+    kNothingMakesIt,  ///< a goal wants what no action makes
+};
+
+struct Defect {
+    DefectKind kind = DefectKind::kNoEffect;
+    int action = -1;  ///< index, or -1
+    int goal = -1;    ///< index, or -1
+    int fact = -1;    ///< the fact in question, or -1
+};
+
+std::vector<Defect> defects_of(const Domain& domain);
+
+/// What is wrong, for a person; names facts.
+std::string text_of(const Defect& defect, const Domain& domain);
+
+}  // namespace zoned::ai::goap

@@ -1,0 +1,170 @@
+#include "server/ai/machine.h"
+
+#include "shared/core/assert.h"
+
+namespace zoned::ai {
+
+namespace {
+
+std::vector<fsm::StateDef> state_defs(const std::vector<State>& states, std::uint16_t& leaves) {
+    std::vector<fsm::StateDef> defs;
+    for (const State& state : states) {
+        fsm::StateDef def;
+        def.name = state.name;
+        def.history = state.history;
+        for (const Transition& transition : state.transitions) {
+            std::vector<Condition> when{transition.first()};
+            when.insert(when.end(), transition.also.begin(), transition.also.end());
+            def.transitions.push_back({transition.to, std::move(when), transition.hold_s});
+        }
+        if (state.inside.empty()) {
+            def.action = leaves++;
+        } else {
+            def.inside = state_defs(state.inside, leaves);
+        }
+        defs.push_back(std::move(def));
+    }
+    return defs;
+}
+
+/// Nodes of the table in the order in which states are written, outside in, each with its state:
+/// states of one machine side by side, what is inside them behind (as fsm::compile numbers them).
+void collect_nodes(const std::vector<State>& states, std::vector<const State*>& nodes) {
+    for (const State& state : states) {
+        nodes.push_back(&state);
+    }
+    for (const State& state : states) {
+        if (!state.inside.empty()) {
+            collect_nodes(state.inside, nodes);
+        }
+    }
+}
+
+void overlay(const std::vector<VariableChange>& changes, std::vector<float>& per_s) {
+    for (const VariableChange& change : changes) {
+        if (change.per_s) {
+            per_s[change.variable] = *change.per_s;
+        }
+    }
+}
+
+/// What states and deeds do to variables.
+void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
+    ZONED_ASSERT(machine.variables.size() <= kMaxVariables, "a mind has few variables");
+    std::vector<const State*> nodes;
+    collect_nodes(machine.states, nodes);
+    ZONED_ASSERT(nodes.size() == out.table.nodes.size(), "every state is a node");
+    out.rates.assign(out.states.size() * machine.variables.size(), 0.0F);
+    for (std::size_t node = 0; node < nodes.size(); ++node) {
+        for (const VariableChange& change : nodes[node]->changes) {
+            if (change.on_enter != 0.0F) {
+                out.gains.push_back(
+                    {static_cast<std::uint16_t>(node), change.variable, change.on_enter});
+            }
+        }
+    }
+    // Rates of leaves, by the innermost state that says one; then of deeds, on top of their leaf's.
+    const std::size_t count = machine.variables.size();
+    for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
+        std::vector<float> per_s;
+        for (const Variable& variable : machine.variables) {
+            per_s.push_back(variable.per_s);
+        }
+        for (std::size_t level = 0; level < out.table.levels; ++level) {
+            const std::uint16_t node = out.table.path[leaf * out.table.levels + level];
+            if (node != fsm::kNone) {
+                overlay(nodes[node]->changes, per_s);
+            }
+        }
+        for (std::size_t v = 0; v < count; ++v) {
+            out.rates[leaf * count + v] = per_s[v] * dt;
+        }
+        const CompiledMachine::Choice& choice = out.choices[leaf];
+        for (std::size_t d = 0; d < out.states[leaf].deeds.size(); ++d) {
+            std::vector<float> of_deed = per_s;
+            overlay(out.states[choice.first + d].changes, of_deed);
+            for (std::size_t v = 0; v < count; ++v) {
+                out.rates[(choice.first + d) * count + v] = of_deed[v] * dt;
+            }
+        }
+    }
+}
+
+/// Lays out what leaves choose among, behind the leaves.
+void compile_choices(CompiledMachine& out) {
+    const std::size_t leaves = out.states.size();
+    for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
+        CompiledMachine::Choice choice;
+        choice.first = static_cast<std::uint16_t>(out.states.size());
+        const State& state = out.states[leaf];
+        if (const auto* by_tree = std::get_if<TreeChoice>(&state.choice)) {
+            choice.tree = static_cast<int>(out.trees.size());
+            out.trees.emplace_back(by_tree->def, out.senses);
+        } else if (const auto* by_plan = std::get_if<PlanChoice>(&state.choice)) {
+            choice.plan = static_cast<int>(out.plans.size());
+            out.plans.push_back({goap::Actions(by_plan->domain),
+                                 by_plan->domain.goals[by_plan->goal].wants,
+                                 by_plan->facts});
+        }
+        out.choices.push_back(choice);
+        const Deeds deeds = state.deeds;
+        for (const State& deed : deeds) {
+            out.states.push_back(deed);
+            out.states.back().name = out.states[leaf].name + ":" + deed.name;
+        }
+    }
+}
+
+/// Innermost states, in the order in which state_defs() numbers them.
+void collect_leaves(const std::vector<State>& states, std::vector<State>& leaves) {
+    for (const State& state : states) {
+        if (state.inside.empty()) {
+            leaves.push_back(state);
+            leaves.back().transitions.clear();
+        } else {
+            collect_leaves(state.inside, leaves);
+        }
+    }
+}
+
+}  // namespace
+
+fsm::MachineDef definition_of(const Machine& machine) {
+    std::uint16_t leaves = 0;
+    return {machine.name, state_defs(machine.states, leaves)};
+}
+
+std::size_t senses_of(const Machine& machine) {
+    std::size_t senses = kOwnSenses + machine.variables.size();
+    for (const FuzzySense& fuzzy : machine.fuzzy) {
+        senses += fuzzy.def.outputs.size();
+    }
+    return senses;
+}
+
+CompiledMachine compile(const Machine& machine, float dt) {
+    CompiledMachine out;
+    out.name = machine.name;
+    out.perception_m = machine.perception_m;
+    out.decide_every_s = machine.decide_every_s;
+    out.variables = machine.variables;
+    out.senses += out.variables.size();
+    for (const FuzzySense& fuzzy : machine.fuzzy) {
+        out.fuzzy.push_back({fuzzy::FuzzySystem(fuzzy.def),
+                             fuzzy.inputs,
+                             static_cast<SenseIndex>(out.senses)});
+        out.senses += fuzzy.def.outputs.size();
+    }
+    out.table = fsm::compile(definition_of(machine), out.senses, dt);
+    std::vector<State> leaves;
+    collect_leaves(machine.states, leaves);
+    for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
+        out.states.push_back(leaves[out.table.action(leaf)]);
+        out.states.back().name = out.table.state_name(leaf);
+    }
+    compile_choices(out);
+    compile_changes(machine, dt, out);
+    return out;
+}
+
+}  // namespace zoned::ai

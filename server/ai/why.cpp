@@ -1,0 +1,171 @@
+#include "server/ai/why.h"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace zoned::ai {
+
+namespace {
+
+std::string print(const char* format, ...) __attribute__((format(printf, 1, 2)));
+
+std::string print(const char* format, ...) {
+    std::array<char, 300> text{};
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text.data(), text.size(), format, arguments);
+    va_end(arguments);
+    return text.data();
+}
+
+/// Writes about one mind.
+class Account {
+  public:
+    Account(const Mind& mind, const Machine& machine, const CompiledMachine& compiled, Tick now)
+        : mind_(mind),
+          machine_(machine),
+          compiled_(compiled),
+          names_(sense_names(machine)),
+          now_(now) {}
+
+    std::string write(const Senses& senses, float dt) {
+        states(dt);
+        text_ += "does " + compiled_.states[mind_.doing].name + "\n";
+        text_ += "senses:\n";
+        for (std::size_t k = 0; k < names_.size(); ++k) {
+            text_ += print("  %s %g\n", names_[k].c_str(), static_cast<double>(senses[k]));
+        }
+        for (std::size_t f = 0; f < compiled_.fuzzy.size(); ++f) {
+            rules(machine_.fuzzy[f], compiled_.fuzzy[f], senses);
+        }
+        text_ += "transitions, as they are tried:\n";
+        const fsm::FlatMachine& table = compiled_.table;
+        const fsm::FlatTest* row = &table.tests[mind_.fsm.state() * table.width];
+        for (std::size_t k = 0; k < table.width && row[k].transition != fsm::kNone; ++k) {
+            transition(row[k], senses, dt);
+        }
+        return std::move(text_);
+    }
+
+  private:
+    [[nodiscard]] const std::uint16_t* path() const {
+        return &compiled_.table.path[mind_.fsm.state() * compiled_.table.levels];
+    }
+
+    [[nodiscard]] double seconds_in(std::size_t level, float dt) const {
+        return static_cast<double>(now_ - mind_.fsm.since[level][0]) * static_cast<double>(dt);
+    }
+
+    void states(float dt) {
+        text_ += print("machine %s, in state:\n", machine_.name.c_str());
+        for (std::size_t level = 0; level < compiled_.table.levels; ++level) {
+            if (path()[level] != fsm::kNone) {
+                text_ += print("  %s for %.2f s\n",
+                               compiled_.table.nodes[path()[level]].name.c_str(),
+                               seconds_in(level, dt));
+            }
+        }
+    }
+
+    void rules(const FuzzySense& sense,
+               const CompiledMachine::Fuzzy& compiled,
+               const Senses& senses) {
+        std::vector<float> in;
+        for (const SenseIndex input : compiled.inputs) {
+            in.push_back(senses[input]);
+        }
+        std::vector<float> degrees;
+        compiled.system.explain(in, degrees);
+        text_ += print("rules of %s that fire:\n", sense.def.name.c_str());
+        for (std::size_t r = 0; r < degrees.size(); ++r) {
+            if (degrees[r] > 0.0F) {
+                text_ += "  " + rule_text(sense.def, sense.def.rules[r]) +
+                         print(": %.3g\n", static_cast<double>(degrees[r]));
+            }
+        }
+    }
+
+    static std::string rule_text(const fuzzy::FuzzyDef& def, const fuzzy::Rule& rule) {
+        std::string text;
+        for (const fuzzy::Proposition& p : rule.when) {
+            text += text.empty() ? "" : rule.any ? " or " : " and ";
+            text += def.inputs[p.variable].name + (p.negated ? " is not " : " is ") +
+                    def.inputs[p.variable].terms[p.term].name;
+        }
+        const fuzzy::Output& output = def.outputs[rule.output];
+        return text + ", then " + output.name + " is " +
+               (output.inference == fuzzy::Inference::kSugeno ? output.values[rule.then].name
+                                                              : output.terms[rule.then].name);
+    }
+
+    void transition(const fsm::FlatTest& first, const Senses& senses, float dt) {
+        const fsm::FlatTransition& transition = compiled_.table.transitions[first.transition];
+        text_ += "  " + compiled_.table.nodes[path()[transition.level]].name + " -> " +
+                 compiled_.table.nodes[transition.to].name + ": ";
+        condition(first, senses, dt);
+        for (std::size_t c = 0; c < transition.more_count; ++c) {
+            text_ += ", and ";
+            condition(compiled_.table.more[transition.more + c], senses, dt);
+        }
+        if (transition.hold > 0) {
+            const bool pending = mind_.fsm.pending[0] == first.transition;
+            const Tick held = pending ? now_ - mind_.fsm.pending_since[0] : 0;
+            text_ += print(", held %.2f of %.2f s",
+                           static_cast<double>(held) * static_cast<double>(dt),
+                           static_cast<double>(transition.hold) * static_cast<double>(dt));
+        }
+        text_ += "\n";
+    }
+
+    void condition(const fsm::FlatTest& test, const Senses& senses, float dt) {
+        const bool own_time = test.sense >= compiled_.senses;
+        const double value = own_time ? seconds_in(test.sense - compiled_.senses, dt)
+                                      : static_cast<double>(senses[test.sense]);
+        const double threshold = static_cast<double>(test.threshold * test.sign);
+        const bool holds = test.sign > 0.0F ? value < threshold : value > threshold;
+        text_ += print("%s %g %s %g: %s",
+                       own_time ? "time in state" : names_[test.sense].c_str(),
+                       value,
+                       test.sign > 0.0F ? "below" : "above",
+                       threshold,
+                       holds ? "yes" : "no");
+    }
+
+    const Mind& mind_;
+    const Machine& machine_;
+    const CompiledMachine& compiled_;
+    std::vector<std::string> names_;
+    Tick now_;
+    std::string text_;
+};
+
+}  // namespace
+
+std::vector<std::string> sense_names(const Machine& machine) {
+    std::vector<std::string> names{"player distance", "home distance", "random"};
+    for (const Variable& variable : machine.variables) {
+        names.push_back(variable.name);
+    }
+    for (const FuzzySense& fuzzy : machine.fuzzy) {
+        for (const fuzzy::Output& output : fuzzy.def.outputs) {
+            names.push_back(fuzzy.def.name + "." + output.name);
+        }
+    }
+    return names;
+}
+
+std::string why(const Mind& mind,
+                const Machine& machine,
+                const CompiledMachine& compiled,
+                const Sight& sight,
+                const Vec3& position,
+                Tick now,
+                float dt) {
+    Mind then = mind;
+    grow(then, compiled, now);
+    Senses senses;
+    sense(then, compiled, sight, position, then.rng.unit(), senses);
+    return Account(mind, machine, compiled, now).write(senses, dt);
+}
+
+}  // namespace zoned::ai

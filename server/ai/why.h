@@ -1,0 +1,26 @@
+// Why: what a mind is in the middle of, and what it waits for, in words for a person.
+#pragma once
+
+#include "server/ai/decision.h"
+
+#include <string>
+#include <vector>
+
+namespace zoned::ai {
+
+/// Names of what a machine's conditions read, by SenseIndex.
+std::vector<std::string> sense_names(const Machine& machine);
+
+/// Several lines: its states from the outermost in and since when, what it senses, the rules of its
+/// fuzzy systems that fire and how much, and each transition of its states with what its conditions
+/// read now, and how long it has held. `machine` as written and `compiled` are of the mind;
+/// `random` is what the next decision would draw. `dt` in s.
+std::string why(const Mind& mind,
+                const Machine& machine,
+                const CompiledMachine& compiled,
+                const Sight& sight,
+                const Vec3& position,
+                Tick now,
+                float dt);
+
+}  // namespace zoned::ai

@@ -1,0 +1,351 @@
+#include "server/ops/choices.h"
+#include "server/ops/config_checks.h"
+#include "server/ops/minds.h"
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+namespace zoned::ops {
+
+namespace {
+
+using ai::fsm::DefectKind;
+using proto::Config;
+
+/// What a state does is said in one way. False where it names a tree or plan that is none.
+bool check_ways(const Config& config,
+                const Config::State& state,
+                const std::string& here,
+                Diagnostics& diagnostics) {
+    if (static_cast<int>(state.has_machine()) + static_cast<int>(state.has_tree()) +
+            static_cast<int>(state.has_domain()) >
+        1) {
+        diagnostics.add(here, "takes one of `machine`, `tree` and `domain`");
+    }
+    if (state.has_goal() && !state.has_domain()) {
+        diagnostics.add(here + ".goal", "needs a `domain`");
+    }
+    if (state.has_tree() && find_tree(config, state.tree()) < 0) {
+        diagnostics.add(here + ".tree", "there is no tree named '" + state.tree() + "'");
+        return false;
+    }
+    const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
+    if (state.has_domain() && domain < 0) {
+        diagnostics.add(here + ".domain", "there is no domain named '" + state.domain() + "'");
+        return false;
+    }
+    if (domain >= 0 && find_goal(config.domain(domain), state) < 0) {
+        diagnostics.add(here + ".goal",
+                        "domain '" + state.domain() + "' has no goal named '" + state.goal() + "'");
+        return false;
+    }
+    return true;
+}
+
+/// Names of one machine's states, and of the machines that they are. False where one is wrong.
+bool check_states(const Config& config,
+                  const Config::Machine& machine,
+                  const std::string& path,
+                  Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    bool right = true;
+    for (int s = 0; s < machine.state_size(); ++s) {
+        const std::string here = join_path(path, "state", s);
+        const auto& state = machine.state(s);
+        if (!check_name(state.name(), "state", here, diagnostics)) {
+            right = false;
+        } else if (!names.insert(state.name()).second) {
+            diagnostics.add(here + ".name", "'" + state.name() + "' is the name of another state");
+            right = false;
+        }
+        right = check_ways(config, state, here, diagnostics) && right;
+        if (!state.has_machine()) {
+            continue;
+        }
+        if (find_machine(config, state.machine()) < 0) {
+            right = false;
+            diagnostics.add(here + ".machine",
+                            "there is no machine named '" + state.machine() + "'");
+        }
+        if (state.has_action() || state.has_speed_factor() || state.has_sprint() ||
+            state.has_radius_m()) {
+            diagnostics.add(here,
+                            "a machine as a state: what to do, and how fast, say its own states");
+        }
+    }
+    return right;
+}
+
+void check_variables(const Config::Machine& machine,
+                     const std::string& path,
+                     Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    for (int v = 0; v < machine.variable_size(); ++v) {
+        const std::string here = join_path(path, "variable", v);
+        const auto& variable = machine.variable(v);
+        if (check_name(variable.name(), "variable", here, diagnostics) &&
+            !names.insert(variable.name()).second) {
+            diagnostics.add(here + ".name",
+                            "'" + variable.name() + "' is the name of another variable");
+        }
+        if (!(variable.high() > variable.low())) {
+            diagnostics.add(here, "high must be above low");
+        } else if (variable.start() < variable.low() || variable.start() > variable.high()) {
+            diagnostics.add(here + ".start", "lies outside of low to high");
+        }
+    }
+}
+
+void check_condition(const Config& config,
+                     bool has_sense,
+                     const std::string& sense,
+                     Config::Sensor sensor,
+                     double threshold,
+                     int root,
+                     const std::string& path,
+                     Diagnostics& diagnostics) {
+    if (has_sense) {
+        const std::string wrong = why_not_sensed(config, root, sense);
+        if (!wrong.empty()) {
+            diagnostics.add(path + ".sense", wrong);
+        }
+        return;
+    }
+    const double perception_m = config.machine(root).perception_m();
+    if (sensor == Config::PLAYER_DISTANCE && threshold > perception_m) {
+        diagnostics.add(path + ".threshold",
+                        text_of("%g m is beyond perception_m, %g: players there are not noticed",
+                                threshold,
+                                perception_m));
+    }
+    if (sensor == Config::RANDOM && threshold > 1.0) {
+        diagnostics.add(path + ".threshold", "RANDOM is drawn from [0, 1)");
+    }
+}
+
+/// False where it leads nowhere.
+bool check_transition(const Config& config,
+                      const Config::Machine& machine,
+                      const Config::Transition& transition,
+                      int root,
+                      const std::string& path,
+                      Diagnostics& diagnostics) {
+    const bool exists =
+        std::any_of(machine.state().begin(), machine.state().end(), [&](const auto& state) {
+            return state.name() == transition.to();
+        });
+    if (transition.to().empty()) {
+        diagnostics.add(path, "a transition needs `to`, the name of a state");
+    } else if (!exists) {
+        diagnostics.add(
+            path + ".to",
+            "machine '" + machine.name() + "' has no state named '" + transition.to() + "'");
+    }
+    check_condition(config,
+                    transition.has_sense(),
+                    transition.sense(),
+                    transition.sensor(),
+                    transition.threshold(),
+                    root,
+                    path,
+                    diagnostics);
+    for (int a = 0; a < transition.also_size(); ++a) {
+        const auto& also = transition.also(a);
+        check_condition(config,
+                        also.has_sense(),
+                        also.sense(),
+                        also.sensor(),
+                        also.threshold(),
+                        root,
+                        join_path(path, "also", a),
+                        diagnostics);
+    }
+    return exists;
+}
+
+/// One machine that runs by itself, with all that is inside it.
+class RootCheck {
+  public:
+    /// `named`: by machine, whether its states have names that can be told apart; `looked_at`:
+    /// whether it was inside one that was checked.
+    RootCheck(const Config& config,
+              int root,
+              const std::vector<bool>& named,
+              std::vector<bool>& looked_at,
+              Diagnostics& diagnostics)
+        : config_(config),
+          root_(root),
+          named_(named),
+          looked_at_(looked_at),
+          diagnostics_(diagnostics) {}
+
+    /// What can be reached is judged only where names lead somewhere.
+    void run() {
+        transitions(root_);
+        if (!broken_) {
+            defects();
+        }
+    }
+
+  private:
+    /// Transitions of all machines inside, judged by what this one's minds perceive; finds cycles.
+    void transitions(int index) {
+        way_.push_back(index);
+        looked_at_[static_cast<std::size_t>(index)] = true;
+        broken_ = broken_ || !named_[static_cast<std::size_t>(index)];
+        const Config::Machine& machine = config_.machine(index);
+        const std::string path = join_path("", "machine", index);
+        for (int s = 0; s < machine.state_size(); ++s) {
+            const auto& state = machine.state(s);
+            const std::string here = join_path(path, "state", s);
+            for (int t = 0; t < state.transition_size(); ++t) {
+                const bool leads = check_transition(config_,
+                                                    machine,
+                                                    state.transition(t),
+                                                    root_,
+                                                    join_path(here, "transition", t),
+                                                    diagnostics_);
+                broken_ = broken_ || !leads;
+            }
+            for (int c = 0; c < state.change_size(); ++c) {
+                change(state.change(c), join_path(here, "change", c));
+            }
+            for_each_choice_change(
+                config_, state, [this](const Config::Change& of, const std::string& at) {
+                    change(of, at);
+                });
+            for_each_choice_condition(
+                config_, state, [this](const Config::Condition& of, const std::string& at) {
+                    check_condition(config_,
+                                    of.has_sense(),
+                                    of.sense(),
+                                    of.sensor(),
+                                    of.threshold(),
+                                    root_,
+                                    at,
+                                    diagnostics_);
+                });
+            const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
+            if (inside < 0) {
+                continue;
+            }
+            if (std::find(way_.begin(), way_.end(), inside) != way_.end()) {
+                cycle(here, inside);
+            } else if (done_.count(inside) == 0) {
+                transitions(inside);
+            }
+        }
+        way_.pop_back();
+        done_.insert(index);
+    }
+
+    void change(const Config::Change& of, const std::string& path) {
+        if (find_variable(config_.machine(root_), of.variable()) < 0) {
+            diagnostics_.add(path + ".variable",
+                             "machine '" + config_.machine(root_).name() +
+                                 "' has no variable named '" + of.variable() + "'");
+        }
+    }
+
+    void cycle(const std::string& here, int inside) {
+        broken_ = true;
+        std::string names;
+        for (auto at = std::find(way_.begin(), way_.end(), inside); at != way_.end(); ++at) {
+            names += "'" + config_.machine(*at).name() + "' holds ";
+        }
+        diagnostics_.add(here + ".machine",
+                         "a machine cannot be inside itself: " + names + "'" +
+                             config_.machine(inside).name() + "'");
+    }
+
+    void defects() {
+        const ai::Machine machine = expand_machine(config_, root_);
+        const std::size_t senses = ai::senses_of(machine);
+        if (senses > ai::fsm::kMaxSenses) {
+            diagnostics_.add(join_path("", "machine", root_),
+                             text_of("reads %g senses, at most %g",
+                                     static_cast<double>(senses),
+                                     static_cast<double>(ai::fsm::kMaxSenses)));
+        }
+        const std::size_t deeds = deeds_of(machine.states);
+        if (deeds > kMostDeeds) {
+            diagnostics_.add(join_path("", "machine", root_),
+                             text_of("its states and all that their trees and plans choose among "
+                                     "are %g, at most %g",
+                                     static_cast<double>(deeds),
+                                     static_cast<double>(kMostDeeds)));
+        }
+        for (const auto& defect : ai::fsm::defects_of(ai::definition_of(machine), senses)) {
+            // These were said above, by name, or follow from the number of states.
+            if (defect.kind != DefectKind::kUnknownState &&
+                defect.kind != DefectKind::kUnknownSense && defect.kind != DefectKind::kNoStates) {
+                diagnostics_.add(path_of(defect), ai::fsm::text_of(defect));
+            }
+        }
+    }
+
+    /// Innermost states and deeds have numbers of 16 bits.
+    static constexpr std::size_t kMostDeeds = 60000;
+
+    static std::size_t deeds_of(const std::vector<ai::State>& states) {
+        std::size_t deeds = 0;
+        for (const ai::State& state : states) {
+            deeds += 1 + state.deeds.size() + deeds_of(state.inside);
+        }
+        return deeds;
+    }
+
+    [[nodiscard]] std::string path_of(const ai::fsm::Defect& defect) const {
+        int index = root_;
+        std::string path = join_path("", "machine", index);
+        for (std::size_t level = 0; level < defect.state.size(); ++level) {
+            path = join_path(join_path("", "machine", index), "state", defect.state[level]);
+            index =
+                find_machine(config_, config_.machine(index).state(defect.state[level]).machine());
+        }
+        if (defect.transition >= 0) {
+            path = join_path(path, "transition", defect.transition);
+        }
+        return defect.condition > 0 ? join_path(path, "also", defect.condition - 1) : path;
+    }
+
+    const Config& config_;
+    int root_;
+    const std::vector<bool>& named_;
+    std::vector<bool>& looked_at_;
+    Diagnostics& diagnostics_;
+    std::vector<int> way_;
+    std::set<int> done_;
+    bool broken_ = false;
+};
+
+}  // namespace
+
+void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    std::vector<bool> named;
+    for (int m = 0; m < config.machine_size(); ++m) {
+        const std::string path = join_path("", "machine", m);
+        const auto& machine = config.machine(m);
+        if (check_name(machine.name(), "machine", path, diagnostics) &&
+            !names.insert(machine.name()).second) {
+            diagnostics.add(path + ".name",
+                            "'" + machine.name() + "' is the name of another machine");
+        }
+        named.push_back(check_states(config, machine, path, diagnostics));
+        check_variables(machine, path, diagnostics);
+    }
+    std::vector<bool> looked_at(named.size(), false);
+    for (const int root : root_machines(config)) {
+        RootCheck(config, root, named, looked_at, diagnostics).run();
+    }
+    // Machines that hold each other in a ring are nobody's roots.
+    for (std::size_t m = 0; m < looked_at.size(); ++m) {
+        if (!looked_at[m]) {
+            RootCheck(config, static_cast<int>(m), named, looked_at, diagnostics).run();
+        }
+    }
+}
+
+}  // namespace zoned::ops

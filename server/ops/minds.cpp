@@ -1,0 +1,283 @@
+#include "server/ops/minds.h"
+
+#include "server/ops/behaviours.h"
+#include "server/ops/choices.h"
+#include "server/ops/config_numbers.h"
+
+#include <algorithm>
+#include <set>
+
+namespace zoned::ops {
+
+namespace {
+
+using proto::Config;
+
+constexpr std::uint16_t kNowhere = 0xFFFE;
+
+struct FuzzyPlace {
+    int system = -1;
+    int output = -1;
+};
+
+FuzzyPlace find_sense(const Config& config, const std::string& sense) {
+    // Names may have dots of their own: whatever "SYSTEM.OUTPUT" fits.
+    for (int f = 0; f < config.fuzzy_size(); ++f) {
+        for (int o = 0; o < config.fuzzy(f).output_size(); ++o) {
+            if (config.fuzzy(f).name() + "." + config.fuzzy(f).output(o).name() == sense) {
+                return {f, o};
+            }
+        }
+    }
+    return {};
+}
+
+/// Builds one machine with all that is inside it.
+class MachineExpansion {
+  public:
+    MachineExpansion(const Config& config, int index) : config_(config), index_(index) {
+        collect_systems(index);
+        std::size_t next =
+            ai::kOwnSenses + static_cast<std::size_t>(config.machine(index).variable_size());
+        for (const int system : systems_) {
+            first_.push_back(next);
+            next += static_cast<std::size_t>(config.fuzzy(system).output_size());
+        }
+    }
+
+    ai::Machine run() {
+        const Config::Machine& machine = config_.machine(index_);
+        ai::Machine out;
+        out.name = machine.name();
+        out.perception_m = narrow(machine.perception_m());
+        out.decide_every_s = narrow(machine.decide_every_s());
+        for (const auto& variable : machine.variable()) {
+            out.variables.push_back({variable.name(),
+                                     narrow(variable.start()),
+                                     narrow(variable.per_s()),
+                                     narrow(variable.low()),
+                                     narrow(variable.high())});
+        }
+        out.states = states(machine, 0);
+        for (const int system : systems_) {
+            ai::FuzzySense sense;
+            sense.def = expand_fuzzy(config_.fuzzy(system));
+            for (const auto& input : config_.fuzzy(system).input()) {
+                sense.inputs.push_back(input_sense(input));
+            }
+            out.fuzzy.push_back(std::move(sense));
+        }
+        return out;
+    }
+
+  private:
+    void collect_systems(int index) {
+        if (index < 0 || !seen_.insert(index).second) {
+            return;
+        }
+        const auto use = [this](const std::string& sense) {
+            const int system = find_sense(config_, sense).system;
+            if (system >= 0) {
+                systems_.insert(system);
+            }
+        };
+        for (const auto& state : config_.machine(index).state()) {
+            for (const auto& transition : state.transition()) {
+                use(transition.sense());
+                for (const auto& condition : transition.also()) {
+                    use(condition.sense());
+                }
+            }
+            for_each_choice_condition(
+                config_, state, [&use](const Config::Condition& condition, const std::string&) {
+                    use(condition.sense());
+                });
+            if (state.has_machine()) {
+                collect_systems(find_machine(config_, state.machine()));
+            }
+        }
+    }
+
+    [[nodiscard]] ai::SenseIndex sense(const Config::Condition& condition) const {
+        const ai::SenseIndex named = named_sense(condition.has_sense(), condition.sense());
+        return named != 0 ? named : ai::sense_of(static_cast<ai::Sensor>(condition.sensor()));
+    }
+
+    [[nodiscard]] std::uint16_t variable(const std::string& name) const {
+        return static_cast<std::uint16_t>(
+            std::max(find_variable(config_.machine(index_), name), 0));
+    }
+
+    [[nodiscard]] ai::SenseIndex input_sense(const Config::FuzzyInput& input) const {
+        return input.has_sense() ? named_sense(true, input.sense())
+                                 : ai::sense_of(static_cast<ai::Sensor>(input.sensor()));
+    }
+
+    /// 0 where the setting names none.
+    [[nodiscard]] ai::SenseIndex named_sense(bool given, const std::string& sense) const {
+        if (!given) {
+            return 0;
+        }
+        const int variable = find_variable(config_.machine(index_), sense);
+        if (variable >= 0) {
+            return static_cast<ai::SenseIndex>(ai::kOwnSenses + variable);
+        }
+        const FuzzyPlace place = find_sense(config_, sense);
+        std::size_t k = 0;
+        for (const int system : systems_) {
+            if (system == place.system) {
+                return static_cast<ai::SenseIndex>(first_[k] +
+                                                   static_cast<std::size_t>(place.output));
+            }
+            ++k;
+        }
+        return kNowhere;
+    }
+
+    ai::Transition transition(const Config::Machine& machine,
+                              const Config::Transition& from) const {
+        ai::Transition out;
+        out.to = kNowhere;
+        for (int s = 0; s < machine.state_size(); ++s) {
+            if (machine.state(s).name() == from.to()) {
+                out.to = static_cast<std::uint16_t>(s);
+            }
+        }
+        out.sensor = static_cast<ai::Sensor>(from.sensor());
+        out.compare = static_cast<ai::Compare>(from.compare());
+        out.threshold = narrow(from.threshold());
+        out.hold_s = narrow(from.hold_s());
+        out.sense = named_sense(from.has_sense(), from.sense());
+        for (const auto& also : from.also()) {
+            out.also.push_back(
+                {sense(also), static_cast<ai::Compare>(also.compare()), narrow(also.threshold())});
+        }
+        return out;
+    }
+
+    std::vector<ai::State> states(const Config::Machine& machine, std::size_t depth) {
+        std::vector<ai::State> out;
+        for (const auto& state : machine.state()) {
+            ai::State s;
+            s.name = state.name();
+            s.action = static_cast<ai::ActionKind>(state.action());
+            s.speed_factor = narrow(state.speed_factor());
+            s.sprint = state.sprint();
+            s.radius_m = narrow(state.radius_m());
+            s.behaviour = static_cast<std::uint8_t>(state.behaviour());
+            if (state.has_named_behaviour()) {
+                const int behaviour = find_behaviour(config_, state.named_behaviour());
+                s.behaviour = static_cast<std::uint8_t>(std::max(behaviour, 0));
+            }
+            s.history = static_cast<ai::fsm::History>(state.history());
+            for (const auto& change : state.change()) {
+                s.changes.push_back(expand_change(
+                    change, [this](const std::string& name) { return variable(name); }));
+            }
+            for (const auto& t : state.transition()) {
+                s.transitions.push_back(transition(machine, t));
+            }
+            const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
+            ++states_;
+            if (inside >= 0 && depth < ai::fsm::kMaxLevels && states_ <= kMostStates) {
+                s.inside = states(config_.machine(inside), depth + 1);
+            } else {
+                expand_choice(
+                    config_,
+                    state,
+                    [this](const Config::Condition& condition) { return sense(condition); },
+                    [this](const std::string& name) { return variable(name); },
+                    s);
+            }
+            out.push_back(std::move(s));
+        }
+        return out;
+    }
+
+    /// A machine with more than this has more leaves than it may have, or is too deep: what is left
+    /// out then is missed by nobody.
+    static constexpr std::size_t kMostStates = ai::fsm::kMaxLevels * ai::fsm::kMaxLeaves;
+
+    const Config& config_;
+    int index_;
+    std::size_t states_ = 0;  ///< so far
+    std::set<int> seen_;      ///< machines whose fuzzy systems are known
+    std::set<int> systems_;
+    std::vector<std::size_t> first_;  ///< sense of the first output of each
+};
+
+// The enums of the config and of minds have the same numbers, so that casts are exact.
+static_assert(static_cast<int>(ai::ActionKind::kReturn) == Config::RETURN);
+static_assert(static_cast<int>(ai::ActionKind::kFlock) == Config::FLOCK);
+static_assert(static_cast<int>(ai::Sensor::kRandom) == Config::RANDOM);
+static_assert(static_cast<int>(ai::Compare::kAbove) == Config::ABOVE);
+static_assert(static_cast<int>(ai::fsm::History::kShallow) == Config::SHALLOW);
+static_assert(static_cast<int>(ai::fsm::History::kDeep) == Config::DEEP);
+
+}  // namespace
+
+ai::Machine expand_machine(const proto::Config& config, int index) {
+    return MachineExpansion(config, index).run();
+}
+
+std::vector<int> root_machines(const proto::Config& config) {
+    std::set<std::string> held;
+    for (const auto& machine : config.machine()) {
+        for (const auto& state : machine.state()) {
+            if (state.has_machine()) {
+                held.insert(state.machine());
+            }
+        }
+    }
+    std::set<std::string> worn;
+    for (const auto& type : config.type()) {
+        worn.insert(type.machine());
+    }
+    std::vector<int> roots;
+    for (int m = 0; m < config.machine_size(); ++m) {
+        const std::string& name = config.machine(m).name();
+        if (worn.count(name) != 0 || held.count(name) == 0) {
+            roots.push_back(m);
+        }
+    }
+    return roots;
+}
+
+int find_machine(const proto::Config& config, const std::string& name) {
+    for (int m = 0; m < config.machine_size(); ++m) {
+        if (config.machine(m).name() == name) {
+            return m;
+        }
+    }
+    return -1;
+}
+
+int find_variable(const proto::Config::Machine& machine, const std::string& name) {
+    for (int v = 0; v < machine.variable_size(); ++v) {
+        if (machine.variable(v).name() == name) {
+            return v;
+        }
+    }
+    return -1;
+}
+
+std::string why_not_sensed(const proto::Config& config, int root, const std::string& sense) {
+    const Config::Machine& machine = config.machine(root);
+    if (find_variable(machine, sense) >= 0) {
+        return {};
+    }
+    const int system = find_sense(config, sense).system;
+    if (system < 0) {
+        return "minds of machine '" + machine.name() + "' do not sense '" + sense +
+               "': it is no variable of theirs, and no \"SYSTEM.OUTPUT\" of a fuzzy system";
+    }
+    for (const auto& input : config.fuzzy(system).input()) {
+        if (input.has_sense() && find_variable(machine, input.sense()) < 0) {
+            return "minds of machine '" + machine.name() + "' do not sense '" + sense +
+                   "': it depends on '" + input.sense() + "', which is no variable of theirs";
+        }
+    }
+    return {};
+}
+
+}  // namespace zoned::ops

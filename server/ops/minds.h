@@ -1,0 +1,42 @@
+// Minds: state machines and fuzzy systems of a config, in the form in which minds have them, and
+// what is wrong with them.
+#pragma once
+
+#include "server/ai/machine.h"
+#include "server/ops/diagnostics.h"
+#include "proto/config.pb.h"
+
+#include <string>
+#include <vector>
+
+namespace zoned::ops {
+
+/// Machine `index` with the machines that its states are, and the fuzzy systems that they read.
+/// What names nothing that exists leads to a state or sense that does not exist either
+/// (ai::fsm::defects_of finds it); machines within machines end a level below the deepest allowed.
+ai::Machine expand_machine(const proto::Config& config, int index);
+
+/// Names that mean nothing become numbers that mean nothing.
+ai::fuzzy::FuzzyDef expand_fuzzy(const proto::Config::Fuzzy& fuzzy);
+
+/// Fuzzy systems: names, terms, gaps, rules.
+void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics);
+
+/// Machines: names, states, transitions, thresholds beyond perception, senses, machines as states
+/// and cycles of them, states that nobody enters. Call it after check_fuzzy().
+void check_machines(const proto::Config& config, Diagnostics& diagnostics);
+
+/// Machines that run by themselves: types have them, or no other machine holds them. Ascending.
+std::vector<int> root_machines(const proto::Config& config);
+
+/// Index of the machine of that name, -1: none.
+int find_machine(const proto::Config& config, const std::string& name);
+
+/// What keeps `sense`, a variable or "SYSTEM.OUTPUT", from being known to minds of machine `root`;
+/// empty: they sense it.
+std::string why_not_sensed(const proto::Config& config, int root, const std::string& sense);
+
+/// Index of the variable of that name in a machine, -1: none.
+int find_variable(const proto::Config::Machine& machine, const std::string& name);
+
+}  // namespace zoned::ops

@@ -1,0 +1,19 @@
+// PlainSentry: the sentry's machine written as code, as a switch and as a class per state.
+#pragma once
+
+#include "server/ai/fsm/machine_states.h"
+
+namespace zoned::bench {
+
+/// One decision of every mind, as server/ai/fsm does it from tables.
+void sentry_by_switch(ai::fsm::MachineStates& states,
+                      const ai::SenseColumns& senses,
+                      Tick now,
+                      std::vector<ai::fsm::Change>& changes);
+
+void sentry_by_class(ai::fsm::MachineStates& states,
+                     const ai::SenseColumns& senses,
+                     Tick now,
+                     std::vector<ai::fsm::Change>& changes);
+
+}  // namespace zoned::bench

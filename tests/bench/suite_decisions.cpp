@@ -1,0 +1,504 @@
+// Suite `decisions`: what a decision of a mind costs by each method: state machines in three forms
+// and of three levels, plans, fuzzy rules.
+#include "server/ai/fsm/flat_machine.h"
+#include "server/ai/fuzzy/fuzzy_system.h"
+#include "server/ai/goap/planner.h"
+#include "tests/bench/comparison.h"
+#include "tests/bench/fuzzylite_peer.h"
+#include "tests/bench/plain_sentry.h"
+#include "tests/scenario/brave.h"
+#include "tests/scenario/gunman.h"
+#include "tests/scenario/villager.h"
+#include "tests/scenario/walked_machine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace zoned::bench {
+
+namespace {
+
+namespace fsm = ai::fsm;
+
+// ---------------------------------------------------------------- state machines
+
+enum class Form {
+    kSwitch,
+    kPattern,
+    kTables,
+    kLevels,
+};
+
+constexpr Tick kNow = 20000;
+/// Sets of senses that ticks take turns with.
+constexpr std::size_t kSenseSets = 4;
+
+struct MachineScene {
+    fsm::MachineDef def;
+    std::size_t senses = 0;
+    std::vector<float> high;    ///< each sense lies in [0, high]
+    std::uint32_t longest = 0;  ///< in a state: 2^longest ticks
+    float dt = 0.0F;
+};
+
+MachineScene machine_scene(Form form) {
+    if (form == Form::kLevels) {
+        return {scenario::villager_def(),
+                scenario::kVillagerSenses,
+                {0.49F, 20.0F, 1.0F, 1.0F},
+                9,
+                1.0F};
+    }
+    return {scenario::sentry_def(),
+            scenario::kSentrySenses,
+            {50.0F, 60.0F, 1.0F, 1.0F},
+            8,
+            scenario::kSentryDt};
+}
+
+/// Minds in all states alike, most of which have no reason to leave it: on average one in 67
+/// senses something that its state's transitions wait for, and is put back into its state after.
+class MindCrowd {
+  public:
+    MindCrowd(const MachineScene& scene, std::size_t count, bool sorted)
+        : machine(fsm::compile(scene.def, scene.senses, scene.dt)),
+          states(fsm::begin(machine, count, kNow)) {
+        for (std::size_t set = 0; set < kSenseSets; ++set) {
+            sensed.push_back(std::make_unique<scenario::Sensed>(scene.senses, count));
+        }
+        core::Rng rng(71);
+        fsm::MachineStates one = fsm::begin(machine, 1, 0);
+        scenario::Sensed of_one(scene.senses, 1);
+        const auto leaves = static_cast<std::uint32_t>(machine.leaves());
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto leaf =
+                static_cast<std::uint16_t>(sorted ? i * leaves / count : rng.below(leaves));
+            states.leaf[i] = leaf;
+            one.leaf[0] = leaf;
+            for (std::size_t set = 0; set < kSenseSets; ++set) {
+                draw(scene, rng, set > 0 && rng.below(50) == 0, set == 0, one, of_one);
+                for (std::size_t k = 0; k < scene.senses; ++k) {
+                    sensed[set]->at(k, i) = of_one.at(k, 0);
+                }
+            }
+            for (std::size_t level = 0; level < machine.levels; ++level) {
+                states.since[level][i] = one.since[level][0];
+            }
+        }
+        for (const auto& set : sensed) {
+            views.push_back(set->view());
+        }
+        since = states.since;
+        changes.reserve(count);
+    }
+
+    /// What the tick did is undone, so that all ticks see the same crowd.
+    void put_back() {
+        changed += changes.size();
+        ++ticks;
+        for (const fsm::Change& change : changes) {
+            states.leaf[change.mind] = change.from;
+            for (std::size_t level = 0; level < machine.levels; ++level) {
+                states.since[level][change.mind] = since[level][change.mind];
+            }
+        }
+        changes.clear();
+    }
+
+    fsm::FlatMachine machine;
+    fsm::MachineStates states;
+    std::array<std::vector<Tick>, fsm::kMaxLevels> since;
+    std::vector<std::unique_ptr<scenario::Sensed>> sensed;
+    std::vector<ai::SenseColumns> views;
+    std::vector<fsm::Change> changes;
+    std::size_t changed = 0;
+    std::size_t ticks = 0;
+
+  private:
+    /// Senses with which something happens, or nothing; `times` in states are drawn as well, or
+    /// stay as they are.
+    void draw(const MachineScene& scene,
+              core::Rng& rng,
+              bool event,
+              bool times,
+              fsm::MachineStates& one,
+              scenario::Sensed& of_one) {
+        const std::uint16_t leaf = one.leaf[0];
+        for (int attempt = 0; attempt < 1000; ++attempt) {
+            for (std::size_t level = 0; times && level < machine.levels; ++level) {
+                one.since[level][0] = kNow - rng.below(1U << rng.below(scene.longest));
+            }
+            const auto at = one.since;
+            for (std::size_t k = 0; k < scene.senses; ++k) {
+                of_one.at(k, 0) = rng.range(0.0F, scene.high[k]);
+            }
+            changes.clear();
+            fsm::step(machine, one, of_one.view(), kNow, changes);
+            const bool happens = !changes.empty() || one.pending[0] != fsm::kNone;
+            one.leaf[0] = leaf;
+            one.since = at;
+            one.pending[0] = fsm::kNone;
+            if (happens == event) {
+                return;
+            }
+        }
+    }
+};
+
+class MachineTrial final : public JudgedTrial {
+  public:
+    MachineTrial(Form form, std::size_t count, bool sorted)
+        : form_(form),
+          crowd_(machine_scene(form), count, sorted) {}
+
+    void frame() override {
+        const std::size_t turn = crowd_.ticks % kSenseSets;
+        tick(crowd_.states, crowd_.views[turn], kNow, crowd_.changes);
+        crowd_.put_back();
+    }
+
+    /// Minds whose state differs from what a walk through the definition gives, over a run in which
+    /// senses walk at random.
+    void judge(Row& row) override {
+        row.error_unit = "minds";
+        row.metric("changes_per_tick",
+                   static_cast<double>(crowd_.changed) / static_cast<double>(crowd_.ticks));
+        const MachineScene scene = machine_scene(form_);
+        constexpr std::size_t kCount = 300;
+        constexpr Tick kTicks = 300;
+        fsm::MachineStates states = fsm::begin(crowd_.machine, kCount, 0);
+        std::vector<scenario::WalkedMachine> walked(kCount,
+                                                    scenario::WalkedMachine(scene.def, scene.dt));
+        scenario::Sensed sensed(scene.senses, kCount);
+        std::vector<fsm::Change> changes;
+        core::Rng rng(73);
+        for (Tick now = 0; now < kTicks; ++now) {
+            if (form_ == Form::kLevels) {
+                scenario::villager_walk(sensed, kCount, rng);
+            } else {
+                scenario::sentry_walk(sensed, kCount, rng);
+            }
+            tick(states, sensed.view(), now, changes);
+            for (std::size_t i = 0; i < kCount; ++i) {
+                walked[i].tick(now, sensed.view(), i);
+                row.error +=
+                    crowd_.machine.state_name(states.leaf[i]) == walked[i].name() ? 0.0 : 1.0;
+            }
+        }
+        row.metric("changes_compared", static_cast<double>(changes.size()));
+    }
+
+  private:
+    void tick(fsm::MachineStates& states,
+              const ai::SenseColumns& senses,
+              Tick now,
+              std::vector<fsm::Change>& changes) {
+        switch (form_) {
+            case Form::kSwitch:
+                sentry_by_switch(states, senses, now, changes);
+                break;
+            case Form::kPattern:
+                sentry_by_class(states, senses, now, changes);
+                break;
+            case Form::kTables:
+            case Form::kLevels:
+                fsm::step(crowd_.machine, states, senses, now, changes);
+                break;
+        }
+    }
+
+    Form form_;
+    MindCrowd crowd_;
+};
+
+void run_machine(Session& session, const std::string& scene, Form form) {
+    const std::size_t count = session.quick ? 5000 : 100000;
+    const auto method = [&](const char* name, bool sorted) {
+        return Method{name, "", [form, count, sorted] {
+                          return std::make_unique<MachineTrial>(form, count, sorted);
+                      }};
+    };
+    if (!session.wants_method("default", "")) {
+        return;
+    }
+    std::vector<Row> rows =
+        compare("decisions",
+                scene,
+                "",
+                {method("default", false), method("sorted", true)},
+                {4, session.quick ? 8 : 48, session.quick ? 1 : session.repeats});
+    const double per_npc = 1e3 / static_cast<double>(count);
+    rows[0].metric("ns_per_npc", rows[0].time_us_p50 * per_npc);
+    rows[0].metric("ns_per_npc_sorted", rows[1].time_us_p50 * per_npc);
+    rows[0].metric("npcs", static_cast<double>(count));
+    rows[0].error += rows[1].error;
+    rows.pop_back();
+    session.add(std::move(rows));
+}
+
+// ---------------------------------------------------------------- plans
+
+class PlanTrial final : public JudgedTrial {
+  public:
+    PlanTrial(ai::goap::Domain domain, ai::goap::World from, std::uint32_t cost)
+        : domain_(std::move(domain)),
+          actions_(domain_),
+          from_(from),
+          cost_(cost) {}
+
+    void frame() override { planner_.plan(actions_, from_, domain_.goals[0].wants, plan_); }
+
+    /// `cost_` 0: the goal is out of reach.
+    void judge(Row& row) override {
+        const ai::goap::Verdict expected =
+            cost_ == 0 ? ai::goap::Verdict::kUnreachable : ai::goap::Verdict::kPlanned;
+        row.error = plan_.verdict == expected
+                        ? static_cast<double>(plan_.cost) - static_cast<double>(cost_)
+                        : 1e9;
+        row.error_unit = "cost";
+        row.metric("steps", plan_.size);
+        row.metric("nodes_created", plan_.created);
+        row.metric("actions", static_cast<double>(domain_.actions.size()));
+    }
+
+  private:
+    ai::goap::Domain domain_;
+    ai::goap::Actions actions_;
+    ai::goap::World from_;
+    std::uint32_t cost_;
+    ai::goap::Planner planner_;
+    ai::goap::Plan plan_;
+};
+
+void run_plan(Session& session, const std::string& scene, bool reachable) {
+    const Method method{
+        "default", "", [reachable]() -> std::unique_ptr<JudgedTrial> {
+            return reachable ? std::make_unique<PlanTrial>(
+                                   scenario::gunman_domain(), scenario::kGunmanWorld, 4)
+                             : std::make_unique<PlanTrial>(scenario::unreachable_domain(), 0, 0);
+        }};
+    const std::vector<Method> asked = wanted(session, {method});
+    if (asked.empty()) {
+        return;
+    }
+    std::vector<Row> rows =
+        compare("decisions",
+                scene,
+                "",
+                asked,
+                {1000, session.quick ? 2000 : 400000, session.quick ? 1 : session.repeats});
+    rows[0].metric("plans_per_s", 1e6 / rows[0].time_us_p50);
+    session.add(std::move(rows));
+}
+
+// ---------------------------------------------------------------- fuzzy rules
+
+/// Minds that are evaluated in one frame.
+constexpr std::size_t kFuzzyMinds = 4096;
+
+struct FuzzyInputs {
+    FuzzyInputs() {
+        core::Rng rng(79);
+        for (std::size_t i = 0; i < kFuzzyMinds; ++i) {
+            distance.push_back(rng.range(0.0F, 40.0F));
+            health.push_back(rng.range(0.0F, 1.0F));
+        }
+    }
+
+    std::vector<float> distance;
+    std::vector<float> health;
+};
+
+/// How far from the rules worked out in double precision, the union of terms in 100,000 pieces.
+double fuzzy_error(const ai::fuzzy::FuzzyDef& def,
+                   const FuzzyInputs& inputs,
+                   std::size_t mind,
+                   double out) {
+    using ai::fuzzy::Term;
+    const auto degree = [](const Term& t, double x) {
+        const double up = std::isinf(t.a) ? 1.0
+                          : t.a == t.b    ? (x >= t.b ? 1.0 : 0.0)
+                                          : (x - t.a) / (static_cast<double>(t.b) - t.a);
+        const double down = std::isinf(t.d) ? 1.0
+                            : t.c == t.d    ? (x <= t.c ? 1.0 : 0.0)
+                                            : (t.d - x) / (static_cast<double>(t.d) - t.c);
+        return std::clamp(std::min(up, down), 0.0, 1.0);
+    };
+    const auto& output = def.outputs[0];
+    std::vector<double> cut(output.terms.size(), 0.0);
+    double weights = 0.0;
+    double sum = 0.0;
+    for (const auto& rule : def.rules) {
+        const double fires =
+            std::min(degree(def.inputs[0].terms[rule.when[0].term], inputs.distance[mind]),
+                     degree(def.inputs[1].terms[rule.when[1].term], inputs.health[mind]));
+        if (output.inference == ai::fuzzy::Inference::kSugeno) {
+            weights += fires;
+            sum += fires * output.values[rule.then].constant;
+        } else {
+            cut[rule.then] = std::max(cut[rule.then], fires);
+        }
+    }
+    if (output.inference == ai::fuzzy::Inference::kMamdani) {
+        constexpr int kPieces = 100000;
+        for (int p = 0; p < kPieces; ++p) {
+            const double x = output.low + (p + 0.5) / kPieces * (output.high - output.low);
+            double height = 0.0;
+            for (std::size_t t = 0; t < cut.size(); ++t) {
+                height = std::max(height, std::min(cut[t], degree(output.terms[t], x)));
+            }
+            weights += height;
+            sum += height * x;
+        }
+    }
+    return std::abs(out - sum / weights);
+}
+
+class FuzzyTrial : public JudgedTrial {
+  public:
+    explicit FuzzyTrial(ai::fuzzy::Inference inference)
+        : def_(scenario::brave_def(inference)),
+          columns_{inputs_.distance.data(), inputs_.health.data()} {}
+
+    void judge(Row& row) override {
+        for (std::size_t i = 0; i < kFuzzyMinds; i += 64) {
+            row.error = std::max(row.error, fuzzy_error(def_, inputs_, i, result(i)));
+        }
+        row.error_unit = "-";
+        row.metric("rules", static_cast<double>(def_.rules.size()));
+    }
+
+  protected:
+    [[nodiscard]] virtual double result(std::size_t mind) const = 0;
+
+    ai::fuzzy::FuzzyDef def_;
+    FuzzyInputs inputs_;
+    std::array<const float*, 2> columns_;
+};
+
+/// `at_once` minds in one call: all, or one after the other.
+class OurFuzzyTrial final : public FuzzyTrial {
+  public:
+    OurFuzzyTrial(ai::fuzzy::Inference inference, std::size_t at_once)
+        : FuzzyTrial(inference),
+          system_(def_),
+          at_once_(at_once),
+          out_(kFuzzyMinds) {}
+
+    void frame() override {
+        for (std::size_t i = 0; i < kFuzzyMinds; i += at_once_) {
+            const float* const in[] = {columns_[0] + i, columns_[1] + i};
+            float* const out[] = {out_.data() + i};
+            system_.evaluate(in, at_once_, out);
+        }
+    }
+
+  protected:
+    [[nodiscard]] double result(std::size_t mind) const override {
+        return static_cast<double>(out_[mind]);
+    }
+
+  private:
+    ai::fuzzy::FuzzySystem system_;
+    std::size_t at_once_;
+    std::vector<float> out_;
+};
+
+class PeerFuzzyTrial final : public FuzzyTrial {
+  public:
+    explicit PeerFuzzyTrial(ai::fuzzy::Inference inference)
+        : FuzzyTrial(inference),
+          peer_(def_),
+          out_(kFuzzyMinds) {}
+
+    void frame() override {
+        for (std::size_t i = 0; i < kFuzzyMinds; ++i) {
+            out_[i] = peer_.evaluate(columns_.data(), i);
+        }
+    }
+
+  protected:
+    [[nodiscard]] double result(std::size_t mind) const override { return out_[mind]; }
+
+  private:
+    FuzzylitePeer peer_;
+    std::vector<double> out_;
+};
+
+void run_fuzzy(Session& session, const std::string& scene, ai::fuzzy::Inference inference) {
+    const std::vector<Method> asked =
+        wanted(session,
+               {{"default",
+                 "",
+                 [inference] {
+                     return std::make_unique<OurFuzzyTrial>(inference, kFuzzyMinds);
+                 }},
+                {"one_by_one",
+                 "",
+                 [inference] {
+                     return std::make_unique<OurFuzzyTrial>(inference, 1);
+                 }},
+                {"default", "fuzzylite", [inference] {
+                     return std::make_unique<PeerFuzzyTrial>(inference);
+                 }}});
+    if (asked.empty()) {
+        return;
+    }
+    std::vector<Row> rows =
+        compare("decisions",
+                scene,
+                "",
+                asked,
+                {1, session.quick ? 2 : 60, session.quick ? 1 : session.repeats});
+    for (Row& row : rows) {
+        row.time_us_p50 /= static_cast<double>(kFuzzyMinds);
+        row.time_us_p99 /= static_cast<double>(kFuzzyMinds);
+        row.metric("evaluations_per_s", 1e6 / row.time_us_p50);
+    }
+    session.add(std::move(rows));
+}
+
+void run_decisions(Session& session) {
+    session.note(
+        "decisions: one thread. fsm_* and hfsm_*: a tick of 100,000 minds in columns, six states "
+        "with two transitions each (hfsm: eight innermost states in three levels, two transitions "
+        "each, so six for an innermost one), one mind in 67 with a reason to leave its state, "
+        "ns_per_npc unsorted, ns_per_npc_sorted sorted by state; error: minds whose state differs "
+        "from a walk through the definition. goap_*: a plan; error: cost above the cheapest. "
+        "fuzzy_*: an evaluation of nine rules, 4,096 minds at once (default) or one by one; "
+        "error: from the same rules in double precision");
+    const auto scene = [&session](const char* name, auto&& run) {
+        if (session.wants_scene(name)) {
+            session.progress(std::string("decisions ") + name);
+            run(name);
+        }
+    };
+    scene("fsm_switch", [&](const char* n) { run_machine(session, n, Form::kSwitch); });
+    scene("fsm_pattern", [&](const char* n) { run_machine(session, n, Form::kPattern); });
+    scene("fsm_interpreted", [&](const char* n) { run_machine(session, n, Form::kTables); });
+    scene("hfsm_interpreted", [&](const char* n) { run_machine(session, n, Form::kLevels); });
+    scene("goap_7", [&](const char* n) { run_plan(session, n, true); });
+    scene("goap_40_unreachable", [&](const char* n) { run_plan(session, n, false); });
+    scene("fuzzy_sugeno",
+          [&](const char* n) { run_fuzzy(session, n, ai::fuzzy::Inference::kSugeno); });
+    scene("fuzzy_mamdani",
+          [&](const char* n) { run_fuzzy(session, n, ai::fuzzy::Inference::kMamdani); });
+}
+
+const Registration kDecisions({"decisions",
+                               "decisions of minds: state machines, plans and fuzzy rules",
+                               {"fsm_switch",
+                                "fsm_pattern",
+                                "fsm_interpreted",
+                                "hfsm_interpreted",
+                                "goap_7",
+                                "goap_40_unreachable",
+                                "fuzzy_sugeno",
+                                "fuzzy_mamdani"},
+                               {"default", "one_by_one", "fuzzylite/default"},
+                               run_decisions});
+
+}  // namespace
+
+}  // namespace zoned::bench

@@ -1,0 +1,289 @@
+// Sentry: one state machine written down in three forms, as data, as a switch and as a class per
+// state; and senses for minds that run it.
+#pragma once
+
+#include "server/ai/fsm/coded.h"
+#include "server/ai/fsm/machine_def.h"
+#include "shared/core/rng.h"
+
+#include <array>
+#include <vector>
+
+namespace zoned::scenario {
+
+inline constexpr float kSentryDt = 1.0F / 30.0F;
+
+enum SentrySense : ai::SenseIndex {
+    kFoeDistance,   ///< m
+    kPostDistance,  ///< m
+    kHealth,        ///< [0, 1]
+    kNoise,         ///< [0, 1]
+    kSentrySenses,
+};
+
+enum SentryState : std::uint16_t {
+    kPatrol,
+    kListen,
+    kChase,
+    kFight,
+    kFlee,
+    kRest,
+    kSentryStates,
+};
+
+/// Six states with two transitions each, some of which must hold for a while.
+inline ai::fsm::MachineDef sentry_def() {
+    using ai::Compare;
+    using ai::fsm::StateDef;
+    using ai::fsm::TransitionDef;
+    const auto when = [](std::uint16_t to,
+                         ai::SenseIndex sense,
+                         Compare compare,
+                         float threshold,
+                         float hold_s = 0.0F) {
+        return TransitionDef{to, {{sense, compare, threshold}}, hold_s};
+    };
+    const auto state =
+        [](const char* name, std::uint16_t action, TransitionDef a, TransitionDef b) {
+            return StateDef{name, action, {std::move(a), std::move(b)}, {}, {}};
+        };
+    const auto below = Compare::kBelow;
+    const auto above = Compare::kAbove;
+    return {"sentry",
+            {state("patrol",
+                   kPatrol,
+                   when(kListen, kNoise, above, 0.7F),
+                   when(kChase, kFoeDistance, below, 20.0F, 0.3F)),
+             state("listen",
+                   kListen,
+                   when(kChase, kFoeDistance, below, 25.0F, 0.1F),
+                   when(kPatrol, ai::kStateTime, above, 5.0F)),
+             state("chase",
+                   kChase,
+                   when(kFight, kFoeDistance, below, 3.0F),
+                   when(kPatrol, kFoeDistance, above, 35.0F, 1.0F)),
+             state("fight",
+                   kFight,
+                   when(kFlee, kHealth, below, 0.3F),
+                   when(kChase, kFoeDistance, above, 5.0F, 0.2F)),
+             state("flee",
+                   kFlee,
+                   when(kRest, kFoeDistance, above, 40.0F),
+                   when(kRest, kPostDistance, below, 5.0F, 0.5F)),
+             state("rest",
+                   kRest,
+                   when(kPatrol, kHealth, above, 0.9F),
+                   when(kFlee, kFoeDistance, below, 10.0F))}};
+}
+
+/// Ticks of 1/30 s, as hold_ticks() has them.
+inline constexpr Tick kHold01 = 3;
+inline constexpr Tick kHold02 = 6;
+inline constexpr Tick kHold03 = 9;
+inline constexpr Tick kHold05 = 15;
+inline constexpr Tick kHold10 = 30;
+
+/// The columns that the switch reads, taken out once for all minds.
+struct SentryColumns {
+    explicit SentryColumns(const ai::SenseColumns& senses)
+        : foe(senses.column[kFoeDistance]),
+          post(senses.column[kPostDistance]),
+          health(senses.column[kHealth]),
+          noise(senses.column[kNoise]) {}
+
+    const float* foe;
+    const float* post;
+    const float* health;
+    const float* noise;
+};
+
+/// The machine as a switch.
+inline void sentry_decide(ai::fsm::CodedTurn& turn, const SentryColumns& senses) {
+    const std::size_t i = turn.mind();
+    const float foe = senses.foe[i];
+    switch (turn.state()) {
+        case kPatrol:
+            if (turn.when(senses.noise[i] > 0.7F, 0)) {
+                return turn.enter(kListen, 0);
+            }
+            if (turn.when(foe < 20.0F, 1, kHold03)) {
+                return turn.enter(kChase, 1);
+            }
+            break;
+        case kListen:
+            if (turn.when(foe < 25.0F, 2, kHold01)) {
+                return turn.enter(kChase, 2);
+            }
+            if (turn.when(turn.time_in_state(kSentryDt) > 5.0F, 3)) {
+                return turn.enter(kPatrol, 3);
+            }
+            break;
+        case kChase:
+            if (turn.when(foe < 3.0F, 4)) {
+                return turn.enter(kFight, 4);
+            }
+            if (turn.when(foe > 35.0F, 5, kHold10)) {
+                return turn.enter(kPatrol, 5);
+            }
+            break;
+        case kFight:
+            if (turn.when(senses.health[i] < 0.3F, 6)) {
+                return turn.enter(kFlee, 6);
+            }
+            if (turn.when(foe > 5.0F, 7, kHold02)) {
+                return turn.enter(kChase, 7);
+            }
+            break;
+        case kFlee:
+            if (turn.when(foe > 40.0F, 8)) {
+                return turn.enter(kRest, 8);
+            }
+            if (turn.when(senses.post[i] < 5.0F, 9, kHold05)) {
+                return turn.enter(kRest, 9);
+            }
+            break;
+        default:
+            if (turn.when(senses.health[i] > 0.9F, 10)) {
+                return turn.enter(kPatrol, 10);
+            }
+            if (turn.when(foe < 10.0F, 11)) {
+                return turn.enter(kFlee, 11);
+            }
+            break;
+    }
+    turn.stay();
+}
+
+/// The machine as a class per state.
+class PatrolState final : public ai::fsm::CodedState {
+  public:
+    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+        if (turn.when(senses.column[kNoise][turn.mind()] > 0.7F, 0)) {
+            return turn.enter(kListen, 0);
+        }
+        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 20.0F, 1, kHold03)) {
+            return turn.enter(kChase, 1);
+        }
+        turn.stay();
+    }
+};
+
+class ListenState final : public ai::fsm::CodedState {
+  public:
+    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 25.0F, 2, kHold01)) {
+            return turn.enter(kChase, 2);
+        }
+        if (turn.when(turn.time_in_state(kSentryDt) > 5.0F, 3)) {
+            return turn.enter(kPatrol, 3);
+        }
+        turn.stay();
+    }
+};
+
+class ChaseState final : public ai::fsm::CodedState {
+  public:
+    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 3.0F, 4)) {
+            return turn.enter(kFight, 4);
+        }
+        if (turn.when(senses.column[kFoeDistance][turn.mind()] > 35.0F, 5, kHold10)) {
+            return turn.enter(kPatrol, 5);
+        }
+        turn.stay();
+    }
+};
+
+class FightState final : public ai::fsm::CodedState {
+  public:
+    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+        if (turn.when(senses.column[kHealth][turn.mind()] < 0.3F, 6)) {
+            return turn.enter(kFlee, 6);
+        }
+        if (turn.when(senses.column[kFoeDistance][turn.mind()] > 5.0F, 7, kHold02)) {
+            return turn.enter(kChase, 7);
+        }
+        turn.stay();
+    }
+};
+
+class FleeState final : public ai::fsm::CodedState {
+  public:
+    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+        if (turn.when(senses.column[kFoeDistance][turn.mind()] > 40.0F, 8)) {
+            return turn.enter(kRest, 8);
+        }
+        if (turn.when(senses.column[kPostDistance][turn.mind()] < 5.0F, 9, kHold05)) {
+            return turn.enter(kRest, 9);
+        }
+        turn.stay();
+    }
+};
+
+class RestState final : public ai::fsm::CodedState {
+  public:
+    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+        if (turn.when(senses.column[kHealth][turn.mind()] > 0.9F, 10)) {
+            return turn.enter(kPatrol, 10);
+        }
+        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 10.0F, 11)) {
+            return turn.enter(kFlee, 11);
+        }
+        turn.stay();
+    }
+};
+
+/// By state.
+inline const std::array<const ai::fsm::CodedState*, kSentryStates>& sentry_objects() {
+    static const PatrolState patrol;
+    static const ListenState listen;
+    static const ChaseState chase;
+    static const FightState fight;
+    static const FleeState flee;
+    static const RestState rest;
+    static const std::array<const ai::fsm::CodedState*, kSentryStates> objects{
+        &patrol, &listen, &chase, &fight, &flee, &rest};
+    return objects;
+}
+
+/// What `count` minds sense, as columns of their own.
+class Sensed {
+  public:
+    Sensed(std::size_t senses, std::size_t count) : count_(count), columns_(senses) {
+        for (std::vector<float>& column : columns_) {
+            column.assign(count, 0.0F);
+        }
+        for (const std::vector<float>& column : columns_) {
+            pointers_.push_back(column.data());
+        }
+    }
+
+    Sensed(const Sensed&) = delete;
+    Sensed& operator=(const Sensed&) = delete;
+
+    [[nodiscard]] float& at(std::size_t sense, std::size_t mind) { return columns_[sense][mind]; }
+
+    [[nodiscard]] ai::SenseColumns view() const { return {pointers_, count_}; }
+
+  private:
+    std::size_t count_;
+    std::vector<std::vector<float>> columns_;
+    std::vector<const float*> pointers_;
+};
+
+/// Foes come and go, wounds heal: a walk at random that leads through all states. Call it once a
+/// tick.
+inline void sentry_walk(Sensed& sensed, std::size_t count, core::Rng& rng) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto walk = [&](std::size_t sense, float step, float high) {
+            float& value = sensed.at(sense, i);
+            value = std::min(high, std::max(0.0F, value + rng.range(-step, step)));
+        };
+        walk(kFoeDistance, 4.0F, 50.0F);
+        walk(kPostDistance, 3.0F, 60.0F);
+        walk(kHealth, 0.06F, 1.0F);
+        walk(kNoise, 0.08F, 1.0F);
+    }
+}
+
+}  // namespace zoned::scenario

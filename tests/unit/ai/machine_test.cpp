@@ -1,0 +1,308 @@
+#include "server/ai/machine.h"
+
+#include "server/ai/decision.h"
+#include "server/ai/why.h"
+#include "tests/unit/ai/field.h"
+
+#include <gmock/gmock.h>
+
+namespace zoned::ai::test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr SenseIndex kHunger = kOwnSenses;
+constexpr SenseIndex kBread = kOwnSenses + 1;
+
+/// at_home { rest, eat }, out: hungry as time goes by, fed by eating bread.
+Machine eater() {
+    Machine machine;
+    machine.name = "eater";
+    machine.decide_every_s = 1.0F;
+    machine.variables = {{"hunger", 0.25F, 0.01F, 0.0F, 1.0F}, {"bread", 3.0F, 0.0F, 0.0F, 10.0F}};
+    State rest;
+    rest.name = "rest";
+    rest.changes = {{0, 0.005F, 0.0F}};
+    Transition hungry{1, Sensor::kTimeInState, Compare::kAbove, 0.5F, 0.0F, kHunger};
+    hungry.also = {{kBread, Compare::kAbove, 0.5F}};
+    rest.transitions = {hungry};
+    State eat;
+    eat.name = "eat";
+    eat.changes = {{0, -0.1F, 0.0F}, {1, {}, -1.0F}};
+    eat.transitions = {{0, Sensor::kTimeInState, Compare::kBelow, 0.1F, 0.0F, kHunger}};
+    State home;
+    home.name = "at_home";
+    home.inside = {rest, eat};
+    home.changes = {{0, 0.02F, 0.0F}};
+    home.transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 5.0F}};
+    State out;
+    out.name = "out";
+    out.changes = {{1, {}, 5.0F}};
+    out.transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 5.0F}};
+    machine.states = {home, out};
+    return machine;
+}
+
+class Eater {
+  public:
+    Eater() : written(eater()), machine(compile(written, 1.0F)) {
+        mind.entity = EntityId(1);
+        begin(mind, machine, 0);
+    }
+
+    std::string decide(Tick now, float player = 100.0F) {
+        sight.distance = player;
+        ai::decide(mind, machine, sight, Vec3::Zero(), now, thinking);
+        return machine.states[mind.fsm.state()].name;
+    }
+
+    Machine written;
+    CompiledMachine machine;
+    Mind mind;
+    Sight sight;
+    Thinking thinking;
+};
+
+TEST(Variables, GrowAndAreFedByStates) {
+    Eater eater;
+    EXPECT_EQ(eater.mind.variables[0], 0.25F);
+    EXPECT_EQ(eater.decide(10), "at_home/rest");
+    EXPECT_NEAR(eater.mind.variables[0], 0.3F, 1e-6F);  // the inner state's rate: 0.005 a second
+    EXPECT_EQ(eater.decide(51), "at_home/eat");         // 0.505
+    EXPECT_EQ(eater.mind.variables[1], 2.0F);           // a bread less, at once
+    EXPECT_EQ(eater.decide(53), "at_home/eat");
+    EXPECT_NEAR(eater.mind.variables[0], 0.305F, 1e-6F);
+    EXPECT_EQ(eater.decide(61), "at_home/rest");
+    EXPECT_EQ(eater.mind.variables[0], 0.0F);  // never below low
+    EXPECT_EQ(eater.decide(62, 1.0F), "out");
+    EXPECT_EQ(eater.mind.variables[1], 7.0F);
+    // Out there nothing is said of hunger: the variable's own rate.
+    EXPECT_EQ(eater.decide(72, 1.0F), "out");
+    EXPECT_NEAR(eater.mind.variables[0], 0.005F + 0.1F, 1e-6F);
+    EXPECT_EQ(eater.decide(73), "at_home/rest");
+    EXPECT_EQ(eater.decide(74, 1.0F), "out");
+    EXPECT_EQ(eater.mind.variables[1], 10.0F);  // never above high
+}
+
+TEST(Variables, DoNotDependOnHowOftenTheyAreLookedAt) {
+    Eater often;
+    Eater seldom;
+    for (Tick now = 1; now <= 40; ++now) {
+        grow(often.mind, often.machine, now);
+    }
+    grow(seldom.mind, seldom.machine, 40);
+    // 40 additions of 0.005 to a number below 1: a rounding of 2^-24 each.
+    EXPECT_NEAR(often.mind.variables[0], seldom.mind.variables[0], 40.0F * 0x1.0p-24F);
+}
+
+TEST(Variables, StopAWayThatNeedsWhatIsNotThere) {
+    Eater eater;
+    eater.mind.variables[1] = 0.0F;
+    EXPECT_EQ(eater.decide(100), "at_home/rest");
+    EXPECT_GT(eater.mind.variables[0], 0.5F);
+}
+
+State deed(const char* name, ActionKind action) {
+    State state;
+    state.name = name;
+    state.action = action;
+    return state;
+}
+
+/// Near: fight or flee, by vigour; else at rest, where vigour comes back.
+Machine chooser() {
+    Machine machine;
+    machine.name = "chooser";
+    machine.variables = {{"vigour", 1.0F, 0.0F, 0.0F, 1.0F}};
+    State alert = deed("alert", ActionKind::kIdle);
+    TreeChoice by_tree;
+    by_tree.def.nodes = {{"near", {kSensePlayerDistance, Compare::kBelow, 10.0F}, 1, 2, 0},
+                         {"strong", {kOwnSenses, Compare::kAbove, 0.5F}, 3, 4, 0},
+                         {"rest", {}, -1, -1, 0},
+                         {"fight", {}, -1, -1, 1},
+                         {"flee", {}, -1, -1, 2}};
+    alert.choice = by_tree;
+    alert.deeds = {deed("rest", ActionKind::kReturn),
+                   deed("fight", ActionKind::kChase),
+                   deed("flee", ActionKind::kFlee)};
+    alert.deeds[0].changes = {{0, 0.1F, 0.0F}};
+    alert.deeds[1].changes = {{0, -0.2F, -0.1F}};
+    machine.states = {alert};
+    return machine;
+}
+
+TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
+    const CompiledMachine machine = compile(chooser(), 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    const auto doing = [&](Tick now, float player) {
+        Sight sight;
+        sight.distance = player;
+        mind.entered = false;
+        ai::decide(mind, machine, sight, Vec3::Zero(), now, thinking);
+        return machine.states[mind.doing].name;
+    };
+    EXPECT_EQ(doing(0, 50), "alert:rest");
+    EXPECT_TRUE(mind.entered) << "a deed that is new begins";
+    EXPECT_EQ(doing(1, 50), "alert:rest");
+    EXPECT_FALSE(mind.entered) << "one that goes on does not";
+    EXPECT_EQ(doing(2, 5), "alert:fight");
+    EXPECT_NEAR(mind.variables[0], 0.9F, 1e-6F);
+    EXPECT_EQ(doing(3, 5), "alert:fight");  // 0.7
+    EXPECT_EQ(doing(4, 5), "alert:flee");   // 0.5
+    EXPECT_EQ(doing(9, 5), "alert:flee");
+    EXPECT_NEAR(mind.variables[0], 0.5F, 1e-6F);
+    EXPECT_EQ(doing(10, 50), "alert:rest");
+    EXPECT_EQ(doing(11, 5), "alert:fight");  // 0.6
+}
+
+/// Wants to be fed: bread is bought with coins, coins are earned.
+Machine buyer() {
+    Machine machine;
+    machine.name = "buyer";
+    machine.variables = {{"coins", 0, 0, 0, 10}, {"bread", 0, 0, 0, 10}, {"food", 0, -0.01F, 0, 1}};
+    State live = deed("live", ActionKind::kIdle);
+    PlanChoice plan;
+    plan.domain.facts = {"has_coins", "has_bread", "fed"};
+    plan.domain.actions = {{"earn", {}, {1, 0}, 1},
+                           {"buy", {1, 0}, {2, 0}, 1},
+                           {"eat", {2, 0}, {4, 0}, 1},
+                           {"beg", {}, {4, 0}, 9}};
+    plan.domain.goals = {{"fed", {4, 0}}};
+    plan.facts = {{{kOwnSenses, Compare::kAbove, 2.5F}},
+                  {{kOwnSenses + 1, Compare::kAbove, 0.5F}},
+                  {{kOwnSenses + 2, Compare::kAbove, 0.5F}}};
+    live.choice = plan;
+    live.deeds = {deed("earn", ActionKind::kPatrol),
+                  deed("buy", ActionKind::kReturn),
+                  deed("eat", ActionKind::kIdle),
+                  deed("beg", ActionKind::kFlock)};
+    live.deeds[0].changes = {{0, 1.0F, 0.0F}};
+    live.deeds[1].changes = {{0, 0.0F, -3.0F}, {1, 0.0F, 2.0F}};
+    live.deeds[2].changes = {{1, 0.0F, -1.0F}, {2, 0.5F, 0.0F}};
+    machine.states = {live};
+    return machine;
+}
+
+TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
+    const CompiledMachine machine = compile(buyer(), 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    std::vector<std::string> done;
+    for (Tick now = 0; now < 12; ++now) {
+        ai::decide(mind, machine, Sight(), Vec3::Zero(), now, thinking);
+        done.push_back(machine.states[mind.doing].name);
+    }
+    // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
+    EXPECT_THAT(done,
+                testing::ElementsAre("live:earn",
+                                     "live:earn",
+                                     "live:earn",
+                                     "live:buy",
+                                     "live:eat",
+                                     "live:eat",
+                                     "live",
+                                     "live",
+                                     "live",
+                                     "live",
+                                     "live",
+                                     "live"));
+    EXPECT_EQ(thinking.plans, 4U);
+    // Bread is left: hungry again, it only eats.
+    mind.variables[2] = 0.0F;
+    ai::decide(mind, machine, Sight(), Vec3::Zero(), 12, thinking);
+    EXPECT_EQ(machine.states[mind.doing].name, "live:eat");
+}
+
+TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
+    Machine written = buyer();
+    auto& plan = std::get<PlanChoice>(written.states[0].choice);
+    plan.domain.actions[2].makes = {0, 1};
+    plan.domain.actions[3].makes = {0, 1};
+    const CompiledMachine machine = compile(written, 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    for (Tick now = 0; now < 5; ++now) {
+        ai::decide(mind, machine, Sight(), Vec3::Zero(), now, thinking);
+        EXPECT_EQ(machine.states[mind.doing].name, "live");
+    }
+    EXPECT_EQ(thinking.plans, 1U) << "nothing has changed: it is not tried again";
+    EXPECT_EQ(thinking.plans_unreachable, 1U);
+}
+
+TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
+    const CompiledMachine machine = compile(buyer(), 1.0F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, machine, 0);
+    Thinking thinking;
+    thinking.max_plan_nodes = 1;
+    ai::decide(mind, machine, Sight(), Vec3::Zero(), 0, thinking);
+    EXPECT_EQ(thinking.plans_cut_off, 1U);
+    EXPECT_EQ(machine.states[mind.doing].name, "live");
+}
+
+TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
+    Eater eater;
+    eater.decide(10);
+    eater.sight.distance = 42.0F;
+    const std::string text = why(eater.mind,
+                                 eater.written,
+                                 eater.machine,
+                                 eater.sight,
+                                 Vec3(3.0F, 0.0F, 4.0F),
+                                 20,
+                                 1.0F);
+    EXPECT_THAT(text, HasSubstr("machine eater, in state:\n  at_home for 20.00 s\n"
+                                "  at_home/rest for 20.00 s\n"));
+    EXPECT_THAT(text, HasSubstr("  player distance 42\n  home distance 5\n"));
+    EXPECT_THAT(text, HasSubstr("  hunger 0.35\n  bread 3\n"));
+    EXPECT_THAT(text, HasSubstr("  at_home -> out: player distance 42 below 5: no\n"));
+    EXPECT_THAT(text,
+                HasSubstr("  at_home/rest -> at_home/eat: hunger 0.35 above 0.5: no, and bread 3 "
+                          "above 0.5: yes\n"));
+    EXPECT_EQ(eater.mind.variables_at, 10) << "to ask changes nothing";
+}
+
+TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
+    Machine machine;
+    machine.name = "m";
+    machine.fuzzy.emplace_back();
+    fuzzy::FuzzyDef& def = machine.fuzzy[0].def;
+    const float infinity = std::numeric_limits<float>::infinity();
+    def.name = "fear";
+    def.inputs = {{"distance", 0, 10, {{"near", -infinity, 0, 0, 10}, {"far", 0, 10, 10, infinity}}}};
+    fuzzy::Output much;
+    much.name = "much";
+    much.values = {{"none", 0, {}}, {"all", 1, {}}};
+    def.outputs = {much};
+    def.rules = {{{{0, 0, false}}, false, 0, 1, 1}, {{{0, 1, false}}, false, 0, 0, 1}};
+    machine.fuzzy[0].inputs = {kSensePlayerDistance};
+    machine.states.resize(2);
+    machine.states[0].name = "calm";
+    machine.states[1].name = "afraid";
+    machine.states[0].transitions = {
+        {1, Sensor::kRandom, Compare::kAbove, 0.5F, 2.0F, kOwnSenses}};
+    const CompiledMachine compiled = compile(machine, 0.5F);
+    Mind mind;
+    mind.entity = EntityId(1);
+    begin(mind, compiled, 0);
+    Thinking thinking;
+    Sight sight;
+    sight.distance = 2.5F;
+    EXPECT_FALSE(ai::decide(mind, compiled, sight, Vec3::Zero(), 0, thinking));
+    const std::string text = why(mind, machine, compiled, sight, Vec3::Zero(), 2, 0.5F);
+    EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
+    EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
+    EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));
+    EXPECT_TRUE(ai::decide(mind, compiled, sight, Vec3::Zero(), 4, thinking));
+}
+
+}  // namespace
+}  // namespace zoned::ai::test

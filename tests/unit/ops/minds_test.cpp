@@ -1,0 +1,410 @@
+// Minds in a config: machines within machines and fuzzy senses run as written, and each mistake is
+// found at its line and column.
+#include "server/ops/minds.h"
+
+#include "server/ai/decision.h"
+#include "tests/unit/ops/config_helpers.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+namespace zoned::ops::test {
+namespace {
+
+/// A guard whose day is a machine of its own, and who chases as boldly as a fuzzy system says.
+const std::string kMinds = with("machine {\n  name: \"guard\"",
+                                R"(fuzzy {
+  name: "brave"
+  input { name: "distance" sensor: PLAYER_DISTANCE low: 0 high: 40
+    term { name: "near" b: 5 d: 20 }
+    term { name: "far" a: 5 b: 20 }
+  }
+  output { name: "boldness"
+    value { name: "timid" constant: 0.1 }
+    value { name: "bold" constant: 0.9 slope { input: "distance" factor: -0.01 } }
+  }
+  rule { when { input: "distance" is: "near" } then: "bold" }
+  rule { when { input: "distance" is_not: "near" } then: "timid" }
+}
+machine {
+  name: "round"
+  state { name: "walk" action: PATROL radius_m: 8
+    transition { to: "stand" threshold: 10 }
+  }
+  state { name: "stand" action: IDLE
+    transition { to: "walk" threshold: 5 }
+  }
+}
+machine {
+  name: "sentry"
+  state { name: "calm" machine: "round" history: DEEP
+    transition { to: "hunt" sense: "brave.boldness" compare: ABOVE threshold: 0.5
+      also { sensor: HOME_DISTANCE compare: BELOW threshold: 50 }
+    }
+  }
+  state { name: "hunt" action: CHASE
+    transition { to: "calm" sense: "brave.boldness" compare: BELOW threshold: 0.3 }
+  }
+}
+machine {
+  name: "guard")",
+                                with("machine: \"guard\"", "machine: \"sentry\""));
+
+std::string minds_with(const std::string& from, const std::string& to) {
+    return with(from, to, kMinds);
+}
+
+TEST(Minds, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
+    const Outcome out = parse(kMinds);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    ASSERT_EQ(sentry.states.size(), 3U);
+    EXPECT_EQ(sentry.states[0].name, "calm/walk");
+    EXPECT_EQ(sentry.states[0].action, ai::ActionKind::kPatrol);
+    EXPECT_EQ(sentry.states[0].radius_m, 8.0F);
+    EXPECT_EQ(sentry.states[1].name, "calm/stand");
+    EXPECT_EQ(sentry.states[2].name, "hunt");
+    EXPECT_EQ(sentry.senses, 4U);
+    // The others read no fuzzy system, and have none.
+    EXPECT_TRUE(out.settings.ai.compiled[0].fuzzy.empty());
+}
+
+TEST(Minds, DoWhatTheyAreWritten) {
+    const Outcome out = parse(kMinds);
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    ai::Mind mind;
+    ai::Thinking thinking;
+    mind.entity = EntityId(1);
+    const auto decide = [&](float distance, float home_m, Tick now) {
+        ai::Sight sight;
+        sight.distance = distance;
+        ai::decide(mind, sentry, sight, Vec3(home_m, 0.0F, 0.0F), now, thinking);
+        return sentry.states[mind.fsm.state()].name;
+    };
+    // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
+    EXPECT_EQ(decide(35, 0, 0), "calm/walk");
+    EXPECT_EQ(decide(35, 0, 301), "calm/stand");
+    EXPECT_EQ(decide(5, 60, 302), "calm/stand");
+    EXPECT_EQ(decide(5, 40, 303), "hunt");
+    EXPECT_EQ(decide(35, 40, 304), "calm/stand");
+    EXPECT_EQ(decide(35, 40, 455), "calm/walk");
+}
+
+TEST(Minds, FindUnknownSenses) {
+    expect_single(minds_with("sense: \"brave.boldness\" compare: ABOVE",
+                             "sense: \"brave.bold\" compare: ABOVE"),
+                  "sense: \"brave.bold\"",
+                  "minds of machine 'sentry' do not sense 'brave.bold'");
+}
+
+TEST(Minds, FindUnknownSensesInFurtherConditions) {
+    expect_single(minds_with("also { sensor: HOME_DISTANCE", "also { sense: \"a.b\""),
+                  "sense: \"a.b\"",
+                  "do not sense 'a.b'");
+}
+
+TEST(Minds, FindUnknownMachines) {
+    expect_single(minds_with("machine: \"round\"", "machine: \"rond\""),
+                  "machine: \"rond\"",
+                  "no machine named 'rond'");
+}
+
+TEST(Minds, FindStatesThatNobodyEnters) {
+    expect_single(minds_with("  state { name: \"stand\" action: IDLE",
+                             "  state { name: \"lost\"\n    transition { to: \"walk\" }\n  }\n"
+                             "  state { name: \"stand\" action: IDLE"),
+                  "state { name: \"lost\"",
+                  "is never entered");
+}
+
+TEST(Minds, FindCycles) {
+    expect_single(minds_with("state { name: \"stand\" action: IDLE",
+                             "state { name: \"stand\" machine: \"sentry\""),
+                  "machine: \"sentry\"\n    transition",
+                  "'sentry' holds 'round' holds 'sentry'");
+}
+
+TEST(Minds, FindRingsThatNobodyUses) {
+    expect_single(minds_with("machine {\n  name: \"sentry\"",
+                             "machine {\n  name: \"a\"\n  state { name: \"s\" machine: \"a\" }\n}\n"
+                             "machine {\n  name: \"sentry\""),
+                  "machine: \"a\" }",
+                  "cannot be inside itself");
+}
+
+TEST(Minds, FindMachinesThatAreTooDeep) {
+    std::string machines;
+    for (int level = 0; level < 5; ++level) {
+        machines += "machine {\n  name: \"m" + std::to_string(level) + "\"\n  state { name: \"s\" ";
+        machines += level < 4 ? "machine: \"m" + std::to_string(level + 1) + "\" }\n}\n" : "}\n}\n";
+    }
+    const Outcome out = parse(
+        minds_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+    ASSERT_EQ(out.errors.size(), 1U) << format_errors("test", out.errors);
+    EXPECT_NE(out.errors[0].text.find("at most 4 levels"), std::string::npos);
+    EXPECT_EQ(out.errors[0].line,
+              place_of(kMinds, "machine {\n  name: \"sentry\"").first + 3 * 4 + 2);
+}
+
+TEST(Minds, EndWhereMachinesWithinMachinesExplode) {
+    // 100 states of 100 states of ...: 10^8 in all.
+    std::string machines;
+    for (int level = 0; level < 4; ++level) {
+        machines += "machine { name: \"m" + std::to_string(level) + "\"";
+        for (int s = 0; s < 100; ++s) {
+            machines += " state { name: \"s" + std::to_string(s) + "\"";
+            machines += level < 3 ? " machine: \"m" + std::to_string(level + 1) + "\"" : "";
+            machines += " transition { to: \"s" + std::to_string((s + 1) % 100) + "\" } }";
+        }
+        machines += " }\n";
+    }
+    const Outcome out = parse(
+        minds_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+    EXPECT_FALSE(out.ok);
+    EXPECT_TRUE(std::any_of(out.errors.begin(), out.errors.end(), [](const ConfigError& error) {
+        return error.text.find("is one too many") != std::string::npos;
+    })) << format_errors("test", out.errors);
+}
+
+TEST(Minds, FindTransitionsThatNeverFire) {
+    expect_single(minds_with("    transition { to: \"stand\" threshold: 10 }",
+                             "    transition { to: \"stand\" threshold: 10 }\n"
+                             "    transition { to: \"walk\" threshold: 20 }"),
+                  "transition { to: \"walk\" threshold: 20 }",
+                  "never fires");
+}
+
+TEST(Minds, FindConditionsThatExcludeEachOther) {
+    expect_single(minds_with("also { sensor: HOME_DISTANCE",
+                             "also { sense: \"brave.boldness\" compare: BELOW threshold: 0.4 }\n"
+                             "      also { sensor: HOME_DISTANCE"),
+                  "also { sense: \"brave.boldness\" compare: BELOW threshold: 0.4 }",
+                  "excludes");
+}
+
+TEST(Minds, FindActionsOfMachinesAsStates) {
+    expect_single(minds_with("name: \"calm\" machine", "name: \"calm\" action: IDLE machine"),
+                  "state { name: \"calm\"",
+                  "say its own states");
+}
+
+TEST(Minds, FindHistoriesOfNothing) {
+    expect_single(minds_with("name: \"hunt\" action", "name: \"hunt\" history: DEEP action"),
+                  "state { name: \"hunt\"",
+                  "nothing inside");
+}
+
+TEST(Minds, JudgeDistancesByWhatTheOuterMachinePerceives) {
+    const std::string text = minds_with("to: \"stand\" threshold: 10",
+                                        "to: \"stand\" sensor: PLAYER_DISTANCE threshold: 39");
+    EXPECT_TRUE(parse(text).ok);
+    expect_single(with("name: \"sentry\"\n", "name: \"sentry\" perception_m: 30\n", text),
+                  "threshold: 39",
+                  "beyond perception_m, 30");
+}
+
+/// The sentry tires of hunting.
+const std::string kTired =
+    with("name: \"hunt\" action: CHASE",
+         "name: \"hunt\" action: CHASE change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }",
+         minds_with("name: \"sentry\"\n",
+                    "name: \"sentry\"\n  variable { name: \"vigour\" start: 0.8 per_s: 0.02 }\n"));
+
+TEST(Minds, HaveVariables) {
+    const Outcome out = parse(with("sense: \"brave.boldness\" compare: BELOW threshold: 0.3",
+                                   "sense: \"vigour\" compare: BELOW threshold: 0.3",
+                                   kTired));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    EXPECT_EQ(sentry.senses, 5U);
+    ai::Mind mind;
+    ai::Thinking thinking;
+    mind.entity = EntityId(1);
+    ai::begin(mind, sentry, 0);
+    ai::Sight sight;
+    sight.distance = 5.0F;
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30, thinking);
+    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");
+    EXPECT_NEAR(mind.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 135, thinking);
+    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");  // 4.5 s: 0.32
+    ai::decide(mind, sentry, sight, Vec3::Zero(), 30 + 150, thinking);
+    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "calm/walk");
+}
+
+TEST(Minds, FindVariablesThatDoNotExist) {
+    expect_single(with("variable: \"vigour\" per_s", "variable: \"vigor\" per_s", kTired),
+                  "variable: \"vigor\"",
+                  "machine 'sentry' has no variable named 'vigor'");
+}
+
+TEST(Minds, FindSystemsThatDependOnVariablesThatTheyDoNotHave) {
+    const std::string text = with("input { name: \"distance\" sensor: PLAYER_DISTANCE",
+                                  "input { name: \"distance\" sense: \"vigour\"",
+                                  kTired);
+    EXPECT_TRUE(parse(text).ok);
+    const Outcome out =
+        parse(with("variable { name: \"vigour\"",
+                   "variable { name: \"power\"",
+                   with("change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }", "", text)));
+    ASSERT_EQ(out.errors.size(), 2U) << format_errors("test", out.errors);
+    EXPECT_NE(out.errors[0].text.find("it depends on 'vigour'"), std::string::npos);
+}
+
+TEST(Minds, FindVariablesThatStartOutside) {
+    expect_single(with("start: 0.8", "start: 1.5", kTired), "start: 1.5", "outside of low to high");
+    expect_single(with("per_s: 0.02", "high: 0 low: 0.5", kTired),
+                  "variable { name: \"vigour\"",
+                  "high must be above low");
+}
+
+/// The hamlet's villagers plan, its hinds follow a tree.
+std::string hamlet() {
+    std::ifstream in(ZONED_SOURCE_DIR "/config/hamlet.txtpb", std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void expect_in_hamlet(const std::string& from,
+                      const std::string& to,
+                      const std::string& needle,
+                      const std::string& words) {
+    expect_single(with(from, to, hamlet()), needle, words);
+}
+
+TEST(Choices, OfTheHamletAreGood) {
+    const Outcome out = parse(hamlet());
+    ASSERT_TRUE(out.ok) << format_errors("hamlet", out.errors);
+    const auto& machines = out.settings.ai.machines;
+    EXPECT_TRUE(machines[0].inner);   // round
+    EXPECT_TRUE(machines[1].inner);   // alarm
+    EXPECT_FALSE(machines[2].inner);  // watch
+    EXPECT_EQ(out.settings.ai.compiled[2].states.size(), 4U);
+    EXPECT_EQ(out.settings.ai.compiled[3].trees.size(), 1U);
+    EXPECT_EQ(out.settings.ai.compiled[4].plans.size(), 1U);
+    EXPECT_EQ(out.settings.ai.compiled[4].states.size(), 5U);  // live, and four actions
+}
+
+TEST(Choices, FindTreesThatDoNotExist) {
+    expect_in_hamlet(
+        "tree: \"grazing\"", "tree: \"grasing\"", "tree: \"grasing\"", "no tree named");
+}
+
+TEST(Choices, FindNodesThatDoNotExist) {
+    expect_in_hamlet("yes: \"run\"", "yes: \"ran\"", "yes: \"ran\"", "no node named 'ran'");
+}
+
+TEST(Choices, FindQuestionsThatAreAnsweredAlready) {
+    expect_in_hamlet("ask { sensor: HOME_DISTANCE compare: ABOVE threshold: 50 }",
+                     "ask { sensor: PLAYER_DISTANCE compare: ABOVE threshold: 7 }",
+                     "node { name: \"strayed\"",
+                     "always answered yes");
+}
+
+TEST(Choices, FindNodesThatAreNeitherQuestionNorAnswer) {
+    expect_in_hamlet("do { action: FLEE behaviour: RUNNING }",
+                     "",
+                     "node { name: \"run\"",
+                     "needs either `ask` or `do`");
+}
+
+TEST(Choices, FindSensesOfTreesThatMindsDoNotHave) {
+    expect_in_hamlet("ask { sensor: HOME_DISTANCE",
+                     "ask { sense: \"courage\"",
+                     "sense: \"courage\"",
+                     "minds of machine 'hind' do not sense 'courage'");
+}
+
+TEST(Choices, FindFactsThatDoNotExist) {
+    expect_in_hamlet("makes: \"not at_home\"",
+                     "makes: \"not at_hom\"",
+                     "makes: \"not at_hom\"",
+                     "no fact named 'at_hom'");
+}
+
+TEST(Choices, FindActionsWithoutEffect) {
+    expect_in_hamlet("needs: \"has_bread\" makes: \"fed\"",
+                     "needs: \"has_bread\" needs: \"fed\" makes: \"fed\"",
+                     "action { name: \"eat\"",
+                     "changes nothing");
+}
+
+TEST(Choices, FindActionsThatNobodyWants) {
+    expect_in_hamlet(
+        "action { name: \"go_home\"",
+        "action { name: \"stray\" makes: \"not has_bread\" }\n  action { name: \"go_home\"",
+        "action { name: \"stray\"",
+        "makes nothing that a goal or another action needs");
+}
+
+TEST(Choices, FindGoalsThatNothingMakes) {
+    expect_in_hamlet("goal { name: \"be_fed\" wants: \"fed\" }",
+                     "goal { name: \"be_fed\" wants: \"fed\" }\n"
+                     "  goal { name: \"starve\" wants: \"not fed\" }",
+                     "goal { name: \"starve\"",
+                     "no action makes 'fed'");
+}
+
+TEST(Choices, FindVariablesThatDeedsChangeAndMindsDoNotHave) {
+    expect_in_hamlet("change { variable: \"bread\" on_enter: 2 }",
+                     "change { variable: \"breed\" on_enter: 2 }",
+                     "variable: \"breed\"",
+                     "machine 'villager' has no variable named 'breed'");
+}
+
+TEST(Choices, FindTwoWaysToSayWhatToDo) {
+    expect_in_hamlet("state { name: \"live\" tree:",
+                     "state { name: \"live\" machine: \"round\" tree:",
+                     "state { name: \"live\" machine",
+                     "takes one of");
+}
+
+TEST(FuzzySystems, FindGaps) {
+    expect_single(
+        minds_with("term { name: \"near\" b: 5 d: 20 }", "term { name: \"near\" b: 5 d: 3 }"),
+        "term { name: \"near\"",
+        "ascend");
+    expect_single(
+        minds_with("term { name: \"far\" a: 5 b: 20 }", "term { name: \"far\" a: 25 b: 30 }"),
+        "input { name: \"distance\"",
+        "values between 20 and 25 belong to no term");
+}
+
+TEST(FuzzySystems, FindNamesThatMeanNothing) {
+    expect_single(minds_with("is: \"near\"", "is: \"neer\""),
+                  "is: \"neer\"",
+                  "input 'distance' has no term named 'neer'");
+    expect_single(minds_with("when { input: \"distance\" is:", "when { input: \"range\" is:"),
+                  "input: \"range\"",
+                  "no input named 'range'");
+    expect_single(minds_with("slope { input: \"distance\"", "slope { input: \"rage\""),
+                  "input: \"rage\"",
+                  "no input named 'rage'");
+    expect_single(minds_with("then: \"timid\" }",
+                             "output: \"odd\" then: \"timid\" }\n  rule { when { input: "
+                             "\"distance\" is: \"far\" } then: \"timid\" }"),
+                  "output: \"odd\"",
+                  "no output named 'odd'");
+}
+
+TEST(FuzzySystems, FindWhatIsNeverSaid) {
+    expect_single(minds_with("then: \"timid\"", "then: \"bold\""),
+                  "value { name: \"timid\"",
+                  "no rule ever says this");
+}
+
+TEST(FuzzySystems, FindPropositionsThatSayNothing) {
+    expect_single(
+        minds_with("is_not: \"near\"", ""), "when { input: \"distance\"  }", "needs either");
+}
+
+TEST(FuzzySystems, FindTermsOfTheWrongInference) {
+    expect_single(minds_with("output { name: \"boldness\"",
+                             "output { name: \"boldness\" term { name: \"x\" b: 1 }"),
+                  "term { name: \"x\"",
+                  "belong to inference: MAMDANI");
+}
+
+}  // namespace
+}  // namespace zoned::ops::test
