@@ -26,7 +26,7 @@ using scenario::MotionState;
 
 constexpr int kStepSizes = 6;
 constexpr double kTolerance = 1e-9;  ///< of the adaptive pair
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 /// A motion, and how runs of it are judged. Rows differ by their time step alone.
 template <class Force>
@@ -115,7 +115,7 @@ class MotionTrial : public JudgedTrial {
             if (is_early || done > 9 * tenth) {
                 const double off = motion_.energy_error(last_, static_cast<double>(done) * h_);
                 (is_early ? early : late) += off / static_cast<double>(tenth);
-                most = std::isfinite(off) ? std::max(most, std::abs(off)) : kNone;
+                most = std::isfinite(off) ? std::max(most, std::abs(off)) : kUndefined;
             }
         });
         row.metric("energy_drift", late - early);
