@@ -8,25 +8,21 @@
 
 namespace zoned::bench {
 
-namespace {
-
-std::string text_of(const std::string& file) {
+std::string text_of_file(const std::string& file) {
     std::stringstream text;
     text << std::ifstream(file, std::ios::binary).rdbuf();
     return text.str();
 }
 
-}  // namespace
-
 std::optional<GridScene> read_grid_scene(const std::string& name,
                                          std::size_t step,
                                          std::string& why) {
     std::string file = data_directory() + "/movingai/" + name + ".map";
-    std::string map_text = text_of(file);
+    std::string map_text = text_of_file(file);
     if (map_text.empty()) {
         // Two small maps come with the tests.
         const std::string ours = ZONED_SOURCE_DIR "/tests/conformance/movingai/" + name + ".map";
-        map_text = text_of(ours);
+        map_text = text_of_file(ours);
         file = map_text.empty() ? file : ours;
     }
     if (map_text.empty()) {
@@ -38,7 +34,7 @@ std::optional<GridScene> read_grid_scene(const std::string& name,
         why = file + ", " + map.error() + ": no rows of it";
         return std::nullopt;
     }
-    const auto all = ai::navigation::parse_grid_scenario(text_of(file + ".scen"));
+    const auto all = ai::navigation::parse_grid_scenario(text_of_file(file + ".scen"));
     if (!all) {
         why = file + ".scen, " + all.error() + ": no rows of it";
         return std::nullopt;

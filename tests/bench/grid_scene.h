@@ -22,6 +22,9 @@ std::optional<GridScene> read_grid_scene(const std::string& name,
                                          std::size_t step,
                                          std::string& why);
 
+/// All of a file; empty where it can't be read.
+std::string text_of_file(const std::string& file);
+
 /// Lengths in the scenarios have two decimals on some maps: none that is off by more is a best way.
 inline constexpr double kLengthTolerance = 0.011;
 

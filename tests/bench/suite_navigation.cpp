@@ -1,9 +1,10 @@
 // Suite `navigation`: ways on maps of the Moving AI benchmark, by our planners beside Detour.
+#include "tests/bench/suite_navigation.h"
+
 #include "server/ai/navigation/planner.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/detour_mesh.h"
-#include "tests/bench/grid_scene.h"
 #include "tests/bench/statistics.h"
 
 #include <algorithm>
@@ -230,11 +231,20 @@ const std::vector<std::string>& way_scenes() {
     return names;
 }
 
+std::vector<std::string> all_way_scenes() {
+    std::vector<std::string> names = way_scenes();
+    names.push_back(kPatchedScene);
+    return names;
+}
+
 void run_navigation(Session& session) {
     session.note(
         "navigation: all queries of each scenario, on one thread; time is the mean over them, per "
         "query, with its way put together; error is the number of wrong lengths (of detour, which "
-        "cuts corners on a mesh, of queries without a way). detour is Debian's, built for baseline "
+        "cuts corners on a mesh, of queries without a way). next_hop: time of one lookup, tables "
+        "of 16 "
+        "goals; flow_field: time of a field to a new goal; arena2_patched: an empty map that 439 "
+        "patches build up and change between 2,000 queries. detour is Debian's, built for baseline "
         "x86-64");
     for (const std::string& name : way_scenes()) {
         if (!session.wants_scene(name)) {
@@ -245,17 +255,23 @@ void run_navigation(Session& session) {
         const std::optional<GridScene> scene = read_grid_scene(name, session.quick ? 40 : 1, why);
         if (scene) {
             run_way_scene(session, *scene);
+            run_goal_fields(session, *scene);
         } else {
             session.note("navigation: " + why);
         }
     }
+    if (session.wants_scene(kPatchedScene)) {
+        session.progress("navigation " + kPatchedScene);
+        run_patched_map(session);
+    }
 }
 
-const Registration kNavigation({"navigation",
-                                "ways on grids: time per query, lengths that are wrong",
-                                way_scenes(),
-                                {"default", "subgoals", "jump_points", "astar", "detour/default"},
-                                run_navigation});
+const Registration kNavigation(
+    {"navigation",
+     "ways on grids: time per query, lengths that are wrong",
+     all_way_scenes(),
+     {"default", "subgoals", "jump_points", "astar", "next_hop", "flow_field", "detour/default"},
+     run_navigation});
 
 }  // namespace
 

@@ -1,0 +1,19 @@
+// Parts of the suite `navigation`, a file each.
+#pragma once
+
+#include "tests/bench/grid_scene.h"
+#include "tests/bench/suite.h"
+
+#include <string>
+
+namespace zoned::bench {
+
+/// Rows `next_hop` (time of a lookup) and `flow_field` (time of a field to a new goal).
+void run_goal_fields(Session& session, const GridScene& scene);
+
+/// The map that is patched between queries: rows of scene `kPatchedScene`.
+void run_patched_map(Session& session);
+
+inline const std::string kPatchedScene = "arena2_patched";
+
+}  // namespace zoned::bench
