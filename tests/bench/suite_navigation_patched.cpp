@@ -86,7 +86,72 @@ Replayed replay(const std::vector<GridPatch>& patches, const std::vector<GridEve
     return r;
 }
 
+/// Doors that shut: cells in the middle of best ways.
+constexpr std::size_t kDoors = 48;
+
+/// Puts shut and open doors on a planner with squares, and asks for a way past each.
+struct DoorTimes {
+    std::vector<double> us;  ///< of a change, until a query may be asked again
+    std::size_t wrong = 0;   ///< ways that are not as long as A* finds
+    std::size_t asked = 0;
+};
+
+DoorTimes shut_doors(const GridScene& scene) {
+    DoorTimes t;
+    Planner planner(scene.map);
+    planner.prepare_clusters();
+    const std::size_t step = std::max<std::size_t>(1, scene.instances.size() / kDoors);
+    std::vector<Cell> cells;
+    for (std::size_t i = 0; i < scene.instances.size(); i += step) {
+        Query query;
+        query.start = scene.instances[i].start;
+        query.goal = scene.instances[i].goal;
+        Query nowhere = query;
+        nowhere.goal = nowhere.start;
+        planner.plan(query);
+        ai::navigation::cells_of(planner.way().corners(), cells);
+        if (cells.size() < 3) {
+            continue;
+        }
+        CellChange door{cells[cells.size() / 2], false};
+        for (const bool passable : {false, true}) {
+            door.passable = passable;
+            const std::int64_t before = wall_ns();
+            planner.change(std::span(&door, 1));
+            planner.plan(nowhere);
+            t.us.push_back(static_cast<double>(wall_ns() - before) * 1e-3);
+            const ai::navigation::Answer a = planner.plan(query);
+            const ai::navigation::Answer b = planner.plan(query, ai::navigation::Method::kAStar);
+            t.wrong += a.outcome != b.outcome || a.cost != b.cost ? 1U : 0U;
+            ++t.asked;
+        }
+    }
+    return t;
+}
+
 }  // namespace
+
+void run_doors(Session& session, const GridScene& scene) {
+    if (!session.wants_method("door", "")) {
+        return;
+    }
+    std::vector<std::vector<double>> us;
+    Row row;
+    for (int i = 0; i < (session.quick ? 1 : session.repeats); ++i) {
+        const DoorTimes t = shut_doors(scene);
+        us.push_back(t.us);
+        row.error = static_cast<double>(t.wrong);
+    }
+    const std::vector<double> times = median_of_rows(us);
+    row.suite = "navigation";
+    row.scene = scene.name;
+    row.method = "door";
+    row.time_us_p50 = median(times);
+    row.time_us_p99 = quantile(times, 0.99);
+    row.error_unit = "wrong";
+    row.metric("changes", static_cast<double>(times.size()));
+    session.add({row});
+}
 
 void run_patched_map(Session& session) {
     const std::string folder = data_directory() + "/movingai/dynamic/";

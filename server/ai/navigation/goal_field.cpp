@@ -2,6 +2,7 @@
 
 #include "shared/core/assert.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 
@@ -51,14 +52,48 @@ Cell hopped(Cell c, Hop hop) {
 }
 
 void GoalField::build(const GridMap& map, Cell goal) {
-    ZONED_ASSERT(map.contains(goal), "a goal off the map");
+    make_room(map);
+    std::fill(cost_.begin(), cost_.end(), kNoCost);
+    std::fill(hop_.begin(), hop_.end(), kNoHop);
+    run(map, goal);
+}
+
+void GoalField::build(const GridMap& map, Cell goal, const Window& window) {
+    ZONED_ASSERT(goal.x >= window.left && goal.x <= window.right && goal.y >= window.top &&
+                     goal.y <= window.bottom,
+                 "a goal outside the window");
+    make_room(map);
+    // Around the rectangle all is reached for nothing already: no way leads out.
+    const Place corner = map.place({static_cast<std::uint16_t>(window.left),
+                                    static_cast<std::uint16_t>(window.top)}) -
+                         map.stride() - 1;
+    const auto width = static_cast<std::uint32_t>(window.right - window.left + 3);
+    const auto height = static_cast<std::uint32_t>(window.bottom - window.top + 3);
+    for (std::uint32_t y = 0; y < height; ++y) {
+        const auto row = static_cast<std::ptrdiff_t>(corner + y * map.stride());
+        const bool edge = y == 0 || y + 1 == height;
+        std::fill_n(cost_.begin() + row, width, edge ? 0 : kNoCost);
+        cost_[static_cast<std::size_t>(row)] = 0;
+        cost_[static_cast<std::size_t>(row) + width - 1] = 0;
+        std::fill_n(hop_.begin() + row, width, kNoHop);
+    }
+    run(map, goal);
+}
+
+void GoalField::make_room(const GridMap& map) {
     ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose ways may be too long");
-    cost_.assign(map.places(), kNoCost);
-    hop_.assign(map.places(), kNoHop);
+    if (cost_.size() != map.places()) {
+        cost_.resize(map.places());
+        hop_.resize(map.places());
+    }
     if (straight_.size() < map.passable_cells() + std::size_t{1}) {
         straight_.resize(map.passable_cells() + std::size_t{1});
         diagonal_.resize(map.passable_cells() + std::size_t{1});
     }
+}
+
+void GoalField::run(const GridMap& map, Cell goal) {
+    ZONED_ASSERT(map.contains(goal), "a goal off the map");
     straight_size_ = 0;
     diagonal_size_ = 0;
     const Place first = map.place(goal);

@@ -30,6 +30,18 @@ class GoalField {
     /// the last one. A blocked goal is reached from nowhere.
     void build(const GridMap& map, Cell goal);
 
+    /// Cells of a rectangle, its last column and row among them.
+    struct Window {
+        int left;
+        int top;
+        int right;
+        int bottom;
+    };
+
+    /// As above by ways within a rectangle, in which the goal lies; only what lies in it may be
+    /// asked for afterwards.
+    void build(const GridMap& map, Cell goal, const Window& window);
+
     [[nodiscard]] Hop hop(Place p) const { return hop_[p]; }
 
     /// Of a best way to the goal; kNoCost where there is none.
@@ -43,6 +55,8 @@ class GoalField {
         Place place;
     };
 
+    void make_room(const GridMap& map);
+    void run(const GridMap& map, Cell goal);
     void spread(const GridMap& map, const Reached& from);
 
     std::vector<Cost> cost_;

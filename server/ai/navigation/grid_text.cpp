@@ -1,5 +1,7 @@
 #include "server/ai/navigation/grid_text.h"
 
+#include "server/ai/navigation/cost.h"
+
 #include <algorithm>
 #include <charconv>
 #include <optional>
@@ -218,6 +220,10 @@ core::Result<GridMap> parse_grid_map(std::string_view text) {
             });
     if (good && in.next_written()) {
         in.fail("more text below the last row");
+    }
+    if (!in.failed() && map->passable_cells() > kMostPassable) {
+        in.fail(std::to_string(map->passable_cells()) + " passable cells, at most " +
+                std::to_string(kMostPassable) + " are allowed");
     }
     return in.failed() ? R::failure(in.error()) : R(std::move(*map));
 }

@@ -12,7 +12,8 @@ namespace zoned::ai::navigation {
 
 /// `.map` (N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, section III): `type
 /// octile`, `height H`, `width W`, `map`, then H rows of W characters. `.`, `G` and `S` are
-/// passable, `@`, `O`, `T` and `W` are not. Lines end in LF or CRLF. Errors name the line.
+/// passable, `@`, `O`, `T` and `W` are not. Lines end in LF or CRLF. Errors name the line. At most
+/// kMostPassable (cost.h) cells are passable.
 core::Result<GridMap> parse_grid_map(std::string_view text);
 
 /// A query whose answer is known.

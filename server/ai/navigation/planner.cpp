@@ -8,6 +8,13 @@
 
 namespace zoned::ai::navigation {
 
+namespace {
+
+/// Of a way through portals.
+constexpr std::size_t kPortalsLeftOut = 7;
+
+}  // namespace
+
 const char* to_string(Outcome outcome) {
     switch (outcome) {
         case Outcome::kFound:
@@ -42,6 +49,8 @@ const char* to_string(Method method) {
             return "subgoals";
         case Method::kHubLabels:
             return "hub_labels";
+        case Method::kHierarchical:
+            return "hierarchical";
     }
     return "?";
 }
@@ -69,6 +78,11 @@ void Planner::prepare(const IndexBounds& bounds) {
     }
 }
 
+void Planner::prepare_clusters() {
+    clusters_.emplace(map_);
+    through_.reserve(clusters_->portals() * 2 + 2);  // all of them, and both ends
+}
+
 void Planner::change(std::span<const CellChange> changes) {
     bool changed = false;
     for (const CellChange& c : changes) {
@@ -82,13 +96,24 @@ void Planner::change(std::span<const CellChange> changes) {
         components_true_ = false;
         subgoals_.reset();
         labels_.reset();
+        if (clusters_) {
+            clusters_->update(map_, changes);
+            through_.reserve(clusters_->portals() * 2 + 2);
+        }
     }
 }
 
 bool Planner::can(Method method) const {
-    return method == Method::kSubgoals    ? subgoals_.has_value()
-           : method == Method::kHubLabels ? labels_.has_value()
-                                          : true;
+    switch (method) {
+        case Method::kSubgoals:
+            return subgoals_.has_value();
+        case Method::kHubLabels:
+            return labels_.has_value();
+        case Method::kHierarchical:
+            return clusters_.has_value();
+        default:
+            return true;
+    }
 }
 
 Method Planner::choice() const {
@@ -135,8 +160,16 @@ Answer Planner::route(const Query& query, Method method) {
         return finished(Outcome::kFound, 0);
     }
     method = method == Method::kDefault ? choice() : method;
-    return method == Method::kSubgoals || method == Method::kHubLabels ? by_subgoals(query, method)
-                                                                       : by_cells(query, method);
+    switch (method) {
+        case Method::kSubgoals:
+            return by_subgoals(query, false);
+        case Method::kHubLabels:
+            return by_subgoals(query, true);
+        case Method::kHierarchical:
+            return by_clusters(query);
+        default:
+            return by_cells(query, method);
+    }
 }
 
 Answer Planner::by_cells(const Query& query, Method method) {
@@ -147,22 +180,59 @@ Answer Planner::by_cells(const Query& query, Method method) {
     exact.weight = method == Method::kWeightedAStar ? query.weight : 1.0F;
     const Reached reached = method == Method::kJumpPoints ? search_jump_points(map_, exact, cells_)
                                                           : search_cells(map_, exact, cells_);
-    chain_.clear();
-    for (Place p = reached.last; p != cells_.from(p); p = cells_.from(p)) {
-        chain_.push_back(p);
-    }
     way_.begin(query.start);
-    for (auto p = chain_.rbegin(); p != chain_.rend(); ++p) {
-        way_.go(map_.cell(*p));
-    }
+    append_chain(reached.last);
     return finished(reached.goal ? Outcome::kFound : Outcome::kCutOff, reached.work);
 }
 
-Answer Planner::by_subgoals(const Query& query, Method method) {
+void Planner::append_chain(Place last) {
+    chain_.clear();
+    for (Place p = last; p != cells_.from(p); p = cells_.from(p)) {
+        chain_.push_back(p);
+    }
+    for (auto p = chain_.rbegin(); p != chain_.rend(); ++p) {
+        way_.go(map_.cell(*p));
+    }
+}
+
+Answer Planner::by_clusters(const Query& query) {
+    if (cells_.size() == 0) {
+        cells_.resize(map_.places());
+    }
     std::uint32_t work = 0;
-    const bool found = method == Method::kHubLabels
-                           ? lookup_.run(map_, *subgoals_, *labels_, query, stations_)
-                           : subgoal_search_.run(map_, *subgoals_, query, stations_, work);
+    way_.begin(query.start);
+    if (!clusters_->run(map_, query, through_, work)) {
+        return finished(Outcome::kCutOff, work);
+    }
+    // Best ways between every so many-th of the portals: those between are not gone through.
+    Query leg = query;
+    for (std::size_t at = 0; at + 1 < through_.size();) {
+        const std::size_t next = std::min(at + kPortalsLeftOut, through_.size() - 1);
+        leg.start = through_[at];
+        leg.goal = through_[next];
+        leg.max_work = query.max_work - work;
+        if (leg.max_work == 0) {
+            return finished(Outcome::kCutOff, work);
+        }
+        if (free_line(map_, leg.start, leg.goal)) {
+            way_.go(leg.goal);
+        } else {
+            const Reached reached = search_jump_points(map_, leg, cells_);
+            work += reached.work;
+            append_chain(reached.last);
+            if (!reached.goal) {
+                return finished(Outcome::kCutOff, work);
+            }
+        }
+        at = next;
+    }
+    return finished(Outcome::kFound, work);
+}
+
+Answer Planner::by_subgoals(const Query& query, bool labels) {
+    std::uint32_t work = 0;
+    const bool found = labels ? lookup_.run(map_, *subgoals_, *labels_, query, stations_)
+                              : subgoal_search_.run(map_, *subgoals_, query, stations_, work);
     ZONED_ASSERT(found || work == query.max_work, "cells of one component reach each other");
     way_.begin(query.start);
     for (const Subgoal s : stations_) {

@@ -1,6 +1,7 @@
 // Planner: ways on one grid map, by whichever method suits the map and the query.
 #pragma once
 
+#include "server/ai/navigation/cluster_graph.h"
 #include "server/ai/navigation/open_list.h"
 #include "server/ai/navigation/query.h"
 #include "server/ai/navigation/subgoal_search.h"
@@ -31,6 +32,9 @@ class Planner {
     /// Builds the index for the map as it is. What exceeds a bound is left out: `can` tells.
     void prepare(const IndexBounds& bounds = {});
 
+    /// Builds what kHierarchical needs. It follows changes by itself.
+    void prepare_clusters();
+
     /// Changes cells on the map. The index is no longer true and is dropped, unless nothing
     /// changed; answers are exact all the same.
     void change(std::span<const CellChange> changes);
@@ -49,13 +53,19 @@ class Planner {
 
     [[nodiscard]] const GridMap& map() const { return map_; }
 
-    /// Memory of the index.
+    /// Memory of the index, without clusters.
     [[nodiscard]] std::size_t index_bytes() const;
+
+    /// Null before prepare_clusters().
+    [[nodiscard]] const ClusterGraph* clusters() const { return clusters_ ? &*clusters_ : nullptr; }
 
   private:
     Answer route(const Query& query, Method method);
     Answer by_cells(const Query& query, Method method);
-    Answer by_subgoals(const Query& query, Method method);
+    Answer by_subgoals(const Query& query, bool labels);
+    Answer by_clusters(const Query& query);
+    /// Appends the way that a search over cells has found.
+    void append_chain(Place last);
     Answer finished(Outcome outcome, std::uint32_t work) const;
     /// The passable cell nearest to `to`, as on an empty map, that `from` reaches.
     Cell nearest_reached(Cell from, Cell to) const;
@@ -65,12 +75,14 @@ class Planner {
     bool components_true_ = false;
     std::optional<Subgoals> subgoals_;
     std::optional<HubLabels> labels_;
+    std::optional<ClusterGraph> clusters_;
     SubgoalSearch subgoal_search_;
     LabelLookup lookup_;
     SearchSpace cells_;  // made at its first use
     Way way_;
     std::vector<Subgoal> stations_;
     std::vector<Place> chain_;
+    std::vector<Cell> through_;
 };
 
 }  // namespace zoned::ai::navigation

@@ -8,7 +8,7 @@
 
 namespace zoned::ai::navigation {
 
-/// How a way is looked for. All but kWeightedAStar are exact.
+/// How a way is looked for. All but kWeightedAStar and kHierarchical are exact.
 enum class Method : std::uint8_t {
     kDefault,        ///< what suits the map as it is
     kAStar,          ///< cell by cell
@@ -16,6 +16,7 @@ enum class Method : std::uint8_t {
     kJumpPoints,     ///< needs no preparation: exact right after a change
     kSubgoals,       ///< A* among the corners of obstacles; needs an index
     kHubLabels,      ///< distances between corners by looking them up; needs an index with labels
+    kHierarchical,   ///< through portals of squares, renewed with each change: nearly the best way
 };
 
 enum class Outcome : std::uint8_t {
@@ -25,7 +26,8 @@ enum class Outcome : std::uint8_t {
     kOffMap,       ///< start or goal is not on the map
     kStartBlocked,
     kGoalBlocked,
-    kCutOff,  ///< max_work was not enough; a way to the cell nearest to the goal that was looked at
+    kCutOff,  ///< max_work was not enough; a way to the cell nearest to the goal that was looked
+              ///< at (kHierarchical: as far as it was put together, or the start alone)
 };
 
 struct Query {

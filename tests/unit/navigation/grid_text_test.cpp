@@ -52,6 +52,17 @@ TEST(GridText, RefusesMalformedMapsWithLineAndReason) {
     }
 }
 
+TEST(GridText, RefusesMapsWhoseWaysMayBeTooLong) {
+    std::string text = "type octile\nheight 2000\nwidth 1501\nmap\n";
+    const std::string row = std::string(1501, '.') + "\n";
+    for (int y = 0; y < 2000; ++y) {
+        text += row;
+    }
+    const auto map = parse_grid_map(text);
+    ASSERT_FALSE(map);
+    EXPECT_THAT(map.error(), HasSubstr("3002000 passable cells"));
+}
+
 TEST(GridText, ReadsScenariosBetweenTabsOrSpaces) {
     const auto found =
         parse_grid_scenario("version 1.0\n0\ta b.map\t9\t8\t1\t2\t3\t4\t2.82843\r\n");

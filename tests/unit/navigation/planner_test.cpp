@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 namespace zoned::ai::navigation {
@@ -101,27 +102,107 @@ TEST(Planner, IsExactByEachMethodInRooms) {
     }
 }
 
+/// A map of tests/conformance, with its queries.
+void read_published(const std::string& name,
+                    std::optional<GridMap>& map,
+                    std::vector<GridInstance>& instances) {
+    const std::string file = ZONED_SOURCE_DIR "/tests/conformance/movingai/" + name + ".map";
+    std::stringstream map_text;
+    std::stringstream scenario_text;
+    map_text << std::ifstream(file).rdbuf();
+    scenario_text << std::ifstream(file + ".scen").rdbuf();
+    auto read = parse_grid_map(map_text.str());
+    auto queries = parse_grid_scenario(scenario_text.str());
+    ASSERT_TRUE(read) << read.error();
+    ASSERT_TRUE(queries) << queries.error();
+    map = std::move(*read);
+    instances = std::move(*queries);
+    ASSERT_GE(instances.size(), 160U);
+}
+
 TEST(Planner, FindsThePublishedLengthsOfBestWays) {
     for (const std::string name : {"arena", "den312d"}) {
-        const std::string file = ZONED_SOURCE_DIR "/tests/conformance/movingai/" + name + ".map";
-        std::stringstream map_text;
-        std::stringstream scenario_text;
-        map_text << std::ifstream(file).rdbuf();
-        scenario_text << std::ifstream(file + ".scen").rdbuf();
-        auto map = parse_grid_map(map_text.str());
-        const auto instances = parse_grid_scenario(scenario_text.str());
-        ASSERT_TRUE(map) << map.error();
-        ASSERT_TRUE(instances) << instances.error();
-        ASSERT_GE(instances->size(), 160U);
+        std::optional<GridMap> map;
+        std::vector<GridInstance> instances;
+        read_published(name, map, instances);
         Planner planner(std::move(*map));
         planner.prepare();
-        for (const GridInstance& i : *instances) {
+        for (const GridInstance& i : instances) {
             for (const Method method : kExact) {
                 const Answer a = planner.plan(from_to(i.start, i.goal), method);
                 ASSERT_EQ(a.outcome, Outcome::kFound) << name << " line " << i.line;
                 // The scenarios round to six digits.
                 ASSERT_NEAR(a.length, i.length, 0.001) << name << " line " << i.line;
             }
+        }
+    }
+}
+
+TEST(Hierarchical, IsNearTheBestOnPublishedMaps) {
+    for (const std::string name : {"arena", "den312d"}) {
+        std::optional<GridMap> map;
+        std::vector<GridInstance> instances;
+        read_published(name, map, instances);
+        Planner planner(std::move(*map));
+        planner.prepare_clusters();
+        double sum = 0.0;
+        for (const GridInstance& i : instances) {
+            const Answer a = planner.plan(from_to(i.start, i.goal), Method::kHierarchical);
+            ASSERT_EQ(a.outcome, Outcome::kFound);
+            ASSERT_GE(a.length, i.length - 0.001);
+            ASSERT_LE(a.length, 1.05 * i.length + 0.001) << name << " line " << i.line;
+            sum += i.length > 0.0 ? a.length / i.length - 1.0 : 0.0;
+        }
+        EXPECT_LE(sum / static_cast<double>(instances.size()), 0.01) << name;
+    }
+}
+
+TEST(Hierarchical, FindsLegalWaysExactlyWhereThereAreSome) {
+    core::Rng rng(8);
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+        Planner planner(seed % 2 == 0
+                            ? random_map(100, 80, 0.04F * static_cast<float>(seed % 10), seed)
+                            : rooms_map(130, 70, 5 + static_cast<int>(seed % 9), seed));
+        planner.prepare_clusters();
+        const Cell start = any_passable(planner.map(), rng);
+        const std::vector<double> lengths = all_lengths(planner.map(), start);
+        for (int i = 0; i < 60; ++i) {
+            const Cell goal = any_passable(planner.map(), rng);
+            const Answer a = planner.plan(from_to(start, goal), Method::kHierarchical);
+            const double best = length_to(planner.map(), lengths, goal);
+            ASSERT_EQ(a.outcome, best == kNoWay ? Outcome::kUnreachable : Outcome::kFound);
+            if (best != kNoWay) {
+                ASSERT_GE(a.length, best - kCostError);
+                ASSERT_EQ(wrong_with(planner.map(), start, goal, a.length, planner.way().corners()),
+                          "");
+            }
+        }
+    }
+}
+
+TEST(Hierarchical, AnswersAfterAChangeAsIfBuiltAnew) {
+    core::Rng rng(9);
+    Planner changed(rooms_map(100, 77, 6, 4));
+    changed.prepare_clusters();
+    for (int round = 0; round < 40; ++round) {
+        std::vector<CellChange> changes;
+        for (std::uint32_t n = 1 + rng.below(6); n > 0; --n) {
+            // Every other one on a border of squares.
+            const std::uint32_t x = n % 2 == 0 ? 31 + rng.below(2) : rng.below(100);
+            const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(rng.below(77))};
+            changes.push_back({c, !changed.map().passable(c)});
+        }
+        changed.change(changes);
+        Planner anew(changed.map());
+        anew.prepare_clusters();
+        ASSERT_EQ(changed.clusters()->portals(), anew.clusters()->portals());
+        for (int i = 0; i < 30; ++i) {
+            const Query q = from_to(any_passable(anew.map(), rng), any_passable(anew.map(), rng));
+            const Answer a = changed.plan(q, Method::kHierarchical);
+            const Answer b = anew.plan(q, Method::kHierarchical);
+            ASSERT_EQ(a.outcome, b.outcome);
+            ASSERT_EQ(a.cost, b.cost);
+            ASSERT_EQ(a.work, b.work);
         }
     }
 }
@@ -241,6 +322,7 @@ TEST(WeightedAStar, KeepsItsBoundAndLooksAtLess) {
 TEST(Planner, AllocatesNothingOnceWarm) {
     Planner planner(rooms_map(128, 128, 8, 2));
     planner.prepare();
+    planner.prepare_clusters();
     core::Rng rng(6);
     const auto ask = [&](int times) {
         for (int i = 0; i < times; ++i) {
@@ -249,6 +331,7 @@ TEST(Planner, AllocatesNothingOnceWarm) {
             for (const Method method : kExact) {
                 planner.plan(q, method);
             }
+            planner.plan(q, Method::kHierarchical);
         }
     };
     ask(1);
