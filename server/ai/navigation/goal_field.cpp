@@ -1,0 +1,163 @@
+#include "server/ai/navigation/goal_field.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+/// Opposite steps differ in their last bit.
+constexpr std::array<int, 10> kHopX{1, -1, 0, 0, 1, -1, 1, -1, 0, 0};
+constexpr std::array<int, 10> kHopY{0, 0, 1, -1, 1, -1, -1, 1, 0, 0};
+constexpr unsigned kStraightHops = 4;
+
+/// Steps that may be taken, as bits, by the nine cells around and at a place: bit 3 (dy + 1) + dx +
+/// 1 is set where a cell is passable.
+constexpr std::array<std::uint8_t, 512> steps_by_neighbourhood() {
+    std::array<std::uint8_t, 512> table{};
+    for (unsigned n = 0; n < 512; ++n) {
+        const auto passable = [n](int dx, int dy) {
+            return (n >> static_cast<unsigned>(3 * (dy + 1) + dx + 1) & 1U) != 0;
+        };
+        for (unsigned h = 0; h < 8; ++h) {
+            const int dx = kHopX[h];
+            const int dy = kHopY[h];
+            if (passable(dx, dy) && passable(dx, 0) && passable(0, dy)) {
+                table[n] |= static_cast<std::uint8_t>(1U << h);
+            }
+        }
+    }
+    return table;
+}
+
+constexpr std::array<std::uint8_t, 512> kSteps = steps_by_neighbourhood();
+
+/// The bits of three places from `first` on.
+std::uint32_t three_bits(const std::uint64_t* words, Place first) {
+    const std::uint64_t* w = words + (first >> 6U);
+    const std::uint32_t shift = first & 63U;
+    const std::uint64_t low = w[0] >> shift;
+    return static_cast<std::uint32_t>(shift > 61 ? low | w[1] << (64 - shift) : low) & 7U;
+}
+
+}  // namespace
+
+Cell hopped(Cell c, Hop hop) {
+    return {static_cast<std::uint16_t>(c.x + kHopX[hop]),
+            static_cast<std::uint16_t>(c.y + kHopY[hop])};
+}
+
+void GoalField::build(const GridMap& map, Cell goal) {
+    make_room(map);
+    std::fill(cost_.begin(), cost_.end(), kNoCost);
+    std::fill(hop_.begin(), hop_.end(), kNoHop);
+    run(map, goal);
+}
+
+void GoalField::build(const GridMap& map, Cell goal, const Window& window) {
+    ZONED_ASSERT(goal.x >= window.left && goal.x <= window.right && goal.y >= window.top &&
+                     goal.y <= window.bottom,
+                 "a goal outside the window");
+    make_room(map);
+    // Around the rectangle all is reached for nothing already: no way leads out.
+    const Place corner = map.place({static_cast<std::uint16_t>(window.left),
+                                    static_cast<std::uint16_t>(window.top)}) -
+                         map.stride() - 1;
+    const auto width = static_cast<std::uint32_t>(window.right - window.left + 3);
+    const auto height = static_cast<std::uint32_t>(window.bottom - window.top + 3);
+    for (std::uint32_t y = 0; y < height; ++y) {
+        const auto row = static_cast<std::ptrdiff_t>(corner + y * map.stride());
+        const bool edge = y == 0 || y + 1 == height;
+        std::fill_n(cost_.begin() + row, width, edge ? 0 : kNoCost);
+        cost_[static_cast<std::size_t>(row)] = 0;
+        cost_[static_cast<std::size_t>(row) + width - 1] = 0;
+        std::fill_n(hop_.begin() + row, width, kNoHop);
+    }
+    run(map, goal);
+}
+
+void GoalField::make_room(const GridMap& map) {
+    ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose ways may be too long");
+    if (cost_.size() != map.places()) {
+        cost_.resize(map.places());
+        hop_.resize(map.places());
+    }
+    if (straight_.size() < map.passable_cells() + std::size_t{1}) {
+        straight_.resize(map.passable_cells() + std::size_t{1});
+        diagonal_.resize(map.passable_cells() + std::size_t{1});
+    }
+}
+
+void GoalField::run(const GridMap& map, Cell goal) {
+    ZONED_ASSERT(map.contains(goal), "a goal off the map");
+    straight_size_ = 0;
+    diagonal_size_ = 0;
+    const Place first = map.place(goal);
+    if (!map.passable(first)) {
+        return;
+    }
+    cost_[first] = 0;
+    hop_[first] = kArrived;
+    straight_[straight_size_++] = {0, first};
+    std::size_t next_straight = 0;
+    std::size_t next_diagonal = 0;
+    while (true) {
+        const Cost a = next_straight < straight_size_ ? straight_[next_straight].cost : kNoCost;
+        const Cost b = next_diagonal < diagonal_size_ ? diagonal_[next_diagonal].cost : kNoCost;
+        if (a == kNoCost && b == kNoCost) {
+            return;
+        }
+        const Reached at = a <= b ? straight_[next_straight++] : diagonal_[next_diagonal++];
+        if (cost_[at.place] == at.cost) {
+            spread(map, at);
+        }
+    }
+}
+
+void GoalField::spread(const GridMap& map, const Reached& from) {
+    const auto stride = static_cast<std::int32_t>(map.stride());
+    const std::uint64_t* const words = map.row_bits().data();
+    const std::uint32_t around = three_bits(words, from.place - map.stride() - 1) |
+                                 three_bits(words, from.place - 1) << 3U |
+                                 three_bits(words, from.place + map.stride() - 1) << 6U;
+    const std::array<std::int32_t, 8> offsets{
+        1, -1, stride, -stride, stride + 1, -stride - 1, 1 - stride, stride - 1};
+    for (std::uint32_t steps = kSteps[around]; steps != 0; steps &= steps - 1) {
+        const auto h = static_cast<unsigned>(std::countr_zero(steps));
+        const auto to = static_cast<Place>(static_cast<std::int32_t>(from.place) + offsets[h]);
+        const Cost cost = from.cost + (h < kStraightHops ? kStraight : kDiagonal);
+        if (cost < cost_[to]) {
+            cost_[to] = cost;
+            hop_[to] = static_cast<Hop>(h ^ 1U);
+            // Each queue takes a place once: later steps of its kind come from no cheaper places.
+            (h < kStraightHops ? straight_[straight_size_++] : diagonal_[diagonal_size_++]) = {cost,
+                                                                                               to};
+        }
+    }
+}
+
+std::size_t GoalField::bytes() const {
+    return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
+           (straight_.capacity() + diagonal_.capacity()) * sizeof(Reached);
+}
+
+std::size_t NextHops::add(const GridMap& map, const GoalField& field) {
+    ZONED_ASSERT(map.width() == width_ && map.height() == height_, "the map of these tables");
+    const std::size_t begin = hops_.size();
+    hops_.resize(begin + bytes_per_goal(), 0);
+    std::size_t at = 0;
+    for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x, ++at) {
+            const Hop hop = field.hop(
+                map.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)}));
+            hops_[begin + at / 2] |= static_cast<std::uint8_t>(hop << (at % 2 * 4));
+        }
+    }
+    return begin / bytes_per_goal();
+}
+
+}  // namespace zoned::ai::navigation

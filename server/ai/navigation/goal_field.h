@@ -1,0 +1,97 @@
+// GoalField: from every cell the next step towards one goal, and how far it is.
+#pragma once
+
+#include "server/ai/navigation/cost.h"
+#include "server/ai/navigation/grid_map.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// Number of a step to a neighbour, 0 to 7: those along rows and columns first.
+using Hop = std::uint8_t;
+
+inline constexpr Hop kArrived = 8;  ///< at the goal
+inline constexpr Hop kNoHop = 9;    ///< blocked, or no way
+
+/// The neighbour of `c` in that direction; `c` itself for kArrived and kNoHop.
+Cell hopped(Cell c, Hop hop);
+
+/// A field for crowds that share a goal: looked up in place of planning, cell by cell.
+class GoalField {
+  public:
+    /// Best ways from all cells to `goal`, which is on the map. Dijkstra in linear time: steps have
+    /// two costs only, so that what is reached by either comes up in order of cost by itself and
+    /// two queues stand for the heap (after Orlin, Madduri, Subramani and Williamson, "A faster
+    /// algorithm for the single source shortest path problem with few distinct positive lengths",
+    /// Journal of Discrete Algorithms 8, 2010). Allocates nothing where the map is no larger than
+    /// the last one. A blocked goal is reached from nowhere.
+    void build(const GridMap& map, Cell goal);
+
+    /// Cells of a rectangle, its last column and row among them.
+    struct Window {
+        int left;
+        int top;
+        int right;
+        int bottom;
+    };
+
+    /// As above by ways within a rectangle, in which the goal lies; only what lies in it may be
+    /// asked for afterwards.
+    void build(const GridMap& map, Cell goal, const Window& window);
+
+    [[nodiscard]] Hop hop(Place p) const { return hop_[p]; }
+
+    /// Of a best way to the goal; kNoCost where there is none.
+    [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
+
+    [[nodiscard]] std::size_t bytes() const;
+
+  private:
+    struct Reached {
+        Cost cost;
+        Place place;
+    };
+
+    void make_room(const GridMap& map);
+    void run(const GridMap& map, Cell goal);
+    void spread(const GridMap& map, const Reached& from);
+
+    std::vector<Cost> cost_;
+    std::vector<Hop> hop_;
+    std::vector<Reached> straight_;  // reached by a straight step last, ascending
+    std::vector<Reached> diagonal_;
+    std::size_t straight_size_ = 0;
+    std::size_t diagonal_size_ = 0;
+};
+
+/// Hops to goals that are asked for often, at half a byte for each cell of the map and goal.
+class NextHops {
+  public:
+    explicit NextHops(const GridMap& map) : width_(map.width()), height_(map.height()) {}
+
+    /// The number of the goal that `field` leads to on this map: 0, 1, ...
+    std::size_t add(const GridMap& map, const GoalField& field);
+
+    /// From a cell of the map.
+    [[nodiscard]] Hop hop(std::size_t goal, Cell c) const {
+        const std::size_t at =
+            c.y * static_cast<std::size_t>(width_) + static_cast<std::size_t>(c.x);
+        return static_cast<Hop>(hops_[goal * bytes_per_goal() + at / 2] >> (at % 2 * 4) & 15U);
+    }
+
+    [[nodiscard]] std::size_t bytes_per_goal() const {
+        return (static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) + 1) / 2;
+    }
+
+    [[nodiscard]] std::size_t bytes() const { return hops_.size(); }
+
+  private:
+    int width_;
+    int height_;
+    std::vector<std::uint8_t> hops_;
+};
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,110 @@
+// GridMap: which cells of a regular grid can be walked, as bits in rows and in columns.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+struct Cell {
+    std::uint16_t x = 0;  ///< column, from the left
+    std::uint16_t y = 0;  ///< row, from the top
+
+    friend bool operator==(const Cell&, const Cell&) = default;
+};
+
+/// Number of a cell in arrays over a map, which have a border of blocked cells around it: so
+/// neighbours of cells need no check of bounds, nor has the word of bits before them.
+using Place = std::uint32_t;
+
+inline constexpr Place kNoPlace = ~Place{0};
+
+/// A cell that changes.
+struct CellChange {
+    Cell cell;
+    bool passable = false;
+};
+
+/// Steps go to eight neighbours, those along a diagonal only where both cells beside it are
+/// passable too (no cutting of corners).
+class GridMap {
+  public:
+    static constexpr int kMaxSide = 8192;  ///< cells
+
+    /// All blocked. 1 <= width, height <= kMaxSide.
+    GridMap(int width, int height);
+
+    [[nodiscard]] int width() const { return width_; }
+
+    [[nodiscard]] int height() const { return height_; }
+
+    [[nodiscard]] std::uint32_t passable_cells() const { return passable_cells_; }
+
+    /// Places are smaller than this.
+    [[nodiscard]] std::uint32_t places() const { return stride_ * rows_; }
+
+    /// From a place to the one below it.
+    [[nodiscard]] std::uint32_t stride() const { return stride_; }
+
+    [[nodiscard]] bool contains(Cell c) const { return c.x < width_ && c.y < height_; }
+
+    [[nodiscard]] Place place(Cell c) const { return (c.y + 2U) * stride_ + c.x + 1U; }
+
+    [[nodiscard]] Cell cell(Place p) const {
+        return {static_cast<std::uint16_t>(p % stride_ - 1),
+                static_cast<std::uint16_t>(p / stride_ - 2)};
+    }
+
+    [[nodiscard]] bool passable(Place p) const { return (by_row_[p >> 6U] >> (p & 63U) & 1U) != 0; }
+
+    /// False off the map.
+    [[nodiscard]] bool passable(Cell c) const { return contains(c) && passable(place(c)); }
+
+    /// `c` is on the map.
+    void set_passable(Cell c, bool passable);
+
+    /// Bit p is set where place p is passable; rows begin at whole words.
+    [[nodiscard]] std::span<const std::uint64_t> row_bits() const { return by_row_; }
+
+    /// The same turned over: bit column_place(c) is set where c is passable.
+    [[nodiscard]] std::span<const std::uint64_t> column_bits() const { return by_column_; }
+
+    [[nodiscard]] std::uint32_t column_place(Cell c) const {
+        return (c.x + 2U) * column_stride_ + c.y + 1U;
+    }
+
+    [[nodiscard]] std::uint32_t column_stride() const { return column_stride_; }
+
+  private:
+    int width_;
+    int height_;
+    std::uint32_t stride_;
+    std::uint32_t rows_;
+    std::uint32_t column_stride_;
+    std::uint32_t passable_cells_ = 0;
+    std::vector<std::uint64_t> by_row_;
+    std::vector<std::uint64_t> by_column_;
+};
+
+/// Which cells can reach which. Without cutting corners a diagonal step can be walked in two
+/// straight ones as well, so that cells which touch by their sides tell all.
+class Components {
+  public:
+    /// Takes the map as it is, in time linear in its places (runs of passable cells, joined from
+    /// row to row; Rosenfeld and Pfaltz, "Sequential operations in digital picture processing",
+    /// 1966). Allocates nothing where the map is no larger than the last one.
+    void label(const GridMap& map);
+
+    /// 0 for a blocked place, else a number that places share exactly where one reaches the other.
+    [[nodiscard]] std::uint32_t of(Place p) const { return label_[p]; }
+
+  private:
+    std::uint32_t root(std::uint32_t run);
+    void join(std::uint32_t a, std::uint32_t b);
+
+    std::vector<std::uint32_t> label_;   // by place
+    std::vector<std::uint32_t> parent_;  // by run
+};
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,328 @@
+#include "server/ai/navigation/grid_text.h"
+
+#include "server/ai/navigation/cost.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <utility>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+/// Longest way that a scenario may claim, cells: more than any map has.
+constexpr double kLongest = 1e9;
+constexpr int kMostPatches = 1'000'000;
+
+/// A text line by line, and the fields of a line one by one; the first thing wrong is kept.
+class LineReader {
+  public:
+    explicit LineReader(std::string_view text) : rest_(text) {}
+
+    [[nodiscard]] int line() const { return line_; }
+
+    [[nodiscard]] bool failed() const { return !error_.empty(); }
+
+    [[nodiscard]] const std::string& error() const { return error_; }
+
+    /// False, for use in a return.
+    bool fail(const std::string& what) {
+        if (error_.empty()) {
+            error_ = "line " + std::to_string(line_) + ": " + what;
+        }
+        return false;
+    }
+
+    /// Goes to the next line; false at the end.
+    bool next() {
+        if (rest_.empty()) {
+            fields_ = {};
+            return false;
+        }
+        const std::size_t end = rest_.find('\n');
+        fields_ = rest_.substr(0, end);
+        rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
+        if (!fields_.empty() && fields_.back() == '\r') {
+            fields_.remove_suffix(1);
+        }
+        ++line_;
+        return true;
+    }
+
+    /// As next, past lines that are empty.
+    bool next_written() {
+        while (next()) {
+            if (fields_.find_first_not_of(" \t") != std::string_view::npos) {
+                return true;
+            }
+        }
+        return false;
+    }
+
+    /// What is left of the line.
+    [[nodiscard]] std::string_view remaining() const { return fields_; }
+
+    std::string_view word() {
+        const std::size_t begin = fields_.find_first_not_of(" \t");
+        if (begin == std::string_view::npos) {
+            fields_ = {};
+            return {};
+        }
+        fields_.remove_prefix(begin);
+        const std::size_t end = std::min(fields_.find_first_of(" \t"), fields_.size());
+        const std::string_view w = fields_.substr(0, end);
+        fields_.remove_prefix(end);
+        return w;
+    }
+
+    bool expect(std::string_view wanted) {
+        const std::string_view w = word();
+        return w == wanted || fail("'" + std::string(wanted) + "' was to stand here, not '" +
+                                   std::string(w.substr(0, 40)) + "'");
+    }
+
+    bool number(const char* name, int least, int most, int& out) {
+        const std::string_view w = word();
+        const auto [end, fault] = std::from_chars(w.data(), w.data() + w.size(), out);
+        if (w.empty() || fault != std::errc() || end != w.data() + w.size() || out < least ||
+            out > most) {
+            return fail(std::string(name) + " is '" + std::string(w.substr(0, 40)) +
+                        "', not a whole number from " + std::to_string(least) + " to " +
+                        std::to_string(most));
+        }
+        return true;
+    }
+
+    bool length(double& out) {
+        const std::string_view w = word();
+        const auto [end, fault] = std::from_chars(w.data(), w.data() + w.size(), out);
+        if (w.empty() || fault != std::errc() || end != w.data() + w.size() || !(out >= 0.0) ||
+            out > kLongest) {
+            return fail("the length is '" + std::string(w.substr(0, 40)) +
+                        "', not a number from 0 to 1e9");
+        }
+        return true;
+    }
+
+    bool nothing_more() {
+        const std::string_view w = word();
+        return w.empty() || fail("'" + std::string(w.substr(0, 40)) + "' is too much");
+    }
+
+    /// A line of one word and one number.
+    bool setting(const char* name, int least, int most, int& out) {
+        if (!next_written()) {
+            return fail(std::string("the text ends where '") + name + "' was to stand");
+        }
+        return expect(name) && number(name, least, most, out) && nothing_more();
+    }
+
+    bool heading(std::string_view first, std::string_view second) {
+        if (!next_written()) {
+            return fail("the text ends where '" + std::string(first) + "' was to stand");
+        }
+        return expect(first) && (second.empty() || expect(second)) && nothing_more();
+    }
+
+  private:
+    std::string_view rest_;
+    std::string_view fields_;
+    int line_ = 0;
+    std::string error_;
+};
+
+/// Whether a character of a map can be walked; nothing where there is no such character.
+std::optional<bool> terrain(char c) {
+    switch (c) {
+        case '.':
+        case 'G':
+        case 'S':
+            return true;
+        case '@':
+        case 'O':
+        case 'T':
+        case 'W':
+            return false;
+        default:
+            return std::nullopt;
+    }
+}
+
+/// The height and width and the rows below `map`; set(x, y, passable) is called for each cell.
+template <class Begin, class Set>
+bool read_rows(LineReader& in, const Begin& begin, const Set& set) {
+    int width = 0;
+    int height = 0;
+    if (!in.setting("height", 1, GridMap::kMaxSide, height) ||
+        !in.setting("width", 1, GridMap::kMaxSide, width) || !in.heading("map", "")) {
+        return false;
+    }
+    begin(width, height);
+    for (int y = 0; y < height; ++y) {
+        if (!in.next()) {
+            return in.fail("the text ends after " + std::to_string(y) + " of " +
+                           std::to_string(height) + " rows");
+        }
+        const std::string_view row = in.remaining();
+        if (row.size() != static_cast<std::size_t>(width)) {
+            return in.fail("a row of " + std::to_string(row.size()) + " characters, the width is " +
+                           std::to_string(width));
+        }
+        for (int x = 0; x < width; ++x) {
+            const std::optional<bool> passable = terrain(row[static_cast<std::size_t>(x)]);
+            if (!passable) {
+                return in.fail("column " + std::to_string(x + 1) +
+                               ": no terrain has this character (. G S @ O T W have one)");
+            }
+            set(x, y, *passable);
+        }
+    }
+    return true;
+}
+
+bool read_cell(LineReader& in,
+               const char* x_name,
+               const char* y_name,
+               int width,
+               int height,
+               Cell& out) {
+    int x = 0;
+    int y = 0;
+    if (!in.number(x_name, 0, width - 1, x) || !in.number(y_name, 0, height - 1, y)) {
+        return false;
+    }
+    out = {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+    return true;
+}
+
+bool read_instance(LineReader& in, int width, int height, GridInstance& out) {
+    out.line = in.line();
+    return read_cell(in, "start x", "start y", width, height, out.start) &&
+           read_cell(in, "goal x", "goal y", width, height, out.goal) && in.length(out.length) &&
+           in.nothing_more();
+}
+
+}  // namespace
+
+core::Result<GridMap> parse_grid_map(std::string_view text) {
+    using R = core::Result<GridMap>;
+    LineReader in(text);
+    std::optional<GridMap> map;
+    const bool good =
+        in.heading("type", "octile") &&
+        read_rows(
+            in,
+            [&map](int width, int height) { map.emplace(width, height); },
+            [&map](int x, int y, bool passable) {
+                map->set_passable({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)},
+                                  passable);
+            });
+    if (good && in.next_written()) {
+        in.fail("more text below the last row");
+    }
+    if (!in.failed() && map->passable_cells() > kMostPassable) {
+        in.fail(std::to_string(map->passable_cells()) + " passable cells, at most " +
+                std::to_string(kMostPassable) + " are allowed");
+    }
+    return in.failed() ? R::failure(in.error()) : R(std::move(*map));
+}
+
+core::Result<std::vector<GridInstance>> parse_grid_scenario(std::string_view text) {
+    using R = core::Result<std::vector<GridInstance>>;
+    LineReader in(text);
+    std::vector<GridInstance> found;
+    if (!in.next_written()) {
+        return R::failure("line 1: the text is empty");
+    }
+    if (in.expect("version")) {
+        const std::string_view version = in.word();
+        if (version != "1" && version != "1.0") {
+            in.fail("version '" + std::string(version.substr(0, 40)) + "', only 1 is known");
+        }
+    }
+    while (!in.failed() && in.next_written()) {
+        int bucket = 0;
+        int width = 0;
+        int height = 0;
+        if (in.number("bucket", 0, 1'000'000'000, bucket) && !in.word().empty() &&
+            in.number("width", 1, GridMap::kMaxSide, width) &&
+            in.number("height", 1, GridMap::kMaxSide, height)) {
+            read_instance(in, width, height, found.emplace_back());
+        }
+    }
+    return in.failed() ? R::failure(in.error()) : R(std::move(found));
+}
+
+core::Result<std::vector<GridPatch>> parse_grid_patches(std::string_view text) {
+    using R = core::Result<std::vector<GridPatch>>;
+    LineReader in(text);
+    int count = 0;
+    std::vector<GridPatch> patches;
+    if (!in.heading("type", "patch") || !in.setting("patches", 0, kMostPatches, count)) {
+        return R::failure(in.error());
+    }
+    for (int i = 0; i < count; ++i) {
+        int number = 0;
+        GridPatch patch;
+        const bool good =
+            in.setting("patch", i, i, number) &&
+            read_rows(
+                in,
+                [&patch](int width, int height) {
+                    patch.width = width;
+                    patch.height = height;
+                },
+                [&patch](int, int, bool passable) { patch.passable.push_back(passable); });
+        if (!good) {
+            return R::failure(in.error());
+        }
+        patches.push_back(std::move(patch));
+    }
+    if (in.next_written()) {
+        in.fail("more text below the last patch");
+    }
+    return in.failed() ? R::failure(in.error()) : R(std::move(patches));
+}
+
+core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text) {
+    using R = core::Result<std::vector<GridEvent>>;
+    LineReader in(text);
+    int version = 0;
+    int width = 0;
+    int height = 0;
+    if (!in.setting("version", 2, 2, version) ||
+        !in.setting("height", 1, GridMap::kMaxSide, height) ||
+        !in.setting("width", 1, GridMap::kMaxSide, width)) {
+        return R::failure(in.error());
+    }
+    // What else is said before the commands (costs, the file of patches) the reader knows already.
+    bool begun = false;
+    while (!begun && in.next_written()) {
+        begun = in.word() == "commands";
+    }
+    if (!begun) {
+        in.fail("the text ends where 'commands' was to stand");
+    }
+    std::vector<GridEvent> events;
+    while (!in.failed() && in.next_written()) {
+        const std::string_view what = in.word();
+        int bucket = 0;
+        GridEvent& event = events.emplace_back();
+        event.query = what == "Q";
+        if (what != "Q" && what != "P") {
+            in.fail("a command is Q or P");
+        } else if (in.number("bucket", 0, 1'000'000'000, bucket)) {
+            if (event.query) {
+                read_instance(in, width, height, event.instance);
+            } else if (in.number("patch", 0, kMostPatches, event.patch) &&
+                       in.number("x", 0, width - 1, event.x) &&
+                       in.number("y", 0, height - 1, event.y)) {
+                in.nothing_more();
+            }
+        }
+    }
+    return in.failed() ? R::failure(in.error()) : R(std::move(events));
+}
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,122 @@
+#include "server/ai/navigation/hub_labels.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+constexpr std::size_t kMostHubs = 65'535;
+
+/// Searches from each hub in turn; a search goes on only where no earlier hub explains the cost.
+class Labeler {
+  public:
+    Labeler(const Subgoals& graph, const HubLabels::Bounds& bounds)
+        : graph_(graph),
+          bounds_(bounds),
+          labels_(graph.size()),
+          cost_to_hub_(graph.size(), kNoCost) {
+        space_.resize(graph.size());
+    }
+
+    /// False where a bound is exceeded.
+    bool add_hub(std::uint16_t hub, Subgoal root) {
+        for (const HubLabel& l : labels_[root]) {
+            cost_to_hub_[l.hub] = l.cost;
+        }
+        space_.begin();
+        space_.reach(root, 0, root);
+        space_.open.push(root, 0);
+        while (!space_.open.empty() && work_ <= bounds_.work && count_ <= bounds_.labels) {
+            const Subgoal s = space_.open.pop();
+            const Cost g = space_.cost(s);
+            if (explained(s, g)) {
+                continue;
+            }
+            labels_[s].push_back({hub, static_cast<std::uint16_t>(space_.from(s)), g});
+            ++count_;
+            spread(s, g);
+        }
+        for (const HubLabel& l : labels_[root]) {
+            cost_to_hub_[l.hub] = kNoCost;
+        }
+        return work_ <= bounds_.work && count_ <= bounds_.labels;
+    }
+
+    [[nodiscard]] const std::vector<HubLabel>& of(Subgoal s) const { return labels_[s]; }
+
+    [[nodiscard]] std::size_t count() const { return count_; }
+
+  private:
+    bool explained(Subgoal s, Cost g) {
+        work_ += labels_[s].size();
+        return std::any_of(labels_[s].begin(), labels_[s].end(), [this, g](const HubLabel& l) {
+            const Cost there = cost_to_hub_[l.hub];
+            return there != kNoCost && there + l.cost <= g;
+        });
+    }
+
+    void spread(Subgoal s, Cost g) {
+        const std::span<const Subgoal> neighbours = graph_.neighbours(s);
+        work_ += neighbours.size();
+        for (const Subgoal n : neighbours) {
+            const Cost cost = g + graph_.cost(s, n);
+            if (cost < space_.cost(n)) {
+                space_.reach(n, cost, s);
+                space_.open.push(n, cost);
+            }
+        }
+    }
+
+    const Subgoals& graph_;
+    HubLabels::Bounds bounds_;
+    SearchSpace space_;
+    std::vector<std::vector<HubLabel>> labels_;
+    std::vector<Cost> cost_to_hub_;  // from the root, by hub
+    std::uint64_t work_ = 0;
+    std::size_t count_ = 0;
+};
+
+}  // namespace
+
+std::optional<HubLabels> HubLabels::build(const Subgoals& graph,
+                                          std::span<const Subgoal> order,
+                                          const Bounds& bounds) {
+    ZONED_ASSERT(order.size() == graph.size(), "each subgoal has a place in the order");
+    if (order.size() > kMostHubs) {
+        return std::nullopt;
+    }
+    Labeler labeler(graph, bounds);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        if (!labeler.add_hub(static_cast<std::uint16_t>(i), order[i])) {
+            return std::nullopt;
+        }
+    }
+    HubLabels result;
+    result.labels_.reserve(labeler.count());
+    result.first_.reserve(graph.size() + std::size_t{1});
+    for (Subgoal s = 0; s < graph.size(); ++s) {
+        result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
+        const std::vector<HubLabel>& of = labeler.of(s);
+        result.labels_.insert(result.labels_.end(), of.begin(), of.end());
+    }
+    result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
+    return result;
+}
+
+const HubLabel* HubLabels::look_up(Subgoal s, std::uint16_t hub) const {
+    const std::span<const HubLabel> labels = of(s);
+    const auto found =
+        std::lower_bound(labels.begin(), labels.end(), hub, [](const HubLabel& l, std::uint16_t h) {
+            return l.hub < h;
+        });
+    return found != labels.end() && found->hub == hub ? &*found : nullptr;
+}
+
+std::size_t HubLabels::bytes() const {
+    return first_.capacity() * sizeof(std::uint32_t) + labels_.capacity() * sizeof(HubLabel);
+}
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,278 @@
+#include "server/ai/navigation/planner.h"
+
+#include "server/ai/navigation/cell_search.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+/// Of a way through portals.
+constexpr std::size_t kPortalsLeftOut = 7;
+
+}  // namespace
+
+const char* to_string(Outcome outcome) {
+    switch (outcome) {
+        case Outcome::kFound:
+            return "found";
+        case Outcome::kPartial:
+            return "partial";
+        case Outcome::kUnreachable:
+            return "unreachable";
+        case Outcome::kOffMap:
+            return "off_map";
+        case Outcome::kStartBlocked:
+            return "start_blocked";
+        case Outcome::kGoalBlocked:
+            return "goal_blocked";
+        case Outcome::kCutOff:
+            return "cut_off";
+    }
+    return "?";
+}
+
+const char* to_string(Method method) {
+    switch (method) {
+        case Method::kDefault:
+            return "default";
+        case Method::kAStar:
+            return "astar";
+        case Method::kWeightedAStar:
+            return "weighted_astar";
+        case Method::kJumpPoints:
+            return "jump_points";
+        case Method::kSubgoals:
+            return "subgoals";
+        case Method::kHubLabels:
+            return "hub_labels";
+        case Method::kHierarchical:
+            return "hierarchical";
+    }
+    return "?";
+}
+
+Planner::Planner(GridMap map) : map_(std::move(map)) {
+    ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose ways may be too long");
+    way_.reserve(map_.passable_cells());
+    chain_.reserve(map_.passable_cells());
+}
+
+void Planner::prepare(const IndexBounds& bounds) {
+    labels_.reset();
+    subgoals_ = Subgoals::build(map_, bounds.doors);
+    if (!subgoals_) {
+        return;
+    }
+    subgoal_search_.resize(*subgoals_);
+    stations_.reserve(subgoals_->size() + std::size_t{1});
+    if (subgoals_->edges() * bounds.trees > bounds.tree_work) {
+        return;
+    }
+    labels_ = HubLabels::build(*subgoals_, hub_order(*subgoals_, bounds.trees), bounds.labels);
+    if (labels_) {
+        lookup_.resize(*subgoals_);
+    }
+}
+
+void Planner::prepare_clusters() {
+    clusters_.emplace(map_);
+    through_.reserve(clusters_->portals() * 2 + 2);  // all of them, and both ends
+}
+
+void Planner::change(std::span<const CellChange> changes) {
+    bool changed = false;
+    for (const CellChange& c : changes) {
+        if (map_.passable(c.cell) != c.passable) {
+            map_.set_passable(c.cell, c.passable);
+            changed = true;
+        }
+    }
+    ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose ways may be too long");
+    if (changed) {
+        components_true_ = false;
+        subgoals_.reset();
+        labels_.reset();
+        if (clusters_) {
+            clusters_->update(map_, changes);
+            through_.reserve(clusters_->portals() * 2 + 2);
+        }
+    }
+}
+
+bool Planner::can(Method method) const {
+    switch (method) {
+        case Method::kSubgoals:
+            return subgoals_.has_value();
+        case Method::kHubLabels:
+            return labels_.has_value();
+        case Method::kHierarchical:
+            return clusters_.has_value();
+        default:
+            return true;
+    }
+}
+
+Method Planner::choice() const {
+    return labels_ ? Method::kHubLabels : subgoals_ ? Method::kSubgoals : Method::kJumpPoints;
+}
+
+std::size_t Planner::index_bytes() const {
+    return (subgoals_ ? subgoals_->bytes() : 0) + (labels_ ? labels_->bytes() : 0);
+}
+
+Answer Planner::plan(const Query& query, Method method) {
+    ZONED_ASSERT(can(method), "a method that needs an index");
+    ZONED_ASSERT(query.weight >= 1.0F && query.weight <= 16.0F && query.max_work > 0,
+                 "weight 1 to 16, max_work above 0");
+    if (!map_.contains(query.start) || !map_.contains(query.goal)) {
+        return {Outcome::kOffMap};
+    }
+    if (!map_.passable(query.start)) {
+        return {Outcome::kStartBlocked};
+    }
+    if (!components_true_) {
+        components_.label(map_);
+        components_true_ = true;
+    }
+    if (components_.of(map_.place(query.start)) == components_.of(map_.place(query.goal))) {
+        return route(query, method);
+    }
+    if (!query.nearest) {
+        return {map_.passable(query.goal) ? Outcome::kUnreachable : Outcome::kGoalBlocked};
+    }
+    Query instead = query;
+    instead.goal = nearest_reached(query.start, query.goal);
+    Answer answer = route(instead, method);
+    if (answer.outcome == Outcome::kFound) {
+        answer.outcome = Outcome::kPartial;
+    }
+    return answer;
+}
+
+Answer Planner::route(const Query& query, Method method) {
+    if (free_line(map_, query.start, query.goal)) {
+        way_.begin(query.start);
+        way_.go(query.goal);
+        return finished(Outcome::kFound, 0);
+    }
+    method = method == Method::kDefault ? choice() : method;
+    switch (method) {
+        case Method::kSubgoals:
+            return by_subgoals(query, false);
+        case Method::kHubLabels:
+            return by_subgoals(query, true);
+        case Method::kHierarchical:
+            return by_clusters(query);
+        default:
+            return by_cells(query, method);
+    }
+}
+
+Answer Planner::by_cells(const Query& query, Method method) {
+    if (cells_.size() == 0) {
+        cells_.resize(map_.places());
+    }
+    Query exact = query;
+    exact.weight = method == Method::kWeightedAStar ? query.weight : 1.0F;
+    const Reached reached = method == Method::kJumpPoints ? search_jump_points(map_, exact, cells_)
+                                                          : search_cells(map_, exact, cells_);
+    way_.begin(query.start);
+    append_chain(reached.last);
+    return finished(reached.goal ? Outcome::kFound : Outcome::kCutOff, reached.work);
+}
+
+void Planner::append_chain(Place last) {
+    chain_.clear();
+    for (Place p = last; p != cells_.from(p); p = cells_.from(p)) {
+        chain_.push_back(p);
+    }
+    for (auto p = chain_.rbegin(); p != chain_.rend(); ++p) {
+        way_.go(map_.cell(*p));
+    }
+}
+
+Answer Planner::by_clusters(const Query& query) {
+    if (cells_.size() == 0) {
+        cells_.resize(map_.places());
+    }
+    std::uint32_t work = 0;
+    way_.begin(query.start);
+    if (!clusters_->run(map_, query, through_, work)) {
+        return finished(Outcome::kCutOff, work);
+    }
+    // Best ways between every so many-th of the portals: those between are not gone through.
+    Query leg = query;
+    for (std::size_t at = 0; at + 1 < through_.size();) {
+        const std::size_t next = std::min(at + kPortalsLeftOut, through_.size() - 1);
+        leg.start = through_[at];
+        leg.goal = through_[next];
+        leg.max_work = query.max_work - work;
+        if (leg.max_work == 0) {
+            return finished(Outcome::kCutOff, work);
+        }
+        if (free_line(map_, leg.start, leg.goal)) {
+            way_.go(leg.goal);
+        } else {
+            const Reached reached = search_jump_points(map_, leg, cells_);
+            work += reached.work;
+            append_chain(reached.last);
+            if (!reached.goal) {
+                return finished(Outcome::kCutOff, work);
+            }
+        }
+        at = next;
+    }
+    return finished(Outcome::kFound, work);
+}
+
+Answer Planner::by_subgoals(const Query& query, bool labels) {
+    std::uint32_t work = 0;
+    const bool found = labels ? lookup_.run(map_, *subgoals_, *labels_, query, stations_)
+                              : subgoal_search_.run(map_, *subgoals_, query, stations_, work);
+    ZONED_ASSERT(found || work == query.max_work, "cells of one component reach each other");
+    way_.begin(query.start);
+    for (const Subgoal s : stations_) {
+        way_.go(subgoals_->cell(s));
+    }
+    if (found) {
+        way_.arrive(query.goal);  // doors are in free reach of the goal, as seen from there
+    }
+    return finished(found ? Outcome::kFound : Outcome::kCutOff, work);
+}
+
+Answer Planner::finished(Outcome outcome, std::uint32_t work) const {
+    return {outcome, way_.cost(), way_.length(), work};
+}
+
+Cell Planner::nearest_reached(Cell from, Cell to) const {
+    const std::uint32_t component = components_.of(map_.place(from));
+    Cell best = from;
+    Cost least = octile(from.x - to.x, from.y - to.y);
+    const auto consider = [&](int x, int y) {
+        if (x < 0 || y < 0 || x >= map_.width() || y >= map_.height()) {
+            return;
+        }
+        const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+        const Cost cost = octile(x - to.x, y - to.y);
+        if (cost < least && components_.of(map_.place(c)) == component) {
+            least = cost;
+            best = c;
+        }
+    };
+    // Squares around the goal, as long as one of their cells may be nearer.
+    for (int r = 1; kStraight * static_cast<Cost>(r) < least; ++r) {
+        for (int i = -r; i <= r; ++i) {
+            consider(to.x + i, to.y - r);
+            consider(to.x + i, to.y + r);
+            consider(to.x - r, to.y + i);
+            consider(to.x + r, to.y + i);
+        }
+    }
+    return best;
+}
+
+}  // namespace zoned::ai::navigation

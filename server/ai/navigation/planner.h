@@ -1,0 +1,88 @@
+// Planner: ways on one grid map, by whichever method suits the map and the query.
+#pragma once
+
+#include "server/ai/navigation/cluster_graph.h"
+#include "server/ai/navigation/open_list.h"
+#include "server/ai/navigation/query.h"
+#include "server/ai/navigation/subgoal_search.h"
+#include "server/ai/navigation/way.h"
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// What an index may cost. Counted, not timed: the same map gives the same index everywhere.
+struct IndexBounds {
+    std::size_t doors = 1'500'000;         ///< of all cells together
+    std::uint32_t trees = 48;              ///< of shortest ways, from which hubs are chosen
+    std::uint64_t tree_work = 40'000'000;  ///< neighbours that these trees look at
+    HubLabels::Bounds labels;
+};
+
+/// A map, its index, and memory for one query at a time. Deterministic; no allocation in plan()
+/// once each method that is used has been used.
+class Planner {
+  public:
+    /// At most kMostPassable cells of the map are passable.
+    explicit Planner(GridMap map);
+
+    /// Builds the index for the map as it is. What exceeds a bound is left out: `can` tells.
+    void prepare(const IndexBounds& bounds = {});
+
+    /// Builds what kHierarchical needs. It follows changes by itself.
+    void prepare_clusters();
+
+    /// Changes cells on the map. The index is no longer true and is dropped, unless nothing
+    /// changed; answers are exact all the same.
+    void change(std::span<const CellChange> changes);
+
+    /// Whether the method has what it needs.
+    [[nodiscard]] bool can(Method method) const;
+
+    /// What kDefault is for the map as it is, where no straight line leads to the goal.
+    [[nodiscard]] Method choice() const;
+
+    /// Finds a way; `way()` holds it until the next call (kFound, kPartial, kCutOff). The method is
+    /// one that it can. A free straight line is always taken without any search.
+    Answer plan(const Query& query, Method method = Method::kDefault);
+
+    [[nodiscard]] const Way& way() const { return way_; }
+
+    [[nodiscard]] const GridMap& map() const { return map_; }
+
+    /// Memory of the index, without clusters.
+    [[nodiscard]] std::size_t index_bytes() const;
+
+    /// Null before prepare_clusters().
+    [[nodiscard]] const ClusterGraph* clusters() const { return clusters_ ? &*clusters_ : nullptr; }
+
+  private:
+    Answer route(const Query& query, Method method);
+    Answer by_cells(const Query& query, Method method);
+    Answer by_subgoals(const Query& query, bool labels);
+    Answer by_clusters(const Query& query);
+    /// Appends the way that a search over cells has found.
+    void append_chain(Place last);
+    Answer finished(Outcome outcome, std::uint32_t work) const;
+    /// The passable cell nearest to `to`, as on an empty map, that `from` reaches.
+    Cell nearest_reached(Cell from, Cell to) const;
+
+    GridMap map_;
+    Components components_;
+    bool components_true_ = false;
+    std::optional<Subgoals> subgoals_;
+    std::optional<HubLabels> labels_;
+    std::optional<ClusterGraph> clusters_;
+    SubgoalSearch subgoal_search_;
+    LabelLookup lookup_;
+    SearchSpace cells_;  // made at its first use
+    Way way_;
+    std::vector<Subgoal> stations_;
+    std::vector<Place> chain_;
+    std::vector<Cell> through_;
+};
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,248 @@
+#include "server/ai/navigation/subgoals.h"
+
+#include <algorithm>
+#include <array>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+/// Four directions along rows and columns, then the diagonals between each and the next.
+constexpr int kDirections = 8;
+constexpr std::array<int, kDirections> kStepX{1, 0, -1, 0, 1, -1, -1, 1};
+constexpr std::array<int, kDirections> kStepY{0, 1, 0, -1, 1, 1, -1, -1};
+
+/// How far one can go from each place, until a blocked cell bars the way or a subgoal is reached.
+class Clearances {
+  public:
+    Clearances(const GridMap& map, std::span<const Place> subgoals)
+        : map_(map),
+          subgoal_(map.places(), 0),
+          steps_(map.places()) {
+        for (const Place p : subgoals) {
+            subgoal_[p] = 1;
+        }
+        const auto stride = static_cast<std::int32_t>(map.stride());
+        for (std::size_t d = 0; d < kDirections; ++d) {
+            offset_[d] = kStepX[d] + kStepY[d] * stride;
+        }
+        // What lies ahead of a place is known before it: rows upwards or downwards, and in them
+        // cells the one way or the other.
+        for (int y = 0; y < map.height(); ++y) {
+            for (int x = 0; x < map.width(); ++x) {
+                take(at(x, y), {2, 3, 6, 7});
+            }
+        }
+        for (int y = map.height() - 1; y >= 0; --y) {
+            for (int x = map.width() - 1; x >= 0; --x) {
+                take(at(x, y), {0, 1, 4, 5});
+            }
+        }
+    }
+
+    /// Steps that can be taken; the last may end on a subgoal.
+    [[nodiscard]] int steps(Place p, std::size_t direction) const { return steps_[p][direction]; }
+
+    [[nodiscard]] bool subgoal(Place p) const { return subgoal_[p] != 0; }
+
+    [[nodiscard]] Place moved(Place p, std::size_t direction, int steps) const {
+        return static_cast<Place>(static_cast<std::int32_t>(p) + steps * offset_[direction]);
+    }
+
+  private:
+    [[nodiscard]] Place at(int x, int y) const {
+        return map_.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+    }
+
+    void take(Place p, const std::array<std::size_t, 4>& directions) {
+        if (!map_.passable(p)) {
+            return;
+        }
+        for (const std::size_t d : directions) {
+            const Place ahead = moved(p, d, 1);
+            bool free = map_.passable(ahead);
+            if (d >= 4) {
+                free = free && map_.passable(moved(p, d - 4, 1)) &&
+                       map_.passable(moved(p, (d - 3) % 4, 1));
+            }
+            if (free) {
+                const int more = subgoal_[ahead] != 0 ? 0 : steps_[ahead][d];
+                steps_[p][d] = static_cast<std::uint16_t>(1 + more);
+            }
+        }
+    }
+
+    const GridMap& map_;
+    std::array<std::int32_t, kDirections> offset_{};
+    std::vector<std::uint8_t> subgoal_;
+    std::vector<std::array<std::uint16_t, kDirections>> steps_;
+};
+
+std::vector<Place> places_at_corners(const GridMap& map) {
+    std::vector<Place> found;
+    const auto stride = static_cast<std::int32_t>(map.stride());
+    for (int y = 0; y < map.height(); ++y) {
+        for (int x = 0; x < map.width(); ++x) {
+            const Place p =
+                map.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+            const auto passable = [&map, p](std::int32_t offset) {
+                return map.passable(static_cast<Place>(static_cast<std::int32_t>(p) + offset));
+            };
+            const auto corner = [&passable, stride](std::int32_t dx, std::int32_t dy) {
+                return passable(dx) && passable(dy * stride) && !passable(dx + dy * stride);
+            };
+            if (map.passable(p) &&
+                (corner(1, 1) || corner(1, -1) || corner(-1, 1) || corner(-1, -1))) {
+                found.push_back(p);
+            }
+        }
+    }
+    return found;
+}
+
+/// All subgoals that are seen from p: those straight ahead, and those in the wedge between a
+/// diagonal and a direction beside it, each only up to what the lines nearer to the start allow
+/// (algorithm 1 of the paper).
+template <class Found>
+void look_around(const Clearances& clear, Place p, const Found& found) {
+    for (std::size_t d = 0; d < kDirections; ++d) {
+        const int steps = clear.steps(p, d);
+        const Place end = clear.moved(p, d, steps);
+        if (steps > 0 && clear.subgoal(end)) {
+            found(end);
+        }
+    }
+    for (std::size_t d = 4; d < kDirections; ++d) {
+        int far = clear.steps(p, d);
+        far -= far > 0 && clear.subgoal(clear.moved(p, d, far)) ? 1 : 0;
+        for (const std::size_t side : {d - 4, (d - 3) % 4}) {
+            int most = clear.steps(p, side);
+            most -= most > 0 && clear.subgoal(clear.moved(p, side, most)) ? 1 : 0;
+            for (int i = 1; i <= far && most > 0; ++i) {
+                const Place on = clear.moved(p, d, i);
+                int steps = clear.steps(on, side);
+                const Place end = clear.moved(on, side, steps);
+                if (steps > 0 && steps <= most && clear.subgoal(end)) {
+                    found(end);
+                    --steps;
+                }
+                most = std::min(most, steps);
+            }
+        }
+    }
+}
+
+/// The jump point that a ray meets first, in each of four directions; kNoPlace where a blocked cell
+/// comes first.
+class Rays {
+  public:
+    explicit Rays(const GridMap& map) : map_(map), meets_(map.places()) {
+        const auto stride = static_cast<std::int32_t>(map.stride());
+        for (std::size_t d = 0; d < 4; ++d) {
+            offset_[d] = kStepX[d] + kStepY[d] * stride;
+        }
+        for (auto& of : meets_) {
+            of.fill(kNoPlace);
+        }
+        for (Place p = map.stride(); p < map.places() - map.stride(); ++p) {
+            take(p, 2);
+            take(p, 3);
+        }
+        for (Place p = map.places() - map.stride(); p-- > map.stride();) {
+            take(p, 0);
+            take(p, 1);
+        }
+    }
+
+    /// All that a passable place has for doors, each once.
+    template <class Found>
+    void doors(Place p, const Found& found) const {
+        for (std::size_t d = 0; d < 4; ++d) {
+            meet(p, d, found);
+        }
+        for (std::size_t d = 0; d < 4; ++d) {
+            const std::int32_t a = offset_[d];
+            const std::int32_t b = offset_[(d + 1) % 4];
+            Place on = p;
+            while (passable(on, a) && passable(on, b) && passable(on, a + b)) {
+                on = static_cast<Place>(static_cast<std::int32_t>(on) + a + b);
+                meet(on, d, found);
+                meet(on, (d + 1) % 4, found);
+            }
+        }
+    }
+
+  private:
+    [[nodiscard]] bool passable(Place p, std::int32_t offset) const {
+        return map_.passable(static_cast<Place>(static_cast<std::int32_t>(p) + offset));
+    }
+
+    template <class Found>
+    void meet(Place p, std::size_t d, const Found& found) const {
+        if (meets_[p][d] != kNoPlace) {
+            found(meets_[p][d]);
+        }
+    }
+
+    /// What lies ahead of p is known.
+    void take(Place p, std::size_t d) {
+        if (!map_.passable(p) || !passable(p, offset_[d])) {
+            return;
+        }
+        const auto ahead = static_cast<Place>(static_cast<std::int32_t>(p) + offset_[d]);
+        const std::int32_t side = offset_[(d + 1) % 4];
+        const bool jump = (passable(ahead, side) && !passable(p, side)) ||
+                          (passable(ahead, -side) && !passable(p, -side));
+        meets_[p][d] = jump ? ahead : meets_[ahead][d];
+    }
+
+    const GridMap& map_;
+    std::array<std::int32_t, 4> offset_{};
+    std::vector<std::array<Place, 4>> meets_;
+};
+
+}  // namespace
+
+std::optional<Subgoals> Subgoals::build(const GridMap& map, std::size_t most_doors) {
+    Subgoals s;
+    s.place_ = places_at_corners(map);
+    std::vector<Subgoal> number(map.places(), kNoSubgoal);
+    for (const Place p : s.place_) {
+        number[p] = s.size();
+        s.cells_.push_back(map.cell(p));
+    }
+    const Rays rays(map);
+    s.first_door_.assign(map.places() + std::size_t{1}, 0);
+    for (Place p = 0; p < map.places(); ++p) {
+        if (map.passable(p)) {
+            rays.doors(p, [&s, &number](Place q) { s.doors_.push_back(number[q]); });
+        }
+        s.first_door_[p + 1] = static_cast<std::uint32_t>(s.doors_.size());
+        if (s.doors_.size() > most_doors) {
+            return std::nullopt;
+        }
+    }
+    s.doors_.shrink_to_fit();
+    const Clearances clear(map, s.place_);
+    s.first_seen_.push_back(0);
+    for (const Place p : s.place_) {
+        look_around(clear, p, [&s, &number](Place q) { s.seen_.push_back(number[q]); });
+        s.first_seen_.push_back(static_cast<std::uint32_t>(s.seen_.size()));
+    }
+    s.seen_.shrink_to_fit();
+    return s;
+}
+
+Subgoal Subgoals::at(Place p) const {
+    const auto found = std::lower_bound(place_.begin(), place_.end(), p);
+    return found != place_.end() && *found == p ? static_cast<Subgoal>(found - place_.begin())
+                                                : kNoSubgoal;
+}
+
+std::size_t Subgoals::bytes() const {
+    return cells_.capacity() * sizeof(Cell) + place_.capacity() * sizeof(Place) +
+           (first_seen_.capacity() + first_door_.capacity()) * sizeof(std::uint32_t) +
+           (seen_.capacity() + doors_.capacity()) * sizeof(Subgoal);
+}
+
+}  // namespace zoned::ai::navigation

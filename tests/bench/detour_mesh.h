@@ -1,0 +1,36 @@
+// DetourMesh: the peer for ways on grids, Detour on a navigation mesh that Recast makes of the map.
+#pragma once
+
+#include "server/ai/navigation/grid_map.h"
+
+#include <cstddef>
+#include <memory>
+
+namespace zoned::bench {
+
+/// A cell of the map is a cell of Recast's heightfield, agents have no width, and all else is as in
+/// Recast's demonstration: watershed regions of at least 8 cells, merged up to 20, contours
+/// simplified by up to 1.3 cells, polygons of six corners. (Closer contours make meshes of two to
+/// three times the polygons and queries as much slower.)
+class DetourMesh {
+  public:
+    /// Nothing where Recast can't build it.
+    static std::unique_ptr<DetourMesh> bake(const ai::navigation::GridMap& map);
+    ~DetourMesh();
+    DetourMesh(const DetourMesh&) = delete;
+    DetourMesh& operator=(const DetourMesh&) = delete;
+
+    /// From centre to centre: the polygons next to them, the corridor, the corners of the string
+    /// pulled straight through it. Length of that way, below 0 where there is none.
+    double find(ai::navigation::Cell start, ai::navigation::Cell goal);
+
+    [[nodiscard]] std::size_t bytes() const;
+    [[nodiscard]] int polygons() const;
+
+  private:
+    struct Mesh;
+    explicit DetourMesh(std::unique_ptr<Mesh> mesh);
+    std::unique_ptr<Mesh> mesh_;
+};
+
+}  // namespace zoned::bench

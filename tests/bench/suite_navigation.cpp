@@ -1,0 +1,298 @@
+// Suite `navigation`: ways on maps of the Moving AI benchmark, by our planners beside Detour.
+#include "tests/bench/suite_navigation.h"
+
+#include "server/ai/navigation/planner.h"
+#include "tests/bench/comparison.h"
+#include "tests/bench/cpu_clock.h"
+#include "tests/bench/detour_mesh.h"
+#include "tests/bench/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace zoned::bench {
+
+namespace {
+
+using ai::navigation::Answer;
+using ai::navigation::GridInstance;
+using ai::navigation::Outcome;
+using ai::navigation::Planner;
+using ai::navigation::Query;
+
+/// Frames take every so many-th query of the scene in turn.
+constexpr std::size_t kShares = 16;
+/// Slow methods take one in so many of these.
+constexpr std::size_t kSlowShare = 16;
+/// Of the times of one query the median of so many counts.
+constexpr int kTimesEach = 5;
+
+/// Recast takes minutes for this one, of which every fifth cell touches an obstacle.
+constexpr const char* kNoMesh = "random512-10-0";
+
+/// What is asked: gives the length of the way found, below 0 for none.
+using Ask = std::function<double(const GridInstance&)>;
+
+/// What lengths are held to.
+enum class WayLength {
+    kBest,  ///< those of the scenario
+    kNear,  ///< the excess over them is the error
+    kAny,   ///< on another map of the same world
+};
+
+struct WayMethod {
+    std::string name;
+    std::string peer;
+    bool slow = false;
+    WayLength length = WayLength::kBest;
+    Ask ask;
+    double preprocess_s = 0.0;
+    double index_mib = 0.0;
+};
+
+class WayTrial final : public JudgedTrial {
+  public:
+    WayTrial(const GridScene& scene, const WayMethod& method) : scene_(scene), method_(method) {}
+
+    void frame() override {
+        for_queries(turn_++ % kShares, [this](const GridInstance& i) { sum_ += method_.ask(i); });
+    }
+
+    /// Queries that all frames take together.
+    [[nodiscard]] std::size_t queries() const {
+        std::size_t n = 0;
+        for (std::size_t turn = 0; turn < kShares; ++turn) {
+            for_queries(turn, [&n](const GridInstance&) { ++n; });
+        }
+        return n;
+    }
+
+    void judge(Row& row) override {
+        std::size_t wrong = 0;
+        double worst = 0.0;
+        std::vector<double> ratios;
+        for (const GridInstance& i : scene_.instances) {
+            const double length = method_.ask(i);
+            const double off = std::abs(length - i.length);
+            if (length < 0.0 || (method_.length == WayLength::kBest && off > kLengthTolerance)) {
+                ++wrong;
+            }
+            worst = std::max(worst, off);
+            ratios.push_back(i.length > 0.0 ? length / i.length : 1.0);
+        }
+        row.error = static_cast<double>(wrong);
+        row.error_unit = "wrong";
+        row.metric("instances", static_cast<double>(scene_.instances.size()));
+        if (method_.length == WayLength::kBest) {
+            row.metric("worst_off_cells", worst);
+        } else if (method_.length == WayLength::kNear) {
+            row.error = mean(ratios) - 1.0;
+            row.error_unit = "mean excess";
+            row.metric("worst_excess", largest(ratios) - 1.0);
+            row.metric("without_way", static_cast<double>(wrong));
+        } else {
+            row.metric("length_ratio_mean", mean(ratios));
+        }
+        row.metric("preprocess_s", method_.preprocess_s);
+        row.metric("index_mib", method_.index_mib);
+        time_each(row);
+    }
+
+  private:
+    template <class Take>
+    void for_queries(std::size_t turn, const Take& take) const {
+        const std::size_t step = kShares * (method_.slow ? kSlowShare : 1);
+        for (std::size_t i = turn; i < scene_.instances.size(); i += step) {
+            take(scene_.instances[i]);
+        }
+    }
+
+    /// Query by query, on the wall.
+    void time_each(Row& row) {
+        std::vector<double> times;
+        for (std::size_t turn = 0; turn < kShares; ++turn) {
+            for_queries(turn, [&](const GridInstance& i) {
+                std::vector<double> tries;
+                for (int n = 0; n < kTimesEach; ++n) {
+                    const std::int64_t before = wall_ns();
+                    sum_ += method_.ask(i);
+                    tries.push_back(static_cast<double>(wall_ns() - before));
+                }
+                times.push_back(median(tries) * 1e-3);
+            });
+        }
+        const double p99 = quantile(times, 0.99);
+        row.time_us_p99 = p99;
+        row.metric("p99_us", p99);
+        row.metric("p99_over_mean", mean(times) > 0.0 ? p99 / mean(times) : 0.0);
+    }
+
+    const GridScene& scene_;
+    const WayMethod& method_;
+    std::size_t turn_ = 0;
+    double sum_ = 0.0;
+};
+
+template <class Work>
+double seconds_of(const Work& work) {
+    const std::int64_t before = thread_cpu_ns();
+    work();
+    return static_cast<double>(thread_cpu_ns() - before) * 1e-9;
+}
+
+WayMethod planner_method(const std::string& name,
+                         ai::navigation::Method method,
+                         const std::shared_ptr<Planner>& planner,
+                         bool slow) {
+    WayMethod m;
+    m.name = name;
+    m.slow = slow;
+    m.ask = [planner, method](const GridInstance& i) {
+        Query q;
+        q.start = i.start;
+        q.goal = i.goal;
+        const Answer a = planner->plan(q, method);
+        return a.outcome == Outcome::kFound ? a.length : -1.0;
+    };
+    return m;
+}
+
+std::vector<WayMethod> way_methods(const GridScene& scene) {
+    using ai::navigation::Method;
+    constexpr double kMib = 1024.0 * 1024.0;
+    const auto indexed = std::make_shared<Planner>(scene.map);
+    const double prepared_s = seconds_of([&indexed] { indexed->prepare(); });
+    const auto bare = std::make_shared<Planner>(scene.map);
+    std::vector<WayMethod> methods;
+    methods.push_back(planner_method("default", Method::kDefault, indexed, false));
+    methods.back().preprocess_s = prepared_s;
+    methods.back().index_mib = static_cast<double>(indexed->index_bytes()) / kMib;
+    if (indexed->can(Method::kSubgoals)) {
+        methods.push_back(planner_method("subgoals", Method::kSubgoals, indexed, false));
+    }
+    methods.push_back(planner_method("jump_points", Method::kJumpPoints, bare, false));
+    methods.push_back(planner_method("astar", Method::kAStar, bare, true));
+    const double clusters_s = seconds_of([&bare] { bare->prepare_clusters(); });
+    methods.push_back(planner_method("hierarchical", Method::kHierarchical, bare, false));
+    methods.back().length = WayLength::kNear;
+    methods.back().preprocess_s = clusters_s;
+    methods.back().index_mib = static_cast<double>(bare->clusters()->bytes()) / kMib;
+    std::shared_ptr<DetourMesh> mesh;
+    const double baked_s =
+        scene.name == kNoMesh ? 0.0 : seconds_of([&] { mesh = DetourMesh::bake(scene.map); });
+    if (mesh) {
+        WayMethod m{"default", "detour", false, WayLength::kAny, {}, baked_s, 0.0};
+        m.ask = [mesh](const GridInstance& i) {
+            return mesh->find(i.start, i.goal);
+        };
+        m.index_mib = static_cast<double>(mesh->bytes()) / kMib;
+        methods.push_back(std::move(m));
+    }
+    return methods;
+}
+
+/// From a frame to a query: the mean over all queries that were timed.
+void per_query(Row& row, double queries) {
+    for (auto& [name, value] : row.metrics) {
+        if (name == "time_us_mean") {
+            value = value * static_cast<double>(kShares) / queries;
+            row.time_us_p50 = value;
+            row.time_us_p99 = *row.find_metric("p99_us");
+        }
+    }
+    row.metric("queries_per_s", row.time_us_p50 > 0.0 ? 1e6 / row.time_us_p50 : 0.0);
+}
+
+void compare_with_detour(std::vector<Row>& rows) {
+    const auto theirs =
+        std::find_if(rows.begin(), rows.end(), [](const Row& row) { return row.peer == "detour"; });
+    if (theirs == rows.end() || theirs->time_us_p50 <= 0.0) {
+        return;
+    }
+    const double time = theirs->time_us_p50;
+    for (Row& row : rows) {
+        row.metric("queries_over_detour", row.time_us_p50 > 0.0 ? time / row.time_us_p50 : 0.0);
+    }
+}
+
+void run_way_scene(Session& session, const GridScene& scene) {
+    const std::vector<WayMethod> all = way_methods(scene);
+    if (all.back().peer.empty()) {
+        session.note("navigation: no mesh by Recast of " + scene.name);
+    }
+    std::vector<Method> methods;
+    std::vector<std::size_t> queries;
+    for (const WayMethod& m : all) {
+        if (session.wants_method(m.name, m.peer)) {
+            methods.push_back({m.name, m.peer, [&scene, &m] {
+                                   return std::make_unique<WayTrial>(scene, m);
+                               }});
+            queries.push_back(WayTrial(scene, m).queries());
+        }
+    }
+    if (methods.empty()) {
+        return;
+    }
+    const Plan plan{0, static_cast<int>(kShares), session.quick ? 1 : session.repeats};
+    std::vector<Row> rows = compare("navigation", scene.name, "", methods, plan);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        per_query(rows[i], static_cast<double>(queries[i]));
+    }
+    compare_with_detour(rows);
+    session.add(std::move(rows));
+}
+
+const std::vector<std::string>& way_scenes() {
+    static const std::vector<std::string> names{
+        "den520d", "brc202d", "AR0011SR", "den312d", "arena", "random512-10-0"};
+    return names;
+}
+
+std::vector<std::string> all_way_scenes() {
+    std::vector<std::string> names = way_scenes();
+    names.push_back(kPatchedScene);
+    return names;
+}
+
+void run_navigation(Session& session) {
+    session.note(
+        "navigation: all queries of each scenario, on one thread; time is the mean over them, per "
+        "query, with its way put together; error is the number of wrong lengths (of hierarchical, "
+        "the mean excess over the best; of detour, which "
+        "cuts corners on a mesh, of queries without a way). next_hop: time of one lookup, tables "
+        "of 16 "
+        "goals; flow_field: time of a field to a new goal; arena2_patched: an empty map that 439 "
+        "patches build up and change between 2,000 queries. detour is Debian's, built for baseline "
+        "x86-64");
+    for (const std::string& name : way_scenes()) {
+        if (!session.wants_scene(name)) {
+            continue;
+        }
+        session.progress("navigation " + name);
+        std::string why;
+        const std::optional<GridScene> scene = read_grid_scene(name, session.quick ? 40 : 1, why);
+        if (scene) {
+            run_way_scene(session, *scene);
+            run_goal_fields(session, *scene);
+            run_doors(session, *scene);
+        } else {
+            session.note("navigation: " + why);
+        }
+    }
+    if (session.wants_scene(kPatchedScene)) {
+        session.progress("navigation " + kPatchedScene);
+        run_patched_map(session);
+    }
+}
+
+const Registration kNavigation(
+    {"navigation",
+     "ways on grids: time per query, lengths that are wrong",
+     all_way_scenes(),
+     {"default", "subgoals", "jump_points", "astar", "next_hop", "flow_field", "detour/default"},
+     run_navigation});
+
+}  // namespace
+
+}  // namespace zoned::bench

@@ -1,0 +1,41 @@
+// What ways on grids are held against: a plain Dijkstra in doubles, and a look at each step.
+#pragma once
+
+#include "server/ai/navigation/grid_map.h"
+#include "server/ai/navigation/query.h"
+
+#include <initializer_list>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+inline constexpr double kNoWay = std::numeric_limits<double>::infinity();
+
+/// `#` is blocked, anything else passable; rows of the same length.
+GridMap map_of(std::initializer_list<std::string_view> rows);
+
+/// Each cell blocked with probability `blocked`, from a seed.
+GridMap random_map(int width, int height, float blocked, std::uint64_t seed);
+
+/// Rooms with walls of one cell and a door or two each.
+GridMap rooms_map(int width, int height, int room, std::uint64_t seed);
+
+/// Lengths of best ways from `start` to all cells, row by row; kNoWay where there is none.
+std::vector<double> all_lengths(const GridMap& map, Cell start);
+
+/// Empty where the corners are a way from `start` to `goal` of that length, step by step legal;
+/// else what is wrong.
+std::string wrong_with(const GridMap& map,
+                       Cell start,
+                       Cell goal,
+                       double length,
+                       std::span<const Cell> corners);
+
+/// Cells off by less than this are rounding of sums of up to 10,000 steps in doubles.
+inline constexpr double kRounding = 1e-8;
+
+}  // namespace zoned::ai::navigation

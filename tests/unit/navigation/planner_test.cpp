@@ -1,0 +1,411 @@
+#include "server/ai/navigation/planner.h"
+
+#include "server/ai/navigation/grid_text.h"
+#include "tests/unit/allocation_count.h"
+#include "tests/unit/navigation/grid_reference.h"
+#include "shared/core/rng.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+constexpr Method kExact[] = {Method::kDefault,
+                             Method::kAStar,
+                             Method::kJumpPoints,
+                             Method::kSubgoals,
+                             Method::kHubLabels};
+
+/// A best way by Cost may be longer than the best by the error that cost.h states: 3.7e-7 a
+/// diagonal, of which maps here have at most 10,000.
+constexpr double kCostError = 3.7e-3;
+
+Query from_to(Cell start, Cell goal) {
+    Query q;
+    q.start = start;
+    q.goal = goal;
+    return q;
+}
+
+Cell any_passable(const GridMap& map, core::Rng& rng) {
+    while (true) {
+        const Cell c{
+            static_cast<std::uint16_t>(rng.below(static_cast<std::uint32_t>(map.width()))),
+            static_cast<std::uint16_t>(rng.below(static_cast<std::uint32_t>(map.height())))};
+        if (map.passable(c)) {
+            return c;
+        }
+    }
+}
+
+double length_to(const GridMap& map, const std::vector<double>& lengths, Cell c) {
+    return lengths[static_cast<std::size_t>(c.y) * static_cast<std::size_t>(map.width()) + c.x];
+}
+
+/// All exact methods from one cell to some others, against Dijkstra.
+void expect_exact(Planner& planner, core::Rng& rng, int goals, const std::string& name) {
+    const GridMap& map = planner.map();
+    const Cell start = any_passable(map, rng);
+    const std::vector<double> lengths = all_lengths(map, start);
+    for (int i = 0; i < goals; ++i) {
+        const Cell goal = any_passable(map, rng);
+        const double best = length_to(map, lengths, goal);
+        for (const Method method : kExact) {
+            if (!planner.can(method)) {
+                continue;
+            }
+            const Answer a = planner.plan(from_to(start, goal), method);
+            ASSERT_EQ(a.outcome, best == kNoWay ? Outcome::kUnreachable : Outcome::kFound) << name;
+            if (best == kNoWay) {
+                continue;
+            }
+            ASSERT_NEAR(a.length, best, kCostError)
+                << name << " " << to_string(method) << " from " << start.x << ", " << start.y
+                << " to " << goal.x << ", " << goal.y;
+            ASSERT_EQ(wrong_with(map, start, goal, a.length, planner.way().corners()), "")
+                << name << " " << to_string(method);
+        }
+    }
+}
+
+TEST(Planner, IsExactByEachMethodOnRandomMaps) {
+    core::Rng rng(1);
+    for (std::uint64_t seed = 1; seed <= 120; ++seed) {
+        const int width = 1 + static_cast<int>(rng.below(seed % 3 == 0 ? 130 : 24));
+        const int height = 1 + static_cast<int>(rng.below(seed % 3 == 1 ? 130 : 24));
+        GridMap map = random_map(width, height, 0.05F * static_cast<float>(seed % 10), seed);
+        if (map.passable_cells() == 0) {
+            continue;
+        }
+        Planner planner(map);
+        planner.prepare();
+        ASSERT_TRUE(planner.can(Method::kHubLabels));
+        for (int start = 0; start < 4; ++start) {
+            expect_exact(planner, rng, 30, "seed " + std::to_string(seed));
+        }
+    }
+}
+
+TEST(Planner, IsExactByEachMethodInRooms) {
+    core::Rng rng(2);
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        Planner planner(rooms_map(97, 75, 4 + static_cast<int>(seed), seed));
+        planner.prepare();
+        for (int start = 0; start < 6; ++start) {
+            expect_exact(planner, rng, 40, "rooms of " + std::to_string(4 + seed));
+        }
+    }
+}
+
+/// A map of tests/conformance, with its queries.
+void read_published(const std::string& name,
+                    std::optional<GridMap>& map,
+                    std::vector<GridInstance>& instances) {
+    const std::string file = ZONED_SOURCE_DIR "/tests/conformance/movingai/" + name + ".map";
+    std::stringstream map_text;
+    std::stringstream scenario_text;
+    map_text << std::ifstream(file).rdbuf();
+    scenario_text << std::ifstream(file + ".scen").rdbuf();
+    auto read = parse_grid_map(map_text.str());
+    auto queries = parse_grid_scenario(scenario_text.str());
+    ASSERT_TRUE(read) << read.error();
+    ASSERT_TRUE(queries) << queries.error();
+    map = std::move(*read);
+    instances = std::move(*queries);
+    ASSERT_GE(instances.size(), 160U);
+}
+
+TEST(Planner, FindsThePublishedLengthsOfBestWays) {
+    for (const std::string name : {"arena", "den312d"}) {
+        std::optional<GridMap> map;
+        std::vector<GridInstance> instances;
+        read_published(name, map, instances);
+        Planner planner(std::move(*map));
+        planner.prepare();
+        for (const GridInstance& i : instances) {
+            for (const Method method : kExact) {
+                const Answer a = planner.plan(from_to(i.start, i.goal), method);
+                ASSERT_EQ(a.outcome, Outcome::kFound) << name << " line " << i.line;
+                // The scenarios round to six digits.
+                ASSERT_NEAR(a.length, i.length, 0.001) << name << " line " << i.line;
+            }
+        }
+    }
+}
+
+TEST(Hierarchical, IsNearTheBestOnPublishedMaps) {
+    for (const std::string name : {"arena", "den312d"}) {
+        std::optional<GridMap> map;
+        std::vector<GridInstance> instances;
+        read_published(name, map, instances);
+        Planner planner(std::move(*map));
+        planner.prepare_clusters();
+        double sum = 0.0;
+        for (const GridInstance& i : instances) {
+            const Answer a = planner.plan(from_to(i.start, i.goal), Method::kHierarchical);
+            ASSERT_EQ(a.outcome, Outcome::kFound);
+            ASSERT_GE(a.length, i.length - 0.001);
+            ASSERT_LE(a.length, 1.05 * i.length + 0.001) << name << " line " << i.line;
+            sum += i.length > 0.0 ? a.length / i.length - 1.0 : 0.0;
+        }
+        EXPECT_LE(sum / static_cast<double>(instances.size()), 0.01) << name;
+    }
+}
+
+TEST(Hierarchical, FindsLegalWaysExactlyWhereThereAreSome) {
+    core::Rng rng(8);
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+        Planner planner(seed % 2 == 0
+                            ? random_map(100, 80, 0.04F * static_cast<float>(seed % 10), seed)
+                            : rooms_map(130, 70, 5 + static_cast<int>(seed % 9), seed));
+        planner.prepare_clusters();
+        const Cell start = any_passable(planner.map(), rng);
+        const std::vector<double> lengths = all_lengths(planner.map(), start);
+        for (int i = 0; i < 60; ++i) {
+            const Cell goal = any_passable(planner.map(), rng);
+            const Answer a = planner.plan(from_to(start, goal), Method::kHierarchical);
+            const double best = length_to(planner.map(), lengths, goal);
+            ASSERT_EQ(a.outcome, best == kNoWay ? Outcome::kUnreachable : Outcome::kFound);
+            if (best != kNoWay) {
+                ASSERT_GE(a.length, best - kCostError);
+                ASSERT_EQ(wrong_with(planner.map(), start, goal, a.length, planner.way().corners()),
+                          "");
+            }
+        }
+    }
+}
+
+TEST(Hierarchical, AnswersAfterAChangeAsIfBuiltAnew) {
+    core::Rng rng(9);
+    Planner changed(rooms_map(100, 77, 6, 4));
+    changed.prepare_clusters();
+    for (int round = 0; round < 40; ++round) {
+        std::vector<CellChange> changes;
+        for (std::uint32_t n = 1 + rng.below(6); n > 0; --n) {
+            // Every other one on a border of squares.
+            const std::uint32_t x = n % 2 == 0 ? 31 + rng.below(2) : rng.below(100);
+            const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(rng.below(77))};
+            changes.push_back({c, !changed.map().passable(c)});
+        }
+        changed.change(changes);
+        Planner anew(changed.map());
+        anew.prepare_clusters();
+        ASSERT_EQ(changed.clusters()->portals(), anew.clusters()->portals());
+        for (int i = 0; i < 30; ++i) {
+            const Query q = from_to(any_passable(anew.map(), rng), any_passable(anew.map(), rng));
+            const Answer a = changed.plan(q, Method::kHierarchical);
+            const Answer b = anew.plan(q, Method::kHierarchical);
+            ASSERT_EQ(a.outcome, b.outcome);
+            ASSERT_EQ(a.cost, b.cost);
+            ASSERT_EQ(a.work, b.work);
+        }
+    }
+}
+
+TEST(Planner, IsExactRightAfterEachChange) {
+    core::Rng rng(3);
+    Planner planner(rooms_map(61, 47, 6, 5));
+    planner.prepare();
+    for (int round = 0; round < 60; ++round) {
+        std::vector<CellChange> changes;
+        for (std::uint32_t n = 1 + rng.below(5); n > 0; --n) {
+            const Cell c{static_cast<std::uint16_t>(rng.below(61)),
+                         static_cast<std::uint16_t>(rng.below(47))};
+            changes.push_back({c, !planner.map().passable(c)});
+        }
+        planner.change(changes);
+        if (round % 3 == 2) {
+            planner.prepare();
+        }
+        expect_exact(planner, rng, 20, "round " + std::to_string(round));
+    }
+}
+
+TEST(Planner, KeepsItsIndexWhereAChangeChangesNothing) {
+    Planner planner(random_map(20, 20, 0.2F, 1));
+    planner.prepare();
+    const CellChange same{{3, 3}, planner.map().passable(Cell{3, 3})};
+    planner.change(std::span(&same, 1));
+    EXPECT_TRUE(planner.can(Method::kHubLabels));
+    const CellChange other{{3, 3}, !same.passable};
+    planner.change(std::span(&other, 1));
+    EXPECT_FALSE(planner.can(Method::kHubLabels));
+    EXPECT_EQ(planner.choice(), Method::kJumpPoints);
+    EXPECT_EQ(planner.index_bytes(), 0U);
+}
+
+TEST(Planner, NamesWhyThereIsNoWay) {
+    Planner planner(map_of({"..#..", "..#..", "..#.#"}));
+    planner.prepare();
+    for (const Method method : kExact) {
+        EXPECT_EQ(planner.plan(from_to({0, 0}, {5, 0}), method).outcome, Outcome::kOffMap);
+        EXPECT_EQ(planner.plan(from_to({0, 3}, {0, 0}), method).outcome, Outcome::kOffMap);
+        EXPECT_EQ(planner.plan(from_to({2, 0}, {0, 0}), method).outcome, Outcome::kStartBlocked);
+        EXPECT_EQ(planner.plan(from_to({0, 0}, {2, 1}), method).outcome, Outcome::kGoalBlocked);
+        EXPECT_EQ(planner.plan(from_to({0, 0}, {3, 0}), method).outcome, Outcome::kUnreachable);
+        const Answer here = planner.plan(from_to({1, 1}, {1, 1}), method);
+        EXPECT_EQ(here.outcome, Outcome::kFound);
+        EXPECT_EQ(here.length, 0.0);
+        EXPECT_EQ(planner.way().corners().size(), 1U);
+    }
+}
+
+TEST(Planner, GoesAsNearAsItCanWhereItIsToldTo) {
+    Planner planner(map_of({".....#..", ".###.#..", "...#.#..", "...#..#.", "........"}));
+    planner.change(std::vector<CellChange>{{{7, 4}, false}, {{6, 4}, false}, {{7, 3}, false}});
+    planner.prepare();
+    for (const Method method : kExact) {
+        Query q = from_to({0, 2}, {7, 1});
+        q.nearest = true;
+        const Answer a = planner.plan(q, method);
+        EXPECT_EQ(a.outcome, Outcome::kPartial);
+        // (5, 3) is two columns and two rows away, all others that can be reached are farther.
+        EXPECT_EQ(planner.way().corners().back(), (Cell{5, 3})) << to_string(method);
+        const Cell near = planner.way().corners().back();
+        EXPECT_EQ(wrong_with(planner.map(), q.start, near, a.length, planner.way().corners()), "");
+    }
+}
+
+TEST(Planner, StopsAtTheBoundOfItsWork) {
+    Planner planner(rooms_map(90, 90, 7, 3));
+    planner.prepare();
+    core::Rng rng(4);
+    int cut = 0;
+    for (int i = 0; i < 200; ++i) {
+        for (const Method method : {Method::kAStar, Method::kJumpPoints, Method::kSubgoals}) {
+            Query q = from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
+            q.max_work = 1 + rng.below(30);
+            const Answer a = planner.plan(q, method);
+            if (a.outcome == Outcome::kUnreachable) {
+                continue;
+            }
+            ASSERT_LE(a.work, q.max_work);
+            const Cell end = planner.way().corners().back();
+            ASSERT_EQ(wrong_with(planner.map(), q.start, end, a.length, planner.way().corners()),
+                      "");
+            cut += a.outcome == Outcome::kCutOff ? 1 : 0;
+            ASSERT_EQ(a.outcome == Outcome::kFound, end == q.goal);
+        }
+    }
+    EXPECT_GT(cut, 100);
+}
+
+TEST(WeightedAStar, KeepsItsBoundAndLooksAtLess) {
+    core::Rng rng(5);
+    std::uint64_t work = 0;
+    std::uint64_t exact_work = 0;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        Planner planner(rooms_map(120, 90, 9, seed));
+        for (int i = 0; i < 40; ++i) {
+            Query q = from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
+            const Answer best = planner.plan(q, Method::kAStar);
+            if (best.outcome != Outcome::kFound) {
+                continue;
+            }
+            exact_work += best.work;
+            q.weight = 1.0F + rng.range(0.0F, 2.0F);
+            const Answer a = planner.plan(q, Method::kWeightedAStar);
+            work += a.work;
+            ASSERT_LE(a.length, best.length * (static_cast<double>(q.weight) + 1.0 / 512) + 1e-6);
+            ASSERT_EQ(wrong_with(planner.map(), q.start, q.goal, a.length, planner.way().corners()),
+                      "");
+        }
+    }
+    EXPECT_LT(work, exact_work / 2);
+}
+
+TEST(Planner, AllocatesNothingOnceWarm) {
+    Planner planner(rooms_map(128, 128, 8, 2));
+    planner.prepare();
+    planner.prepare_clusters();
+    core::Rng rng(6);
+    const auto ask = [&](int times) {
+        for (int i = 0; i < times; ++i) {
+            const Query q =
+                from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
+            for (const Method method : kExact) {
+                planner.plan(q, method);
+            }
+            planner.plan(q, Method::kHierarchical);
+        }
+    };
+    ask(1);
+    const std::uint64_t before = allocation_count();
+    ask(500);
+    EXPECT_EQ(allocation_count(), before);
+}
+
+TEST(Planner, LeavesOutWhatExceedsItsBounds) {
+    IndexBounds bounds;
+    Planner planner(random_map(60, 60, 0.2F, 9));
+    bounds.labels.labels = 100;
+    planner.prepare(bounds);
+    EXPECT_FALSE(planner.can(Method::kHubLabels));
+    EXPECT_EQ(planner.choice(), Method::kSubgoals);
+    bounds.doors = 100;
+    planner.prepare(bounds);
+    EXPECT_FALSE(planner.can(Method::kSubgoals));
+    EXPECT_EQ(planner.choice(), Method::kJumpPoints);
+    core::Rng rng(7);
+    expect_exact(planner, rng, 30, "no index");
+}
+
+TEST(Components, JoinExactlyWhatReachesEachOther) {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        const GridMap map = random_map(33, 21, 0.42F, seed);
+        Components components;
+        components.label(map);
+        core::Rng rng(seed);
+        const Cell start = any_passable(map, rng);
+        const std::vector<double> lengths = all_lengths(map, start);
+        for (std::uint16_t y = 0; y < 21; ++y) {
+            for (std::uint16_t x = 0; x < 33; ++x) {
+                const std::uint32_t c = components.of(map.place({x, y}));
+                ASSERT_EQ(c == 0, !map.passable(Cell{x, y}));
+                ASSERT_EQ(c == components.of(map.place(start)),
+                          length_to(map, lengths, {x, y}) != kNoWay);
+            }
+        }
+    }
+}
+
+TEST(Octile, IsTheBestCostOnAnEmptyMapAndConsistent) {
+    const GridMap map = random_map(40, 30, 0.0F, 1);
+    const std::vector<double> lengths = all_lengths(map, {7, 11});
+    for (int y = 0; y < 30; ++y) {
+        for (int x = 0; x < 40; ++x) {
+            const Cost h = octile(x - 7, y - 11);
+            const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+            ASSERT_NEAR(h / double{kStraight}, length_to(map, lengths, c), kCostError);
+            for (int dy = -1; dy <= 1; ++dy) {
+                for (int dx = -1; dx <= 1; ++dx) {
+                    const Cost step = dx != 0 && dy != 0 ? kDiagonal : kStraight;
+                    ASSERT_LE(h, octile(x + dx - 7, y + dy - 11) + step);
+                }
+            }
+        }
+    }
+}
+
+TEST(WrongWith, FindsWaysThatCutCornersLeapOrLie) {
+    const GridMap map = map_of({"...", ".#.", "..."});
+    const std::vector<Cell> round{{0, 0}, {2, 0}, {2, 2}};
+    EXPECT_EQ(wrong_with(map, {0, 0}, {2, 2}, 4.0, round), "");
+    EXPECT_NE(wrong_with(map, {0, 0}, {2, 2}, 3.9, round), "");
+    EXPECT_NE(wrong_with(map, {0, 0}, {2, 1}, 4.0, round), "");
+    const std::vector<Cell> cut{{0, 1}, {1, 0}};
+    EXPECT_NE(wrong_with(map, {0, 1}, {1, 0}, 1.4142135623731, cut), "");
+    const std::vector<Cell> through{{0, 1}, {2, 1}};
+    EXPECT_NE(wrong_with(map, {0, 1}, {2, 1}, 2.0, through), "");
+    const std::vector<Cell> leap{{0, 0}, {2, 1}};
+    EXPECT_NE(wrong_with(map, {0, 0}, {2, 1}, 2.2, leap), "");
+}
+
+}  // namespace
+
+}  // namespace zoned::ai::navigation
