@@ -286,12 +286,19 @@ void run_navigation(Session& session) {
     }
 }
 
-const Registration kNavigation(
-    {"navigation",
-     "ways on grids: time per query, lengths that are wrong",
-     all_way_scenes(),
-     {"default", "subgoals", "jump_points", "astar", "next_hop", "flow_field", "detour/default"},
-     run_navigation});
+const Registration kNavigation({"navigation",
+                                "ways on grids: time per query, lengths that are wrong",
+                                all_way_scenes(),
+                                {"default",
+                                 "subgoals",
+                                 "jump_points",
+                                 "astar",
+                                 "hierarchical",
+                                 "next_hop",
+                                 "flow_field",
+                                 "door",
+                                 "detour/default"},
+                                run_navigation});
 
 }  // namespace
 

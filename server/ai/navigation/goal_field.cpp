@@ -15,26 +15,38 @@ constexpr std::array<int, 10> kHopX{1, -1, 0, 0, 1, -1, 1, -1, 0, 0};
 constexpr std::array<int, 10> kHopY{0, 0, 1, -1, 1, -1, -1, 1, 0, 0};
 constexpr unsigned kStraightHops = 4;
 
-/// Steps that may be taken, as bits, by the nine cells around and at a place: bit 3 (dy + 1) + dx +
-/// 1 is set where a cell is passable.
-constexpr std::array<std::uint8_t, 512> steps_by_neighbourhood() {
-    std::array<std::uint8_t, 512> table{};
+using StepsByNeighbourhood = std::array<std::uint8_t, 512>;
+
+/// Steps on from a place, as bits, that may lead to a best way: by the hop back to where it was
+/// reached from (kArrived: from nowhere), and by the nine cells around and at it (bit 3 (dy + 1) +
+/// dx + 1 is set where a cell is passable). What the place behind reaches for less by itself is
+/// left out: all beside and behind but what an obstacle hides from it.
+constexpr std::array<StepsByNeighbourhood, 9> steps_by_hop() {
+    std::array<StepsByNeighbourhood, 9> table{};
     for (unsigned n = 0; n < 512; ++n) {
         const auto passable = [n](int dx, int dy) {
             return (n >> static_cast<unsigned>(3 * (dy + 1) + dx + 1) & 1U) != 0;
         };
-        for (unsigned h = 0; h < 8; ++h) {
-            const int dx = kHopX[h];
-            const int dy = kHopY[h];
-            if (passable(dx, dy) && passable(dx, 0) && passable(0, dy)) {
-                table[n] |= static_cast<std::uint8_t>(1U << h);
+        for (unsigned back = 0; back < 9; ++back) {
+            const int bx = kHopX[back];
+            const int by = kHopY[back];
+            for (unsigned h = 0; h < 8; ++h) {
+                const int dx = kHopX[h];
+                const int dy = kHopY[h];
+                const int ahead = -(dx * bx + dy * by);  // of where it came from, if above 0
+                const bool straight = bx == 0 || by == 0;
+                const bool hidden = straight && ahead == 0 && !passable(dx + bx, dy + by);
+                if (passable(dx, dy) && passable(dx, 0) && passable(0, dy) &&
+                    (back == kArrived || ahead > 0 || hidden)) {
+                    table[back][n] |= static_cast<std::uint8_t>(1U << h);
+                }
             }
         }
     }
     return table;
 }
 
-constexpr std::array<std::uint8_t, 512> kSteps = steps_by_neighbourhood();
+constexpr std::array<StepsByNeighbourhood, 9> kSteps = steps_by_hop();
 
 /// The bits of three places from `first` on.
 std::uint32_t three_bits(const std::uint64_t* words, Place first) {
@@ -126,7 +138,7 @@ void GoalField::spread(const GridMap& map, const Reached& from) {
                                  three_bits(words, from.place + map.stride() - 1) << 6U;
     const std::array<std::int32_t, 8> offsets{
         1, -1, stride, -stride, stride + 1, -stride - 1, 1 - stride, stride - 1};
-    for (std::uint32_t steps = kSteps[around]; steps != 0; steps &= steps - 1) {
+    for (std::uint32_t steps = kSteps[hop_[from.place]][around]; steps != 0; steps &= steps - 1) {
         const auto h = static_cast<unsigned>(std::countr_zero(steps));
         const auto to = static_cast<Place>(static_cast<std::int32_t>(from.place) + offsets[h]);
         const Cost cost = from.cost + (h < kStraightHops ? kStraight : kDiagonal);

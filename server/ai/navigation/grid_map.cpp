@@ -3,6 +3,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace zoned::ai::navigation {
 
@@ -46,9 +47,9 @@ void GridMap::set_passable(Cell c, bool passable) {
 }
 
 std::uint32_t Components::root(std::uint32_t run) {
-    while (parent_[run] != run) {
-        parent_[run] = parent_[parent_[run]];
-        run = parent_[run];
+    while (runs_[run].parent != run) {
+        runs_[run].parent = runs_[runs_[run].parent].parent;
+        run = runs_[run].parent;
     }
     return run;
 }
@@ -56,40 +57,54 @@ std::uint32_t Components::root(std::uint32_t run) {
 void Components::join(std::uint32_t a, std::uint32_t b) {
     a = root(a);
     b = root(b);
-    if (a != b) {
-        parent_[std::max(a, b)] = std::min(a, b);
+    runs_[std::max(a, b)].parent = std::min(a, b);
+}
+
+void Components::find_runs(const GridMap& map, int y) {
+    const std::span<const std::uint64_t> bits = map.row_bits();
+    // The first place at or behind p that is passable, or is not. Behind a row one is blocked.
+    const auto seek = [&bits](Place p, Place end, bool passable) {
+        while (p < end) {
+            const std::uint64_t word = passable ? bits[p >> 6U] : ~bits[p >> 6U];
+            const std::uint64_t rest = word >> (p & 63U);
+            if (rest != 0) {
+                return std::min(end, p + static_cast<Place>(std::countr_zero(rest)));
+            }
+            p = (p | 63U) + 1;
+        }
+        return end;
+    };
+    Place p = map.place({0, static_cast<std::uint16_t>(y)});
+    const Place end = p + static_cast<Place>(map.width());
+    for (p = seek(p, end, true); p < end; p = seek(p, end, true)) {
+        const Place after = seek(p, end, false);
+        runs_.push_back({p, after, static_cast<std::uint32_t>(runs_.size())});
+        p = after;
     }
 }
 
 void Components::label(const GridMap& map) {
-    label_.assign(map.places(), 0);
-    parent_.assign(1, 0);
-    const std::uint32_t stride = map.stride();
+    runs_.clear();
+    std::uint32_t above = 0;
     for (int y = 0; y < map.height(); ++y) {
-        const Place first = map.place({0, static_cast<std::uint16_t>(y)});
-        std::uint32_t run = 0;
-        for (Place p = first; p < first + static_cast<std::uint32_t>(map.width()); ++p) {
-            if (!map.passable(p)) {
-                run = 0;
-                continue;
+        const auto first = static_cast<std::uint32_t>(runs_.size());
+        find_runs(map, y);
+        for (std::uint32_t i = first; i < runs_.size(); ++i) {
+            const Place begin = runs_[i].begin - map.stride();
+            const Place end = runs_[i].end - map.stride();
+            while (above < first && runs_[above].end <= begin) {
+                ++above;
             }
-            const std::uint32_t above = label_[p - stride];
-            if (run == 0) {
-                run = above != 0 ? above : static_cast<std::uint32_t>(parent_.size());
-                if (above == 0) {
-                    parent_.push_back(run);
-                }
-            } else if (above != 0 && above != run) {
-                join(above, run);
+            for (std::uint32_t j = above; j < first && runs_[j].begin < end; ++j) {
+                join(j, i);
             }
-            label_[p] = run;
         }
+        above = first;
     }
-    for (std::uint32_t i = 1; i < parent_.size(); ++i) {
-        parent_[i] = parent_[parent_[i]];  // roots have the smallest numbers: they are final
-    }
-    for (std::uint32_t& l : label_) {
-        l = parent_[l];
+    label_.assign(map.places(), 0);
+    for (Run& run : runs_) {
+        run.parent = runs_[run.parent].parent;  // roots come first: they are final
+        std::fill(label_.begin() + run.begin, label_.begin() + run.end, run.parent + 1);
     }
 }
 

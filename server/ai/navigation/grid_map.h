@@ -93,18 +93,26 @@ class Components {
   public:
     /// Takes the map as it is, in time linear in its places (runs of passable cells, joined from
     /// row to row; Rosenfeld and Pfaltz, "Sequential operations in digital picture processing",
-    /// 1966). Allocates nothing where the map is no larger than the last one.
+    /// 1966).
     void label(const GridMap& map);
 
     /// 0 for a blocked place, else a number that places share exactly where one reaches the other.
     [[nodiscard]] std::uint32_t of(Place p) const { return label_[p]; }
 
   private:
+    /// Passable cells of a row, `end` behind them.
+    struct Run {
+        Place begin;
+        Place end;
+        std::uint32_t parent;  ///< a run joined with this one, no later; itself at a root
+    };
+
     std::uint32_t root(std::uint32_t run);
     void join(std::uint32_t a, std::uint32_t b);
+    void find_runs(const GridMap& map, int y);
 
-    std::vector<std::uint32_t> label_;   // by place
-    std::vector<std::uint32_t> parent_;  // by run
+    std::vector<std::uint32_t> label_;  // by place
+    std::vector<Run> runs_;
 };
 
 }  // namespace zoned::ai::navigation

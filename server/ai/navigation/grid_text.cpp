@@ -29,7 +29,7 @@ class LineReader {
     /// False, for use in a return.
     bool fail(const std::string& what) {
         if (error_.empty()) {
-            error_ = "line " + std::to_string(line_) + ": " + what;
+            error_ = "line " + std::to_string(std::max(line_, 1)) + ": " + what;
         }
         return false;
     }

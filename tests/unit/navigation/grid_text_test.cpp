@@ -31,7 +31,7 @@ struct Malformed {
 
 TEST(GridText, RefusesMalformedMapsWithLineAndReason) {
     const Malformed cases[] = {
-        {"", "line 0", "'type'"},
+        {"", "line 1", "'type'"},
         {"type tile\n", "line 1", "'octile'"},
         {"type octile\nwidth 3\n", "line 2", "'height'"},
         {"type octile\nheight three\n", "line 2", "'three'"},
