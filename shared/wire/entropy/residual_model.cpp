@@ -45,29 +45,6 @@ double power(double theta, std::uint32_t n) {
 
 }  // namespace
 
-int scale_class(float expected) {
-    if (!(expected > 0.0F)) {
-        return expected <= 0.0F ? 0 : kScaleClasses - 1;
-    }
-    // The exponent and the first bit behind it of 1 + expected.
-    const auto bits = std::bit_cast<std::uint32_t>(1.0F + expected);
-    const int scale = static_cast<int>(bits >> 22) - (127 << 1);
-    return std::min(scale, kScaleClasses - 1);
-}
-
-Magnitude magnitude_of(std::uint32_t value) {
-    if (value < 4) {
-        return {static_cast<int>(value), 0, 0};
-    }
-    if (value >= kEscapeFrom) {
-        return {kEscapeSymbol, 0, value - kEscapeFrom};
-    }
-    const int octave = std::bit_width(value) - 1;
-    const int open_bits = octave - 1;
-    const int half = static_cast<int>(value >> open_bits) & 1;
-    return {4 + 2 * (octave - 2) + half, open_bits, value & ((1u << open_bits) - 1)};
-}
-
 ResidualModel::ResidualModel() {
     for (int scale = 0; scale < kScaleClasses; ++scale) {
         const double mean = expectation_of(scale);

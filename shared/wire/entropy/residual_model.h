@@ -4,7 +4,9 @@
 
 #include "shared/wire/entropy/symbol_model.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 
 namespace zoned::wire::entropy {
@@ -15,7 +17,15 @@ inline constexpr int kScaleClasses = 28;
 
 /// The class of an expected magnitude in steps; negative ones count as 0, not a number as the
 /// largest. Exact: the same bits give the same class everywhere.
-int scale_class(float expected);
+inline int scale_class(float expected) {
+    if (!(expected > 0.0F)) {
+        return expected <= 0.0F ? 0 : kScaleClasses - 1;
+    }
+    // The exponent and the first bit behind it of 1 + expected.
+    const auto bits = std::bit_cast<std::uint32_t>(1.0F + expected);
+    const int scale = static_cast<int>(bits >> 22) - (127 << 1);
+    return std::min(scale, kScaleClasses - 1);
+}
 
 /// The largest magnitude that a residual may have.
 inline constexpr std::int32_t kMaxResidual = (1 << 24) - 1;
@@ -31,7 +41,18 @@ struct Magnitude {
 inline constexpr int kEscapeSymbol = 15;
 inline constexpr std::uint32_t kEscapeFrom = 192;
 
-Magnitude magnitude_of(std::uint32_t value);
+inline Magnitude magnitude_of(std::uint32_t value) {
+    if (value < 4) {
+        return {static_cast<int>(value), 0, 0};
+    }
+    if (value >= kEscapeFrom) {
+        return {kEscapeSymbol, 0, value - kEscapeFrom};
+    }
+    const int octave = std::bit_width(value) - 1;
+    const int open_bits = octave - 1;
+    const int half = static_cast<int>(value >> open_bits) & 1;
+    return {4 + 2 * (octave - 2) + half, open_bits, value & ((1u << open_bits) - 1)};
+}
 
 /// About the middle of a symbol's magnitudes.
 float typical_magnitude(int symbol);
