@@ -166,46 +166,22 @@ void Matcher::align(std::span<const world::Viewer> viewers, world::Visibility& o
             return item.viewer.client;
         }
     };
-    const auto keep = [&](auto& items, auto& spare, auto&& fresh) {
-        const bool aligned = std::equal(items.begin(),
-                                        items.end(),
-                                        viewers.begin(),
-                                        viewers.end(),
-                                        [&](const auto& item, const world::Viewer& viewer) {
-                                            return client_of(item) == viewer.client;
-                                        });
-        if (aligned) {
-            return;
-        }
-        spare.clear();
-        spare.reserve(viewers.size());
-        auto old = items.begin();
-        for (const world::Viewer& viewer : viewers) {
-            while (old != items.end() && client_of(*old) < viewer.client) {
-                ++old;
-            }
-            if (old != items.end() && client_of(*old) == viewer.client) {
-                spare.push_back(std::move(*old++));
-            } else {
-                fresh(viewer);
-            }
-        }
-        items.swap(spare);
-        spare.clear();
-        viewers_changed_ = true;
-    };
     ZONED_ASSERT(std::is_sorted(viewers.begin(),
                                 viewers.end(),
                                 [](const world::Viewer& a, const world::Viewer& b) {
                                     return a.client < b.client;
                                 }),
                  "viewers ascend by client id");
-    keep(out, spare_, [&](const world::Viewer& viewer) {
-        spare_.emplace_back().client = viewer.client;
+    const bool sets = world::align(out, spare_, viewers, client_of, [](const auto& viewer) {
+        world::VisibleSet set;
+        set.client = viewer.client;
+        return set;
     });
-    keep(seats_, spare_seats_, [&](const world::Viewer& viewer) {
-        spare_seats_.push_back({viewer, world::kNoRow, 0});
-    });
+    const bool seats =
+        world::align(seats_, spare_seats_, viewers, client_of, [](const auto& viewer) {
+            return Seat{viewer, world::kNoRow, 0};
+        });
+    viewers_changed_ = viewers_changed_ || sets || seats;
 }
 
 /// Who has to be matched with everything: those that are new here, and whose set is another one.
