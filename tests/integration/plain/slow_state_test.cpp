@@ -47,9 +47,9 @@ class Weathered {
         return told;
     }
 
-    static mailbox::Join player() {
+    static mailbox::Join player(std::uint32_t client = 1) {
         mailbox::Join join;
-        join.client = ClientId(1);
+        join.client = ClientId(client);
         join.name = "player";
         return join;
     }
@@ -59,14 +59,17 @@ class Weathered {
 };
 
 TEST(SlowState, ShowsTheSameInAllZonesAndToTheRules) {
-    Weathered w(with_weather());
+    // Somebody in either zone: rules of empty ones need not run.
+    ops::Settings settings = with_weather();
+    settings.spawn_points = {Vec3d(-20.0, 0.9, 0.0), Vec3d(20.0, 0.9, 0.0)};
+    Weathered w(settings);
     std::map<Tick, std::vector<double>> seen;
     plain_log()->each_tick = [&](zone::RulesContext& context) {
         seen[context.now()].push_back(*context.slow_value("time_of_day"));
         seen[context.now()].push_back(*context.slow_value("rain"));
         EXPECT_EQ(context.slow_value("moon"), std::nullopt);
     };
-    w.tick({Weathered::player()});
+    w.tick({Weathered::player(1), Weathered::player(2)});
     for (int i = 0; i < 300; ++i) {
         w.tick();
     }
