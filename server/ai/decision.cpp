@@ -163,8 +163,7 @@ bool decide(Mind& mind,
     mind.far = sight.player_far;
     mind.fresh = true;
     const Known known(senses.data(), machine.senses);
-    const std::optional<fsm::Change> change =
-        fsm::step_one(machine.table, mind.fsm, known, now);
+    const std::optional<fsm::Change> change = fsm::step_one(machine.table, mind.fsm, known, now);
     if (change) {
         gain(mind, machine, machine.table.transitions[change->transition].level);
     }

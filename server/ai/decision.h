@@ -14,8 +14,8 @@ using Senses = std::array<float, fsm::kMaxSenses>;
 /// Variables as they are at `now`: they have grown at the rates of the mind's state.
 void grow(Mind& mind, const CompiledMachine& machine, Tick now);
 
-/// Fills in what `machine` reads: its own senses, the variables as of variables_at, then the outputs of its fuzzy systems. `random`
-/// in [0, 1); `position` zone-local, m.
+/// Fills in what `machine` reads: its own senses, the variables as of variables_at, then the
+/// outputs of its fuzzy systems. `random` in [0, 1); `position` zone-local, m.
 void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,

@@ -150,9 +150,8 @@ CompiledMachine compile(const Machine& machine, float dt) {
     out.variables = machine.variables;
     out.senses += out.variables.size();
     for (const FuzzySense& fuzzy : machine.fuzzy) {
-        out.fuzzy.push_back({fuzzy::FuzzySystem(fuzzy.def),
-                             fuzzy.inputs,
-                             static_cast<SenseIndex>(out.senses)});
+        out.fuzzy.push_back(
+            {fuzzy::FuzzySystem(fuzzy.def), fuzzy.inputs, static_cast<SenseIndex>(out.senses)});
         out.senses += fuzzy.def.outputs.size();
     }
     out.table = fsm::compile(definition_of(machine), out.senses, dt);

@@ -9,9 +9,9 @@ namespace zoned::ops {
 
 namespace {
 
-using proto::Config;
 using ai::fuzzy::DefectKind;
 using ai::fuzzy::Part;
+using proto::Config;
 
 constexpr std::uint16_t kUnnamed = 0xFFFF;
 
@@ -75,8 +75,7 @@ class FuzzyNames {
             const std::string here = join_path(path_, "input", i);
             unique(fuzzy_.input(i).term(), here, "term");
             corners(fuzzy_.input(i).term(), here);
-            if (!fuzzy_.input(i).has_sense() &&
-                fuzzy_.input(i).sensor() == Config::TIME_IN_STATE) {
+            if (!fuzzy_.input(i).has_sense() && fuzzy_.input(i).sensor() == Config::TIME_IN_STATE) {
                 diagnostics_.add(here + ".sensor",
                                  "the time in a state is known to transitions alone");
             }
@@ -153,8 +152,7 @@ class FuzzyNames {
         }
         const ai::fuzzy::Rule expanded = expand_rule(fuzzy_, rule);
         if (expanded.output >= fuzzy_.output_size()) {
-            diagnostics_.add(here + ".output",
-                             "there is no output named '" + rule.output() + "'");
+            diagnostics_.add(here + ".output", "there is no output named '" + rule.output() + "'");
         } else if (expanded.then == kUnnamed) {
             diagnostics_.add(here + ".then",
                              "output '" + fuzzy_.output(expanded.output).name() +

@@ -69,6 +69,12 @@ class RecordTwins {
     record::RecordDecoder accepted_;
 };
 
+/// On by one or two, or back by up to seven.
+entropy::PacketNumber next_number(entropy::PacketNumber newest, std::uint8_t what) {
+    return what % 4 < 2 ? newest + 1 + what % 4
+                        : newest - std::min<entropy::PacketNumber>(newest, what / 32);
+}
+
 /// Packets as they come: two bits say how the number goes on, the rest of the action's byte which
 /// zone; nothing of it need be what any encoder wrote.
 std::size_t try_record_packets(Input input, bool coarse) {
@@ -80,9 +86,7 @@ std::size_t try_record_packets(Input input, bool coarse) {
     std::uint8_t what = 0;
     Input bytes;
     for (int n = 0; n < kMostPackets && actions.next(what, bytes); ++n) {
-        const entropy::PacketNumber number =
-            what % 4 < 2 ? newest + 1 + what % 4
-                         : newest - std::min<entropy::PacketNumber>(newest, what / 32);
+        const entropy::PacketNumber number = next_number(newest, what);
         newest = std::max(newest, number);
         const ZoneId zone(static_cast<std::uint16_t>(1 + (what / 4) % 2));
         accepted += number != 0 && twins.decode(number, zone, bytes) != nullptr ? 1 : 0;
@@ -176,9 +180,7 @@ std::size_t try_snapshots(Input input) {
     std::uint8_t what = 0;
     Input bytes;
     for (int n = 0; n < kMostPackets && actions.next(what, bytes); ++n) {
-        const snapshot::FrameNumber number =
-            what % 4 < 2 ? newest + 1 + what % 4
-                         : newest - std::min<snapshot::FrameNumber>(newest, what / 32);
+        const snapshot::FrameNumber number = next_number(newest, what);
         newest = std::max(newest, number);
         if (number == 0) {
             continue;

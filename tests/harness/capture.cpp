@@ -1,5 +1,6 @@
 #include "tests/harness/capture.h"
 
+#include "tests/harness/transport_tap.h"
 #include "shared/wire/publication.h"
 
 #include <algorithm>
@@ -101,51 +102,24 @@ void read_frame(Capture& c, const link::Bytes& frame) {
     }
 }
 
-class CaptureTransport final : public link::Transport {
+class CaptureTransport final : public TransportTap {
   public:
     CaptureTransport(std::unique_ptr<link::Transport> inner, std::shared_ptr<Capture> capture)
-        : inner_(std::move(inner)),
+        : TransportTap(std::move(inner)),
           capture_(std::move(capture)) {}
 
-    void set_events(link::TransportEvents events) override {
-        events_ = std::move(events);
-        link::TransportEvents heard;
-        heard.opened = [this](const wire::SealKey& down, const wire::SealKey& up) {
-            capture_->channel.rekey(down, up);
-            events_.opened(down, up);
-        };
-        heard.frame = [this](link::Bytes frame) {
-            read_frame(*capture_, frame);
-            events_.frame(std::move(frame));
-        };
-        heard.datagram = [this](link::Bytes datagram) {
-            read_datagram(*capture_, datagram.data(), datagram.size());
-            events_.datagram(std::move(datagram));
-        };
-        heard.closed = [this](std::string reason) {
-            events_.closed(std::move(reason));
-        };
-        inner_->set_events(std::move(heard));
-    }
-
-    void open() override { inner_->open(); }
-
-    void send_frame(link::Bytes frame) override { inner_->send_frame(std::move(frame)); }
-
-    void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) override {
-        inner_->set_udp(udp_port, connection_id);
-    }
-
-    void send_datagram(link::Bytes datagram) override {
-        inner_->send_datagram(std::move(datagram));
-    }
-
-    void close() override { inner_->close(); }
-
   private:
-    std::unique_ptr<link::Transport> inner_;
+    void on_opened(const wire::SealKey& down, const wire::SealKey& up) override {
+        capture_->channel.rekey(down, up);
+    }
+
+    void on_frame(link::Bytes& frame) override { read_frame(*capture_, frame); }
+
+    void on_datagram(link::Bytes& datagram) override {
+        read_datagram(*capture_, datagram.data(), datagram.size());
+    }
+
     std::shared_ptr<Capture> capture_;
-    link::TransportEvents events_;
 };
 
 }  // namespace

@@ -13,10 +13,11 @@ enum VillagerSense : ai::SenseIndex {
     kVillagerSenses,
 };
 
-/// day { work { fetch, carry, sell }, eat, sleep }, danger { flee, fight { close_in, strike } }:
+/// day { labour { fetch, carry, sell }, eat, sleep }, danger { flee, fight { close_in, strike } }:
 /// two transitions for each state.
-inline ai::fsm::MachineDef villager_def(ai::fsm::History work_history = ai::fsm::History::kShallow,
-                                        ai::fsm::History day_history = ai::fsm::History::kDeep) {
+inline ai::fsm::MachineDef villager_def(
+    ai::fsm::History labour_history = ai::fsm::History::kShallow,
+    ai::fsm::History day_history = ai::fsm::History::kDeep) {
     using ai::Compare;
     using ai::fsm::StateDef;
     using ai::fsm::TransitionDef;
@@ -31,11 +32,11 @@ inline ai::fsm::MachineDef villager_def(ai::fsm::History work_history = ai::fsm:
         "carry", 1, {when(0, kLoad, below, 0.3F), when(2, ai::kStateTime, above, 20.0F)}, {}, {}};
     const StateDef sell{
         "sell", 2, {when(0, kLoad, below, 0.1F), when(1, ai::kStateTime, above, 30.0F)}, {}, {}};
-    const StateDef work{"work",
-                        0,
-                        {when(1, kHunger, above, 0.7F), when(2, ai::kStateTime, above, 200.0F)},
-                        {fetch, carry, sell},
-                        work_history};
+    const StateDef labour{"labour",
+                          0,
+                          {when(1, kHunger, above, 0.7F), when(2, ai::kStateTime, above, 200.0F)},
+                          {fetch, carry, sell},
+                          labour_history};
     const StateDef eat{
         "eat", 3, {when(0, kHunger, below, 0.2F), when(2, ai::kStateTime, above, 50.0F)}, {}, {}};
     const StateDef sleep{"sleep",
@@ -46,7 +47,7 @@ inline ai::fsm::MachineDef villager_def(ai::fsm::History work_history = ai::fsm:
     const StateDef day{"day",
                        0,
                        {when(1, kAlarm, above, 0.5F), when(1, kFoe, below, 2.0F)},
-                       {work, eat, sleep},
+                       {labour, eat, sleep},
                        day_history};
     const StateDef flee{
         "flee", 5, {when(1, kFoe, below, 5.0F), when(1, ai::kStateTime, above, 300.0F)}, {}, {}};

@@ -57,7 +57,7 @@ class WalkedMachine {
         held_ = held;
     }
 
-    /// "day/work/fetch"
+    /// "day/labour/fetch"
     [[nodiscard]] std::string name() const {
         std::string name;
         const States* level = &def_.states;

@@ -40,9 +40,7 @@ class RangeEncoder {
         : out_(out),
           begin_(out.size()),
           raw_bytes_(raw_bytes) {
-        if (&raw_bytes_ != &own_raw_bytes_) {
-            raw_bytes_.clear();
-        }
+        raw_bytes_.clear();
     }
 
     RangeEncoder(const RangeEncoder&) = delete;

@@ -1,6 +1,7 @@
 // Kills and trades on bad networks: every client concerned ends with the same decision, once.
 #include "server/rules/sandbox.h"
 #include "tests/harness/game_test.h"
+#include "tests/integration/sandbox/shooters_world.h"
 #include "proto/sandbox.pb.h"
 
 namespace zoned::harness {
@@ -8,28 +9,18 @@ namespace {
 
 constexpr const char* kArena = R"(
 world { name: "arena" seed: 7 min_x_m: -30 min_z_m: -30 max_x_m: 30 max_z_m: 30 }
-zones { zone_grid { columns: 1 rows: 1 } }
-type {
-  name: "player" kind: CHARACTER rewindable: true
-  capsule { radius_m: 0.4 length_m: 1 }
-  mass_kg: 80
-  aura_m { normal: 100 } nimbus_m { normal: 100 }
-  character { }
-}
 type { name: "ball" sphere { radius_m: 0.2 } mass_kg: 1 aura_m { normal: 100 } }
 entity { type: "ball" x_m: 0 y_m: 0.2 z_m: 1 asleep: true }
 entity { type: "ball" x_m: 2 y_m: 0.2 z_m: 1 asleep: true }
 spawn { x_m: 0 z_m: 0 } spawn { x_m: 2 z_m: 0 }
 lod { position_bound_m: 0.05 orientation_bound_rad: 0.1 }
-session { dev_mode_loopback: true dev_rights: [PLAY, AUDIT, FREEZE] }
-audit { enabled: true period_ticks: 15 }
 rules { name: "respawn_s" value: "1" }
 )";
 
 class Agreed : public GameTest {
   protected:
     Agreed() {
-        server.config = kArena;
+        server.config = std::string(kShootersWorld) + kArena;
         server.config_is_text = true;
         server.network.delay_s = 0.05;
         server.network.jitter_s = 0.02;

@@ -1,5 +1,6 @@
 // Packets of coded records that a client can't decode: lost to both sides, and nothing more.
 #include "tests/harness/game_test.h"
+#include "tests/harness/transport_tap.h"
 #include "shared/wire/packet.h"
 #include "shared/wire/seal.h"
 
@@ -17,46 +18,18 @@ struct Spoiling {
 
 /// Opens each datagram down under its own key and cuts the code of chosen packets to a byte, which
 /// is too short for any head: authentic, fresh, and not to be decoded.
-class SpoilingTransport final : public link::Transport {
+class SpoilingTransport final : public TransportTap {
   public:
     SpoilingTransport(std::unique_ptr<link::Transport> inner, std::shared_ptr<Spoiling> spoiling)
-        : inner_(std::move(inner)),
+        : TransportTap(std::move(inner)),
           spoiling_(std::move(spoiling)) {}
 
-    void set_events(link::TransportEvents events) override {
-        events_ = std::move(events);
-        link::TransportEvents heard = events_;
-        heard.opened = [this](const wire::SealKey& down, const wire::SealKey& up) {
-            seal_.emplace(down);
-            if (events_.opened) {
-                events_.opened(down, up);
-            }
-        };
-        heard.datagram = [this](link::Bytes datagram) {
-            spoil(datagram);
-            if (events_.datagram) {
-                events_.datagram(std::move(datagram));
-            }
-        };
-        inner_->set_events(std::move(heard));
-    }
-
-    void open() override { inner_->open(); }
-
-    void send_frame(link::Bytes frame) override { inner_->send_frame(std::move(frame)); }
-
-    void set_udp(std::uint16_t udp_port, std::uint32_t connection_id) override {
-        inner_->set_udp(udp_port, connection_id);
-    }
-
-    void send_datagram(link::Bytes datagram) override {
-        inner_->send_datagram(std::move(datagram));
-    }
-
-    void close() override { inner_->close(); }
-
   private:
-    void spoil(link::Bytes& datagram) {
+    void on_opened(const wire::SealKey& down, const wire::SealKey& /*up*/) override {
+        seal_.emplace(down);
+    }
+
+    void on_datagram(link::Bytes& datagram) override {
         const auto header = wire::read_datagram_header(datagram);
         if (!header || !seal_) {
             return;
@@ -82,9 +55,7 @@ class SpoilingTransport final : public link::Transport {
         ++spoiling_->packets;
     }
 
-    std::unique_ptr<link::Transport> inner_;
     std::shared_ptr<Spoiling> spoiling_;
-    link::TransportEvents events_;
     std::optional<wire::Seal> seal_;
     std::uint64_t newest_ = 0;
 };

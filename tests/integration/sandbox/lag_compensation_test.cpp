@@ -2,6 +2,7 @@
 #include "client-sim/view/aim.h"
 #include "tests/harness/capture.h"
 #include "tests/harness/game_test.h"
+#include "tests/integration/sandbox/shooters_world.h"
 #include "proto/sandbox.pb.h"
 
 #include <cmath>
@@ -16,19 +17,9 @@ namespace {
 /// A flat world of 60 x 60 m without anything in the way, in which nobody dies.
 constexpr const char* kField = R"(
 world { name: "field" seed: 7 min_x_m: -30 min_z_m: -30 max_x_m: 30 max_z_m: 30 }
-zones { zone_grid { columns: 1 rows: 1 } }
-type {
-  name: "player" kind: CHARACTER rewindable: true
-  capsule { radius_m: 0.4 length_m: 1 }
-  mass_kg: 80
-  aura_m { normal: 100 } nimbus_m { normal: 100 }
-  character { }
-}
 spawn { x_m: -9 z_m: -9 } spawn { x_m: 9 z_m: -9 } spawn { x_m: -9 z_m: 9 } spawn { x_m: 9 z_m: 9 }
 lod { radius_m: 30 position_bound_m: 0.05 orientation_bound_rad: 0.1 }
 lod { position_bound_m: 0.5 orientation_bound_rad: 0.3 }
-session { dev_mode_loopback: true dev_rights: [PLAY, AUDIT, FREEZE] }
-audit { enabled: true period_ticks: 15 }
 rules { name: "health" value: "10000" }
 rules { name: "damage" value: "1" }
 rules { name: "shot_cooldown_s" value: "0.05" }
@@ -48,7 +39,7 @@ struct Tally {
 class Range : public GameTest {
   protected:
     Range() {
-        server.config = kField;
+        server.config = std::string(kShootersWorld) + kField;
         server.config_is_text = true;
         bots.bots = 10;
         bots.seconds = seconds();

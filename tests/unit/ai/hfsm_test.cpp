@@ -14,8 +14,8 @@ using scenario::villager_def;
 /// One villager; each tick is a second. Senses: alarm, foe distance, hunger, load.
 class Villager {
   public:
-    explicit Villager(History work = History::kNone, History day = History::kNone)
-        : machine(compile(villager_def(work, day), scenario::kVillagerSenses, 1.0F)),
+    explicit Villager(History labour = History::kNone, History day = History::kNone)
+        : machine(compile(villager_def(labour, day), scenario::kVillagerSenses, 1.0F)),
           states(begin(machine, 1, 0)),
           sensed(scenario::kVillagerSenses, 1) {}
 
@@ -39,26 +39,26 @@ class Villager {
 TEST(HierarchicalFsm, BeginsAtTheFirstOfTheFirst) {
     Villager villager;
     EXPECT_EQ(villager.machine.levels, 3U);
-    EXPECT_EQ(villager.tick(0, 50, 0, 0), "day/work/fetch");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0), "day/labour/fetch");
 }
 
 TEST(HierarchicalFsm, FollowsATraceComputedByHand) {
     Villager villager;
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/work/fetch");
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/work/carry");
-    EXPECT_EQ(villager.tick(0, 50, 0.8F, 0.9F), "day/eat");         // out of work
-    EXPECT_EQ(villager.tick(0, 50, 0.1F, 0.9F), "day/work/fetch");  // no memory: from the first
-    EXPECT_EQ(villager.tick(1, 50, 0.1F, 0.9F), "danger/flee");     // out of day
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/labour/fetch");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/labour/carry");
+    EXPECT_EQ(villager.tick(0, 50, 0.8F, 0.9F), "day/eat");           // out of labour
+    EXPECT_EQ(villager.tick(0, 50, 0.1F, 0.9F), "day/labour/fetch");  // no memory: from the first
+    EXPECT_EQ(villager.tick(1, 50, 0.1F, 0.9F), "danger/flee");       // out of day
     EXPECT_EQ(villager.tick(1, 4, 0.1F, 0.9F), "danger/fight/close_in");
     EXPECT_EQ(villager.tick(1, 1, 0.1F, 0.9F), "danger/fight/strike");
     EXPECT_EQ(villager.tick(1, 9, 0.1F, 0.9F), "danger/flee");
-    EXPECT_EQ(villager.tick(0, 9, 0.1F, 0.9F), "day/work/fetch");
+    EXPECT_EQ(villager.tick(0, 9, 0.1F, 0.9F), "day/labour/fetch");
 }
 
 TEST(HierarchicalFsm, HearsTheOutermostStateFirst) {
     Villager villager;
     villager.tick(0, 50, 0, 0);
-    // Hungry, loaded and alarmed in one tick: work would go on to carry, day to eat.
+    // Hungry, loaded and alarmed in one tick: labour would go on to carry, day to eat.
     EXPECT_EQ(villager.tick(1, 50, 0.9F, 0.9F), "danger/flee");
 }
 
@@ -72,25 +72,25 @@ TEST(HierarchicalFsm, ComesBackToTheLastStateWithShallowHistory) {
 
 TEST(HierarchicalFsm, BeginsAnewBelowAShallowHistory) {
     Villager villager(History::kNone, History::kShallow);
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/work/carry");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/labour/carry");
     villager.tick(1, 50, 0, 0.9F);
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/work/fetch");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/labour/fetch");
 }
 
 TEST(HierarchicalFsm, ComesBackAllTheWayDownWithDeepHistory) {
     Villager villager(History::kNone, History::kDeep);
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/work/carry");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/labour/carry");
     villager.tick(1, 50, 0, 0.9F);
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/work/carry");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/labour/carry");
 }
 
 TEST(HierarchicalFsm, RemembersInsideOfWhatItEntersAnew) {
-    // Work remembers, day does not: out of day and back, day begins with work, and work where it
-    // was.
+    // Labour remembers, day does not: out of day and back, day begins with labour, and labour where
+    // it was.
     Villager villager(History::kShallow, History::kNone);
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/work/carry");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.9F), "day/labour/carry");
     villager.tick(1, 50, 0, 0.9F);
-    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/work/carry");
+    EXPECT_EQ(villager.tick(0, 50, 0, 0.5F), "day/labour/carry");
 }
 
 TEST(HierarchicalFsm, KeepsTheTimeOfEachLevel) {
@@ -148,9 +148,9 @@ TEST(HierarchicalFsm, DropsAnInnerHoldWithItsState) {
 
 TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
     constexpr std::size_t kCount = 300;
-    for (const History work : {History::kNone, History::kShallow, History::kDeep}) {
+    for (const History labour : {History::kNone, History::kShallow, History::kDeep}) {
         for (const History day : {History::kNone, History::kShallow, History::kDeep}) {
-            const MachineDef def = villager_def(work, day);
+            const MachineDef def = villager_def(labour, day);
             const FlatMachine machine = compile(def, scenario::kVillagerSenses, 1.0F);
             MachineStates states = begin(machine, kCount, 0);
             std::vector<scenario::WalkedMachine> walked(kCount, scenario::WalkedMachine(def, 1.0F));

@@ -252,15 +252,11 @@ TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
     Eater eater;
     eater.decide(10);
     eater.sight.distance = 42.0F;
-    const std::string text = why(eater.mind,
-                                 eater.written,
-                                 eater.machine,
-                                 eater.sight,
-                                 Vec3(3.0F, 0.0F, 4.0F),
-                                 20,
-                                 1.0F);
-    EXPECT_THAT(text, HasSubstr("machine eater, in state:\n  at_home for 20.00 s\n"
-                                "  at_home/rest for 20.00 s\n"));
+    const std::string text = why(
+        eater.mind, eater.written, eater.machine, eater.sight, Vec3(3.0F, 0.0F, 4.0F), 20, 1.0F);
+    EXPECT_THAT(text,
+                HasSubstr("machine eater, in state:\n  at_home for 20.00 s\n"
+                          "  at_home/rest for 20.00 s\n"));
     EXPECT_THAT(text, HasSubstr("  player distance 42\n  home distance 5\n"));
     EXPECT_THAT(text, HasSubstr("  hunger 0.35\n  bread 3\n"));
     EXPECT_THAT(text, HasSubstr("  at_home -> out: player distance 42 below 5: no\n"));
@@ -277,7 +273,8 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     fuzzy::FuzzyDef& def = machine.fuzzy[0].def;
     const float infinity = std::numeric_limits<float>::infinity();
     def.name = "fear";
-    def.inputs = {{"distance", 0, 10, {{"near", -infinity, 0, 0, 10}, {"far", 0, 10, 10, infinity}}}};
+    def.inputs = {
+        {"distance", 0, 10, {{"near", -infinity, 0, 0, 10}, {"far", 0, 10, 10, infinity}}}};
     fuzzy::Output much;
     much.name = "much";
     much.values = {{"none", 0, {}}, {"all", 1, {}}};
@@ -287,8 +284,7 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     machine.states.resize(2);
     machine.states[0].name = "calm";
     machine.states[1].name = "afraid";
-    machine.states[0].transitions = {
-        {1, Sensor::kRandom, Compare::kAbove, 0.5F, 2.0F, kOwnSenses}};
+    machine.states[0].transitions = {{1, Sensor::kRandom, Compare::kAbove, 0.5F, 2.0F, kOwnSenses}};
     const CompiledMachine compiled = compile(machine, 0.5F);
     Mind mind;
     mind.entity = EntityId(1);
