@@ -211,7 +211,7 @@ Auditor::Context Auditor::about(const Context& context, EntityId entity) const {
                      context.bot->arrivals(),
                      context.tick,
                      static_cast<double>(context.shown_at) * tick_s,
-                     {context.rtt_s, context.bot->client().clock().max_rtt_s()},
+                     context.rtt_s,
                      tick_s);
     own.lost_again = own.age.age_s > context.age.age_s;
     own.grace = std::max(own.grace, grace_ticks(own.age, context.rtt_s, tick_s));

@@ -10,7 +10,7 @@ link::NewsAge age_of(const link::NewsAge& around,
                      const link::ArrivalLog& log,
                      Tick tick,
                      double shown_s,
-                     const RoundTrip& rtt,
+                     double rtt_s,
                      double tick_s) {
     // What came last brought everything before it; what was sent after it and lost is missed.
     Tick missed_since = 0;
@@ -31,10 +31,10 @@ link::NewsAge age_of(const link::NewsAge& around,
     }
     link::NewsAge age = around;
     if (losses > 0) {
+        const double resend_s = rtt_s + tick_s;
         const double gone_by_s = static_cast<double>(tick - missed_since + 1) * tick_s;
-        const double plain_s = around.delay_s + tick_s;
-        const double once_s = std::max(around.age_s, plain_s + rtt.usual_s + tick_s);
-        const double granted_s = plain_s + losses * (rtt.longest_s + tick_s);
+        const double once_s = std::max(around.age_s, around.delay_s + tick_s + resend_s);
+        const double granted_s = around.delay_s + tick_s + losses * resend_s;
         age.loss = true;
         age.age_s = std::max(once_s, std::min(gone_by_s, granted_s));
     } else if (complete) {

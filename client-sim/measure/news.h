@@ -22,18 +22,11 @@ struct TellingOf {
     std::vector<Packet> packets;  ///< ascending: those with news that were not acknowledged
 };
 
-/// Of a client, s.
-struct RoundTrip {
-    double usual_s = 0.0;    ///< smoothed
-    double longest_s = 0.0;  ///< of late
-};
-
 /// D of one entity by the promised bound: a delay and a tick, and one resend (round trip and tick)
 /// where the newest news of this entity was lost, `around` being what holds for all news at that
-/// time. Where the round trip scatters, or it was lost more than once, that may take longer: a
-/// resend for each loss by the longest round trip of late (as the delay is the longest of late),
-/// but then no more than what has really gone by since the first packet that the client missed
-/// left: until then what it held was within its bound.
+/// time. Where it was lost more than once, each further loss adds one resend, but D is then no more
+/// than what has really gone by since the first packet that the client missed left: until then what
+/// it held was within its bound.
 ///
 /// A loss is a fact that both sides know: the server names the packet (it can't name one that came,
 /// as it came; nor one that it never sent, as then no number is missing), and how long it may take
@@ -48,7 +41,7 @@ link::NewsAge age_of(const link::NewsAge& around,
                      const link::ArrivalLog& log,
                      Tick tick,
                      double shown_s,
-                     const RoundTrip& rtt,
+                     double rtt_s,
                      double tick_s);
 
 }  // namespace zoned::measure

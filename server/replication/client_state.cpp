@@ -259,7 +259,7 @@ void ClientState::on_acks(const mailbox::Acks& acks) {
 }
 
 /// A packet is given up when one sent three packets later has arrived, or after
-/// wire::give_up_ticks. It counts as lost only after twice that: what was merely late must
+/// wire::give_up_ticks. It counts as lost only after three times that: what was merely late must
 /// not raise the estimate.
 void ClientState::expire(Tick now, float tick_s) {
     look_for_outage(now, tick_s);
@@ -277,7 +277,7 @@ void ClientState::expire(Tick now, float tick_s) {
                     lose(entry);
                 }
             }
-            if (packet->fate == Fate::kLost && age > 2 * patience) {
+            if (packet->fate == Fate::kLost && age > 3 * patience) {
                 sample_loss(*packet, true);
             }
             resolved_so_far = resolved_so_far && packet->counted;

@@ -120,14 +120,6 @@ double ClockSync::min_rtt_s() const {
     return least;
 }
 
-double ClockSync::max_rtt_s() const {
-    double most = 0.0;
-    for (std::size_t i = 0; i < std::min(count_, kWindow); ++i) {
-        most = std::max(most, samples_[i].rtt);
-    }
-    return most;
-}
-
 double ClockSync::error_bound_s() const {
     if (count_ == 0) {
         return 0.0;

@@ -44,9 +44,6 @@ class ClockSync {
     /// Smallest round trip of the samples kept (the last 32).
     [[nodiscard]] double min_rtt_s() const;
 
-    /// Largest round trip of the samples kept.
-    [[nodiscard]] double max_rtt_s() const;
-
     /// How wrong server_time() can be at the last sample, whatever the asymmetry of the path, and
     /// however wrong the drift is estimated: the least over all samples of half the round trip, the
     /// drift since, and how far the estimate is from what that sample says. With clocks that do not

@@ -8,9 +8,10 @@
 namespace zoned::wire {
 
 /// A packet is given up that is more ticks old than this, or sooner where later ones were
-/// acknowledged: one and a half round trips and two ticks. `rtt_s` >= 0, `tick_s` > 0.
+/// acknowledged: a round trip and a tick, which is what the promised bound allows a resend.
+/// `rtt_s` >= 0, `tick_s` > 0.
 inline Tick give_up_ticks(double rtt_s, double tick_s) {
-    return 2 + static_cast<Tick>(std::ceil(1.5 * rtt_s / tick_s));
+    return 1 + static_cast<Tick>(std::ceil(rtt_s / tick_s));
 }
 
 }  // namespace zoned::wire

@@ -44,8 +44,7 @@ link::NewsAge age_at(Tick tick,
                      const TellingOf& telling,
                      bool complete = false) {
     const double shown_s = static_cast<double>(tick) * kTick_s;
-    return age_of(
-        log.at(tick, kRtt_s), telling, complete, log, tick, shown_s, {kRtt_s, kRtt_s}, kTick_s);
+    return age_of(log.at(tick, kRtt_s), telling, complete, log, tick, shown_s, kRtt_s, kTick_s);
 }
 
 TEST(AgeOf, IsThatOfAllNewsWhereThisEntityLostNone) {
@@ -89,29 +88,6 @@ TEST(AgeOf, GrantsNoMoreThanAResendForEachLoss) {
     EXPECT_NEAR(age_at(180, twice, carried_by({140, 145})).age_s,
                 kDelay_s + kTick_s + 2.0 * kResend_s,
                 1e-9);
-}
-
-TEST(AgeOf, GrantsTheLongestRoundTripOfLateButNeverMoreThanHasGoneBy) {
-    const link::ArrivalLog log = log_without({140});
-    const RoundTrip scattered{kRtt_s, 3.0 * kRtt_s};
-    const auto at = [&](Tick tick) {
-        const double shown_s = static_cast<double>(tick) * kTick_s;
-        return age_of(log.at(tick, kRtt_s),
-                      carried_by({140}),
-                      true,
-                      log,
-                      tick,
-                      shown_s,
-                      scattered,
-                      kTick_s)
-            .age_s;
-    };
-    const double usual_s = kDelay_s + kTick_s + kResend_s;
-    const double longest_s = kDelay_s + kTick_s + 3.0 * kRtt_s + kTick_s;
-    for (Tick tick = 141; tick < 180; ++tick) {
-        const double gone_by_s = static_cast<double>(tick - 140 + 1) * kTick_s;
-        EXPECT_NEAR(at(tick), std::max(usual_s, std::min(gone_by_s, longest_s)), 1e-9) << tick;
-    }
 }
 
 TEST(AgeOf, TakesWhatCameLastForAllThatWasBefore) {

@@ -21,6 +21,7 @@ class Unheard : public testing::Test {
         world.freeze();
         ClientTransfer transfer;
         transfer.client = kClient;
+        transfer.rtt_us = kRtt_us;
         replicator->add_client(transfer);
     }
 
@@ -39,7 +40,7 @@ class Unheard : public testing::Test {
     }
 
     void acknowledge(std::uint64_t sequence, std::uint32_t bits) {
-        replicator->on_acks({kClient, sequence, bits, 1'000'000});
+        replicator->on_acks({kClient, sequence, bits, kRtt_us});
     }
 
     mailbox::AuditNews news() {
@@ -59,6 +60,7 @@ class Unheard : public testing::Test {
     }
 
     static constexpr ClientId kClient{1};
+    static constexpr std::uint32_t kRtt_us = 1'000'000;  ///< nothing is given up meanwhile
     Settings settings = test_settings();
     world::TypeTable types = test_types();
     TestWorld world{3, 10.0F};
