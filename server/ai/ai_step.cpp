@@ -1,45 +1,49 @@
 #include "server/ai/ai_step.h"
 
-#include "server/ai/decision.h"
+#include "server/ai/coarse.h"
 #include "server/ai/lod.h"
 #include "server/ai/perception.h"
 #include "server/ai/steering.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace zoned::ai {
 
 namespace {
 
-/// Finds the row of every mind, and the minds that want to decide, the longest waiting first.
-void collect(Minds& minds, const world::Entities& entities, Tick now) {
-    Minds::Scratch& scratch = minds.scratch();
-    const std::span<const Mind> all = minds.all();
-    scratch.rows.resize(all.size());
-    scratch.due.clear();
-    for (std::uint32_t i = 0; i < all.size(); ++i) {
-        world::Row row = entities.find(all[i].entity);
-        if (row != world::kNoRow &&
-            (entities.has(row, world::kHidden) || entities.has(row, world::kGhost))) {
-            row = world::kNoRow;
-        }
-        scratch.rows[i] = row;
-        if (row != world::kNoRow && all[i].next_decision <= now) {
-            scratch.due.push_back(i);
-        }
-    }
-    // Minds are ascending by entity id, so the index breaks ties the same way everywhere.
-    std::sort(scratch.due.begin(), scratch.due.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return all[a].next_decision != all[b].next_decision
-                   ? all[a].next_decision < all[b].next_decision
-                   : a < b;
-    });
-}
-
 const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
     ZONED_ASSERT(mind.machine < settings.compiled.size(), "the machine of a mind exists");
     return settings.compiled[mind.machine];
+}
+
+/// The row of an entity whose mind may do something; kNoRow: leave it alone.
+world::Row row_of(const world::Entities& entities, EntityId entity) {
+    const world::Row row = entities.find(entity);
+    return row != world::kNoRow &&
+                   (entities.has(row, world::kHidden) || entities.has(row, world::kGhost))
+               ? world::kNoRow
+               : row;
+}
+
+CoarseWorld coarse(const World& world) {
+    return {world.entities, world.types, world.grid, world.statics, world.now, world.dt};
+}
+
+/// All coarse minds are looked at once in so many ticks, in turn.
+constexpr Tick kLookPeriod = 16;
+/// Entities of coarse minds are put where they are when they have walked so far, m.
+constexpr float kStale_m = 8.0F;
+/// What that, and what viewers walk between two looks, adds to the distance from which an entity
+/// may be seen, m.
+constexpr float kSeenSlack_m = 24.0F;
+/// Fewer minds than this are not worth a second thread.
+constexpr std::size_t kShared = 256;
+
+bool outside(const Vec2& at, const Vec2& half_size) {
+    return std::abs(at.x()) > half_size.x() || std::abs(at.y()) > half_size.y();
 }
 
 }  // namespace
@@ -51,54 +55,286 @@ void compile(Settings& settings, float dt) {
     }
 }
 
-Report step(Minds& minds,
-            world::Entities& entities,
-            const world::TypeTable& types,
-            const spatial::PointGrid& grid,
-            const Settings& settings,
-            Tick now,
-            float dt) {
-    Report report;
-    collect(minds, entities, now);
-    const Minds::Scratch& scratch = minds.scratch();
-    Thinking& thinking = minds.scratch().thinking;
-    thinking.max_plan_nodes = settings.max_plan_nodes;
-    thinking.plans = thinking.plans_cut_off = thinking.plans_unreachable = 0;
-    const std::span<Mind> all = minds.all();
-    const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
-    const std::size_t decisions = std::min(budget, scratch.due.size());
-    for (std::size_t i = 0; i < decisions; ++i) {
-        Mind& mind = all[scratch.due[i]];
-        const world::Row row = scratch.rows[scratch.due[i]];
-        const CompiledMachine& machine = machine_of(mind, settings);
-        const Sight sight = look(entities, grid, row, machine.perception_m, settings.far_m);
-        if (decide(mind, machine, sight, entities.position[row], now, thinking)) {
-            ++report.transitions;
+// ---------------------------------------------------------------- who is seen
+
+/// Where players are. One who was not here a tick ago, or is back, is heard of at once.
+void Step::follow_viewers(Minds& minds, const World& world, const Settings& settings) {
+    const world::Entities& e = world.entities;
+    viewers_before_.swap(viewers_);
+    viewers_.clear();
+    viewers_at_.clear();
+    for (world::Row row = 0; row < e.size(); ++row) {
+        if (e.client[row] && !e.has(row, world::kHidden)) {
+            viewers_.push_back(e.id[row]);
+            viewers_at_.emplace_back(e.position[row].x(), e.position[row].z());
         }
-        mind.next_decision = next_decision(mind.entity, decision_period(machine, dt), now);
     }
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const world::Row row = scratch.rows[i];
+    std::sort(viewers_.begin(), viewers_.end());
+    const bool appeared = !std::includes(
+        viewers_before_.begin(), viewers_before_.end(), viewers_.begin(), viewers_.end());
+    const bool jumped = std::any_of(viewers_.begin(), viewers_.end(), [&](EntityId id) {
+        return e.discontinuity_tick[e.find(id)] >= world.now - 1;
+    });
+    if (appeared || jumped || world.now % kLookPeriod == 0) {
+        watched_.build(viewers_at_, settings.seen_m + kSeenSlack_m);
+    }
+    look_at_coarse(minds, world, appeared || jumped);
+}
+
+/// Wakes who may be seen. All are looked at in turn, at once where `all`.
+void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
+    const std::size_t count = minds.size();
+    const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
+    const std::size_t begin = all ? 0 : count * turn / kLookPeriod;
+    const std::size_t end = all ? count : count * (turn + 1) / kLookPeriod;
+    for (std::size_t n = begin; n < end; ++n) {
+        const Slot slot = minds.nth(n);
+        Mind& mind = minds.at(slot);
+        if (mind.tier != Tier::kCoarse) {
+            continue;
+        }
+        const Vec2 at = position_at(mind.leg, world.now - 1, world.dt);
+        const bool wakes = watched_.covers(at) || outside(at, world.half_size);
+        const bool stale = mind.leg.length > 0.0F && (at - mind.placed).norm() >= kStale_m;
+        if (!wakes && !stale) {
+            continue;
+        }
+        const world::Row row = row_of(world.entities, mind.entity);
         if (row == world::kNoRow) {
             continue;
         }
-        Mind& mind = all[i];
-        const CompiledMachine& machine = machine_of(mind, settings);
-        if (steers_now(mind, settings, now)) {
-            steer(mind, machine, {entities, types, grid, row, now, dt});
-            ++report.steered;
+        if (wakes) {
+            waking_.push_back(slot);
+        } else {
+            catch_up(mind, coarse(world), row);
+            report_.moved = true;
         }
-        entities.command[row] = mind.aim;
-        entities.command[row].tick = now;
-        entities.behaviour[row] = machine.states[mind.doing].behaviour;
     }
-    report.plans = thinking.plans;
-    report.plans_cut_off = thinking.plans_cut_off;
-    report.plans_unreachable = thinking.plans_unreachable;
-    report.minds = static_cast<std::uint32_t>(all.size());
-    report.decisions = static_cast<std::uint32_t>(decisions);
-    report.postponed = static_cast<std::uint32_t>(scratch.due.size() - decisions);
-    return report;
+}
+
+void Step::wake_seen(Minds& minds, const World& world, const Settings& settings) {
+    for (const Slot slot : waking_) {
+        Mind& mind = minds.at(slot);
+        wake_up(mind, machine_of(mind, settings), coarse(world), world.entities.find(mind.entity));
+        minds.wake(slot);
+        woke_up_.push_back(mind.entity);
+        report_.moved = true;
+    }
+    waking_.clear();
+}
+
+// ---------------------------------------------------------------- what is to be done
+
+/// Finds the rows of awake minds, and who has something to do, the longest waiting first; what is
+/// beyond the budget waits.
+void Step::collect_due(Minds& minds, const World& world, std::size_t budget) {
+    const std::span<const Slot> awake = minds.awake();
+    rows_.resize(awake.size());
+    due_.clear();
+    for (std::size_t i = 0; i < awake.size(); ++i) {
+        const Mind& mind = minds.at(awake[i]);
+        rows_[i] = row_of(world.entities, mind.entity);
+        if (rows_[i] != world::kNoRow && mind.next_decision <= world.now) {
+            due_.push_back({mind.next_decision, mind.entity, awake[i], rows_[i], Tier::kAwake});
+        }
+    }
+    events_.clear();
+    minds.take_due(world.now, events_);
+    for (const Minds::Event& event : events_) {
+        const world::Row row = row_of(world.entities, event.entity);
+        if (row != world::kNoRow) {
+            due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
+        }
+    }
+    std::sort(due_.begin(), due_.end(), [](const Due& a, const Due& b) {
+        return a.since != b.since ? a.since < b.since : a.entity < b.entity;
+    });
+    for (std::size_t i = budget; i < due_.size(); ++i) {
+        if (due_[i].tier == Tier::kCoarse) {
+            minds.at(due_[i].slot).next_event = due_[i].since;
+            minds.schedule(due_[i].slot);
+        }
+        ++report_.postponed;
+    }
+    due_.resize(std::min(due_.size(), budget));
+}
+
+/// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).
+template <class Work>
+void Step::in_lanes(compute::Team& team, std::size_t count, Work&& work) {
+    if (count < kShared) {
+        work(lanes_[0], std::size_t{0}, count);
+        return;
+    }
+    const compute::Team::Shift shift(team);
+    team.run(kLanes, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t lane = first; lane < last; ++lane) {
+            work(lanes_[lane], count * lane / kLanes, count * (lane + 1) / kLanes);
+        }
+    });
+}
+
+// ---------------------------------------------------------------- doing it
+
+void Step::decide_one(Mind& mind,
+                      Due& due,
+                      const World& world,
+                      const Settings& settings,
+                      Lane& lane) {
+    const CompiledMachine& machine = machine_of(mind, settings);
+    const world::Entities& e = world.entities;
+    const bool awake = due.tier == Tier::kAwake;
+    const Sight sight =
+        awake ? look(e, world.grid, due.row, machine.perception_m, settings.far_m) : Sight::none();
+    if (decide(mind, machine, sight, e.position[due.row], world.now, lane.thinking)) {
+        ++lane.transitions;
+    }
+    due.changed = mind.entered;
+    if (awake) {
+        mind.next_decision =
+            next_decision(mind.entity, decision_period(machine, world.dt), world.now);
+        const Vec2 at(e.position[due.row].x(), e.position[due.row].z());
+        if (watched_.covers(at)) {
+            mind.unseen_since = kNever;
+        } else if (mind.unseen_since == kNever) {
+            mind.unseen_since = world.now;
+        }
+    }
+}
+
+/// First who goes from event to event is put where he is, then all look around.
+void Step::decide_due(Minds& minds, const World& world, const Settings& settings) {
+    in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (due_[i].tier == Tier::kCoarse) {
+                Mind& mind = minds.at(due_[i].slot);
+                due_[i].decides = mind.next_decision <= world.now;
+                catch_up(mind, coarse(world), due_[i].row);
+            }
+        }
+    });
+    in_lanes(world.team, due_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
+        lane.thinking.max_plan_nodes = settings.max_plan_nodes;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (due_[i].decides) {
+                decide_one(minds.at(due_[i].slot), due_[i], world, settings, lane);
+            }
+        }
+    });
+}
+
+/// Coarse minds whose event this was: to the next one.
+void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
+    in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Due& due = due_[i];
+            if (due.tier == Tier::kCoarse) {
+                Mind& mind = minds.at(due.slot);
+                const CompiledMachine& machine = machine_of(mind, settings);
+                plan_leg(mind, machine, coarse(world), due.row);
+                due.next_event =
+                    next_event(mind, machine, coarse(world), due.row, due.decides && !due.changed);
+                world.entities.behaviour[due.row] = machine.states[mind.doing].behaviour;
+            }
+        }
+    });
+    for (const Due& due : due_) {
+        if (due.tier == Tier::kCoarse) {
+            minds.at(due.slot).next_event = due.next_event;
+            minds.schedule(due.slot);
+            ++report_.events;
+            report_.moved = true;
+        }
+        report_.decisions += due.decides ? 1U : 0U;
+    }
+}
+
+/// Awake minds that have decided and that nobody can see for a while.
+void Step::send_to_sleep(Minds& minds, const World& world, const Settings& settings) {
+    const Tick calm = static_cast<Tick>(std::ceil(settings.calm_s / world.dt));
+    for (const Due& due : due_) {
+        Mind& mind = minds.at(due.slot);
+        if (due.tier == Tier::kCoarse || mind.unseen_since == kNever ||
+            world.now - mind.unseen_since < calm || !can_sleep(mind) ||
+            !world.entities.has(due.row, world::kGrounded)) {
+            continue;
+        }
+        const CompiledMachine& machine = machine_of(mind, settings);
+        fall_asleep(mind, machine, coarse(world), due.row);
+        mind.next_event = next_event(mind, machine, coarse(world), due.row, !due.changed);
+        minds.put_to_sleep(due.slot);
+        minds.schedule(due.slot);
+        fell_asleep_.push_back(mind.entity);
+    }
+    std::sort(fell_asleep_.begin(), fell_asleep_.end());
+}
+
+void Step::steer_awake(Minds& minds, const World& world, const Settings& settings) {
+    const std::span<const Slot> awake = minds.awake();
+    in_lanes(world.team, awake.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const world::Row row = rows_[i];
+            if (row == world::kNoRow) {
+                continue;
+            }
+            Mind& mind = minds.at(awake[i]);
+            const CompiledMachine& machine = machine_of(mind, settings);
+            if (steers_now(mind, settings, world.now)) {
+                steer(mind,
+                      machine,
+                      {world.entities, world.types, world.grid, row, world.now, world.dt});
+                ++lane.steered;
+            }
+            world.entities.command[row] = mind.aim;
+            world.entities.command[row].tick = world.now;
+            world.entities.behaviour[row] = machine.states[mind.doing].behaviour;
+        }
+    });
+}
+
+void Step::add_up() {
+    for (Lane& lane : lanes_) {
+        report_.transitions += std::exchange(lane.transitions, 0U);
+        report_.steered += std::exchange(lane.steered, 0U);
+        report_.plans += std::exchange(lane.thinking.plans, 0U);
+        report_.plans_cut_off += std::exchange(lane.thinking.plans_cut_off, 0U);
+        report_.plans_unreachable += std::exchange(lane.thinking.plans_unreachable, 0U);
+    }
+}
+
+Report Step::run(Minds& minds, const World& world, const Settings& settings) {
+    report_ = Report{};
+    fell_asleep_.clear();
+    woke_up_.clear();
+    if (std::isfinite(settings.seen_m)) {
+        follow_viewers(minds, world, settings);
+        wake_seen(minds, world, settings);
+    }
+    collect_due(minds, world, std::max<std::size_t>(1, settings.max_decisions_per_tick));
+    decide_due(minds, world, settings);
+    steer_awake(minds, world, settings);
+    go_on(minds, world, settings);
+    if (std::isfinite(settings.seen_m)) {
+        send_to_sleep(minds, world, settings);
+    }
+    add_up();
+    report_.minds = static_cast<std::uint32_t>(minds.size());
+    report_.awake = static_cast<std::uint32_t>(minds.awake().size());
+    return report_;
+}
+
+void Step::hash(Minds& minds, core::StateHash& hash) const {
+    hash.add(static_cast<std::uint64_t>(minds.size()));
+    for (const Slot slot : minds.awake()) {
+        ai::hash(hash, minds.at(slot));
+    }
+    for (const Due& due : due_) {
+        // It may have gone to another zone since.
+        const Mind& mind = minds.at(due.slot);
+        if (mind.entity == due.entity && mind.tier == Tier::kCoarse) {
+            ai::hash(hash, mind);
+        }
+    }
 }
 
 }  // namespace zoned::ai

@@ -2,15 +2,16 @@
 // InputCommand per character.
 #pragma once
 
-#include "server/ai/machine.h"
+#include "server/ai/decision.h"
+#include "server/ai/minds.h"
+#include "server/ai/watched.h"
+#include "server/compute/team.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
-#include "shared/core/rng.h"
-#include "shared/core/state_hash.h"
+#include "shared/motion/static_geometry.h"
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,105 +25,109 @@ struct Settings {
     bool reduce_far = true;  ///< minds farther than far_m from every player steer every 4th tick
     float far_m = 150.0F;
     std::uint32_t max_plan_nodes = 1024;  ///< that one search for a plan may create
+    /// Minds farther than this from every player go from event to event; infinity: none does.
+    /// Beyond it nobody may hear of an entity.
+    float seen_m = std::numeric_limits<float>::infinity();
+    float calm_s = 2.0F;  ///< only after so long out of sight
 };
 
 /// Fills in `compiled`, where inner machines stay empty; `dt` in s.
 void compile(Settings& settings, float dt);
 
-/// No plan was made yet: more facts than a domain may have.
-inline constexpr goap::World kUnplanned = ~goap::World{0};
-
-/// The mind of one entity: part of snapshots, handoffs and hashes. Positions are zone-local.
-struct Mind {
-    EntityId entity;
-    std::uint16_t machine = 0;       ///< index into Settings::machines
-    fsm::OneState fsm;               ///< where it is in it
-    std::uint16_t doing = 0;         ///< index into CompiledMachine::states
-    goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
-    std::array<float, kMaxVariables> variables{};  ///< as of variables_at
-    Tick variables_at = 0;
-    Tick next_decision = 0;
-    Vec3 home = Vec3::Zero();
-    Vec3 target = Vec3::Zero();
-    std::uint8_t corner = 0;
-    EntityId prey;  ///< nearest player noticed at the last decision
-    core::Rng rng;
-    bool entered = true;       ///< the state is new: its action has not begun yet
-    bool fresh = true;         ///< decided since it steered last
-    bool far = false;          ///< no player within far_m at the last decision
-    motion::InputCommand aim;  ///< what it repeats until steering changes it (its tick is not used)
-    Vec3 anchor = Vec3::Zero();  ///< where it last made progress
-    Tick anchor_since = 0;       ///< when that was
-    Tick detour_until = 0;       ///< until then it walks around what blocked it
+/// What the step reads and moves.
+struct World {
+    world::Entities& entities;
+    const world::TypeTable& types;
+    const spatial::PointGrid& grid;  ///< indexes entities.position by row
+    const motion::StaticGeometry& statics;
+    compute::Team& team;  ///< helps; results do not depend on it
+    /// x, z: who has left the square of this half size around the origin is to be woken, m.
+    Vec2 half_size;
+    Tick now;
+    float dt;  ///< s
 };
-
-/// Puts a mind into the first state of its machine, with variables as they start.
-void begin(Mind& mind, const CompiledMachine& machine, Tick now);
-
-/// Moves all positions of a mind by `offset`, m: for a zone with another origin.
-void shift(Mind& mind, const Vec3& offset);
 
 struct Report {
     std::uint32_t minds = 0;
+    std::uint32_t awake = 0;
     std::uint32_t decisions = 0;
+    std::uint32_t events = 0;  ///< of the coarse tier; those that are decisions count as such too
     std::uint32_t steered = 0;
     std::uint32_t postponed = 0;  ///< decisions that the budget moved to a later tick
     std::uint32_t transitions = 0;
     std::uint32_t plans = 0;
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
+    bool moved = false;                   ///< some entity was placed: the grid is no longer true
 };
 
-/// What decisions need while they are made, and count; holds no state.
-struct Thinking {
-    std::uint32_t max_plan_nodes = 1024;
-    std::optional<goap::Planner> planner{};  ///< once some mind plans
-    goap::Plan plan{};
-    std::uint32_t plans = 0;
-    std::uint32_t plans_cut_off = 0;
-    std::uint32_t plans_unreachable = 0;
-};
-
-/// All minds of one zone, ascending by entity id.
-class Minds {
+/// Working memory of step(), kept so that a tick allocates nothing; and what it tells its zone.
+class Step {
   public:
-    /// `machine` must exist in the settings; `rng` is seeded per entity by the caller.
-    void add(const Mind& mind);
-    /// Removes and returns (for a handoff); the entity must have one.
-    Mind take(EntityId entity);
-    [[nodiscard]] const Mind* find(EntityId entity) const;
+    /// Changes of tier in the last step, ascending by entity id: whoever fell asleep needs no body,
+    /// and who woke up does.
+    [[nodiscard]] std::span<const EntityId> fell_asleep() const { return fell_asleep_; }
 
-    [[nodiscard]] std::size_t size() const { return minds_.size(); }
+    [[nodiscard]] std::span<const EntityId> woke_up() const { return woke_up_; }
 
-    [[nodiscard]] std::span<Mind> all() { return minds_; }
+    /// Chains what the minds are that did something in the last step.
+    void hash(Minds& minds, core::StateHash& hash) const;
 
-    void hash(core::StateHash& hash) const;
-
-    /// Working memory of step(), kept so that a tick allocates nothing; holds no state.
-    struct Scratch {
-        std::vector<world::Row> rows;    ///< row of each mind, kNoRow = leave it alone
-        std::vector<std::uint32_t> due;  ///< minds that want to decide
-        Thinking thinking;
-    };
-
-    [[nodiscard]] Scratch& scratch() { return scratch_; }
+    /// `settings` are compiled for world.dt. Writes `command`, `behaviour` of the rows of awake
+    /// minds, and places those of coarse ones. Players are the rows with a client and without
+    /// kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n minds that
+    /// decide in every tick and a budget of b decisions none waits longer than ceil(n / b) ticks.
+    /// Results depend neither on the order of rows, nor on the history of add() and take(), nor on
+    /// threads. A budget of 0 counts as 1.
+    Report run(Minds& minds, const World& world, const Settings& settings);
 
   private:
-    std::vector<Mind> minds_;
-    Scratch scratch_;
-};
+    /// A mind that has something to do in this tick.
+    struct Due {
+        Tick since;  ///< when it should have been done at the latest
+        EntityId entity;
+        Slot slot;
+        world::Row row;
+        Tier tier;
+        bool decides = true;
+        bool changed = false;  ///< it has decided otherwise than before
+        Tick next_event = kNever;
+    };
 
-/// `settings` are compiled for `dt`. Writes `command`, `behaviour` of the rows that have a mind.
-/// `grid` indexes entities.position by row; `dt` in s. Players are the rows with a client and
-/// without kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n minds
-/// and a budget of b decisions none waits longer than ceil(n / b) ticks. Results depend neither on
-/// the order of rows nor on the history of add() and take(). A budget of 0 counts as 1.
-Report step(Minds& minds,
-            world::Entities& entities,
-            const world::TypeTable& types,
-            const spatial::PointGrid& grid,
-            const Settings& settings,
-            Tick now,
-            float dt);
+    /// One thread's share of the minds.
+    struct Lane {
+        Thinking thinking;
+        std::uint32_t transitions = 0;
+        std::uint32_t steered = 0;
+    };
+
+    static constexpr std::size_t kLanes = 16;
+
+    void follow_viewers(Minds& minds, const World& world, const Settings& settings);
+    void look_at_coarse(Minds& minds, const World& world, bool all);
+    void wake_seen(Minds& minds, const World& world, const Settings& settings);
+    void collect_due(Minds& minds, const World& world, std::size_t budget);
+    void decide_due(Minds& minds, const World& world, const Settings& settings);
+    void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
+    void steer_awake(Minds& minds, const World& world, const Settings& settings);
+    void go_on(Minds& minds, const World& world, const Settings& settings);
+    void send_to_sleep(Minds& minds, const World& world, const Settings& settings);
+    void add_up();
+    template <class Work>
+    void in_lanes(compute::Team& team, std::size_t count, Work&& work);
+
+    Report report_;
+    WatchedCells watched_;
+    std::vector<EntityId> viewers_;  // ascending
+    std::vector<EntityId> viewers_before_;
+    std::vector<Vec2> viewers_at_;
+    std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
+    std::vector<Minds::Event> events_;
+    std::vector<Due> due_;
+    std::vector<Slot> waking_;
+    std::vector<EntityId> fell_asleep_;
+    std::vector<EntityId> woke_up_;
+    std::array<Lane, kLanes> lanes_;
+};
 
 }  // namespace zoned::ai

@@ -72,6 +72,7 @@ void choose(Mind& mind,
             const CompiledMachine& machine,
             bool entered,
             Known senses,
+            Tick now,
             Thinking& thinking) {
     const std::uint16_t leaf = mind.fsm.state();
     const CompiledMachine::Choice& choice = machine.choices[leaf];
@@ -93,6 +94,7 @@ void choose(Mind& mind,
     if (deed == mind.doing && !entered) {
         return;
     }
+    grow(mind, machine, now);
     mind.doing = deed;
     mind.entered = true;
     if (deed != leaf) {
@@ -115,26 +117,39 @@ void begin(Mind& mind, const CompiledMachine& machine, Tick now) {
     gain(mind, machine, 0);
 }
 
-void grow(Mind& mind, const CompiledMachine& machine, Tick now) {
-    const std::size_t count = machine.variables.size();
+float variable_at(const Mind& mind, const CompiledMachine& machine, std::size_t v, Tick now) {
+    const Variable& of = machine.variables[v];
+    const float rate = machine.rates[mind.doing * machine.variables.size() + v];
     const auto ticks = static_cast<float>(now - mind.variables_at);
-    for (std::size_t v = 0; v < count; ++v) {
-        add(mind, machine, v, machine.rates[mind.doing * count + v] * ticks);
+    return std::clamp(mind.variables[v] + rate * ticks, of.low, of.high);
+}
+
+void grow(Mind& mind, const CompiledMachine& machine, Tick now) {
+    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
+        mind.variables[v] = variable_at(mind, machine, v, now);
     }
     mind.variables_at = now;
+}
+
+float drawn_at(const Mind& mind, Tick now) {
+    const std::uint64_t bits =
+        core::mix(mind.rng.stream ^ core::mix(static_cast<std::uint64_t>(now)));
+    return static_cast<float>(bits >> 40U) * 0x1.0p-24F;
 }
 
 void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,
            const Vec3& position,
-           float random,
+           Tick now,
            Senses& senses) {
     senses[kSensePlayerDistance] = sight.distance;
     senses[kSenseHomeDistance] =
         Vec2(position.x() - mind.home.x(), position.z() - mind.home.z()).norm();
-    senses[kSenseRandom] = random;
-    std::copy_n(mind.variables.begin(), machine.variables.size(), senses.begin() + kOwnSenses);
+    senses[kSenseRandom] = drawn_at(mind, now);
+    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
+        senses[kOwnSenses + v] = variable_at(mind, machine, v, now);
+    }
     for (const CompiledMachine::Fuzzy& fuzzy : machine.fuzzy) {
         std::array<const float*, fuzzy::kMaxInputs> in{};
         std::array<float*, fuzzy::kMaxOutputs> out{};
@@ -156,18 +171,18 @@ bool decide(Mind& mind,
             const Vec3& position,
             Tick now,
             Thinking& thinking) {
-    grow(mind, machine, now);
     Senses senses;
-    sense(mind, machine, sight, position, mind.rng.unit(), senses);
+    sense(mind, machine, sight, position, now, senses);
     mind.prey = sight.prey;
     mind.far = sight.player_far;
     mind.fresh = true;
     const Known known(senses.data(), machine.senses);
     const std::optional<fsm::Change> change = fsm::step_one(machine.table, mind.fsm, known, now);
     if (change) {
+        grow(mind, machine, now);
         gain(mind, machine, machine.table.transitions[change->transition].level);
     }
-    choose(mind, machine, change.has_value(), known, thinking);
+    choose(mind, machine, change.has_value(), known, now, thinking);
     return change.has_value();
 }
 

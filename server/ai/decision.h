@@ -1,32 +1,52 @@
 // Decision: one pass through the transitions of a mind's state.
 #pragma once
 
-#include "server/ai/ai_step.h"
+#include "server/ai/mind.h"
 #include "server/ai/perception.h"
 
 #include <array>
+#include <optional>
 
 namespace zoned::ai {
+
+/// What decisions need while they are made, and count; holds no state.
+struct Thinking {
+    std::uint32_t max_plan_nodes = 1024;
+    std::optional<goap::Planner> planner{};  ///< once some mind plans
+    goap::Plan plan{};
+    std::uint32_t plans = 0;
+    std::uint32_t plans_cut_off = 0;
+    std::uint32_t plans_unreachable = 0;
+};
 
 /// What a mind senses at a decision.
 using Senses = std::array<float, fsm::kMaxSenses>;
 
-/// Variables as they are at `now`: they have grown at the rates of the mind's state.
+/// Variable v at `now`, not before variables_at: it has grown at the rate of what the mind does. A
+/// function of what it was when that began, so that it is the same to the last bit however often
+/// it was asked for.
+float variable_at(const Mind& mind, const CompiledMachine& machine, std::size_t v, Tick now);
+
+/// Writes the variables down as they are at `now`: before what the mind does changes.
 void grow(Mind& mind, const CompiledMachine& machine, Tick now);
 
-/// Fills in what `machine` reads: its own senses, the variables as of variables_at, then the
-/// outputs of its fuzzy systems. `random` in [0, 1); `position` zone-local, m.
+/// The number that the mind draws at a decision, in [0, 1): of the tick alone, so that decisions
+/// which change nothing can be left out.
+float drawn_at(const Mind& mind, Tick now);
+
+/// Fills in what `machine` reads at `now`: its own senses, the variables, then the outputs of its
+/// fuzzy systems. `position` zone-local, m.
 void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,
            const Vec3& position,
-           float random,
+           Tick now,
            Senses& senses);
 
-/// Lets variables grow, senses, and takes the transition that fires, if any (fsm::step_one); what
+/// Senses, and takes the transition that fires, if any (fsm::step_one); what
 /// the states that it enters give is added. Then finds what to do: as the state says, its tree or
 /// its plan, which is made anew when a fact has changed since; where no plan is found, the state's
-/// own action. Draws one random number. Returns whether a transition fired.
+/// own action. Returns whether a transition fired.
 bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,

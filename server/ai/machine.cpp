@@ -2,6 +2,8 @@
 
 #include "shared/core/assert.h"
 
+#include <algorithm>
+
 namespace zoned::ai {
 
 namespace {
@@ -127,6 +129,47 @@ void collect_leaves(const std::vector<State>& states, std::vector<State>& leaves
     }
 }
 
+Watch watch_of(const fsm::FlatTest& test) {
+    return {test.sense,
+            test.sign > 0.0F ? Compare::kBelow : Compare::kAbove,
+            test.threshold * test.sign};
+}
+
+/// What leaves depend on: their transitions, and what their trees and plans ask.
+void compile_watches(CompiledMachine& out) {
+    const fsm::FlatMachine& table = out.table;
+    for (std::size_t leaf = 0; leaf < table.leaves(); ++leaf) {
+        out.first_watch.push_back(static_cast<std::uint32_t>(out.watches.size()));
+        for (std::size_t k = 0; k < table.width; ++k) {
+            const fsm::FlatTest& test = table.tests[leaf * table.width + k];
+            if (test.transition == fsm::kNone) {
+                continue;
+            }
+            out.watches.push_back(watch_of(test));
+            const fsm::FlatTransition& transition = table.transitions[test.transition];
+            for (std::size_t c = 0; c < transition.more_count; ++c) {
+                out.watches.push_back(watch_of(table.more[transition.more + c]));
+            }
+        }
+        const auto watch = [&out](const Condition& condition) {
+            out.watches.push_back({condition.sense, condition.compare, condition.threshold});
+        };
+        const State& state = out.states[leaf];
+        if (const auto* by_tree = std::get_if<TreeChoice>(&state.choice)) {
+            for (const tree::NodeDef& node : by_tree->def.nodes) {
+                if (node.yes >= 0 || node.no >= 0) {
+                    watch(node.test);
+                }
+            }
+        } else if (const auto* by_plan = std::get_if<PlanChoice>(&state.choice)) {
+            for (const std::vector<Condition>& fact : by_plan->facts) {
+                std::for_each(fact.begin(), fact.end(), watch);
+            }
+        }
+    }
+    out.first_watch.push_back(static_cast<std::uint32_t>(out.watches.size()));
+}
+
 }  // namespace
 
 fsm::MachineDef definition_of(const Machine& machine) {
@@ -163,6 +206,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
     }
     compile_choices(out);
     compile_changes(machine, dt, out);
+    compile_watches(out);
     return out;
 }
 

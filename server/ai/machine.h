@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -139,6 +140,13 @@ struct Machine {
     bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
 };
 
+/// A condition that some decision in a state may depend on.
+struct Watch {
+    SenseIndex sense = 0;  ///< beyond the machine's senses: time in the state of that level
+    Compare compare = Compare::kAbove;
+    float threshold = 0.0F;
+};
+
 /// Machine for a time step: tables, and what each innermost state does.
 struct CompiledMachine {
     struct Fuzzy {
@@ -182,6 +190,14 @@ struct CompiledMachine {
     std::size_t senses = kOwnSenses;
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
+    std::vector<Watch> watches;
+    std::vector<std::uint32_t> first_watch;  ///< by leaf, and the end of the last
+
+    /// All that decisions in a leaf depend on.
+    [[nodiscard]] std::span<const Watch> watched(std::size_t leaf) const {
+        return std::span(watches).subspan(first_watch[leaf],
+                                          first_watch[leaf + 1] - first_watch[leaf]);
+    }
 };
 
 /// The state machine alone, in the form of fsm, for checks and diagrams. Actions are numbered as

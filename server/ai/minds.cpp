@@ -1,85 +1,121 @@
-#include "server/ai/ai_step.h"
+#include "server/ai/minds.h"
+
 #include "shared/core/assert.h"
 
 #include <algorithm>
 
 namespace zoned::ai {
 
-namespace {
-
-void add(core::StateHash& hash, const Vec3& v) {
-    hash.add(v.x());
-    hash.add(v.y());
-    hash.add(v.z());
-}
-
-void add(core::StateHash& hash, const Mind& mind) {
-    hash.add(mind.entity.value);
-    hash.add(mind.machine);
-    mind.fsm.hash(hash);
-    hash.add(mind.doing);
-    hash.add(mind.facts);
-    for (const float variable : mind.variables) {
-        hash.add(variable);
-    }
-    hash.add(mind.variables_at);
-    hash.add(mind.next_decision);
-    add(hash, mind.home);
-    add(hash, mind.target);
-    hash.add(mind.corner);
-    hash.add(mind.prey.value);
-    hash.add(mind.rng.state);
-    hash.add(mind.rng.stream);
-    hash.add(mind.entered);
-    hash.add(mind.fresh);
-    hash.add(mind.far);
-    hash.add(mind.aim.move_x);
-    hash.add(mind.aim.move_z);
-    hash.add(mind.aim.yaw);
-    hash.add(mind.aim.buttons);
-    add(hash, mind.anchor);
-    hash.add(mind.anchor_since);
-    hash.add(mind.detour_until);
-}
-
-template <class Vector>
-auto lower_bound_of(Vector& minds, EntityId entity) {
-    return std::lower_bound(
-        minds.begin(), minds.end(), entity, [](const Mind& m, EntityId e) { return m.entity < e; });
-}
-
-}  // namespace
-
-void shift(Mind& mind, const Vec3& offset) {
-    mind.home += offset;
-    mind.target += offset;
-    mind.anchor += offset;
+std::size_t Minds::place_of(EntityId entity) const {
+    const auto at =
+        std::lower_bound(order_.begin(), order_.end(), entity, [](const Place& p, EntityId wanted) {
+            return p.entity < wanted;
+        });
+    return static_cast<std::size_t>(at - order_.begin());
 }
 
 void Minds::add(const Mind& mind) {
-    const auto at = lower_bound_of(minds_, mind.entity);
-    ZONED_ASSERT(mind.entity && (at == minds_.end() || at->entity != mind.entity),
+    const std::size_t place = place_of(mind.entity);
+    ZONED_ASSERT(mind.entity && (place == order_.size() || order_[place].entity != mind.entity),
                  "an entity has one mind");
-    minds_.insert(at, mind);
+    Slot slot = static_cast<Slot>(minds_.size());
+    if (free_.empty()) {
+        minds_.push_back(mind);
+    } else {
+        slot = free_.back();
+        free_.pop_back();
+        minds_[slot] = mind;
+    }
+    order_.insert(order_.begin() + static_cast<std::ptrdiff_t>(place), {mind.entity, slot});
+    if (mind.tier == Tier::kAwake) {
+        insert_awake(slot);
+    } else {
+        schedule(slot);
+    }
 }
 
 Mind Minds::take(EntityId entity) {
-    const auto at = lower_bound_of(minds_, entity);
-    ZONED_ASSERT(at != minds_.end() && at->entity == entity, "a mind to take exists");
-    const Mind mind = *at;
-    minds_.erase(at);
+    const std::size_t place = place_of(entity);
+    ZONED_ASSERT(place < order_.size() && order_[place].entity == entity, "a mind to take exists");
+    const Slot slot = order_[place].slot;
+    if (minds_[slot].tier == Tier::kAwake) {
+        erase_awake(slot);
+    }
+    order_.erase(order_.begin() + static_cast<std::ptrdiff_t>(place));
+    const Mind mind = minds_[slot];
+    minds_[slot].entity = EntityId();
+    free_.push_back(slot);
     return mind;
 }
 
 const Mind* Minds::find(EntityId entity) const {
-    const auto at = lower_bound_of(minds_, entity);
-    return at == minds_.end() || at->entity != entity ? nullptr : &*at;
+    const std::size_t place = place_of(entity);
+    return place < order_.size() && order_[place].entity == entity ? &minds_[order_[place].slot]
+                                                                   : nullptr;
+}
+
+Mind* Minds::find(EntityId entity) {
+    return const_cast<Mind*>(static_cast<const Minds*>(this)->find(entity));
+}
+
+void Minds::insert_awake(Slot slot) {
+    const auto at = std::lower_bound(awake_.begin(), awake_.end(), slot, [this](Slot a, Slot b) {
+        return minds_[a].entity < minds_[b].entity;
+    });
+    awake_.insert(at, slot);
+}
+
+void Minds::erase_awake(Slot slot) {
+    awake_.erase(std::lower_bound(awake_.begin(), awake_.end(), slot, [this](Slot a, Slot b) {
+        return minds_[a].entity < minds_[b].entity;
+    }));
+}
+
+void Minds::wake(Slot slot) {
+    minds_[slot].tier = Tier::kAwake;
+    minds_[slot].next_event = kNever;
+    insert_awake(slot);
+}
+
+void Minds::wake(EntityId entity) {
+    wake(order_[place_of(entity)].slot);
+}
+
+void Minds::put_to_sleep(Slot slot) {
+    minds_[slot].tier = Tier::kCoarse;
+    erase_awake(slot);
+}
+
+bool Minds::later(const Event& a, const Event& b) {
+    return a.at != b.at ? a.at > b.at : b.entity < a.entity;
+}
+
+void Minds::schedule(Slot slot) {
+    const Mind& mind = minds_[slot];
+    if (mind.next_event != kNever) {
+        events_.push_back({mind.next_event, mind.entity, slot});
+        std::push_heap(events_.begin(), events_.end(), later);
+    }
+}
+
+void Minds::take_due(Tick now, std::vector<Event>& due) {
+    while (!events_.empty() && events_.front().at <= now) {
+        const Event event = events_.front();
+        std::pop_heap(events_.begin(), events_.end(), later);
+        events_.pop_back();
+        Mind& mind = minds_[event.slot];
+        if (mind.entity == event.entity && mind.tier == Tier::kCoarse &&
+            mind.next_event == event.at) {
+            mind.next_event = kNever;  // so that a second event of the same time is void
+            due.push_back(event);
+        }
+    }
 }
 
 void Minds::hash(core::StateHash& hash) const {
-    hash.add(static_cast<std::uint64_t>(minds_.size()));
-    for (const Mind& mind : minds_) {
-        ai::add(hash, mind);
+    hash.add(static_cast<std::uint64_t>(order_.size()));
+    for (const Place& place : order_) {
+        ai::hash(hash, minds_[place.slot]);
     }
 }
 

@@ -161,10 +161,8 @@ std::string why(const Mind& mind,
                 const Vec3& position,
                 Tick now,
                 float dt) {
-    Mind then = mind;
-    grow(then, compiled, now);
     Senses senses;
-    sense(then, compiled, sight, position, then.rng.unit(), senses);
+    sense(mind, compiled, sight, position, now, senses);
     return Account(mind, machine, compiled, now).write(senses, dt);
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -308,6 +309,24 @@ void expand_physics(const proto::Config::Physics& from, physics::Settings& out) 
     expand_methods(from.method_parameters(), out.methods);
 }
 
+/// From how far a viewer may hear of an entity that has a mind, or such an entity may notice a
+/// viewer, m.
+float farthest_sight(const Settings& settings, float hysteresis) {
+    float nimbus = 0.0F;
+    float aura = 0.0F;
+    float perception = 0.0F;
+    for (const world::EntityType& type : settings.types) {
+        nimbus = std::max(nimbus, *std::max_element(type.nimbus_m.begin(), type.nimbus_m.end()));
+        if (type.mind != 0) {
+            aura = std::max(aura, *std::max_element(type.aura_m.begin(), type.aura_m.end()));
+        }
+    }
+    for (const ai::Machine& machine : settings.ai.machines) {
+        perception = std::max(perception, machine.perception_m);
+    }
+    return std::max(std::min(nimbus, aura) * (1.0F + hysteresis), perception);
+}
+
 }  // namespace
 
 void expand_stages(const proto::Config& config, Settings& settings) {
@@ -333,6 +352,10 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.reduce_far = config.ai().reduce_far();
     settings.ai.far_m = narrow(config.ai().far_m());
     settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
+    settings.ai.calm_s = narrow(config.ai().calm_s());
+    settings.ai.seen_m = config.ai().skip_unseen()
+                             ? farthest_sight(settings, narrow(config.interest().hysteresis()))
+                             : std::numeric_limits<float>::infinity();
     settings.interest.hysteresis = narrow(config.interest().hysteresis());
     settings.interest.lod_lead_m = narrow(config.interest().lod_lead_m());
     settings.behaviours.assign(config.behaviour().begin(), config.behaviour().end());

@@ -9,6 +9,7 @@
 #include "server/zone/handoff.h"
 #include "server/zone/history.h"
 #include "server/zone/inbox.h"
+#include "server/zone/minds.h"
 #include "server/zone/movement.h"
 #include "server/zone/particles.h"
 #include "server/zone/representation.h"
@@ -113,7 +114,7 @@ std::uint32_t hash_tick(ZoneState& state) {
         hash_soft(state, state.hash);
     }
     if (state.report.plan.has(Pass::kMinds)) {
-        state.minds.hash(state.hash);
+        state.mind_step.hash(state.minds, state.hash);
     }
     if (state.report.plan.has(Pass::kParticles)) {
         state.particles.simulated.hash(state.hash);
@@ -163,16 +164,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         take_inputs(s);
     }
     pass(Pass::kRules, [&] { return run_rules(s); });
-    pass(Pass::kMinds, [&] {
-        s.report.ai = ai::step(s.minds,
-                               s.entities,
-                               *s.settings.types,
-                               current_grid(s),
-                               s.settings.ai,
-                               now,
-                               s.settings.dt);
-        return s.report.ai.decisions;
-    });
+    pass(Pass::kMinds, [&] { return step_minds(s); });
     pass(Pass::kMovement, [&] { return move_characters(s); });
     pass(Pass::kRepresentation, [&] { return choose_representations(s); });
     pass(Pass::kSoft, [&] { return step_soft(s); });

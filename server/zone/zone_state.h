@@ -154,6 +154,7 @@ struct ZoneState {
         nullptr;  ///< helps where a stage is large; outlives this; null: nobody does
     ParticlesOfZone particles;
     ai::Minds minds;
+    ai::Step mind_step;
     std::unique_ptr<Rules> rules;
     core::Rng rng;
     std::vector<ZoneClient> clients;  ///< ascending by client id

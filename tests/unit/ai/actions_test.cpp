@@ -238,9 +238,7 @@ TEST(Flock, KeepsTogetherAndApart) {
     for (std::uint32_t id = 1; id <= kCount; ++id) {
         field.add_npc(
             id, kSheep, 0, Vec3(rng.range(-20.0F, 20.0F), 0.0F, rng.range(-20.0F, 20.0F)));
-        for (Mind& mind : field.minds.all()) {
-            mind.home = Vec3::Zero();
-        }
+        field.minds.find(EntityId(id))->home = Vec3::Zero();
     }
     field.run(30.0F);
     float worst_nearest = std::numeric_limits<float>::infinity();

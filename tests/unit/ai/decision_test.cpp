@@ -124,13 +124,13 @@ TEST_P(Budget, LetsNobodyWaitLongerThanAllOthersTogetherNeed) {
     Tick longest = 0;
     for (int tick = 0; tick < 400; ++tick) {
         std::vector<Tick> due;
-        for (const Mind& mind : field.minds.all()) {
-            due.push_back(mind.next_decision);
+        for (std::size_t i = 0; i < kMinds; ++i) {
+            due.push_back(field.minds.at(field.minds.nth(i)).next_decision);
         }
         const Report report = field.step();
         EXPECT_LE(report.decisions, static_cast<std::uint32_t>(GetParam()));
         for (std::size_t i = 0; i < due.size(); ++i) {
-            if (field.minds.all()[i].next_decision == due[i]) {
+            if (field.minds.at(field.minds.nth(i)).next_decision == due[i]) {
                 longest = std::max(longest, field.now - due[i]);  // still waiting
             }
         }

@@ -164,7 +164,7 @@ TEST(Minds, HashSeesEveryField) {
         return h.value();
     };
     const std::uint64_t before = hash(mind);
-    std::vector<Mind> changed(24, mind);
+    std::vector<Mind> changed(34, mind);
     changed[0].machine = 1;
     changed[1].fsm.leaf[0] = 1;
     changed[2].fsm.since[0][0] = 1;
@@ -189,6 +189,16 @@ TEST(Minds, HashSeesEveryField) {
     changed[21].variables_at = 1;
     changed[22].doing = 1;
     changed[23].facts = 1;
+    changed[24].tier = Tier::kCoarse;
+    changed[25].unseen_since = 1;
+    changed[26].leg.from.x() = 1.0F;
+    changed[27].leg.direction.y() = 1.0F;
+    changed[28].leg.length = 1.0F;
+    changed[29].leg.speed = 1.0F;
+    changed[30].leg.lag_m = 1.0F;
+    changed[31].leg.since = 1;
+    changed[32].next_event = 1;
+    changed[33].next_steering = 1;
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash(changed[i]), before) << i;
     }
@@ -225,7 +235,10 @@ TEST(LevelOfDetail, LetsFarMindsSteerEveryFourthTickInTurns) {
     const world::Row player = field.add_player(50, Vec3(1000.0F, 0.0F, 0.0F));
     field.run(1.0F);
     for (int tick = 0; tick < 20; ++tick) {
-        EXPECT_EQ(field.step().steered, 10u);
+        // And those that reach their targets in between: one in some seconds each.
+        const std::uint32_t steered = field.step().steered;
+        EXPECT_GE(steered, 10u);
+        EXPECT_LE(steered, 14u);
     }
     field.entities.position[player] = Vec3::Zero();
     field.run(1.0F);

@@ -71,7 +71,8 @@ class Field {
         if (settings.compiled.size() != settings.machines.size()) {
             compile(settings, kDt);
         }
-        const Report report = ai::step(minds, entities, types, grid, settings, now, kDt);
+        const Report report = steps.run(
+            minds, {entities, types, grid, statics, team, Vec2(1e6F, 1e6F), now, kDt}, settings);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
             const motion::CharacterLimits& limits = types[entities.type[row]].character;
@@ -105,6 +106,9 @@ class Field {
     world::TypeTable types;
     spatial::PointGrid grid;
     Minds minds;
+    Step steps;
+    motion::StaticGeometry statics;
+    compute::Team team;
     Settings settings;
     Tick now = 0;
     std::function<bool(const Vec3&)> wall;

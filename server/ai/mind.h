@@ -1,0 +1,84 @@
+// Mind: all that the mind of one entity is made of; part of snapshots, handoffs and hashes.
+#pragma once
+
+#include "server/ai/machine.h"
+#include "shared/core/ids.h"
+#include "shared/core/rng.h"
+#include "shared/core/state_hash.h"
+#include "shared/math/types.h"
+#include "shared/motion/input_command.h"
+
+#include <array>
+#include <cstdint>
+
+namespace zoned::ai {
+
+/// How closely a mind is followed.
+enum class Tier : std::uint8_t {
+    kAwake,   ///< decides at its period and steers its entity
+    kCoarse,  ///< nobody can see it: it goes from event to event, and its entity is not simulated
+};
+
+/// Where an entity of the coarse tier walks, or stands: a straight line at constant speed.
+struct Leg {
+    Vec2 from = Vec2::Zero();       ///< x, z at the end of tick `since`, m
+    Vec2 direction = Vec2::Zero();  ///< unit length
+    float length = 0.0F;            ///< to where the goal counts as reached, m; 0: it stands
+    float speed = 0.0F;             ///< m/s
+    float lag_m = 0.0F;             ///< what getting up to speed costs of the way
+    Tick since = 0;
+    Vec2 goal = Vec2::Zero();
+};
+
+/// Position x, z of the end of `tick`, not before leg.since; `dt` in s. Whoever walks walks on.
+inline Vec2 position_at(const Leg& leg, Tick tick, float dt) {
+    const float walked = leg.speed * (static_cast<float>(tick - leg.since) * dt) - leg.lag_m;
+    return leg.from + leg.direction * (walked < 0.0F || leg.length == 0.0F ? 0.0F : walked);
+}
+
+/// No plan was made yet: more facts than a domain may have.
+inline constexpr goap::World kUnplanned = ~goap::World{0};
+
+/// Later than any tick.
+inline constexpr Tick kNever = Tick{1} << 62U;
+
+/// Positions are zone-local.
+struct Mind {
+    EntityId entity;
+    std::uint16_t machine = 0;       ///< index into Settings::machines
+    fsm::OneState fsm;               ///< where it is in it
+    std::uint16_t doing = 0;         ///< index into CompiledMachine::states
+    goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
+    std::array<float, kMaxVariables> variables{};  ///< as of variables_at: they grow since
+    Tick variables_at = 0;
+    Tick next_decision = 0;
+    Vec3 home = Vec3::Zero();
+    Vec3 target = Vec3::Zero();
+    std::uint8_t corner = 0;
+    EntityId prey;  ///< nearest player noticed at the last decision
+    core::Rng rng;
+    bool entered = true;       ///< the state is new: its action has not begun yet
+    bool fresh = true;         ///< decided since it steered last
+    bool far = false;          ///< no player within far_m at the last decision
+    Tick next_steering = 0;    ///< where it is far: nothing is to be steered before
+    motion::InputCommand aim;  ///< what it repeats until steering changes it (its tick is not used)
+    Vec3 anchor = Vec3::Zero();  ///< where it last made progress
+    Tick anchor_since = 0;       ///< when that was
+    Tick detour_until = 0;       ///< until then it walks around what blocked it
+    Tier tier = Tier::kAwake;
+    Tick unseen_since = kNever;  ///< awake: since when nobody can see it
+    Leg leg;                     ///< coarse, as is the rest
+    Vec2 placed = Vec2::Zero();  ///< x, z where its entity was put last
+    Tick next_event = kNever;
+};
+
+/// Puts a mind into the first state of its machine, with variables as they start.
+void begin(Mind& mind, const CompiledMachine& machine, Tick now);
+
+/// Moves all positions of a mind by `offset`, m: for a zone with another origin.
+void shift(Mind& mind, const Vec3& offset);
+
+/// All of it.
+void hash(core::StateHash& hash, const Mind& mind);
+
+}  // namespace zoned::ai

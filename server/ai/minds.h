@@ -1,0 +1,76 @@
+// Minds: all minds of one zone, and which of them have something to do.
+#pragma once
+
+#include "server/ai/mind.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai {
+
+/// Place of a mind in memory; stays while the mind is here.
+using Slot = std::uint32_t;
+
+class Minds {
+  public:
+    /// An event that was planned; void where the mind has another time by now, or is gone.
+    struct Event {
+        Tick at;
+        EntityId entity;
+        Slot slot;
+    };
+
+    /// An entity has one mind; its `machine` must exist in the settings.
+    void add(const Mind& mind);
+
+    /// Removes and returns (for a handoff); the entity must have one.
+    Mind take(EntityId entity);
+
+    [[nodiscard]] const Mind* find(EntityId entity) const;
+    [[nodiscard]] Mind* find(EntityId entity);
+
+    [[nodiscard]] std::size_t size() const { return order_.size(); }
+
+    [[nodiscard]] Mind& at(Slot slot) { return minds_[slot]; }
+
+    /// Slots of the minds of the awake tier, ascending by entity id.
+    [[nodiscard]] std::span<const Slot> awake() const { return awake_; }
+
+    /// The n-th mind by entity id, n < size().
+    [[nodiscard]] Slot nth(std::size_t n) const { return order_[n].slot; }
+
+    /// Changes the tier.
+    void wake(Slot slot);
+    void wake(EntityId entity);
+    void put_to_sleep(Slot slot);
+
+    /// Of a coarse mind: it is among the due ones at `mind.next_event`, as that is now.
+    void schedule(Slot slot);
+
+    /// Appends what is due at `now`, the longest waiting first, and forgets that it is.
+    void take_due(Tick now, std::vector<Event>& due);
+
+    /// All minds, ascending by entity id.
+    void hash(core::StateHash& hash) const;
+
+  private:
+    struct Place {
+        EntityId entity;
+        Slot slot;
+    };
+
+    static bool later(const Event& a, const Event& b);
+    [[nodiscard]] std::size_t place_of(EntityId entity) const;
+    void insert_awake(Slot slot);
+    void erase_awake(Slot slot);
+
+    std::vector<Mind> minds_;  // by slot
+    std::vector<Slot> free_;
+    std::vector<Place> order_;  // ascending by entity
+    std::vector<Slot> awake_;
+    std::vector<Event> events_;  // a heap, the next on top
+};
+
+}  // namespace zoned::ai

@@ -1,0 +1,64 @@
+// Wish: where what a mind does wants to go now, before it is made a command or a leg.
+#pragma once
+
+#include "server/ai/mind.h"
+#include "server/spatial/point_grid.h"
+#include "server/world/entities.h"
+
+namespace zoned::ai {
+
+/// A goal this near counts as reached, m.
+inline constexpr float kArriveM = 1.0F;
+/// A chaser stops this near to its prey and follows again beyond the other, m.
+inline constexpr float kChaseStopM = 1.1F;
+inline constexpr float kChaseFollowM = 1.4F;
+
+/// What wishes and steering read besides the mind.
+struct Surroundings {
+    const world::Entities& entities;
+    const world::TypeTable& types;
+    const spatial::PointGrid& grid;
+    world::Row self;
+    Tick now;
+    float dt;  ///< s
+
+    /// x, z of the entity, m.
+    [[nodiscard]] Vec2 here() const {
+        const Vec3& at = entities.position[self];
+        return {at.x(), at.z()};
+    }
+};
+
+struct Wish {
+    Vec2 direction = Vec2::Zero();  ///< need not have unit length; zero = stand still
+    bool has_goal = false;          ///< progress means coming nearer to `goal`
+    Vec2 goal = Vec2::Zero();
+    float fresh_cos;    ///< re-aim at a decision when the cosine is below this
+    bool keep = false;  ///< nothing new: the aim stays
+
+    Wish();
+};
+
+/// Begins what the mind does anew, which it has just turned to.
+void begin_deed(Mind& mind, const State& state, const Surroundings& around);
+
+/// What `state` wants; `speed` in m/s. Moves on targets that are reached.
+Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& around);
+
+/// Another point for a wanderer.
+void pick_wander_target(Mind& mind, float radius, const Surroundings& around);
+
+/// Of a walker in that state, m/s.
+float full_speed(const State& state, const Surroundings& around);
+
+bool moving(const Mind& mind);
+
+/// Of the mind's command: unit length, or zero when it stands.
+Vec2 aim_direction(const Mind& mind);
+
+/// `direction` has unit length.
+void aim_along(Mind& mind, const State& state, const Vec2& direction);
+
+void restart_progress(Mind& mind, const Vec3& here, Tick now);
+
+}  // namespace zoned::ai

@@ -1,0 +1,64 @@
+#include "server/zone/minds.h"
+
+#include "server/ai/coarse.h"
+
+#include <limits>
+
+namespace zoned::zone {
+
+namespace {
+
+/// Beyond it an entity belongs to another zone.
+Vec2 half_size(const ZoneState& state) {
+    if (state.settings.regions.size() < 2) {
+        return Vec2::Constant(std::numeric_limits<float>::infinity());
+    }
+    const Region& region = state.settings.region();
+    const auto slack = static_cast<double>(state.settings.handoff_hysteresis_m);
+    return {static_cast<float>(0.5 * (region.max_x - region.min_x) + slack),
+            static_cast<float>(0.5 * (region.max_z - region.min_z) + slack)};
+}
+
+}  // namespace
+
+std::uint32_t step_minds(ZoneState& state) {
+    compute::Team alone;
+    const ai::World world{state.entities,
+                          *state.settings.types,
+                          current_grid(state),
+                          *state.settings.statics,
+                          state.team != nullptr ? *state.team : alone,
+                          half_size(state),
+                          state.now,
+                          state.settings.dt};
+    state.report.ai = state.mind_step.run(state.minds, world, state.settings.ai);
+    for (const EntityId entity : state.mind_step.fell_asleep()) {
+        remove_body(state, state.entities.find(entity));
+    }
+    for (const EntityId entity : state.mind_step.woke_up()) {
+        add_body(state, state.entities.find(entity), false);
+    }
+    state.grid_valid = state.grid_valid && !state.report.ai.moved;
+    return state.report.ai.decisions;
+}
+
+void rouse(ZoneState& state, world::Row row) {
+    ai::Mind* const mind = state.minds.find(state.entities.id[row]);
+    if (mind == nullptr || mind->tier != ai::Tier::kCoarse) {
+        return;
+    }
+    ai::wake_up(*mind,
+                state.settings.ai.compiled[mind->machine],
+                {state.entities,
+                 *state.settings.types,
+                 state.grid,
+                 *state.settings.statics,
+                 state.now,
+                 state.settings.dt},
+                row);
+    state.minds.wake(mind->entity);
+    add_body(state, row, false);
+    state.grid_valid = false;
+}
+
+}  // namespace zoned::zone

@@ -1,0 +1,16 @@
+// Minds of a zone: the step, and bodies for those alone whose entities are simulated.
+#pragma once
+
+#include "server/zone/zone_state.h"
+
+namespace zoned::zone {
+
+/// Decisions and steering; who falls asleep loses the body, who wakes up gets it back. Returns how
+/// many decided.
+std::uint32_t step_minds(ZoneState& state);
+
+/// An entity that something is done to must be simulated: wakes its mind where it has one that goes
+/// from event to event.
+void rouse(ZoneState& state, world::Row row);
+
+}  // namespace zoned::zone

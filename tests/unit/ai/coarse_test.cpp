@@ -1,0 +1,232 @@
+// Minds that nobody sees: they go from event to event, and come out as if somebody had looked.
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+#include <tuple>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+/// A state that was entered.
+struct Entered {
+    Tick tick;
+    std::uint16_t state;
+
+    friend bool operator==(const Entered&, const Entered&) = default;
+};
+
+std::ostream& operator<<(std::ostream& out, const Entered& entered) {
+    return out << "state " << entered.state << " at tick " << entered.tick;
+}
+
+/// What one mind went through.
+using Life = std::vector<Entered>;
+
+/// All minds of a field, and how they lived.
+class Lives {
+  public:
+    explicit Lives(Machine machine, bool simulated, std::uint32_t count = 20) : count_(count) {
+        field.settings.machines = {std::move(machine)};
+        field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
+        // The field moves without inertia.
+        for (world::EntityType& type : field.types) {
+            type.character.acceleration = 0.0F;
+        }
+        field.wall = nullptr;
+        compile(field.settings, kDt);
+        for (std::uint32_t id = 1; id <= count; ++id) {
+            field.add_npc(id, kGuard, 0, Vec3(10.0F * static_cast<float>(id), 0.9F, 0.0F));
+            field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
+            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+        }
+        lives.resize(count);
+    }
+
+    void run(float seconds) {
+        const Tick end = field.now + static_cast<Tick>(seconds / kDt);
+        while (field.now < end) {
+            events += field.step().events;
+            awake += field.minds.awake().size();
+            for (std::uint32_t id = 1; id <= count_; ++id) {
+                const std::uint16_t state = field.state(id);
+                Life& life = lives[id - 1];
+                if (life.empty() || life.back().state != state) {
+                    life.push_back({field.now, state});
+                }
+            }
+        }
+    }
+
+    [[nodiscard]] float variable(std::uint32_t id, std::size_t v) const {
+        return variable_at(
+            *field.minds.find(EntityId(id)), field.settings.compiled[0], v, field.now);
+    }
+
+    Field field;
+    std::vector<Life> lives;
+    std::uint64_t events = 0;
+    std::uint64_t awake = 0;
+
+  private:
+    std::uint32_t count_;
+};
+
+Transition on_variable(std::uint16_t to, std::size_t v, Compare compare, float threshold) {
+    Transition t;
+    t.to = to;
+    t.sense = static_cast<SenseIndex>(kOwnSenses + v);
+    t.compare = compare;
+    t.threshold = threshold;
+    return t;
+}
+
+/// Gets hungry, eats, sleeps; now and then a yawn that nobody can foresee but by its seed.
+Machine drowsy() {
+    Machine m;
+    m.name = "drowsy";
+    m.decide_every_s = 0.2F;
+    m.variables = {{"hunger", 0.3F, 0.013F, 0.0F, 1.0F}, {"tired", 0.0F, 0.004F, 0.0F, 1.0F}};
+    m.states.resize(4);
+    m.states[0].name = "idle";
+    m.states[0].transitions = {on_variable(1, 0, Compare::kAbove, 0.7F),
+                               on_variable(2, 1, Compare::kAbove, 0.9F),
+                               {3, Sensor::kRandom, Compare::kBelow, 0.01F, 0.0F}};
+    m.states[0].transitions[0].hold_s = 1.3F;
+    m.states[1].name = "eat";
+    m.states[1].changes = {{0, -0.11F, -0.05F}};
+    m.states[1].transitions = {on_variable(0, 0, Compare::kBelow, 0.11F)};
+    m.states[2].name = "sleep";
+    m.states[2].changes = {{1, -0.05F, 0.0F}, {0, 0.001F, 0.0F}};
+    m.states[2].transitions = {on_variable(0, 1, Compare::kBelow, 0.02F)};
+    m.states[3].name = "yawn";
+    m.states[3].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 2.5F, 0.0F}};
+    return m;
+}
+
+TEST(Coarse, WhatDependsOnTimeAndVariablesIsTheSameToTheLastBit) {
+    Lives all(drowsy(), true);
+    Lives some(drowsy(), false);
+    all.run(600.0F);
+    some.run(600.0F);
+    std::size_t entered = 0;
+    for (std::uint32_t id = 1; id <= 20; ++id) {
+        EXPECT_EQ(all.lives[id - 1], some.lives[id - 1]) << id;
+        EXPECT_EQ(all.variable(id, 0), some.variable(id, 0)) << id;
+        EXPECT_EQ(all.variable(id, 1), some.variable(id, 1)) << id;
+        entered += some.lives[id - 1].size();
+    }
+    EXPECT_GT(entered, 20U * 30U) << "they did something";
+    // Two seconds awake, then events alone: some for each state that was entered, and a look ahead
+    // at random numbers each 64 decisions (12.8 s).
+    EXPECT_LT(some.awake, 20U * 100U);
+    EXPECT_LT(some.events, 4U * entered + 20U * 600U / 12U);
+}
+
+/// Walks home, patrols, wanders: a day of three errands.
+Machine walker() {
+    Machine m;
+    m.name = "walker";
+    m.states.resize(3);
+    m.states[0].name = "patrol";
+    m.states[0].action = ActionKind::kPatrol;
+    m.states[0].radius_m = 15.0F;
+    m.states[0].speed_factor = 0.5F;
+    m.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 100.0F, 0.0F}};
+    m.states[1].name = "return";
+    m.states[1].action = ActionKind::kReturn;
+    m.states[1].transitions = {{2, Sensor::kHomeDistance, Compare::kBelow, 1.5F, 0.5F}};
+    m.states[2].name = "wander";
+    m.states[2].action = ActionKind::kWander;
+    m.states[2].radius_m = 30.0F;
+    m.states[2].speed_factor = 0.7F;
+    m.states[2].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 60.0F, 0.0F}};
+    return m;
+}
+
+/// How far minds that nobody saw are from where they would have walked, m, at the worst.
+float worst_place(Lives& all, Lives& some) {
+    float worst = 0.0F;
+    for (std::uint32_t id = 1; id <= 20; ++id) {
+        const Mind& mind = *some.field.minds.find(EntityId(id));
+        EXPECT_EQ(mind.tier, Tier::kCoarse);
+        const Vec3& walked = all.field.position(id);
+        const Vec2 at = position_at(mind.leg, some.field.now - 1, kDt);
+        worst = std::max(worst, (at - Vec2(walked.x(), walked.z())).norm());
+    }
+    return worst;
+}
+
+class Errand : public testing::TestWithParam<ActionKind> {};
+
+/// A command has 127 steps a side, so that a heading is off by up to 0.5 / 127 rad: 0.2 m on the
+/// longest way of 60 m. It is put right at 6 degrees, late, and a goal is reached within 1 m from
+/// any side. That is an error of a way; ways do not add theirs up, but their times do: a way takes
+/// 1 / cos(6 degrees) = 0.5 % longer at most where a heading was off all the time.
+TEST_P(Errand, LeadsToWhereTheyWouldHaveWalked) {
+    Machine machine = single(GetParam(), 25.0F);
+    machine.states[0].speed_factor = 0.7F;
+    Lives all(machine, true);
+    Lives some(machine, false);
+    for (float minutes = 1.0F; minutes <= 10.0F; ++minutes) {
+        all.run(60.0F);
+        some.run(60.0F);
+        EXPECT_LT(worst_place(all, some), 1.0F + 0.005F * 2.8F * 60.0F * minutes);
+    }
+    EXPECT_LT(some.awake, 20U * 100U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Coarse,
+                         Errand,
+                         testing::Values(ActionKind::kIdle,
+                                         ActionKind::kPatrol,
+                                         ActionKind::kWander,
+                                         ActionKind::kReturn));
+
+TEST(Coarse, WalkersDoWhatTheyWouldHaveDone) {
+    Lives all(walker(), true);
+    Lives some(walker(), false);
+    all.run(600.0F);
+    some.run(600.0F);
+    for (std::uint32_t id = 1; id <= 20; ++id) {
+        const Life& a = all.lives[id - 1];
+        const Life& b = some.lives[id - 1];
+        // The last state may be entered before the end here and after it there.
+        ASSERT_LE(std::max(a.size(), b.size()) - std::min(a.size(), b.size()), 1U) << id;
+        for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k) {
+            EXPECT_EQ(a[k].state, b[k].state);
+            EXPECT_LE(std::abs(a[k].tick - b[k].tick), static_cast<Tick>(2.0F / kDt));
+        }
+    }
+    EXPECT_LT(some.awake, 20U * 100U);
+}
+
+TEST(Coarse, WakesWhereAViewerComes) {
+    Lives some(walker(), false);
+    some.run(30.0F);
+    ASSERT_TRUE(some.field.minds.awake().empty());
+    const Vec2 at = position_at(some.field.minds.find(EntityId(3))->leg, some.field.now - 1, kDt);
+    some.field.add_player(900, Vec3(at.x() + 30.0F, 0.9F, at.y()));
+    some.field.step();
+    const Mind& mind = *some.field.minds.find(EntityId(3));
+    EXPECT_EQ(mind.tier, Tier::kAwake) << "at once";
+    EXPECT_NEAR(some.field.position(3).x(), at.x(), 0.2F);
+    EXPECT_NEAR(some.field.position(3).z(), at.y(), 0.2F);
+    EXPECT_EQ(some.field.minds.find(EntityId(20))->tier, Tier::kCoarse) << "it is far away";
+    some.field.entities.remove(some.field.entities.find(EntityId(900)));
+    some.run(4.0F);
+    EXPECT_EQ(mind.tier, Tier::kCoarse) << "when nobody looks any more";
+}
+
+TEST(Coarse, SleepsNotWhileSomebodyCouldSee) {
+    Lives some(drowsy(), false);
+    some.field.add_player(900, Vec3(15.0F, 0.9F, 0.0F));
+    some.run(10.0F);
+    EXPECT_EQ(some.field.minds.find(EntityId(1))->tier, Tier::kAwake);
+    EXPECT_EQ(some.field.minds.find(EntityId(20))->tier, Tier::kCoarse);
+}
+
+}  // namespace
+}  // namespace zoned::ai
