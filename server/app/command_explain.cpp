@@ -6,6 +6,7 @@
 #include "server/app/tick_loop.h"
 #include "server/app/world.h"
 #include "server/ops/method_plan.h"
+#include "server/ops/parameters.h"
 
 #include <cstdio>
 #include <string>
@@ -212,6 +213,10 @@ int explain(const ExplainArguments& arguments) {
                    arguments.ticks);
     }
     std::printf("\n%s", ops::methods_text(settings).c_str());
+    const std::string parameters = ops::parameters_text(settings);
+    if (!parameters.empty()) {
+        std::printf("\n%s", parameters.c_str());
+    }
     return kGood;
 }
 

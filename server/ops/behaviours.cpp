@@ -1,108 +1,317 @@
 #include "server/ops/behaviours.h"
 
-#include "server/world/entity_type.h"
+#include "server/ops/behaviour_parts.h"
+#include "server/ops/choices.h"
+#include "server/ops/config_checks.h"
+#include "server/ops/minds.h"
+#include "server/ops/parameters.h"
+#include "server/ops/type_families.h"
+
+#include <google/protobuf/descriptor.h>
 
 #include <algorithm>
-#include <array>
-#include <string_view>
+#include <set>
 
 namespace zoned::ops {
 
 namespace {
 
-constexpr std::array<std::string_view, world::kFirstNamedBehaviour> kBuiltIn = {"normal",
-                                                                                "idle",
-                                                                                "running",
-                                                                                "riding"};
+using google::protobuf::FieldDescriptor;
+using proto::Config;
 
-// The columns of radii that are left.
-constexpr int kMostNamed = world::kBehaviours - world::kFirstNamedBehaviour;
+/// Copies included.
+constexpr int kMostMachines = 20000;
 
-}  // namespace
-
-int find_behaviour(const proto::Config& config, const std::string& name) {
-    for (std::size_t i = 0; i < kBuiltIn.size(); ++i) {
-        if (kBuiltIn[i] == name) {
-            return static_cast<int>(i);
-        }
-    }
-    for (int b = 0; b < std::min(config.behaviour_size(), kMostNamed); ++b) {
-        if (config.behaviour(b) == name) {
-            return world::kFirstNamedBehaviour + b;
+int find_part(const Config& config, const std::string& name) {
+    for (int b = 0; b < config.behaviour_size(); ++b) {
+        if (config.behaviour(b).name() == name) {
+            return b;
         }
     }
     return -1;
 }
 
-double largest_radius(const proto::Config::Radii& radii) {
-    double largest = std::max({radii.normal(), radii.idle(), radii.running(), radii.riding()});
-    for (const auto& named : radii.named()) {
-        largest = std::max({largest, named.radius_m(), named.cone().length_m()});
-    }
-    return largest;
-}
+/// Every setting that a parameter stands for has one that it bears, and every parameter is used.
+class PartsCheck {
+  public:
+    PartsCheck(const Config& config, Diagnostics& diagnostics)
+        : config_(config),
+          diagnostics_(diagnostics) {}
 
-void check_behaviours(const proto::Config& config, Diagnostics& diagnostics) {
-    for (int b = 0; b < config.behaviour_size(); ++b) {
-        if (b >= kMostNamed) {
-            diagnostics.add(join_path("", "behaviour", b), "a config names at most 4 behaviours");
-            return;
+    void run() {
+        std::set<std::string> names;
+        for (int b = 0; b < config_.behaviour_size(); ++b) {
+            const std::string path = join_path("", "behaviour", b);
+            const Config::Behaviour& part = config_.behaviour(b);
+            if (check_name(part.name(), "behaviour", path, diagnostics_) &&
+                !names.insert(part.name()).second) {
+                diagnostics_.add(path + ".name",
+                                 "'" + part.name() + "' is the name of another behaviour");
+            }
+            if (find_machine(config_, part.machine()) < 0) {
+                diagnostics_.add(path + (part.has_machine() ? ".machine" : ""),
+                                 part.has_machine()
+                                     ? "there is no machine named '" + part.machine() + "'"
+                                     : "a behaviour needs a `machine`");
+                continue;
+            }
+            parameters(part, path);
         }
-        const std::string path = join_path("", "behaviour", b);
-        const std::string& name = config.behaviour(b);
-        if (find_behaviour(config, name) != world::kFirstNamedBehaviour + b) {
-            diagnostics.add(path, "'" + name + "' is the name of another behaviour");
+        strays();
+    }
+
+  private:
+    void parameters(const Config::Behaviour& part, const std::string& path) {
+        std::set<std::string> used;
+        const LookAtParameter look = [&](const FieldDescriptor* number,
+                                         const std::string& name,
+                                         bool twice,
+                                         const std::string& here) {
+            if (twice) {
+                diagnostics_.add(here, "takes either `" + number->name() + "` or a parameter");
+            }
+            used.insert(name);
+            for (int p = 0; p < part.parameter_size(); ++p) {
+                if (part.parameter(p).name() == name) {
+                    bears(*number, part.parameter(p), join_path(path, "parameter", p));
+                    return;
+                }
+            }
+            diagnostics_.add(
+                here, "behaviour '" + part.name() + "' has no parameter named '" + name + "'");
+        };
+        const MachineParts parts = parts_of(config_, part.machine());
+        in_parts_.merge(parts);
+        parts.for_each(config_, [&look](const auto& of, const std::string& at) {
+            for_each_parameter(of, at, look);
+        });
+        for_each_parameter(part, path, look);
+        for (int p = 0; p < part.parameter_size(); ++p) {
+            if (used.count(part.parameter(p).name()) == 0) {
+                diagnostics_.add(join_path(path, "parameter", p),
+                                 "no setting takes it: name it in one that ends in _from");
+            }
         }
     }
-    const auto check = [&](const std::string& name, const std::string& path) {
-        if (find_behaviour(config, name) < world::kFirstNamedBehaviour) {
-            diagnostics.add(
-                path,
-                "there is no behaviour: \"" + name + "\" in this config" +
-                    (find_behaviour(config, name) >= 0 ? "; this one has its own field" : ""));
+
+    void bears(const FieldDescriptor& number,
+               const Config::Parameter& parameter,
+               const std::string& path) {
+        const proto::FieldRange& range = number.options().GetExtension(proto::range);
+        if (parameter.low() < range.min() || parameter.high() > range.max()) {
+            diagnostics_.add(path,
+                             text_of("its bounds are %g to %g, but it stands for ",
+                                     parameter.low(),
+                                     parameter.high()) +
+                                 number.name() +
+                                 text_of(", which lies in [%g..%g]", range.min(), range.max()));
         }
-    };
-    for (int t = 0; t < config.type_size(); ++t) {
-        const auto check_radii = [&](const proto::Config::Radii& radii, const std::string& field) {
-            for (int r = 0; r < radii.named_size(); ++r) {
-                const std::string path =
-                    join_path(join_path("", "type", t) + "." + field, "named", r);
-                check(radii.named(r).behaviour(), path + ".behaviour");
-                if (radii.named(r).has_cone() &&
-                    (field == "aura_m" || config.type(t).kind() != proto::Config::CHARACTER)) {
-                    diagnostics.add(path + ".cone", "only the nimbus of characters has a cone");
+    }
+
+    /// Parameters where nobody could set them.
+    void strays() {
+        const auto stray = [this](const FieldDescriptor* /*number*/,
+                                  const std::string& name,
+                                  bool /*twice*/,
+                                  const std::string& here) {
+            diagnostics_.add(
+                here, "'" + name + "' is the parameter of a behaviour; this is part of none");
+        };
+        MachineParts others;
+        const auto rest = [](int count, const std::set<int>& known, std::set<int>& out) {
+            for (int i = 0; i < count; ++i) {
+                if (known.count(i) == 0) {
+                    out.insert(i);
                 }
             }
         };
-        check_radii(config.type(t).aura_m(), "aura_m");
-        check_radii(config.type(t).nimbus_m(), "nimbus_m");
-    }
-    for (int m = 0; m < config.machine_size(); ++m) {
-        for (int s = 0; s < config.machine(m).state_size(); ++s) {
-            const auto& state = config.machine(m).state(s);
-            if (state.has_named_behaviour()) {
-                check(state.named_behaviour(),
-                      join_path(join_path("", "machine", m), "state", s) + ".named_behaviour");
+        rest(config_.machine_size(), in_parts_.machines, others.machines);
+        rest(config_.tree_size(), in_parts_.trees, others.trees);
+        rest(config_.domain_size(), in_parts_.domains, others.domains);
+        others.for_each(config_, [&stray](const auto& of, const std::string& at) {
+            for_each_parameter(of, at, stray);
+        });
+        for (int t = 0; t < config_.type_size(); ++t) {
+            const std::string& machine = config_.type(t).machine();
+            if (find_machine(config_, machine) >= 0 && takes_parameters(config_, machine)) {
+                diagnostics_.add(
+                    join_path("", "type", t) + ".machine",
+                    "machine '" + machine + "' takes parameters: the type needs the behaviour");
             }
         }
     }
-    const auto check_deed = [&check](const proto::Config::Deed& deed, const std::string& path) {
-        if (deed.has_named_behaviour()) {
-            check(deed.named_behaviour(), path + ".do.named_behaviour");
+
+    const Config& config_;
+    Diagnostics& diagnostics_;
+    MachineParts in_parts_;
+};
+
+/// The machine of one type.
+class MindOfType {
+  public:
+    MindOfType(Config& config,
+               const std::string& type,
+               const std::string& path,
+               const std::string& as,
+               Diagnostics& diagnostics)
+        : config_(config),
+          type_(type),
+          path_(path),
+          as_(as),
+          diagnostics_(diagnostics) {}
+
+    /// Appends the machine; its name, empty where something is missing.
+    std::string build(const std::vector<BehaviourUse>& uses,
+                      std::vector<ParameterChoice>& choices) {
+        for (const BehaviourUse& use : uses) {
+            add(use, choices);
         }
-    };
-    for (int t = 0; t < config.tree_size(); ++t) {
-        for (int n = 0; n < config.tree(t).node_size(); ++n) {
-            check_deed(config.tree(t).node(n).do_(),
-                       join_path(join_path("", "tree", t), "node", n));
+        if (broken_) {
+            return {};
+        }
+        Config::Machine machine;
+        machine.set_name(type_ + ".mind");
+        perceive(machine);
+        merge_variables(uses, machine);
+        for (std::size_t k = 0; k < layers_.size(); ++k) {
+            // It starts with the last: the one that needs no cue.
+            const Layer& layer = layers_[(k + layers_.size() - 1) % layers_.size()];
+            Config::State* state = machine.add_state();
+            state->set_name(layer.part.name());
+            state->set_machine(layer.part.machine());
+            if (layer.remembers) {
+                state->set_history(layer.part.history());
+            }
+        }
+        const std::string name = machine.name();
+        const int index = config_.machine_size();
+        *config_.add_machine() = std::move(machine);
+        diagnostics_.set_origin(join_path("", "machine", index), path_, as_);
+        add_transitions(config_, index, layers_, diagnostics_, as_);
+        return name;
+    }
+
+  private:
+    void add(const BehaviourUse& use, std::vector<ParameterChoice>& choices) {
+        const int index = find_part(config_, use.name);
+        if (index < 0 || find_machine(config_, config_.behaviour(index).machine()) < 0) {
+            broken_ = true;
+            if (index < 0) {
+                diagnostics_.add(use.path + ".name",
+                                 "there is no behaviour named '" + use.name + "'");
+            }
+            return;
+        }
+        const std::size_t before = choices.size();
+        const ParameterValues values = values_of(config_, index, type_, use, choices, diagnostics_);
+        if (choices.size() == before) {
+            choices.push_back({type_, use.name, {}, 0.0, {}});
+        }
+        Layer layer;
+        layer.part = config_.behaviour(index);
+        layer.path = join_path("", "behaviour", index);
+        layer.use_path = use.path;
+        put_parameters(values, layer.part);
+        const Config::Machine& first = config_.machine(find_machine(config_, layer.part.machine()));
+        layer.remembers =
+            first.state_size() > 1 || (first.state_size() > 0 && first.state(0).has_machine());
+        layer.part.set_machine(copy_with_parameters(config_,
+                                                    layer.part.machine(),
+                                                    type_ + "." + use.name + ".",
+                                                    values,
+                                                    diagnostics_,
+                                                    as_));
+        layers_.push_back(std::move(layer));
+    }
+
+    void perceive(Config::Machine& machine) const {
+        double perception = 0.0;
+        double period = 60.0;
+        for (const Layer& layer : layers_) {
+            const Config::Machine& of =
+                config_.machine(find_machine(config_, layer.part.machine()));
+            perception = std::max(perception, of.perception_m());
+            period = std::min(period, of.decide_every_s());
+        }
+        machine.set_perception_m(perception);
+        machine.set_decide_every_s(period);
+    }
+
+    void merge_variables(const std::vector<BehaviourUse>& uses, Config::Machine& machine) {
+        for (std::size_t k = 0; k < layers_.size(); ++k) {
+            const Config::Machine& of =
+                config_.machine(find_machine(config_, layers_[k].part.machine()));
+            for (const Config::Variable& variable : of.variable()) {
+                const int known = find_variable(machine, variable.name());
+                if (known < 0) {
+                    *machine.add_variable() = variable;
+                } else if (machine.variable(known).SerializeAsString() !=
+                           variable.SerializeAsString()) {
+                    diagnostics_.add(uses[k].path,
+                                     "its variable '" + variable.name() +
+                                         "' is another in a behaviour before it: variables of "
+                                         "one name are one, and must be written alike");
+                }
+            }
+        }
+        if (machine.variable_size() > static_cast<int>(ai::kMaxVariables)) {
+            diagnostics_.add(path_,
+                             text_of("its behaviours have %g variables together, at most %g",
+                                     machine.variable_size(),
+                                     static_cast<double>(ai::kMaxVariables)));
         }
     }
-    for (int d = 0; d < config.domain_size(); ++d) {
-        for (int a = 0; a < config.domain(d).action_size(); ++a) {
-            check_deed(config.domain(d).action(a).do_(),
-                       join_path(join_path("", "domain", d), "action", a));
+
+    Config& config_;
+    std::string type_;
+    std::string path_;
+    std::string as_;
+    Diagnostics& diagnostics_;
+    std::vector<Layer> layers_;
+    bool broken_ = false;
+};
+
+}  // namespace
+
+std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagnostics) {
+    std::vector<ParameterChoice> choices;
+    const BehaviourUses uses = resolve_types(config, diagnostics);
+    check_parameters(config, diagnostics);
+    PartsCheck(config, diagnostics).run();
+    std::set<std::string> used;
+    for (int t = 0; t < config.type_size(); ++t) {
+        const auto& of = uses[static_cast<std::size_t>(t)];
+        for (const BehaviourUse& use : of) {
+            used.insert(use.name);
+        }
+        if (config.machine_size() > kMostMachines) {
+            diagnostics.add(join_path("", "type", t),
+                            "the types so far need too many copies of machines with parameters");
+            return choices;
+        }
+        if (!of.empty()) {
+            const std::string machine = MindOfType(config,
+                                                   config.type(t).name(),
+                                                   join_path("", "type", t),
+                                                   "in type '" + config.type(t).name() + "'",
+                                                   diagnostics)
+                                            .build(of, choices);
+            if (!machine.empty()) {
+                config.mutable_type(t)->set_machine(machine);
+            }
         }
     }
+    // What no type has yet is judged all the same, by itself.
+    std::vector<ParameterChoice> unused;
+    for (int b = 0; b < config.behaviour_size(); ++b) {
+        const std::string name = config.behaviour(b).name();
+        if (used.count(name) == 0) {
+            const std::string path = join_path("", "behaviour", b);
+            MindOfType(config, "behaviour." + name, path, "no type has it", diagnostics)
+                .build({{name, path, {}}}, unused);
+        }
+    }
+    return choices;
 }
 
 }  // namespace zoned::ops

@@ -1,22 +1,31 @@
-// Behaviours: which of an entity's radii hold; the four of every world, and those that a config
-// names.
+// Behaviours: a type that is a set of behaviours, each a machine with parameters, gets one machine
+// made of them.
 #pragma once
 
 #include "server/ops/diagnostics.h"
+#include "server/ops/settings.h"
 #include "proto/config.pb.h"
 
 #include <string>
+#include <vector>
 
 namespace zoned::ops {
 
-/// Index of the behaviour's column (world::EntityType::aura_m); -1 where the config has none of
-/// that name.
-int find_behaviour(const proto::Config& config, const std::string& name);
-
-/// Over all behaviours, m.
-double largest_radius(const proto::Config::Radii& radii);
-
-/// Names of behaviours are unique, and radii and minds name no others.
-void check_behaviours(const proto::Config& config, Diagnostics& diagnostics);
+/// Makes types complete (type_families.h), and for each that has behaviours a machine "TYPE.mind":
+/// its states are the behaviours, with the type's numbers in the place of parameters. Precedence is
+/// order, as in layers of which a higher one takes over from those below it (Brooks, "A robust
+/// layered control system for a mobile robot", IEEE Journal of Robotics and Automation 2, 1986,
+/// section III): whatever is active, the first behaviour before it of which a cue holds takes over;
+/// where it ends, the first after it of which a cue holds goes on, and the last one where none
+/// does. All that is decided here: in the server such a mind is a machine like any other. Machines,
+/// trees and domains that take parameters are copied for each type ("TYPE.BEHAVIOUR.NAME").
+///
+/// A mind has the variables of all of its behaviours' machines, perceives as far as the farthest
+/// and decides as often as the most frequent of them.
+///
+/// Reports, at the place in the file: behaviours and parameters that are none, parameters that no
+/// setting takes or whose bounds it does not bear, behaviours that never begin or never end,
+/// variables of one name that differ. Returns what all parameters are.
+std::vector<ParameterChoice> build_behaviours(proto::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

@@ -1,3 +1,4 @@
+#include "server/ops/behaviour_parts.h"
 #include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/minds.h"
@@ -339,6 +340,12 @@ void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
     std::vector<bool> looked_at(named.size(), false);
     for (const int root : root_machines(config)) {
         RootCheck(config, root, named, looked_at, diagnostics).run();
+    }
+    // What behaviours hold was judged in the types that have them, with their parameters.
+    for (const auto& behaviour : config.behaviour()) {
+        for (const int m : parts_of(config, behaviour.machine()).machines) {
+            looked_at[static_cast<std::size_t>(m)] = true;
+        }
     }
     // Machines that hold each other in a ring are nobody's roots.
     for (std::size_t m = 0; m < looked_at.size(); ++m) {

@@ -1,5 +1,5 @@
-#include "server/ops/behaviours.h"
 #include "server/ops/config_checks.h"
+#include "server/ops/stances.h"
 
 #include <arpa/inet.h>
 

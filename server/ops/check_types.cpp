@@ -1,6 +1,6 @@
-#include "server/ops/behaviours.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/soft_types.h"
+#include "server/ops/stances.h"
 #include "server/ops/type_shapes.h"
 
 #include <algorithm>
@@ -132,7 +132,7 @@ void check_representation(const proto::Config& config,
 }  // namespace
 
 void check_types(const proto::Config& config, Diagnostics& diagnostics) {
-    check_behaviours(config, diagnostics);
+    check_stances(config, diagnostics);
     std::map<std::string, int> names;
     std::map<std::string, int> machines;
     for (int m = 0; m < config.machine_size(); ++m) {

@@ -1,8 +1,8 @@
 #include "server/ops/choices.h"
 
-#include "server/ops/behaviours.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/config_numbers.h"
+#include "server/ops/stances.h"
 
 #include <algorithm>
 #include <set>
@@ -281,10 +281,10 @@ ai::State expand_deed(const proto::Config& config,
     out.speed_factor = narrow(deed.speed_factor());
     out.sprint = deed.sprint();
     out.radius_m = narrow(deed.radius_m());
-    out.behaviour = static_cast<std::uint8_t>(deed.behaviour());
-    if (deed.has_named_behaviour()) {
+    out.behaviour = static_cast<std::uint8_t>(deed.stance());
+    if (deed.has_named_stance()) {
         out.behaviour =
-            static_cast<std::uint8_t>(std::max(find_behaviour(config, deed.named_behaviour()), 0));
+            static_cast<std::uint8_t>(std::max(find_stance(config, deed.named_stance()), 0));
     }
     for (const auto& change : deed.change()) {
         out.changes.push_back(expand_change(change, variable_of));

@@ -1,10 +1,10 @@
 #include "server/ops/config_expand.h"
 
-#include "server/ops/behaviours.h"
 #include "server/ops/config_numbers.h"
 #include "server/ops/method_plan.h"
 #include "server/ops/minds.h"
 #include "server/ops/soft_types.h"
+#include "server/ops/stances.h"
 #include "server/ops/type_shapes.h"
 
 #include <algorithm>
@@ -31,9 +31,9 @@ std::array<float, world::kBehaviours> expand_radii(const proto::Config& config,
         out[static_cast<std::size_t>(world::Behaviour::kRiding)] = narrow(radii.riding());
     }
     for (const auto& named : radii.named()) {
-        const int behaviour = find_behaviour(config, named.behaviour());
-        if (behaviour >= 0) {  // else check_types says so, and nobody uses the settings
-            out[static_cast<std::size_t>(behaviour)] = narrow(named.radius_m());
+        const int stance = find_stance(config, named.stance());
+        if (stance >= 0) {  // else check_types says so, and nobody uses the settings
+            out[static_cast<std::size_t>(stance)] = narrow(named.radius_m());
         }
     }
     return out;
@@ -43,9 +43,9 @@ std::array<world::Cone, world::kBehaviours> expand_cones(const proto::Config& co
                                                          const proto::Config::Radii& radii) {
     std::array<world::Cone, world::kBehaviours> out{};
     for (const auto& named : radii.named()) {
-        const int behaviour = find_behaviour(config, named.behaviour());
-        if (behaviour >= 0 && named.has_cone()) {
-            out[static_cast<std::size_t>(behaviour)] = {
+        const int stance = find_stance(config, named.stance());
+        if (stance >= 0 && named.has_cone()) {
+            out[static_cast<std::size_t>(stance)] = {
                 narrow(named.cone().length_m()),
                 narrow(named.cone().half_angle_deg() * std::numbers::pi / 180.0)};
         }
@@ -358,7 +358,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
                              : std::numeric_limits<float>::infinity();
     settings.interest.hysteresis = narrow(config.interest().hysteresis());
     settings.interest.lod_lead_m = narrow(config.interest().lod_lead_m());
-    settings.behaviours.assign(config.behaviour().begin(), config.behaviour().end());
+    settings.stances.assign(config.stance().begin(), config.stance().end());
     settings.interest.lod_radius_m.clear();
     for (int l = 0; l + 1 < config.lod_size(); ++l) {
         settings.interest.lod_radius_m.push_back(narrow(config.lod(l).radius_m()));

@@ -45,7 +45,39 @@ void Diagnostics::forget_place(const std::string& path) {
     places_[path] = Place{};
 }
 
-void Diagnostics::add(const std::string& path, const std::string& text) {
+void Diagnostics::set_origin(const std::string& made,
+                             const std::string& origin,
+                             const std::string& as) {
+    origins_[made] = Origin{origin, as};
+}
+
+Diagnostics::Origin Diagnostics::origin_of(const std::string& path) const {
+    if (!origins_.empty()) {
+        for (std::string at = path; !at.empty(); at = enclosing(at)) {
+            const auto it = origins_.find(at);
+            if (it != origins_.end()) {
+                return {it->second.path + path.substr(at.size()), it->second.as};
+            }
+        }
+    }
+    return {path, {}};
+}
+
+void Diagnostics::add(const std::string& path_of_mistake, const std::string& text_of_mistake) {
+    const Origin origin = origin_of(path_of_mistake);
+    const std::string& path = origin.path;
+    const std::string& as = origin.as;
+    std::string text = text_of_mistake;
+    if (!as.empty()) {
+        const std::string begin = text;
+        const bool known = std::any_of(errors_.begin(), errors_.end(), [&](const auto& error) {
+            return error.path == path && error.text.rfind(begin, 0) == 0;
+        });
+        if (known) {
+            return;
+        }
+        text += " (" + as + ")";
+    }
     Place place;
     for (std::string at = path; !at.empty(); at = enclosing(at)) {
         const auto it = places_.find(at);
@@ -57,7 +89,12 @@ void Diagnostics::add(const std::string& path, const std::string& text) {
     if (place.line != 0 && silenced_lines_.count(place.line) != 0) {
         return;
     }
-    errors_.push_back({place.line, place.column, path, text});
+    const bool said = std::any_of(errors_.begin(), errors_.end(), [&](const ConfigError& error) {
+        return error.path == path && error.text == text;
+    });
+    if (!said) {
+        errors_.push_back({place.line, place.column, path, text});
+    }
 }
 
 void Diagnostics::add_at(int line, int column, const std::string& path, const std::string& text) {
@@ -67,6 +104,13 @@ void Diagnostics::add_at(int line, int column, const std::string& path, const st
 void Diagnostics::silence_reported_lines() {
     for (const ConfigError& error : errors_) {
         silenced_lines_.insert(error.line);
+    }
+}
+
+void Diagnostics::silence_line_of(const std::string& path) {
+    const auto it = places_.find(path);
+    if (it != places_.end() && it->second.line != 0) {
+        silenced_lines_.insert(it->second.line);
     }
 }
 

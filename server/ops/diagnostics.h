@@ -21,6 +21,9 @@ class Diagnostics {
     /// The setting was given by --set: it and what lies below it have no place in the file any
     /// more.
     void forget_place(const std::string& path);
+    /// `made`, and what lies below it, was made of `origin`, which the file holds: mistakes there
+    /// are reported as of the origin, once whatever else was made of it, with " (`as`)" at the end.
+    void set_origin(const std::string& made, const std::string& origin, const std::string& as);
 
     /// A mistake in the setting `path`; its place is that of the nearest enclosing setting that the
     /// file holds.
@@ -31,6 +34,9 @@ class Diagnostics {
     /// From now on add() is silent on lines that have a mistake already: what the checks of
     /// relations find there as well is most likely its consequence.
     void silence_reported_lines();
+    /// From now on add() is silent on the line on which `path` stands: the same, of a mistake
+    /// elsewhere.
+    void silence_line_of(const std::string& path);
 
     [[nodiscard]] bool empty() const { return errors_.empty(); }
 
@@ -45,7 +51,16 @@ class Diagnostics {
         int column = 0;
     };
 
+    struct Origin {
+        std::string path;
+        std::string as;
+    };
+
+    /// The path in the file, and what to say of the way from there.
+    [[nodiscard]] Origin origin_of(const std::string& path) const;
+
     std::map<std::string, Place> places_;
+    std::map<std::string, Origin> origins_;
     std::set<int> silenced_lines_;
     std::vector<ConfigError> errors_;
 };

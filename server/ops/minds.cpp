@@ -1,8 +1,8 @@
 #include "server/ops/minds.h"
 
-#include "server/ops/behaviours.h"
 #include "server/ops/choices.h"
 #include "server/ops/config_numbers.h"
+#include "server/ops/stances.h"
 
 #include <algorithm>
 #include <set>
@@ -164,10 +164,10 @@ class MachineExpansion {
             s.speed_factor = narrow(state.speed_factor());
             s.sprint = state.sprint();
             s.radius_m = narrow(state.radius_m());
-            s.behaviour = static_cast<std::uint8_t>(state.behaviour());
-            if (state.has_named_behaviour()) {
-                const int behaviour = find_behaviour(config_, state.named_behaviour());
-                s.behaviour = static_cast<std::uint8_t>(std::max(behaviour, 0));
+            s.behaviour = static_cast<std::uint8_t>(state.stance());
+            if (state.has_named_stance()) {
+                const int stance = find_stance(config_, state.named_stance());
+                s.behaviour = static_cast<std::uint8_t>(std::max(stance, 0));
             }
             s.history = static_cast<ai::fsm::History>(state.history());
             for (const auto& change : state.change()) {
@@ -228,6 +228,9 @@ std::vector<int> root_machines(const proto::Config& config) {
                 held.insert(state.machine());
             }
         }
+    }
+    for (const auto& behaviour : config.behaviour()) {
+        held.insert(behaviour.machine());
     }
     std::set<std::string> worn;
     for (const auto& type : config.type()) {

@@ -26,7 +26,8 @@ void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics);
 /// and cycles of them, states that nobody enters. Call it after check_fuzzy().
 void check_machines(const proto::Config& config, Diagnostics& diagnostics);
 
-/// Machines that run by themselves: types have them, or no other machine holds them. Ascending.
+/// Machines that run by themselves: types have them, or no other machine and no behaviour holds
+/// them. Ascending.
 std::vector<int> root_machines(const proto::Config& config);
 
 /// Index of the machine of that name, -1: none.

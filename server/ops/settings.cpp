@@ -1,5 +1,6 @@
 #include "server/ops/settings.h"
 
+#include "server/ops/behaviours.h"
 #include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/config_expand.h"
@@ -56,10 +57,13 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
 }
 
 /// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
-void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
+/// `written`: the config with the contents of its files, before machines are made of behaviours.
+void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& diagnostics) {
     const proto::Config& config = settings.config;
     settings.surfaces = load_surfaces(settings.config, diagnostics);
+    written = config;
     settings.zones = expand_zones(config, diagnostics);
+    settings.parameters = build_behaviours(settings.config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
     check_machines(config, diagnostics);
@@ -98,15 +102,16 @@ bool parse_in_folder(const std::string& text,
     }
     resolve_files(folder, settings.config);
     check_ranges(settings.config, complete, diagnostics);
+    proto::Config written;
     if (complete) {
         diagnostics.silence_reported_lines();
-        check_and_expand(settings, diagnostics);
+        check_and_expand(settings, written, diagnostics);
     }
     errors = diagnostics.sorted();
     if (!errors.empty()) {
         return false;
     }
-    google::protobuf::TextFormat::PrintToString(settings.config, &settings.text);
+    google::protobuf::TextFormat::PrintToString(written, &settings.text);
     settings.digest = world_digest(settings);
     return true;
 }

@@ -94,13 +94,23 @@ struct MethodPlan {
     std::optional<physics::budget::Choice> choice;  ///< where a budget asked for one
 };
 
+/// What a parameter of a behaviour is for a type, and why; of a behaviour without parameters one
+/// without a name.
+struct ParameterChoice {
+    std::string type;
+    std::string behaviour;
+    std::string parameter;
+    double value = 0.0;
+    std::string reason;
+};
+
 /// Everything that a server needs to know, checked.
 struct Settings {
-    /// As read, after --set, with the SHA-256 of each surface's file; what is not below is read
-    /// from here.
+    /// As read, after --set, with the SHA-256 of each surface's file; types are complete, and
+    /// machines stand for their behaviours. What is not below is read from here.
     proto::Config config;
     std::string digest;  ///< hex SHA-256 of the canonical form of the parts that clients depend on
-    std::string text;    ///< canonical text form of the whole config, for recordings
+    std::string text;    ///< canonical text form of the whole config as read, for recordings
     double tick_rate_hz = 30.0;
     std::uint64_t seed = 1;
     world::TypeTable types;
@@ -122,9 +132,9 @@ struct Settings {
     std::vector<CosmeticSystem> cosmetics;
     std::vector<zone::CosmeticBurst> cosmetic_bursts;  ///< of those that have one
     physics::Settings physics;
-    std::vector<MethodPlan> methods;  ///< how `physics` and `softs` came by their methods
-    std::vector<std::string>
-        behaviours;  ///< of the config's own, from world::kFirstNamedBehaviour on
+    std::vector<MethodPlan> methods;          ///< how `physics` and `softs` came by their methods
+    std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
+    std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedBehaviour on
     ai::Settings ai;
     interest::Settings interest;
     replication::Settings replication;

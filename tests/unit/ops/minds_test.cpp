@@ -303,7 +303,7 @@ TEST(Choices, FindQuestionsThatAreAnsweredAlready) {
 }
 
 TEST(Choices, FindNodesThatAreNeitherQuestionNorAnswer) {
-    expect_in_hamlet("do { action: FLEE behaviour: RUNNING }",
+    expect_in_hamlet("do { action: FLEE stance: RUNNING }",
                      "",
                      "node { name: \"run\"",
                      "needs either `ask` or `do`");

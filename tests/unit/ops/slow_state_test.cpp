@@ -45,11 +45,11 @@ TEST(SlowStateInConfigs, IsRefusedWhereItMakesNoSense) {
 }
 
 TEST(ConesInConfigs, BelongToTheNimbusOfCharacters) {
-    const std::string behaviour = "behaviour: \"zoomed\"\n";
+    const std::string stance = "stance: \"zoomed\"\n";
     const std::string cone =
-        "named { behaviour: \"zoomed\" radius_m: 20 cone { length_m: 52 half_angle_deg: 30 } }";
-    const Outcome out = parse(with(
-        "nimbus_m { normal: 50 }", "nimbus_m { normal: 50 " + cone + " }", behaviour + kValid));
+        "named { stance: \"zoomed\" radius_m: 20 cone { length_m: 52 half_angle_deg: 30 } }";
+    const Outcome out = parse(
+        with("nimbus_m { normal: 50 }", "nimbus_m { normal: 50 " + cone + " }", stance + kValid));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const auto& types = out.settings.types;
     EXPECT_EQ(types[0].nimbus_cone[4].length_m, 52.0F);
@@ -57,25 +57,25 @@ TEST(ConesInConfigs, BelongToTheNimbusOfCharacters) {
     EXPECT_EQ(types[0].nimbus_cone[5].length_m, 0.0F);
     EXPECT_EQ(types[0].nimbus_m[4], 20.0F);
     expect_single(
-        with("aura_m { normal: 50 }", "aura_m { normal: 50 " + cone + " }", behaviour + kValid),
+        with("aura_m { normal: 50 }", "aura_m { normal: 50 " + cone + " }", stance + kValid),
         "cone {",
         "only the nimbus of characters");
 }
 
-TEST(BehavioursInConfigs, AreAtMostFour) {
+TEST(StancesInConfigs, AreAtMostFour) {
     std::string text = kValid;
     for (const char* name : {"flying", "driving", "zoomed", "crawling"}) {
-        text = "behaviour: \"" + std::string(name) + "\"\n" + text;
+        text = "stance: \"" + std::string(name) + "\"\n" + text;
     }
     EXPECT_TRUE(parse(text).ok) << format_errors("test", parse(text).errors);
-    expect_single("behaviour: \"one\"\n" + text, "behaviour: \"flying\"", "at most 4");
+    expect_single("stance: \"one\"\n" + text, "stance: \"flying\"", "at most 4");
 }
 
 TEST(ConesInConfigs, ReachNoFartherThanTheGhosts) {
     const std::string text = with("nimbus_m { normal: 50 }",
-                                  "nimbus_m { normal: 50 named { behaviour: \"zoomed\" radius_m: "
+                                  "nimbus_m { normal: 50 named { stance: \"zoomed\" radius_m: "
                                   "20 cone { length_m: 900 } } }",
-                                  "behaviour: \"zoomed\"\n" + kValid);
+                                  "stance: \"zoomed\"\n" + kValid);
     const Outcome out = parse(text);
     EXPECT_FALSE(out.ok);
     ASSERT_FALSE(out.errors.empty());

@@ -1,0 +1,75 @@
+// Parts of behaviours: what a machine holds, copies of it for one type, and the transitions between
+// the behaviours of a type.
+#pragma once
+
+#include "server/ops/diagnostics.h"
+#include "server/ops/parameters.h"
+#include "proto/config.pb.h"
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace zoned::ops {
+
+/// Machines with all that is inside them, and the trees and domains by which their states choose,
+/// by index.
+struct MachineParts {
+    std::set<int> machines;
+    std::set<int> trees;
+    std::set<int> domains;
+
+    void merge(MachineParts other) {
+        machines.merge(other.machines);
+        trees.merge(other.trees);
+        domains.merge(other.domains);
+    }
+
+    /// Calls `work(message, path)` for each.
+    template <class Work>
+    void for_each(const proto::Config& config, const Work& work) const {
+        for (const int m : machines) {
+            work(config.machine(m), join_path("", "machine", m));
+        }
+        for (const int t : trees) {
+            work(config.tree(t), join_path("", "tree", t));
+        }
+        for (const int d : domains) {
+            work(config.domain(d), join_path("", "domain", d));
+        }
+    }
+};
+
+/// Of the machine of that name, which exists.
+MachineParts parts_of(const proto::Config& config, const std::string& machine);
+
+/// Whether a parameter stands anywhere in it.
+bool takes_parameters(const proto::Config& config, const std::string& machine);
+
+/// Name of a machine that is `machine` with `values` in the place of parameters: itself, where it
+/// takes none, or a copy with `prefix` before all names, appended to the config.
+std::string copy_with_parameters(proto::Config& config,
+                                 const std::string& machine,
+                                 const std::string& prefix,
+                                 const ParameterValues& values,
+                                 Diagnostics& diagnostics,
+                                 const std::string& as);
+
+/// A behaviour of a type, with the type's numbers.
+struct Layer {
+    proto::Config::Behaviour part;
+    std::string path;        ///< of the behaviour
+    std::string use_path;    ///< of the type's setting that names it
+    bool remembers = false;  ///< its machine has more than one place to go on at
+};
+
+/// Adds to machine `index`, whose states are the last layer and then all others in order, the
+/// transitions between them. Where a behaviour ends while a cue of another holds it goes there at
+/// once, unless both exclude each other. Reports layers that never begin or never end.
+void add_transitions(proto::Config& config,
+                     int index,
+                     const std::vector<Layer>& layers,
+                     Diagnostics& diagnostics,
+                     const std::string& as);
+
+}  // namespace zoned::ops
