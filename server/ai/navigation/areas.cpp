@@ -18,9 +18,6 @@ constexpr std::uint16_t kNoWayThere = 65535;
 /// Steps across a side, as Hop: to the right, left, down, up.
 constexpr Hop kSides = 4;
 
-constexpr unsigned kHopBits = 4;
-constexpr unsigned kHopMask = 15;
-
 Cell area_cell(int x, int y) {
     return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
 }
@@ -287,33 +284,41 @@ void Areas::measure(std::uint32_t goal) {
     }
 }
 
+const Areas::Exit* Areas::best_exit(const Square& square,
+                                    std::uint32_t area,
+                                    std::uint32_t goal,
+                                    Cell from) const {
+    ZONED_ASSERT(!far_[goal].empty(), "a goal that is not prepared");
+    const std::uint16_t* const far = far_[goal].data();
+    const std::uint32_t local =
+        area - first_area_[static_cast<std::size_t>(&square - squares_.data())];
+    std::uint32_t least = ~0U;
+    const Exit* best = nullptr;
+    for (std::uint32_t e = square.first_exit[local]; e < square.first_exit[local + 1]; ++e) {
+        const Exit& exit = square.exits[e];
+        const std::uint32_t beyond = far[first_area_[exit.square] + exit.other];
+        // Only on to areas that are nearer: so hops never lead round and round.
+        if (beyond < far[area]) {
+            const std::uint32_t cells =
+                beyond + (std::uint32_t{step(square, exit, from)} >> kHopBits);
+            if (cells < least) {
+                least = cells;
+                best = &exit;
+            }
+        }
+    }
+    return best;
+}
+
 Hop Areas::hop(const GridMap& map, Cell from, Cell to) const {
-    const std::uint32_t square = square_of(from);
     const std::uint32_t area = area_of(map, from);
     const std::uint32_t goal = area_of(map, to);
     if (area == goal) {
         return kArrived;
     }
-    ZONED_ASSERT(!far_[goal].empty(), "a goal that is not prepared");
-    const std::uint16_t* const far = far_[goal].data();
-    const Square& s = squares_[square];
-    const std::uint32_t local = area - first_area_[square];
-    std::uint32_t least = ~0U;
-    Hop best = kNoHop;
-    for (std::uint32_t e = s.first_exit[local]; e < s.first_exit[local + 1]; ++e) {
-        const Exit& exit = s.exits[e];
-        const std::uint32_t beyond = far[first_area_[exit.square] + exit.other];
-        // Only on to areas that are nearer: so hops never lead round and round.
-        if (beyond < far[area]) {
-            const Step there = step(s, exit, from);
-            const std::uint32_t cells = beyond + (std::uint32_t{there} >> kHopBits);
-            if (cells < least) {
-                least = cells;
-                best = static_cast<Hop>(there & kHopMask);
-            }
-        }
-    }
-    return best;
+    const Square& square = squares_[square_of(from)];
+    const Exit* const exit = best_exit(square, area, goal, from);
+    return exit == nullptr ? kNoHop : static_cast<Hop>(step(square, *exit, from) & kHopMask);
 }
 
 std::size_t Areas::bytes() const {

@@ -47,6 +47,33 @@ class Areas {
     /// way.
     [[nodiscard]] Hop hop(const GridMap& map, Cell from, Cell to) const;
 
+    /// Calls `visit(cell, hop)` for each cell that hops lead to from `from`, and the hop there,
+    /// until it says false or the goal's area is entered. Each area is left by the exit that is
+    /// best from where it is entered. False where there is no way.
+    template <class Visit>
+    bool lead(const GridMap& map, Cell from, Cell to, const Visit& visit) const {
+        const std::uint32_t goal = area_of(map, to);
+        for (std::uint32_t area = area_of(map, from); area != goal;) {
+            const Square& square = squares_[square_of(from)];
+            const Exit* const exit = best_exit(square, area, goal, from);
+            if (exit == nullptr) {
+                return false;
+            }
+            bool out = false;
+            while (!out) {
+                const Step there = step(square, *exit, from);
+                const Hop hop = there & kHopMask;
+                out = there >> kHopBits == 0;
+                from = hopped(from, hop);
+                if (!visit(from, hop)) {
+                    return true;
+                }
+            }
+            area = first_area_[exit->square] + exit->other;
+        }
+        return true;
+    }
+
     [[nodiscard]] std::size_t areas() const { return far_.size(); }
 
     /// Cells of a square's side.
@@ -61,6 +88,9 @@ class Areas {
 
   private:
     using Step = std::uint16_t;  ///< a hop in its low four bits, above them how far, in cells
+
+    static constexpr unsigned kHopBits = 4;
+    static constexpr unsigned kHopMask = 15;
 
     struct Exit {
         std::uint16_t area;    ///< of the square
@@ -115,6 +145,11 @@ class Areas {
     void add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area);
     void add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across);
     void join_areas();
+    /// Of those of an area by which a cell of it comes nearer to a goal's area; null for none.
+    [[nodiscard]] const Exit* best_exit(const Square& square,
+                                        std::uint32_t area,
+                                        std::uint32_t goal,
+                                        Cell from) const;
     void measure(std::uint32_t goal);
 
     int side_;

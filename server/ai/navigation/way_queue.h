@@ -13,7 +13,7 @@ class WayQueue {
   public:
     static constexpr std::uint32_t kNone = ~0U;
 
-    /// `wait` ticks is the longest that an asker's turn may take to come, >= 1.
+    /// `wait` ticks is the longest that an asker's turn may take to come.
     explicit WayQueue(std::uint32_t wait) : due_(wait + std::size_t{1}, 0), wait_(wait) {}
 
     void push(std::uint32_t request, std::uint32_t asker);

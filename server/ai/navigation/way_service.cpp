@@ -37,7 +37,7 @@ WayService::WayService(GroundMap map, const WaySettings& settings)
       grid_(map.grid),
       planner_(std::move(map.cells)),
       areas_(planner_.map()),
-      queue_(settings.longest_wait_ticks),
+      queue_(settings.longest_wait_ticks - 1),
       wanted_(planner_.map().places(), 0) {
     ZONED_ASSERT(settings.work_per_tick > 0 && settings.longest_wait_ticks > 0 &&
                      settings.search_work > 0 && settings.reach_cells >= 0,
@@ -230,6 +230,14 @@ bool WayService::find_by_field(Slot& slot) {
     return true;
 }
 
+void WayService::append(Cell c, bool straight_on) {
+    if (straight_on) {
+        cells_.back() = c;
+    } else {
+        cells_.push_back(c);
+    }
+}
+
 template <class HopAt>
 void WayService::walk(const HopAt& hop_at) {
     std::uint32_t steps = 0;
@@ -237,11 +245,7 @@ void WayService::walk(const HopAt& hop_at) {
     Cell c = cells_.back();
     for (Hop hop = hop_at(c); hop < kArrived; hop = hop_at(c)) {
         c = hopped(c, hop);
-        if (hop == last) {
-            cells_.back() = c;
-        } else {
-            cells_.push_back(c);
-        }
+        append(c, hop == last);
         last = hop;
         ++steps;
         ZONED_ASSERT(steps <= planner_.map().passable_cells(), "hops lead nowhere twice");
@@ -287,7 +291,15 @@ void WayService::find_by_areas(Slot& slot) {
         return;
     }
     cells_.assign(1, slot.start);
-    walk([&](Cell c) { return areas_.hop(map, c, slot.goal); });
+    Hop last = kNoHop;
+    std::uint32_t steps = 0;
+    areas_.lead(map, slot.start, slot.goal, [&](Cell c, Hop hop) {
+        append(c, hop == last);
+        last = hop;
+        ++steps;
+        return true;
+    });
+    spent_ += kHopUnits * steps;
     // Within the last area: ways that leave its square are of no use there.
     const GoalField::Window w = areas_.window(map, slot.goal);
     near_goal_.build(map, slot.goal, w);
@@ -363,14 +375,14 @@ Spot WayService::first_leg(const Slot& slot, Spot at) const {
     // As far along the hops as can be seen from here.
     Cell ahead = from;
     std::uint32_t looked = 0;
-    for (int i = 0; i < kLegCells; ++i) {
-        const Hop hop = areas_.hop(map, ahead, slot.goal);
-        const Cell next = hopped(ahead, hop);
-        if (hop >= kArrived || !sees(map, from, next, looked)) {
-            break;
+    int cells = 0;
+    areas_.lead(map, from, slot.goal, [&](Cell c, Hop) {
+        if (!sees(map, from, c, looked)) {
+            return false;
         }
-        ahead = next;
-    }
+        ahead = c;
+        return ++cells < kLegCells;
+    });
     return ahead == from ? at : grid_.centre(ahead);
 }
 

@@ -134,6 +134,8 @@ class WayService {
     void find_by_areas(Slot& slot);
     /// Makes a field, as far as the tick's work goes; true once it is there.
     bool make_field(Cell goal);
+    /// On to the next cell.
+    void append(Cell c, bool straight_on);
     /// Appends to `cells_` where hops lead.
     template <class HopAt>
     void walk(const HopAt& hop_at);

@@ -229,7 +229,7 @@ TEST(WayService, KeepsTheBoundOnWaitingWhateverTheLoad) {
         WayService service(ground, settings);
         const Load load = ask_many(service, 3000, 3000, 1);
         EXPECT_EQ(load.wrong, 0U);
-        EXPECT_LE(load.longest, settings.longest_wait_ticks + 1) << work;
+        EXPECT_LE(load.longest, settings.longest_wait_ticks) << work;
         EXPECT_EQ(load.by_areas != 0, work == 20'000U) << work;
     }
 }
