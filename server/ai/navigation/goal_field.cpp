@@ -64,17 +64,36 @@ Cell hopped(Cell c, Hop hop) {
 }
 
 void GoalField::build(const GridMap& map, Cell goal) {
-    make_room(map);
+    begin(map, goal);
+    advance(map, ~0U);
+}
+
+void GoalField::begin(const GridMap& map, Cell goal) {
+    make_room(map, map.passable_cells());
     std::fill(cost_.begin(), cost_.end(), kNoCost);
     std::fill(hop_.begin(), hop_.end(), kNoHop);
-    run(map, goal);
+    start(map, std::span(&goal, 1));
 }
 
 void GoalField::build(const GridMap& map, Cell goal, const Window& window) {
-    ZONED_ASSERT(goal.x >= window.left && goal.x <= window.right && goal.y >= window.top &&
-                     goal.y <= window.bottom,
-                 "a goal outside the window");
-    make_room(map);
+    build(map, std::span(&goal, 1), window);
+}
+
+void GoalField::build(const GridMap& map, std::span<const Cell> goals, const Window& window) {
+    for (const Cell goal : goals) {
+        ZONED_ASSERT(goal.x >= window.left && goal.x <= window.right && goal.y >= window.top &&
+                         goal.y <= window.bottom,
+                     "a goal outside the window");
+    }
+    const auto cells = static_cast<std::size_t>(window.right - window.left + 1) *
+                       static_cast<std::size_t>(window.bottom - window.top + 1);
+    make_room(map, std::min<std::size_t>(map.passable_cells(), cells));
+    close_window(map, window);
+    start(map, goals);
+    advance(map, ~0U);
+}
+
+void GoalField::close_window(const GridMap& map, const Window& window) {
     // Around the rectangle all is reached for nothing already: no way leads out.
     const Place corner = map.place({static_cast<std::uint16_t>(window.left),
                                     static_cast<std::uint16_t>(window.top)}) -
@@ -89,45 +108,49 @@ void GoalField::build(const GridMap& map, Cell goal, const Window& window) {
         cost_[static_cast<std::size_t>(row) + width - 1] = 0;
         std::fill_n(hop_.begin() + row, width, kNoHop);
     }
-    run(map, goal);
 }
 
-void GoalField::make_room(const GridMap& map) {
+void GoalField::make_room(const GridMap& map, std::size_t reached) {
     ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose ways may be too long");
     if (cost_.size() != map.places()) {
         cost_.resize(map.places());
         hop_.resize(map.places());
     }
-    if (straight_.size() < map.passable_cells() + std::size_t{1}) {
-        straight_.resize(map.passable_cells() + std::size_t{1});
-        diagonal_.resize(map.passable_cells() + std::size_t{1});
+    if (straight_.size() < reached + 1) {
+        straight_.resize(reached + 1);
+        diagonal_.resize(reached + 1);
     }
 }
 
-void GoalField::run(const GridMap& map, Cell goal) {
-    ZONED_ASSERT(map.contains(goal), "a goal off the map");
+void GoalField::start(const GridMap& map, std::span<const Cell> goals) {
     straight_size_ = 0;
     diagonal_size_ = 0;
-    const Place first = map.place(goal);
-    if (!map.passable(first)) {
-        return;
-    }
-    cost_[first] = 0;
-    hop_[first] = kArrived;
-    straight_[straight_size_++] = {0, first};
-    std::size_t next_straight = 0;
-    std::size_t next_diagonal = 0;
-    while (true) {
-        const Cost a = next_straight < straight_size_ ? straight_[next_straight].cost : kNoCost;
-        const Cost b = next_diagonal < diagonal_size_ ? diagonal_[next_diagonal].cost : kNoCost;
-        if (a == kNoCost && b == kNoCost) {
-            return;
+    next_straight_ = 0;
+    next_diagonal_ = 0;
+    for (const Cell goal : goals) {
+        ZONED_ASSERT(map.contains(goal), "a goal off the map");
+        const Place first = map.place(goal);
+        if (map.passable(first)) {
+            cost_[first] = 0;
+            hop_[first] = kArrived;
+            straight_[straight_size_++] = {0, first};
         }
-        const Reached at = a <= b ? straight_[next_straight++] : diagonal_[next_diagonal++];
+    }
+}
+
+bool GoalField::advance(const GridMap& map, std::uint32_t cells) {
+    for (; cells != 0; --cells) {
+        const Cost a = next_straight_ < straight_size_ ? straight_[next_straight_].cost : kNoCost;
+        const Cost b = next_diagonal_ < diagonal_size_ ? diagonal_[next_diagonal_].cost : kNoCost;
+        if (a == kNoCost && b == kNoCost) {
+            return true;
+        }
+        const Reached at = a <= b ? straight_[next_straight_++] : diagonal_[next_diagonal_++];
         if (cost_[at.place] == at.cost) {
             spread(map, at);
         }
     }
+    return false;
 }
 
 void GoalField::spread(const GridMap& map, const Reached& from) {

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace zoned::ai::navigation {
@@ -30,6 +31,13 @@ class GoalField {
     /// the last one. A blocked goal is reached from nowhere.
     void build(const GridMap& map, Cell goal);
 
+    /// As build(), in slices: begin(), then advance() until it says that the field is there. The
+    /// map stays as it is meanwhile.
+    void begin(const GridMap& map, Cell goal);
+
+    /// Spreads from so many cells at most. True: the field is there.
+    bool advance(const GridMap& map, std::uint32_t cells);
+
     /// Cells of a rectangle, its last column and row among them.
     struct Window {
         int left;
@@ -42,10 +50,16 @@ class GoalField {
     /// asked for afterwards.
     void build(const GridMap& map, Cell goal, const Window& window);
 
+    /// As above to the nearest of several passable goals in the rectangle, none twice.
+    void build(const GridMap& map, std::span<const Cell> goals, const Window& window);
+
     [[nodiscard]] Hop hop(Place p) const { return hop_[p]; }
 
     /// Of a best way to the goal; kNoCost where there is none.
     [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
+
+    /// All hops, by place.
+    void copy_hops(std::vector<Hop>& hops) const { hops.assign(hop_.begin(), hop_.end()); }
 
     [[nodiscard]] std::size_t bytes() const;
 
@@ -55,8 +69,10 @@ class GoalField {
         Place place;
     };
 
-    void make_room(const GridMap& map);
-    void run(const GridMap& map, Cell goal);
+    /// For a field that reaches so many cells at most.
+    void make_room(const GridMap& map, std::size_t reached);
+    void close_window(const GridMap& map, const Window& window);
+    void start(const GridMap& map, std::span<const Cell> goals);
     void spread(const GridMap& map, const Reached& from);
 
     std::vector<Cost> cost_;
@@ -65,6 +81,8 @@ class GoalField {
     std::vector<Reached> diagonal_;
     std::size_t straight_size_ = 0;
     std::size_t diagonal_size_ = 0;
+    std::size_t next_straight_ = 0;
+    std::size_t next_diagonal_ = 0;
 };
 
 /// Hops to goals that are asked for often, at half a byte for each cell of the map and goal.

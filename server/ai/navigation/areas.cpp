@@ -1,0 +1,337 @@
+#include "server/ai/navigation/areas.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+constexpr int kSmallestSide = 32;
+/// Tables of areas grow with the square of their number.
+constexpr int kMostSquares = 1024;
+/// How far an exit may be at most, in cells; larger is cut to it.
+constexpr std::uint32_t kFarthestExit = 4095;
+constexpr std::uint16_t kNoWayThere = 65535;
+/// Steps across a side, as Hop: to the right, left, down, up.
+constexpr Hop kSides = 4;
+
+Cell area_cell(int x, int y) {
+    return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+}
+
+int side_for(const GridMap& map) {
+    int side = kSmallestSide;
+    const auto squares = [&map](int s) {
+        return ((map.width() + s - 1) / s) * ((map.height() + s - 1) / s);
+    };
+    while (squares(side) > kMostSquares) {
+        side *= 2;
+    }
+    return side;
+}
+
+}  // namespace
+
+Areas::Areas(const GridMap& map)
+    : side_(side_for(map)),
+      across_((map.width() + side_ - 1) / side_),
+      down_((map.height() + side_ - 1) / side_),
+      squares_(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_)),
+      label_(map.places(), 0) {
+    for (std::uint32_t s = 0; s < squares_.size(); ++s) {
+        find_areas(map, s);
+    }
+    for (std::uint32_t s = 0; s < squares_.size(); ++s) {
+        find_exits(map, s);
+    }
+    join_areas();
+}
+
+void Areas::update(const GridMap& map, std::span<const CellChange> changes) {
+    std::vector<std::uint32_t> touched;
+    for (const CellChange& c : changes) {
+        touched.push_back(square_of(c.cell));
+    }
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    const std::size_t changed = touched.size();
+    for (std::size_t i = 0; i < changed; ++i) {
+        find_areas(map, touched[i]);
+        const int x = static_cast<int>(touched[i]) % across_;
+        const int y = static_cast<int>(touched[i]) / across_;
+        const auto beside = [&](int dx, int dy) {
+            if (x + dx >= 0 && x + dx < across_ && y + dy >= 0 && y + dy < down_) {
+                touched.push_back(static_cast<std::uint32_t>((y + dy) * across_ + x + dx));
+            }
+        };
+        beside(1, 0);
+        beside(-1, 0);
+        beside(0, 1);
+        beside(0, -1);
+    }
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    for (const std::uint32_t s : touched) {
+        find_exits(map, s);
+    }
+    join_areas();
+}
+
+GoalField::Window Areas::window_of(const GridMap& map, std::uint32_t square) const {
+    const int left = static_cast<int>(square) % across_ * side_;
+    const int top = static_cast<int>(square) / across_ * side_;
+    return {left,
+            top,
+            std::min(left + side_, map.width()) - 1,
+            std::min(top + side_, map.height()) - 1};
+}
+
+void Areas::find_areas(const GridMap& map, std::uint32_t square) {
+    const GoalField::Window w = window_of(map, square);
+    for (int y = w.top; y <= w.bottom; ++y) {
+        const Place row = map.place(area_cell(w.left, y));
+        std::fill_n(label_.begin() + row, w.right - w.left + 1, std::uint16_t{0});
+    }
+    std::vector<Box>& boxes = squares_[square].boxes;
+    boxes.clear();
+    for (int y = w.top; y <= w.bottom; ++y) {
+        for (int x = w.left; x <= w.right; ++x) {
+            const Cell c = area_cell(x, y);
+            if (map.passable(map.place(c)) && label_[map.place(c)] == 0) {
+                boxes.push_back(fill_area(map, w, c, static_cast<std::uint16_t>(boxes.size() + 1)));
+            }
+        }
+    }
+}
+
+Areas::Box Areas::fill_area(const GridMap& map,
+                            const GoalField::Window& w,
+                            Cell first,
+                            std::uint16_t label) {
+    // Found cells stay in the list: the middle is looked for among them.
+    stack_.assign(1, first);
+    label_[map.place(first)] = label;
+    int left = first.x;
+    int right = first.x;
+    int bottom = first.y;
+    std::uint64_t sum_x = 0;
+    std::uint64_t sum_y = 0;
+    for (std::size_t i = 0; i < stack_.size(); ++i) {
+        const Cell c = stack_[i];
+        left = std::min<int>(left, c.x);
+        right = std::max<int>(right, c.x);
+        bottom = std::max<int>(bottom, c.y);
+        sum_x += c.x;
+        sum_y += c.y;
+        for (Hop h = 0; h < kSides; ++h) {
+            const Cell n = hopped(c, h);
+            const bool within = n.x >= w.left && n.x <= w.right && n.y >= w.top && n.y <= w.bottom;
+            if (within && map.passable(map.place(n)) && label_[map.place(n)] == 0) {
+                label_[map.place(n)] = label;
+                stack_.push_back(n);
+            }
+        }
+    }
+    const auto mean_x = static_cast<int>(sum_x / stack_.size());
+    const auto mean_y = static_cast<int>(sum_y / stack_.size());
+    const auto off = [&](Cell c) {
+        return octile(c.x - mean_x, c.y - mean_y);
+    };
+    const Cell middle = *std::min_element(
+        stack_.begin(), stack_.end(), [&off](Cell a, Cell b) { return off(a) < off(b); });
+    return {static_cast<std::uint16_t>(left),
+            first.y,
+            static_cast<std::uint16_t>(right - left + 1),
+            static_cast<std::uint16_t>(bottom - first.y + 1),
+            middle};
+}
+
+void Areas::find_exits(const GridMap& map, std::uint32_t square) {
+    Square& s = squares_[square];
+    s.exits.clear();
+    s.steps.clear();
+    s.first_exit.clear();
+    for (std::uint16_t area = 0; area < s.boxes.size(); ++area) {
+        s.first_exit.push_back(static_cast<std::uint32_t>(s.exits.size()));
+        add_exits(map, square, area);
+    }
+    s.first_exit.push_back(static_cast<std::uint32_t>(s.exits.size()));
+}
+
+void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area) {
+    const GoalField::Window w = window_of(map, square);
+    for (Hop side = 0; side < kSides; ++side) {
+        const bool upright = side < 2;
+        const int line = side == 0 ? w.right : side == 1 ? w.left : side == 2 ? w.bottom : w.top;
+        const int begin = upright ? w.top : w.left;
+        const int end = upright ? w.bottom : w.right;
+        touched_.clear();
+        for (int i = begin; i <= end; ++i) {
+            const Cell c = upright ? area_cell(line, i) : area_cell(i, line);
+            const Cell beyond = hopped(c, side);  // wraps beside the map, where nothing is passable
+            if (label_[map.place(c)] == area + 1 && map.passable(beyond)) {
+                touched_.push_back({static_cast<std::uint16_t>(label_[map.place(beyond)] - 1), c});
+            }
+        }
+        std::stable_sort(touched_.begin(), touched_.end(), [](const auto& a, const auto& b) {
+            return a.other < b.other;
+        });
+        for (std::size_t i = 0; i < touched_.size();) {
+            const std::uint16_t other = touched_[i].other;
+            crossings_.clear();
+            for (; i < touched_.size() && touched_[i].other == other; ++i) {
+                crossings_.push_back(touched_[i].cell);
+            }
+            const std::uint32_t beyond = square_of(hopped(crossings_.front(), side));
+            add_exit(map, square, {area, other, beyond, 0}, side);
+        }
+    }
+}
+
+void Areas::add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across) {
+    Square& s = squares_[square];
+    field_.build(map, crossings_, window_of(map, square));
+    s.exits.push_back(exit);
+    s.exits.back().first = static_cast<std::uint32_t>(s.steps.size());
+    const Box& box = s.boxes[exit.area];
+    for (int y = box.top; y < box.top + box.height; ++y) {
+        for (int x = box.left; x < box.left + box.width; ++x) {
+            const Place p = map.place(area_cell(x, y));
+            if (label_[p] != exit.area + 1) {
+                s.steps.push_back(kNoHop);
+                continue;
+            }
+            // Rounded up: each step is still nearer by a cell at least.
+            const std::uint32_t cells =
+                std::min((field_.cost(p) + kStraight - 1) / kStraight, kFarthestExit);
+            const Hop hop = field_.hop(p) == kArrived ? across : field_.hop(p);
+            s.steps.push_back(static_cast<Step>(cells << kHopBits | hop));
+        }
+    }
+}
+
+void Areas::join_areas() {
+    first_area_.assign(1, 0);
+    for (const Square& s : squares_) {
+        first_area_.push_back(first_area_.back() + static_cast<std::uint32_t>(s.boxes.size()));
+    }
+    const auto out_of = [this](std::uint32_t square, const Exit& exit) {
+        const Square& s = squares_[square];
+        return std::uint32_t{step(s, exit, s.boxes[exit.area].middle)} >> kHopBits;
+    };
+    first_edge_.assign(1, 0);
+    edges_.clear();
+    for (std::uint32_t square = 0; square < squares_.size(); ++square) {
+        const Square& s = squares_[square];
+        for (std::uint32_t area = 0; area < s.boxes.size(); ++area) {
+            for (std::uint32_t e = s.first_exit[area]; e < s.first_exit[area + 1]; ++e) {
+                const Exit& exit = s.exits[e];
+                const Square& beyond = squares_[exit.square];
+                // The exit back, so that it is as far there as back.
+                const auto begin = beyond.exits.begin() + beyond.first_exit[exit.other];
+                const auto back = std::find_if(begin, beyond.exits.end(), [&](const Exit& b) {
+                    return b.square == square && b.other == exit.area;
+                });
+                edges_.push_back({first_area_[exit.square] + exit.other,
+                                  out_of(square, exit) + 1 + out_of(exit.square, *back)});
+            }
+            first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
+        }
+    }
+    open_.resize(first_area_.back());
+    cells_to_.assign(first_area_.back(), ~0U);
+    far_.resize(first_area_.back());
+    for (auto& row : far_) {
+        row.clear();
+    }
+}
+
+void Areas::prepare(const GridMap& map, Cell to) {
+    ZONED_ASSERT(map.passable(to), "a goal that is blocked");
+    measure(area_of(map, to));
+}
+
+void Areas::prepare_all() {
+    for (std::uint32_t area = 0; area < far_.size(); ++area) {
+        measure(area);
+    }
+}
+
+void Areas::measure(std::uint32_t goal) {
+    if (!far_[goal].empty()) {
+        return;
+    }
+    std::fill(cells_to_.begin(), cells_to_.end(), ~0U);
+    cells_to_[goal] = 0;
+    open_.push(goal, 0);
+    while (!open_.empty()) {
+        const std::uint32_t at = open_.pop();
+        for (std::uint32_t e = first_edge_[at]; e < first_edge_[at + 1]; ++e) {
+            const std::uint32_t sum = cells_to_[at] + edges_[e].cells;
+            if (sum < cells_to_[edges_[e].to]) {
+                cells_to_[edges_[e].to] = sum;
+                open_.push(edges_[e].to, sum);
+            }
+        }
+    }
+    std::vector<std::uint16_t>& row = far_[goal];
+    row.reserve(far_.size());
+    for (const std::uint32_t c : cells_to_) {
+        row.push_back(static_cast<std::uint16_t>(std::min<std::uint32_t>(c, kNoWayThere)));
+    }
+}
+
+const Areas::Exit* Areas::best_exit(const Square& square,
+                                    std::uint32_t area,
+                                    std::uint32_t goal,
+                                    Cell from) const {
+    ZONED_ASSERT(!far_[goal].empty(), "a goal that is not prepared");
+    const std::uint16_t* const far = far_[goal].data();
+    const std::uint32_t local =
+        area - first_area_[static_cast<std::size_t>(&square - squares_.data())];
+    std::uint32_t least = ~0U;
+    const Exit* best = nullptr;
+    for (std::uint32_t e = square.first_exit[local]; e < square.first_exit[local + 1]; ++e) {
+        const Exit& exit = square.exits[e];
+        const std::uint32_t beyond = far[first_area_[exit.square] + exit.other];
+        // Only on to areas that are nearer: so hops never lead round and round.
+        if (beyond < far[area]) {
+            const std::uint32_t cells =
+                beyond + (std::uint32_t{step(square, exit, from)} >> kHopBits);
+            if (cells < least) {
+                least = cells;
+                best = &exit;
+            }
+        }
+    }
+    return best;
+}
+
+Hop Areas::hop(const GridMap& map, Cell from, Cell to) const {
+    const std::uint32_t area = area_of(map, from);
+    const std::uint32_t goal = area_of(map, to);
+    if (area == goal) {
+        return kArrived;
+    }
+    const Square& square = squares_[square_of(from)];
+    const Exit* const exit = best_exit(square, area, goal, from);
+    return exit == nullptr ? kNoHop : static_cast<Hop>(step(square, *exit, from) & kHopMask);
+}
+
+std::size_t Areas::bytes() const {
+    std::size_t bytes = label_.capacity() * sizeof(std::uint16_t) +
+                        edges_.capacity() * sizeof(Edge) + field_.bytes();
+    for (const Square& s : squares_) {
+        bytes += sizeof(Square) + s.boxes.capacity() * sizeof(Box) +
+                 s.exits.capacity() * sizeof(Exit) + s.steps.capacity() * sizeof(Step);
+    }
+    for (const auto& row : far_) {
+        bytes += row.capacity() * sizeof(std::uint16_t);
+    }
+    return bytes;
+}
+
+}  // namespace zoned::ai::navigation

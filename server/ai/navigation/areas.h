@@ -1,0 +1,172 @@
+// Areas: which way first, from anywhere to anywhere, by two look-ups.
+#pragma once
+
+#include "server/ai/navigation/goal_field.h"
+#include "server/ai/navigation/open_list.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// The map is cut into squares. Cells of a square that reach each other within it are an area; it
+/// has an exit to each area beyond the square's sides that it touches. Each cell knows the next
+/// step to each exit of its area, and how far that is; each area learns how far it is to a goal's
+/// area when somebody asks for one there (routes over coarse regions, as in Sturtevant, "Memory-
+/// efficient abstractions for pathfinding", AIIDE 2007). So who has no way yet can set out at once.
+///
+/// Hops lead to the goal, not by a best way: on, each exit leads nearer to it, area by area, and
+/// each step nearer to an exit.
+class Areas {
+  public:
+    explicit Areas(const GridMap& map);
+
+    /// After `changes` were made to the map: renews the squares that they touch, and forgets which
+    /// areas lie how far from which.
+    void update(const GridMap& map, std::span<const CellChange> changes);
+
+    /// Makes the table for goals in the area of `to`, a passable cell, unless it is there. hop()
+    /// is then const, for any number of threads.
+    void prepare(const GridMap& map, Cell to);
+
+    /// The tables of all areas.
+    void prepare_all();
+
+    [[nodiscard]] bool prepared(const GridMap& map, Cell to) const {
+        return !far_[area_of(map, to)].empty();
+    }
+
+    /// Whether both lie in one area: hop() then knows no more.
+    [[nodiscard]] bool together(const GridMap& map, Cell a, Cell b) const {
+        return area_of(map, a) == area_of(map, b);
+    }
+
+    /// Both passable, `to` prepared. kArrived where both lie in one area, kNoHop where there is no
+    /// way.
+    [[nodiscard]] Hop hop(const GridMap& map, Cell from, Cell to) const;
+
+    /// Calls `visit(cell, hop)` for each cell that hops lead to from `from`, and the hop there,
+    /// until it says false or the goal's area is entered. Each area is left by the exit that is
+    /// best from where it is entered. False where there is no way.
+    template <class Visit>
+    bool lead(const GridMap& map, Cell from, Cell to, const Visit& visit) const {
+        const std::uint32_t goal = area_of(map, to);
+        for (std::uint32_t area = area_of(map, from); area != goal;) {
+            const Square& square = squares_[square_of(from)];
+            const Exit* const exit = best_exit(square, area, goal, from);
+            if (exit == nullptr) {
+                return false;
+            }
+            bool out = false;
+            while (!out) {
+                const Step there = step(square, *exit, from);
+                const Hop hop = there & kHopMask;
+                out = there >> kHopBits == 0;
+                from = hopped(from, hop);
+                if (!visit(from, hop)) {
+                    return true;
+                }
+            }
+            area = first_area_[exit->square] + exit->other;
+        }
+        return true;
+    }
+
+    [[nodiscard]] std::size_t areas() const { return far_.size(); }
+
+    /// Cells of a square's side.
+    [[nodiscard]] int side() const { return side_; }
+
+    /// The square of a cell.
+    [[nodiscard]] GoalField::Window window(const GridMap& map, Cell c) const {
+        return window_of(map, square_of(c));
+    }
+
+    [[nodiscard]] std::size_t bytes() const;
+
+  private:
+    using Step = std::uint16_t;  ///< a hop in its low four bits, above them how far, in cells
+
+    static constexpr unsigned kHopBits = 4;
+    static constexpr unsigned kHopMask = 15;
+
+    struct Exit {
+        std::uint16_t area;    ///< of the square
+        std::uint16_t other;   ///< of the square beyond
+        std::uint32_t square;  ///< beyond
+        std::uint32_t first;   ///< of its steps, which cover the area's box
+    };
+
+    /// The box of an area, and the cell in it that stands for the area.
+    struct Box {
+        std::uint16_t left, top, width, height;
+        Cell middle;
+    };
+
+    struct Square {
+        std::vector<Box> boxes;                 // of its areas
+        std::vector<Exit> exits;                // ascending by area
+        std::vector<std::uint32_t> first_exit;  // by area, and one more
+        std::vector<Step> steps;
+    };
+
+    /// From an area to one beside it.
+    struct Edge {
+        std::uint32_t to;
+        std::uint32_t cells;
+    };
+
+    /// A cell next to another area, and the number of that in its square.
+    struct Crossing {
+        std::uint16_t other;
+        Cell cell;
+    };
+
+    [[nodiscard]] std::uint32_t square_of(Cell c) const {
+        return static_cast<std::uint32_t>(c.y / side_ * across_ + c.x / side_);
+    }
+
+    [[nodiscard]] std::uint32_t area_of(const GridMap& map, Cell c) const {
+        return first_area_[square_of(c)] + label_[map.place(c)] - 1U;
+    }
+
+    [[nodiscard]] Step step(const Square& square, const Exit& exit, Cell c) const {
+        const Box& box = square.boxes[exit.area];
+        return square.steps[exit.first + static_cast<std::uint32_t>(c.y - box.top) * box.width +
+                            static_cast<std::uint32_t>(c.x - box.left)];
+    }
+
+    [[nodiscard]] GoalField::Window window_of(const GridMap& map, std::uint32_t square) const;
+    void find_areas(const GridMap& map, std::uint32_t square);
+    Box fill_area(const GridMap& map, const GoalField::Window& w, Cell first, std::uint16_t label);
+    void find_exits(const GridMap& map, std::uint32_t square);
+    void add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area);
+    void add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across);
+    void join_areas();
+    /// Of those of an area by which a cell of it comes nearer to a goal's area; null for none.
+    [[nodiscard]] const Exit* best_exit(const Square& square,
+                                        std::uint32_t area,
+                                        std::uint32_t goal,
+                                        Cell from) const;
+    void measure(std::uint32_t goal);
+
+    int side_;
+    int across_;
+    int down_;
+    std::vector<Square> squares_;
+    std::vector<std::uint16_t> label_;       // by place: number in its square + 1; 0 for blocked
+    std::vector<std::uint32_t> first_area_;  // by square, and one more
+    std::vector<std::uint32_t> first_edge_;  // by area, and one more
+    std::vector<Edge> edges_;
+    std::vector<std::vector<std::uint16_t>> far_;  // by goal's area: by area how many cells
+    OpenList open_;                                // areas
+    std::vector<std::uint32_t> cells_to_;          // by area, of the search that goes on
+    GoalField field_;
+    std::vector<Cell> stack_;
+    std::vector<Cell> crossings_;
+    std::vector<Crossing> touched_;
+};
+
+}  // namespace zoned::ai::navigation

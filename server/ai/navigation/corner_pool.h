@@ -1,0 +1,71 @@
+// CornerPool: the corners of all ways of a zone, in one array.
+#pragma once
+
+#include "server/ai/navigation/ground_grid.h"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// Where the corners of one way lie.
+struct CornerBlock {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+};
+
+/// Blocks of powers of two, each size with a list of those that are free: after warm-up nothing is
+/// allocated (Knuth, The Art of Computer Programming 1, 2.5, without splitting).
+class CornerPool {
+  public:
+    /// Room for `count` corners, which hold anything. Spans of other blocks are no longer true.
+    CornerBlock take(std::uint32_t count) {
+        if (count == 0) {
+            return {};
+        }
+        std::vector<std::uint32_t>& free = free_[size_class(count)];
+        if (!free.empty()) {
+            const CornerBlock block{free.back(), count};
+            free.pop_back();
+            return block;
+        }
+        const auto first = static_cast<std::uint32_t>(corners_.size());
+        corners_.resize(corners_.size() + std::bit_ceil(count));
+        return {first, count};
+    }
+
+    void give_back(const CornerBlock& block) {
+        if (block.count != 0) {
+            free_[size_class(block.count)].push_back(block.first);
+        }
+    }
+
+    [[nodiscard]] std::span<Spot> of(const CornerBlock& block) {
+        return {corners_.data() + block.first, block.count};
+    }
+
+    [[nodiscard]] std::span<const Spot> of(const CornerBlock& block) const {
+        return {corners_.data() + block.first, block.count};
+    }
+
+    [[nodiscard]] std::size_t bytes() const {
+        std::size_t bytes = corners_.capacity() * sizeof(Spot);
+        for (const auto& f : free_) {
+            bytes += f.capacity() * sizeof(std::uint32_t);
+        }
+        return bytes;
+    }
+
+  private:
+    static std::size_t size_class(std::uint32_t count) {
+        return static_cast<std::size_t>(std::countr_zero(std::bit_ceil(count)));
+    }
+
+    std::vector<Spot> corners_;
+    std::array<std::vector<std::uint32_t>, 32> free_;
+};
+
+}  // namespace zoned::ai::navigation

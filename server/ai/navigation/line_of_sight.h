@@ -1,0 +1,21 @@
+// Lines of sight over cells, and ways pulled straight along them.
+#pragma once
+
+#include "server/ai/navigation/grid_map.h"
+
+#include <span>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// Whether all cells that the line from the middle of one cell to that of another touches are
+/// passable; where it runs through a corner between four, all four (as steps do, it cuts none).
+/// Whole numbers: the same from either end. `looked` grows by the cells looked at.
+bool sees(const GridMap& map, Cell from, Cell to, std::uint32_t& looked);
+
+/// Leaves out the corners of a way that are not needed: from each corner that is kept on to the
+/// last of those behind it up to which all are seen from there. Never longer than the way.
+/// `corners` begins with the start, which stays; so does the goal. Each leg of the way is free.
+void pull(const GridMap& map, std::vector<Cell>& corners, std::uint32_t& looked);
+
+}  // namespace zoned::ai::navigation

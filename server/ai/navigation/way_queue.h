@@ -1,0 +1,62 @@
+// WayQueue: who waits for a way, whose turn it is, and how many have to be served in a tick.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// First come, first served among askers; who asks for several at once waits for each in turn, so
+/// that nobody waits longer for another's many. Requests are small numbers; so are askers.
+/// Allocates only where one is larger than any before.
+class WayQueue {
+  public:
+    static constexpr std::uint32_t kNone = ~0U;
+
+    /// `wait` ticks is the longest that an asker's turn may take to come.
+    explicit WayQueue(std::uint32_t wait) : due_(wait + std::size_t{1}, 0), wait_(wait) {}
+
+    void push(std::uint32_t request, std::uint32_t asker);
+
+    [[nodiscard]] bool empty() const { return first_ == kNone; }
+
+    /// The request whose turn it is; the queue is not empty.
+    [[nodiscard]] std::uint32_t front() const { return askers_[first_].first; }
+
+    /// Takes it out. Its asker's next one takes a turn at the end.
+    void pop();
+
+    /// A tick has begun.
+    void tick() { ++now_; }
+
+    /// So many of the first must be served in this tick that none waits too long if each tick from
+    /// now on serves as many: the most, over times t ahead, of those due by then shared out evenly.
+    [[nodiscard]] std::uint32_t required() const;
+
+    /// Ticks that the front has waited.
+    [[nodiscard]] std::uint32_t waited() const { return now_ - requests_[front()].turn; }
+
+  private:
+    struct Request {
+        std::uint32_t next = kNone;  ///< of the same asker
+        std::uint32_t turn = 0;      ///< tick in which it became its asker's first
+    };
+
+    struct Asker {
+        std::uint32_t first = kNone;
+        std::uint32_t last = kNone;
+        std::uint32_t next = kNone;  ///< whose turn is next
+    };
+
+    void take_turn(std::uint32_t asker);
+
+    std::vector<Request> requests_;
+    std::vector<Asker> askers_;
+    std::uint32_t first_ = kNone;  // askers
+    std::uint32_t last_ = kNone;
+    std::uint32_t now_ = 0;
+    std::vector<std::uint32_t> due_;  // turns by the tick in which they are due, modulo its size
+    std::uint32_t wait_;
+};
+
+}  // namespace zoned::ai::navigation

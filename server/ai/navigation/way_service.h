@@ -1,0 +1,168 @@
+// WayService: ways for anybody in a zone, asked for at any time, worked out over ticks.
+#pragma once
+
+#include "server/ai/navigation/areas.h"
+#include "server/ai/navigation/corner_pool.h"
+#include "server/ai/navigation/ground_map.h"
+#include "server/ai/navigation/planner.h"
+#include "server/ai/navigation/way_queue.h"
+
+#include <array>
+
+namespace zoned::ai::navigation {
+
+/// Names a request until it is released.
+struct WayTicket {
+    std::uint32_t slot = ~0U;
+    std::uint32_t round = 0;
+
+    friend bool operator==(const WayTicket&, const WayTicket&) = default;
+};
+
+struct WayAsk {
+    std::uint32_t asker = 0;  ///< who asks: a small number, e.g. a mind's row
+    Spot from;
+    Spot to;
+};
+
+/// What has become of a request.
+struct WayAnswer {
+    bool waiting = true;                      ///< the rest says nothing yet
+    Outcome outcome = Outcome::kUnreachable;  ///< kPartial: to the cell nearest to the goal
+    bool best = false;                        ///< false: a way that is near the best
+    float length_m = 0.0F;                    ///< along the corners
+    std::span<const Spot> corners;            ///< without the start; true until the next serve()
+};
+
+/// What the ticks so far have done.
+struct WayCounts {
+    std::uint64_t asked = 0;
+    std::uint64_t served = 0;
+    std::uint64_t straight = 0;  ///< of these, by a free line
+    std::uint64_t by_field = 0;  ///< along a field to a common goal
+    std::uint64_t by_areas = 0;  ///< near the best only: the tick had no more work to give
+    std::uint64_t fields = 0;    ///< that were made
+    std::uint32_t waiting = 0;
+    std::uint32_t longest_wait_ticks = 0;  ///< from an asker's turn to its answer
+    std::uint64_t work = 0;                ///< of the last tick
+};
+
+struct WaySettings {
+    /// Of a tick, in units: a cell looked at is one (about 2 ns).
+    std::uint64_t work_per_tick = 1'000'000;
+    /// Who has asked for one way alone has it after so many ticks, whatever the load: requests that
+    /// come due beyond the work of a tick go from area to area, which is cheap.
+    std::uint32_t longest_wait_ticks = 20;
+    /// Cells or corners that one search may look at; beyond, the way goes from area to area.
+    std::uint32_t search_work = 20'000;
+    /// A place in an obstacle stands for the nearest passable cell within so many.
+    int reach_cells = 8;
+    IndexBounds index;
+};
+
+/// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
+/// timed. Nothing is allocated once as many have asked, and for goals as far spread, as ever will.
+class WayService {
+  public:
+    /// Prepares the map's index.
+    explicit WayService(GroundMap map, const WaySettings& settings = {});
+
+    /// Puts a request in its asker's queue. Off the map, and where nothing passable is near, it is
+    /// answered at once.
+    WayTicket ask(const WayAsk& ask);
+
+    /// The ticket is of no use from now on, its way gone.
+    void release(WayTicket ticket);
+
+    /// Once per tick: answers requests as far as the tick's work goes.
+    void serve();
+
+    /// Of a ticket that was not released.
+    [[nodiscard]] WayAnswer answer(WayTicket ticket) const;
+
+    /// Where to walk from `at`: from corner to corner once the way is there (it remembers how far
+    /// the asker has come; a corner counts within `near_m`), from area to area until then. The goal
+    /// at its end; `at` itself where there is no way. Different tickets may ask at the same time.
+    Spot heading(WayTicket ticket, Spot at, float near_m);
+
+    /// Whether a ticket names a request.
+    [[nodiscard]] bool knows(WayTicket ticket) const {
+        return ticket.slot < slots_.size() && slots_[ticket.slot].round == ticket.round &&
+               slots_[ticket.slot].taken;
+    }
+
+    [[nodiscard]] const GroundGrid& grid() const { return grid_; }
+
+    [[nodiscard]] const Planner& planner() const { return planner_; }
+
+    [[nodiscard]] const Areas& areas() const { return areas_; }
+
+    [[nodiscard]] const WayCounts& counts() const { return counts_; }
+
+    [[nodiscard]] std::size_t bytes() const;
+
+  private:
+    struct Slot {
+        std::uint32_t round = 0;
+        std::uint32_t asker = 0;
+        Spot from;
+        Spot to;
+        Cell start;
+        Cell goal;
+        bool taken = false;
+        bool waiting = false;
+        bool moved = false;  ///< the goal stands for one in an obstacle
+        bool best = false;
+        Outcome outcome = Outcome::kUnreachable;
+        CornerBlock corners;
+        std::uint32_t next = 0;  ///< corner that the asker heads for
+        float length_m = 0.0F;
+    };
+
+    /// Next steps from all cells to a goal that many ask for.
+    struct Field {
+        Place goal = kNoPlace;
+        std::uint64_t used = 0;
+        std::vector<Hop> hops;
+    };
+
+    static constexpr std::size_t kFields = 8;
+    /// Corners of the way are in `cells_`; false where the tick's work ended before it was found.
+    bool find(Slot& slot, bool cheaply);
+    bool find_by_field(Slot& slot);
+    void find_by_planner(Slot& slot);
+    void find_by_areas(Slot& slot);
+    /// Makes a field, as far as the tick's work goes; true once it is there.
+    bool make_field(Cell goal);
+    /// On to the next cell.
+    void append(Cell c, bool straight_on);
+    /// Appends to `cells_` where hops lead.
+    template <class HopAt>
+    void walk(const HopAt& hop_at);
+    void keep(Slot& slot);
+    void done(std::uint32_t number);
+    void fail(Slot& slot, Outcome outcome);
+    [[nodiscard]] bool worth_a_field(const Slot& slot) const;
+    [[nodiscard]] Spot first_leg(const Slot& slot, Spot at) const;
+
+    WaySettings settings_;
+    GroundGrid grid_;
+    Planner planner_;
+    Areas areas_;
+    CornerPool pool_;
+    WayQueue queue_;
+    std::vector<Slot> slots_;
+    std::vector<std::uint32_t> free_;
+    std::vector<std::uint32_t> wanted_;  // by place: requests for it that wait
+    std::array<Field, kFields> fields_;
+    GoalField builder_;
+    Place building_ = kNoPlace;
+    std::uint64_t typical_work_ = 0;  // of a way by the planner
+    std::vector<Cell> cells_;
+    GoalField near_goal_;
+    std::uint64_t spent_ = 0;
+    std::uint64_t tick_ = 0;
+    WayCounts counts_;
+};
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,213 @@
+#include "tests/bench/suite_crowd_goals.h"
+
+#include "server/ai/navigation/line_of_sight.h"
+#include "server/ai/navigation/way_service.h"
+#include "tests/bench/cpu_clock.h"
+#include "tests/bench/grid_scene.h"
+#include "tests/bench/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::bench {
+
+namespace {
+
+using ai::navigation::Cell;
+using ai::navigation::GridInstance;
+using ai::navigation::GroundMap;
+using ai::navigation::Outcome;
+using ai::navigation::Spot;
+using ai::navigation::WayAnswer;
+using ai::navigation::WayService;
+using ai::navigation::WayTicket;
+
+constexpr std::size_t kGoalAgents = 5000;
+/// Ticks of 50 ms at 5 m/s, where a cell is a metre.
+constexpr float kGoalStep_m = 0.25F;
+constexpr float kGoalNear_m = 0.5F;
+constexpr int kGoalTicks = 25;
+
+GroundMap metre_cells(const ai::navigation::GridMap& cells) {
+    const ai::navigation::GroundRect area{
+        0.0F, 0.0F, static_cast<float>(cells.width()), static_cast<float>(cells.height())};
+    return {ai::navigation::GroundGrid(area, 1.0F), cells, std::vector<float>(cells.places())};
+}
+
+/// The queries of the scenario with the longest ways; fewer queries than agents come again.
+std::vector<GridInstance> farthest(const GridScene& scene, std::size_t count) {
+    std::vector<GridInstance> all = scene.instances;
+    std::stable_sort(all.begin(), all.end(), [](const GridInstance& a, const GridInstance& b) {
+        return a.length > b.length;
+    });
+    std::vector<GridInstance> agents;
+    for (std::size_t i = 0; i < count; ++i) {
+        agents.push_back(all[i % std::min(all.size(), count)]);
+    }
+    return agents;
+}
+
+struct GoalsRun {
+    std::vector<double> tick_ms;
+    int ticks_to_all = -1;
+    std::size_t still = 0;     ///< agents that did not move in the first tick
+    std::size_t backward = 0;  ///< whose first leg ends no nearer to the goal, along best ways
+    std::size_t wrong = 0;     ///< without a free way to the goal
+    std::size_t near_best = 0;
+    double excess = 0.0;  ///< of ways over the best on the grid, mean; pulled ones may be shorter
+};
+
+class GoalsTrial {
+  public:
+    GoalsTrial(const GridScene& scene, std::size_t agents)
+        : agents_(farthest(scene, agents)),
+          service_(metre_cells(scene.map)) {}
+
+    GoalsRun run() {
+        GoalsRun r;
+        tickets_.resize(agents_.size());
+        at_.clear();
+        for (const GridInstance& a : agents_) {
+            at_.push_back(service_.grid().centre(a.start));
+        }
+        for (int tick = 0; tick < kGoalTicks; ++tick) {
+            const std::int64_t before = thread_cpu_ns();
+            if (tick == 0) {
+                ask();
+            }
+            service_.serve();
+            heads_.clear();
+            for (std::size_t i = 0; i < agents_.size(); ++i) {
+                heads_.push_back(service_.heading(tickets_[i], at_[i], kGoalNear_m));
+            }
+            r.tick_ms.push_back(static_cast<double>(thread_cpu_ns() - before) * 1e-6);
+            if (tick == 0) {
+                look_at_first(r);
+            }
+            if (r.ticks_to_all < 0 && service_.counts().waiting == 0) {
+                r.ticks_to_all = tick + 1;
+            }
+            move();
+        }
+        judge(r);
+        for (const WayTicket t : tickets_) {
+            service_.release(t);
+        }
+        return r;
+    }
+
+    [[nodiscard]] const WayService& service() const { return service_; }
+
+  private:
+    void ask() {
+        for (std::size_t i = 0; i < agents_.size(); ++i) {
+            tickets_[i] = service_.ask(
+                {static_cast<std::uint32_t>(i), at_[i], service_.grid().centre(agents_[i].goal)});
+        }
+    }
+
+    void move() {
+        for (std::size_t i = 0; i < at_.size(); ++i) {
+            const float x = heads_[i].x - at_[i].x;
+            const float z = heads_[i].z - at_[i].z;
+            const float off = std::sqrt(x * x + z * z);
+            const float share = off > kGoalStep_m ? kGoalStep_m / off : 1.0F;
+            at_[i] = {at_[i].x + share * x, at_[i].z + share * z};
+        }
+    }
+
+    void look_at_first(GoalsRun& r) {
+        ai::navigation::Planner judge(service_.planner().map());
+        judge.prepare();
+        for (std::size_t i = 0; i < agents_.size(); ++i) {
+            ai::navigation::Query query;
+            query.start = service_.grid().cell(heads_[i]);
+            query.goal = agents_[i].goal;
+            r.still += heads_[i] == at_[i] && agents_[i].length > 0.0 ? 1U : 0U;
+            r.backward += judge.plan(query).length >= agents_[i].length ? 1U : 0U;
+        }
+    }
+
+    void judge(GoalsRun& r) {
+        std::vector<double> ratios;
+        for (std::size_t i = 0; i < agents_.size(); ++i) {
+            const WayAnswer a = service_.answer(tickets_[i]);
+            Cell at = agents_[i].start;
+            bool free = !a.waiting && a.outcome == Outcome::kFound;
+            std::uint32_t looked = 0;
+            for (const Spot& corner : a.corners) {
+                const Cell to = service_.grid().cell(corner);
+                free = free && ai::navigation::sees(service_.planner().map(), at, to, looked);
+                at = to;
+            }
+            r.wrong += !free || at != agents_[i].goal ? 1U : 0U;
+            r.near_best += a.best ? 0U : 1U;
+            ratios.push_back(static_cast<double>(a.length_m) / agents_[i].length);
+        }
+        r.excess = mean(ratios) - 1.0;
+    }
+
+    std::vector<GridInstance> agents_;
+    WayService service_;
+    std::vector<WayTicket> tickets_;
+    std::vector<Spot> at_;
+    std::vector<Spot> heads_;
+};
+
+Row goals_row(Session& session, const GridScene& scene) {
+    const std::int64_t before = thread_cpu_ns();
+    GoalsTrial trial(scene, session.quick ? 200 : kGoalAgents);
+    const double prepared_s = static_cast<double>(thread_cpu_ns() - before) * 1e-9;
+    trial.run();  // warms up
+    std::vector<std::vector<double>> ticks;
+    GoalsRun last;
+    for (int i = 0; i < (session.quick ? 1 : session.repeats); ++i) {
+        last = trial.run();
+        ticks.push_back(last.tick_ms);
+    }
+    const std::vector<double> tick_ms = median_of_rows(ticks);
+    Row row;
+    row.suite = "crowd";
+    row.scene = kGoalsScene;
+    row.parameter = "map=" + scene.name;
+    row.time_us_p50 = largest(tick_ms) * 1e3;
+    row.time_us_p99 = row.time_us_p50;
+    row.error = static_cast<double>(last.wrong + last.still);
+    row.error_unit = "wrong";
+    row.metric("ticks_to_all_paths", last.ticks_to_all);
+    row.metric("path_ms_per_tick", largest(tick_ms));
+    row.metric("path_ms_first_tick", tick_ms.front());
+    row.metric("path_ms_last_tick", tick_ms.back());
+    row.metric("still_in_first_tick", static_cast<double>(last.still));
+    row.metric("first_leg_not_nearer", static_cast<double>(last.backward));
+    row.metric("near_best_only", static_cast<double>(last.near_best));
+    row.metric("excess_mean", last.excess);
+    row.metric("preprocess_s", prepared_s);
+    row.metric("index_mib", static_cast<double>(trial.service().bytes()) / (1024.0 * 1024.0));
+    return row;
+}
+
+}  // namespace
+
+void run_crowd_goals(Session& session) {
+    if (!session.wants_scene(kGoalsScene) || !session.wants_method("default", "")) {
+        return;
+    }
+    session.note(
+        "goals_5000: 5,000 agents ask for the farthest goals of the map's scenario in the same "
+        "tick of 50 ms; path_ms_per_tick is the CPU time of asking, serving and heading in the "
+        "dearest tick, median of the runs after the first; excess_mean is over the best way on the "
+        "grid, below 0 where pulling straight gains more than it costs to be near the best");
+    for (const std::string name : {"den520d", "brc202d", "random512-10-0"}) {
+        session.progress("crowd " + kGoalsScene + " " + name);
+        std::string why;
+        const std::optional<GridScene> scene = read_grid_scene(name, session.quick ? 40 : 1, why);
+        if (scene) {
+            session.add({goals_row(session, *scene)});
+        } else {
+            session.note("crowd: " + why);
+        }
+    }
+}
+
+}  // namespace zoned::bench
