@@ -1,19 +1,23 @@
 // Suite `crowd`: agents that walk among each other.
+#include "tests/bench/suite_crowd.h"
 #include "tests/bench/suite_crowd_goals.h"
 
 namespace zoned::bench {
 
 namespace {
 
-void run_crowd_suite(Session& session) {
+void run_crowd(Session& session) {
     run_crowd_goals(session);
+    if (session.wants_scene(kAvoidanceScene)) {
+        run_crowd_avoidance(session);
+    }
 }
 
-const Registration kCrowdSuite({"crowd",
-                                "crowds: ways for many at once",
-                                std::vector<std::string>{kGoalsScene},
-                                std::vector<std::string>{"default"},
-                                run_crowd_suite});
+const Registration kCrowd({"crowd",
+                           "crowds: time of a step, overlaps, ways for many at once",
+                           std::vector<std::string>{kGoalsScene, kAvoidanceScene},
+                           {"default", "cpu_2"},
+                           run_crowd});
 
 }  // namespace
 

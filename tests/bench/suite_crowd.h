@@ -1,0 +1,16 @@
+// Parts of the suite `crowd`, a file each.
+#pragma once
+
+#include "tests/bench/suite.h"
+
+#include <string>
+
+namespace zoned::bench {
+
+/// Rows of scene `avoidance_20k`: time of a step per agent; the error is the largest overlap of two
+/// agents after any step, over a radius.
+void run_crowd_avoidance(Session& session);
+
+inline const std::string kAvoidanceScene = "avoidance_20k";
+
+}  // namespace zoned::bench
