@@ -1,5 +1,8 @@
 #include "server/ai/learn/cart_pole.h"
 
+#include "server/ai/learn/circle.h"
+
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -25,24 +28,6 @@ double mean_steps(const Network& network, core::Rng rng, int episodes) {
 }
 
 }  // namespace
-
-std::array<double, 2> sine_and_cosine(double angle) {
-    const double s = angle * angle;
-    // Terms up to angle^13 and angle^12: the next are below 0.7^15 / 15! and 0.7^14 / 14! < 1e-13.
-    const double sine =
-        angle *
-        (1.0 -
-         s / 6.0 *
-             (1.0 -
-              s / 20.0 *
-                  (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0 * (1.0 - s / 156.0))))));
-    const double cosine =
-        1.0 -
-        s / 2.0 *
-            (1.0 -
-             s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0 * (1.0 - s / 132.0)))));
-    return {sine, cosine};
-}
 
 CartPole CartPole::start(core::Rng& rng) {
     CartPole pole;

@@ -4,8 +4,6 @@
 
 #include "server/ai/learn/task.h"
 
-#include <array>
-
 namespace zoned::ai::learn {
 
 /// Barto, Sutton, Anderson, "Neuronlike adaptive elements that can solve difficult learning control
@@ -27,9 +25,6 @@ struct CartPole {
 };
 
 inline constexpr int kCartPoleSteps = 500;  ///< an episode that holds out so long is full
-
-/// Sine and cosine by their series, for |angle| <= 0.7: within 1e-12, and the same bits everywhere.
-std::array<double, 2> sine_and_cosine(double angle);
 
 /// Steps, at most kCartPoleSteps, that a network holds out from `pole`: it gets the four numbers,
 /// each scaled to about 1 where it is over, and pushes right where its output is above 0.

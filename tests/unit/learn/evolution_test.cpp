@@ -190,14 +190,6 @@ TEST(Neat, SolvesExclusiveOrForTenOfTenSeeds) {
     }
 }
 
-TEST(CartPole, HasTheSeriesOfSineAndCosine) {
-    for (double angle = -0.7; angle <= 0.7; angle += 0.001) {
-        const auto [sine, cosine] = sine_and_cosine(angle);
-        EXPECT_NEAR(sine, std::sin(angle), 1e-12);
-        EXPECT_NEAR(cosine, std::cos(angle), 1e-12);
-    }
-}
-
 TEST(CartPole, FollowsTheEquationsOfMotion) {
     // At rest and upright a push of 10 N moves 1.1 kg: by hand, angular acceleration
     // -(10 / 1.1) / (0.5 (4 / 3 - 0.1 / 1.1)), and 10 / 1.1 less what the pole takes.
