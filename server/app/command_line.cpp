@@ -157,6 +157,33 @@ void add_replay(CLI::App& app, ReplayArguments& a, std::function<int()>& run) {
     });
 }
 
+void add_train(CLI::App& app, TrainArguments& a, std::function<int()>& run) {
+    CLI::App* c = app.add_subcommand(
+        "train", "Train a network for a task or after recorded players, and write it as a policy");
+    c->add_option(
+         "FILE", a.file, "What to learn and how, protobuf text format (proto/training.proto)")
+        ->required();
+    CLI::Option* resume = c->add_flag("--resume", a.resume, "Go on from the checkpoint");
+    c->add_flag("--restart", a.restart, "Begin anew although there is a checkpoint")
+        ->excludes(resume);
+    c->add_option("--threads", a.threads, "Threads that judge a generation; the result is the same")
+        ->check(CLI::Range(1U, 256U));
+    c->footer(
+        "SIGINT and SIGTERM write a checkpoint and end; the same seed gives the same policy,\n"
+        "interrupted or not. Exit 1 where target_score is not reached.\n"
+        "Examples:\n"
+        "  zoned train config/training/arena.txtpb --threads 4\n"
+        "  zoned train config/training/arena.txtpb --resume\n"
+        "  zoned serve --config config/minimal.txtpb --set recording.file=run.zrec --seconds 60\n"
+        "  zoned train imitate.txtpb   # with task: IMITATION, imitation { recording: \"run.zrec\" "
+        "... }");
+    c->callback([&] {
+        run = [&a] {
+            return train(a);
+        };
+    });
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
@@ -172,6 +199,7 @@ int run_command_line(int argc, char** argv) {
     TicketArguments ticket_arguments;
     ReplayArguments replay_arguments;
     BakeArguments bake_arguments;
+    TrainArguments train_arguments;
     std::string key_base;
     std::function<int()> run;
     add_serve(app, serve_arguments, run);
@@ -180,6 +208,7 @@ int run_command_line(int argc, char** argv) {
     add_bake(app, bake_arguments, run);
     add_keys(app, key_base, ticket_arguments, run);
     add_replay(app, replay_arguments, run);
+    add_train(app, train_arguments, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -63,6 +63,13 @@ struct BakeArguments {
     float error_budget_m = 0.005F;   ///< as physics.error_budget_m of a config
 };
 
+struct TrainArguments {
+    std::string file;
+    bool resume = false;   ///< goes on from the checkpoint
+    bool restart = false;  ///< begins anew although there is one
+    unsigned threads = 1;
+};
+
 int serve(const ServeArguments& arguments);
 int check(const std::string& config, const std::vector<std::string>& sets);
 int explain(const ExplainArguments& arguments);
@@ -71,6 +78,7 @@ int bake(const BakeArguments& arguments);
 int keygen(const std::string& base);
 int ticket(const TicketArguments& arguments);
 int replay(const ReplayArguments& arguments);
+int train(const TrainArguments& arguments);
 
 /// Parses and dispatches; never throws.
 int run_command_line(int argc, char** argv);

@@ -192,7 +192,7 @@ class RangeCheck {
 
 }  // namespace
 
-void check_ranges(proto::Config& config, bool complete, Diagnostics& diagnostics) {
+void check_ranges(google::protobuf::Message& config, bool complete, Diagnostics& diagnostics) {
     RangeCheck(complete, diagnostics).check_message(config, "");
 }
 

@@ -14,11 +14,11 @@ namespace zoned::ops {
 /// empty value clears. Mistakes go to `diagnostics` with the path.
 void apply_set(const std::string& assignment, proto::Config& config, Diagnostics& diagnostics);
 
-/// Reports every number, string length and list length outside the range that proto/config.proto
-/// states for it, and every number that is not finite. What it reports it also
+/// Reports every number, string length and list length outside the range that its schema
+/// (proto/config.proto) states for it, and every number that is not finite. What it reports it also
 /// replaces (numbers by their default or the nearest end, lists that are too long are cut), so that
 /// the checks of relations can go on. `complete`: the text was read to its end; otherwise lists may
 /// be short without a mistake.
-void check_ranges(proto::Config& config, bool complete, Diagnostics& diagnostics);
+void check_ranges(google::protobuf::Message& config, bool complete, Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

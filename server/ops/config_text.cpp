@@ -140,7 +140,9 @@ std::string similar_field(const Descriptor& message, const std::string& name) {
     return best;
 }
 
-bool parse_config_text(const std::string& text, proto::Config& config, Diagnostics& diagnostics) {
+bool parse_config_text(const std::string& text,
+                       google::protobuf::Message& config,
+                       Diagnostics& diagnostics) {
     std::string remaining = text;
     for (int repair = 0;; ++repair) {
         Collector collector;

@@ -1,0 +1,233 @@
+#include "server/app/trainer.h"
+
+#include "server/ai/learn/arena.h"
+#include "server/ai/learn/cart_pole.h"
+#include "server/ai/learn/evolution.h"
+#include "server/ai/learn/xor_task.h"
+#include "server/app/imitation.h"
+#include "server/ops/policy_file.h"
+
+#include <cstdarg>
+#include <cstdio>
+#include <utility>
+
+namespace zoned::app {
+
+namespace {
+
+namespace learn = ai::learn;
+using proto::Training;
+using Made = core::Result<std::unique_ptr<Trainer>>;
+using Restored = core::Result<bool>;
+
+std::string line(const char* format, ...) __attribute__((format(printf, 1, 2)));
+
+std::string line(const char* format, ...) {
+    std::array<char, 300> text{};
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text.data(), text.size(), format, arguments);
+    va_end(arguments);
+    return text.data();
+}
+
+learn::Arena arena_of(const Training::Arena& from) {
+    learn::Arena arena;
+    arena.wall_m = static_cast<float>(from.wall_m());
+    arena.goal_reach_m = static_cast<float>(from.goal_reach_m());
+    arena.speed = static_cast<float>(from.speed_mps());
+    arena.goal_speed = static_cast<float>(from.goal_speed_mps());
+    return arena;
+}
+
+std::unique_ptr<learn::Task> task_of(const Training& config) {
+    switch (config.task()) {
+        case Training::CART_POLE:
+            return std::make_unique<learn::CartPoleTask>();
+        case Training::ARENA:
+            return std::make_unique<learn::ArenaTask>(arena_of(config.arena()));
+        case Training::XOR:
+        case Training::IMITATION:  // is no task to breed for
+            break;
+    }
+    return std::make_unique<learn::XorTask>();
+}
+
+/// A population that is bred.
+class BreedingTrainer final : public Trainer {
+  public:
+    explicit BreedingTrainer(const ops::TrainingPlan& plan)
+        : config_(plan.config),
+          task_(task_of(config_)),
+          settings_(ops::breeding_of(config_, task_->inputs(), task_->outputs())),
+          evolution_(*task_, settings_, config_.seed()) {}
+
+    void round(const learn::RunRanges& run) override { evolution_.step(run); }
+
+    [[nodiscard]] std::uint64_t rounds() const override { return evolution_.generation(); }
+
+    [[nodiscard]] double score() const override { return evolution_.score(); }
+
+    [[nodiscard]] std::string progress() const override {
+        return line("generation %llu: fittest %.6g, best score %.6g, %zu nodes, %zu species",
+                    static_cast<unsigned long long>(evolution_.generation()),
+                    evolution_.fitness(),
+                    evolution_.score(),
+                    evolution_.best().nodes.size(),
+                    evolution_.species());
+    }
+
+    [[nodiscard]] std::string summary() const override {
+        // The best was chosen by its score on one course: another one judges.
+        const std::uint64_t unseen = core::mix(~config_.seed());
+        std::string text = line(
+            "score %.6g where it was chosen, %.6g on circumstances that it "
+            "never saw; %.6g counts as solved\n",
+            evolution_.score(),
+            task_->score(evolution_.best(), unseen),
+            task_->solved_at());
+        if (const auto* arena = dynamic_cast<const learn::ArenaTask*>(task_.get())) {
+            text += line("who walks straight at the goal there: %.6g\n",
+                         learn::straight_score(arena->arena(), unseen));
+        }
+        return text;
+    }
+
+    [[nodiscard]] learn::Policy policy() const override {
+        learn::Policy policy;
+        if (const auto* arena = dynamic_cast<const learn::ArenaTask*>(task_.get())) {
+            policy = learn::arena_policy(arena->arena(), evolution_.best());
+        } else {
+            policy.network = evolution_.best();
+        }
+        policy.name = config_.name();
+        return policy;
+    }
+
+    void save(proto::TrainingCheckpoint& out) const override { ops::fill(evolution_.state(), out); }
+
+    Restored restore(const proto::TrainingCheckpoint& from) override {
+        auto state = ops::evolution_state(from, settings_, task_->inputs(), task_->outputs());
+        if (!state) {
+            return Restored::failure(state.error());
+        }
+        evolution_.restore(std::move(*state));
+        return true;
+    }
+
+  private:
+    Training config_;
+    std::unique_ptr<learn::Task> task_;
+    learn::BreedingSettings settings_;
+    learn::Evolution evolution_;
+};
+
+/// A network that is fitted to what players did.
+class ImitationTrainer final : public Trainer {
+  public:
+    ImitationTrainer(const ops::TrainingPlan& plan, Lessons lessons)
+        : config_(plan.config),
+          lessons_(std::move(lessons)),
+          network_(ops::layers_of(config_,
+                                  lessons_.training.inputs,
+                                  lessons_.training.outputs,
+                                  learn::Activation::kLinear)),
+          descent_({static_cast<float>(config_.gradient().step()), config_.gradient().batch()},
+                   network_,
+                   config_.seed()) {
+        core::Rng rng(config_.seed(), 0x1417A7E);
+        randomise(network_, rng);
+    }
+
+    void round(const learn::RunRanges& /*run*/) override {
+        training_error_ = descent_.epoch(network_, lessons_.training);
+        ++rounds_;
+    }
+
+    [[nodiscard]] std::uint64_t rounds() const override { return rounds_; }
+
+    [[nodiscard]] double score() const override {
+        return 1.0 - mean_squared_error(network_, lessons_.held_out) /
+                         error_of_best_constant(lessons_.held_out);
+    }
+
+    [[nodiscard]] std::string progress() const override {
+        return line("pass %llu: squared error %.6g on the way, score %.4f on players held out",
+                    static_cast<unsigned long long>(rounds_),
+                    training_error_,
+                    score());
+    }
+
+    [[nodiscard]] std::string summary() const override {
+        return line(
+            "%zu samples of %zu players; %zu of %zu players held out: squared error %.4f, "
+            "the best constant's %.4f\n",
+            lessons_.training.size(),
+            lessons_.players - lessons_.players_held_out,
+            lessons_.held_out.size(),
+            lessons_.players_held_out,
+            mean_squared_error(network_, lessons_.held_out),
+            error_of_best_constant(lessons_.held_out));
+    }
+
+    [[nodiscard]] learn::Policy policy() const override {
+        learn::Policy policy;
+        policy.name = config_.name();
+        policy.facing = static_cast<learn::Facing>(config_.imitation().facing());
+        policy.inputs = ops::inputs_of(config_.imitation().input());
+        policy.network = network_;
+        return policy;
+    }
+
+    void save(proto::TrainingCheckpoint& out) const override {
+        out.set_samples_hash(lessons_.hash);
+        out.set_round(rounds_);
+        out.set_fitness(training_error_);
+        *out.mutable_best() = ops::message_of(network_);
+        ops::fill(descent_.state(), out);
+    }
+
+    Restored restore(const proto::TrainingCheckpoint& from) override {
+        auto network = ops::network_of(from.best());
+        auto state = ops::descent_state(from, network_.parameters.size());
+        if (!network || !state) {
+            return Restored::failure(network ? state.error() : network.error());
+        }
+        if (from.samples_hash() != lessons_.hash || network->source != network_.source) {
+            return Restored::failure("it is of another recording or network");
+        }
+        network_ = std::move(*network);
+        descent_.restore(std::move(*state));
+        rounds_ = from.round();
+        training_error_ = from.fitness();
+        return true;
+    }
+
+  private:
+    Training config_;
+    Lessons lessons_;
+    learn::Network network_;
+    learn::Descent descent_;
+    std::uint64_t rounds_ = 0;
+    double training_error_ = 0.0;
+};
+
+}  // namespace
+
+Made make_trainer(const ops::TrainingPlan& plan) {
+    if (plan.config.task() != Training::IMITATION) {
+        return Made(std::make_unique<BreedingTrainer>(plan));
+    }
+    const Training::Imitation& imitation = plan.config.imitation();
+    const auto ticks = played_ticks(imitation, imitation.every_ticks());
+    if (!ticks) {
+        return Made::failure(ticks.error());
+    }
+    auto lessons = lessons_of(*ticks, imitation);
+    if (!lessons) {
+        return Made::failure(lessons.error());
+    }
+    return Made(std::make_unique<ImitationTrainer>(plan, std::move(*lessons)));
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,158 @@
+// Scenes `xor` and `cartpole`: ten seeds are trained, each judged on what it never saw; what is
+// timed is an evaluation of the first seed's network, in columns.
+#include "tests/bench/suite_decisions_learning.h"
+
+#include "server/ai/learn/cart_pole.h"
+#include "server/ai/learn/evolution.h"
+#include "server/ai/learn/xor_task.h"
+#include "tests/bench/comparison.h"
+#include "tests/bench/cpu_clock.h"
+
+#include <algorithm>
+#include <array>
+
+namespace zoned::bench {
+
+namespace {
+
+namespace learn = ai::learn;
+
+constexpr std::size_t kLearnedMinds = 4096;
+constexpr int kLearnSeeds = 10;
+
+struct Lesson {
+    const learn::Task* task = nullptr;
+    learn::BreedingSettings settings;
+    double target = 0.0;  ///< score at which training ends
+    std::uint64_t most_generations = 0;
+    double full = 0.0;  ///< best score there is: what is missing to it is the error
+    const char* unit = "";
+};
+
+/// What ten seeds learned.
+struct Learned {
+    learn::Network first;
+    double mean_missing = 0.0;
+    double worst_missing = 0.0;
+    double train_ms_mean = 0.0;
+    double train_ms_max = 0.0;
+    double generations_mean = 0.0;
+    int solved = 0;
+};
+
+Learned train(const Lesson& lesson) {
+    Learned learned;
+    for (std::uint64_t seed = 1; seed <= kLearnSeeds; ++seed) {
+        const std::int64_t begin = thread_cpu_ns();
+        learn::Evolution evolution(*lesson.task, lesson.settings, seed);
+        while (evolution.score() < lesson.target &&
+               evolution.generation() < lesson.most_generations) {
+            evolution.step(learn::run_here);
+        }
+        const double ms = static_cast<double>(thread_cpu_ns() - begin) * 1e-6;
+        const double score = lesson.task->score(evolution.best(), 1000 + seed);
+        learned.mean_missing += (lesson.full - score) / kLearnSeeds;
+        learned.worst_missing = std::max(learned.worst_missing, lesson.full - score);
+        learned.solved += score >= lesson.task->solved_at() ? 1 : 0;
+        learned.train_ms_mean += ms / kLearnSeeds;
+        learned.train_ms_max = std::max(learned.train_ms_max, ms);
+        learned.generations_mean += static_cast<double>(evolution.generation()) / kLearnSeeds;
+        if (seed == 1) {
+            learned.first = evolution.best();
+        }
+    }
+    return learned;
+}
+
+class LearnTrial final : public JudgedTrial {
+  public:
+    LearnTrial(const Learned& learned, const char* unit)
+        : learned_(learned),
+          unit_(unit),
+          scratch_(learned.first.values() * learn::kLanes),
+          out_(kLearnedMinds) {
+        core::Rng rng(83);
+        for (std::size_t k = 0; k < learned.first.inputs; ++k) {
+            in_.emplace_back(kLearnedMinds);
+            for (float& value : in_.back()) {
+                value = rng.range(-1.0F, 1.0F);
+            }
+            columns_.push_back(in_.back().data());
+        }
+    }
+
+    void frame() override {
+        float* const out[] = {out_.data()};
+        learn::evaluate_many(learned_.first, columns_, kLearnedMinds, scratch_, out);
+    }
+
+    void judge(Row& row) override {
+        row.error = learned_.mean_missing;
+        row.error_unit = unit_;
+        row.metric("seeds_solved_of_10", learned_.solved);
+        row.metric("worst_seed_error", learned_.worst_missing);
+        row.metric("train_cpu_ms_mean", learned_.train_ms_mean);
+        row.metric("train_cpu_ms_max", learned_.train_ms_max);
+        row.metric("generations_mean", learned_.generations_mean);
+        row.metric("nodes", static_cast<double>(learned_.first.nodes.size()));
+    }
+
+  private:
+    const Learned& learned_;
+    const char* unit_;
+    std::vector<std::vector<float>> in_;
+    std::vector<const float*> columns_;
+    std::vector<float> scratch_;
+    std::vector<float> out_;
+};
+
+void run_lessons(Session& session,
+                 const std::string& scene,
+                 const std::vector<std::pair<const char*, Lesson>>& lessons) {
+    std::vector<Learned> learned(lessons.size());
+    std::vector<Method> methods;
+    for (std::size_t k = 0; k < lessons.size(); ++k) {
+        if (session.wants_method(lessons[k].first, "")) {
+            learned[k] = train(lessons[k].second);
+            methods.push_back(
+                {lessons[k].first, "", [&learned, &lessons, k]() -> std::unique_ptr<JudgedTrial> {
+                     return std::make_unique<LearnTrial>(learned[k], lessons[k].second.unit);
+                 }});
+        }
+    }
+    if (methods.empty()) {
+        return;
+    }
+    std::vector<Row> rows =
+        compare("decisions",
+                scene,
+                "",
+                methods,
+                {1, session.quick ? 2 : 60, session.quick ? 1 : session.repeats});
+    for (Row& row : rows) {
+        row.time_us_p50 /= static_cast<double>(kLearnedMinds);
+        row.time_us_p99 /= static_cast<double>(kLearnedMinds);
+    }
+    session.add(std::move(rows));
+}
+
+}  // namespace
+
+void run_xor(Session& session, const std::string& scene) {
+    const learn::XorTask task;
+    run_lessons(
+        session, scene, {{"default", {&task, learn::NeatSettings{}, 4.0, 300, 4.0, "cases"}}});
+}
+
+void run_cartpole(Session& session, const std::string& scene) {
+    const learn::CartPoleTask task;
+    learn::FixedTopology fixed;
+    fixed.shape = learn::dense(std::array<std::size_t, 3>{4, 6, 1});
+    const double full = learn::kCartPoleSteps;
+    run_lessons(session,
+                scene,
+                {{"default", {&task, fixed, 499.0, 100, full, "steps"}},
+                 {"neat", {&task, learn::NeatSettings{}, 499.0, 100, full, "steps"}}});
+}
+
+}  // namespace zoned::bench
