@@ -29,7 +29,8 @@ world::Row row_of(const world::Entities& entities, EntityId entity) {
 }
 
 CoarseWorld coarse(const World& world) {
-    return {world.entities, world.types, world.grid, world.statics, world.now, world.dt};
+    return {
+        world.entities, world.types, world.grid, world.places, world.statics, world.now, world.dt};
 }
 
 /// All coarse minds are looked at once in so many ticks, in turn.
@@ -186,7 +187,7 @@ void Step::decide_one(Mind& mind,
     const bool awake = due.tier == Tier::kAwake;
     const Sight sight =
         awake ? look(e, world.grid, due.row, machine.perception_m, settings.far_m) : Sight::none();
-    if (decide(mind, machine, sight, e.position[due.row], world.now, lane.thinking)) {
+    if (decide(mind, machine, sight, e.position[due.row], world.places, world.now, lane.thinking)) {
         ++lane.transitions;
     }
     due.changed = mind.entered;
@@ -221,6 +222,31 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
             }
         }
     });
+}
+
+/// What minds have begun to do may be a trade. Two that want the last loaf: the smaller id gets it,
+/// whoever decided first.
+void Step::settle_trades(Minds& minds, const World& world, const Settings& settings) {
+    traders_.clear();
+    for (std::uint32_t i = 0; i < due_.size(); ++i) {
+        const Mind& mind = minds.at(due_[i].slot);
+        if (due_[i].changed && !machine_of(mind, settings).states[mind.doing].trades.empty()) {
+            traders_.push_back(i);
+        }
+    }
+    std::sort(traders_.begin(), traders_.end(), [this](std::uint32_t a, std::uint32_t b) {
+        return due_[a].entity < due_[b].entity;
+    });
+    for (const std::uint32_t i : traders_) {
+        Mind& mind = minds.at(due_[i].slot);
+        const CompiledMachine& machine = machine_of(mind, settings);
+        const Vec3& position = world.entities.position[due_[i].row];
+        for (const Trade& trade : machine.states[mind.doing].trades) {
+            const bool done = ai::trade(
+                mind, machine, trade, Vec2(position.x(), position.z()), world.places, world.now);
+            ++(done ? report_.trades : report_.trades_refused);
+        }
+    }
 }
 
 /// Coarse minds whose event this was: to the next one.
@@ -282,7 +308,13 @@ void Step::steer_awake(Minds& minds, const World& world, const Settings& setting
             if (steers_now(mind, settings, world.now)) {
                 steer(mind,
                       machine,
-                      {world.entities, world.types, world.grid, row, world.now, world.dt});
+                      {world.entities,
+                       world.types,
+                       world.grid,
+                       world.places,
+                       row,
+                       world.now,
+                       world.dt});
                 ++lane.steered;
             }
             world.entities.command[row] = mind.aim;
@@ -312,6 +344,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     }
     collect_due(minds, world, std::max<std::size_t>(1, settings.max_decisions_per_tick));
     decide_due(minds, world, settings);
+    settle_trades(minds, world, settings);
     steer_awake(minds, world, settings);
     go_on(minds, world, settings);
     if (std::isfinite(settings.seen_m)) {
@@ -323,7 +356,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     return report_;
 }
 
-void Step::hash(Minds& minds, core::StateHash& hash) const {
+void Step::hash(const Minds& minds, core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(minds.size()));
     for (const Slot slot : minds.awake()) {
         ai::hash(hash, minds.at(slot));

@@ -29,6 +29,7 @@ struct Settings {
     /// Beyond it nobody may hear of an entity.
     float seen_m = std::numeric_limits<float>::infinity();
     float calm_s = 2.0F;  ///< only after so long out of sight
+    PlaceSettings places{};
 };
 
 /// Fills in `compiled`, where inner machines stay empty; `dt` in s.
@@ -39,6 +40,7 @@ struct World {
     world::Entities& entities;
     const world::TypeTable& types;
     const spatial::PointGrid& grid;  ///< indexes entities.position by row
+    Places& places;
     const motion::StaticGeometry& statics;
     compute::Team& team;  ///< helps; results do not depend on it
     /// x, z: who has left the square of this half size around the origin is to be woken, m.
@@ -55,6 +57,8 @@ struct Report {
     std::uint32_t steered = 0;
     std::uint32_t postponed = 0;  ///< decisions that the budget moved to a later tick
     std::uint32_t transitions = 0;
+    std::uint32_t trades = 0;
+    std::uint32_t trades_refused = 0;  ///< somebody had not enough, or no room, or was not there
     std::uint32_t plans = 0;
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
@@ -71,7 +75,7 @@ class Step {
     [[nodiscard]] std::span<const EntityId> woke_up() const { return woke_up_; }
 
     /// Chains what the minds are that did something in the last step.
-    void hash(Minds& minds, core::StateHash& hash) const;
+    void hash(const Minds& minds, core::StateHash& hash) const;
 
     /// `settings` are compiled for world.dt. Writes `command`, `behaviour` of the rows of awake
     /// minds, and places those of coarse ones. Players are the rows with a client and without
@@ -109,6 +113,7 @@ class Step {
     void collect_due(Minds& minds, const World& world, std::size_t budget);
     void decide_due(Minds& minds, const World& world, const Settings& settings);
     void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
+    void settle_trades(Minds& minds, const World& world, const Settings& settings);
     void steer_awake(Minds& minds, const World& world, const Settings& settings);
     void go_on(Minds& minds, const World& world, const Settings& settings);
     void send_to_sleep(Minds& minds, const World& world, const Settings& settings);
@@ -124,6 +129,7 @@ class Step {
     std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
     std::vector<Minds::Event> events_;
     std::vector<Due> due_;
+    std::vector<std::uint32_t> traders_;  // of due_, ascending by entity
     std::vector<Slot> waking_;
     std::vector<EntityId> fell_asleep_;
     std::vector<EntityId> woke_up_;

@@ -199,8 +199,9 @@ Tick next_event(Mind& mind,
     Tick quiet = in.now + 1;
     if (settled) {
         Senses senses;
-        sense(mind, machine, Sight::none(), in.entities.position[row], in.now, senses);
-        quiet = quiet_until(mind, machine, senses, mind.leg.speed, in.now, in.dt);
+        sense(mind, machine, Sight::none(), in.entities.position[row], in.places, in.now, senses);
+        quiet =
+            quiet_until(mind, machine, senses, {mind.leg.speed, in.places.day_s(), in.dt}, in.now);
     }
     mind.next_decision = quiet == kNever ? kNever : next_decision(mind.entity, period, quiet - 1);
     const Tick arrives = mind.leg.length > 0.0F ? arrival(mind.leg, in.dt) : kNever;

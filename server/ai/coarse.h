@@ -11,12 +11,13 @@ struct CoarseWorld {
     world::Entities& entities;
     const world::TypeTable& types;
     const spatial::PointGrid& grid;
+    const Places& places;
     const motion::StaticGeometry& statics;
     Tick now;
     float dt;  ///< s
 
     [[nodiscard]] Surroundings around(world::Row row) const {
-        return {entities, types, grid, row, now, dt};
+        return {entities, types, grid, places, row, now, dt};
     }
 };
 

@@ -141,11 +141,13 @@ void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,
            const Vec3& position,
+           const Places& places,
            Tick now,
            Senses& senses) {
+    const Vec2 here(position.x(), position.z());
     senses[kSensePlayerDistance] = sight.distance;
-    senses[kSenseHomeDistance] =
-        Vec2(position.x() - mind.home.x(), position.z() - mind.home.z()).norm();
+    senses[kSenseHomeDistance] = (here - Vec2(mind.home.x(), mind.home.z())).norm();
+    senses[kSenseTimeOfDay] = places.time_of_day(now);
     senses[kSenseRandom] = drawn_at(mind, now);
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
         senses[kOwnSenses + v] = variable_at(mind, machine, v, now);
@@ -163,16 +165,23 @@ void sense(const Mind& mind,
                               1,
                               std::span(out.data(), fuzzy.system.outputs()));
     }
+    for (std::size_t k = 0; k < machine.places.size(); ++k) {
+        const PlaceSense& of = machine.places[k];
+        senses[machine.first_place_sense + k] =
+            of.stock < 0 ? (here - places.spot(of.place, mind.entity)).norm()
+                         : places.stock(of.place, static_cast<std::size_t>(of.stock), now);
+    }
 }
 
 bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,
             const Vec3& position,
+            const Places& places,
             Tick now,
             Thinking& thinking) {
     Senses senses;
-    sense(mind, machine, sight, position, now, senses);
+    sense(mind, machine, sight, position, places, now, senses);
     mind.prey = sight.prey;
     mind.far = sight.player_far;
     mind.fresh = true;
@@ -184,6 +193,29 @@ bool decide(Mind& mind,
     }
     choose(mind, machine, change.has_value(), known, now, thinking);
     return change.has_value();
+}
+
+bool trade(Mind& mind,
+           const CompiledMachine& machine,
+           const Trade& trade,
+           const Vec2& here,
+           Places& places,
+           Tick now) {
+    // Who has come to its spot is within a step of it.
+    constexpr float kReachM = 2.0F;
+    const bool able = std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& i) {
+        const float then = mind.variables[i.variable] + i.amount;
+        const Variable& of = machine.variables[i.variable];
+        return then >= of.low && then <= of.high;
+    });
+    if (!able || !places.reached(trade.place, here, kReachM) || !places.can(trade, now)) {
+        return false;
+    }
+    for (const TradeItem& item : trade.items) {
+        mind.variables[item.variable] += item.amount;
+    }
+    places.commit(trade, now);
+    return true;
 }
 
 Tick decision_period(const CompiledMachine& machine, float dt) {

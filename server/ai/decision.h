@@ -34,12 +34,13 @@ void grow(Mind& mind, const CompiledMachine& machine, Tick now);
 /// which change nothing can be left out.
 float drawn_at(const Mind& mind, Tick now);
 
-/// Fills in what `machine` reads at `now`: its own senses, the variables, then the outputs of its
-/// fuzzy systems. `position` zone-local, m.
+/// Fills in what `machine` reads at `now`: its own senses, the variables, the outputs of its fuzzy
+/// systems, then what it knows of places. `position` zone-local, m.
 void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,
            const Vec3& position,
+           const Places& places,
            Tick now,
            Senses& senses);
 
@@ -51,8 +52,18 @@ bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,
             const Vec3& position,
+            const Places& places,
             Tick now,
             Thinking& thinking);
+
+/// A trade of somebody who stands at `here` (x, z, m); whether it was done. The mind's variables
+/// are as of `now` (grow()).
+bool trade(Mind& mind,
+           const CompiledMachine& machine,
+           const Trade& trade,
+           const Vec2& here,
+           Places& places,
+           Tick now);
 
 /// Ticks between decisions, >= 1.
 Tick decision_period(const CompiledMachine& machine, float dt);

@@ -182,7 +182,7 @@ std::size_t senses_of(const Machine& machine) {
     for (const FuzzySense& fuzzy : machine.fuzzy) {
         senses += fuzzy.def.outputs.size();
     }
-    return senses;
+    return senses + machine.places.size();
 }
 
 CompiledMachine compile(const Machine& machine, float dt) {
@@ -197,6 +197,9 @@ CompiledMachine compile(const Machine& machine, float dt) {
             {fuzzy::FuzzySystem(fuzzy.def), fuzzy.inputs, static_cast<SenseIndex>(out.senses)});
         out.senses += fuzzy.def.outputs.size();
     }
+    out.places = machine.places;
+    out.first_place_sense = out.senses;
+    out.senses += out.places.size();
     out.table = fsm::compile(definition_of(machine), out.senses, dt);
     std::vector<State> leaves;
     collect_leaves(machine.states, leaves);

@@ -4,6 +4,7 @@
 #include "server/ai/fsm/flat_machine.h"
 #include "server/ai/fuzzy/fuzzy_system.h"
 #include "server/ai/goap/planner.h"
+#include "server/ai/places.h"
 #include "server/ai/senses.h"
 #include "server/ai/tree/decision_tree.h"
 
@@ -25,7 +26,8 @@ enum class ActionKind : std::uint8_t {
     kFlee,    ///< run from the nearest player
     kFlock,  ///< separation, alignment, cohesion with its own type (Reynolds 1987), drifting around
              ///< home
-    kReturn,  ///< walk home
+    kReturn,   ///< walk home
+    kGo = 20,  ///< walk to its spot at `place`, and stand there
 };
 
 /// What a transition's condition reads.
@@ -34,14 +36,16 @@ enum class Sensor : std::uint8_t {
     kHomeDistance,    ///< m
     kTimeInState,     ///< s
     kRandom,          ///< uniform [0, 1) drawn once per decision
+    kTimeOfDay = 20,  ///< s since the day began
 };
 
 /// What every mind senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
-/// systems.
+/// systems, then what it knows of places.
 inline constexpr SenseIndex kSensePlayerDistance = 0;
 inline constexpr SenseIndex kSenseHomeDistance = 1;
 inline constexpr SenseIndex kSenseRandom = 2;
-inline constexpr SenseIndex kOwnSenses = 3;
+inline constexpr SenseIndex kSenseTimeOfDay = 3;
+inline constexpr SenseIndex kOwnSenses = 4;
 
 /// Numbers that a mind can have of its own.
 inline constexpr std::size_t kMaxVariables = 8;
@@ -56,6 +60,8 @@ constexpr SenseIndex sense_of(Sensor sensor) {
             return kStateTime;
         case Sensor::kRandom:
             return kSenseRandom;
+        case Sensor::kTimeOfDay:
+            return kSenseTimeOfDay;
     }
     return kStateTime;
 }
@@ -120,6 +126,9 @@ struct State {
         inside;  ///< a machine as a state: what is above but for transitions is theirs
     fsm::History history = fsm::History::kNone;
     std::vector<VariableChange> changes{};
+    std::uint16_t place = 0;  ///< of kGo
+    std::vector<Trade>
+        trades{};  ///< when it is entered; of what is done, an innermost state or deed
     std::variant<std::monostate, TreeChoice, PlanChoice> choice{};  ///< of an innermost state
     Deeds deeds{};                                                  ///< what it chooses among
 };
@@ -137,6 +146,7 @@ struct Machine {
     float decide_every_s = 0.2F;        ///< period of decisions; steering runs every tick
     std::vector<Variable> variables{};  ///< the first is sense kOwnSenses
     std::vector<FuzzySense> fuzzy;      ///< the first output comes after the variables
+    std::vector<PlaceSense> places{};   ///< the first comes after the outputs of fuzzy systems
     bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
 };
 
@@ -187,6 +197,8 @@ struct CompiledMachine {
     std::vector<float> rates;  ///< growth of variables per tick: of `states` x variables
     std::vector<Gain> gains;   ///< by node
     std::vector<Fuzzy> fuzzy;
+    std::vector<PlaceSense> places;
+    std::size_t first_place_sense = 0;
     std::size_t senses = kOwnSenses;
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;

@@ -35,6 +35,8 @@ class Minds {
 
     [[nodiscard]] Mind& at(Slot slot) { return minds_[slot]; }
 
+    [[nodiscard]] const Mind& at(Slot slot) const { return minds_[slot]; }
+
     /// Slots of the minds of the awake tier, ascending by entity id.
     [[nodiscard]] std::span<const Slot> awake() const { return awake_; }
 

@@ -16,15 +16,15 @@ class Forecast {
     Forecast(const Mind& mind,
              const CompiledMachine& machine,
              const Senses& senses,
-             float speed,
-             Tick now,
-             float dt)
+             const Pace& pace,
+             Tick now)
         : mind_(mind),
           machine_(machine),
           senses_(senses),
-          step_m_(speed * dt),
+          step_m_(pace.speed * pace.dt),
+          day_s_(pace.day_s),
           now_(now),
-          dt_(dt) {}
+          dt_(pace.dt) {}
 
     /// A tick before which the condition stays as it is.
     [[nodiscard]] Tick change_of(const Watch& watch) const {
@@ -39,12 +39,20 @@ class Forecast {
                 return after(std::abs(value - watch.threshold), step_m_);
             case kSenseRandom:
                 return drawn(watch);
+            case kSenseTimeOfDay:
+                return after((value <= watch.threshold ? watch.threshold : day_s_) - value, dt_);
             default:
                 break;
         }
         const std::size_t own = watch.sense - kOwnSenses;
         if (own < machine_.variables.size()) {
             return grown(own, watch.threshold);
+        }
+        if (watch.sense >= machine_.first_place_sense) {
+            // Others trade as well: stock may change at any time.
+            const bool distance =
+                machine_.places[watch.sense - machine_.first_place_sense].stock < 0;
+            return distance ? after(std::abs(value - watch.threshold), step_m_) : now_ + 1;
         }
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
     }
@@ -120,6 +128,7 @@ class Forecast {
             case kSenseHomeDistance:
                 return step_m_ > 0.0F;
             case kSenseRandom:
+            case kSenseTimeOfDay:
                 return true;
             default:
                 return !settled(sense - kOwnSenses);
@@ -130,6 +139,7 @@ class Forecast {
     const CompiledMachine& machine_;
     const Senses& senses_;
     float step_m_;
+    float day_s_;
     Tick now_;
     float dt_;
 };
@@ -139,10 +149,9 @@ class Forecast {
 Tick quiet_until(const Mind& mind,
                  const CompiledMachine& machine,
                  const Senses& senses,
-                 float speed,
-                 Tick now,
-                 float dt) {
-    const Forecast forecast(mind, machine, senses, speed, now, dt);
+                 const Pace& pace,
+                 Tick now) {
+    const Forecast forecast(mind, machine, senses, pace, now);
     Tick until = kNever;
     for (const Watch& watch : machine.watched(mind.fsm.state())) {
         until = std::min(until, forecast.change_of(watch));

@@ -142,7 +142,7 @@ class Account {
 }  // namespace
 
 std::vector<std::string> sense_names(const Machine& machine) {
-    std::vector<std::string> names{"player distance", "home distance", "random"};
+    std::vector<std::string> names{"player distance", "home distance", "random", "time of day"};
     for (const Variable& variable : machine.variables) {
         names.push_back(variable.name);
     }
@@ -150,6 +150,9 @@ std::vector<std::string> sense_names(const Machine& machine) {
         for (const fuzzy::Output& output : fuzzy.def.outputs) {
             names.push_back(fuzzy.def.name + "." + output.name);
         }
+    }
+    for (const PlaceSense& place : machine.places) {
+        names.push_back(place.name);
     }
     return names;
 }
@@ -159,10 +162,11 @@ std::string why(const Mind& mind,
                 const CompiledMachine& compiled,
                 const Sight& sight,
                 const Vec3& position,
+                const Places& places,
                 Tick now,
                 float dt) {
     Senses senses;
-    sense(mind, compiled, sight, position, now, senses);
+    sense(mind, compiled, sight, position, places, now, senses);
     return Account(mind, machine, compiled, now).write(senses, dt);
 }
 

@@ -20,6 +20,7 @@ std::string why(const Mind& mind,
                 const CompiledMachine& compiled,
                 const Sight& sight,
                 const Vec3& position,
+                const Places& places,
                 Tick now,
                 float dt);
 

@@ -71,6 +71,14 @@ Wish wish_return(const Mind& mind, const Surroundings& around) {
     return distance < (moving(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(flat(mind.home), here);
 }
 
+/// A spot is left only when pushed away from it, as a home is.
+Wish wish_place(const Mind& mind, const State& state, const Surroundings& around) {
+    const Vec2 spot = around.places.spot(state.place, mind.entity);
+    const Vec2 here = around.here();
+    const float distance = (spot - here).norm();
+    return distance < (moving(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(spot, here);
+}
+
 /// Chase and flee: `sign` is +1 towards, -1 away.
 Wish wish_prey(const Mind& mind, const Surroundings& around, float sign) {
     const world::Row prey = mind.prey ? around.entities.find(mind.prey) : world::kNoRow;
@@ -175,6 +183,8 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
             return wish_flock(mind, state, speed, around);
         case ActionKind::kReturn:
             return wish_return(mind, around);
+        case ActionKind::kGo:
+            return wish_place(mind, state, around);
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return {};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/mind.h"
+#include "server/ai/places.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
@@ -18,6 +19,7 @@ struct Surroundings {
     const world::Entities& entities;
     const world::TypeTable& types;
     const spatial::PointGrid& grid;
+    const Places& places;
     world::Row self;
     Tick now;
     float dt;  ///< s

@@ -161,6 +161,7 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
                             compiled,
                             sight,
                             state.entities.position[row],
+                            state.places,
                             now,
                             state.settings.dt)
                         .c_str());

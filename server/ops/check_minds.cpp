@@ -2,6 +2,7 @@
 #include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/minds.h"
+#include "server/ops/places.h"
 
 #include <algorithm>
 #include <set>
@@ -209,12 +210,10 @@ class RootCheck {
                                                     diagnostics_);
                 broken_ = broken_ || !leads;
             }
-            for (int c = 0; c < state.change_size(); ++c) {
-                change(state.change(c), join_path(here, "change", c));
-            }
-            for_each_choice_change(
-                config_, state, [this](const Config::Change& of, const std::string& at) {
-                    change(of, at);
+            doing(state, here);
+            for_each_choice_deed(
+                config_, state, [this](const Config::Deed& deed, const std::string& at) {
+                    doing(deed, at);
                 });
             for_each_choice_condition(
                 config_, state, [this](const Config::Condition& of, const std::string& at) {
@@ -239,6 +238,15 @@ class RootCheck {
         }
         way_.pop_back();
         done_.insert(index);
+    }
+
+    /// A state or deed.
+    template <class Doing>
+    void doing(const Doing& of, const std::string& path) {
+        for (int c = 0; c < of.change_size(); ++c) {
+            change(of.change(c), join_path(path, "change", c));
+        }
+        check_doing(config_, root_, of, path, diagnostics_);
     }
 
     void change(const Config::Change& of, const std::string& path) {

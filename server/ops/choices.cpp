@@ -2,6 +2,7 @@
 
 #include "server/ops/config_checks.h"
 #include "server/ops/config_numbers.h"
+#include "server/ops/places.h"
 #include "server/ops/stances.h"
 
 #include <algorithm>
@@ -240,23 +241,19 @@ void for_each_choice_condition(
     }
 }
 
-void for_each_choice_change(
+void for_each_choice_deed(
     const proto::Config& config,
     const proto::Config::State& state,
-    const std::function<void(const proto::Config::Change&, const std::string&)>& look) {
-    const auto deed = [&look](const Config::Deed& of, const std::string& path) {
-        for (int c = 0; c < of.change_size(); ++c) {
-            look(of.change(c), join_path(path + ".do", "change", c));
-        }
-    };
+    const std::function<void(const proto::Config::Deed&, const std::string&)>& look) {
     const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
     for (int n = 0; tree >= 0 && n < config.tree(tree).node_size(); ++n) {
-        deed(config.tree(tree).node(n).do_(), join_path(join_path("", "tree", tree), "node", n));
+        look(config.tree(tree).node(n).do_(),
+             join_path(join_path("", "tree", tree), "node", n) + ".do");
     }
     const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
     for (int a = 0; domain >= 0 && a < config.domain(domain).action_size(); ++a) {
-        deed(config.domain(domain).action(a).do_(),
-             join_path(join_path("", "domain", domain), "action", a));
+        look(config.domain(domain).action(a).do_(),
+             join_path(join_path("", "domain", domain), "action", a) + ".do");
     }
 }
 
@@ -289,6 +286,7 @@ ai::State expand_deed(const proto::Config& config,
     for (const auto& change : deed.change()) {
         out.changes.push_back(expand_change(change, variable_of));
     }
+    expand_doing(config, deed, variable_of, out);
     return out;
 }
 

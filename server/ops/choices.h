@@ -22,11 +22,11 @@ void for_each_choice_condition(
     const proto::Config::State& state,
     const std::function<void(const proto::Config::Condition&, const std::string&)>& look);
 
-/// Likewise for what its deeds do to variables.
-void for_each_choice_change(
+/// Likewise for its deeds.
+void for_each_choice_deed(
     const proto::Config& config,
     const proto::Config::State& state,
-    const std::function<void(const proto::Config::Change&, const std::string&)>& look);
+    const std::function<void(const proto::Config::Deed&, const std::string&)>& look);
 
 ai::VariableChange expand_change(const proto::Config::Change& change,
                                  const VariableOf& variable_of);

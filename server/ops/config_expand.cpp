@@ -3,6 +3,7 @@
 #include "server/ops/config_numbers.h"
 #include "server/ops/method_plan.h"
 #include "server/ops/minds.h"
+#include "server/ops/places.h"
 #include "server/ops/soft_types.h"
 #include "server/ops/stances.h"
 #include "server/ops/type_shapes.h"
@@ -352,6 +353,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.reduce_far = config.ai().reduce_far();
     settings.ai.far_m = narrow(config.ai().far_m());
     settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
+    settings.ai.places = expand_places(config);
     settings.ai.calm_s = narrow(config.ai().calm_s());
     settings.ai.seen_m = config.ai().skip_unseen()
                              ? farthest_sight(settings, narrow(config.interest().hysteresis()))

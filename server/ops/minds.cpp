@@ -2,6 +2,7 @@
 
 #include "server/ops/choices.h"
 #include "server/ops/config_numbers.h"
+#include "server/ops/places.h"
 #include "server/ops/stances.h"
 
 #include <algorithm>
@@ -43,6 +44,7 @@ class MachineExpansion {
             first_.push_back(next);
             next += static_cast<std::size_t>(config.fuzzy(system).output_size());
         }
+        first_place_ = next;
     }
 
     ai::Machine run() {
@@ -67,6 +69,9 @@ class MachineExpansion {
             }
             out.fuzzy.push_back(std::move(sense));
         }
+        for (const std::string& sense : place_senses_) {
+            out.places.push_back(*find_place_sense(config_, sense));
+        }
         return out;
     }
 
@@ -79,6 +84,9 @@ class MachineExpansion {
             const int system = find_sense(config_, sense).system;
             if (system >= 0) {
                 systems_.insert(system);
+            } else if (find_variable(config_.machine(index_), sense) < 0 &&
+                       find_place_sense(config_, sense)) {
+                place_senses_.insert(sense);
             }
         };
         for (const auto& state : config_.machine(index).state()) {
@@ -131,7 +139,12 @@ class MachineExpansion {
             }
             ++k;
         }
-        return kNowhere;
+        const auto of_place = place_senses_.find(sense);
+        return of_place == place_senses_.end()
+                   ? kNowhere
+                   : static_cast<ai::SenseIndex>(
+                         first_place_ +
+                         static_cast<std::size_t>(std::distance(place_senses_.begin(), of_place)));
     }
 
     ai::Transition transition(const Config::Machine& machine,
@@ -174,6 +187,8 @@ class MachineExpansion {
                 s.changes.push_back(expand_change(
                     change, [this](const std::string& name) { return variable(name); }));
             }
+            expand_doing(
+                config_, state, [this](const std::string& name) { return variable(name); }, s);
             for (const auto& t : state.transition()) {
                 s.transitions.push_back(transition(machine, t));
             }
@@ -204,12 +219,16 @@ class MachineExpansion {
     std::set<int> seen_;      ///< machines whose fuzzy systems are known
     std::set<int> systems_;
     std::vector<std::size_t> first_;  ///< sense of the first output of each
+    std::set<std::string> place_senses_;
+    std::size_t first_place_ = 0;
 };
 
 // The enums of the config and of minds have the same numbers, so that casts are exact.
 static_assert(static_cast<int>(ai::ActionKind::kReturn) == Config::RETURN);
 static_assert(static_cast<int>(ai::ActionKind::kFlock) == Config::FLOCK);
+static_assert(static_cast<int>(ai::ActionKind::kGo) == Config::GO);
 static_assert(static_cast<int>(ai::Sensor::kRandom) == Config::RANDOM);
+static_assert(static_cast<int>(ai::Sensor::kTimeOfDay) == Config::TIME_OF_DAY);
 static_assert(static_cast<int>(ai::Compare::kAbove) == Config::ABOVE);
 static_assert(static_cast<int>(ai::fsm::History::kShallow) == Config::SHALLOW);
 static_assert(static_cast<int>(ai::fsm::History::kDeep) == Config::DEEP);
@@ -270,9 +289,13 @@ std::string why_not_sensed(const proto::Config& config, int root, const std::str
         return {};
     }
     const int system = find_sense(config, sense).system;
+    if (system < 0 && find_place_sense(config, sense)) {
+        return {};
+    }
     if (system < 0) {
         return "minds of machine '" + machine.name() + "' do not sense '" + sense +
-               "': it is no variable of theirs, and no \"SYSTEM.OUTPUT\" of a fuzzy system";
+               "': it is no variable of theirs, no \"SYSTEM.OUTPUT\" of a fuzzy system, and no "
+               "\"PLACE.distance\" or \"PLACE.GOOD\"";
     }
     for (const auto& input : config.fuzzy(system).input()) {
         if (input.has_sense() && find_variable(machine, input.sense()) < 0) {

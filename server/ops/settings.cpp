@@ -8,6 +8,7 @@
 #include "server/ops/config_text.h"
 #include "server/ops/method_plan.h"
 #include "server/ops/minds.h"
+#include "server/ops/places.h"
 #include "server/ops/particles.h"
 #include "server/ops/scatter.h"
 #include "server/ops/slow_state.h"
@@ -66,6 +67,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     settings.parameters = build_behaviours(settings.config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
+    check_places(config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);

@@ -115,6 +115,7 @@ std::uint32_t hash_tick(ZoneState& state) {
     }
     if (state.report.plan.has(Pass::kMinds)) {
         state.mind_step.hash(state.minds, state.hash);
+        state.places.hash(state.hash);
     }
     if (state.report.plan.has(Pass::kParticles)) {
         state.particles.simulated.hash(state.hash);

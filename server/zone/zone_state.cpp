@@ -70,6 +70,8 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       rules(std::move(game_rules)),
       rng(settings.seed, settings.id.value),
       replicator(with_ground(settings)) {
+    const Vec3d origin = settings.region().origin();
+    places = ai::Places(settings.ai.places, Vec2d(origin.x(), origin.z()), settings.dt);
     conceals = std::any_of(
         settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {
             return type.conceal != world::Conceal::kNothing;

@@ -155,6 +155,7 @@ struct ZoneState {
     ParticlesOfZone particles;
     ai::Minds minds;
     ai::Step mind_step;
+    ai::Places places;
     std::unique_ptr<Rules> rules;
     core::Rng rng;
     std::vector<ZoneClient> clients;  ///< ascending by client id

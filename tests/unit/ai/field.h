@@ -72,7 +72,7 @@ class Field {
             compile(settings, kDt);
         }
         const Report report = steps.run(
-            minds, {entities, types, grid, statics, team, Vec2(1e6F, 1e6F), now, kDt}, settings);
+            minds, {entities, types, grid, places, statics, team, Vec2(1e6F, 1e6F), now, kDt}, settings);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
             const motion::CharacterLimits& limits = types[entities.type[row]].character;
@@ -107,6 +107,7 @@ class Field {
     spatial::PointGrid grid;
     Minds minds;
     Step steps;
+    Places places;
     motion::StaticGeometry statics;
     compute::Team team;
     Settings settings;
@@ -122,7 +123,7 @@ inline bool decide(Mind& mind,
                    Tick now,
                    float dt) {
     Thinking thinking;
-    return ai::decide(mind, compile(machine, dt), sight, position, now, thinking);
+    return ai::decide(mind, compile(machine, dt), sight, position, Places(), now, thinking);
 }
 
 /// One state, no transitions.

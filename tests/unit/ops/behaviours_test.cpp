@@ -325,8 +325,9 @@ TEST(MistakesInBehaviours, AreFoundWhereTheyAre) {
     expect_reported({"{ sense: \"hunger\" compare: BELOW threshold: 0.1 }",
                      "{ sense: \"thirst\" compare: BELOW threshold: 0.1 }",
                      "sense: \"thirst\"",
-                     "do not sense 'thirst': it is no variable of theirs, and no "
-                     "\"SYSTEM.OUTPUT\" of a fuzzy system (in type 'townsman')"});
+                     "do not sense 'thirst': it is no variable of theirs, no "
+                     "\"SYSTEM.OUTPUT\" of a fuzzy system, and no \"PLACE.distance\" or "
+                     "\"PLACE.GOOD\" (in type 'townsman')"});
     expect_reported({"transition { to: \"dig\" threshold: 3 }",
                      "transition { to: \"digs\" threshold: 3 }",
                      "to: \"digs\"",

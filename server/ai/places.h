@@ -1,0 +1,109 @@
+// Places: where minds go to, what is in stock there, and the time of day.
+#pragma once
+
+#include "shared/core/ids.h"
+#include "shared/core/state_hash.h"
+#include "shared/math/types.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::ai {
+
+struct StockDef {
+    std::string good;
+    float start = 0.0F;
+    float high = 1e6F;   ///< it stays within 0 and this
+    float per_s = 0.0F;  ///< growth by itself
+};
+
+struct PlaceDef {
+    std::string name;
+    Vec2d at = Vec2d::Zero();  ///< x, z, world coordinates, m
+    float radius_m = 3.0F;     ///< minds have spots of their own within it
+    std::vector<StockDef> stock;
+};
+
+/// The places of a world, for all its zones, and how long a day takes.
+struct PlaceSettings {
+    std::vector<PlaceDef> places;
+    double day_s = 86400.0;
+    double dawn_s = 0.0;  ///< time of day at tick 0
+};
+
+/// One good in a trade: a variable of the mind, and where the place stocks it, which.
+struct TradeItem {
+    std::uint16_t variable = 0;
+    std::int16_t stock = -1;  ///< below 0: the place has it, and takes it, without end
+    float amount = 0.0F;      ///< that the mind gets; below 0: that it gives
+};
+
+/// All of it or nothing.
+struct Trade {
+    std::uint16_t place = 0;
+    std::vector<TradeItem> items;
+};
+
+/// A sense of places: how far the mind's spot is, or what is in stock.
+struct PlaceSense {
+    std::uint16_t place = 0;
+    std::int16_t stock = -1;  ///< below 0: distance, m
+    std::string name{};       ///< "PLACE.distance", "PLACE.GOOD"
+};
+
+/// Places as one zone knows them: all of them by position, and stock, which counts where the place
+/// lies in the zone alone. Part of the zone's state.
+class Places {
+  public:
+    Places() = default;
+    /// `origin`: world coordinates x, z of the zone's (0, 0); `dt` in s, > 0.
+    Places(const PlaceSettings& settings, const Vec2d& origin, float dt);
+
+    /// x, z of the spot of an entity there: the same for ever, uniform in the place's circle.
+    [[nodiscard]] Vec2 spot(std::size_t place, EntityId entity) const;
+
+    /// Whether somebody at `at` (x, z, m) is there: within the radius and `slack` m.
+    [[nodiscard]] bool reached(std::size_t place, const Vec2& at, float slack) const;
+
+    /// What is in stock at `now`.
+    [[nodiscard]] float stock(std::size_t place, std::size_t stock, Tick now) const;
+
+    /// Whether the place can give and take this at `now`.
+    [[nodiscard]] bool can(const Trade& trade, Tick now) const;
+
+    /// Does it; can() must have said yes.
+    void commit(const Trade& trade, Tick now);
+
+    /// s since the day began, in [0, day).
+    [[nodiscard]] float time_of_day(Tick now) const;
+
+    /// s
+    [[nodiscard]] float day_s() const { return static_cast<float>(day_ticks_) * dt_; }
+
+    void hash(core::StateHash& hash) const;
+
+  private:
+    struct Stock {
+        float amount = 0.0F;  ///< at tick `at`; it grows since
+        Tick at = 0;
+        float per_tick = 0.0F;
+        float high = 0.0F;
+    };
+
+    struct Place {
+        Vec2 at = Vec2::Zero();
+        float radius_m = 0.0F;
+        std::size_t first_stock = 0;
+    };
+
+    [[nodiscard]] float amount(const Stock& stock, Tick now) const;
+
+    std::vector<Place> places_;
+    std::vector<Stock> stocks_;
+    Tick day_ticks_ = 1;
+    Tick dawn_ticks_ = 0;
+    float dt_ = 1.0F;
+};
+
+}  // namespace zoned::ai

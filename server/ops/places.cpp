@@ -1,0 +1,186 @@
+#include "server/ops/places.h"
+
+#include "server/ops/config_numbers.h"
+#include "server/ops/minds.h"
+
+#include <algorithm>
+#include <set>
+
+namespace zoned::ops {
+
+namespace {
+
+using proto::Config;
+
+int find_stock(const Config::Place& place, const std::string& good) {
+    for (int s = 0; s < place.stock_size(); ++s) {
+        if (place.stock(s).good() == good) {
+            return s;
+        }
+    }
+    return -1;
+}
+
+void check_trade(const Config& config,
+                 int root,
+                 const Config::Trade& trade,
+                 const std::string& path,
+                 Diagnostics& diagnostics) {
+    if (find_place(config, trade.place()) < 0) {
+        diagnostics.add(path + ".place", "there is no place named '" + trade.place() + "'");
+    }
+    if (trade.give_size() + trade.take_size() == 0) {
+        diagnostics.add(path, "gives nothing and takes nothing");
+    }
+    std::set<std::string> goods;
+    const auto check = [&](const auto& amounts, const char* field) {
+        for (int a = 0; a < amounts.size(); ++a) {
+            const std::string& good = amounts.Get(a).good();
+            const std::string at = join_path(path, field, a) + ".good";
+            if (find_variable(config.machine(root), good) < 0) {
+                diagnostics.add(at,
+                                "minds of machine '" + config.machine(root).name() +
+                                    "' have no variable named '" + good + "'");
+            } else if (!goods.insert(good).second) {
+                diagnostics.add(at, "'" + good + "' is in this trade already");
+            }
+        }
+    };
+    check(trade.give(), "give");
+    check(trade.take(), "take");
+}
+
+}  // namespace
+
+int find_place(const proto::Config& config, const std::string& name) {
+    for (int p = 0; p < config.place_size(); ++p) {
+        if (config.place(p).name() == name) {
+            return p;
+        }
+    }
+    return -1;
+}
+
+ai::PlaceSettings expand_places(const proto::Config& config) {
+    ai::PlaceSettings out;
+    out.day_s = config.ai().day_s();
+    out.dawn_s = config.ai().dawn_s();
+    for (const auto& place : config.place()) {
+        ai::PlaceDef def;
+        def.name = place.name();
+        def.at = {place.x_m(), place.z_m()};
+        def.radius_m = narrow(place.radius_m());
+        for (const auto& stock : place.stock()) {
+            def.stock.push_back(
+                {stock.good(), narrow(stock.start()), narrow(stock.high()), narrow(stock.per_s())});
+        }
+        out.places.push_back(std::move(def));
+    }
+    return out;
+}
+
+std::optional<ai::PlaceSense> find_place_sense(const proto::Config& config,
+                                               const std::string& sense) {
+    // Names may have dots of their own: whatever fits.
+    for (int p = 0; p < config.place_size(); ++p) {
+        const std::string& name = config.place(p).name();
+        if (sense == name + ".distance") {
+            return ai::PlaceSense{static_cast<std::uint16_t>(p), -1, sense};
+        }
+        for (int s = 0; s < config.place(p).stock_size(); ++s) {
+            if (sense == name + "." + config.place(p).stock(s).good()) {
+                return ai::PlaceSense{
+                    static_cast<std::uint16_t>(p), static_cast<std::int16_t>(s), sense};
+            }
+        }
+    }
+    return std::nullopt;
+}
+
+ai::Trade expand_trade(const proto::Config& config,
+                       const proto::Config::Trade& trade,
+                       const VariableOf& variable_of) {
+    ai::Trade out;
+    const int place = find_place(config, trade.place());
+    out.place = static_cast<std::uint16_t>(std::max(place, 0));
+    const auto add = [&](const Config::Amount& amount, float sign) {
+        ai::TradeItem item;
+        item.variable = variable_of(amount.good());
+        item.amount = sign * narrow(amount.amount());
+        if (place >= 0) {
+            item.stock = static_cast<std::int16_t>(find_stock(config.place(place), amount.good()));
+        }
+        out.items.push_back(item);
+    };
+    for (const auto& amount : trade.give()) {
+        add(amount, -1.0F);
+    }
+    for (const auto& amount : trade.take()) {
+        add(amount, 1.0F);
+    }
+    return out;
+}
+
+void check_places(const proto::Config& config, Diagnostics& diagnostics) {
+    std::set<std::string> names;
+    const auto& world = config.world();
+    for (int p = 0; p < config.place_size(); ++p) {
+        const auto& place = config.place(p);
+        const std::string path = join_path("", "place", p);
+        if (!names.insert(place.name()).second) {
+            diagnostics.add(path + ".name", "there is another place named '" + place.name() + "'");
+        }
+        if (!(place.x_m() >= world.min_x_m() && place.x_m() <= world.max_x_m() &&
+              place.z_m() >= world.min_z_m() && place.z_m() <= world.max_z_m())) {
+            diagnostics.add(path, "lies outside the world");
+        }
+        std::set<std::string> goods{"distance"};
+        for (int s = 0; s < place.stock_size(); ++s) {
+            const auto& stock = place.stock(s);
+            const std::string at = join_path(path, "stock", s);
+            if (!goods.insert(stock.good()).second) {
+                diagnostics.add(at + ".good",
+                                stock.good() == "distance"
+                                    ? "'distance' is what the place is sensed by"
+                                    : "'" + stock.good() + "' is in stock here already");
+            }
+            if (stock.start() > stock.high()) {
+                diagnostics.add(at + ".start", "begins above `high`");
+            }
+        }
+    }
+    if (config.ai().dawn_s() >= config.ai().day_s()) {
+        diagnostics.add("ai.dawn_s", "must be below ai.day_s");
+    }
+}
+
+template <class Doing>
+void check_doing(const proto::Config& config,
+                 int root,
+                 const Doing& doing,
+                 const std::string& path,
+                 Diagnostics& diagnostics) {
+    if (doing.has_place() && find_place(config, doing.place()) < 0) {
+        diagnostics.add(path + ".place", "there is no place named '" + doing.place() + "'");
+    } else if (doing.action() == Config::GO && !doing.has_place()) {
+        diagnostics.add(path + ".action", "says nowhere to go: `place` is not set");
+    } else if (doing.action() != Config::GO && doing.has_place()) {
+        diagnostics.add(path + ".place", "is of GO alone");
+    }
+    for (int t = 0; t < doing.trade_size(); ++t) {
+        check_trade(config, root, doing.trade(t), join_path(path, "trade", t), diagnostics);
+    }
+}
+
+template void check_doing(const proto::Config& config,
+                          int root,
+                          const Config::State& doing,
+                          const std::string& path,
+                          Diagnostics& diagnostics);
+template void check_doing(const proto::Config& config,
+                          int root,
+                          const Config::Deed& doing,
+                          const std::string& path,
+                          Diagnostics& diagnostics);
+
+}  // namespace zoned::ops

@@ -1,0 +1,56 @@
+// Places of a config and what is traded there, in the form in which minds have them, and what is
+// wrong with them.
+#pragma once
+
+#include "server/ai/machine.h"
+#include "server/ops/choices.h"
+#include "server/ops/diagnostics.h"
+#include "proto/config.pb.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+namespace zoned::ops {
+
+ai::PlaceSettings expand_places(const proto::Config& config);
+
+/// Index of the place of that name, -1: none.
+int find_place(const proto::Config& config, const std::string& name);
+
+/// What "PLACE.distance" or "PLACE.GOOD" means; none where there is no such place or stock.
+std::optional<ai::PlaceSense> find_place_sense(const proto::Config& config,
+                                               const std::string& sense);
+
+/// Names that mean nothing become the first place and variable.
+ai::Trade expand_trade(const proto::Config& config,
+                       const proto::Config::Trade& trade,
+                       const VariableOf& variable_of);
+
+/// What a state or deed says of places, but where it does not go.
+template <class Doing>
+void expand_doing(const proto::Config& config,
+                  const Doing& doing,
+                  const VariableOf& variable_of,
+                  ai::State& out) {
+    if (doing.action() == proto::Config::GO) {
+        out.place = static_cast<std::uint16_t>(std::max(find_place(config, doing.place()), 0));
+    }
+    for (const auto& trade : doing.trade()) {
+        out.trades.push_back(expand_trade(config, trade, variable_of));
+    }
+}
+
+/// Places by themselves: names, stock, that they lie in the world.
+void check_places(const proto::Config& config, Diagnostics& diagnostics);
+
+/// What a state or deed at `path` says of places: that those it names exist, that whoever goes
+/// somewhere says where, and that goods are variables of machine `root`.
+template <class Doing>
+void check_doing(const proto::Config& config,
+                 int root,
+                 const Doing& doing,
+                 const std::string& path,
+                 Diagnostics& diagnostics);
+
+}  // namespace zoned::ops

@@ -1,0 +1,315 @@
+// Suite `lod`: a day of a town, with all of it simulated and with what nobody sees skipped; the
+// outcome has to be the same.
+#include "server/ai/decision.h"
+#include "server/app/world.h"
+#include "tests/bench/comparison.h"
+#include "tests/bench/cpu_clock.h"
+#include "tests/bench/statistics.h"
+#include "tests/bench/suite.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace zoned::bench {
+
+namespace {
+
+const std::string kTownScene = "town_day";
+constexpr double kDay_s = 600.0;
+/// Arrivals may differ by as much, s.
+constexpr double kArrival_s = 2.0;
+
+/// Types whose days hang on nobody else, and who competes for what is scarce or follows chance.
+constexpr std::array kScheduled = {"fisher", "farmer", "guard", "mayfly"};
+constexpr std::array kContested = {"porter", "pilgrim"};
+/// Variables that only trades and meals change: whole numbers.
+constexpr std::array kGoods = {"fish", "coins", "bread", "parcel", "days"};
+
+/// What a mind turned to, and what it had then.
+struct Turn {
+    Tick tick = 0;
+    std::uint16_t doing = 0;
+    std::int64_t goods = 0;
+};
+
+struct Person {
+    std::string type;
+    std::vector<Turn> turns;
+    Vec2 at = Vec2::Zero();  ///< in the end
+};
+
+/// How a day went.
+struct Day {
+    std::map<std::uint32_t, Person> people;  ///< by entity
+    std::map<std::string, double> totals;    ///< of goods, by type that is contested
+    std::uint32_t dead = 0;
+    std::vector<double> tick_us;
+    std::uint64_t awake = 0;
+    std::uint64_t events = 0;
+};
+
+/// `count` people in one zone.
+bool town(int count, std::uint64_t seed, bool skip_unseen, ops::Settings& settings) {
+    // In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies,
+    // deer.
+    const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.06, 0.08, 0.0};
+    std::vector<std::string> sets = {
+        "zones.zone_grid.columns=1",
+        "zones.zone_grid.rows=1",
+        "world.seed=" + std::to_string(seed),
+        std::string("ai.skip_unseen=") + (skip_unseen ? "true" : "false")};
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+        sets.push_back("scatter[" + std::to_string(k) + "].count=" +
+                       std::to_string(std::max(1, static_cast<int>(shares[k] * count))));
+    }
+    std::vector<ops::ConfigError> errors;
+    return ops::load_settings(
+        std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", sets, settings, errors);
+}
+
+std::int64_t goods_of(const ai::Mind& mind, const ai::CompiledMachine& machine, Tick now) {
+    std::int64_t goods = 0;
+    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
+        if (std::find(kGoods.begin(), kGoods.end(), machine.variables[v].name) != kGoods.end()) {
+            goods = goods * 1009 + std::llround(ai::variable_at(mind, machine, v, now));
+        }
+    }
+    return goods;
+}
+
+/// A day from dawn to dawn, of which everybody's turns are written down.
+class DayTrial {
+  public:
+    DayTrial(const ops::Settings& settings) : settings_(settings), world_(settings, 1) {}
+
+    Day run(double seconds) {
+        const auto ticks = static_cast<Tick>(seconds * settings_.tick_rate_hz);
+        for (Tick t = 0; t < ticks; ++t) {
+            const std::int64_t before = thread_cpu_ns();
+            world_.tick({}, out_);
+            day_.tick_us.push_back(static_cast<double>(thread_cpu_ns() - before) * 1e-3);
+            out_.clear();
+            const ai::Report& report = zone().report().ai;
+            day_.awake += report.awake;
+            day_.events += report.events;
+            write_down();
+        }
+        end();
+        return std::move(day_);
+    }
+
+  private:
+    [[nodiscard]] const zone::Zone& zone() const { return *world_.zones().front(); }
+
+    void write_down() {
+        const zone::ZoneState& state = zone().state();
+        for (std::size_t n = 0; n < state.minds.size(); ++n) {
+            const ai::Mind& mind = state.minds.at(state.minds.nth(n));
+            Person& person = day_.people[mind.entity.value];
+            if (person.turns.empty() || person.turns.back().doing != mind.doing) {
+                person.turns.push_back(
+                    {world_.now(),
+                     mind.doing,
+                     goods_of(mind, settings_.ai.compiled[mind.machine], world_.now())});
+            }
+        }
+    }
+
+    void end() {
+        const zone::ZoneState& state = zone().state();
+        for (std::size_t n = 0; n < state.minds.size(); ++n) {
+            const ai::Mind& mind = state.minds.at(state.minds.nth(n));
+            const world::Row row = state.entities.find(mind.entity);
+            const ai::CompiledMachine& machine = settings_.ai.compiled[mind.machine];
+            Person& person = day_.people[mind.entity.value];
+            person.type = settings_.types[state.entities.type[row]].name;
+            const Vec3& at = state.entities.position[row];
+            person.at = mind.tier == ai::Tier::kCoarse
+                            ? ai::position_at(mind.leg, world_.now(), state.settings.dt)
+                            : Vec2(at.x(), at.z());
+            day_.dead += machine.states[mind.doing].name == "dead" ? 1U : 0U;
+            for (std::size_t v = 0; v < machine.variables.size(); ++v) {
+                if (machine.variables[v].name == "coins") {
+                    day_.totals[person.type] += std::round(
+                        static_cast<double>(ai::variable_at(mind, machine, v, world_.now())));
+                }
+            }
+        }
+    }
+
+    const ops::Settings& settings_;
+    app::World world_;
+    std::vector<mailbox::OutboxItem> out_;
+    Day day_;
+};
+
+/// How a day that was skipped differs from the same day simulated.
+struct Differences {
+    std::uint32_t people = 0;     ///< that keep a schedule
+    std::uint32_t turns = 0;      ///< that were compared
+    std::uint32_t scheduled = 0;  ///< people who did or had something else
+    double arrival_s = 0.0;       ///< the largest
+    std::vector<double> places_m;
+
+    void compare(const Day& full, const Day& skipped, double tick_s) {
+        for (const auto& [id, person] : full.people) {
+            if (std::find(kScheduled.begin(), kScheduled.end(), person.type) != kScheduled.end()) {
+                ++people;
+                compare(person, skipped.people.at(id), tick_s);
+            }
+        }
+        scheduled += full.dead != skipped.dead ? 1U : 0U;
+    }
+
+    void compare(const Person& a, const Person& b, double tick_s) {
+        const std::size_t both = std::min(a.turns.size(), b.turns.size());
+        bool same = true;
+        for (std::size_t k = 0; k < both; ++k) {
+            same = same && a.turns[k].doing == b.turns[k].doing &&
+                   a.turns[k].goods == b.turns[k].goods;
+            const double apart =
+                std::abs(static_cast<double>(a.turns[k].tick - b.turns[k].tick)) * tick_s;
+            arrival_s = std::max(arrival_s, same ? apart : 0.0);
+            ++turns;
+        }
+        // What one has still begun before the end the other begins within the same time after it.
+        const Person& longer = a.turns.size() > b.turns.size() ? a : b;
+        const double end = kDay_s / tick_s;
+        for (std::size_t k = both; k < longer.turns.size(); ++k) {
+            same = same && (end - static_cast<double>(longer.turns[k].tick)) * tick_s <= kArrival_s;
+        }
+        scheduled += same ? 0U : 1U;
+        places_m.push_back(static_cast<double>((a.at - b.at).norm()));
+    }
+};
+
+/// Totals of the skipped days outside of where one more simulated day would lie with a probability
+/// of 99 %: the prediction interval of normal samples, mean +- t s sqrt(1 + 1/n) (Hahn and Meeker,
+/// "Statistical Intervals", 1991, section 4.8).
+std::uint32_t outside_band(const std::vector<Day>& full, const std::vector<Day>& skipped) {
+    // Quantiles 0.995 of Student's t with n - 1 degrees of freedom, n from 2 to 20; beyond, that of
+    // 20.
+    constexpr std::array kT = {63.66,
+                               9.925,
+                               5.841,
+                               4.604,
+                               4.032,
+                               3.707,
+                               3.499,
+                               3.355,
+                               3.250,
+                               3.169,
+                               3.106,
+                               3.055,
+                               3.012,
+                               2.977,
+                               2.947,
+                               2.921,
+                               2.898,
+                               2.878,
+                               2.861};
+    std::uint32_t outside = 0;
+    for (const char* type : kContested) {
+        std::vector<double> totals;
+        for (const Day& day : full) {
+            totals.push_back(day.totals.at(type));
+        }
+        const auto n = static_cast<double>(totals.size());
+        const double centre = mean(totals);
+        double sum = 0.0;
+        for (const double total : totals) {
+            sum += (total - centre) * (total - centre);
+        }
+        const double s = std::sqrt(sum / std::max(1.0, n - 1.0));
+        const double half =
+            kT[std::min(kT.size(), totals.size() - 1) - 1] * s * std::sqrt(1.0 + 1.0 / n);
+        for (const Day& day : skipped) {
+            outside += std::abs(day.totals.at(type) - centre) > half ? 1U : 0U;
+        }
+    }
+    return outside;
+}
+
+std::vector<double> all_ticks(const std::vector<Day>& days) {
+    std::vector<double> all;
+    for (const Day& day : days) {
+        all.insert(all.end(), day.tick_us.begin(), day.tick_us.end());
+    }
+    return all;
+}
+
+Row row_of(const std::string& method, const std::vector<Day>& days, int count) {
+    std::vector<double> us = all_ticks(days);
+    std::sort(us.begin(), us.end());
+    Row row;
+    row.suite = "lod";
+    row.scene = kTownScene;
+    row.method = method;
+    row.parameter = "people=" + std::to_string(count);
+    row.time_us_p50 = quantile(us, 0.5);
+    row.time_us_p99 = quantile(us, 0.99);
+    double awake = 0.0;
+    double events = 0.0;
+    for (const Day& day : days) {
+        awake += static_cast<double>(day.awake);
+        events += static_cast<double>(day.events);
+    }
+    row.metric("tick_us_mean", mean(us));
+    row.metric("awake_mean", awake / static_cast<double>(us.size()));
+    row.metric("events_per_tick", events / static_cast<double>(us.size()));
+    return row;
+}
+
+void run_lod(Session& session) {
+    if (!session.wants_scene(kTownScene)) {
+        return;
+    }
+    const int seeds = session.quick ? 2 : 20;
+    const int count = session.quick ? 100 : 1000;
+    const double seconds = session.quick ? 120.0 : kDay_s;
+    std::vector<Day> full;
+    std::vector<Day> skipped;
+    Differences differences;
+    for (int seed = 1; seed <= seeds; ++seed) {
+        session.progress("lod " + kTownScene + " seed " + std::to_string(seed));
+        for (const bool skip : {false, true}) {
+            ops::Settings settings;
+            if (!town(count, static_cast<std::uint64_t>(seed), skip, settings)) {
+                session.note("lod: config/town.txtpb could not be read");
+                return;
+            }
+            (skip ? skipped : full).push_back(DayTrial(settings).run(seconds));
+        }
+        differences.compare(full.back(), skipped.back(), 1.0 / 20.0);
+    }
+    session.note(
+        "town_day: error is the share of people with a schedule whose day differs when "
+        "nobody looks: what they did, in which order, what they had, who died");
+    std::sort(differences.places_m.begin(), differences.places_m.end());
+    Row row = row_of("default", skipped, count);
+    row.error = static_cast<double>(differences.scheduled) / differences.people;
+    row.error_unit = "share";
+    row.metric("scheduled_differences", differences.scheduled);
+    row.metric("arrival_difference_s_max", differences.arrival_s);
+    row.metric("totals_outside_band", outside_band(full, skipped));
+    row.metric("turns_compared", differences.turns);
+    row.metric("dead", skipped.back().dead);
+    row.metric("place_difference_m_p50", quantile(differences.places_m, 0.5));
+    row.metric("place_difference_m_p99", quantile(differences.places_m, 0.99));
+    row.metric("place_difference_m_max", differences.places_m.back());
+    Row all = row_of("simulated", full, count);
+    all.error_unit = "share";
+    session.add({row, all});
+}
+
+const Registration kLod({"lod",
+                         "minds that nobody sees: the same outcome at what cost",
+                         {kTownScene},
+                         {"default", "simulated"},
+                         run_lod});
+
+}  // namespace
+
+}  // namespace zoned::bench
