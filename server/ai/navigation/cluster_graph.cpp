@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint32_t kFromStart = ~0U;
 /// What is ahead counts for more by one so-manieth: a way through portals may cost as much more
 /// than the best of these (Pohl 1970), and where many are nearly as good fewer are looked at.
-constexpr Cost kHaste = 128;
+constexpr Cost kHaste = 48;
 
 Cell cell_of(int x, int y) {
     return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};

@@ -117,7 +117,9 @@ void Planner::change(std::span<const CellChange> changes) {
     }
     ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose ways may be too long");
     if (changed) {
-        components_true_ = false;
+        if (components_true_) {
+            components_.update(map_, changes);
+        }
         indexing_ = Slices();
         subgoals_.reset();
         labels_.reset();
