@@ -254,12 +254,6 @@ void Areas::prepare(const GridMap& map, Cell to) {
     measure(area_of(map, to));
 }
 
-void Areas::prepare_all() {
-    for (std::uint32_t area = 0; area < far_.size(); ++area) {
-        measure(area);
-    }
-}
-
 void Areas::measure(std::uint32_t goal) {
     if (!far_[goal].empty()) {
         return;

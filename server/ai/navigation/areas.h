@@ -31,8 +31,8 @@ class Areas {
     /// is then const, for any number of threads.
     void prepare(const GridMap& map, Cell to);
 
-    /// The tables of all areas.
-    void prepare_all();
+    /// The table of one area, 0 to areas() - 1, unless it is there.
+    void prepare(std::uint32_t area) { measure(area); }
 
     [[nodiscard]] bool prepared(const GridMap& map, Cell to) const {
         return !far_[area_of(map, to)].empty();

@@ -96,10 +96,41 @@ class Components {
     /// 1966).
     void label(const GridMap& map);
 
+    /// After `changes` were made to the map that was labelled, some of which may be none. What is
+    /// opened joins its neighbours; around what is closed floods from all sides run side by side
+    /// until they meet or one is shut in (Shiloach and Even, "An on-line edge-deletion problem",
+    /// Journal of the ACM 28, 1981): a door costs as much as the smaller side of it, or the way
+    /// round. Labels all anew where that would be dearer.
+    void update(const GridMap& map, std::span<const CellChange> changes);
+
     /// 0 for a blocked place, else a number that places share exactly where one reaches the other.
-    [[nodiscard]] std::uint32_t of(Place p) const { return label_[p]; }
+    [[nodiscard]] std::uint32_t of(Place p) const {
+        std::uint32_t label = label_[p];
+        if (label != 0) {
+            while (runs_[label - 1].parent != label - 1) {
+                label = runs_[label - 1].parent + 1;
+            }
+        }
+        return label;
+    }
 
   private:
+    /// What is reached from a cell beside those that were closed.
+    struct Flood {
+        std::vector<Place> cells;
+        std::size_t looked_at = 0;
+        std::uint32_t joined = 0;  ///< flood that this one has met, no later; itself at a root
+        std::uint32_t label = 0;   ///< that its cells had
+        bool shut = false;
+    };
+
+    void open(const GridMap& map, Place p);
+    bool split(const GridMap& map);
+    void add_flood(Place p);
+    void spread(const GridMap& map, std::uint32_t flood);
+    [[nodiscard]] std::uint32_t flood_root(std::uint32_t flood) const;
+    bool part(std::uint32_t label);
+
     /// Passable cells of a row, `end` behind them.
     struct Run {
         Place begin;
@@ -113,6 +144,11 @@ class Components {
 
     std::vector<std::uint32_t> label_;  // by place
     std::vector<Run> runs_;
+    std::vector<Flood> floods_;  // the first `flood_count_` of them
+    std::uint32_t flood_count_ = 0;
+    std::vector<std::uint32_t> mark_;  // by place: flood that has reached it, from first_mark_ on
+    std::uint32_t first_mark_ = 1;
+    std::uint32_t flooded_ = 0;
 };
 
 }  // namespace zoned::ai::navigation

@@ -3,6 +3,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace zoned::ai::navigation {
 
@@ -49,6 +50,8 @@ class Labeler {
 
     [[nodiscard]] std::size_t count() const { return count_; }
 
+    [[nodiscard]] std::uint64_t work() const { return work_; }
+
   private:
     bool explained(Subgoal s, Cost g) {
         work_ += labels_[s].size();
@@ -84,15 +87,28 @@ class Labeler {
 std::optional<HubLabels> HubLabels::build(const Subgoals& graph,
                                           std::span<const Subgoal> order,
                                           const Bounds& bounds) {
+    std::optional<HubLabels> built;
+    const std::vector<Subgoal> hubs(order.begin(), order.end());
+    build(graph, hubs, bounds, built).advance(~std::uint64_t{0});
+    return built;
+}
+
+Slices HubLabels::build(const Subgoals& graph,
+                        const std::vector<Subgoal>& order,
+                        Bounds bounds,
+                        std::optional<HubLabels>& built) {
     ZONED_ASSERT(order.size() == graph.size(), "each subgoal has a place in the order");
+    built.reset();
     if (order.size() > kMostHubs) {
-        return std::nullopt;
+        co_return;
     }
     Labeler labeler(graph, bounds);
     for (std::size_t i = 0; i < order.size(); ++i) {
+        const std::uint64_t before = labeler.work();
         if (!labeler.add_hub(static_cast<std::uint16_t>(i), order[i])) {
-            return std::nullopt;
+            co_return;
         }
+        co_await Spent{1 + labeler.work() - before};
     }
     HubLabels result;
     result.labels_.reserve(labeler.count());
@@ -101,9 +117,10 @@ std::optional<HubLabels> HubLabels::build(const Subgoals& graph,
         result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
         const std::vector<HubLabel>& of = labeler.of(s);
         result.labels_.insert(result.labels_.end(), of.begin(), of.end());
+        co_await Spent{1 + of.size()};
     }
     result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
-    return result;
+    built = std::move(result);
 }
 
 const HubLabel* HubLabels::look_up(Subgoal s, std::uint16_t hub) const {

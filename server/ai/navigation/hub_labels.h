@@ -17,6 +17,9 @@ namespace zoned::ai::navigation {
 /// queries on massive networks", ESA 2014, section 4). Deterministic.
 std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees);
 
+/// The same in slices, into `order`.
+Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal>& order);
+
 /// What a subgoal knows of one hub. Hubs are numbered by their order.
 struct HubLabel {
     std::uint16_t hub;
@@ -39,6 +42,12 @@ class HubLabels {
     static std::optional<HubLabels> build(const Subgoals& graph,
                                           std::span<const Subgoal> order,
                                           const Bounds& bounds);
+
+    /// The same in slices; all but `bounds` stays where and as it is until all is done.
+    static Slices build(const Subgoals& graph,
+                        const std::vector<Subgoal>& order,
+                        Bounds bounds,
+                        std::optional<HubLabels>& built);
 
     /// Ascending by hub.
     [[nodiscard]] std::span<const HubLabel> of(Subgoal s) const {

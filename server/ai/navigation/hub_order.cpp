@@ -81,8 +81,16 @@ class WayTree {
 }  // namespace
 
 std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees) {
+    std::vector<Subgoal> order;
+    hub_order(graph, trees, order).advance(~std::uint64_t{0});
+    return order;
+}
+
+Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal>& order) {
+    constexpr std::uint64_t kEdgeUnits = 4;
     std::vector<std::uint64_t> weight(graph.size(), 0);
     std::vector<WayTree> sample;
+    order.clear();
     if (graph.size() != 0) {
         SearchSpace space;
         space.resize(graph.size());
@@ -92,6 +100,7 @@ std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees) {
             for (Subgoal s = 0; s < graph.size(); ++s) {
                 weight[s] += sample.back().below(s);
             }
+            co_await Spent{kEdgeUnits * (graph.edges() + graph.size())};
         }
     }
     // Weights only fall: an entry that is out of date goes back with what it weighs now. Ties go to
@@ -101,7 +110,6 @@ std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees) {
     for (Subgoal s = 0; s < graph.size(); ++s) {
         heaviest.emplace(weight[s], ~s);
     }
-    std::vector<Subgoal> order;
     order.reserve(graph.size());
     while (!heaviest.empty()) {
         const auto [was, inverse] = heaviest.top();
@@ -112,11 +120,15 @@ std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees) {
             continue;
         }
         order.push_back(s);
+        std::uint64_t covered = 0;
         for (WayTree& tree : sample) {
-            tree.cover(s, [&weight](Subgoal t, std::uint32_t n) { weight[t] -= n; });
+            tree.cover(s, [&weight, &covered](Subgoal t, std::uint32_t n) {
+                weight[t] -= n;
+                ++covered;
+            });
         }
+        co_await Spent{kEdgeUnits * (1 + covered + sample.size())};
     }
-    return order;
 }
 
 }  // namespace zoned::ai::navigation

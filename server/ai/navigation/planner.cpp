@@ -11,7 +11,7 @@ namespace zoned::ai::navigation {
 namespace {
 
 /// Of a way through portals.
-constexpr std::size_t kPortalsLeftOut = 7;
+constexpr std::size_t kPortalsLeftOut = 5;
 
 }  // namespace
 
@@ -62,17 +62,41 @@ Planner::Planner(GridMap map) : map_(std::move(map)) {
 }
 
 void Planner::prepare(const IndexBounds& bounds) {
+    begin_index(bounds);
+    advance_index(~std::uint64_t{0});
+}
+
+void Planner::begin_index(const IndexBounds& bounds) {
     labels_.reset();
-    subgoals_ = Subgoals::build(map_, bounds.doors);
+    subgoals_.reset();
+    indexing_ = index(bounds);
+}
+
+Slices Planner::index(IndexBounds bounds) {
+    // Jobs within jobs stop where the outer one does, after units of their own.
+    constexpr std::uint64_t kPart = 20'000;
+    Slices part = Subgoals::build(map_, bounds.doors, new_subgoals_);
+    while (!part.advance(kPart)) {
+        co_await Spent{kPart};
+    }
+    subgoals_ = std::move(new_subgoals_);
     if (!subgoals_) {
-        return;
+        co_return;
     }
     subgoal_search_.resize(*subgoals_);
     stations_.reserve(subgoals_->size() + std::size_t{1});
     if (subgoals_->edges() * bounds.trees > bounds.tree_work) {
-        return;
+        co_return;
     }
-    labels_ = HubLabels::build(*subgoals_, hub_order(*subgoals_, bounds.trees), bounds.labels);
+    part = hub_order(*subgoals_, bounds.trees, hub_order_);
+    while (!part.advance(kPart)) {
+        co_await Spent{kPart};
+    }
+    part = HubLabels::build(*subgoals_, hub_order_, bounds.labels, new_labels_);
+    while (!part.advance(kPart)) {
+        co_await Spent{kPart};
+    }
+    labels_ = std::move(new_labels_);
     if (labels_) {
         lookup_.resize(*subgoals_);
     }
@@ -93,7 +117,10 @@ void Planner::change(std::span<const CellChange> changes) {
     }
     ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose ways may be too long");
     if (changed) {
-        components_true_ = false;
+        if (components_true_) {
+            components_.update(map_, changes);
+        }
+        indexing_ = Slices();
         subgoals_.reset();
         labels_.reset();
         if (clusters_) {

@@ -28,9 +28,18 @@ class Planner {
   public:
     /// At most kMostPassable cells of the map are passable.
     explicit Planner(GridMap map);
+    Planner(const Planner&) = delete;  // slices of its index know where it is
+    Planner& operator=(const Planner&) = delete;
 
     /// Builds the index for the map as it is. What exceeds a bound is left out: `can` tells.
     void prepare(const IndexBounds& bounds = {});
+
+    /// As prepare(), in slices: begins now, and is done once advance_index() says so. Answers are
+    /// exact meanwhile, by whatever is there; a change drops what has been done so far.
+    void begin_index(const IndexBounds& bounds = {});
+
+    /// Goes on for about so many units of some 2 ns. True where nothing is left to do.
+    bool advance_index(std::uint64_t units) { return indexing_.advance(units); }
 
     /// Builds what kHierarchical needs. It follows changes by itself.
     void prepare_clusters();
@@ -60,6 +69,7 @@ class Planner {
     [[nodiscard]] const ClusterGraph* clusters() const { return clusters_ ? &*clusters_ : nullptr; }
 
   private:
+    Slices index(IndexBounds bounds);
     Answer route(const Query& query, Method method);
     Answer by_cells(const Query& query, Method method);
     Answer by_subgoals(const Query& query, bool labels);
@@ -83,6 +93,10 @@ class Planner {
     std::vector<Subgoal> stations_;
     std::vector<Place> chain_;
     std::vector<Cell> through_;
+    std::vector<Subgoal> hub_order_;
+    std::optional<Subgoals> new_subgoals_;  // until they can be used
+    std::optional<HubLabels> new_labels_;
+    Slices indexing_;  // last: goes before what it works on
 };
 
 }  // namespace zoned::ai::navigation

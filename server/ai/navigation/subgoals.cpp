@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace zoned::ai::navigation {
 
@@ -26,16 +27,16 @@ class Clearances {
         for (std::size_t d = 0; d < kDirections; ++d) {
             offset_[d] = kStepX[d] + kStepY[d] * stride;
         }
-        // What lies ahead of a place is known before it: rows upwards or downwards, and in them
-        // cells the one way or the other.
-        for (int y = 0; y < map.height(); ++y) {
-            for (int x = 0; x < map.width(); ++x) {
-                take(at(x, y), {2, 3, 6, 7});
-            }
-        }
-        for (int y = map.height() - 1; y >= 0; --y) {
-            for (int x = map.width() - 1; x >= 0; --x) {
-                take(at(x, y), {0, 1, 4, 5});
+    }
+
+    /// What lies ahead of a place is known before it: first all rows downwards, in them cells to
+    /// the right, then all rows upwards, in them cells to the left.
+    void take_row(int y, bool downwards) {
+        for (int i = 0; i < map_.width(); ++i) {
+            if (downwards) {
+                take(at(i, y), {2, 3, 6, 7});
+            } else {
+                take(at(map_.width() - 1 - i, y), {0, 1, 4, 5});
             }
         }
     }
@@ -78,26 +79,20 @@ class Clearances {
     std::vector<std::array<std::uint16_t, kDirections>> steps_;
 };
 
-std::vector<Place> places_at_corners(const GridMap& map) {
-    std::vector<Place> found;
+void find_corners(const GridMap& map, int y, std::vector<Place>& found) {
     const auto stride = static_cast<std::int32_t>(map.stride());
-    for (int y = 0; y < map.height(); ++y) {
-        for (int x = 0; x < map.width(); ++x) {
-            const Place p =
-                map.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
-            const auto passable = [&map, p](std::int32_t offset) {
-                return map.passable(static_cast<Place>(static_cast<std::int32_t>(p) + offset));
-            };
-            const auto corner = [&passable, stride](std::int32_t dx, std::int32_t dy) {
-                return passable(dx) && passable(dy * stride) && !passable(dx + dy * stride);
-            };
-            if (map.passable(p) &&
-                (corner(1, 1) || corner(1, -1) || corner(-1, 1) || corner(-1, -1))) {
-                found.push_back(p);
-            }
+    for (int x = 0; x < map.width(); ++x) {
+        const Place p = map.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+        const auto passable = [&map, p](std::int32_t offset) {
+            return map.passable(static_cast<Place>(static_cast<std::int32_t>(p) + offset));
+        };
+        const auto corner = [&passable, stride](std::int32_t dx, std::int32_t dy) {
+            return passable(dx) && passable(dy * stride) && !passable(dx + dy * stride);
+        };
+        if (map.passable(p) && (corner(1, 1) || corner(1, -1) || corner(-1, 1) || corner(-1, -1))) {
+            found.push_back(p);
         }
     }
-    return found;
 }
 
 /// All subgoals that are seen from p: those straight ahead, and those in the wedge between a
@@ -144,13 +139,20 @@ class Rays {
         for (auto& of : meets_) {
             of.fill(kNoPlace);
         }
-        for (Place p = map.stride(); p < map.places() - map.stride(); ++p) {
-            take(p, 2);
-            take(p, 3);
-        }
-        for (Place p = map.places() - map.stride(); p-- > map.stride();) {
-            take(p, 0);
-            take(p, 1);
+    }
+
+    /// First all rows downwards, then all upwards.
+    void take_row(int y, bool downwards) {
+        const Place first = map_.place({0, static_cast<std::uint16_t>(y)});
+        const auto width = static_cast<Place>(map_.width());
+        for (Place i = 0; i < width; ++i) {
+            if (downwards) {
+                take(first + i, 2);
+                take(first + i, 3);
+            } else {
+                take(first + width - 1 - i, 0);
+                take(first + width - 1 - i, 1);
+            }
         }
     }
 
@@ -204,33 +206,60 @@ class Rays {
 }  // namespace
 
 std::optional<Subgoals> Subgoals::build(const GridMap& map, std::size_t most_doors) {
+    std::optional<Subgoals> built;
+    build(map, most_doors, built).advance(~std::uint64_t{0});
+    return built;
+}
+
+Slices Subgoals::build(const GridMap& map, std::size_t most_doors, std::optional<Subgoals>& built) {
+    // Units are about 2 ns.
+    constexpr std::uint64_t kPlaceUnits = 5;
+    constexpr std::uint64_t kDoorUnits = 4;
+    built.reset();
     Subgoals s;
-    s.place_ = places_at_corners(map);
+    const Spent row{kPlaceUnits * static_cast<std::uint64_t>(map.width())};
+    for (int y = 0; y < map.height(); ++y) {
+        find_corners(map, y, s.place_);
+        co_await row;
+    }
     std::vector<Subgoal> number(map.places(), kNoSubgoal);
     for (const Place p : s.place_) {
         number[p] = s.size();
         s.cells_.push_back(map.cell(p));
     }
-    const Rays rays(map);
-    s.first_door_.assign(map.places() + std::size_t{1}, 0);
-    for (Place p = 0; p < map.places(); ++p) {
-        if (map.passable(p)) {
-            rays.doors(p, [&s, &number](Place q) { s.doors_.push_back(number[q]); });
+    co_await row;
+    {
+        Rays rays(map);
+        for (int i = 0; i < 2 * map.height(); ++i) {
+            rays.take_row(i < map.height() ? i : 2 * map.height() - 1 - i, i < map.height());
+            co_await row;
         }
-        s.first_door_[p + 1] = static_cast<std::uint32_t>(s.doors_.size());
-        if (s.doors_.size() > most_doors) {
-            return std::nullopt;
+        s.first_door_.assign(map.places() + std::size_t{1}, 0);
+        for (Place p = 0; p < map.places(); ++p) {
+            if (map.passable(p)) {
+                rays.doors(p, [&s, &number](Place q) { s.doors_.push_back(number[q]); });
+            }
+            s.first_door_[p + 1] = static_cast<std::uint32_t>(s.doors_.size());
+            if (s.doors_.size() > most_doors) {
+                co_return;
+            }
+            co_await Spent{1 + kDoorUnits * (s.first_door_[p + 1] - s.first_door_[p])};
         }
+        s.doors_.shrink_to_fit();
     }
-    s.doors_.shrink_to_fit();
-    const Clearances clear(map, s.place_);
+    Clearances clear(map, s.place_);
+    for (int i = 0; i < 2 * map.height(); ++i) {
+        clear.take_row(i < map.height() ? i : 2 * map.height() - 1 - i, i < map.height());
+        co_await row;
+    }
     s.first_seen_.push_back(0);
     for (const Place p : s.place_) {
         look_around(clear, p, [&s, &number](Place q) { s.seen_.push_back(number[q]); });
+        co_await Spent{kPlaceUnits * (1 + s.seen_.size() - s.first_seen_.back())};
         s.first_seen_.push_back(static_cast<std::uint32_t>(s.seen_.size()));
     }
     s.seen_.shrink_to_fit();
-    return s;
+    built = std::move(s);
 }
 
 Subgoal Subgoals::at(Place p) const {

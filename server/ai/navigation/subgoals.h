@@ -4,6 +4,7 @@
 
 #include "server/ai/navigation/cost.h"
 #include "server/ai/navigation/grid_map.h"
+#include "server/ai/navigation/slices.h"
 
 #include <cstdint>
 #include <optional>
@@ -33,6 +34,9 @@ class Subgoals {
   public:
     /// Takes the map as it is. Nothing where all cells together have more than `most_doors`.
     static std::optional<Subgoals> build(const GridMap& map, std::size_t most_doors);
+
+    /// The same in slices; `map` stays as it is, and `built` where it is, until all is done.
+    static Slices build(const GridMap& map, std::size_t most_doors, std::optional<Subgoals>& built);
 
     [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(cells_.size()); }
 

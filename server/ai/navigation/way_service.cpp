@@ -43,8 +43,8 @@ WayService::WayService(GroundMap map, const WaySettings& settings)
                      settings.search_work > 0 && settings.reach_cells >= 0,
                  "settings of ways");
     planner_.prepare(settings.index);
-    if (areas_.areas() <= kMostTables) {
-        areas_.prepare_all();
+    for (; next_table_ < areas_.areas() && areas_.areas() <= kMostTables; ++next_table_) {
+        areas_.prepare(next_table_);
     }
     // No way has more corners, pulled or not.
     cells_.reserve(planner_.map().passable_cells() + std::size_t{2});
@@ -63,29 +63,42 @@ WayTicket WayService::ask(const WayAsk& ask) {
     slot = Slot();
     slot.round = round;
     slot.asker = ask.asker;
-    slot.from = ask.from;
+    slot.at = ask.from;
     slot.to = ask.to;
     slot.taken = true;
     ++counts_.asked;
-    const GridMap& map = planner_.map();
     if (!grid_.contains(ask.from) || !grid_.contains(ask.to)) {
         fail(slot, Outcome::kOffMap);
-    } else if (!nearest_passable(map, grid_, ask.from, settings_.reach_cells, slot.start)) {
-        fail(slot, Outcome::kStartBlocked);
-    } else if (!nearest_passable(map, grid_, ask.to, settings_.reach_cells, slot.goal)) {
-        fail(slot, Outcome::kGoalBlocked);
-    } else {
-        slot.moved = slot.goal != grid_.cell(ask.to);
-        slot.waiting = true;
-        ++wanted_[map.place(slot.goal)];
-        ++counts_.waiting;
-        queue_.push(number, ask.asker);
-        if (!areas_.prepared(map, slot.goal) && spent_ < settings_.work_per_tick) {
-            areas_.prepare(map, slot.goal);
-            spent_ += kAreaUnits * areas_.areas();
-        }
+    } else if (find_ends(slot)) {
+        wait(number);
     }
     return {number, slot.round};
+}
+
+bool WayService::find_ends(Slot& slot) {
+    const GridMap& map = planner_.map();
+    if (!nearest_passable(map, grid_, slot.at, settings_.reach_cells, slot.start)) {
+        fail(slot, Outcome::kStartBlocked);
+        return false;
+    }
+    if (!nearest_passable(map, grid_, slot.to, settings_.reach_cells, slot.goal)) {
+        fail(slot, Outcome::kGoalBlocked);
+        return false;
+    }
+    slot.moved = slot.goal != grid_.cell(slot.to);
+    return true;
+}
+
+void WayService::wait(std::uint32_t number) {
+    Slot& slot = slots_[number];
+    slot.waiting = true;
+    ++wanted_[planner_.map().place(slot.goal)];
+    ++counts_.waiting;
+    queue_.push(number, slot.asker);
+    if (!areas_.prepared(planner_.map(), slot.goal) && spent_ < settings_.work_per_tick) {
+        areas_.prepare(planner_.map(), slot.goal);
+        spent_ += kAreaUnits * areas_.areas();
+    }
 }
 
 void WayService::release(WayTicket ticket) {
@@ -93,13 +106,13 @@ void WayService::release(WayTicket ticket) {
     Slot& slot = slots_[ticket.slot];
     slot.taken = false;
     ++slot.round;
+    pool_.give_back(slot.corners);
+    slot.corners = {};
     if (slot.waiting) {  // stays in its queue until its turn
         --wanted_[planner_.map().place(slot.goal)];
         --counts_.waiting;
         return;
     }
-    pool_.give_back(slot.corners);
-    slot.corners = {};
     free_.push_back(ticket.slot);
 }
 
@@ -121,6 +134,11 @@ void WayService::serve() {
         if (late && served >= required) {
             break;
         }
+        if (!refresh(slot)) {
+            ++served;
+            queue_.pop();
+            continue;
+        }
         if (!find(slot, late)) {
             continue;  // the tick's work is done: whoever is due is served as one that is late
         }
@@ -130,8 +148,31 @@ void WayService::serve() {
         done(number);
     }
     queue_.tick();
+    if (!indexed_) {
+        indexed_ = planner_.advance_index(settings_.index_work_per_tick);
+    }
+    while (spent_ < settings_.work_per_tick && next_table_ < areas_.areas() &&
+           areas_.areas() <= kMostTables) {
+        areas_.prepare(next_table_++);
+        spent_ += kAreaUnits * areas_.areas();
+    }
     counts_.work = spent_;
     spent_ = 0;
+}
+
+bool WayService::refresh(Slot& slot) {
+    const Place before = planner_.map().place(slot.goal);
+    const bool found = find_ends(slot);
+    const Place after = planner_.map().place(slot.goal);
+    if (!found) {
+        slot.waiting = false;
+        --counts_.waiting;
+        --wanted_[before];
+    } else if (after != before) {
+        --wanted_[before];
+        ++wanted_[after];
+    }
+    return found;
 }
 
 void WayService::done(std::uint32_t number) {
@@ -148,6 +189,9 @@ void WayService::done(std::uint32_t number) {
 
 void WayService::fail(Slot& slot, Outcome outcome) {
     slot.outcome = outcome;
+    slot.usable = false;
+    pool_.give_back(slot.corners);
+    slot.corners = {};
     ++counts_.served;
 }
 
@@ -326,9 +370,10 @@ void WayService::keep(Slot& slot) {
     } else if (cells_.size() < 2) {
         corners.back() = grid_.centre(slot.start);
     }
+    slot.usable = true;
     slot.next = 0;
     slot.length_m = 0.0F;
-    Spot from = slot.from;
+    Spot from = slot.at;
     for (const Spot& corner : corners) {
         slot.length_m += distance(from, corner);
         from = corner;
@@ -338,7 +383,7 @@ void WayService::keep(Slot& slot) {
 WayAnswer WayService::answer(WayTicket ticket) const {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     const Slot& slot = slots_[ticket.slot];
-    if (slot.waiting) {
+    if (slot.waiting && !slot.usable) {
         return {};
     }
     return {false, slot.outcome, slot.best, slot.length_m, pool_.of(slot.corners)};
@@ -347,7 +392,8 @@ WayAnswer WayService::answer(WayTicket ticket) const {
 Spot WayService::heading(WayTicket ticket, Spot at, float near_m) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     Slot& slot = slots_[ticket.slot];
-    if (slot.waiting) {
+    slot.at = at;
+    if (slot.waiting && !slot.usable) {
         return first_leg(slot, at);
     }
     const std::span<const Spot> corners = std::as_const(pool_).of(slot.corners);

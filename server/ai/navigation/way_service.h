@@ -42,6 +42,8 @@ struct WayCounts {
     std::uint64_t by_field = 0;  ///< along a field to a common goal
     std::uint64_t by_areas = 0;  ///< near the best only: the tick had no more work to give
     std::uint64_t fields = 0;    ///< that were made
+    std::uint64_t broken = 0;    ///< ways that a change has cut
+    std::uint64_t reviewed = 0;  ///< that a change may have made longer than they need be
     std::uint32_t waiting = 0;
     std::uint32_t longest_wait_ticks = 0;  ///< from an asker's turn to its answer
     std::uint64_t work = 0;                ///< of the last tick
@@ -50,6 +52,8 @@ struct WayCounts {
 struct WaySettings {
     /// Of a tick, in units: a cell looked at is one (about 2 ns).
     std::uint64_t work_per_tick = 1'000'000;
+    /// Of a tick besides, as long as the map's index is renewed after a change.
+    std::uint64_t index_work_per_tick = 500'000;
     /// Who has asked for one way alone has it after so many ticks, whatever the load: requests that
     /// come due beyond the work of a tick go from area to area, which is cheap.
     std::uint32_t longest_wait_ticks = 20;
@@ -73,6 +77,15 @@ class WayService {
 
     /// The ticket is of no use from now on, its way gone.
     void release(WayTicket ticket);
+
+    /// Changes cells of the map. From now on all answers are those of the changed map. Ways that
+    /// are cut, as far as their askers still have to go, are looked for anew (they wait again);
+    /// so are those for which what was opened may be a short cut, who follow the old way until the
+    /// new one is there. All others stay as they are. The index is renewed over the next ticks.
+    void change(std::span<const CellChange> changes);
+
+    /// Whether the index is that of the map as it is.
+    [[nodiscard]] bool indexed() const { return indexed_; }
 
     /// Once per tick: answers requests as far as the tick's work goes.
     void serve();
@@ -105,13 +118,14 @@ class WayService {
     struct Slot {
         std::uint32_t round = 0;
         std::uint32_t asker = 0;
-        Spot from;
+        Spot at;  ///< where the asker was when last seen
         Spot to;
         Cell start;
         Cell goal;
         bool taken = false;
         bool waiting = false;
-        bool moved = false;  ///< the goal stands for one in an obstacle
+        bool usable = false;  ///< its corners lead somewhere
+        bool moved = false;   ///< the goal stands for one in an obstacle
         bool best = false;
         Outcome outcome = Outcome::kUnreachable;
         CornerBlock corners;
@@ -142,6 +156,13 @@ class WayService {
     void keep(Slot& slot);
     void done(std::uint32_t number);
     void fail(Slot& slot, Outcome outcome);
+    void wait(std::uint32_t number);
+    /// Cells for where an asker is and wants to go; false where there are none.
+    bool find_ends(Slot& slot);
+    /// The ends of one who waited: it has walked on, and the map may have changed.
+    bool refresh(Slot& slot);
+    [[nodiscard]] bool cut(const Slot& slot, const GoalField::Window& around) const;
+    [[nodiscard]] bool may_be_shorter(const Slot& slot, std::span<const CellChange> changes) const;
     [[nodiscard]] bool worth_a_field(const Slot& slot) const;
     [[nodiscard]] Spot first_leg(const Slot& slot, Spot at) const;
 
@@ -160,6 +181,8 @@ class WayService {
     std::uint64_t typical_work_ = 0;  // of a way by the planner
     std::vector<Cell> cells_;
     GoalField near_goal_;
+    std::uint32_t next_table_ = 0;  // of areas, to be made
+    bool indexed_ = true;
     std::uint64_t spent_ = 0;
     std::uint64_t tick_ = 0;
     WayCounts counts_;

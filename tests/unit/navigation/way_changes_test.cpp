@@ -1,0 +1,282 @@
+#include "server/ai/navigation/line_of_sight.h"
+#include "server/ai/navigation/way_service.h"
+#include "tests/unit/navigation/grid_reference.h"
+#include "shared/core/rng.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+/// Cells of a metre with their corner at the origin.
+GroundMap metre_ground(const GridMap& cells) {
+    const GroundRect area{
+        0.0F, 0.0F, static_cast<float>(cells.width()), static_cast<float>(cells.height())};
+    return {GroundGrid(area, 1.0F), cells, std::vector<float>(cells.places(), 0.0F)};
+}
+
+Cell some_passable(const GridMap& map, core::Rng& rng) {
+    while (true) {
+        const Cell c{
+            static_cast<std::uint16_t>(rng.below(static_cast<std::uint32_t>(map.width()))),
+            static_cast<std::uint16_t>(rng.below(static_cast<std::uint32_t>(map.height())))};
+        if (map.passable(c)) {
+            return c;
+        }
+    }
+}
+
+struct Walker {
+    Cell start;
+    Cell goal;
+    WayTicket ticket;
+    std::vector<Spot> corners;
+};
+
+/// Askers on a map, all answered.
+class Askers {
+  public:
+    Askers(const GridMap& map, std::uint32_t count, core::Rng& rng) : service(metre_ground(map)) {
+        for (std::uint32_t i = 0; i < count; ++i) {
+            Walker w{some_passable(map, rng), some_passable(map, rng), {}, {}};
+            w.ticket =
+                service.ask({i, service.grid().centre(w.start), service.grid().centre(w.goal)});
+            walkers.push_back(w);
+        }
+        settle();
+        remember();
+    }
+
+    void settle() {
+        for (int i = 0; i < 200 && service.counts().waiting != 0; ++i) {
+            service.serve();
+        }
+        ASSERT_EQ(service.counts().waiting, 0U);
+    }
+
+    void remember() {
+        for (Walker& w : walkers) {
+            const auto corners = service.answer(w.ticket).corners;
+            w.corners.assign(corners.begin(), corners.end());
+        }
+    }
+
+    /// Whether every leg of what was remembered is free on the map as it is.
+    bool free(const Walker& w) const {
+        Cell at = w.start;
+        std::uint32_t looked = 0;
+        for (const Spot& corner : w.corners) {
+            const Cell to = service.grid().cell(corner);
+            if (!sees(service.planner().map(), at, to, looked)) {
+                return false;
+            }
+            at = to;
+        }
+        return true;
+    }
+
+    WayService service;
+    std::vector<Walker> walkers;
+};
+
+std::vector<CellChange> line_of_cells(const GridMap& map, core::Rng& rng, bool passable) {
+    std::vector<CellChange> changes;
+    const Cell first{
+        static_cast<std::uint16_t>(rng.below(static_cast<std::uint32_t>(map.width()) - 6)),
+        static_cast<std::uint16_t>(rng.below(static_cast<std::uint32_t>(map.height()) - 6))};
+    const bool across = rng.below(2) == 0;
+    for (std::uint16_t i = 0; i < 5; ++i) {
+        const Cell c{static_cast<std::uint16_t>(first.x + (across ? i : 0)),
+                     static_cast<std::uint16_t>(first.y + (across ? 0 : i))};
+        changes.push_back({c, passable});
+    }
+    return changes;
+}
+
+TEST(WayChanges, RenewExactlyTheWaysThatAreCut) {
+    core::Rng rng(31);
+    std::size_t cut = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Askers a(rooms_map(120, 100, 11, seed), 300, rng);
+        for (int round = 0; round < 8; ++round) {
+            const auto changes = line_of_cells(a.service.planner().map(), rng, false);
+            const std::uint64_t before = a.service.counts().broken;
+            a.service.change(changes);
+            std::size_t broken = 0;
+            for (const Walker& w : a.walkers) {
+                const bool still_free = a.free(w);
+                broken += still_free ? 0U : 1U;
+                ASSERT_EQ(a.service.answer(w.ticket).waiting, !still_free);
+            }
+            ASSERT_EQ(a.service.counts().broken - before, broken);
+            cut += broken;
+            std::vector<std::vector<Spot>> old;
+            for (const Walker& w : a.walkers) {
+                old.push_back(a.free(w) ? w.corners : std::vector<Spot>());
+            }
+            a.settle();
+            a.remember();
+            Planner anew(a.service.planner().map());
+            for (std::size_t i = 0; i < a.walkers.size(); ++i) {
+                Walker& w = a.walkers[i];
+                if (!old[i].empty()) {
+                    ASSERT_EQ(w.corners, old[i]);  // the rest untouched
+                } else if (anew.map().passable(w.start) && anew.map().passable(w.goal)) {
+                    Query q;
+                    q.start = w.start;
+                    q.goal = w.goal;
+                    const Answer best = anew.plan(q);
+                    const WayAnswer answer = a.service.answer(w.ticket);
+                    ASSERT_EQ(answer.outcome == Outcome::kFound, best.outcome == Outcome::kFound);
+                    ASSERT_TRUE(a.free(w));
+                    if (best.outcome == Outcome::kFound) {
+                        ASSERT_LE(answer.length_m, best.length + 0.01);
+                    }
+                }
+            }
+            // Whoever stood or wanted to go where it is blocked now asks from elsewhere.
+            std::erase_if(a.walkers, [&](const Walker& w) {
+                const bool gone = !anew.map().passable(w.start) || !anew.map().passable(w.goal);
+                if (gone) {
+                    a.service.release(w.ticket);
+                }
+                return gone;
+            });
+        }
+    }
+    EXPECT_GT(cut, 100U);
+}
+
+TEST(WayChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
+    core::Rng rng(32);
+    std::size_t shorter = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Askers a(rooms_map(120, 100, 11, seed), 200, rng);
+        for (int round = 0; round < 8; ++round) {
+            std::vector<float> length;
+            for (const Walker& w : a.walkers) {
+                length.push_back(a.service.answer(w.ticket).length_m);
+            }
+            a.service.change(line_of_cells(a.service.planner().map(), rng, true));
+            for (const Walker& w : a.walkers) {
+                const WayAnswer answer = a.service.answer(w.ticket);
+                if (answer.outcome == Outcome::kFound) {
+                    ASSERT_FALSE(answer.waiting);
+                    ASSERT_TRUE(std::equal(answer.corners.begin(),
+                                           answer.corners.end(),
+                                           w.corners.begin(),
+                                           w.corners.end()));
+                }
+            }
+            a.settle();
+            a.remember();
+            Planner anew(a.service.planner().map());
+            for (std::size_t i = 0; i < a.walkers.size(); ++i) {
+                Query q;
+                q.start = a.walkers[i].start;
+                q.goal = a.walkers[i].goal;
+                const Answer best = anew.plan(q);
+                const WayAnswer answer = a.service.answer(a.walkers[i].ticket);
+                if (best.outcome == Outcome::kFound) {
+                    ASSERT_EQ(answer.outcome, Outcome::kFound);
+                    ASSERT_LE(answer.length_m, best.length + 0.01);
+                    shorter += answer.length_m < length[i] - 0.01F ? 1U : 0U;
+                }
+            }
+        }
+    }
+    EXPECT_GT(shorter, 50U);
+}
+
+TEST(WayChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
+    core::Rng rng(33);
+    const GridMap map = rooms_map(200, 180, 11, 5);
+    WaySettings settings;
+    settings.index_work_per_tick = 100'000;
+    WayService service(metre_ground(map), settings);
+    EXPECT_EQ(service.planner().choice(), Method::kHubLabels);
+    const CellChange door{some_passable(map, rng), false};
+    service.change(std::span(&door, 1));
+    EXPECT_FALSE(service.indexed());
+    EXPECT_EQ(service.planner().choice(), Method::kJumpPoints);
+    int ticks = 0;
+    Planner anew(service.planner().map());
+    std::vector<Method> choices;
+    for (; !service.indexed() && ticks < 1000; ++ticks) {
+        const Cell start = some_passable(anew.map(), rng);
+        const Cell goal = some_passable(anew.map(), rng);
+        const WayTicket t =
+            service.ask({0, service.grid().centre(start), service.grid().centre(goal)});
+        service.serve();
+        Query q;
+        q.start = start;
+        q.goal = goal;
+        const Answer best = anew.plan(q);
+        const WayAnswer answer = service.answer(t);
+        ASSERT_FALSE(answer.waiting);
+        ASSERT_TRUE(best.outcome != Outcome::kFound || answer.length_m <= best.length + 0.01);
+        service.release(t);
+        choices.push_back(service.planner().choice());
+    }
+    EXPECT_GT(ticks, 5);
+    EXPECT_LT(ticks, 1000);
+    EXPECT_THAT(choices, testing::Contains(Method::kSubgoals));
+    EXPECT_EQ(service.planner().choice(), Method::kHubLabels);
+    // The index is what it would be anew.
+    anew.prepare();
+    EXPECT_EQ(service.planner().index_bytes(), anew.index_bytes());
+    // What changes nothing costs nothing.
+    service.change(std::span(&door, 1));
+    EXPECT_TRUE(service.indexed());
+}
+
+TEST(WayChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
+    core::Rng rng(34);
+    const GridMap map = rooms_map(120, 100, 11, 3);
+    WaySettings settings;
+    settings.work_per_tick = 1;
+    settings.longest_wait_ticks = 40;
+    WayService service(metre_ground(map), settings);
+    std::vector<Spot> at;
+    std::vector<WayTicket> tickets;
+    for (std::uint32_t i = 0; i < 60; ++i) {
+        at.push_back(service.grid().centre(some_passable(map, rng)));
+        const Spot to = service.grid().centre(some_passable(map, rng));
+        tickets.push_back(service.ask({i, at.back(), to}));
+    }
+    int walked = 0;
+    std::vector<bool> answered(at.size(), false);
+    for (int tick = 0; service.counts().waiting != 0 && tick < 100; ++tick) {
+        service.serve();
+        for (std::size_t i = 0; i < at.size(); ++i) {
+            const WayAnswer answer = service.answer(tickets[i]);
+            if (answered[i]) {
+                continue;
+            }
+            if (answer.waiting) {
+                const Spot head = service.heading(tickets[i], at[i], 0.3F);
+                const float off = std::max(std::hypot(head.x - at[i].x, head.z - at[i].z), 1e-6F);
+                const float share = std::min(1.0F, 0.25F / off);
+                at[i] = {at[i].x + share * (head.x - at[i].x),
+                         at[i].z + share * (head.z - at[i].z)};
+                service.heading(tickets[i], at[i], 0.3F);  // tells where it is now
+                continue;
+            }
+            answered[i] = true;
+            std::uint32_t looked = 0;
+            const Cell from = service.grid().cell(at[i]);
+            if (answer.outcome == Outcome::kFound && map.passable(from)) {
+                walked += tick > 4 ? 1 : 0;
+                EXPECT_TRUE(sees(map, from, service.grid().cell(answer.corners.front()), looked));
+            }
+        }
+    }
+    EXPECT_GT(walked, 30);
+}
+
+}  // namespace
+
+}  // namespace zoned::ai::navigation
