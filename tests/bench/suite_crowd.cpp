@@ -5,7 +5,7 @@ namespace zoned::bench {
 
 namespace {
 
-void run_crowd(Session& session) {
+void run_crowd_suite(Session& session) {
     if (session.wants_scene(kAvoidanceScene)) {
         run_crowd_avoidance(session);
     }
@@ -15,7 +15,7 @@ const Registration kCrowd({"crowd",
                            "crowds: time of a step, overlaps",
                            std::vector<std::string>{kAvoidanceScene},
                            {"default", "cpu_2"},
-                           run_crowd});
+                           run_crowd_suite});
 
 }  // namespace
 
