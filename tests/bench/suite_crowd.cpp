@@ -9,12 +9,15 @@ void run_crowd_suite(Session& session) {
     if (session.wants_scene(kAvoidanceScene)) {
         run_crowd_avoidance(session);
     }
+    if (session.wants_scene(kFlockScene)) {
+        run_crowd_flock(session);
+    }
 }
 
 const Registration kCrowd({"crowd",
                            "crowds: time of a step, overlaps",
-                           std::vector<std::string>{kAvoidanceScene},
-                           {"default", "cpu_2"},
+                           {kAvoidanceScene, kFlockScene},
+                           {"default", "cpu_1", "cpu_2", "opencl"},
                            run_crowd_suite});
 
 }  // namespace
