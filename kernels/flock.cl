@@ -25,12 +25,13 @@ static inline FlockEight flock_load(__global const float* sorted,
 /// What a batch becomes, to the places that `order` names.
 static inline void flock_end(const FlockSum* sum,
                              ZK_TABLE const FlockRules* rules,
+                             __global const float* field,
                              FlockEight a,
                              const FlockBatch batch,
                              __global const int* order,
                              __global float* agents,
                              const int stride) {
-    flock_steer(sum, rules, &a.x, &a.y, &a.z, &a.vx, &a.vy, &a.vz);
+    flock_steer(sum, rules, field, &a.x, &a.y, &a.z, &a.vx, &a.vy, &a.vz);
     float out[6][8];
     vstore8(a.x, 0, out[0]);
     vstore8(a.y, 0, out[1]);
@@ -56,7 +57,8 @@ __kernel void flock_step(__global float* agents,
                          __global const FlockBatch* batches,
                          const int batch_count,
                          ZK_TABLE const FlockRules* rules,
-                         ZK_TABLE const FlockGrid* grid) {
+                         ZK_TABLE const FlockGrid* grid,
+                         __global const float* field) {
     const int b = get_global_id(0);
     if (b >= batch_count) {
         return;
@@ -65,7 +67,7 @@ __kernel void flock_step(__global float* agents,
     const FlockEight a = flock_load(sorted, stride, batch);
     FlockSum sum = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     flock_look(&sum, rules, grid, batch, cell_begin, sorted, stride, a.x, a.y, a.z);
-    flock_end(&sum, rules, a, batch, order, agents, stride);
+    flock_end(&sum, rules, field, a, batch, order, agents, stride);
 }
 
 /// The same. Batches of a work group are neighbours in the sorted order, so their stretches of a
@@ -83,6 +85,7 @@ __kernel void flock_step_tiles(__global float* agents,
                                const int batch_count,
                                ZK_TABLE const FlockRules* rules,
                                ZK_TABLE const FlockGrid* grid,
+                               __global const float* field,
                                __local float* tile,
                                const int tile_agents) {
     const int items = get_local_size(0);
@@ -119,6 +122,6 @@ __kernel void flock_step_tiles(__global float* agents,
         }
     }
     if (b <= last) {
-        flock_end(&sum, rules, a, batch, order, agents, stride);
+        flock_end(&sum, rules, field, a, batch, order, agents, stride);
     }
 }

@@ -25,6 +25,12 @@ typedef struct FlockRules {
     float most_speed;                                   // m/s
     float low_x, low_y, low_z, high_x, high_y, high_z;  // where they are at home, m
     float turn_back;                                    // m/s2, outside of it
+    // Where a table of directions steers (follow > 0): x and z of a vector no longer than 1 for
+    // each cell, row by row. Beyond it the cells at the rim count.
+    float follow;                   // 1/s: how fast velocities turn to most_speed along it
+    float field_x0, field_z0;       // m
+    float field_cells_per_m;        // 1 / cell size
+    int field_columns, field_rows;  // along x, along z
 } FlockRules;
 
 /// Agents that are worked on together: neighbours in the sorted order, of one row of cells.
@@ -148,10 +154,31 @@ ZK_REAL_FN Real flock_home(const Real x, const float low, const float high, cons
     return zk_pick(x < low, zk_splat(push), zk_pick(x > high, zk_splat(-push), zero));
 }
 
+/// Adds what the table of directions wants of an acceleration.
+ZK_REAL_FN void flock_follow(ZK_TABLE const FlockRules* r,
+                             ZK_GLOBAL const float* field,
+                             const Real x,
+                             const Real z,
+                             const Real vx,
+                             const Real vz,
+                             Real* ax,
+                             Real* az) {
+    const Real zero = zk_splat(0.0f);
+    const Real column = zk_clamp(
+        (x - r->field_x0) * r->field_cells_per_m, zero, zk_splat((float)(r->field_columns - 1)));
+    const Real row = zk_clamp(
+        (z - r->field_z0) * r->field_cells_per_m, zero, zk_splat((float)(r->field_rows - 1)));
+    const ZK_INT at = (zk_to_int(row) * r->field_columns + zk_to_int(column)) * 2;
+    *ax = *ax + (zk_gather(field, at) * r->most_speed - vx) * r->follow;
+    *az = *az + (zk_gather(field, at + 1) * r->most_speed - vz) * r->follow;
+}
+
 /// The rules (Reynolds, "Flocks, herds, and schools", SIGGRAPH 1987): away from who is too near,
-/// with the mean velocity, to the middle; then one step of semi-implicit Euler with limits.
+/// with the mean velocity, to the middle, along the field; then one step of semi-implicit Euler
+/// with limits.
 ZK_REAL_FN void flock_steer(const ZK_OF_REAL(FlockSum) * s,
                             ZK_TABLE const FlockRules* r,
+                            ZK_GLOBAL const float* field,
                             Real* x,
                             Real* y,
                             Real* z,
@@ -165,6 +192,9 @@ ZK_REAL_FN void flock_steer(const ZK_OF_REAL(FlockSum) * s,
     Real ax = s->px * share * r->cohesion + (s->vx * share - *vx) * follow + s->sx * r->separation;
     Real ay = s->py * share * r->cohesion + (s->vy * share - *vy) * follow + s->sy * r->separation;
     Real az = s->pz * share * r->cohesion + (s->vz * share - *vz) * follow + s->sz * r->separation;
+    if (r->follow > 0.0f) {
+        flock_follow(r, field, *x, *z, *vx, *vz, &ax, &az);
+    }
     const Real a2 = ax * ax + ay * ay + az * az;
     const float most2 = r->most_acceleration * r->most_acceleration;
     const Real cut = zk_pick(a2 > most2, r->most_acceleration / zk_sqrt(a2), zk_splat(1.0f));

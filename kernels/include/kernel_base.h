@@ -15,11 +15,21 @@
 #define ZK_INT int8
 #define zk_to_int(x) convert_int8_rtz(x)
 #define zk_to_real(x) convert_float8(x)
+#define zk_gather(table, index)    \
+    ((float8)((table)[(index).s0], \
+              (table)[(index).s1], \
+              (table)[(index).s2], \
+              (table)[(index).s3], \
+              (table)[(index).s4], \
+              (table)[(index).s5], \
+              (table)[(index).s6], \
+              (table)[(index).s7]))
 #else
 #define Real float
 #define ZK_INT int
 #define zk_to_int(x) convert_int_rtz(x)
 #define zk_to_real(x) convert_float(x)
+#define zk_gather(table, index) ((table)[index])
 #endif
 
 #define ZK_BEGIN
@@ -39,7 +49,6 @@
 #define zk_sqrt(x) sqrt(x)
 #define zk_pick(mask, a, b) ((mask) ? (a) : (b))
 #define zk_splat(x) ((Real)(x))
-#define zk_gather(table, index) ((table)[index])
 
 #else
 

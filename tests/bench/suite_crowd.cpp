@@ -6,18 +6,21 @@ namespace zoned::bench {
 
 namespace {
 
-void run_crowd(Session& session) {
+void run_crowd_suite(Session& session) {
     run_crowd_goals(session);
     if (session.wants_scene(kAvoidanceScene)) {
         run_crowd_avoidance(session);
+    }
+    if (session.wants_scene(kFlockScene)) {
+        run_crowd_flock(session);
     }
 }
 
 const Registration kCrowd({"crowd",
                            "crowds: time of a step, overlaps, ways for many at once",
-                           std::vector<std::string>{kGoalsScene, kAvoidanceScene},
-                           {"default", "cpu_2"},
-                           run_crowd});
+                           {kGoalsScene, kAvoidanceScene, kFlockScene},
+                           {"default", "cpu_1", "cpu_2", "opencl"},
+                           run_crowd_suite});
 
 }  // namespace
 

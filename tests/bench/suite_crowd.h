@@ -11,6 +11,11 @@ namespace zoned::bench {
 /// agents after any step, over a radius.
 void run_crowd_avoidance(Session& session);
 
+/// Rows of scene `flock_50k`: a step of a flock that follows a path, on two threads (`default`),
+/// one and a device.
+void run_crowd_flock(Session& session);
+
 inline const std::string kAvoidanceScene = "avoidance_20k";
+inline const std::string kFlockScene = "flock_50k";
 
 }  // namespace zoned::bench

@@ -3,6 +3,7 @@
 #include "server/compute/stages/device_columns.h"
 #include "server/compute/stages/device_table.h"
 #include "server/compute/stages/flock_stage.h"
+#include "shared/core/assert.h"
 
 #include <algorithm>
 #include <cmath>
@@ -48,14 +49,18 @@ struct FlockStage::OnDevice {
     std::size_t tile;  ///< agents, 0: without
     std::optional<Kernel> kernel;
     DeviceColumns agents, sorted;
-    DeviceTable order, cells, batches, rules, grid;
+    DeviceTable order, cells, batches, rules, grid, field;
 
     Status make_kernel();
-    Status prepare(ParticleColumns& of, FlockOrder& by, const kernels::FlockRules& how);
+    Status prepare(ParticleColumns& of,
+                   FlockOrder& by,
+                   const kernels::FlockRules& how,
+                   std::span<const float> along);
     Status step(ParticleColumns& of,
                 std::size_t count,
                 FlockOrder& by,
-                const kernels::FlockRules& how);
+                const kernels::FlockRules& how,
+                std::span<const float> along);
 };
 
 Status FlockStage::OnDevice::make_kernel() {
@@ -69,8 +74,8 @@ Status FlockStage::OnDevice::make_kernel() {
         const std::size_t group = options.group > 0 ? options.group : kFlockGroup;
         kernel->set_group(tile > 0 ? std::min(group, kMostTileGroup) : group);
         if (tile > 0) {
-            return first_failure({kernel->set_local(9, tile * kAgentBytes),
-                                  kernel->set(10, static_cast<std::int32_t>(tile))});
+            return first_failure({kernel->set_local(10, tile * kAgentBytes),
+                                  kernel->set(11, static_cast<std::int32_t>(tile))});
         }
     }
     return Done{};
@@ -78,7 +83,8 @@ Status FlockStage::OnDevice::make_kernel() {
 
 Status FlockStage::OnDevice::prepare(ParticleColumns& of,
                                      FlockOrder& by,
-                                     const kernels::FlockRules& how) {
+                                     const kernels::FlockRules& how,
+                                     std::span<const float> along) {
     if (Status made = make_kernel(); !made) {
         return made;
     }
@@ -91,14 +97,16 @@ Status FlockStage::OnDevice::prepare(ParticleColumns& of,
                           cells.set(device, by.cell_begin().data(), bytes(by.cell_begin())),
                           batches.set(device, by.batches().data(), bytes(by.batches())),
                           rules.set(device, &how, sizeof(how)),
+                          field.set(device, along.data(), along.size_bytes()),
                           grid.set(device, &by.grid(), sizeof(by.grid()))});
 }
 
 Status FlockStage::OnDevice::step(ParticleColumns& of,
                                   std::size_t count,
                                   FlockOrder& by,
-                                  const kernels::FlockRules& how) {
-    if (Status ready = prepare(of, by, how); !ready) {
+                                  const kernels::FlockRules& how,
+                                  std::span<const float> along) {
+    if (Status ready = prepare(of, by, how, along); !ready) {
         return ready;
     }
     Kernel& k = *kernel;
@@ -115,6 +123,7 @@ Status FlockStage::OnDevice::step(ParticleColumns& of,
                           k.set(6, total),
                           k.set(7, rules.buffer()),
                           k.set(8, grid.buffer()),
+                          k.set(9, field.buffer()),
                           k.launch(by.batches().size()),
                           agents.take(count),
                           sorted.take_unchanged(),
@@ -137,7 +146,13 @@ bool FlockStage::has_device() const {
 StageRun FlockStage::step(ParticleColumns& agents,
                           std::size_t count,
                           const kernels::FlockRules& rules,
-                          Team& team) {
+                          Team& team,
+                          std::span<const float> field) {
+    ZONED_ASSERT(
+        rules.follow <= 0.0F || (rules.field_columns > 0 && rules.field_rows > 0 &&
+                                 field.size() == 2 * static_cast<std::size_t>(rules.field_columns) *
+                                                     static_cast<std::size_t>(rules.field_rows)),
+        "the field has two numbers for each cell");
     StageRun run;
     if (count == 0) {
         return run;
@@ -145,7 +160,7 @@ StageRun FlockStage::step(ParticleColumns& agents,
     order_.sort(agents, count, rules, std::sqrt(rules.radius2), team);
     if (has_device()) {
         const std::scoped_lock turn(on_device_->device.turn());
-        const Status done = on_device_->step(agents, count, order_, rules);
+        const Status done = on_device_->step(agents, count, order_, rules, field);
         run.on_device = done.ok();
         if (!done) {
             run.fault = done.error();
@@ -154,7 +169,7 @@ StageRun FlockStage::step(ParticleColumns& agents,
     }
     if (!run.on_device) {
         team.run(order_.batches().size(), kFlockGrain, [&](std::size_t begin, std::size_t end) {
-            step_flock_batches(agents, order_, rules, begin, end);
+            step_flock_batches(agents, order_, rules, field.data(), begin, end);
         });
     }
     return run;

@@ -19,6 +19,7 @@ constexpr std::size_t kGatherGrain = 4096;  ///< agents
 void step_flock_batch(ParticleColumns& agents,
                       const FlockOrder& order,
                       const kernels::FlockRules& rules,
+                      const float* field,
                       const FlockBatch& batch) {
     const auto stride = static_cast<int>(order.sorted().stride());
     const float* const sorted = order.sorted().column(0);
@@ -39,7 +40,7 @@ void step_flock_batch(ParticleColumns& agents,
                         state[1],
                         state[2]);
     kernels::flock_steer(
-        &sum, &rules, &state[0], &state[1], &state[2], &state[3], &state[4], &state[5]);
+        &sum, &rules, field, &state[0], &state[1], &state[2], &state[3], &state[4], &state[5]);
     float* const to = agents.column(0);
     for (std::size_t c = 0; c < ParticleColumns::kColumns; ++c) {
         for (int i = batch.begin; i < batch.end; ++i) {
@@ -129,11 +130,12 @@ void FlockOrder::make_batches() {
 void step_flock_batches(ParticleColumns& agents,
                         const FlockOrder& order,
                         const kernels::FlockRules& rules,
+                        const float* field,
                         std::size_t begin,
                         std::size_t end) {
     const kernels::FlockRules fixed = rules;  // that nothing stored can alias
     for (std::size_t b = begin; b < end; ++b) {
-        step_flock_batch(agents, order, fixed, order.batches()[b]);
+        step_flock_batch(agents, order, fixed, field, order.batches()[b]);
     }
 }
 

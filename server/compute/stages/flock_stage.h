@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace zoned::compute {
@@ -55,10 +56,12 @@ class FlockOrder {
     std::vector<kernels::FlockBatch> batches_;
 };
 
-/// One step of the batches [begin, end) on eight lanes, into `agents`.
+/// One step of the batches [begin, end) on eight lanes, into `agents`. `field` as in
+/// FlockStage::step.
 void step_flock_batches(ParticleColumns& agents,
                         const FlockOrder& order,
                         const kernels::FlockRules& rules,
+                        const float* field,
                         std::size_t begin,
                         std::size_t end);
 
@@ -88,10 +91,13 @@ class FlockStage {
     FlockStage(FlockStage&&) noexcept;
     FlockStage& operator=(FlockStage&&) noexcept;
 
+    /// `field`: where rules.follow > 0, field_columns x field_rows pairs of numbers (see
+    /// FlockRules), the caller's.
     StageRun step(ParticleColumns& agents,
                   std::size_t count,
                   const kernels::FlockRules& rules,
-                  Team& team);
+                  Team& team,
+                  std::span<const float> field = {});
 
     [[nodiscard]] const FlockOrder& order() const { return order_; }
 

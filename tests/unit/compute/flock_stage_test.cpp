@@ -62,6 +62,64 @@ TEST_F(FlockStageTest, GivesTheSameBitsOnADeviceAndOnAnyNumberOfThreads) {
     EXPECT_TRUE(same_bits(one, other, count));
 }
 
+/// Directions along circles around the middle of the box, 10 m cells.
+std::vector<float> circles(kernels::FlockRules& rules) {
+    rules.follow = 1.5F;
+    rules.field_cells_per_m = 0.1F;
+    rules.field_columns = static_cast<int>(rules.high_x * 0.1F) + 1;
+    rules.field_rows = static_cast<int>(rules.high_z * 0.1F) + 1;
+    std::vector<float> field;
+    for (int row = 0; row < rules.field_rows; ++row) {
+        for (int column = 0; column < rules.field_columns; ++column) {
+            const float x = 10.0F * (static_cast<float>(column) + 0.5F) - rules.high_x / 2;
+            const float z = 10.0F * (static_cast<float>(row) + 0.5F) - rules.high_z / 2;
+            const float r = std::max(1.0F, std::hypot(x, z));
+            field.push_back(-z / r);
+            field.push_back(x / r);
+        }
+    }
+    return field;
+}
+
+TEST_F(FlockStageTest, FollowsAFieldAlikeOnADeviceAndOnAnyNumberOfThreads) {
+    const std::size_t count = 5003;
+    auto rules = scenario::flock_rules(count);
+    const std::vector<float> field = circles(rules);
+    const auto device = open();
+    ASSERT_NE(device, nullptr);
+    ParticleColumns one = flock_of(count, rules);
+    ParticleColumns three = flock_of(count, rules);
+    ParticleColumns other = flock_of(count, rules);
+    ParticleColumns tiled = flock_of(count, rules);
+    FlockStage on_one, on_three;
+    FlockStage on_device(device.get());
+    FlockStage on_tiles(device.get(), {0, FlockKernelOptions::Tiles::kOn, 64});
+    Team alone;
+    WorkerPool pool(3);
+    Team team;
+    team.join_pool(pool);
+    const Team::Shift shift(team);
+    for (int step = 0; step < 120; ++step) {
+        on_one.step(one, count, rules, alone, field);
+        on_three.step(three, count, rules, team, field);
+        ASSERT_TRUE(on_device.step(other, count, rules, alone, field).on_device);
+        ASSERT_TRUE(on_tiles.step(tiled, count, rules, alone, field).on_device);
+    }
+    EXPECT_TRUE(same_bits(one, three, count));
+    EXPECT_TRUE(same_bits(one, other, count));
+    EXPECT_TRUE(same_bits(one, tiled, count));
+    // In 2 s at 1.5 / s most have turned into the circles; their directions began at random.
+    double along = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double x = static_cast<double>(one.column(0)[i] - rules.high_x / 2);
+        const double z = static_cast<double>(one.column(2)[i] - rules.high_z / 2);
+        const double vx = static_cast<double>(one.column(3)[i]);
+        const double vz = static_cast<double>(one.column(5)[i]);
+        along += (-z * vx + x * vz) / (std::hypot(x, z) * std::hypot(vx, vz));
+    }
+    EXPECT_GT(along / static_cast<double>(count), 0.8);
+}
+
 using Tiles = FlockKernelOptions::Tiles;
 
 /// A flock, its rules, and how its steps go on the CPU.

@@ -1,0 +1,145 @@
+#include "server/ai/ants/foraging.h"
+
+#include <gmock/gmock.h>
+
+#include <string_view>
+
+namespace zoned::ai::ants {
+
+namespace {
+
+using navigation::Cell;
+using navigation::GridMap;
+
+/// Two ways from home (left) to food (right): a short one above, a long one below (the double
+/// bridge of Goss, Aron, Deneubourg and Pasteels, "Self-organized shortcuts in the Argentine ant",
+/// Naturwissenschaften 76, 1989).
+constexpr std::string_view kBridge[] = {"@@@@@@@@@@@@@@@@@@@@@",
+                                        "@...@@@@@@@@@@@@@...@",
+                                        "@...................@",
+                                        "@...@@@@@@@@@@@@@...@",
+                                        "@...@@@@@@@@@@@@@...@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.@@@@@@@@@@@@@@@.@@",
+                                        "@@.................@@",
+                                        "@@@@@@@@@@@@@@@@@@@@@"};
+constexpr Cell kNest{1, 2};
+constexpr Cell kMeal{19, 2};
+constexpr Cell kShortMiddle{10, 2};
+constexpr Cell kLongMiddle{10, 9};
+
+GridMap bridge() {
+    GridMap map(21, 11);
+    for (std::uint16_t y = 0; y < 11; ++y) {
+        for (std::uint16_t x = 0; x < 21; ++x) {
+            map.set_passable({x, y}, kBridge[y][x] == '.');
+        }
+    }
+    return map;
+}
+
+struct Passages {
+    double over_short = 0.0;
+    double over_long = 0.0;
+
+    [[nodiscard]] double short_share() const { return over_short / (over_short + over_long); }
+};
+
+Passages walk(Foraging& colony, const GridMap& map, int ticks) {
+    Passages seen;
+    for (int t = 0; t < ticks; ++t) {
+        colony.step();
+        for (std::size_t i = 0; i < colony.walkers(); ++i) {
+            seen.over_short += colony.walker_at(i) == map.place(kShortMiddle) ? 1.0 : 0.0;
+            seen.over_long += colony.walker_at(i) == map.place(kLongMiddle) ? 1.0 : 0.0;
+        }
+    }
+    return seen;
+}
+
+class ForagingOnABridge : public testing::TestWithParam<std::uint64_t> {
+  protected:
+    ForagingOnABridge() {
+        colony.set_food(kMeal, true);
+        colony.add_walkers(60);
+    }
+
+    ForagingSettings with_seed() const {
+        ForagingSettings s;
+        s.seed = GetParam();
+        return s;
+    }
+
+    GridMap map = bridge();
+    Foraging colony{map, kNest, with_seed()};
+};
+
+TEST_P(ForagingOnABridge, MostTakeTheShortWayAndSomeExplore) {
+    walk(colony, map, 4000);
+    const std::uint64_t before = colony.delivered();
+    const Passages seen = walk(colony, map, 4000);
+    EXPECT_GT(seen.short_share(), 0.8);
+    EXPECT_GT(seen.over_long, 0.0) << "nobody explores";
+    // A way of 18 steps there and 18 back at best.
+    const double best = 60.0 * 4000.0 / 36.0;
+    EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.4 * best);
+}
+
+TEST_P(ForagingOnABridge, AWayThatBecomesWorseIsAbandoned) {
+    walk(colony, map, 4000);
+    // Mud: 13 cells that take eight times as long make the short way the longer one (111 ticks
+    // against 32 or more).
+    for (std::uint16_t x = 4; x <= 16; ++x) {
+        colony.set_slowness({x, 2}, 8);
+    }
+    walk(colony, map, 6000);
+    const Passages seen = walk(colony, map, 4000);
+    // Who is in mud is seen there eight times as often.
+    const double crossings = seen.over_short / 8.0;
+    EXPECT_LT(crossings / (crossings + seen.over_long), 0.3);
+}
+
+TEST_P(ForagingOnABridge, AWayThatIsClosedIsReplaced) {
+    walk(colony, map, 4000);
+    map.set_passable(kShortMiddle, false);
+    walk(colony, map, 5000);
+    const std::uint64_t before = colony.delivered();
+    walk(colony, map, 4000);
+    // 32 steps each way at best.
+    EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.3 * 60.0 * 4000.0 / 64.0);
+}
+
+TEST_P(ForagingOnABridge, ScentIsForgottenWhereNobodyWalks) {
+    walk(colony, map, 3000);
+    ASSERT_GT(colony.scent(Foraging::kFood, map.place(kShortMiddle)), 0.0F);
+    colony.set_food(kMeal, false);
+    // Those who carry deliver; then 0.998^t falls below what is smelt, 1e-4, within 4,600 ticks.
+    walk(colony, map, 8000);
+    EXPECT_EQ(colony.scent(Foraging::kFood, map.place(kShortMiddle)), 0.0F);
+    const std::uint64_t before = colony.delivered();
+    walk(colony, map, 500);
+    EXPECT_EQ(colony.delivered(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, ForagingOnABridge, testing::Values(1, 2, 3, 4, 5));
+
+TEST(Foraging, IsTheSameForTheSameSeed) {
+    const GridMap map = bridge();
+    Foraging one(map, kNest, {});
+    Foraging two(map, kNest, {});
+    for (Foraging* colony : {&one, &two}) {
+        colony->set_food(kMeal, true);
+        colony->add_walkers(20);
+        walk(*colony, map, 1000);
+    }
+    for (std::size_t i = 0; i < one.walkers(); ++i) {
+        ASSERT_EQ(one.walker_at(i), two.walker_at(i));
+    }
+    EXPECT_EQ(one.delivered(), two.delivered());
+}
+
+}  // namespace
+
+}  // namespace zoned::ai::ants
