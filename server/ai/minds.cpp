@@ -40,6 +40,7 @@ void add(core::StateHash& hash, const Mind& mind) {
     add(hash, mind.anchor);
     hash.add(mind.anchor_since);
     hash.add(mind.detour_until);
+    hash.add(mind.band);
 }
 
 template <class Vector>

@@ -1,6 +1,7 @@
 #include "server/ai/steering.h"
 
 #include "server/ai/flock.h"
+#include "server/ai/policy_steering.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -19,6 +20,8 @@ constexpr float kProgressM = 0.5F;
 constexpr float kDetourS = 1.0F;
 /// A standing returner sets out again only when pushed this far from home, m.
 constexpr float kSetOutM = 2.0F;
+/// A rubber band that has changed the speed by this part of full speed is worth a command.
+constexpr float kBandChange = 0.05F;
 
 /// Where an action wants to go now.
 struct Wish {
@@ -195,7 +198,7 @@ void stand(Mind& mind, const Surroundings& around) {
 
 /// `direction` has unit length.
 void aim_along(Mind& mind, const State& state, const Vec2& direction) {
-    const float scale = kFullMove * std::clamp(state.speed_factor, 0.0F, 1.0F);
+    const float scale = kFullMove * std::clamp(state.speed_factor * mind.band, 0.0F, 1.0F);
     mind.aim.move_x = static_cast<std::int8_t>(std::lround(direction.x() * scale));
     mind.aim.move_z = static_cast<std::int8_t>(std::lround(direction.y() * scale));
     // Turning +z about +y by an angle gives (sin, cos) in (x, z).
@@ -235,8 +238,17 @@ void get_around(Mind& mind, const State& state, const Vec2& direction, const Sur
     mind.detour_until = around.now + std::max<Tick>(1, std::lround(kDetourS / around.dt));
 }
 
-bool needs_aim(const Mind& mind, const Wish& wish, const Vec2& direction, bool entered) {
+bool needs_aim(const Mind& mind,
+               const State& state,
+               const Wish& wish,
+               const Vec2& direction,
+               bool entered) {
     if (entered || !moving(mind)) {
+        return true;
+    }
+    const float share = std::min(1.0F, state.speed_factor * mind.band);
+    const float aimed = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
+    if (state.rubber_band && std::abs(aimed - share) > kBandChange) {
         return true;
     }
     const float cosine = aim_direction(mind).dot(direction);
@@ -258,6 +270,12 @@ void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         begin(mind, state, around);
         mind.entered = false;
     }
+    follow_band(mind, state, around);
+    if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
+        steer_by_policy(mind, state, *choice, around);
+        mind.fresh = false;
+        return;
+    }
     if (around.now < mind.detour_until) {
         mind.fresh = false;
         return;
@@ -273,7 +291,7 @@ void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         stand(mind, around);
     } else {
         const Vec2 direction = wish.direction / length;
-        if (needs_aim(mind, wish, direction, entered)) {
+        if (needs_aim(mind, state, wish, direction, entered)) {
             if (!moving(mind)) {
                 restart_progress(mind, around.entities.position[around.self], around.now);
             }

@@ -8,6 +8,7 @@
 #include "server/ops/method_plan.h"
 #include "server/ops/minds.h"
 #include "server/ops/particles.h"
+#include "server/ops/policies.h"
 #include "server/ops/scatter.h"
 #include "server/ops/slow_state.h"
 #include "server/ops/statics.h"
@@ -53,6 +54,11 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
             resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
         }
     }
+    for (int k = 0; k < config.policy_size(); ++k) {
+        if (config.policy(k).has_file()) {
+            resolve(*config.mutable_policy(k)->mutable_file(), folder);
+        }
+    }
 }
 
 /// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
@@ -62,6 +68,7 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     settings.zones = expand_zones(config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
+    const Policies policies = load_policies(settings.config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);
@@ -70,6 +77,7 @@ void check_and_expand(Settings& settings, Diagnostics& diagnostics) {
     check_particles(config, diagnostics);
     check_slow_state(config, diagnostics);
     expand_stages(config, settings);
+    give_policies(config, policies, settings.ai.machines, diagnostics);
     expand_particles(config, settings);
     settings.slow = expand_slow_state(config);
     settings.boxes = expand_statics(config, diagnostics);
