@@ -116,7 +116,12 @@ void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
 void Step::wake_seen(Minds& minds, const World& world, const Settings& settings) {
     for (const Slot slot : waking_) {
         Mind& mind = minds.at(slot);
-        wake_up(mind, machine_of(mind, settings), coarse(world), world.entities.find(mind.entity));
+        // Some are here since the last tick.
+        const world::Row row = row_of(world.entities, mind.entity);
+        if (!mind.entity || mind.tier != Tier::kCoarse || row == world::kNoRow) {
+            continue;
+        }
+        wake_up(mind, machine_of(mind, settings), coarse(world), row);
         minds.wake(slot);
         woke_up_.push_back(mind.entity);
         report_.moved = true;
@@ -266,8 +271,12 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
     });
     for (const Due& due : due_) {
         if (due.tier == Tier::kCoarse) {
-            minds.at(due.slot).next_event = due.next_event;
+            Mind& mind = minds.at(due.slot);
+            mind.next_event = due.next_event;
             minds.schedule(due.slot);
+            if (!can_sleep(mind, machine_of(mind, settings))) {
+                waking_.push_back(due.slot);
+            }
             ++report_.events;
             report_.moved = true;
         }
@@ -281,7 +290,7 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
     for (const Due& due : due_) {
         Mind& mind = minds.at(due.slot);
         if (due.tier == Tier::kCoarse || mind.unseen_since == kNever ||
-            world.now - mind.unseen_since < calm || !can_sleep(mind) ||
+            world.now - mind.unseen_since < calm || !can_sleep(mind, machine_of(mind, settings)) ||
             !world.entities.has(due.row, world::kGrounded)) {
             continue;
         }

@@ -127,8 +127,9 @@ void set_out(Mind& mind,
 
 }  // namespace
 
-bool can_sleep(const Mind& mind) {
-    return !mind.prey;
+bool can_sleep(const Mind& mind, const CompiledMachine& machine) {
+    const State& state = machine.states[mind.doing];
+    return !mind.prey && !std::holds_alternative<PolicyChoice>(state.choice);
 }
 
 void fall_asleep(Mind& mind,

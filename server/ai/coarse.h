@@ -23,7 +23,7 @@ struct CoarseWorld {
 
 /// Whether what the mind does can go on from event to event: it depends on nobody else. A herd that
 /// nobody sees stands still: where it drifts is as likely one place as another.
-bool can_sleep(const Mind& mind);
+bool can_sleep(const Mind& mind, const CompiledMachine& machine);
 
 /// The entity comes to rest where it is; its way goes on in mind.leg, from its velocity on.
 void fall_asleep(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);

@@ -4,11 +4,14 @@
 #include "server/ai/fsm/flat_machine.h"
 #include "server/ai/fuzzy/fuzzy_system.h"
 #include "server/ai/goap/planner.h"
+#include "server/ai/learn/adaptation.h"
+#include "server/ai/learn/guard.h"
 #include "server/ai/places.h"
 #include "server/ai/senses.h"
 #include "server/ai/tree/decision_tree.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -109,6 +112,19 @@ struct PlanChoice {
     std::uint16_t goal = 0;                     ///< of the domain; actions are numbers of deeds
 };
 
+/// A policy with the envelope that it cannot leave.
+struct GuardedPolicy {
+    learn::Policy policy;
+    learn::Guard guard;
+};
+
+/// At every tick that it steers a network says where to go; the state's action has no meaning.
+struct PolicyChoice {
+    std::uint16_t number = 0;                     ///< among the policies of whoever wrote this
+    std::shared_ptr<const GuardedPolicy> policy;  ///< given before the machine is compiled
+    std::vector<std::uint16_t> variable;          ///< of the mind, by input that names one
+};
+
 struct State;
 
 /// What is done under a name: as a state's action, without transitions.
@@ -129,8 +145,10 @@ struct State {
     std::uint16_t place = 0;  ///< of kGo
     std::vector<Trade>
         trades{};  ///< when it is entered; of what is done, an innermost state or deed
-    std::variant<std::monostate, TreeChoice, PlanChoice> choice{};  ///< of an innermost state
-    Deeds deeds{};                                                  ///< what it chooses among
+    /// Of an innermost state.
+    std::variant<std::monostate, TreeChoice, PlanChoice, PolicyChoice> choice{};
+    Deeds deeds{};  ///< what it chooses among
+    std::optional<learn::RubberBand> rubber_band{};
 };
 
 /// A fuzzy system whose outputs are senses.

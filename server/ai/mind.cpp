@@ -60,6 +60,7 @@ void hash(core::StateHash& hash, const Mind& mind) {
     add(hash, mind.anchor);
     hash.add(mind.anchor_since);
     hash.add(mind.detour_until);
+    hash.add(mind.band);
     hash.add(static_cast<std::uint8_t>(mind.tier));
     hash.add(mind.unseen_since);
     add(hash, mind.leg);

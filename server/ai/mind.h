@@ -65,6 +65,7 @@ struct Mind {
     Vec3 anchor = Vec3::Zero();  ///< where it last made progress
     Tick anchor_since = 0;       ///< when that was
     Tick detour_until = 0;       ///< until then it walks around what blocked it
+    float band = 1.0F;           ///< factor of speed of a state with a rubber band
     Tier tier = Tier::kAwake;
     Tick unseen_since = kNever;  ///< awake: since when nobody can see it
     Leg leg;                     ///< coarse, as is the rest

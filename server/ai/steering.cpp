@@ -1,5 +1,7 @@
 #include "server/ai/steering.h"
 
+#include "server/ai/policy_steering.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,9 +10,10 @@ namespace zoned::ai {
 namespace {
 
 constexpr float kReaimCos = 0.93969F;  ///< cos 20 degrees
-constexpr Tick kFarPeriod = 4;
 constexpr float kProgressM = 0.5F;
 constexpr float kDetourS = 1.0F;
+/// A rubber band that has changed the speed by this part of full speed is worth a command.
+constexpr float kBandChange = 0.05F;
 
 void stand(Mind& mind, const Surroundings& around) {
     mind.aim = motion::InputCommand{};
@@ -62,8 +65,17 @@ Tick next_steering(const Mind& mind, const Wish& wish, float speed, const Surrou
     return around.now + std::clamp<Tick>(ticks, 1, period);
 }
 
-bool needs_aim(const Mind& mind, const Wish& wish, const Vec2& direction, bool entered) {
+bool needs_aim(const Mind& mind,
+               const State& state,
+               const Wish& wish,
+               const Vec2& direction,
+               bool entered) {
     if (entered || !moving(mind)) {
+        return true;
+    }
+    const float share = std::min(1.0F, state.speed_factor * mind.band);
+    const float aimed = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
+    if (state.rubber_band && std::abs(aimed - share) > kBandChange) {
         return true;
     }
     const float cosine = aim_direction(mind).dot(direction);
@@ -78,6 +90,13 @@ void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
     if (entered) {
         begin_deed(mind, state, around);
         mind.entered = false;
+    }
+    follow_band(mind, state, around);
+    if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
+        mind.next_steering = around.now + 1;
+        steer_by_policy(mind, machine, state, *choice, around);
+        mind.fresh = false;
+        return;
     }
     if (around.now < mind.detour_until) {
         mind.fresh = false;
@@ -95,7 +114,7 @@ void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         stand(mind, around);
     } else {
         const Vec2 direction = wish.direction / length;
-        if (needs_aim(mind, wish, direction, entered)) {
+        if (needs_aim(mind, state, wish, direction, entered)) {
             if (!moving(mind)) {
                 restart_progress(mind, around.entities.position[around.self], around.now);
             }

@@ -6,6 +6,8 @@
 
 namespace zoned::ai {
 
+/// Where it is far a mind steers at least every so many ticks.
+inline constexpr Tick kFarPeriod = 4;
 /// No progress for so long means that something is in the way, s.
 inline constexpr float kPatienceS = 2.0F;
 

@@ -31,6 +31,7 @@ class Account {
     std::string write(const Senses& senses, float dt) {
         states(dt);
         text_ += "does " + compiled_.states[mind_.doing].name + "\n";
+        learned();
         text_ += "senses:\n";
         for (std::size_t k = 0; k < names_.size(); ++k) {
             text_ += print("  %s %g\n", names_[k].c_str(), static_cast<double>(senses[k]));
@@ -64,6 +65,28 @@ class Account {
                                compiled_.table.nodes[path()[level]].name.c_str(),
                                seconds_in(level, dt));
             }
+        }
+    }
+
+    /// What a policy is allowed, and what adapts.
+    void learned() {
+        const State& state = compiled_.states[mind_.doing];
+        if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
+            const learn::Guard& guard = choice->policy->guard;
+            text_ += print("as policy %s says, within %.3g of full speed%s, %.3g rad/s, ",
+                           choice->policy->policy.name.c_str(),
+                           static_cast<double>(guard.max_speed),
+                           guard.may_sprint ? " and sprint" : "",
+                           static_cast<double>(guard.max_turn_radps));
+            text_ += guard.max_home_m > 0.0F
+                         ? print("%.3g m from home\n", static_cast<double>(guard.max_home_m))
+                         : "anywhere\n";
+        }
+        if (state.rubber_band) {
+            text_ += print("rubber band: speed times %.3f, within [%.3g, %.3g]\n",
+                           static_cast<double>(mind_.band),
+                           static_cast<double>(state.rubber_band->least),
+                           static_cast<double>(state.rubber_band->most));
         }
     }
 

@@ -13,7 +13,6 @@ namespace {
 
 constexpr float kReaimFreshCos = 0.99452F;  ///< cos 6 degrees
 constexpr float kReaimFlockCos = 0.98481F;  ///< cos 10 degrees: herds are many and may be sloppy
-constexpr float kFullMove = 127.0F;
 /// A standing returner sets out again only when pushed this far from home, m.
 constexpr float kSetOutM = 2.0F;
 
@@ -192,7 +191,7 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
 
 /// `direction` has unit length.
 void aim_along(Mind& mind, const State& state, const Vec2& direction) {
-    const float scale = kFullMove * std::clamp(state.speed_factor, 0.0F, 1.0F);
+    const float scale = kFullMove * std::clamp(state.speed_factor * mind.band, 0.0F, 1.0F);
     mind.aim.move_x = static_cast<std::int8_t>(std::lround(direction.x() * scale));
     mind.aim.move_z = static_cast<std::int8_t>(std::lround(direction.y() * scale));
     // Turning +z about +y by an angle gives (sin, cos) in (x, z).

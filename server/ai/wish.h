@@ -8,6 +8,8 @@
 
 namespace zoned::ai {
 
+/// Of a command in either direction.
+inline constexpr float kFullMove = 127.0F;
 /// A goal this near counts as reached, m.
 inline constexpr float kArriveM = 1.0F;
 /// A chaser stops this near to its prey and follows again beyond the other, m.

@@ -21,9 +21,13 @@ bool check_ways(const Config& config,
                 const std::string& here,
                 Diagnostics& diagnostics) {
     if (static_cast<int>(state.has_machine()) + static_cast<int>(state.has_tree()) +
-            static_cast<int>(state.has_domain()) >
+            static_cast<int>(state.has_domain()) + static_cast<int>(state.has_policy()) >
         1) {
-        diagnostics.add(here, "takes one of `machine`, `tree` and `domain`");
+        diagnostics.add(here, "takes one of `machine`, `tree`, `domain` and `policy`");
+    }
+    if (state.has_policy() && find_policy(config, state.policy()) < 0) {
+        diagnostics.add(here + ".policy", "there is no policy named '" + state.policy() + "'");
+        return false;
     }
     if (state.has_goal() && !state.has_domain()) {
         diagnostics.add(here + ".goal", "needs a `domain`");

@@ -212,6 +212,10 @@ int find_tree(const proto::Config& config, const std::string& name) {
     return index_of(config.tree(), name);
 }
 
+int find_policy(const proto::Config& config, const std::string& name) {
+    return index_of(config.policy(), name);
+}
+
 int find_domain(const proto::Config& config, const std::string& name) {
     return index_of(config.domain(), name);
 }
@@ -319,6 +323,9 @@ void expand_choice(const proto::Config& config,
         for (const auto& action : config.domain(domain).action()) {
             out.deeds.push_back(expand_deed(config, action.name(), action.do_(), variable_of));
         }
+    } else if (state.has_policy()) {
+        out.choice = ai::PolicyChoice{
+            static_cast<std::uint16_t>(std::max(find_policy(config, state.policy()), 0)), {}, {}};
     }
 }
 

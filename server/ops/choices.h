@@ -52,6 +52,9 @@ void check_choices(const proto::Config& config, Diagnostics& diagnostics);
 int find_tree(const proto::Config& config, const std::string& name);
 int find_domain(const proto::Config& config, const std::string& name);
 
+/// Index of the policy of that name, -1: none.
+int find_policy(const proto::Config& config, const std::string& name);
+
 /// Index of the goal, -1: none. Not set: the first.
 int find_goal(const proto::Config::Domain& domain, const proto::Config::State& state);
 

@@ -183,6 +183,14 @@ class MachineExpansion {
                 s.behaviour = static_cast<std::uint8_t>(std::max(stance, 0));
             }
             s.history = static_cast<ai::fsm::History>(state.history());
+            if (state.has_rubber_band()) {
+                const Config::RubberBand& band = state.rubber_band();
+                s.rubber_band = {narrow(band.gap_m()),
+                                 narrow(band.gain()),
+                                 narrow(band.least()),
+                                 narrow(band.most()),
+                                 narrow(band.rate_per_s())};
+            }
             for (const auto& change : state.change()) {
                 s.changes.push_back(expand_change(
                     change, [this](const std::string& name) { return variable(name); }));

@@ -10,6 +10,7 @@
 #include "server/ops/minds.h"
 #include "server/ops/places.h"
 #include "server/ops/particles.h"
+#include "server/ops/policies.h"
 #include "server/ops/scatter.h"
 #include "server/ops/slow_state.h"
 #include "server/ops/statics.h"
@@ -55,6 +56,11 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
             resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
         }
     }
+    for (int k = 0; k < config.policy_size(); ++k) {
+        if (config.policy(k).has_file()) {
+            resolve(*config.mutable_policy(k)->mutable_file(), folder);
+        }
+    }
 }
 
 /// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
@@ -68,6 +74,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
     check_places(config, diagnostics);
+    const Policies policies = load_policies(settings.config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);
@@ -76,6 +83,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_particles(config, diagnostics);
     check_slow_state(config, diagnostics);
     expand_stages(config, settings);
+    give_policies(config, policies, settings.ai.machines, diagnostics);
     expand_particles(config, settings);
     settings.slow = expand_slow_state(config);
     settings.boxes = expand_statics(config, diagnostics);

@@ -1,0 +1,109 @@
+#include "server/ai/policy_steering.h"
+
+#include "server/ai/decision.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace zoned::ai {
+
+namespace {
+
+constexpr float kFreshTurnCos = 0.99452F;  // 6 degrees, at a decision
+constexpr float kTurnCos = 0.93969F;       // 20 degrees, in between
+constexpr float kShareChange = 0.15F;      // of full speed
+
+Vec2 on_ground(const Vec3& v) {
+    return {v.x(), v.z()};
+}
+
+/// True where the aim does nearly what is wanted: others need not hear of the difference.
+bool near_enough(const motion::InputCommand& aim, const learn::Wanted& wanted, bool fresh) {
+    const Vec2 moves = Vec2(aim.move_x, aim.move_z) / 127.0F;
+    const float share = moves.norm();
+    const float asked = wanted.move.norm();
+    const bool sprints = (aim.buttons & motion::kButtonSprint) != 0;
+    if (share == 0.0F || asked == 0.0F || sprints != wanted.sprint) {
+        return false;
+    }
+    const float cosine = moves.dot(wanted.move) / (share * asked);
+    return cosine > (fresh ? kFreshTurnCos : kTurnCos) && std::abs(share - asked) < kShareChange;
+}
+
+/// The same command but for what eight bits lose of a movement.
+bool same_within_rounding(const motion::InputCommand& a, const motion::InputCommand& b) {
+    return std::abs(a.move_x - b.move_x) <= 2 && std::abs(a.move_z - b.move_z) <= 2 &&
+           a.buttons == b.buttons;
+}
+
+learn::Wanted wanted_of(const Mind& mind,
+                        const CompiledMachine& machine,
+                        const PolicyChoice& choice,
+                        Tick now,
+                        const learn::Situation& situation) {
+    std::array<float, learn::kMostInputs> variables{};
+    for (std::size_t k = 0; k < choice.variable.size(); ++k) {
+        variables[k] = variable_at(mind, machine, choice.variable[k], now);
+    }
+    std::array<float, learn::kMaxValues> values;
+    return decide(choice.policy->policy, situation, variables, values);
+}
+
+}  // namespace
+
+learn::Situation situation_of(const Mind& mind, const Surroundings& around) {
+    const world::Entities& e = around.entities;
+    learn::Situation s;
+    s.here = on_ground(e.position[around.self]);
+    s.velocity = on_ground(e.velocity[around.self]);
+    s.home = on_ground(mind.home);
+    const world::Row prey = mind.prey ? e.find(mind.prey) : world::kNoRow;
+    s.has_target = prey != world::kNoRow && !e.has(prey, world::kHidden);
+    if (s.has_target) {
+        s.target = on_ground(e.position[prey]);
+        s.target_velocity = on_ground(e.velocity[prey]);
+    }
+    return s;
+}
+
+void steer_by_policy(Mind& mind,
+                     const CompiledMachine& machine,
+                     const State& state,
+                     const PolicyChoice& choice,
+                     const Surroundings& around) {
+    ZONED_ASSERT(choice.policy != nullptr, "a policy is given before its machine is compiled");
+    const learn::Situation s = situation_of(mind, around);
+    learn::Wanted wanted = wanted_of(mind, machine, choice, around.now, s);
+    wanted.move *= std::clamp(state.speed_factor * mind.band, 0.0F, 1.0F);
+    const learn::Guard& guard = choice.policy->guard;
+    wanted.sprint = wanted.sprint && guard.may_sprint;
+    const bool keep = near_enough(mind.aim, wanted, mind.fresh);
+    if (keep) {
+        wanted.move = Vec2(mind.aim.move_x, mind.aim.move_z) / 127.0F;
+    }
+    const learn::Guarded body{s.here - s.home,
+                              s.velocity,
+                              around.entities.yaw[around.self],
+                              around.dt,
+                              static_cast<float>(kFarPeriod) * around.dt};
+    const motion::InputCommand command =
+        guarded(guard, wanted, body, around.types[around.entities.type[around.self]].character);
+    if (!keep || !same_within_rounding(command, mind.aim)) {
+        mind.aim = command;
+    }
+}
+
+void follow_band(Mind& mind, const State& state, const Surroundings& around) {
+    if (!state.rubber_band) {
+        mind.band = 1.0F;
+        return;
+    }
+    const learn::Situation s = situation_of(mind, around);
+    const float gap = s.has_target ? (s.target - s.here).norm()
+                                   : std::numeric_limits<float>::quiet_NaN();  // back towards 1
+    mind.band = learn::banded(*state.rubber_band, mind.band, gap, around.dt);
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,211 @@
+// NPCs learn to do as recorded players do: bots play, their recording is simulated again, and a
+// network is fitted to what they sensed and did.
+#include "server/app/imitation.h"
+
+#include "server/ai/learn/descent.h"
+#include "server/ops/policy_file.h"
+#include "server/ops/recorder.h"
+#include "tests/harness/game_test.h"
+
+#include <cstdio>
+#include <filesystem>
+
+namespace zoned::harness {
+namespace {
+
+namespace learn = ai::learn;
+
+class Imitation : public GameTest {
+  protected:
+    Imitation() {
+        bots.bots = 12;
+        bots.seconds = 30.0;
+        file_ = std::filesystem::temp_directory_path().string() + "/zoned_imitation_" +
+                ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".zrec";
+    }
+
+    /// What bots of one behaviour did, out of a recording of their run.
+    std::vector<app::PlayedTick> played(const std::string& behaviour,
+                                        proto::Training::Imitation& settings) {
+        bots.mix = *bot::parse_mix(behaviour);
+        record();
+        settings.set_recording(file_);
+        auto ticks = app::played_ticks(settings, settings.every_ticks());
+        EXPECT_TRUE(ticks.ok()) << ticks.error();
+        return ticks.ok() ? std::move(*ticks) : std::vector<app::PlayedTick>();
+    }
+
+    /// A network after `epochs` passes over the lessons.
+    static learn::Network fitted(const app::Lessons& lessons, int epochs) {
+        learn::Network network = learn::dense(
+            std::array<std::size_t, 4>{lessons.training.inputs, 16, 8, lessons.training.outputs},
+            learn::Activation::kLinear);
+        core::Rng rng(3);
+        randomise(network, rng);
+        learn::Descent descent({0.003F, 32}, network, 3);
+        for (int epoch = 0; epoch < epochs; ++epoch) {
+            descent.epoch(network, lessons.training);
+        }
+        return network;
+    }
+
+    [[nodiscard]] const std::string& file() const { return file_; }
+
+  private:
+    void record() {
+        ops::RecordWriter writer;
+        bool open = false;
+        Tick written = 0;
+        run([&](VirtualServer& now, double) {
+            if (!open) {
+                ops::RecordHeader header = ops::RecordHeader::of_this_build();
+                header.config_text = now.settings().text;
+                header.config_digest = now.settings().digest;
+                header.seed = now.settings().seed;
+                ASSERT_TRUE(writer.open(file_, header).ok());
+                open = true;
+            }
+            if (now.world().now() == written) {
+                return;
+            }
+            written = now.world().now();
+            std::vector<ops::ZoneTick> zones;
+            for (std::size_t z = 0; z < now.world().zones().size(); ++z) {
+                zones.push_back({ZoneId(static_cast<std::uint16_t>(z + 1)),
+                                 now.world().inboxes()[z],
+                                 now.world().zones()[z]->state_hash()});
+            }
+            writer.add_tick(written, zones);
+        });
+        ASSERT_TRUE(writer.close().ok());
+    }
+
+    std::string file_;
+};
+
+void add_input(proto::Training::Imitation& settings, proto::Ego ego, double scale, double offset) {
+    proto::Input& input = *settings.add_input();
+    input.set_ego(ego);
+    input.set_scale(scale);
+    input.set_offset(offset);
+}
+
+/// Squared error of a rule that is told the situation, over the players held out.
+template <class Rule>
+double error_of_rule(const std::vector<app::PlayedTick>& ticks,
+                     const app::Lessons& lessons,
+                     learn::Facing facing,
+                     std::size_t outputs,
+                     Rule&& rule) {
+    double sum = 0.0;
+    std::size_t count = 0;
+    // The last to join are held out: theirs are as many samples as lessons hold of them.
+    std::vector<std::uint32_t> clients;
+    for (const app::PlayedTick& tick : ticks) {
+        clients.push_back(tick.client);
+    }
+    std::sort(clients.begin(), clients.end());
+    const std::uint32_t first = clients[clients.size() - lessons.held_out.size()];
+    for (const app::PlayedTick& tick : ticks) {
+        if (tick.client < first) {
+            continue;
+        }
+        const auto did = outputs_for(facing, tick.situation, tick.wanted);
+        const std::array<float, 3> said = rule(tick.situation);
+        for (std::size_t o = 0; o < outputs; ++o) {
+            sum += static_cast<double>((did[o] - said[o]) * (did[o] - said[o]));
+            ++count;
+        }
+    }
+    return sum / static_cast<double>(count);
+}
+
+TEST_F(Imitation, OfAHuntComesNearItsOwnRule) {
+    proto::Training::Imitation settings;
+    settings.set_every_ticks(5);
+    settings.set_perception_m(100.0);
+    add_input(settings, proto::TARGET_DISTANCE, 0.1, -1.0);
+    add_input(settings, proto::TARGET_DISTANCE, 0.5, -2.0);
+    add_input(settings, proto::HAS_TARGET, 1.0, 0.0);
+    const auto ticks = played("fight", settings);
+    const auto lessons = app::lessons_of(ticks, settings);
+    ASSERT_TRUE(lessons.ok());
+    ASSERT_GT(lessons->held_out.size(), 200u);
+    const learn::Network network = fitted(*lessons, 60);
+    const double learned = mean_squared_error(network, lessons->held_out);
+    const double constant = error_of_best_constant(lessons->held_out);
+    // As client-sim/bot/behaviour.cpp has it: at the target beyond 4 m, and anywhere within (the
+    // best guess is to stand); at a run beyond 15 m.
+    const double rule =
+        error_of_rule(ticks, *lessons, learn::Facing::kTarget, 3, [](const learn::Situation& s) {
+            const float distance = (s.target - s.here).norm();
+            return std::array<float, 3>{s.has_target && distance > 4.0F ? 1.0F : 0.0F,
+                                        0.0F,
+                                        s.has_target && distance > 15.0F ? 1.0F : -1.0F};
+        });
+    std::printf("hunt: %zu + %zu samples; error learned %.4f, best constant %.4f, the rule %.4f\n",
+                lessons->training.size(),
+                lessons->held_out.size(),
+                learned,
+                constant,
+                rule);
+    // Bots keep a wish for half a second and see others late: even their own rule errs. Who learned
+    // from what they did may do better than the rule, and is no worse by more than a twentieth.
+    EXPECT_LT(learned, 0.8 * constant);
+    EXPECT_LT(learned, 1.05 * rule);
+}
+
+TEST_F(Imitation, OfAWalkToASpotGoesThere) {
+    proto::Training::Imitation settings;
+    settings.set_every_ticks(5);
+    settings.set_facing(proto::HOME);
+    settings.mutable_home()->set_x_m(5.0);  // 0.55 of the way from -50 to 50
+    settings.mutable_home()->set_z_m(5.0);
+    add_input(settings, proto::HOME_DISTANCE, 0.1, -1.0);
+    add_input(settings, proto::HOME_DISTANCE, 1.0, -3.0);
+    server.sets = {"spawn[0].x_m=-40", "spawn[1].x_m=-40", "spawn[1].z_m=40", "spawn[2].z_m=-40"};
+    const auto ticks = played("crowd", settings);
+    const auto lessons = app::lessons_of(ticks, settings);
+    ASSERT_TRUE(lessons.ok());
+    const learn::Network network = fitted(*lessons, 60);
+    const double learned = mean_squared_error(network, lessons->held_out);
+    const double constant = error_of_best_constant(lessons->held_out);
+    const double rule =
+        error_of_rule(ticks, *lessons, learn::Facing::kHome, 3, [](const learn::Situation& s) {
+            const bool there = (s.home - s.here).norm() < 3.0F;
+            return std::array<float, 3>{there ? 0.0F : 1.0F, 0.0F, there ? -0.6F : 1.0F};
+        });
+    std::printf("walk: %zu + %zu samples; error learned %.4f, best constant %.4f, the rule %.4f\n",
+                lessons->training.size(),
+                lessons->held_out.size(),
+                learned,
+                constant,
+                rule);
+    EXPECT_LT(learned, 0.8 * constant);
+    EXPECT_LT(learned, 1.1 * rule);
+    // The policy itself walks to the spot: from 40 m away it is there after ten seconds.
+    learn::Policy policy;
+    policy.facing = learn::Facing::kHome;
+    policy.inputs = ops::inputs_of(settings.input());
+    policy.network = network;
+    learn::Situation s;
+    s.here = {-35.0F, 5.0F};
+    s.home = {5.0F, 5.0F};
+    std::vector<float> values(network.values());
+    for (int tick = 0; tick < 300; ++tick) {
+        const learn::Wanted wanted = decide(policy, s, {}, values);
+        s.here += wanted.move * (wanted.sprint ? 8.0F : 5.0F) / 30.0F;
+    }
+    EXPECT_LT((s.here - s.home).norm(), 4.0F);
+}
+
+TEST_F(Imitation, OfADamagedRecordingIsRefused) {
+    bots.seconds = 3.0;
+    proto::Training::Imitation settings;
+    ASSERT_FALSE(played("fight", settings).empty());
+    std::filesystem::resize_file(file(), std::filesystem::file_size(file()) * 2 / 3);
+    EXPECT_FALSE(app::played_ticks(settings, 5).ok());
+}
+
+}  // namespace
+}  // namespace zoned::harness
