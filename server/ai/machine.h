@@ -2,10 +2,12 @@
 #pragma once
 
 #include "server/ai/fsm/flat_machine.h"
+#include "server/ai/fuzzy/fuzzy_machine.h"
 #include "server/ai/fuzzy/fuzzy_system.h"
 #include "server/ai/goap/planner.h"
 #include "server/ai/senses.h"
 #include "server/ai/tree/decision_tree.h"
+#include "shared/core/ids.h"
 
 #include <cstdint>
 #include <optional>
@@ -25,7 +27,11 @@ enum class ActionKind : std::uint8_t {
     kFlee,    ///< run from the nearest player
     kFlock,  ///< separation, alignment, cohesion with its own type (Reynolds 1987), drifting around
              ///< home
-    kReturn,  ///< walk home
+    kReturn,        ///< walk home
+    kFollow = 110,  ///< stay within `radius_m` of its ward, or else of its target
+    kEscort = 111,  ///< stay `radius_m` beside its ward, or between it and the target
+    kGuard = 112,   ///< hold home: run at a target within `radius_m` of it until that is beyond
+                    ///< `leash_m`, then walk home
 };
 
 /// What a transition's condition reads.
@@ -34,6 +40,9 @@ enum class Sensor : std::uint8_t {
     kHomeDistance,    ///< m
     kTimeInState,     ///< s
     kRandom,          ///< uniform [0, 1) drawn once per decision
+    kTargetConfidence = 110,  ///< 1: noticed now; remembered ones less and less; 0: there is none
+    kAllies = 111,            ///< entities of allied types within perception
+    kFoes = 112,              ///< targets within sight or hearing
 };
 
 /// What every mind senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
@@ -41,7 +50,10 @@ enum class Sensor : std::uint8_t {
 inline constexpr SenseIndex kSensePlayerDistance = 0;
 inline constexpr SenseIndex kSenseHomeDistance = 1;
 inline constexpr SenseIndex kSenseRandom = 2;
-inline constexpr SenseIndex kOwnSenses = 3;
+inline constexpr SenseIndex kSenseConfidence = 3;
+inline constexpr SenseIndex kSenseAllies = 4;
+inline constexpr SenseIndex kSenseFoes = 5;
+inline constexpr SenseIndex kOwnSenses = 6;
 
 /// Numbers that a mind can have of its own.
 inline constexpr std::size_t kMaxVariables = 8;
@@ -56,6 +68,12 @@ constexpr SenseIndex sense_of(Sensor sensor) {
             return kStateTime;
         case Sensor::kRandom:
             return kSenseRandom;
+        case Sensor::kTargetConfidence:
+            return kSenseConfidence;
+        case Sensor::kAllies:
+            return kSenseAllies;
+        case Sensor::kFoes:
+            return kSenseFoes;
     }
     return kStateTime;
 }
@@ -103,6 +121,15 @@ struct PlanChoice {
     std::uint16_t goal = 0;                     ///< of the domain; actions are numbers of deeds
 };
 
+/// States that a blend can have.
+inline constexpr std::size_t kMaxBlended = 6;
+
+/// Several deeds at a time, each to a degree; deeds are those of the fuzzy states.
+struct BlendChoice {
+    fuzzy::FuzzyMachineDef def;  ///< without outputs
+    std::vector<SenseIndex> inputs;
+};
+
 struct State;
 
 /// What is done under a name: as a state's action, without transitions.
@@ -114,20 +141,45 @@ struct State {
     float speed_factor = 1.0F;  ///< of the character's speed, [0, 1]
     bool sprint = false;
     float radius_m = 20.0F;
+    float leash_m = 30.0F;                ///< kGuard
     std::uint8_t behaviour = 0;           ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
     std::vector<State>
         inside;  ///< a machine as a state: what is above but for transitions is theirs
     fsm::History history = fsm::History::kNone;
     std::vector<VariableChange> changes{};
-    std::variant<std::monostate, TreeChoice, PlanChoice> choice{};  ///< of an innermost state
-    Deeds deeds{};                                                  ///< what it chooses among
+    std::variant<std::monostate, TreeChoice, PlanChoice, BlendChoice>
+        choice{};   ///< of an innermost state
+    Deeds deeds{};  ///< what it chooses among
 };
 
 /// A fuzzy system whose outputs are senses.
 struct FuzzySense {
     fuzzy::FuzzyDef def;
     std::vector<SenseIndex> inputs;  ///< for each input a sense: its own, or a variable
+};
+
+/// Whom a mind looks for, and by what it notices them. As it is to begin with: players, all round,
+/// through walls, and forgotten at once.
+struct Perception {
+    bool given = false;  ///< else nothing below counts
+    bool players = true;
+    std::vector<TypeIndex> targets{};  ///< looked for as well
+    std::vector<TypeIndex> allies{};   ///< counted
+    std::vector<TypeIndex> wards{};    ///< looked after, as is a player where `ward_players`
+    bool ward_players = false;
+    float cos_half_angle = -1.0F;  ///< of the cone about its facing in which it sees
+    float around_m = 0.0F;         ///< so near it sees all round
+    bool line_of_sight = false;    ///< not through static geometry
+    float eyes_m = 0.6F;           ///< above its centre, and above that of whom it looks at
+    float hearing_m = 0.0F;        ///< the farthest at which it hears anybody
+    float memory_s = 0.0F;         ///< for so long it knows where its target was last
+    bool keeps_target = false;     ///< as long as it notices it, though others be nearer
+
+    /// Whether anybody but players matters.
+    [[nodiscard]] bool concerns_others() const {
+        return given && !(targets.empty() && allies.empty() && wards.empty());
+    }
 };
 
 struct Machine {
@@ -138,6 +190,7 @@ struct Machine {
     std::vector<Variable> variables{};  ///< the first is sense kOwnSenses
     std::vector<FuzzySense> fuzzy;      ///< the first output comes after the variables
     bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
+    Perception perception{};
 };
 
 /// A condition that some decision in a state may depend on.
@@ -165,17 +218,23 @@ struct CompiledMachine {
     std::string name;
     fsm::FlatMachine table;
 
+    struct Blend {
+        fuzzy::FuzzyMachine machine;  ///< a step is a decision
+        std::vector<SenseIndex> inputs;
+    };
+
     struct Plans {
         goap::Actions actions;
         goap::Literals goal;
         std::vector<std::vector<Condition>> facts;
     };
 
-    /// How a leaf chooses: by a tree or a plan, index into these, or by itself where both are below
-    /// 0. Deeds begin at `first`.
+    /// How a leaf chooses: by a tree, a plan or a blend, index into these, or by itself where all
+    /// are below 0. Deeds begin at `first`.
     struct Choice {
         int tree = -1;
         int plan = -1;
+        int blend = -1;
         std::uint16_t first = 0;
     };
 
@@ -183,6 +242,7 @@ struct CompiledMachine {
     std::vector<Choice> choices;  ///< by leaf
     std::vector<tree::DecisionTree> trees;
     std::vector<Plans> plans;
+    std::vector<Blend> blends;
     std::vector<Variable> variables;
     std::vector<float> rates;  ///< growth of variables per tick: of `states` x variables
     std::vector<Gain> gains;   ///< by node
@@ -190,6 +250,10 @@ struct CompiledMachine {
     std::size_t senses = kOwnSenses;
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
+    Perception perception{};
+    /// Its minds may go from event to event where no player is: nobody else matters to them, and
+    /// nothing moves on at each decision.
+    bool sleeps = true;
     std::vector<Watch> watches;
     std::vector<std::uint32_t> first_watch;  ///< by leaf, and the end of the last
 

@@ -34,6 +34,9 @@ class Forecast {
         const float value = senses_[watch.sense];
         switch (watch.sense) {
             case kSensePlayerDistance:
+            case kSenseConfidence:
+            case kSenseAllies:
+            case kSenseFoes:
                 return kNever;
             case kSenseHomeDistance:
                 return after(std::abs(value - watch.threshold), step_m_);
@@ -116,6 +119,9 @@ class Forecast {
     [[nodiscard]] bool changes(SenseIndex sense) const {
         switch (sense) {
             case kSensePlayerDistance:
+            case kSenseConfidence:
+            case kSenseAllies:
+            case kSenseFoes:
                 return false;
             case kSenseHomeDistance:
                 return step_m_ > 0.0F;
