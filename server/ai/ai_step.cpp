@@ -133,7 +133,7 @@ void Step::wake_seen(Minds& minds, const World& world, const Settings& settings)
 
 /// Finds the rows of awake minds, and who has something to do, the longest waiting first; what is
 /// beyond the budget waits.
-void Step::collect_due(Minds& minds, const World& world, std::size_t budget) {
+void Step::collect_due(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
     rows_.resize(awake.size());
     due_.clear();
@@ -155,14 +155,31 @@ void Step::collect_due(Minds& minds, const World& world, std::size_t budget) {
     std::sort(due_.begin(), due_.end(), [](const Due& a, const Due& b) {
         return a.since != b.since ? a.since < b.since : a.entity < b.entity;
     });
-    for (std::size_t i = budget; i < due_.size(); ++i) {
-        if (due_[i].tier == Tier::kCoarse) {
-            minds.at(due_[i].slot).next_event = due_[i].since;
-            minds.schedule(due_[i].slot);
+    keep_to_budgets(minds, settings);
+}
+
+/// Of decisions, and of rays: whoever looks along lines of sight takes as many as it may need.
+void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
+    const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
+    std::uint32_t rays = std::max(settings.max_sight_rays_per_tick, kRaysPerLook);
+    std::size_t kept = 0;
+    for (const Due& due : due_) {
+        const bool looks = due.tier == Tier::kAwake &&
+                           machine_of(minds.at(due.slot), settings).perception.line_of_sight;
+        const bool blind = looks && rays < kRaysPerLook;
+        if (kept < budget && !blind) {
+            rays -= looks ? kRaysPerLook : 0U;
+            due_[kept++] = due;
+            continue;
         }
+        if (due.tier == Tier::kCoarse) {
+            minds.at(due.slot).next_event = due.since;
+            minds.schedule(due.slot);
+        }
+        report_.blinded += kept < budget ? 1U : 0U;
         ++report_.postponed;
     }
-    due_.resize(std::min(due_.size(), budget));
+    due_.resize(kept);
 }
 
 /// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).
@@ -191,9 +208,15 @@ void Step::decide_one(Mind& mind,
     const world::Entities& e = world.entities;
     const bool awake = due.tier == Tier::kAwake;
     const Sight sight =
-        awake ? look(e, world.grid, due.row, machine.perception_m, settings.far_m) : Sight::none();
+        awake ? perceive(
+                    {e, world.types, world.grid, world.query, world.now, world.dt, settings.far_m},
+                    due.row,
+                    mind,
+                    machine)
+              : Sight::none();
     if (decide(mind, machine, sight, e.position[due.row], world.places, world.now, lane.thinking)) {
         ++lane.transitions;
+        due.change = lane.thinking.change;
     }
     due.changed = mind.entered;
     if (awake) {
@@ -250,6 +273,15 @@ void Step::settle_trades(Minds& minds, const World& world, const Settings& setti
             const bool done = ai::trade(
                 mind, machine, trade, Vec2(position.x(), position.z()), world.places, world.now);
             ++(done ? report_.trades : report_.trades_refused);
+        }
+    }
+}
+
+/// Who goes to and fro: for reports alone.
+void Step::watch_changes(Minds& minds, const World& world) const {
+    for (const Due& due : due_) {
+        if (due.change) {
+            minds.watch(due.slot, *due.change, world.now, world.dt);
         }
     }
 }
@@ -351,9 +383,10 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
         follow_viewers(minds, world, settings);
         wake_seen(minds, world, settings);
     }
-    collect_due(minds, world, std::max<std::size_t>(1, settings.max_decisions_per_tick));
+    collect_due(minds, world, settings);
     decide_due(minds, world, settings);
     settle_trades(minds, world, settings);
+    watch_changes(minds, world);
     steer_awake(minds, world, settings);
     go_on(minds, world, settings);
     if (std::isfinite(settings.seen_m)) {

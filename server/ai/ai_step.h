@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,11 +21,14 @@ namespace zoned::ai {
 struct Settings {
     std::vector<Machine> machines;            ///< as written
     std::vector<CompiledMachine> compiled{};  ///< the same for the world's time step: compile()
+    /// By type of entity: machine + 1 of its mind, 0: none. Empty: as the types say.
+    std::vector<std::uint16_t> mind_of_type{};
     std::uint32_t max_decisions_per_tick =
         4096;  ///< counted units of work; what does not fit waits, the longest waiting first
     bool reduce_far = true;  ///< minds farther than far_m from every player steer every 4th tick
     float far_m = 150.0F;
-    std::uint32_t max_plan_nodes = 1024;  ///< that one search for a plan may create
+    std::uint32_t max_plan_nodes = 1024;           ///< that one search for a plan may create
+    std::uint32_t max_sight_rays_per_tick = 8192;  ///< kRaysPerLook for each that looks along lines
     /// Minds farther than this from every player go from event to event; infinity: none does.
     /// Beyond it nobody may hear of an entity.
     float seen_m = std::numeric_limits<float>::infinity();
@@ -46,7 +50,8 @@ struct World {
     /// x, z: who has left the square of this half size around the origin is to be woken, m.
     Vec2 half_size;
     Tick now;
-    float dt;  ///< s
+    float dt;                               ///< s
+    const physics::Query* query = nullptr;  ///< what lines of sight meet; null: nothing
 };
 
 struct Report {
@@ -55,7 +60,8 @@ struct Report {
     std::uint32_t decisions = 0;
     std::uint32_t events = 0;  ///< of the coarse tier; those that are decisions count as such too
     std::uint32_t steered = 0;
-    std::uint32_t postponed = 0;  ///< decisions that the budget moved to a later tick
+    std::uint32_t postponed = 0;  ///< decisions that a budget moved to a later tick
+    std::uint32_t blinded = 0;    ///< of these: by the budget of rays
     std::uint32_t transitions = 0;
     std::uint32_t trades = 0;
     std::uint32_t trades_refused = 0;  ///< somebody had not enough, or no room, or was not there
@@ -82,7 +88,9 @@ class Step {
     /// kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n minds that
     /// decide in every tick and a budget of b decisions none waits longer than ceil(n / b) ticks.
     /// Results depend neither on the order of rows, nor on the history of add() and take(), nor on
-    /// threads. A budget of 0 counts as 1.
+    /// threads. A budget of 0 counts as 1, and one of less than kRaysPerLook rays as that: who
+    /// finds no rays left waits, and goes on with what it knew, at most ceil(n / (rays /
+    /// kRaysPerLook)) ticks.
     Report run(Minds& minds, const World& world, const Settings& settings);
 
   private:
@@ -95,6 +103,7 @@ class Step {
         Tier tier;
         bool decides = true;
         bool changed = false;  ///< it has decided otherwise than before
+        std::optional<fsm::Change> change{};
         Tick next_event = kNever;
     };
 
@@ -110,11 +119,13 @@ class Step {
     void follow_viewers(Minds& minds, const World& world, const Settings& settings);
     void look_at_coarse(Minds& minds, const World& world, bool all);
     void wake_seen(Minds& minds, const World& world, const Settings& settings);
-    void collect_due(Minds& minds, const World& world, std::size_t budget);
+    void collect_due(Minds& minds, const World& world, const Settings& settings);
+    void keep_to_budgets(Minds& minds, const Settings& settings);
     void decide_due(Minds& minds, const World& world, const Settings& settings);
     void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
     void steer_awake(Minds& minds, const World& world, const Settings& settings);
+    void watch_changes(Minds& minds, const World& world) const;
     void go_on(Minds& minds, const World& world, const Settings& settings);
     void send_to_sleep(Minds& minds, const World& world, const Settings& settings);
     void add_up();

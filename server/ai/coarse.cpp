@@ -129,7 +129,7 @@ void set_out(Mind& mind,
 
 bool can_sleep(const Mind& mind, const CompiledMachine& machine) {
     const State& state = machine.states[mind.doing];
-    return !mind.prey && !std::holds_alternative<PolicyChoice>(state.choice);
+    return machine.sleeps && !mind.prey && !std::holds_alternative<PolicyChoice>(state.choice);
 }
 
 void fall_asleep(Mind& mind,

@@ -67,6 +67,25 @@ std::uint16_t plan_deed(Mind& mind,
     return otherwise;
 }
 
+/// Moves the degrees of a blend's states on; the deed of the most active one, of equals the first.
+std::uint16_t blend_deed(Mind& mind,
+                         const CompiledMachine::Blend& blend,
+                         std::uint16_t first,
+                         bool entered,
+                         Known senses) {
+    if (entered) {
+        mind.degrees[0] = 1.0F;
+    }
+    std::array<float, fuzzy::kMaxInputs> in{};
+    for (std::size_t k = 0; k < blend.inputs.size(); ++k) {
+        in[k] = senses[blend.inputs[k]];
+    }
+    const std::span<float> degrees(mind.degrees.data(), blend.machine.states());
+    blend.machine.step_one(std::span<const float>(in.data(), blend.inputs.size()), degrees);
+    const auto most = std::max_element(degrees.begin(), degrees.end());
+    return static_cast<std::uint16_t>(first + (most - degrees.begin()));
+}
+
 /// What to do in the state. `entered`: it was entered just now.
 void choose(Mind& mind,
             const CompiledMachine& machine,
@@ -78,6 +97,7 @@ void choose(Mind& mind,
     const CompiledMachine::Choice& choice = machine.choices[leaf];
     if (entered) {
         mind.facts = kUnplanned;
+        mind.degrees = {};
     }
     std::uint16_t deed = leaf;
     if (choice.tree >= 0) {
@@ -91,12 +111,20 @@ void choose(Mind& mind,
                          senses,
                          thinking);
     }
+    if (choice.blend >= 0) {
+        deed = blend_deed(mind,
+                          machine.blends[static_cast<std::size_t>(choice.blend)],
+                          choice.first,
+                          entered || mind.doing == leaf,
+                          senses);
+    }
     if (deed == mind.doing && !entered) {
         return;
     }
     grow(mind, machine, now);
+    // All deeds of a blend go on, whichever is the most active.
+    mind.entered = mind.entered || entered || choice.blend < 0 || mind.doing == leaf;
     mind.doing = deed;
-    mind.entered = true;
     if (deed != leaf) {
         for (const VariableChange& change : machine.states[deed].changes) {
             add(mind, machine, change.variable, change.on_enter);
@@ -110,6 +138,7 @@ void begin(Mind& mind, const CompiledMachine& machine, Tick now) {
     mind.fsm = fsm::OneState(now);
     mind.doing = 0;
     mind.facts = kUnplanned;
+    mind.degrees = {};
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
         mind.variables[v] = machine.variables[v].start;
     }
@@ -149,6 +178,9 @@ void sense(const Mind& mind,
     senses[kSenseHomeDistance] = (here - Vec2(mind.home.x(), mind.home.z())).norm();
     senses[kSenseTimeOfDay] = places.time_of_day(now);
     senses[kSenseRandom] = drawn_at(mind, now);
+    senses[kSenseConfidence] = sight.confidence;
+    senses[kSenseAllies] = sight.allies;
+    senses[kSenseFoes] = sight.foes;
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
         senses[kOwnSenses + v] = variable_at(mind, machine, v, now);
     }
@@ -182,7 +214,7 @@ bool decide(Mind& mind,
             Thinking& thinking) {
     Senses senses;
     sense(mind, machine, sight, position, places, now, senses);
-    mind.prey = sight.prey;
+    take_notice(mind, sight, machine, now);
     mind.far = sight.player_far;
     mind.fresh = true;
     const Known known(senses.data(), machine.senses);
@@ -191,6 +223,7 @@ bool decide(Mind& mind,
         grow(mind, machine, now);
         gain(mind, machine, machine.table.transitions[change->transition].level);
     }
+    thinking.change = change;
     choose(mind, machine, change.has_value(), known, now, thinking);
     return change.has_value();
 }

@@ -14,6 +14,7 @@ struct Thinking {
     std::uint32_t max_plan_nodes = 1024;
     std::optional<goap::Planner> planner{};  ///< once some mind plans
     goap::Plan plan{};
+    std::optional<fsm::Change> change{};  ///< of the last decision
     std::uint32_t plans = 0;
     std::uint32_t plans_cut_off = 0;
     std::uint32_t plans_unreachable = 0;

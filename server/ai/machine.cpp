@@ -3,6 +3,7 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace zoned::ai {
 
@@ -93,7 +94,7 @@ void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
 }
 
 /// Lays out what leaves choose among, behind the leaves.
-void compile_choices(CompiledMachine& out) {
+void compile_choices(CompiledMachine& out, float dt) {
     const std::size_t leaves = out.states.size();
     for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
         CompiledMachine::Choice choice;
@@ -107,6 +108,11 @@ void compile_choices(CompiledMachine& out) {
             out.plans.push_back({goap::Actions(by_plan->domain),
                                  by_plan->domain.goals[by_plan->goal].wants,
                                  by_plan->facts});
+        } else if (const auto* by_blend = std::get_if<BlendChoice>(&state.choice)) {
+            choice.blend = static_cast<int>(out.blends.size());
+            const float period =
+                static_cast<float>(std::max(1L, std::lround(out.decide_every_s / dt))) * dt;
+            out.blends.push_back({fuzzy::FuzzyMachine(by_blend->def, period), by_blend->inputs});
         }
         out.choices.push_back(choice);
         const Deeds deeds = state.deeds;
@@ -190,6 +196,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
     out.name = machine.name;
     out.perception_m = machine.perception_m;
     out.decide_every_s = machine.decide_every_s;
+    out.perception = machine.perception;
     out.variables = machine.variables;
     out.senses += out.variables.size();
     for (const FuzzySense& fuzzy : machine.fuzzy) {
@@ -207,7 +214,8 @@ CompiledMachine compile(const Machine& machine, float dt) {
         out.states.push_back(leaves[out.table.action(leaf)]);
         out.states.back().name = out.table.state_name(leaf);
     }
-    compile_choices(out);
+    compile_choices(out, dt);
+    out.sleeps = out.blends.empty() && !out.perception.concerns_others();
     compile_changes(machine, dt, out);
     compile_watches(out);
     return out;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/fsm/flat_machine.h"
+#include "server/ai/fuzzy/fuzzy_machine.h"
 #include "server/ai/fuzzy/fuzzy_system.h"
 #include "server/ai/goap/planner.h"
 #include "server/ai/learn/adaptation.h"
@@ -9,6 +10,7 @@
 #include "server/ai/places.h"
 #include "server/ai/senses.h"
 #include "server/ai/tree/decision_tree.h"
+#include "shared/core/ids.h"
 
 #include <cstdint>
 #include <memory>
@@ -31,6 +33,10 @@ enum class ActionKind : std::uint8_t {
              ///< home
     kReturn,   ///< walk home
     kGo = 20,  ///< walk to its spot at `place`, and stand there
+    kFollow = 110,  ///< stay within `radius_m` of its ward, or else of its target
+    kEscort = 111,  ///< stay `radius_m` beside its ward, or between it and the target
+    kGuard = 112,   ///< hold home: run at a target within `radius_m` of it until that is beyond
+                    ///< `leash_m`, then walk home
 };
 
 /// What a transition's condition reads.
@@ -40,6 +46,9 @@ enum class Sensor : std::uint8_t {
     kTimeInState,     ///< s
     kRandom,          ///< uniform [0, 1) drawn once per decision
     kTimeOfDay = 20,  ///< s since the day began
+    kTargetConfidence = 110,  ///< 1: noticed now; remembered ones less and less; 0: there is none
+    kAllies = 111,            ///< entities of allied types within perception
+    kFoes = 112,              ///< targets within sight or hearing
 };
 
 /// What every mind senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
@@ -47,8 +56,11 @@ enum class Sensor : std::uint8_t {
 inline constexpr SenseIndex kSensePlayerDistance = 0;
 inline constexpr SenseIndex kSenseHomeDistance = 1;
 inline constexpr SenseIndex kSenseRandom = 2;
-inline constexpr SenseIndex kSenseTimeOfDay = 3;
-inline constexpr SenseIndex kOwnSenses = 4;
+inline constexpr SenseIndex kSenseConfidence = 3;
+inline constexpr SenseIndex kSenseAllies = 4;
+inline constexpr SenseIndex kSenseFoes = 5;
+inline constexpr SenseIndex kSenseTimeOfDay = 6;
+inline constexpr SenseIndex kOwnSenses = 7;
 
 /// Numbers that a mind can have of its own.
 inline constexpr std::size_t kMaxVariables = 8;
@@ -65,6 +77,12 @@ constexpr SenseIndex sense_of(Sensor sensor) {
             return kSenseRandom;
         case Sensor::kTimeOfDay:
             return kSenseTimeOfDay;
+        case Sensor::kTargetConfidence:
+            return kSenseConfidence;
+        case Sensor::kAllies:
+            return kSenseAllies;
+        case Sensor::kFoes:
+            return kSenseFoes;
     }
     return kStateTime;
 }
@@ -125,6 +143,15 @@ struct PolicyChoice {
     std::vector<std::uint16_t> variable;          ///< of the mind, by input that names one
 };
 
+/// States that a blend can have.
+inline constexpr std::size_t kMaxBlended = 6;
+
+/// Several deeds at a time, each to a degree; deeds are those of the fuzzy states.
+struct BlendChoice {
+    fuzzy::FuzzyMachineDef def;  ///< without outputs
+    std::vector<SenseIndex> inputs;
+};
+
 struct State;
 
 /// What is done under a name: as a state's action, without transitions.
@@ -136,6 +163,7 @@ struct State {
     float speed_factor = 1.0F;  ///< of the character's speed, [0, 1]
     bool sprint = false;
     float radius_m = 20.0F;
+    float leash_m = 30.0F;                ///< kGuard
     std::uint8_t behaviour = 0;           ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
     std::vector<State>
@@ -146,7 +174,7 @@ struct State {
     std::vector<Trade>
         trades{};  ///< when it is entered; of what is done, an innermost state or deed
     /// Of an innermost state.
-    std::variant<std::monostate, TreeChoice, PlanChoice, PolicyChoice> choice{};
+    std::variant<std::monostate, TreeChoice, PlanChoice, BlendChoice, PolicyChoice> choice{};
     Deeds deeds{};  ///< what it chooses among
     std::optional<learn::RubberBand> rubber_band{};
 };
@@ -155,6 +183,29 @@ struct State {
 struct FuzzySense {
     fuzzy::FuzzyDef def;
     std::vector<SenseIndex> inputs;  ///< for each input a sense: its own, or a variable
+};
+
+/// Whom a mind looks for, and by what it notices them. As it is to begin with: players, all round,
+/// through walls, and forgotten at once.
+struct Perception {
+    bool given = false;  ///< else nothing below counts
+    bool players = true;
+    std::vector<TypeIndex> targets{};  ///< looked for as well
+    std::vector<TypeIndex> allies{};   ///< counted
+    std::vector<TypeIndex> wards{};    ///< looked after, as is a player where `ward_players`
+    bool ward_players = false;
+    float cos_half_angle = -1.0F;  ///< of the cone about its facing in which it sees
+    float around_m = 0.0F;         ///< so near it sees all round
+    bool line_of_sight = false;    ///< not through static geometry
+    float eyes_m = 0.6F;           ///< above its centre, and above that of whom it looks at
+    float hearing_m = 0.0F;        ///< the farthest at which it hears anybody
+    float memory_s = 0.0F;         ///< for so long it knows where its target was last
+    bool keeps_target = false;     ///< as long as it notices it, though others be nearer
+
+    /// Whether anybody but players matters.
+    [[nodiscard]] bool concerns_others() const {
+        return given && !(targets.empty() && allies.empty() && wards.empty());
+    }
 };
 
 struct Machine {
@@ -166,6 +217,7 @@ struct Machine {
     std::vector<FuzzySense> fuzzy;      ///< the first output comes after the variables
     std::vector<PlaceSense> places{};   ///< the first comes after the outputs of fuzzy systems
     bool inner = false;  ///< only ever a state of others, whose senses it reads: not compiled
+    Perception perception{};
 };
 
 /// A condition that some decision in a state may depend on.
@@ -193,17 +245,23 @@ struct CompiledMachine {
     std::string name;
     fsm::FlatMachine table;
 
+    struct Blend {
+        fuzzy::FuzzyMachine machine;  ///< a step is a decision
+        std::vector<SenseIndex> inputs;
+    };
+
     struct Plans {
         goap::Actions actions;
         goap::Literals goal;
         std::vector<std::vector<Condition>> facts;
     };
 
-    /// How a leaf chooses: by a tree or a plan, index into these, or by itself where both are below
-    /// 0. Deeds begin at `first`.
+    /// How a leaf chooses: by a tree, a plan or a blend, index into these, or by itself where all
+    /// are below 0. Deeds begin at `first`.
     struct Choice {
         int tree = -1;
         int plan = -1;
+        int blend = -1;
         std::uint16_t first = 0;
     };
 
@@ -211,6 +269,7 @@ struct CompiledMachine {
     std::vector<Choice> choices;  ///< by leaf
     std::vector<tree::DecisionTree> trees;
     std::vector<Plans> plans;
+    std::vector<Blend> blends;
     std::vector<Variable> variables;
     std::vector<float> rates;  ///< growth of variables per tick: of `states` x variables
     std::vector<Gain> gains;   ///< by node
@@ -220,6 +279,10 @@ struct CompiledMachine {
     std::size_t senses = kOwnSenses;
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
+    Perception perception{};
+    /// Its minds may go from event to event where no player is: nobody else matters to them, and
+    /// nothing moves on at each decision.
+    bool sleeps = true;
     std::vector<Watch> watches;
     std::vector<std::uint32_t> first_watch;  ///< by leaf, and the end of the last
 

@@ -27,6 +27,7 @@ void shift(Mind& mind, const Vec3& offset) {
     mind.home += offset;
     mind.target += offset;
     mind.anchor += offset;
+    mind.known += offset;
     mind.leg.from += Vec2(offset.x(), offset.z());
     mind.leg.goal += Vec2(offset.x(), offset.z());
     mind.placed += Vec2(offset.x(), offset.z());
@@ -66,6 +67,18 @@ void hash(core::StateHash& hash, const Mind& mind) {
     add(hash, mind.leg);
     add(hash, mind.placed);
     hash.add(mind.next_event);
+    // Only of minds that can have them, so that others hash as they always did.
+    if (mind.degrees != decltype(mind.degrees){}) {
+        for (const float degree : mind.degrees) {
+            hash.add(degree);
+        }
+    }
+    if (mind.ward || !mind.noticed || mind.known_at != 0) {
+        hash.add(mind.ward.value);
+        hash.add(mind.noticed);
+        add(hash, mind.known);
+        hash.add(mind.known_at);
+    }
 }
 
 }  // namespace zoned::ai

@@ -50,12 +50,18 @@ struct Mind {
     std::uint16_t doing = 0;         ///< index into CompiledMachine::states
     goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
     std::array<float, kMaxVariables> variables{};  ///< as of variables_at: they grow since
+    std::array<float, kMaxBlended> degrees{};      ///< of a blend's states, while it runs
     Tick variables_at = 0;
     Tick next_decision = 0;
     Vec3 home = Vec3::Zero();
     Vec3 target = Vec3::Zero();
     std::uint8_t corner = 0;
-    EntityId prey;  ///< nearest player noticed at the last decision
+    EntityId
+        prey;  ///< its target at the last decision: the nearest player, if nothing else is said
+    EntityId ward;              ///< whom it looks after, likewise
+    bool noticed = true;        ///< the target was; else it is remembered
+    Vec3 known = Vec3::Zero();  ///< where it was noticed last, by minds that can remember
+    Tick known_at = 0;          ///< and when
     core::Rng rng;
     bool entered = true;       ///< the state is new: its action has not begun yet
     bool fresh = true;         ///< decided since it steered last

@@ -3,8 +3,16 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace zoned::ai {
+
+namespace {
+
+/// A change back that comes later than this is no wavering, s.
+constexpr float kToAndFroS = 2.0F;
+
+}  // namespace
 
 std::size_t Minds::place_of(EntityId entity) const {
     const auto at =
@@ -21,10 +29,12 @@ void Minds::add(const Mind& mind) {
     Slot slot = static_cast<Slot>(minds_.size());
     if (free_.empty()) {
         minds_.push_back(mind);
+        traces_.emplace_back();
     } else {
         slot = free_.back();
         free_.pop_back();
         minds_[slot] = mind;
+        traces_[slot] = fsm::Oscillations::Trace();
     }
     order_.insert(order_.begin() + static_cast<std::ptrdiff_t>(place), {mind.entity, slot});
     if (mind.tier == Tier::kAwake) {
@@ -110,6 +120,27 @@ void Minds::take_due(Tick now, std::vector<Event>& due) {
             due.push_back(event);
         }
     }
+}
+
+void Minds::watch(Slot slot, fsm::Change change, Tick now, float dt) {
+    const Mind& mind = minds_[slot];
+    if (wavering_.size() <= mind.machine) {
+        fsm::OscillationSettings settings;
+        settings.window = std::max<Tick>(1, std::lround(kToAndFroS / dt));
+        wavering_.resize(mind.machine + 1U, fsm::Oscillations(settings));
+    }
+    change.mind = mind.entity.value;
+    wavering_[mind.machine].watch(traces_[slot], change, now);
+}
+
+std::span<const fsm::Oscillation> Minds::wavering(std::size_t machine) const {
+    return machine < wavering_.size() ? wavering_[machine].found()
+                                      : std::span<const fsm::Oscillation>();
+}
+
+void Minds::forget_wavering() {
+    wavering_.clear();
+    std::fill(traces_.begin(), traces_.end(), fsm::Oscillations::Trace());
 }
 
 void Minds::hash(core::StateHash& hash) const {

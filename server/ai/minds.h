@@ -1,6 +1,7 @@
 // Minds: all minds of one zone, and which of them have something to do.
 #pragma once
 
+#include "server/ai/fsm/oscillation.h"
 #include "server/ai/mind.h"
 
 #include <cstddef>
@@ -54,6 +55,16 @@ class Minds {
     /// Appends what is due at `now`, the longest waiting first, and forgets that it is.
     void take_due(Tick now, std::vector<Event>& due);
 
+    /// The mind changed its state: remembered for wavering(). `dt` in s.
+    void watch(Slot slot, fsm::Change change, Tick now, float dt);
+
+    /// Pairs of states between which minds of that machine have gone to and fro, six times within
+    /// 2 s each; `mind` is an entity's id. For reports: no state of the zone.
+    [[nodiscard]] std::span<const fsm::Oscillation> wavering(std::size_t machine) const;
+
+    /// Forgets what watch() saw: machines have become others.
+    void forget_wavering();
+
     /// All minds, ascending by entity id.
     void hash(core::StateHash& hash) const;
 
@@ -68,7 +79,9 @@ class Minds {
     void insert_awake(Slot slot);
     void erase_awake(Slot slot);
 
-    std::vector<Mind> minds_;  // by slot
+    std::vector<Mind> minds_;                       // by slot
+    std::vector<fsm::Oscillations::Trace> traces_;  // by slot
+    std::vector<fsm::Oscillations> wavering_;       // by machine
     std::vector<Slot> free_;
     std::vector<Place> order_;  // ascending by entity
     std::vector<Slot> awake_;

@@ -1,7 +1,13 @@
 #include "server/ai/perception.h"
 
+#include "server/physics/query/query.h"
+
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <tuple>
 
 namespace zoned::ai {
 
@@ -10,6 +16,206 @@ namespace {
 bool is_player(const world::Entities& entities, world::Row row) {
     return static_cast<bool>(entities.client[row]) && !entities.has(row, world::kHidden);
 }
+
+bool is_one_of(const std::vector<TypeIndex>& types, TypeIndex type) {
+    return std::find(types.begin(), types.end(), type) != types.end();
+}
+
+struct Noticed {
+    float d2 = std::numeric_limits<float>::infinity();
+    EntityId id;
+    world::Row row = world::kNoRow;
+
+    bool operator<(const Noticed& other) const {
+        return std::tie(d2, id) < std::tie(other.d2, other.id);
+    }
+};
+
+/// The nearest few, ascending, whatever the order in which they come.
+struct NearestFew {
+    std::array<Noticed, kRaysPerLook> few;
+    std::size_t size = 0;
+
+    void add(const Noticed& one) {
+        if (size == few.size() && !(one < few[size - 1])) {
+            return;
+        }
+        size += size < few.size() ? 1 : 0;
+        std::size_t at = size - 1;
+        for (; at > 0 && one < few[at - 1]; --at) {
+            few[at] = few[at - 1];
+        }
+        few[at] = one;
+    }
+};
+
+/// One look around by one mind.
+class Looking {
+  public:
+    Looking(const Onlooker& around,
+            world::Row self,
+            const Mind& mind,
+            const CompiledMachine& machine)
+        : around_(around),
+          e_(around.entities),
+          self_(self),
+          mind_(mind),
+          how_(machine.perception),
+          sight_m_(machine.perception_m),
+          eye_(around.entities.position[self]) {
+        const double turn = static_cast<std::int16_t>(e_.yaw[self]) * (std::numbers::pi / 32768.0);
+        ahead_ = Vec2(static_cast<float>(std::sin(turn)), static_cast<float>(std::cos(turn)));
+    }
+
+    Sight run() {
+        Sight sight;
+        around_.grid.for_each_within(
+            eye_.x(), eye_.z(), std::max(sight_m_, how_.hearing_m), [&](world::Row row, float d2) {
+                consider(row, d2, sight);
+            });
+        const Noticed target = choose();
+        if (target.row != world::kNoRow) {
+            sight.prey = target.id;
+            sight.place = e_.position[target.row];
+            sight.distance = std::sqrt(target.d2);
+            sight.confidence = 1.0F;
+        } else {
+            remember(sight);
+        }
+        sight.ward = kept_ward_ ? mind_.ward : ward_.id;
+        around_.grid.for_each_within(
+            eye_.x(), eye_.z(), around_.far_m, [&](world::Row row, float /*d2*/) {
+                sight.player_far = sight.player_far && (row == self_ || !is_player(e_, row));
+            });
+        return sight;
+    }
+
+  private:
+    void consider(world::Row row, float d2, Sight& sight) {
+        if (row == self_ || e_.has(row, world::kHidden)) {
+            return;
+        }
+        const bool player = is_player(e_, row);
+        const TypeIndex type = e_.type[row];
+        const bool within = d2 <= sight_m_ * sight_m_;
+        if (within && is_one_of(how_.allies, type)) {
+            sight.allies += 1.0F;
+        }
+        const Noticed one{d2, e_.id[row], row};
+        if (within && ((player && how_.ward_players) || is_one_of(how_.wards, type))) {
+            kept_ward_ = kept_ward_ || one.id == mind_.ward;
+            ward_ = std::min(ward_, one);
+        }
+        if (!(player && how_.players) && !is_one_of(how_.targets, type)) {
+            return;
+        }
+        const bool heard = hears(row, d2);
+        if (!heard && !(within && in_cone(row, d2))) {
+            return;
+        }
+        sight.foes += 1.0F;
+        if (heard || !how_.line_of_sight) {
+            nearest_ = std::min(nearest_, one);
+            if (one.id == mind_.prey) {
+                kept_ = one;
+            }
+        } else if (one.id == mind_.prey) {
+            before_ = one;
+        } else {
+            others_.add(one);
+        }
+    }
+
+    /// Of those noticed without a ray and those whom a ray reaches.
+    Noticed choose() {
+        std::uint32_t rays = kRaysPerLook;
+        if (before_.row != world::kNoRow && sees(before_.row)) {
+            kept_ = before_;
+            nearest_ = std::min(nearest_, before_);
+        }
+        rays -= before_.row != world::kNoRow ? 1 : 0;
+        if (how_.keeps_target && kept_.row != world::kNoRow) {
+            return kept_;
+        }
+        for (std::size_t k = 0; k < others_.size && rays > 0; ++k, --rays) {
+            if (!(others_.few[k] < nearest_)) {
+                break;
+            }
+            if (sees(others_.few[k].row)) {
+                return others_.few[k];
+            }
+        }
+        return nearest_;
+    }
+
+    [[nodiscard]] bool in_cone(world::Row row, float d2) const {
+        if (how_.cos_half_angle <= -1.0F || d2 <= how_.around_m * how_.around_m) {
+            return true;
+        }
+        const Vec3 way = e_.position[row] - eye_;
+        return ahead_.dot(Vec2(way.x(), way.z())) >= how_.cos_half_angle * std::sqrt(d2);
+    }
+
+    [[nodiscard]] bool hears(world::Row row, float d2) const {
+        if (!(d2 <= how_.hearing_m * how_.hearing_m) || !(how_.hearing_m > 0.0F)) {
+            return false;
+        }
+        const world::EntityType& type = around_.types[e_.type[row]];
+        const Vec3& v = e_.velocity[row];
+        const float speed = Vec2(v.x(), v.z()).norm() / std::max(0.01F, type.character.speed);
+        const float carries =
+            type.aura_m[e_.behaviour[row]] * std::min(speed, type.character.sprint_factor);
+        return d2 <= carries * carries && carries > 0.0F;
+    }
+
+    [[nodiscard]] bool sees(world::Row row) const {
+        if (around_.statics == nullptr) {
+            return true;
+        }
+        const Vec3 up(0.0F, how_.eyes_m, 0.0F);
+        physics::Ray ray;
+        ray.origin = eye_ + up;
+        ray.direction = e_.position[row] - eye_;
+        ray.max_distance = ray.direction.norm();
+        if (!(ray.max_distance > 1e-3F)) {
+            return true;
+        }
+        physics::QueryFilter filter;
+        filter.kinematics = false;
+        filter.dynamics = false;
+        return !around_.statics->ray_any(ray, filter);
+    }
+
+    void remember(Sight& sight) const {
+        sight.distance = std::numeric_limits<float>::infinity();
+        if (!mind_.prey || !(how_.memory_s > 0.0F) || mind_.known_at == 0) {
+            return;
+        }
+        const float age = static_cast<float>(around_.now - mind_.known_at) * around_.dt;
+        sight.confidence = std::max(0.0F, 1.0F - age / how_.memory_s);
+        if (sight.confidence > 0.0F) {
+            sight.prey = mind_.prey;
+            sight.noticed = false;
+            sight.place = mind_.known;
+            sight.distance = Vec2(mind_.known.x() - eye_.x(), mind_.known.z() - eye_.z()).norm();
+        }
+    }
+
+    const Onlooker& around_;
+    const world::Entities& e_;
+    world::Row self_;
+    const Mind& mind_;
+    const Perception& how_;
+    float sight_m_;
+    Vec3 eye_;
+    Vec2 ahead_ = Vec2::Zero();
+    Noticed nearest_;  ///< noticed for certain
+    Noticed kept_;     ///< the target of before, noticed for certain
+    Noticed before_;   ///< the target of before, where a ray must tell
+    NearestFew others_;
+    Noticed ward_;
+    bool kept_ward_ = false;
+};
 
 }  // namespace
 
@@ -21,10 +227,12 @@ Sight look(const world::Entities& entities,
     Sight sight;
     const Vec3& eye = entities.position[self];
     float nearest2 = std::numeric_limits<float>::infinity();
+    int players = 0;
     const auto consider = [&](world::Row row, float d2) {
         if (row == self || !is_player(entities, row)) {
             return;
         }
+        ++players;
         const EntityId id = entities.id[row];
         if (d2 < nearest2 || (d2 == nearest2 && id < sight.prey)) {
             nearest2 = d2;
@@ -33,6 +241,8 @@ Sight look(const world::Entities& entities,
     };
     grid.for_each_within(eye.x(), eye.z(), perception_m, consider);
     sight.distance = std::sqrt(nearest2);
+    sight.confidence = sight.prey ? 1.0F : 0.0F;
+    sight.foes = static_cast<float>(players);
     sight.player_far = sight.distance > far_m;
     if (!sight.prey && far_m > perception_m) {
         bool any = false;
@@ -42,6 +252,28 @@ Sight look(const world::Entities& entities,
         sight.player_far = !any;
     }
     return sight;
+}
+
+Sight perceive(const Onlooker& around,
+               world::Row self,
+               const Mind& mind,
+               const CompiledMachine& machine) {
+    return machine.perception.given
+               ? Looking(around, self, mind, machine).run()
+               : look(around.entities, around.grid, self, machine.perception_m, around.far_m);
+}
+
+void take_notice(Mind& mind, const Sight& sight, const CompiledMachine& machine, Tick now) {
+    mind.prey = sight.prey;
+    if (!machine.perception.given) {
+        return;
+    }
+    mind.ward = sight.ward;
+    mind.noticed = sight.noticed;
+    if (sight.prey && sight.noticed) {
+        mind.known = sight.place;
+        mind.known_at = now;
+    }
 }
 
 }  // namespace zoned::ai

@@ -1,20 +1,39 @@
-// Perception: what a mind notices of the players around it.
+// Perception: what a mind notices of those around it: players and others whom it looks for, by
+// sight and hearing, and what it remembers of them.
 #pragma once
 
+#include "server/ai/mind.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
 #include <limits>
 
+namespace zoned::physics {
+class Query;
+}
+
 namespace zoned::ai {
 
+/// Rays that one look may cast: at its target of before and at the nearest others.
+inline constexpr std::uint32_t kRaysPerLook = 4;
+
 struct Sight {
-    EntityId prey;           ///< the nearest player within perception, or none
-    float distance = 0.0F;   ///< to it, horizontally, m; infinity when there is none
-    bool player_far = true;  ///< no player within far_m
+    EntityId prey;              ///< the target: noticed, or remembered; or none
+    float distance = 0.0F;      ///< to it, horizontally, m; infinity when there is none
+    bool player_far = true;     ///< no player within far_m
+    bool noticed = true;        ///< the target was, else it is remembered
+    Vec3 place = Vec3::Zero();  ///< of the target, where it is or was noticed last
+    float confidence = 0.0F;    ///< [0, 1]: 1 of one that is noticed, 0 of none
+    float allies = 0.0F;        ///< within perception
+    float foes = 0.0F;          ///< whom it looks for and could see or hear, were nothing between
+    EntityId ward;              ///< the one that it looks after, or none
 
     /// Nobody is there.
-    static Sight none() { return {EntityId(), std::numeric_limits<float>::infinity(), true}; }
+    static Sight none() {
+        Sight sight;
+        sight.distance = std::numeric_limits<float>::infinity();
+        return sight;
+    }
 };
 
 /// Players are the rows with a client that are not hidden, ghosts included; `self` is not a player
@@ -25,5 +44,34 @@ Sight look(const world::Entities& entities,
            world::Row self,
            float perception_m,
            float far_m);
+
+/// What looking needs besides the one who looks.
+struct Onlooker {
+    const world::Entities& entities;
+    const world::TypeTable& types;
+    const spatial::PointGrid& grid;
+    const physics::Query* statics;  ///< null: nothing is in the way
+    Tick now;
+    float dt;  ///< s
+    float far_m;
+};
+
+/// look(), unless the machine says how its minds perceive. Then a target is noticed
+/// - by sight: within perception_m, and within the cone about the facing or within around_m, and
+///   where line_of_sight asks for it nothing static between eyes and eyes;
+/// - by hearing: within hearing_m, and within the target's own aura for its stance, times its speed
+///   as a share of walking (at most sprinting): who stands makes no sound.
+/// Of those noticed the nearest counts, of equals the smaller id, or the target of before where
+/// keeps_target says so. At most kRaysPerLook rays are cast, so that with line_of_sight the nearest
+/// few are looked at. Where none is noticed the target of before is remembered where it was, with a
+/// confidence that falls in a straight line to 0 over memory_s; then it is forgotten. A ward is
+/// known within perception_m, the one of before as long as it is there.
+Sight perceive(const Onlooker& around,
+               world::Row self,
+               const Mind& mind,
+               const CompiledMachine& machine);
+
+/// What a decision keeps of it.
+void take_notice(Mind& mind, const Sight& sight, const CompiledMachine& machine, Tick now);
 
 }  // namespace zoned::ai

@@ -45,7 +45,10 @@ learn::Wanted wanted_of(const Mind& mind,
                         const learn::Situation& situation) {
     std::array<float, learn::kMostInputs> variables{};
     for (std::size_t k = 0; k < choice.variable.size(); ++k) {
-        variables[k] = variable_at(mind, machine, choice.variable[k], now);
+        // Inputs that name none have a number all the same.
+        if (choice.variable[k] < machine.variables.size()) {
+            variables[k] = variable_at(mind, machine, choice.variable[k], now);
+        }
     }
     std::array<float, learn::kMaxValues> values;
     return decide(choice.policy->policy, situation, variables, values);

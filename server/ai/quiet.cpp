@@ -16,15 +16,15 @@ class Forecast {
     Forecast(const Mind& mind,
              const CompiledMachine& machine,
              const Senses& senses,
-             const Pace& pace,
+             const Outlook& outlook,
              Tick now)
         : mind_(mind),
           machine_(machine),
           senses_(senses),
-          step_m_(pace.speed * pace.dt),
-          day_s_(pace.day_s),
+          step_m_(outlook.speed * outlook.dt),
+          day_s_(outlook.day_s),
           now_(now),
-          dt_(pace.dt) {}
+          dt_(outlook.dt) {}
 
     /// A tick before which the condition stays as it is.
     [[nodiscard]] Tick change_of(const Watch& watch) const {
@@ -34,6 +34,9 @@ class Forecast {
         const float value = senses_[watch.sense];
         switch (watch.sense) {
             case kSensePlayerDistance:
+            case kSenseConfidence:
+            case kSenseAllies:
+            case kSenseFoes:
                 return kNever;
             case kSenseHomeDistance:
                 return after(std::abs(value - watch.threshold), step_m_);
@@ -124,6 +127,9 @@ class Forecast {
     [[nodiscard]] bool changes(SenseIndex sense) const {
         switch (sense) {
             case kSensePlayerDistance:
+            case kSenseConfidence:
+            case kSenseAllies:
+            case kSenseFoes:
                 return false;
             case kSenseHomeDistance:
                 return step_m_ > 0.0F;
@@ -149,9 +155,9 @@ class Forecast {
 Tick quiet_until(const Mind& mind,
                  const CompiledMachine& machine,
                  const Senses& senses,
-                 const Pace& pace,
+                 const Outlook& outlook,
                  Tick now) {
-    const Forecast forecast(mind, machine, senses, pace, now);
+    const Forecast forecast(mind, machine, senses, outlook, now);
     Tick until = kNever;
     for (const Watch& watch : machine.watched(mind.fsm.state())) {
         until = std::min(until, forecast.change_of(watch));

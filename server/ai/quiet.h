@@ -6,7 +6,7 @@
 namespace zoned::ai {
 
 /// What a forecast needs to know besides the mind.
-struct Pace {
+struct Outlook {
     float speed = 0.0F;  ///< of its entity, m/s
     float day_s = 0.0F;
     float dt = 0.0F;  ///< s
@@ -26,7 +26,7 @@ struct Pace {
 Tick quiet_until(const Mind& mind,
                  const CompiledMachine& machine,
                  const Senses& senses,
-                 const Pace& pace,
+                 const Outlook& outlook,
                  Tick now);
 
 }  // namespace zoned::ai

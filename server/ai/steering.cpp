@@ -14,6 +14,10 @@ constexpr float kProgressM = 0.5F;
 constexpr float kDetourS = 1.0F;
 /// A rubber band that has changed the speed by this part of full speed is worth a command.
 constexpr float kBandChange = 0.05F;
+/// A blend that wants less than this share of walking speed stands; one that wants so much more or
+/// less than it goes changes its pace.
+constexpr float kBlendStands = 0.05F;
+constexpr float kBlendPace = 0.1F;
 
 void stand(Mind& mind, const Surroundings& around) {
     mind.aim = motion::InputCommand{};
@@ -36,6 +40,13 @@ bool blocked(Mind& mind, const Wish& wish, float speed, const Surroundings& arou
     return static_cast<float>(around.now - mind.anchor_since) * around.dt >= kPatienceS;
 }
 
+/// Walks across its way for a while.
+void step_aside(Mind& mind, const Pace& pace, const Vec2& direction, const Surroundings& around) {
+    const float side = (mind.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
+    aim_along(mind, pace, Vec2(side * direction.y(), -side * direction.x()));
+    mind.detour_until = around.now + std::max<Tick>(1, std::lround(kDetourS / around.dt));
+}
+
 /// What is in the way is passed by another target, the next corner, or a walk along it.
 void get_around(Mind& mind, const State& state, const Vec2& direction, const Surroundings& around) {
     if (state.action == ActionKind::kWander) {
@@ -47,9 +58,7 @@ void get_around(Mind& mind, const State& state, const Vec2& direction, const Sur
         mind.corner = static_cast<std::uint8_t>((mind.corner + 1) & 3);
         return;
     }
-    const float side = (mind.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
-    aim_along(mind, state, Vec2(side * direction.y(), -side * direction.x()));
-    mind.detour_until = around.now + std::max<Tick>(1, std::lround(kDetourS / around.dt));
+    step_aside(mind, {state.speed_factor * mind.band, state.sprint}, direction, around);
 }
 
 /// Who is far steers every few ticks, taking turns by entity id so that the load is even over
@@ -65,21 +74,90 @@ Tick next_steering(const Mind& mind, const Wish& wish, float speed, const Surrou
     return around.now + std::clamp<Tick>(ticks, 1, period);
 }
 
+/// True where the heading is off by too much.
+bool turns(const Mind& mind, const Wish& wish, const Vec2& direction, bool entered) {
+    if (entered || !moving(mind)) {
+        return true;
+    }
+    const float cosine = aim_direction(mind).dot(direction);
+    return cosine < (mind.fresh ? wish.fresh_cos : kReaimCos);
+}
+
+/// The same, or the speed.
 bool needs_aim(const Mind& mind,
                const State& state,
                const Wish& wish,
                const Vec2& direction,
                bool entered) {
-    if (entered || !moving(mind)) {
-        return true;
-    }
     const float share = std::min(1.0F, state.speed_factor * mind.band);
     const float aimed = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
-    if (state.rubber_band && std::abs(aimed - share) > kBandChange) {
-        return true;
+    const bool pace = state.rubber_band && std::abs(aimed - share) > kBandChange;
+    return pace || turns(mind, wish, direction, entered);
+}
+
+/// What all deeds of a blend want together, as a velocity in units of walking speed: each wants its
+/// own speed along its own direction, or to stand, with its degree as its weight.
+Vec2 blended_wish(Mind& mind,
+                  const CompiledMachine& machine,
+                  const CompiledMachine::Choice& choice,
+                  std::size_t count,
+                  const Surroundings& around) {
+    const float sprint_factor =
+        around.types[around.entities.type[around.self]].character.sprint_factor;
+    Vec2 sum = Vec2::Zero();
+    float total = 0.0F;
+    for (std::size_t d = 0; d < count; ++d) {
+        if (!(mind.degrees[d] > 0.0F)) {
+            continue;
+        }
+        const State& deed = machine.states[choice.first + d];
+        const Wish wish = wish_of(mind, deed, full_speed(deed, around), around);
+        const float length = wish.direction.norm();
+        total += mind.degrees[d];
+        if (length > 0.0F && std::isfinite(length)) {
+            const float speed = deed.speed_factor * (deed.sprint ? sprint_factor : 1.0F);
+            sum += wish.direction * (mind.degrees[d] * speed / length);
+        }
     }
-    const float cosine = aim_direction(mind).dot(direction);
-    return cosine < (mind.fresh ? wish.fresh_cos : kReaimCos);
+    return total > 0.0F ? Vec2(sum / total) : Vec2::Zero();
+}
+
+void steer_blend(Mind& mind,
+                 const CompiledMachine& machine,
+                 const CompiledMachine::Choice& choice,
+                 bool entered,
+                 const Surroundings& around) {
+    const std::size_t count =
+        machine.blends[static_cast<std::size_t>(choice.blend)].machine.states();
+    for (std::size_t d = 0; entered && d < count; ++d) {
+        begin_deed(mind, machine.states[choice.first + d], around);
+    }
+    if (around.now < mind.detour_until) {
+        return;
+    }
+    const motion::CharacterLimits& limits =
+        around.types[around.entities.type[around.self]].character;
+    const Vec2 wish = blended_wish(mind, machine, choice, count, around);
+    const float speed = wish.norm();
+    mind.next_steering = next_steering(mind, Wish(), std::max(0.01F, speed), around);
+    if (!(speed >= kBlendStands)) {
+        stand(mind, around);
+        return;
+    }
+    const Pace pace{speed > 1.0F ? speed / limits.sprint_factor : speed, speed > 1.0F};
+    const Vec2 direction = wish / speed;
+    const float now = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove *
+                      (mind.aim.buttons != 0 ? limits.sprint_factor : 1.0F);
+    if (turns(mind, Wish(), direction, entered) || std::abs(now - speed) > kBlendPace) {
+        if (!moving(mind)) {
+            restart_progress(mind, around.entities.position[around.self], around.now);
+        }
+        aim_along(mind, pace, direction);
+    }
+    if (blocked(mind, Wish(), limits.speed * speed, around)) {
+        restart_progress(mind, around.entities.position[around.self], around.now);
+        step_aside(mind, pace, direction, around);
+    }
 }
 
 }  // namespace
@@ -87,14 +165,20 @@ bool needs_aim(const Mind& mind,
 void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
     const State& state = machine.states[mind.doing];
     const bool entered = mind.entered;
+    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
+    mind.entered = false;
+    if (choice.blend >= 0 && mind.doing >= choice.first) {
+        steer_blend(mind, machine, choice, entered, around);
+        mind.fresh = false;
+        return;
+    }
     if (entered) {
         begin_deed(mind, state, around);
-        mind.entered = false;
     }
     follow_band(mind, state, around);
-    if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
+    if (const auto* policy = std::get_if<PolicyChoice>(&state.choice)) {
         mind.next_steering = around.now + 1;
-        steer_by_policy(mind, machine, state, *choice, around);
+        steer_by_policy(mind, machine, state, *policy, around);
         mind.fresh = false;
         return;
     }

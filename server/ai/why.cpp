@@ -32,6 +32,7 @@ class Account {
         states(dt);
         text_ += "does " + compiled_.states[mind_.doing].name + "\n";
         learned();
+        degrees();
         text_ += "senses:\n";
         for (std::size_t k = 0; k < names_.size(); ++k) {
             text_ += print("  %s %g\n", names_[k].c_str(), static_cast<double>(senses[k]));
@@ -87,6 +88,21 @@ class Account {
                            static_cast<double>(mind_.band),
                            static_cast<double>(state.rubber_band->least),
                            static_cast<double>(state.rubber_band->most));
+        }
+    }
+
+    /// Of a blend, by state.
+    void degrees() {
+        const std::uint16_t leaf = mind_.fsm.state();
+        const CompiledMachine::Choice& choice = compiled_.choices[leaf];
+        if (choice.blend < 0) {
+            return;
+        }
+        text_ += "blended, by degree:\n";
+        for (std::size_t d = 0; d < compiled_.states[leaf].deeds.size(); ++d) {
+            text_ += print("  %s %.3g\n",
+                           compiled_.states[choice.first + d].name.c_str(),
+                           static_cast<double>(mind_.degrees[d]));
         }
     }
 
@@ -165,7 +181,16 @@ class Account {
 }  // namespace
 
 std::vector<std::string> sense_names(const Machine& machine) {
-    std::vector<std::string> names{"player distance", "home distance", "random", "time of day"};
+    std::vector<std::string> names{"player distance",
+                                   "home distance",
+                                   "random",
+                                   "confidence",
+                                   "allies",
+                                   "foes",
+                                   "time of day"};
+    if (machine.perception.given) {
+        names[kSensePlayerDistance] = "target distance";
+    }
     for (const Variable& variable : machine.variables) {
         names.push_back(variable.name);
     }
@@ -178,6 +203,35 @@ std::vector<std::string> sense_names(const Machine& machine) {
         names.push_back(place.name);
     }
     return names;
+}
+
+std::string transition_text(const Machine& machine,
+                            const CompiledMachine& compiled,
+                            std::uint16_t from,
+                            std::uint16_t to,
+                            std::uint16_t number) {
+    const fsm::FlatMachine& table = compiled.table;
+    const std::vector<std::string> names = sense_names(machine);
+    const auto condition = [&](const fsm::FlatTest& test) {
+        return (test.sense >= compiled.senses ? std::string("time in state") : names[test.sense]) +
+               print(" %s %g",
+                     test.sign > 0.0F ? "below" : "above",
+                     static_cast<double>(test.threshold * test.sign));
+    };
+    std::string text = table.state_name(from) + " -> " + table.state_name(to);
+    const fsm::FlatTest* row = &table.tests[from * table.width];
+    for (std::size_t k = 0; k < table.width; ++k) {
+        if (row[k].transition != number) {
+            continue;
+        }
+        text += " where " + condition(row[k]);
+        const fsm::FlatTransition& transition = table.transitions[number];
+        for (std::size_t c = 0; c < transition.more_count; ++c) {
+            text += " and " + condition(table.more[transition.more + c]);
+        }
+        break;
+    }
+    return text;
 }
 
 std::string why(const Mind& mind,

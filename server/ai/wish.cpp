@@ -16,6 +16,16 @@ constexpr float kReaimFlockCos = 0.98481F;  ///< cos 10 degrees: herds are many 
 /// A standing returner sets out again only when pushed this far from home, m.
 constexpr float kSetOutM = 2.0F;
 
+/// A ward that is slower than this stands, m/s.
+constexpr float kStrollMps = 0.1F;
+/// Who is within this many radii of a ward that stands is near enough.
+constexpr float kNearShare = 1.5F;
+/// Who follows stops within this share of the radius.
+constexpr float kFollowStop = 0.7F;
+/// What Mind::corner means to one who guards.
+constexpr std::uint8_t kAtPost = 0;
+constexpr std::uint8_t kEngaged = 1;
+
 Vec2 flat(const Vec3& v) {
     return {v.x(), v.z()};
 }
@@ -78,14 +88,35 @@ Wish wish_place(const Mind& mind, const State& state, const Surroundings& around
     return distance < (moving(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(spot, here);
 }
 
+/// Somebody as a mind takes them to be.
+struct Other {
+    Vec2 place = Vec2::Zero();
+    Vec2 velocity = Vec2::Zero();
+};
+
+std::optional<Other> other_of(EntityId entity, const Surroundings& around) {
+    const world::Row row = entity ? around.entities.find(entity) : world::kNoRow;
+    if (row == world::kNoRow || around.entities.has(row, world::kHidden)) {
+        return std::nullopt;
+    }
+    return Other{flat(around.entities.position[row]), flat(around.entities.velocity[row])};
+}
+
+/// Where it is, or was when it was noticed last.
+std::optional<Other> target_of(const Mind& mind, const Surroundings& around) {
+    if (mind.prey && !mind.noticed) {
+        return Other{flat(mind.known), Vec2::Zero()};
+    }
+    return other_of(mind.prey, around);
+}
+
 /// Chase and flee: `sign` is +1 towards, -1 away.
 Wish wish_prey(const Mind& mind, const Surroundings& around, float sign) {
-    const world::Row prey = mind.prey ? around.entities.find(mind.prey) : world::kNoRow;
-    if (prey == world::kNoRow || around.entities.has(prey, world::kHidden)) {
+    const std::optional<Other> target = target_of(mind, around);
+    if (!target) {
         return {};
     }
-    const Vec2 towards =
-        flat(around.entities.position[prey]) - flat(around.entities.position[around.self]);
+    const Vec2 towards = target->place - around.here();
     const float distance = towards.norm();
     Wish wish;
     if (sign > 0.0F && distance < (moving(mind) ? kChaseStopM : kChaseFollowM)) {
@@ -118,7 +149,65 @@ Wish wish_flock(Mind& mind, const State& state, float speed, const Surroundings&
     return wish;
 }
 
+/// Within `radius_m` of its ward, else of its target; it sets out when it is beyond, and stops well
+/// within, so that who goes beside somebody does not stop and go with every step.
+Wish wish_follow(const Mind& mind, const State& state, const Surroundings& around) {
+    const std::optional<Other> whom =
+        mind.ward ? other_of(mind.ward, around) : target_of(mind, around);
+    if (!whom) {
+        return {};
+    }
+    const float enough = moving(mind) ? kFollowStop * state.radius_m : state.radius_m;
+    return (whom->place - around.here()).norm() < enough ? Wish()
+                                                         : go_to(whom->place, around.here());
+}
+
+Wish wish_escort(const Mind& mind, const State& state, const Surroundings& around) {
+    const std::optional<Other> ward = other_of(mind.ward, around);
+    if (!ward) {
+        return {};
+    }
+    const Vec2 here = around.here();
+    const std::optional<Other> threat = target_of(mind, around);
+    const Vec2 goal = escort_place(here,
+                                   ward->place,
+                                   ward->velocity,
+                                   threat ? std::optional<Vec2>(threat->place) : std::nullopt,
+                                   state.radius_m);
+    return (goal - here).norm() < (moving(mind) ? 0.5F * kArriveM : kArriveM) ? Wish()
+                                                                              : go_to(goal, here);
+}
+
+Wish wish_guard(Mind& mind, const State& state, const Surroundings& around) {
+    const std::optional<Other> target = target_of(mind, around);
+    const float from_post = target ? (target->place - flat(mind.home)).norm() : 0.0F;
+    const float reach = mind.corner == kEngaged ? state.leash_m : state.radius_m;
+    mind.corner = target && from_post <= reach ? kEngaged : kAtPost;
+    return mind.corner == kEngaged ? wish_prey(mind, around, 1.0F) : wish_return(mind, around);
+}
+
 }  // namespace
+
+Vec2 escort_place(const Vec2& here,
+                  const Vec2& ward,
+                  const Vec2& ward_velocity,
+                  const std::optional<Vec2>& threat,
+                  float radius_m) {
+    const Vec2 to_threat = threat ? Vec2(*threat - ward) : Vec2::Zero();
+    const float distance = to_threat.norm();
+    if (distance > 1e-3F) {
+        return ward + to_threat * (std::min(radius_m, 0.5F * distance) / distance);
+    }
+    const Vec2 from_ward = here - ward;
+    const float speed = ward_velocity.norm();
+    if (speed > kStrollMps) {
+        const Vec2 across(ward_velocity.y() / speed, -ward_velocity.x() / speed);
+        return ward + across * (across.dot(from_ward) < 0.0F ? -radius_m : radius_m);
+    }
+    const float apart = from_ward.norm();
+    const bool near = apart <= kNearShare * radius_m;
+    return near || !(apart > 1e-3F) ? here : Vec2(ward + from_ward * (radius_m / apart));
+}
 
 Wish::Wish() : fresh_cos(kReaimFreshCos) {
 }
@@ -161,6 +250,8 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
     restart_progress(mind, here, around.now);
     if (state.action == ActionKind::kWander) {
         pick_wander_target(mind, state.radius_m, around);
+    } else if (state.action == ActionKind::kGuard) {
+        mind.corner = kAtPost;
     } else if (state.action == ActionKind::kPatrol) {
         mind.corner = nearest_corner(mind, state.radius_m, flat(here));
     }
@@ -184,21 +275,30 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
             return wish_return(mind, around);
         case ActionKind::kGo:
             return wish_place(mind, state, around);
+        case ActionKind::kFollow:
+            return wish_follow(mind, state, around);
+        case ActionKind::kEscort:
+            return wish_escort(mind, state, around);
+        case ActionKind::kGuard:
+            return wish_guard(mind, state, around);
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return {};
 }
 
-/// `direction` has unit length.
 void aim_along(Mind& mind, const State& state, const Vec2& direction) {
-    const float scale = kFullMove * std::clamp(state.speed_factor * mind.band, 0.0F, 1.0F);
+    aim_along(mind, Pace{state.speed_factor * mind.band, state.sprint}, direction);
+}
+
+void aim_along(Mind& mind, const Pace& pace, const Vec2& direction) {
+    const float scale = kFullMove * std::clamp(pace.factor, 0.0F, 1.0F);
     mind.aim.move_x = static_cast<std::int8_t>(std::lround(direction.x() * scale));
     mind.aim.move_z = static_cast<std::int8_t>(std::lround(direction.y() * scale));
     // Turning +z about +y by an angle gives (sin, cos) in (x, z).
     const float turns =
         std::atan2(direction.x(), direction.y()) / (2.0F * std::numbers::pi_v<float>);
     mind.aim.yaw = static_cast<std::uint16_t>(std::lround(turns * 65536.0F) & 0xFFFF);
-    mind.aim.buttons = state.sprint ? motion::kButtonSprint : 0;
+    mind.aim.buttons = pace.sprint ? motion::kButtonSprint : 0;
 }
 
 float full_speed(const State& state, const Surroundings& around) {

@@ -6,15 +6,18 @@
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
+#include <optional>
+
 namespace zoned::ai {
 
-/// Of a command in either direction.
-inline constexpr float kFullMove = 127.0F;
 /// A goal this near counts as reached, m.
 inline constexpr float kArriveM = 1.0F;
 /// A chaser stops this near to its prey and follows again beyond the other, m.
 inline constexpr float kChaseStopM = 1.1F;
 inline constexpr float kChaseFollowM = 1.4F;
+
+/// The most of a command's move along one axis.
+inline constexpr float kFullMove = 127.0F;
 
 /// What wishes and steering read besides the mind.
 struct Surroundings {
@@ -46,6 +49,15 @@ struct Wish {
 /// Begins what the mind does anew, which it has just turned to.
 void begin_deed(Mind& mind, const State& state, const Surroundings& around);
 
+/// Where an escort goes, m: between its ward and a threat, `radius_m` from the ward but no farther
+/// than half way; without a threat beside a ward that moves, across its way, on the side on which
+/// the escort is; of one that stands to within half a radius more than that.
+Vec2 escort_place(const Vec2& here,
+                  const Vec2& ward,
+                  const Vec2& ward_velocity,
+                  const std::optional<Vec2>& threat,
+                  float radius_m);
+
 /// What `state` wants; `speed` in m/s. Moves on targets that are reached.
 Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& around);
 
@@ -60,7 +72,14 @@ bool moving(const Mind& mind);
 /// Of the mind's command: unit length, or zero when it stands.
 Vec2 aim_direction(const Mind& mind);
 
+/// How fast it goes.
+struct Pace {
+    float factor = 1.0F;  ///< of walking, or of sprinting
+    bool sprint = false;
+};
+
 /// `direction` has unit length.
+void aim_along(Mind& mind, const Pace& pace, const Vec2& direction);
 void aim_along(Mind& mind, const State& state, const Vec2& direction);
 
 void restart_progress(Mind& mind, const Vec3& here, Tick now);

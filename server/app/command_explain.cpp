@@ -149,8 +149,17 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
         const ai::CompiledMachine& compiled = settings.ai.compiled[mind->machine];
         spatial::PointGrid grid;
         grid.build(state.entities.position, 8.0F);
-        const ai::Sight sight =
-            ai::look(state.entities, grid, row, compiled.perception_m, settings.ai.far_m);
+        const physics::Query statics = state.scene.query();
+        const ai::Sight sight = ai::perceive({state.entities,
+                                              settings.types,
+                                              grid,
+                                              &statics,
+                                              now,
+                                              state.settings.dt,
+                                              settings.ai.far_m},
+                                             row,
+                                             *mind,
+                                             compiled);
         std::printf("entity %u, a %s in zone %u, after tick %lld\n%s",
                     entity.value,
                     settings.types[state.entities.type[row]].name.c_str(),

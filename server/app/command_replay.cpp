@@ -1,4 +1,5 @@
 #include "server/app/commands.h"
+#include "server/app/reload.h"
 #include "server/app/world.h"
 #include "server/ops/recorder.h"
 
@@ -88,6 +89,17 @@ int replay(const ReplayArguments& arguments) {
                              static_cast<unsigned>(tick.zone.value),
                              inboxes.size());
                 return kFailed;
+            }
+            for (mailbox::InboxItem& item : tick.inbox) {
+                const auto restored = restore_minds(settings, item);
+                if (!restored.ok()) {
+                    std::fprintf(stderr,
+                                 "zoned: %s, tick %lld: %s\n",
+                                 arguments.file.c_str(),
+                                 static_cast<long long>(record.tick),
+                                 restored.error().c_str());
+                    return kFailed;
+                }
             }
             inboxes[tick.zone.value - 1U] = std::move(tick.inbox);
         }

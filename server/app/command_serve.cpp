@@ -4,6 +4,7 @@
 #include "server/app/measure_codec.h"
 #include "server/app/network.h"
 #include "server/app/particle_device.h"
+#include "server/app/reload.h"
 #include "server/app/serve_report.h"
 #include "server/app/tick_loop.h"
 #include "server/app/world.h"
@@ -59,6 +60,7 @@ class Server {
         : arguments_(arguments),
           settings_(settings),
           signals_(io_, SIGINT, SIGTERM),
+          reload_signal_(io_, SIGHUP),
           stop_timer_(io_),
           status_timer_(io_),
           world_(settings, thread_count(settings), &thread_cpu_ns),
@@ -92,6 +94,7 @@ class Server {
                 stop(signal == SIGINT ? "interrupted" : "asked to stop");
             }
         });
+        await_reload();
         if (arguments_.seconds > 0.0) {
             stop_timer_.expires_after(std::chrono::duration_cast<std::chrono::nanoseconds>(
                 std::chrono::duration<double>(arguments_.seconds)));
@@ -118,6 +121,43 @@ class Server {
                      price.record_ns,
                      price.packet_ns);
         return price;
+    }
+
+    void await_reload() {
+        reload_signal_.async_wait([this](const asio::error_code& error, int) {
+            if (!error) {
+                reload();
+                await_reload();
+            }
+        });
+    }
+
+    /// Reads the config on a thread of its own: sockets are served meanwhile.
+    void reload() {
+        if (reloading_) {
+            spdlog::warn("the config is being read already");
+            return;
+        }
+        reloading_ = true;
+        if (reader_.joinable()) {
+            reader_.join();
+        }
+        reader_ = std::thread([this] {
+            auto minds = std::make_shared<core::Result<mailbox::NewMinds>>(
+                read_minds(arguments_.config, arguments_.sets, settings_));
+            asio::post(io_, [this, minds] {
+                reloading_ = false;
+                if (!minds->ok()) {
+                    spdlog::error("{} is not taken, everything stays as it was: {}",
+                                  arguments_.config,
+                                  minds->error());
+                } else if (loop_->post(**minds)) {
+                    spdlog::info("minds are as {} says now", arguments_.config);
+                } else {
+                    spdlog::error("no room for new minds in the mailbox: try again");
+                }
+            });
+        });
     }
 
     void open_recording() {
@@ -194,6 +234,7 @@ class Server {
             loop_->stop();
             network_.close();
             signals_.cancel();
+            reload_signal_.cancel();
             return;
         }
         stop_timer_.expires_after(std::chrono::milliseconds(20));
@@ -205,6 +246,9 @@ class Server {
     }
 
     int finish(double seconds) {
+        if (reader_.joinable()) {
+            reader_.join();
+        }
         if (recorder_) {
             const auto closed = recorder_->close();
             if (!closed.ok()) {
@@ -223,6 +267,9 @@ class Server {
     const ops::Settings& settings_;
     asio::io_context io_;
     asio::signal_set signals_;
+    asio::signal_set reload_signal_;
+    std::thread reader_;  // of a config that is read anew
+    bool reloading_ = false;
     asio::steady_timer stop_timer_;
     asio::steady_timer status_timer_;
     wire::TrafficTable traffic_told_;

@@ -1,5 +1,7 @@
 #include "server/app/tick_loop.h"
 
+#include "server/app/wavering.h"
+
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -164,6 +166,8 @@ void TickLoop::count_tick(double late_s, double wall_s, std::uint64_t cpu_ns) {
 void TickLoop::count_traffic() {
     stats_.traffic = wire::TrafficTable{};
     world_.sum_traffic(stats_.traffic);
+    stats_.wavering = wavering_of(world_.zones());
+    tell_wavering(stats_.wavering, wavering_told_);
 }
 
 void TickLoop::count_zone(std::size_t index) {

@@ -6,6 +6,7 @@
 #include "server/app/world.h"
 #include "server/mailbox/bounded_queue.h"
 #include "server/ops/recorder.h"
+#include "server/ops/report.h"
 #include "shared/core/histogram.h"
 
 #include <array>
@@ -82,6 +83,7 @@ struct LoopStats {
     std::uint64_t state_hash = 0;
     std::vector<std::uint64_t> zone_hashes;
     std::vector<std::uint64_t> zone_entities;
+    std::vector<ops::WaveringFigures> wavering;  ///< as old as `traffic`
     wire::TrafficTable traffic;  ///< of state packets; renewed once in a while, and by stop()
 };
 
@@ -129,6 +131,7 @@ class TickLoop {
     std::atomic<bool> stop_{false};
     std::thread thread_;
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
+    std::vector<ops::WaveringFigures> wavering_told_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;
 };

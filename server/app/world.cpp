@@ -126,7 +126,8 @@ void World::route(const mailbox::InboxItem& item) {
         return;
     }
     if (std::holds_alternative<mailbox::Freeze>(item) ||
-        std::holds_alternative<mailbox::CodecPrice>(item)) {
+        std::holds_alternative<mailbox::CodecPrice>(item) ||
+        std::holds_alternative<mailbox::NewMinds>(item)) {
         for (ZoneInbox& inbox : inboxes_) {
             inbox.push_back(item);
         }

@@ -6,9 +6,14 @@
 #include "shared/motion/input_command.h"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
+
+namespace zoned::ai {
+struct Settings;
+}
 
 namespace zoned::mailbox {
 
@@ -101,6 +106,13 @@ struct CodecPrice {
     std::uint32_t packet_ns = 1000;
 };
 
+/// Minds by machines that were read anew, to all zones. Whether they fit the world was found out
+/// before it was sent.
+struct NewMinds {
+    std::shared_ptr<const std::string> config;  ///< as recordings hold it
+    std::shared_ptr<const ai::Settings> minds;  ///< what it says of them, compiled
+};
+
 using InboxItem = std::variant<Join,
                                Leave,
                                Input,
@@ -110,7 +122,8 @@ using InboxItem = std::variant<Join,
                                ViewReset,
                                Freeze,
                                AuditRequest,
-                               CodecPrice>;
+                               CodecPrice,
+                               NewMinds>;
 
 // ---- zones -> network ----
 

@@ -1,5 +1,6 @@
 #include "server/ops/behaviour_parts.h"
 
+#include "server/ops/blends.h"
 #include "server/ops/choices.h"
 #include "server/ops/minds.h"
 
@@ -23,6 +24,10 @@ void collect(const Config& config, int machine, MachineParts& parts) {
         }
         const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
         const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
+        const int blend = state.has_blend() ? find_blend(config, state.blend()) : -1;
+        if (blend >= 0) {
+            parts.blends.insert(blend);
+        }
         if (tree >= 0) {
             parts.trees.insert(tree);
         }
@@ -197,6 +202,13 @@ std::string copy_with_parameters(Config& config,
         put_parameters(values, copy);
         *config.add_domain() = std::move(copy);
     }
+    for (const int b : parts.blends) {
+        origin("blend", config.blend_size(), b);
+        Config::Blend copy = config.blend(b);
+        copy.set_name(prefix + copy.name());
+        put_parameters(values, copy);
+        *config.add_blend() = std::move(copy);
+    }
     for (const int m : parts.machines) {
         origin("machine", config.machine_size(), m);
         Config::Machine copy = config.machine(m);
@@ -209,6 +221,9 @@ std::string copy_with_parameters(Config& config,
             }
             if (state.has_tree() && find_tree(config, state.tree()) >= 0) {
                 state.set_tree(prefix + state.tree());
+            }
+            if (state.has_blend() && find_blend(config, state.blend()) >= 0) {
+                state.set_blend(prefix + state.blend());
             }
             if (state.has_domain() && find_domain(config, state.domain()) >= 0) {
                 state.set_domain(prefix + state.domain());

@@ -12,17 +12,19 @@
 
 namespace zoned::ops {
 
-/// Machines with all that is inside them, and the trees and domains by which their states choose,
+/// Machines with all that is inside them, and the trees, domains and blends by which states choose,
 /// by index.
 struct MachineParts {
     std::set<int> machines;
     std::set<int> trees;
     std::set<int> domains;
+    std::set<int> blends;
 
     void merge(MachineParts other) {
         machines.merge(other.machines);
         trees.merge(other.trees);
         domains.merge(other.domains);
+        blends.merge(other.blends);
     }
 
     /// Calls `work(message, path)` for each.
@@ -36,6 +38,9 @@ struct MachineParts {
         }
         for (const int d : domains) {
             work(config.domain(d), join_path("", "domain", d));
+        }
+        for (const int b : blends) {
+            work(config.blend(b), join_path("", "blend", b));
         }
     }
 };

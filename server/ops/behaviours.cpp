@@ -128,6 +128,7 @@ class PartsCheck {
         rest(config_.machine_size(), in_parts_.machines, others.machines);
         rest(config_.tree_size(), in_parts_.trees, others.trees);
         rest(config_.domain_size(), in_parts_.domains, others.domains);
+        rest(config_.blend_size(), in_parts_.blends, others.blends);
         others.for_each(config_, [&stray](const auto& of, const std::string& at) {
             for_each_parameter(of, at, stray);
         });
@@ -187,6 +188,15 @@ class MindOfType {
         const int index = config_.machine_size();
         *config_.add_machine() = std::move(machine);
         diagnostics_.set_origin(join_path("", "machine", index), path_, as_);
+        for (const Layer& layer : layers_) {
+            const int of = find_machine(config_, layer.part.machine());
+            if (config_.machine(of).has_perception()) {
+                diagnostics_.set_origin(join_path("", "machine", index) + ".perception",
+                                        join_path("", "machine", of) + ".perception",
+                                        as_);
+                break;
+            }
+        }
         add_transitions(config_, index, layers_, diagnostics_, as_);
         return name;
     }
@@ -232,6 +242,9 @@ class MindOfType {
                 config_.machine(find_machine(config_, layer.part.machine()));
             perception = std::max(perception, of.perception_m());
             period = std::min(period, of.decide_every_s());
+            if (of.has_perception() && !machine.has_perception()) {
+                *machine.mutable_perception() = of.perception();
+            }
         }
         machine.set_perception_m(perception);
         machine.set_decide_every_s(period);
@@ -271,6 +284,33 @@ class MindOfType {
     bool broken_ = false;
 };
 
+/// What a type says of its perception holds in place of what its machine says.
+void perceive_as_type(Config& config, int type, Diagnostics& diagnostics) {
+    const Config::Type& of = config.type(type);
+    const int machine = find_machine(config, of.machine());
+    if (!of.has_perception()) {
+        return;
+    }
+    const std::string path = join_path("", "type", type);
+    if (machine < 0) {
+        diagnostics.add(path + ".perception", "needs a mind: `machine` or `behaviour`");
+        return;
+    }
+    int own = machine;
+    if (of.machine() != of.name() + ".mind") {
+        own = config.machine_size();
+        Config::Machine copy = config.machine(machine);
+        copy.set_name(of.name() + ".mind");
+        config.mutable_type(type)->set_machine(copy.name());
+        *config.add_machine() = std::move(copy);
+        diagnostics.set_origin(join_path("", "machine", own),
+                               join_path("", "machine", machine),
+                               "in type '" + of.name() + "'");
+    }
+    *config.mutable_machine(own)->mutable_perception() = of.perception();
+    diagnostics.set_origin(join_path("", "machine", own) + ".perception", path + ".perception", "");
+}
+
 }  // namespace
 
 std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagnostics) {
@@ -300,6 +340,7 @@ std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagn
                 config.mutable_type(t)->set_machine(machine);
             }
         }
+        perceive_as_type(config, t, diagnostics);
     }
     // What no type has yet is judged all the same, by itself.
     std::vector<ParameterChoice> unused;

@@ -1,7 +1,9 @@
 #include "server/ops/behaviour_parts.h"
+#include "server/ops/blends.h"
 #include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/minds.h"
+#include "server/ops/perceptions.h"
 #include "server/ops/places.h"
 
 #include <algorithm>
@@ -21,12 +23,16 @@ bool check_ways(const Config& config,
                 const std::string& here,
                 Diagnostics& diagnostics) {
     if (static_cast<int>(state.has_machine()) + static_cast<int>(state.has_tree()) +
-            static_cast<int>(state.has_domain()) + static_cast<int>(state.has_policy()) >
+            static_cast<int>(state.has_domain()) + static_cast<int>(state.has_policy()) +
+            static_cast<int>(state.has_blend()) >
         1) {
-        diagnostics.add(here, "takes one of `machine`, `tree`, `domain` and `policy`");
+        diagnostics.add(here, "takes one of `machine`, `tree`, `domain`, `blend` and `policy`");
     }
     if (state.has_policy() && find_policy(config, state.policy()) < 0) {
         diagnostics.add(here + ".policy", "there is no policy named '" + state.policy() + "'");
+    }
+    if (state.has_blend() && find_blend(config, state.blend()) < 0) {
+        diagnostics.add(here + ".blend", "there is no blend named '" + state.blend() + "'");
         return false;
     }
     if (state.has_goal() && !state.has_domain()) {
@@ -66,6 +72,9 @@ bool check_states(const Config& config,
             right = false;
         }
         right = check_ways(config, state, here, diagnostics) && right;
+        if (state.has_leash_m() && state.leash_m() < state.radius_m()) {
+            diagnostics.add(here + ".leash_m", "is shorter than radius_m");
+        }
         if (!state.has_machine()) {
             continue;
         }
@@ -118,7 +127,8 @@ void check_condition(const Config& config,
         }
         return;
     }
-    const double perception_m = config.machine(root).perception_m();
+    const double perception_m = std::max(config.machine(root).perception_m(),
+                                         config.machine(root).perception().hearing_m());
     if (sensor == Config::PLAYER_DISTANCE && threshold > perception_m) {
         diagnostics.add(path + ".threshold",
                         text_of("%g m is beyond perception_m, %g: players there are not noticed",
@@ -230,6 +240,7 @@ class RootCheck {
                                     at,
                                     diagnostics_);
                 });
+            blend_inputs(state);
             const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
             if (inside < 0) {
                 continue;
@@ -251,6 +262,23 @@ class RootCheck {
             change(of.change(c), join_path(path, "change", c));
         }
         check_doing(config_, root_, of, path, diagnostics_);
+    }
+
+    void blend_inputs(const Config::State& state) {
+        const int blend = state.has_blend() ? find_blend(config_, state.blend()) : -1;
+        for (int i = 0; blend >= 0 && i < config_.blend(blend).input_size(); ++i) {
+            const Config::FuzzyInput& input = config_.blend(blend).input(i);
+            const std::string wrong =
+                input.has_sense() ? why_not_sensed(config_, root_, input.sense()) : std::string();
+            if (!wrong.empty()) {
+                diagnostics_.add(join_path(join_path("", "blend", blend), "input", i) + ".sense",
+                                 wrong);
+            }
+        }
+        for (int s = 0; blend >= 0 && s < config_.blend(blend).state_size(); ++s) {
+            doing(config_.blend(blend).state(s).do_(),
+                  join_path(join_path("", "blend", blend), "state", s) + ".do");
+        }
     }
 
     void change(const Config::Change& of, const std::string& path) {
@@ -281,6 +309,7 @@ class RootCheck {
                                      static_cast<double>(senses),
                                      static_cast<double>(ai::fsm::kMaxSenses)));
         }
+        check_company(machine, join_path("", "machine", root_), diagnostics_);
         const std::size_t deeds = deeds_of(machine.states);
         if (deeds > kMostDeeds) {
             diagnostics_.add(join_path("", "machine", root_),
@@ -348,6 +377,9 @@ void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
         }
         named.push_back(check_states(config, machine, path, diagnostics));
         check_variables(machine, path, diagnostics);
+        if (machine.has_perception()) {
+            check_perception(config, machine.perception(), path + ".perception", diagnostics);
+        }
     }
     std::vector<bool> looked_at(named.size(), false);
     for (const int root : root_machines(config)) {

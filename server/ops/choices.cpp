@@ -282,6 +282,7 @@ ai::State expand_deed(const proto::Config& config,
     out.speed_factor = narrow(deed.speed_factor());
     out.sprint = deed.sprint();
     out.radius_m = narrow(deed.radius_m());
+    out.leash_m = narrow(deed.has_leash_m() ? deed.leash_m() : kLeash * deed.radius_m());
     out.behaviour = static_cast<std::uint8_t>(deed.stance());
     if (deed.has_named_stance()) {
         out.behaviour =

@@ -16,6 +16,9 @@ using SenseOf = std::function<ai::SenseIndex(const proto::Config::Condition&)>;
 /// The variable of that name, likewise.
 using VariableOf = std::function<std::uint16_t(const std::string&)>;
 
+/// A guard that says no leash has one of this many radii.
+inline constexpr double kLeash = 1.5;
+
 /// Calls `look(condition, path)` for what the tree or domain of a state reads.
 void for_each_choice_condition(
     const proto::Config& config,

@@ -352,6 +352,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.max_decisions_per_tick = config.ai().max_decisions_per_tick();
     settings.ai.reduce_far = config.ai().reduce_far();
     settings.ai.far_m = narrow(config.ai().far_m());
+    settings.ai.max_sight_rays_per_tick = config.ai().max_sight_rays_per_tick();
     settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
     settings.ai.places = expand_places(config);
     settings.ai.calm_s = narrow(config.ai().calm_s());

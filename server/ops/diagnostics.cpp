@@ -52,15 +52,24 @@ void Diagnostics::set_origin(const std::string& made,
 }
 
 Diagnostics::Origin Diagnostics::origin_of(const std::string& path) const {
-    if (!origins_.empty()) {
-        for (std::string at = path; !at.empty(); at = enclosing(at)) {
-            const auto it = origins_.find(at);
-            if (it != origins_.end()) {
-                return {it->second.path + path.substr(at.size()), it->second.as};
+    Origin origin{path, {}};
+    // What was made may have been made of something made: as many steps as it takes, but no ring.
+    for (std::size_t step = 0; step < origins_.size(); ++step) {
+        auto found = origins_.end();
+        std::string at = origin.path;
+        for (; !at.empty() && found == origins_.end(); at = enclosing(at)) {
+            found = origins_.find(at);
+            if (found != origins_.end()) {
+                break;
             }
         }
+        if (found == origins_.end()) {
+            break;
+        }
+        origin.path = found->second.path + origin.path.substr(at.size());
+        origin.as = origin.as.empty() ? found->second.as : origin.as;
     }
-    return {path, {}};
+    return origin;
 }
 
 void Diagnostics::add(const std::string& path_of_mistake, const std::string& text_of_mistake) {

@@ -228,6 +228,17 @@ ai::fuzzy::FuzzyDef expand_fuzzy(const proto::Config::Fuzzy& fuzzy) {
     return out;
 }
 
+void check_fuzzy_system(const proto::Config::Fuzzy& fuzzy,
+                        const std::string& path,
+                        Diagnostics& diagnostics) {
+    FuzzyNames(fuzzy, path, diagnostics).run();
+    for (const auto& defect : ai::fuzzy::defects_of(expand_fuzzy(fuzzy))) {
+        if (defect.kind != DefectKind::kUnknownName) {  // said above, by name
+            diagnostics.add(path_of(fuzzy, path, defect), ai::fuzzy::text_of(defect));
+        }
+    }
+}
+
 void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics) {
     static_assert(static_cast<int>(ai::fuzzy::Inference::kMamdani) == Config::MAMDANI);
     std::set<std::string> names;
@@ -239,12 +250,7 @@ void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics) {
             diagnostics.add(path + ".name",
                             "'" + fuzzy.name() + "' is the name of another fuzzy system");
         }
-        FuzzyNames(fuzzy, path, diagnostics).run();
-        for (const auto& defect : ai::fuzzy::defects_of(expand_fuzzy(fuzzy))) {
-            if (defect.kind != DefectKind::kUnknownName) {  // said above, by name
-                diagnostics.add(path_of(fuzzy, path, defect), ai::fuzzy::text_of(defect));
-            }
-        }
+        check_fuzzy_system(fuzzy, path, diagnostics);
     }
 }
 

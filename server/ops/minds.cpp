@@ -1,7 +1,9 @@
 #include "server/ops/minds.h"
 
+#include "server/ops/blends.h"
 #include "server/ops/choices.h"
 #include "server/ops/config_numbers.h"
+#include "server/ops/perceptions.h"
 #include "server/ops/places.h"
 #include "server/ops/stances.h"
 
@@ -61,6 +63,7 @@ class MachineExpansion {
                                      narrow(variable.high())});
         }
         out.states = states(machine, 0);
+        out.perception = expand_perception(config_, machine);
         for (const int system : systems_) {
             ai::FuzzySense sense;
             sense.def = expand_fuzzy(config_.fuzzy(system));
@@ -100,6 +103,10 @@ class MachineExpansion {
                 config_, state, [&use](const Config::Condition& condition, const std::string&) {
                     use(condition.sense());
                 });
+            const int blend = state.has_blend() ? find_blend(config_, state.blend()) : -1;
+            for (int i = 0; blend >= 0 && i < config_.blend(blend).input_size(); ++i) {
+                use(config_.blend(blend).input(i).sense());
+            }
             if (state.has_machine()) {
                 collect_systems(find_machine(config_, state.machine()));
             }
@@ -177,6 +184,7 @@ class MachineExpansion {
             s.speed_factor = narrow(state.speed_factor());
             s.sprint = state.sprint();
             s.radius_m = narrow(state.radius_m());
+            s.leash_m = narrow(state.has_leash_m() ? state.leash_m() : kLeash * state.radius_m());
             s.behaviour = static_cast<std::uint8_t>(state.stance());
             if (state.has_named_stance()) {
                 const int stance = find_stance(config_, state.named_stance());
@@ -204,6 +212,13 @@ class MachineExpansion {
             ++states_;
             if (inside >= 0 && depth < ai::fsm::kMaxLevels && states_ <= kMostStates) {
                 s.inside = states(config_.machine(inside), depth + 1);
+            } else if (state.has_blend() && find_blend(config_, state.blend()) >= 0) {
+                expand_blend(
+                    config_,
+                    config_.blend(find_blend(config_, state.blend())),
+                    [this](const Config::FuzzyInput& input) { return input_sense(input); },
+                    [this](const std::string& name) { return variable(name); },
+                    s);
             } else {
                 expand_choice(
                     config_,
@@ -237,6 +252,8 @@ static_assert(static_cast<int>(ai::ActionKind::kFlock) == Config::FLOCK);
 static_assert(static_cast<int>(ai::ActionKind::kGo) == Config::GO);
 static_assert(static_cast<int>(ai::Sensor::kRandom) == Config::RANDOM);
 static_assert(static_cast<int>(ai::Sensor::kTimeOfDay) == Config::TIME_OF_DAY);
+static_assert(static_cast<int>(ai::ActionKind::kGuard) == Config::GUARD);
+static_assert(static_cast<int>(ai::Sensor::kFoes) == Config::FOES);
 static_assert(static_cast<int>(ai::Compare::kAbove) == Config::ABOVE);
 static_assert(static_cast<int>(ai::fsm::History::kShallow) == Config::SHALLOW);
 static_assert(static_cast<int>(ai::fsm::History::kDeep) == Config::DEEP);

@@ -19,6 +19,11 @@ ai::Machine expand_machine(const proto::Config& config, int index);
 /// Names that mean nothing become numbers that mean nothing.
 ai::fuzzy::FuzzyDef expand_fuzzy(const proto::Config::Fuzzy& fuzzy);
 
+/// Inputs, terms, outputs and rules of one fuzzy system, which is at `path`.
+void check_fuzzy_system(const proto::Config::Fuzzy& fuzzy,
+                        const std::string& path,
+                        Diagnostics& diagnostics);
+
 /// Fuzzy systems: names, terms, gaps, rules.
 void check_fuzzy(const proto::Config& config, Diagnostics& diagnostics);
 

@@ -89,6 +89,10 @@ struct ToRecord {
         out.mutable_audit_request()->set_client(m.client.value);
     }
 
+    void operator()(const mailbox::NewMinds& m) const {
+        out.mutable_new_minds()->set_config(*m.config);
+    }
+
     void operator()(const mailbox::CodecPrice& m) const {
         out.mutable_codec_price()->set_record_ns(m.record_ns);
         out.mutable_codec_price()->set_packet_ns(m.packet_ns);
@@ -177,6 +181,10 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
         case RecordedItem::kCodecPrice:
             out = mailbox::CodecPrice{record.codec_price().record_ns(),
                                       record.codec_price().packet_ns()};
+            return true;
+        case RecordedItem::kNewMinds:
+            out = mailbox::NewMinds{
+                std::make_shared<const std::string>(record.new_minds().config()), nullptr};
             return true;
         case RecordedItem::ITEM_NOT_SET:
             break;

@@ -47,6 +47,21 @@ void write_zones(core::JsonWriter& json, const std::vector<ZoneFigures>& zones) 
     json.end_array();
 }
 
+void write_wavering(core::JsonWriter& json, const std::vector<WaveringFigures>& wavering) {
+    json.key("wavering").begin_array();
+    for (const WaveringFigures& pair : wavering) {
+        json.begin_object()
+            .field("machine", pair.machine)
+            .field("forth", pair.forth)
+            .field("back", pair.back)
+            .field("count", pair.count)
+            .field("entity", static_cast<std::uint64_t>(pair.entity))
+            .field("tick", pair.tick)
+            .end_object();
+    }
+    json.end_array();
+}
+
 void write_passes(core::JsonWriter& json, const std::vector<PassFigures>& passes) {
     json.key("passes").begin_array();
     for (const PassFigures& pass : passes) {
@@ -122,6 +137,7 @@ std::string to_json(const ServerReport& report) {
     }
     write_zones(json, report.zones);
     write_passes(json, report.passes);
+    write_wavering(json, report.wavering);
     if (report.traffic) {
         write_traffic_figures(json, *report.traffic);
     }

@@ -42,6 +42,17 @@ struct ZoneFigures {
     std::uint64_t state_hash = 0;
 };
 
+/// Two states between which NPCs go to and fro.
+struct WaveringFigures {
+    std::string machine;
+    std::pair<std::string, std::string> states;
+    std::string forth;         ///< the transition from the first to the second, and on what
+    std::string back;          ///< and the one back
+    std::uint64_t count = 0;   ///< of times that one was found at it
+    std::uint32_t entity = 0;  ///< the last one
+    std::uint64_t tick = 0;    ///< and when
+};
+
 /// What bytes were spent on.
 struct TrafficFigures {
     wire::TrafficTable table;        ///< of the bodies that the zones made
@@ -81,6 +92,7 @@ struct ServerReport {
     std::map<std::string, double> extra;
     std::vector<ZoneFigures> zones;
     std::vector<PassFigures> passes;
+    std::vector<WaveringFigures> wavering;
     std::optional<TrafficFigures> traffic;  ///< where the meter is on
 };
 

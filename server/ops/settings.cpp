@@ -1,6 +1,7 @@
 #include "server/ops/settings.h"
 
 #include "server/ops/behaviours.h"
+#include "server/ops/blends.h"
 #include "server/ops/choices.h"
 #include "server/ops/config_checks.h"
 #include "server/ops/config_expand.h"
@@ -75,6 +76,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_choices(config, diagnostics);
     check_places(config, diagnostics);
     const Policies policies = load_policies(settings.config, diagnostics);
+    check_blends(config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);

@@ -97,6 +97,12 @@ void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
                        join_path(join_path("", "tree", t), "node", n));
         }
     }
+    for (int b = 0; b < config.blend_size(); ++b) {
+        for (int s = 0; s < config.blend(b).state_size(); ++s) {
+            check_deed(config.blend(b).state(s).do_(),
+                       join_path(join_path("", "blend", b), "state", s));
+        }
+    }
     for (int d = 0; d < config.domain_size(); ++d) {
         for (int a = 0; a < config.domain(d).action_size(); ++a) {
             check_deed(config.domain(d).action(a).do_(),

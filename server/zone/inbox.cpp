@@ -1,9 +1,12 @@
 #include "server/zone/inbox.h"
 
+#include "server/ai/adopt.h"
 #include "server/zone/context.h"
+#include "server/zone/minds.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace zoned::zone {
 
@@ -125,6 +128,30 @@ struct Apply {
         if (client_of(state, reset.client) != nullptr) {
             state.replicator.reset_view(reset.client);
         }
+    }
+
+    void operator()(const mailbox::NewMinds& fresh) const {
+        ZONED_ASSERT(fresh.minds != nullptr, "new minds were read before they are sent");
+        for (std::size_t n = 0; n < state.minds.size(); ++n) {
+            const world::Row row = state.entities.find(state.minds.at(state.minds.nth(n)).entity);
+            if (row != world::kNoRow) {
+                rouse(state, row);
+            }
+        }
+        const ai::Settings before = std::move(state.settings.ai);
+        state.settings.ai = *fresh.minds;
+        const std::vector<std::uint16_t>& of_type = state.settings.ai.mind_of_type;
+        ai::adopt(
+            state.minds,
+            before,
+            state.settings.ai,
+            [&](const ai::Mind& mind) {
+                const world::Row row = state.entities.find(mind.entity);
+                ZONED_ASSERT(row != world::kNoRow, "a mind belongs to an entity that is here");
+                return static_cast<std::uint16_t>(of_type[state.entities.type[row]] - 1);
+            },
+            state.now,
+            state.settings.dt);
     }
 
     void operator()(const mailbox::CodecPrice& price) const {

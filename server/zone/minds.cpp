@@ -23,6 +23,7 @@ Vec2 half_size(const ZoneState& state) {
 
 std::uint32_t step_minds(ZoneState& state) {
     compute::Team alone;
+    const physics::Query statics = state.scene.query();
     const ai::World world{state.entities,
                           *state.settings.types,
                           current_grid(state),
@@ -31,7 +32,8 @@ std::uint32_t step_minds(ZoneState& state) {
                           state.team != nullptr ? *state.team : alone,
                           half_size(state),
                           state.now,
-                          state.settings.dt};
+                          state.settings.dt,
+                          &statics};
     state.report.ai = state.mind_step.run(state.minds, world, state.settings.ai);
     for (const EntityId entity : state.mind_step.fell_asleep()) {
         remove_body(state, state.entities.find(entity));

@@ -162,7 +162,9 @@ void add_mind(ZoneState& state, world::Row row) {
     }
     ai::Mind mind;
     mind.entity = e.id[row];
-    mind.machine = static_cast<std::uint16_t>(type.mind - 1);
+    const std::vector<std::uint16_t>& of_type = state.settings.ai.mind_of_type;
+    mind.machine =
+        static_cast<std::uint16_t>((of_type.empty() ? type.mind : of_type[e.type[row]]) - 1);
     ai::begin(mind, state.settings.ai.compiled[mind.machine], state.now);
     mind.home = e.position[row];
     mind.target = e.position[row];

@@ -20,23 +20,26 @@ void Oscillations::reset(std::size_t count) {
 
 void Oscillations::watch(std::span<const Change> changes, Tick now) {
     for (const Change& change : changes) {
-        Last& last = last_[change.mind];
-        const bool back = change.from != change.to && last.from == change.to &&
-                          last.to == change.from && now - last.at <= settings_.window;
-        const auto streak = static_cast<std::uint16_t>(back ? last.streak + 1 : 1);
-        if (streak >= settings_.changes) {
-            report(last, change, now);
-        }
-        // A report closes the streak, but the next change back begins a new one.
-        last = {change.from,
-                change.to,
-                change.transition,
-                streak >= settings_.changes ? std::uint16_t{0} : streak,
-                now};
+        watch(last_[change.mind], change, now);
     }
 }
 
-void Oscillations::report(const Last& last, const Change& change, Tick now) {
+void Oscillations::watch(Trace& last, const Change& change, Tick now) {
+    const bool back = change.from != change.to && last.from == change.to &&
+                      last.to == change.from && now - last.at <= settings_.window;
+    const auto streak = static_cast<std::uint16_t>(back ? last.streak + 1 : 1);
+    if (streak >= settings_.changes) {
+        report(last, change, now);
+    }
+    // A report closes the streak, but the next change back begins a new one.
+    last = {change.from,
+            change.to,
+            change.transition,
+            streak >= settings_.changes ? std::uint16_t{0} : streak,
+            now};
+}
+
+void Oscillations::report(const Trace& last, const Change& change, Tick now) {
     const auto pair = std::minmax(change.from, change.to);
     auto at = std::lower_bound(
         found_.begin(), found_.end(), pair, [](const Oscillation& known, const auto& wanted) {

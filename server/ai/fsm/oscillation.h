@@ -29,20 +29,8 @@ class Oscillations {
   public:
     explicit Oscillations(OscillationSettings settings = {}) : settings_(settings) {}
 
-    /// For minds 0 to `count` - 1; forgets all.
-    void reset(std::size_t count);
-
-    /// The changes of one step. A mind is reported once for each `changes` changes that it keeps at
-    /// it; one that goes on to a third state has stopped. At most 64 pairs are kept apart.
-    void watch(std::span<const Change> changes, Tick now);
-
-    /// By states; those of pairs beyond the 64th are counted in lost().
-    [[nodiscard]] std::span<const Oscillation> found() const { return found_; }
-
-    [[nodiscard]] std::uint64_t lost() const { return lost_; }
-
-  private:
-    struct Last {
+    /// What is remembered of one mind.
+    struct Trace {
         std::uint16_t from = kNone;
         std::uint16_t to = kNone;
         std::uint16_t transition = kNone;
@@ -50,10 +38,25 @@ class Oscillations {
         Tick at = 0;
     };
 
-    void report(const Last& last, const Change& change, Tick now);
+    /// For minds 0 to `count` - 1; forgets all.
+    void reset(std::size_t count);
+
+    /// The changes of one step. A mind is reported once for each `changes` changes that it keeps at
+    /// it; one that goes on to a third state has stopped. At most 64 pairs are kept apart.
+    void watch(std::span<const Change> changes, Tick now);
+    /// One change, of a mind whose trace the caller keeps; `change.mind` is only for reports.
+    void watch(Trace& trace, const Change& change, Tick now);
+
+    /// By states; those of pairs beyond the 64th are counted in lost().
+    [[nodiscard]] std::span<const Oscillation> found() const { return found_; }
+
+    [[nodiscard]] std::uint64_t lost() const { return lost_; }
+
+  private:
+    void report(const Trace& last, const Change& change, Tick now);
 
     OscillationSettings settings_;
-    std::vector<Last> last_;
+    std::vector<Trace> last_;
     std::vector<Oscillation> found_;
     std::uint64_t lost_ = 0;
 };

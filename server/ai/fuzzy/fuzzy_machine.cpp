@@ -98,6 +98,23 @@ void FuzzyMachine::step(std::span<const float* const> in,
     }
 }
 
+void FuzzyMachine::step_one(std::span<const float> values, std::span<float> degrees) const {
+    ZONED_ASSERT(values.size() == inputs_.size() && degrees.size() == states_,
+                 "a value for each input, a degree for each state");
+    std::array<Lanes, kMaxInputs> in;
+    States states;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        in[k] = Lanes::Constant(values[k]);
+    }
+    for (std::size_t s = 0; s < states_; ++s) {
+        states[s] = Lanes::Constant(degrees[s]);
+    }
+    step_lanes(in, states);
+    for (std::size_t s = 0; s < states_; ++s) {
+        degrees[s] = states[s][0];
+    }
+}
+
 void FuzzyMachine::step_lanes(const std::array<Lanes, kMaxInputs>& in, States& degrees) const {
     std::array<Lanes, kMaxTerms> terms;
     for (std::size_t k = 0; k < inputs_.size(); ++k) {

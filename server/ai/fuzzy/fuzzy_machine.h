@@ -62,6 +62,9 @@ class FuzzyMachine {
     /// One step of `count` minds.
     void step(std::span<const float* const> in, std::size_t count, FuzzyDegrees& degrees) const;
 
+    /// One step of one mind: a value for each input, a degree for each state.
+    void step_one(std::span<const float> values, std::span<float> degrees) const;
+
     /// The outputs of all states, weighted by degree: `out[o][i]` of mind i.
     void blend(const FuzzyDegrees& degrees, std::size_t count, std::span<float* const> out) const;
 

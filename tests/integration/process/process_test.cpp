@@ -1,8 +1,10 @@
 #include "tests/integration/process/fixture.h"
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 namespace zoned::testing_process {
 namespace {
@@ -66,6 +68,52 @@ TEST_F(Process, RecordsARunThatReplaysToTheSameHashesWithAnyNumberOfThreads) {
     std::ofstream(file, std::ios::binary) << bytes;
     Child damaged("zoned", {"replay", file});
     EXPECT_NE(damaged.wait(kPatience), 0);
+}
+
+TEST_F(Process, ReadsMindsAnewAndReplaysTheRun) {
+    const std::string folder = scratch_folder();
+    const std::string config = folder + "/hamlet.txtpb";
+    const std::string recording = folder + "/run.zrec";
+    const std::string hamlet = read(ZONED_SOURCE_DIR "/config/hamlet.txtpb");
+    const auto write = [&config](const std::string& text) {
+        std::ofstream(config, std::ios::trunc) << text;
+    };
+    const auto with = [&hamlet](const std::string& from, const std::string& to) {
+        const std::size_t at = hamlet.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        std::string text = hamlet;
+        return text.replace(at, from.size(), to);
+    };
+    write(hamlet);
+    Child server("zoned",
+                 {"serve",
+                  "--config",
+                  config,
+                  "--set",
+                  state_set(),
+                  "--set",
+                  "recording.file=\"" + recording + "\""});
+    ASSERT_TRUE(server.wait_for_output("ready ", kPatience)) << server.errors();
+    const auto reload_until = [&server](const std::string& words) {
+        server.signal(SIGHUP);
+        for (int i = 0; i < 600 && server.errors().find(words) == std::string::npos; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+        EXPECT_NE(server.errors().find(words), std::string::npos) << server.errors();
+    };
+    // Watchmen stroll instead of walking their round.
+    write(with("state { name: \"walk\" action: PATROL", "state { name: \"walk\" action: WANDER"));
+    reload_until("minds are as");
+    write(with("to: \"stand\" threshold: 20", "to: \"stood\" threshold: 20"));
+    reload_until("no state named 'stood'");
+    write(with("spawn { x_m: -20", "spawn { x_m: -21"));
+    reload_until("only minds can be read anew");
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(kPatience), 0) << server.errors();
+    Child replay("zoned", {"replay", recording, "--threads", "2"});
+    EXPECT_EQ(replay.wait(kPatience), 0) << replay.errors();
+    EXPECT_NE(replay.output().find("every hash agrees"), std::string::npos);
+    EXPECT_NE(read(recording).find("WANDER"), std::string::npos);
 }
 
 TEST_F(Process, RefusesToReplayOverSurfacesThatChanged) {

@@ -65,7 +65,7 @@ TEST(Minds, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
     EXPECT_EQ(sentry.states[0].radius_m, 8.0F);
     EXPECT_EQ(sentry.states[1].name, "calm/stand");
     EXPECT_EQ(sentry.states[2].name, "hunt");
-    EXPECT_EQ(sentry.senses, 4U);
+    EXPECT_EQ(sentry.senses, ai::kOwnSenses + 1);
     // The others read no fuzzy system, and have none.
     EXPECT_TRUE(out.settings.ai.compiled[0].fuzzy.empty());
 }
@@ -218,7 +218,7 @@ TEST(Minds, HaveVariables) {
                                    kTired));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
-    EXPECT_EQ(sentry.senses, 5U);
+    EXPECT_EQ(sentry.senses, ai::kOwnSenses + 2);
     ai::Mind mind;
     ai::Thinking thinking;
     mind.entity = EntityId(1);

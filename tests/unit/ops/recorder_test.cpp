@@ -57,7 +57,8 @@ std::vector<InboxItem> every_item() {
             mailbox::Freeze{true},
             mailbox::Freeze{false},
             mailbox::AuditRequest{ClientId(0xFFFFFFFFu)},
-            mailbox::CodecPrice{0xFFFFFFFFu, 7}};
+            mailbox::CodecPrice{0xFFFFFFFFu, 7},
+            mailbox::NewMinds{std::make_shared<const std::string>("machine {}\n\xff"), nullptr}};
 }
 
 struct Equal {
@@ -101,6 +102,10 @@ struct Equal {
 
     bool operator()(const mailbox::CodecPrice& a, const mailbox::CodecPrice& b) const {
         return a.record_ns == b.record_ns && a.packet_ns == b.packet_ns;
+    }
+
+    bool operator()(const mailbox::NewMinds& a, const mailbox::NewMinds& b) const {
+        return *a.config == *b.config;
     }
 
     template <class A, class B>
@@ -162,7 +167,7 @@ int read_all(const std::string& file, std::string& reason) {
 }
 
 TEST(Recorder, BringsEveryMessageBack) {
-    static_assert(std::variant_size_v<InboxItem> == 10, "a new message belongs into these tests");
+    static_assert(std::variant_size_v<InboxItem> == 11, "a new message belongs into these tests");
     const std::string file = temporary("recording");
     make_recording(file);
     RecordReader reader;

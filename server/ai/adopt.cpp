@@ -1,0 +1,113 @@
+#include "server/ai/adopt.h"
+
+#include "server/ai/decision.h"
+
+#include <algorithm>
+
+namespace zoned::ai {
+
+namespace {
+
+std::uint16_t node_of(const fsm::FlatMachine& table, const std::string& name) {
+    for (std::size_t n = 0; n < table.nodes.size(); ++n) {
+        if (table.nodes[n].name == name) {
+            return static_cast<std::uint16_t>(n);
+        }
+    }
+    return fsm::kNone;
+}
+
+/// The state `leaf` of `after`, with what `from` remembers of it. All levels that both paths share
+/// keep their times.
+fsm::OneState carry_state(const fsm::OneState& from,
+                          const fsm::FlatMachine& before,
+                          const fsm::FlatMachine& after,
+                          std::uint16_t leaf,
+                          Tick now) {
+    fsm::OneState to(now);
+    to.leaf[0] = leaf;
+    to.since = from.since;
+    const std::uint16_t* old_path = &before.path[from.state() * before.levels];
+    const std::uint16_t* path = &after.path[leaf * after.levels];
+    for (std::size_t level = 0; level < after.levels; ++level) {
+        const bool was = level < before.levels && old_path[level] != fsm::kNone;
+        if (path[level] != fsm::kNone && !was) {
+            to.since[level][0] = now;
+        }
+    }
+    for (const fsm::FlatNode& node : after.nodes) {
+        const std::uint16_t old =
+            node.memory == fsm::kNone ? fsm::kNone : node_of(before, node.name);
+        if (old == fsm::kNone || before.nodes[old].memory == fsm::kNone ||
+            before.nodes[old].history != node.history) {
+            continue;
+        }
+        const std::uint16_t place = from.memory[before.nodes[old].memory][0];
+        if (place != fsm::kNone) {
+            to.memory[node.memory][0] = node_of(after, before.nodes[place].name);
+        }
+    }
+    return to;
+}
+
+/// By name. `entered`: the first state was, and what that gave stays.
+void carry_variables(const Mind& from,
+                     const CompiledMachine& before,
+                     const CompiledMachine& after,
+                     bool entered,
+                     Mind& to) {
+    for (std::size_t v = 0; v < after.variables.size(); ++v) {
+        const Variable& variable = after.variables[v];
+        const float given = entered ? to.variables[v] - variable.start : 0.0F;
+        to.variables[v] = variable.start + given;
+        for (std::size_t old = 0; old < before.variables.size(); ++old) {
+            if (before.variables[old].name == variable.name) {
+                to.variables[v] =
+                    std::clamp(from.variables[old] + given, variable.low, variable.high);
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void adopt(Mind& mind,
+           const CompiledMachine& before,
+           const CompiledMachine& after,
+           std::uint16_t index,
+           Tick now,
+           float dt) {
+    grow(mind, before, now);
+    const Mind old = mind;
+    begin(mind, after, now);
+    mind.machine = index;
+    mind.entered = true;
+    mind.fresh = true;
+    const std::uint16_t node = node_of(after.table, before.table.state_name(old.fsm.state()));
+    const std::uint16_t leaf = node == fsm::kNone ? fsm::kNone : after.table.nodes[node].leaf;
+    carry_variables(old, before, after, leaf == fsm::kNone, mind);
+    if (leaf != fsm::kNone) {
+        mind.fsm = carry_state(old.fsm, before.table, after.table, leaf, now);
+        mind.doing = leaf;
+        const State& did = before.states[old.doing];
+        for (std::size_t d = 0; d < after.states.size(); ++d) {
+            const bool of_leaf =
+                d == leaf || (d >= after.choices[leaf].first &&
+                              d < after.choices[leaf].first + after.states[leaf].deeds.size());
+            if (of_leaf && after.states[d].name == did.name) {
+                mind.doing = static_cast<std::uint16_t>(d);
+                // The same action goes on where it is.
+                mind.entered = old.entered || after.states[d].action != did.action;
+                mind.degrees = {};
+                if (after.choices[leaf].blend >= 0 && d != leaf) {
+                    mind.degrees[d - after.choices[leaf].first] = 1.0F;  // the most active alone
+                }
+            }
+        }
+    }
+    if (old.next_decision > now) {
+        mind.next_decision = next_decision(mind.entity, decision_period(after, dt), now);
+    }
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,74 @@
+#include "server/app/wavering.h"
+
+#include "server/ai/why.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+namespace zoned::app {
+
+namespace {
+
+ops::WaveringFigures* find(std::vector<ops::WaveringFigures>& all,
+                           const ops::WaveringFigures& pair) {
+    const auto at = std::find_if(all.begin(), all.end(), [&pair](const auto& other) {
+        return other.machine == pair.machine && other.states == pair.states;
+    });
+    return at == all.end() ? nullptr : &*at;
+}
+
+}  // namespace
+
+std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zone::Zone>> zones) {
+    std::vector<ops::WaveringFigures> out;
+    for (const auto& zone : zones) {
+        const zone::ZoneState& state = zone->state();
+        const ai::Settings& minds = state.settings.ai;
+        for (std::size_t m = 0; m < minds.compiled.size(); ++m) {
+            for (const ai::fsm::Oscillation& o : state.minds.wavering(m)) {
+                const ai::CompiledMachine& compiled = minds.compiled[m];
+                const auto text = [&](std::uint16_t from, std::uint16_t to, std::uint16_t by) {
+                    return ai::transition_text(minds.machines[m], compiled, from, to, by);
+                };
+                ops::WaveringFigures pair;
+                pair.machine = compiled.name;
+                pair.states = {compiled.table.state_name(o.a), compiled.table.state_name(o.b)};
+                pair.forth = text(o.a, o.b, o.a_to_b);
+                pair.back = text(o.b, o.a, o.b_to_a);
+                pair.count = o.count;
+                pair.entity = o.mind;
+                pair.tick = static_cast<std::uint64_t>(o.at);
+                ops::WaveringFigures* known = find(out, pair);
+                if (known == nullptr) {
+                    out.push_back(std::move(pair));
+                    continue;
+                }
+                known->count += pair.count;
+                if (pair.tick > known->tick) {
+                    known->entity = pair.entity;
+                    known->tick = pair.tick;
+                }
+            }
+        }
+    }
+    return out;
+}
+
+void tell_wavering(const std::vector<ops::WaveringFigures>& now,
+                   std::vector<ops::WaveringFigures>& told) {
+    for (const ops::WaveringFigures& pair : now) {
+        if (find(told, pair) != nullptr) {
+            continue;
+        }
+        told.push_back(pair);
+        spdlog::warn("machine {}: NPCs go to and fro: {}, and {} (entity {} at tick {})",
+                     pair.machine,
+                     pair.forth,
+                     pair.back,
+                     pair.entity,
+                     pair.tick);
+    }
+}
+
+}  // namespace zoned::app

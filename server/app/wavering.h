@@ -1,0 +1,20 @@
+// Wavering: NPCs that go to and fro between two states, over all zones, by name.
+#pragma once
+
+#include "server/ops/report.h"
+#include "server/zone/zone.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace zoned::app {
+
+/// By machine and states; what several zones found is summed.
+std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zone::Zone>> zones);
+
+/// Logs the pairs of `now` that are not in `told`, each once, and adds them there.
+void tell_wavering(const std::vector<ops::WaveringFigures>& now,
+                   std::vector<ops::WaveringFigures>& told);
+
+}  // namespace zoned::app

@@ -1,0 +1,26 @@
+// Perceptions: whom minds look for and how they notice them, as a config says it.
+#pragma once
+
+#include "server/ai/machine.h"
+#include "server/ops/diagnostics.h"
+#include "proto/config.pb.h"
+
+#include <string>
+
+namespace zoned::ops {
+
+/// Of the machine's minds. Names that mean nothing are left out.
+ai::Perception expand_perception(const proto::Config& config,
+                                 const proto::Config::Machine& machine);
+
+/// Names of types; at `path`.
+void check_perception(const proto::Config& config,
+                      const proto::Config::Perception& perception,
+                      const std::string& path,
+                      Diagnostics& diagnostics);
+
+/// What the states of a machine do against what its minds perceive; mistakes are reported at
+/// `path`.
+void check_company(const ai::Machine& machine, const std::string& path, Diagnostics& diagnostics);
+
+}  // namespace zoned::ops

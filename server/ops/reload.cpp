@@ -1,0 +1,96 @@
+#include "server/ops/reload.h"
+
+#include "server/ops/diagnostics.h"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/util/message_differencer.h>
+
+#include <utility>
+
+namespace zoned::ops {
+
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::util::MessageDifferencer;
+using proto::Config;
+
+/// What is left when minds are taken out.
+Config without_minds(const Config& config) {
+    Config rest = config;
+    rest.clear_machine();
+    rest.clear_tree();
+    rest.clear_domain();
+    rest.clear_fuzzy();
+    rest.clear_blend();
+    rest.clear_behaviour();
+    rest.clear_difficulty();
+    rest.clear_ai();
+    for (Config::Type& type : *rest.mutable_type()) {
+        type.clear_machine();
+        type.clear_perception();
+    }
+    return rest;
+}
+
+/// The first setting that differs, by path; empty: none.
+std::string difference(const Message& a, const Message& b, const std::string& path) {
+    const google::protobuf::Reflection& r = *a.GetReflection();
+    for (int f = 0; f < a.GetDescriptor()->field_count(); ++f) {
+        const FieldDescriptor& field = *a.GetDescriptor()->field(f);
+        MessageDifferencer differencer;
+        if (differencer.CompareWithFields(a, b, {&field}, {&field})) {
+            continue;
+        }
+        const std::string here = join_path(path, field.name());
+        if (field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) {
+            return here;
+        }
+        if (!field.is_repeated()) {
+            const bool both = r.HasField(a, &field) && r.HasField(b, &field);
+            return both ? difference(r.GetMessage(a, &field), r.GetMessage(b, &field), here) : here;
+        }
+        if (r.FieldSize(a, &field) != r.FieldSize(b, &field)) {
+            return here;
+        }
+        for (int i = 0; i < r.FieldSize(a, &field); ++i) {
+            const std::string inner = difference(r.GetRepeatedMessage(a, &field, i),
+                                                 r.GetRepeatedMessage(b, &field, i),
+                                                 join_path(path, field.name(), i));
+            if (!inner.empty()) {
+                return inner;
+            }
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+core::Result<std::shared_ptr<const ai::Settings>> new_minds(const Settings& running,
+                                                            const Settings& fresh) {
+    using Minds = core::Result<std::shared_ptr<const ai::Settings>>;
+    const std::string other =
+        difference(without_minds(running.config), without_minds(fresh.config), "");
+    if (!other.empty()) {
+        return Minds::failure(other +
+                              " differs: only minds can be read anew, the rest takes a "
+                              "restart");
+    }
+    for (std::size_t t = 0; t < fresh.types.size(); ++t) {
+        if ((fresh.types[t].mind == 0) != (running.types[t].mind == 0)) {
+            return Minds::failure("type '" + fresh.types[t].name + "' " +
+                                  (fresh.types[t].mind == 0 ? "loses its mind" : "gets a mind") +
+                                  ": that takes a restart");
+        }
+    }
+    auto minds = std::make_shared<ai::Settings>(fresh.ai);
+    minds->mind_of_type.clear();
+    for (const world::EntityType& type : fresh.types) {
+        minds->mind_of_type.push_back(type.mind);
+    }
+    return Minds(std::shared_ptr<const ai::Settings>(std::move(minds)));
+}
+
+}  // namespace zoned::ops

@@ -1,0 +1,131 @@
+// Adopt: what has a name in both machines stays, all else begins anew.
+#include "server/ai/adopt.h"
+
+#include "server/ai/decision.h"
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace zoned::ai::test {
+namespace {
+
+State named(const std::string& name, ActionKind action) {
+    State state;
+    state.name = name;
+    state.action = action;
+    return state;
+}
+
+/// "day" holds "walk" and "stand" with a deep history; "alarm" is beside it.
+Machine layered() {
+    Machine machine;
+    machine.name = "layered";
+    machine.variables = {{"hunger", 0.2F, 0.1F}, {"coins", 1.0F, 0.0F, 0.0F, 10.0F}};
+    State day = named("day", ActionKind::kIdle);
+    day.history = fsm::History::kDeep;
+    day.inside = {named("walk", ActionKind::kPatrol), named("stand", ActionKind::kIdle)};
+    day.inside[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 1.0F}};
+    day.inside[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 9.0F}};
+    day.transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 10.0F}};
+    State alarm = named("alarm", ActionKind::kChase);
+    alarm.transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 20.0F}};
+    machine.states = {day, alarm};
+    return machine;
+}
+
+struct Life {
+    CompiledMachine machine;
+    Mind mind;
+    Thinking thinking;
+    Tick now = 0;
+
+    explicit Life(const Machine& of) : machine(compile(of, kDt)) {
+        mind.entity = EntityId(1);
+        begin(mind, machine, 0);
+    }
+
+    std::string after(Tick ticks, float player_m) {
+        now += ticks;
+        Sight sight;
+        sight.distance = player_m;
+        ai::decide(mind, machine, sight, Vec3::Zero(), Places(), now, thinking);
+        return machine.states[mind.doing].name;
+    }
+
+    void become(const Machine& other, std::uint16_t index = 0) {
+        const CompiledMachine compiled = compile(other, kDt);
+        adopt(mind, machine, compiled, index, now, kDt);
+        machine = compiled;
+    }
+};
+
+constexpr float kNobody = std::numeric_limits<float>::infinity();
+
+TEST(Adopt, TheSameMachineChangesNothingThatShows) {
+    Life life(layered());
+    Life other(layered());
+    life.after(40, kNobody);
+    other.after(40, kNobody);
+    life.mind.entered = other.mind.entered = false;  // both have begun to act
+    life.become(layered());
+    EXPECT_EQ(life.mind.fsm.state(), other.mind.fsm.state());
+    EXPECT_EQ(life.mind.fsm.since, other.mind.fsm.since);
+    EXPECT_FALSE(life.mind.entered);
+    for (const Tick step : {10, 200, 90, 60}) {
+        const float player = step == 90 ? 5.0F : 30.0F;
+        EXPECT_EQ(life.after(step, player), other.after(step, player));
+        EXPECT_NEAR(life.mind.variables[0], other.mind.variables[0], 1e-5F);
+    }
+}
+
+TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
+    Life life(layered());
+    EXPECT_EQ(life.after(31, kNobody), "day/stand");
+    EXPECT_EQ(life.after(3, 5.0F), "alarm");
+    Machine other = layered();
+    // Another order, one state more, another threshold, and hunger beside something new.
+    other.states[0].inside.insert(other.states[0].inside.begin(),
+                                  named("sleep", ActionKind::kIdle));
+    other.states[0].inside[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 5.0F}};
+    other.states[0].inside[1].transitions = {{2, Sensor::kTimeInState, Compare::kAbove, 1.0F},
+                                             {0, Sensor::kRandom, Compare::kAbove, 2.0F}};
+    other.states[0].inside[2].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 9.0F}};
+    other.variables = {{"mood", 0.7F}, {"hunger", 0.0F, 0.0F, 0.0F, 0.25F}};
+    life.become(other, 3);
+    EXPECT_EQ(life.mind.machine, 3);
+    EXPECT_EQ(life.machine.states[life.mind.doing].name, "alarm");
+    EXPECT_EQ(life.mind.fsm.since[0][0], 34);
+    EXPECT_EQ(life.mind.variables[0], 0.7F);
+    // 0.2 and 34 ticks at 0.1 a second are 0.313, beyond the new bound.
+    EXPECT_EQ(life.mind.variables[1], 0.25F);
+    EXPECT_EQ(life.after(1, kNobody), "day/stand") << "where it had been when the alarm came";
+}
+
+TEST(Adopt, BeginsAnewWhereTheStateIsNoMore) {
+    Life life(layered());
+    EXPECT_EQ(life.after(3, 5.0F), "alarm");
+    Machine other = layered();
+    other.states[1].name = "panic";
+    other.states[0].inside[0].changes = {{1, std::nullopt, 2.0F}};
+    life.become(other);
+    EXPECT_EQ(life.machine.states[life.mind.doing].name, "day/walk");
+    EXPECT_EQ(life.mind.fsm.since[0][0], life.now);
+    EXPECT_TRUE(life.mind.entered);
+    EXPECT_EQ(life.mind.variables[1], 3.0F) << "one coin, and two for entering";
+}
+
+TEST(Adopt, StartsAnActionAgainWhereItBecameAnother) {
+    Life life(layered());
+    life.after(3, 5.0F);
+    life.mind.entered = false;
+    Machine other = layered();
+    other.states[1].action = ActionKind::kFlee;
+    life.become(other);
+    EXPECT_EQ(life.machine.states[life.mind.doing].name, "alarm");
+    EXPECT_TRUE(life.mind.entered);
+}
+
+}  // namespace
+}  // namespace zoned::ai::test

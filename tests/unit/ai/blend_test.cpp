@@ -1,0 +1,162 @@
+// Blends: degrees, directions and speeds of states that are active together, worked out by hand.
+#include "server/ai/adopt.h"
+#include "server/ai/why.h"
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace zoned::ai::test {
+namespace {
+
+/// Walks home at half its speed; runs away the more, the nearer a player is: not at all from 15 m
+/// on, with all its heart from 5 m in.
+Machine shy(float response_s) {
+    Machine machine;
+    machine.name = "shy";
+    State state;
+    state.name = "live";
+    BlendChoice blend;
+    blend.def.name = "shyness";
+    blend.def.inputs = {{"player", 0.0F, 40.0F, {}}};
+    fuzzy::Term near;
+    near.name = "near";
+    near.b = near.c = 5.0F;
+    near.d = 15.0F;
+    blend.def.inputs[0].terms = {near};
+    blend.def.states = {{"home", {}}, {"flee", {}}};
+    blend.def.transitions = {{0, 1, {{0, 0, false}}, false}, {1, 0, {{0, 0, true}}, false}};
+    blend.def.response_s = response_s;
+    blend.inputs = {kSensePlayerDistance};
+    state.choice = blend;
+    State home;
+    home.name = "home";
+    home.action = ActionKind::kReturn;
+    home.speed_factor = 0.5F;
+    State flee;
+    flee.name = "flee";
+    flee.action = ActionKind::kFlee;
+    flee.behaviour = 2;
+    state.deeds = {home, flee};
+    machine.states = {state};
+    return machine;
+}
+
+/// One at the origin whose home is far along +x, a player behind it along -z.
+struct Shy {
+    Field field;
+
+    explicit Shy(float player_m, float response_s = 0.0F) {
+        field.settings.machines = {shy(response_s)};
+        field.add_npc(1, kGuard, 0, Vec3::Zero());
+        Mind mind = field.minds.take(EntityId(1));
+        mind.home = Vec3(1000.0F, 0.0F, 0.0F);
+        field.minds.add(mind);
+        field.add_player(2, Vec3(0.0F, 0.0F, -player_m));
+    }
+
+    /// Until the next decision is made and acted on.
+    void decide() {
+        const Tick due = field.minds.find(EntityId(1))->next_decision;
+        field.wall = [](const Vec3&) {
+            return true;
+        };  // nobody moves
+        do {
+            field.step();
+        } while (field.now <= due);
+    }
+
+    [[nodiscard]] float degree(std::size_t state) const {
+        return field.minds.find(EntityId(1))->degrees[state];
+    }
+};
+
+TEST(Blend, DoesWhatItsStatesWantTogether) {
+    // A player at 10 m is near by a half: of the first state half stays, half goes over, and both
+    // are scaled to 1. Home at a half along +x and flight at 1 along +z are (0.25, 0.5) together.
+    Shy half(10.0F);
+    half.decide();
+    EXPECT_EQ(half.degree(0), 1.0F);
+    EXPECT_EQ(half.degree(1), 1.0F);
+    EXPECT_NEAR(half.field.command(1).move_x, 127.0F * 0.25F, 1.0F);
+    EXPECT_NEAR(half.field.command(1).move_z, 127.0F * 0.5F, 1.0F);
+    // atan2(1, 2) of a turn.
+    EXPECT_NEAR(half.field.command(1).yaw, std::atan2(0.25F, 0.5F) / 6.2831853F * 65536.0F, 300.0F);
+
+    Shy alone(20.0F);
+    alone.decide();
+    EXPECT_EQ(alone.degree(1), 0.0F);
+    EXPECT_NEAR(alone.field.command(1).move_x, 127.0F * 0.5F, 1.0F);
+    EXPECT_EQ(alone.field.command(1).move_z, 0);
+    EXPECT_EQ(alone.field.entities.behaviour[0], 0);
+
+    Shy close(4.0F);
+    close.decide();
+    EXPECT_EQ(close.degree(0), 0.0F);
+    EXPECT_EQ(close.field.command(1).move_x, 0);
+    EXPECT_EQ(close.field.command(1).move_z, 127);
+    EXPECT_EQ(close.field.entities.behaviour[0], 2) << "the stance of the most active";
+}
+
+TEST(Blend, RespondsInTheTimeThatItSays) {
+    // Decisions every 0.2 s and a response of 1 s: a degree moves by 0.2 at each.
+    Shy shy(4.0F, 1.0F);
+    for (int k = 1; k <= 5; ++k) {
+        shy.decide();
+        EXPECT_NEAR(shy.degree(0), 1.0F - 0.2F * static_cast<float>(k), 1e-5F);
+        EXPECT_NEAR(shy.degree(1), 0.2F * static_cast<float>(k), 1e-5F);
+        if (k == 2) {
+            // (0.6 x 0.5, 0.4 x 1) over a sum of 1.
+            EXPECT_NEAR(shy.field.command(1).move_x, 127.0F * 0.3F, 1.0F);
+            EXPECT_NEAR(shy.field.command(1).move_z, 127.0F * 0.4F, 1.0F);
+        }
+    }
+}
+
+TEST(Blend, SprintsWhereItsStatesWantMoreThanAWalk) {
+    Shy fast(4.0F);
+    fast.field.settings.machines[0].states[0].deeds[1].sprint = true;
+    fast.decide();
+    EXPECT_EQ(fast.field.command(1).buttons, motion::kButtonSprint);
+    EXPECT_EQ(fast.field.command(1).move_z, 127);
+}
+
+TEST(Blend, WalksAroundWhatIsInItsWay) {
+    Shy stuck(20.0F);
+    stuck.decide();  // and nobody moves
+    for (int t = 0; t < 90 && stuck.field.command(1).move_z == 0; ++t) {
+        stuck.field.step();
+    }
+    EXPECT_NE(stuck.field.command(1).move_z, 0) << "across its way";
+}
+
+TEST(Blend, TellsItsDegrees) {
+    Shy shy(10.0F);
+    shy.decide();
+    const Field& field = shy.field;
+    const std::string text = why(*field.minds.find(EntityId(1)),
+                                 field.settings.machines[0],
+                                 field.settings.compiled[0],
+                                 Sight{},
+                                 Vec3::Zero(),
+                                 field.places,
+                                 field.now,
+                                 kDt);
+    EXPECT_NE(text.find("live:home 1\n"), std::string::npos) << text;
+    EXPECT_NE(text.find("live:flee 1\n"), std::string::npos) << text;
+}
+
+TEST(Blend, GoesOnWhenMachinesAreReadAnew) {
+    Shy shy_one(4.0F);
+    shy_one.decide();
+    Mind mind = shy_one.field.minds.take(EntityId(1));
+    const CompiledMachine other = compile(shy(2.0F), kDt);
+    adopt(mind, shy_one.field.settings.compiled[0], other, 0, shy_one.field.now, kDt);
+    EXPECT_EQ(mind.degrees[0], 0.0F);
+    EXPECT_EQ(mind.degrees[1], 1.0F);
+    EXPECT_EQ(other.states[mind.doing].name, "live:flee");
+}
+
+}  // namespace
+}  // namespace zoned::ai::test
