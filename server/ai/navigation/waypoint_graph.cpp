@@ -17,6 +17,11 @@ double distance_of(const Vec3& a, const Vec3& b) {
     return std::sqrt(d.dot(d));
 }
 
+/// Of what a search has reached, ties by number.
+constexpr auto later = [](const auto& a, const auto& b) {
+    return a.estimate > b.estimate || (a.estimate == b.estimate && a.number > b.number);
+};
+
 }  // namespace
 
 core::Result<WaypointGraph> WaypointGraph::build(std::span<const Waypoint> waypoints,
@@ -134,22 +139,39 @@ std::uint32_t WaypointGraph::nearest(const Vec3& place) const {
     return best;
 }
 
-void WaypointSearch::reach(const WaypointGraph& graph,
-                           std::uint32_t number,
-                           double cost,
-                           std::uint32_t from,
-                           std::uint32_t goal) {
+void WaypointSearch::begin(const WaypointGraph& graph) {
+    way_.clear();
+    open_.clear();
+    if (known_.size() != graph.size() || ++search_ == 0) {
+        known_.assign(graph.size(), Known{});
+        search_ = 1;
+    }
+}
+
+void WaypointSearch::reach(std::uint32_t number, double cost, std::uint32_t from, double ahead) {
     Known& k = known_[number];
     if (k.search == search_ && k.cost <= cost) {
         return;
     }
     k = {cost, from, search_};
-    const double ahead =
-        graph.least_weight_per_m() * distance_of(graph.position(number), graph.position(goal));
     open_.push_back({cost + ahead, cost, number});
-    std::push_heap(open_.begin(), open_.end(), [](const Open& a, const Open& b) {
-        return a.estimate > b.estimate || (a.estimate == b.estimate && a.number > b.number);
-    });
+    std::push_heap(open_.begin(), open_.end(), later);
+}
+
+WaypointSearch::Open WaypointSearch::take() {
+    std::pop_heap(open_.begin(), open_.end(), later);
+    const Open at = open_.back();
+    open_.pop_back();
+    return at;
+}
+
+void WaypointSearch::trace(std::uint32_t last) {
+    std::uint32_t n = last;
+    for (; known_[n].from != n; n = known_[n].from) {
+        way_.push_back(n);
+    }
+    way_.push_back(n);
+    std::reverse(way_.begin(), way_.end());
 }
 
 WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
@@ -163,19 +185,15 @@ WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
     if (!graph.passable(start) || !graph.passable(goal)) {
         return {graph.passable(start) ? Outcome::kGoalBlocked : Outcome::kStartBlocked};
     }
-    if (known_.size() != graph.size() || ++search_ == 0) {
-        known_.assign(graph.size(), Known{});
-        search_ = 1;
-    }
-    open_.clear();
+    begin(graph);
+    const auto ahead = [&graph, goal](std::uint32_t number) {
+        return graph.least_weight_per_m() *
+               distance_of(graph.position(number), graph.position(goal));
+    };
     Answer answer;
-    reach(graph, start, 0.0, start, goal);
+    reach(start, 0.0, start, ahead(start));
     while (!open_.empty()) {
-        std::pop_heap(open_.begin(), open_.end(), [](const Open& a, const Open& b) {
-            return a.estimate > b.estimate || (a.estimate == b.estimate && a.number > b.number);
-        });
-        const Open at = open_.back();
-        open_.pop_back();
+        const Open at = take();
         if (at.cost > known_[at.number].cost) {
             continue;
         }
@@ -186,18 +204,52 @@ WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
         if (at.number == goal) {
             answer.outcome = Outcome::kFound;
             answer.cost = at.cost;
-            for (std::uint32_t n = goal; n != start; n = known_[n].from) {
-                way_.push_back(n);
-            }
-            way_.push_back(start);
-            std::reverse(way_.begin(), way_.end());
+            trace(goal);
             return answer;
         }
         for (const WaypointGraph::Edge& e : graph.edges(at.number)) {
             if (graph.passable(e.to)) {
-                reach(graph, e.to, at.cost + static_cast<double>(e.weight), at.number, goal);
+                reach(e.to, at.cost + static_cast<double>(e.weight), at.number, ahead(e.to));
             }
         }
+    }
+    return answer;
+}
+
+WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
+                                            std::span<const End> starts,
+                                            std::span<const End> ends) {
+    begin(graph);
+    for (const End& s : starts) {
+        reach(s.number, s.cost, s.number, 0.0);
+    }
+    Answer answer;
+    std::uint32_t last = 0;
+    while (!open_.empty()) {
+        const Open at = take();
+        if (at.cost > known_[at.number].cost) {
+            continue;
+        }
+        if (answer.outcome == Outcome::kFound && at.cost >= answer.cost) {
+            break;
+        }
+        ++answer.work;
+        for (const End& e : ends) {
+            if (e.number == at.number &&
+                (answer.outcome != Outcome::kFound || at.cost + e.cost < answer.cost)) {
+                answer.outcome = Outcome::kFound;
+                answer.cost = at.cost + e.cost;
+                last = at.number;
+            }
+        }
+        for (const WaypointGraph::Edge& e : graph.edges(at.number)) {
+            if (graph.passable(e.to)) {
+                reach(e.to, at.cost + static_cast<double>(e.weight), at.number, 0.0);
+            }
+        }
+    }
+    if (answer.outcome == Outcome::kFound) {
+        trace(last);
     }
     return answer;
 }

@@ -105,6 +105,16 @@ class WaypointSearch {
                 std::uint32_t goal,
                 std::uint32_t max_work = ~0U);
 
+    /// A waypoint at which a way may begin or end, and what it costs to come there.
+    struct End {
+        std::uint32_t number;
+        double cost;
+    };
+
+    /// The best way from any of some waypoints to any of others, what it costs to come there
+    /// counted; by Dijkstra. Ends are passable.
+    Answer plan(const WaypointGraph& graph, std::span<const End> starts, std::span<const End> ends);
+
     /// Of the last answer that was found: numbers from start to goal.
     [[nodiscard]] std::span<const std::uint32_t> way() const { return way_; }
 
@@ -121,11 +131,10 @@ class WaypointSearch {
         std::uint32_t number;
     };
 
-    void reach(const WaypointGraph& graph,
-               std::uint32_t number,
-               double cost,
-               std::uint32_t from,
-               std::uint32_t goal);
+    void begin(const WaypointGraph& graph);
+    void reach(std::uint32_t number, double cost, std::uint32_t from, double ahead);
+    Open take();
+    void trace(std::uint32_t last);
 
     std::vector<Known> known_;
     std::vector<Open> open_;  // a heap; what was reached more cheaply since is passed over
