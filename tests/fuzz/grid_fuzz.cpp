@@ -2,6 +2,7 @@
 // exact methods agree.
 #include "server/ai/navigation/grid_text.h"
 #include "server/ai/navigation/planner.h"
+#include "server/ai/navigation/waypoint_graph.h"
 #include "tests/fuzz/fuzz.h"
 #include "shared/core/assert.h"
 
@@ -51,6 +52,25 @@ void use_map(const GridMap& map) {
     }
 }
 
+/// Between the first waypoints: what is found costs no more than its first edge or way back says.
+void use_waypoints(const WaypointGraph& graph) {
+    WaypointSearch search;
+    const std::uint32_t count = std::min(graph.size(), 20U);
+    for (std::uint32_t a = 0; a < count; ++a) {
+        for (std::uint32_t b = 0; b < count; ++b) {
+            const WaypointSearch::Answer found = search.plan(graph, a, b);
+            ZONED_ASSERT(found.outcome != Outcome::kFound ||
+                             (search.way().front() == a && search.way().back() == b),
+                         "a way from start to goal");
+        }
+        for (const WaypointGraph::Edge& e : graph.edges(a)) {
+            ZONED_ASSERT(!graph.passable(a) || !graph.passable(e.to) ||
+                             search.plan(graph, a, e.to).cost <= static_cast<double>(e.weight),
+                         "no way is dearer than an edge");
+        }
+    }
+}
+
 Bytes text_seed(std::string_view text) {
     return {text.begin(), text.end()};
 }
@@ -65,6 +85,9 @@ std::vector<Bytes> seeds() {
         text_seed("version 1\n0\tm.map\t9\t8\t1\t2\t3\t4\t2.82843\r\n1 m 9 8 8 7 0 0 10.4\n"),
         text_seed("type patch\npatches 2\npatch 0\nheight 1\nwidth 2\nmap\n@.\npatch "
                   "1\nheight 1\nwidth 1\nmap\n.\n"),
+        text_seed(
+            "node 1 0 0 0\nnode 2 3 0 4 blocked\nedge 1 2 length both # x\nnode 3 1 1 1\nedge "
+            "3 1 2.5\nedge 1 3 0\n"),
         text_seed("version 2\nheight 4\nwidth 5\ncost 1 octile\ncommands\nQ 0 0 1 4 3 5.2\nP 0 "
                   "1 3 2\n")};
 }
@@ -77,6 +100,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto map = zoned::ai::navigation::parse_grid_map(text);
     if (read_or_refused(map) && map->places() <= kMostPlaces) {
         use_map(*map);
+    }
+    const auto waypoints = zoned::ai::navigation::parse_waypoints(text);
+    if (read_or_refused(waypoints)) {
+        use_waypoints(*waypoints);
     }
     read_or_refused(zoned::ai::navigation::parse_grid_scenario(text));
     read_or_refused(zoned::ai::navigation::parse_grid_patches(text));

@@ -13,7 +13,7 @@ namespace {
 
 // What things cost in units; measured once and rounded, since only their ratios matter.
 constexpr std::uint64_t kQueryUnits = 600;  ///< a way by looking it up, put together
-constexpr std::uint64_t kNodeUnits = 50;    ///< a node of a search
+constexpr std::uint64_t kNodeUnits = 80;    ///< a node of a search
 constexpr std::uint64_t kHopUnits = 8;      ///< a step along a field or through an area
 constexpr std::uint64_t kFieldUnits = 6;    ///< a cell of a field that is made
 constexpr std::uint64_t kAreaUnits = 40;    ///< an area of a table to a goal's area
@@ -21,6 +21,8 @@ constexpr std::uint64_t kAreaUnits = 40;    ///< an area of a table to a goal's 
 constexpr std::uint64_t kFieldGain = 2;
 /// Tables to all goals' areas are made beforehand where there are no more areas.
 constexpr std::size_t kMostTables = 1500;
+/// Cells or corners looked at on the last leg of a way from area to area.
+constexpr std::uint32_t kAreaSearch = 500;
 /// Who waits is sent ahead by so many cells.
 constexpr int kLegCells = 8;
 /// Who stands where nothing is passable looks for a cell as far away, in cells.
@@ -344,15 +346,31 @@ void WayService::find_by_areas(Slot& slot) {
         return true;
     });
     spent_ += kHopUnits * steps;
-    // Within the last area: ways that leave its square are of no use there.
-    const GoalField::Window w = areas_.window(map, slot.goal);
-    near_goal_.build(map, slot.goal, w);
-    spent_ +=
-        kFieldUnits * static_cast<std::uint64_t>((w.right - w.left + 1) * (w.bottom - w.top + 1));
-    walk([&](Cell c) { return near_goal_.hop(map.place(c)); });
+    walk_within_area(slot.goal);
     slot.outcome = Outcome::kFound;
     slot.best = false;
     ++counts_.by_areas;
+}
+
+void WayService::walk_within_area(Cell goal) {
+    const GridMap& map = planner_.map();
+    Query query;
+    query.start = cells_.back();
+    query.goal = goal;
+    query.max_work = kAreaSearch;
+    const Answer found = planner_.plan(query);
+    spent_ += kQueryUnits + kNodeUnits * found.work;
+    if (found.outcome == Outcome::kFound) {
+        const std::span<const Cell> corners = planner_.way().corners();
+        cells_.insert(cells_.end(), corners.begin() + 1, corners.end());
+        return;
+    }
+    // A search that lost its way beyond the square: within it there is one.
+    const GoalField::Window w = areas_.window(map, goal);
+    near_goal_.build(map, goal, w);
+    spent_ +=
+        kFieldUnits * static_cast<std::uint64_t>((w.right - w.left + 1) * (w.bottom - w.top + 1));
+    walk([&](Cell c) { return near_goal_.hop(map.place(c)); });
 }
 
 void WayService::keep(Slot& slot) {

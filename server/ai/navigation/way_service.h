@@ -53,7 +53,7 @@ struct WaySettings {
     /// Of a tick, in units: a cell looked at is one (about 2 ns).
     std::uint64_t work_per_tick = 1'000'000;
     /// Of a tick besides, as long as the map's index is renewed after a change.
-    std::uint64_t index_work_per_tick = 500'000;
+    std::uint64_t index_work_per_tick = 200'000;
     /// Who has asked for one way alone has it after so many ticks, whatever the load: requests that
     /// come due beyond the work of a tick go from area to area, which is cheap.
     std::uint32_t longest_wait_ticks = 20;
@@ -146,6 +146,8 @@ class WayService {
     bool find_by_field(Slot& slot);
     void find_by_planner(Slot& slot);
     void find_by_areas(Slot& slot);
+    /// From the last of `cells_` to a goal in the same area.
+    void walk_within_area(Cell goal);
     /// Makes a field, as far as the tick's work goes; true once it is there.
     bool make_field(Cell goal);
     /// On to the next cell.

@@ -1,0 +1,179 @@
+#include "server/ai/navigation/zone_portals.h"
+
+#include "tests/unit/navigation/grid_reference.h"
+#include "shared/core/rng.h"
+
+#include <gmock/gmock.h>
+
+#include <memory>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+constexpr float kZoneCell_m = 0.5F;
+
+/// A map cut into zones, each with its origin in its middle, as zones have it.
+struct CutMap {
+    CutMap(const GridMap& map, std::initializer_list<int> lefts, std::initializer_list<int> tops)
+        : whole(map) {
+        grounds.reserve(lefts.size() * tops.size());
+        for (auto top = tops.begin(); top != tops.end(); ++top) {
+            for (auto left = lefts.begin(); left != lefts.end(); ++left) {
+                const int right = left + 1 == lefts.end() ? map.width() : left[1];
+                const int bottom = top + 1 == tops.end() ? map.height() : top[1];
+                cut(*left, *top, right - *left, bottom - *top);
+            }
+        }
+        portals = std::make_unique<ZonePortals>(zones);
+    }
+
+    void cut(int left, int top, int width, int height) {
+        const float half_x = 0.5F * kZoneCell_m * static_cast<float>(width);
+        const float half_z = 0.5F * kZoneCell_m * static_cast<float>(height);
+        GridMap cells(width, height);
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+                const Cell from{static_cast<std::uint16_t>(left + x),
+                                static_cast<std::uint16_t>(top + y)};
+                cells.set_passable(c, whole.passable(from));
+            }
+        }
+        grounds.push_back({GroundGrid({-half_x, -half_z, half_x, half_z}, kZoneCell_m),
+                           cells,
+                           std::vector<float>(cells.places(), 0.0F)});
+        corners.push_back({static_cast<std::uint16_t>(left), static_cast<std::uint16_t>(top)});
+        zones.push_back(
+            {&grounds.back(),
+             static_cast<double>(half_x) + static_cast<double>(kZoneCell_m) * left + 1e5,
+             static_cast<double>(half_z) + static_cast<double>(kZoneCell_m) * top - 3e4});
+        planners.push_back(std::make_unique<Planner>(cells));
+    }
+
+    std::uint32_t zone_of(Cell c) const {
+        for (std::uint32_t z = 0;; ++z) {
+            const int x = c.x - corners[z].x;
+            const int y = c.y - corners[z].y;
+            if (x >= 0 && y >= 0 && x < grounds[z].cells.width() && y < grounds[z].cells.height()) {
+                return z;
+            }
+        }
+    }
+
+    Cell within(std::uint32_t zone, Cell c) const {
+        return {static_cast<std::uint16_t>(c.x - corners[zone].x),
+                static_cast<std::uint16_t>(c.y - corners[zone].y)};
+    }
+
+    Spot spot(Cell c) const {
+        const std::uint32_t z = zone_of(c);
+        return grounds[z].grid.centre(within(z, c));
+    }
+
+    GridMap whole;
+    std::vector<GroundMap> grounds;
+    std::vector<Cell> corners;
+    std::vector<ZoneGround> zones;
+    std::vector<std::unique_ptr<Planner>> planners;
+    std::unique_ptr<ZonePortals> portals;
+};
+
+/// Cells of the way when each zone plans its own part and hands over beyond the border; below 0
+/// where one can't.
+double walked(CutMap& m, Cell start, std::span<const ZoneLeg> legs) {
+    double length = 0.0;
+    Cell at = start;
+    for (std::size_t i = 0; i < legs.size(); ++i) {
+        const std::uint32_t zone = legs[i].zone;
+        if (m.zone_of(at) != zone) {
+            return -1.0;
+        }
+        Query q;
+        q.start = m.within(zone, at);
+        const GroundGrid& grid = m.grounds[zone].grid;
+        q.goal = grid.cell(legs[i].to);  // of a place beyond the border the cell before it
+        const Answer a = m.planners[zone]->plan(q);
+        if (a.outcome != Outcome::kFound) {
+            return -1.0;
+        }
+        length += a.length;
+        at = {static_cast<std::uint16_t>(q.goal.x + m.corners[zone].x),
+              static_cast<std::uint16_t>(q.goal.y + m.corners[zone].y)};
+        if (i + 1 < legs.size()) {
+            const Spot inside = grid.centre(q.goal);
+            at.x = static_cast<std::uint16_t>(at.x +
+                                              std::lround((legs[i].to.x - inside.x) / kZoneCell_m));
+            at.y = static_cast<std::uint16_t>(at.y +
+                                              std::lround((legs[i].to.z - inside.z) / kZoneCell_m));
+            length += 1.0;
+        }
+    }
+    return length;
+}
+
+TEST(ZonePortals, LeadThroughSeveralZonesToWhateverCanBeReached) {
+    core::Rng rng(51);
+    double sum = 0.0;
+    double sum_best = 0.0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        const GridMap map =
+            seed % 2 == 0 ? rooms_map(150, 120, 11, seed) : random_map(150, 120, 0.33F, seed);
+        CutMap m(map, {0, 40, 101}, {0, 70});
+        EXPECT_GT(m.portals->portals(), 5U);
+        Planner planner(map);
+        for (int i = 0; i < 150; ++i) {
+            const auto any = [&] {
+                return Cell{static_cast<std::uint16_t>(rng.below(150)),
+                            static_cast<std::uint16_t>(rng.below(120))};
+            };
+            Query q;
+            q.start = any();
+            q.goal = any();
+            const Answer best = planner.plan(q);
+            std::vector<ZoneLeg> legs;
+            const std::uint32_t from = m.zone_of(q.start);
+            const std::uint32_t to = m.zone_of(q.goal);
+            const Outcome outcome = m.portals->route(
+                *m.planners[from], from, m.spot(q.start), to, m.spot(q.goal), legs);
+            ASSERT_EQ(outcome, best.outcome) << seed;
+            if (outcome != Outcome::kFound) {
+                continue;
+            }
+            const double length = walked(m, q.start, legs);
+            ASSERT_GE(length, best.length - 0.01);
+            sum += length;
+            sum_best += best.length;
+        }
+    }
+    // Portals are up to 24 cells apart: whoever crosses beside one goes up to 12 aside and back, on
+    // ways of about a hundred; most borders are crossed at doors, where there is no choice.
+    EXPECT_LT(sum / sum_best, 1.1);
+}
+
+TEST(ZonePortals, LeaveAZoneWhereTheWayWithinItIsLongerOrMissing) {
+    // Two zones; in the left one a wall that only the right one leads around.
+    GridMap cells(10, 4);
+    for (std::uint16_t y = 0; y < 4; ++y) {
+        for (std::uint16_t x = 0; x < 10; ++x) {
+            cells.set_passable({x, y}, !(y == 2 && x < 7));
+        }
+    }
+    CutMap m(cells, {0, 6}, {0});
+    std::vector<ZoneLeg> legs;
+    ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({0, 0}), 0, m.spot({0, 3}), legs),
+              Outcome::kFound);
+    ASSERT_EQ(legs.size(), 3U);
+    EXPECT_EQ(legs[0].zone, 0U);
+    EXPECT_EQ(legs[1].zone, 1U);
+    EXPECT_EQ(legs[2].zone, 0U);
+    // Around the wall's end: seven cells there and back, and three down.
+    Planner planner(cells);
+    Query q;
+    q.goal = {0, 3};
+    EXPECT_NEAR(walked(m, {0, 0}, legs), planner.plan(q).length, 1.0);
+}
+
+}  // namespace
+
+}  // namespace zoned::ai::navigation
