@@ -172,7 +172,7 @@ TrackPoint Track::beside(double s, double offset) const {
 
 double Track::walked(double s, double offset, double distance) const {
     // Whole steps and what is left, so that the place does not jump as the distance grows.
-    for (double left = distance; left != 0.0;) {
+    for (double left = distance; std::abs(left) > 0.0;) {
         const double step = std::clamp(left, -kWalkStep, kWalkStep);
         const double half = 0.5 * step / (1.0 - offset * at(s).curvature);
         s += step / (1.0 - offset * at(s + half).curvature);

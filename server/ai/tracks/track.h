@@ -14,7 +14,7 @@ namespace zoned::ai::tracks {
 using Vec2d = Eigen::Vector2d;
 
 enum class Curve : std::uint8_t {
-    kCatmullRom,  ///< through all points: centripetal, so that it neither loops nor overshoots
+    kCatmullRom,  ///< through all points, where its curvature jumps; centripetal: no loops
     kBSpline,     ///< near all points, uniform and cubic: its curvature does not jump
 };
 
