@@ -98,6 +98,7 @@ int run(const Options& options) {
     session.repeats = options.repeats;
     session.quick = options.quick;
     session.results.quick = options.quick;
+    session.pictures = !options.report_folder.empty();
     session.results.machine = machine_name();
     session.results.commit = ZONED_COMMIT;
     session.results.build = ZONED_BUILD;
@@ -118,6 +119,9 @@ int run(const Options& options) {
     if (!options.report_folder.empty()) {
         std::filesystem::create_directories(options.report_folder);
         write_file(options.report_folder + "/index.html", report_html(session.results));
+        for (const Drawing& picture : session.results.pictures) {
+            write_file(options.report_folder + "/" + picture.name + ".svg", picture.svg);
+        }
     }
     return kGood;
 }

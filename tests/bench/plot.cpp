@@ -301,6 +301,9 @@ std::string report_html(const Results& results) {
                                        curves_svg(curve->metric_label, unit, along);
         html += table_html(rows);
     }
+    for (const Drawing& picture : results.pictures) {
+        html += "<h2>" + escaped(picture.caption) + "</h2>\n" + picture.svg;
+    }
     return html + "</body></html>\n";
 }
 

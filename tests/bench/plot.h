@@ -27,7 +27,8 @@ std::string curves_svg(const std::string& x_label,
                        const std::string& y_label,
                        const std::vector<Point>& points);
 
-/// One page of all rows: a picture of time against error per scene, and the metrics as tables.
+/// One page of all rows: a picture of time against error per scene, and the metrics as tables; then
+/// the pictures of scenes.
 /// Rows with the metric `passes` are points of one curve per method, whatever the first word of
 /// their parameter: error against time and against passes. So are those with `updates_per_s`. So
 /// are those with the metric `steps_per_s`, whose time is that of one step: error against the time

@@ -27,6 +27,13 @@ struct Row {
     [[nodiscard]] const double* find_metric(const std::string& name) const;
 };
 
+/// A picture of a scene, for the report.
+struct Drawing {
+    std::string name;  ///< of its file, without .svg
+    std::string caption;
+    std::string svg;
+};
+
 struct Results {
     std::string machine;
     std::string commit;
@@ -34,6 +41,7 @@ struct Results {
     bool quick = false;  ///< scenes were cut short: times hint, errors mean little
     std::vector<std::string> notes;
     std::vector<Row> rows;
+    std::vector<Drawing> pictures;
 };
 
 /// {"machine", "commit", "build", "quick", "notes", "rows": [...]}; numbers that are not finite

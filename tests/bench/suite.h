@@ -15,6 +15,7 @@ class Session {
     std::vector<std::string> scenes;   ///< empty: all
     std::vector<std::string> methods;  ///< names of methods or peers; empty: all
     int repeats = 3;                   ///< timed runs of each method, > 0
+    bool pictures = false;             ///< a report is written: scenes may be drawn
     bool quick = false;                ///< cut every scene short: the suite ends within seconds
     Results results;
 

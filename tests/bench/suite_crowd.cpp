@@ -14,6 +14,9 @@ void run_crowd_suite(Session& session) {
     if (session.wants_scene(kFlockScene)) {
         run_crowd_flock(session);
     }
+    if (session.pictures) {
+        draw_crowds(session);
+    }
 }
 
 const Registration kCrowd({"crowd",

@@ -1,0 +1,160 @@
+#include "server/ai/crowd/crowded_field.h"
+
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <array>
+
+namespace zoned::ai::crowd {
+
+using navigation::GridMap;
+using navigation::Hop;
+using navigation::Place;
+
+namespace {
+
+constexpr Hop kHops = 8;
+constexpr Hop kFirstDiagonal = 4;
+
+/// As navigation::hopped.
+constexpr std::array<int, kHops> kAcross{1, -1, 0, 0, 1, -1, 1, -1};
+constexpr std::array<int, kHops> kDown{0, 0, 1, -1, 1, -1, -1, 1};
+
+Place beside(Place p, Hop hop, std::uint32_t stride) {
+    return static_cast<Place>(static_cast<std::int64_t>(p) + kAcross[hop] +
+                              static_cast<std::int64_t>(kDown[hop]) * stride);
+}
+
+/// Whether a step leads there: passable, and no corner is cut.
+bool open_step(const GridMap& map, Place p, Hop hop) {
+    const auto stride = static_cast<std::int64_t>(map.stride());
+    const auto at = static_cast<std::int64_t>(p);
+    return map.passable(beside(p, hop, map.stride())) &&
+           (hop < kFirstDiagonal || (map.passable(static_cast<Place>(at + kAcross[hop])) &&
+                                     map.passable(static_cast<Place>(at + kDown[hop] * stride))));
+}
+
+CrowdedField::Cost step_cost(std::span<const Crowding> crowding, Place p, Place q, Hop hop) {
+    const CrowdedField::Cost length =
+        hop < kFirstDiagonal ? navigation::kStraight : navigation::kDiagonal;
+    return length * (2U * kPerStep + crowding[p] + crowding[q]);
+}
+
+/// Opposite steps differ in their last bit.
+Hop back(Hop hop) {
+    return static_cast<Hop>(hop ^ 1U);
+}
+
+}  // namespace
+
+void CrowdedField::push(const Reached& reached) {
+    open_.push_back(reached);
+    std::push_heap(open_.begin(), open_.end());
+}
+
+void CrowdedField::build(const GridMap& map,
+                         std::span<const Crowding> crowding,
+                         navigation::Cell goal) {
+    ZONED_ASSERT(map.contains(goal), "a goal off the map");
+    ZONED_ASSERT(crowding.size() == map.places(), "crowding of each place");
+    stride_ = map.stride();
+    goal_ = map.place(goal);
+    cost_.assign(map.places(), kNoWay);
+    hop_.assign(map.places(), navigation::kNoHop);
+    open_.clear();
+    if (map.passable(goal_)) {
+        cost_[goal_] = 0;
+        hop_[goal_] = navigation::kArrived;
+        push({0, goal_});
+    }
+    spread(map, crowding);
+}
+
+void CrowdedField::spread(const GridMap& map, std::span<const Crowding> crowding) {
+    work_ = 0;
+    while (!open_.empty()) {
+        std::pop_heap(open_.begin(), open_.end());
+        const Reached at = open_.back();
+        open_.pop_back();
+        if (cost_[at.place] != at.cost) {
+            continue;
+        }
+        ++work_;
+        for (Hop hop = 0; hop < kHops; ++hop) {
+            if (!open_step(map, at.place, hop)) {
+                continue;
+            }
+            const Place to = beside(at.place, hop, stride_);
+            const Cost cost = at.cost + step_cost(crowding, at.place, to, hop);
+            if (cost < cost_[to]) {
+                cost_[to] = cost;
+                hop_[to] = back(hop);
+                push({cost, to});
+            }
+        }
+    }
+}
+
+void CrowdedField::forget(Place p) {
+    cost_[p] = kNoWay;
+    hop_[p] = navigation::kNoHop;
+    forgotten_.push_back(p);
+}
+
+void CrowdedField::find_again(const GridMap& map, std::span<const Crowding> crowding, Place p) {
+    if (p == goal_ && map.passable(p)) {
+        cost_[p] = 0;
+        hop_[p] = navigation::kArrived;
+    } else if (map.passable(p)) {
+        for (Hop hop = 0; hop < kHops; ++hop) {
+            const Place q = beside(p, hop, stride_);
+            if (cost_[q] == kNoWay || !open_step(map, p, hop)) {
+                continue;
+            }
+            const Cost cost = cost_[q] + step_cost(crowding, p, q, hop);
+            if (cost < cost_[p]) {
+                cost_[p] = cost;
+                hop_[p] = hop;
+            }
+        }
+    }
+    if (cost_[p] != kNoWay) {
+        push({cost_[p], p});
+    }
+}
+
+void CrowdedField::update(const GridMap& map,
+                          std::span<const Crowding> crowding,
+                          std::span<const Place> changed) {
+    ZONED_ASSERT(goal_ != navigation::kNoPlace && cost_.size() == map.places(),
+                 "a field is built before it is updated");
+    forgotten_.clear();
+    // Steps into and out of a cell, and past its corner, are steps of the nine around it.
+    for (const Place c : changed) {
+        if (cost_[c] != kNoWay || map.passable(c)) {
+            forget(c);
+        }
+        for (Hop hop = 0; hop < kHops; ++hop) {
+            const Place q = beside(c, hop, stride_);
+            if (cost_[q] != kNoWay) {
+                forget(q);
+            }
+        }
+    }
+    // And whatever led through them.
+    for (std::size_t i = 0; i < forgotten_.size(); ++i) {
+        for (Hop hop = 0; hop < kHops; ++hop) {
+            const Place q = beside(forgotten_[i], hop, stride_);
+            if (cost_[q] != kNoWay && hop_[q] == back(hop)) {
+                forget(q);
+            }
+        }
+    }
+    open_.clear();
+    for (const Place p : forgotten_) {
+        find_again(map, crowding, p);
+    }
+    spread(map, crowding);
+}
+
+}  // namespace zoned::ai::crowd

@@ -1,0 +1,71 @@
+// CrowdedField: from every cell the next step to a goal, by ways that avoid crowds.
+#pragma once
+
+#include "server/ai/crowd/density.h"
+#include "server/ai/navigation/goal_field.h"
+#include "server/ai/navigation/grid_map.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::crowd {
+
+/// As navigation::GoalField, but a step costs more where cells are crowded: its length times the
+/// mean of 1 + crowding / 16 of both cells. When some cells change, only what led through them is
+/// looked for again (after Ramalingam and Reps, "An incremental algorithm for a generalization of
+/// the shortest-path problem", Journal of Algorithms 21, 1996): costs are the same as those of a
+/// field that is built anew.
+class CrowdedField {
+  public:
+    /// Length of a way, in kStraight * 2 kPerStep for a straight step between empty cells.
+    using Cost = std::uint64_t;
+
+    static constexpr Cost kNoWay = ~Cost{0};
+
+    /// Field to `goal` (on the map) from everywhere.
+    void build(const navigation::GridMap& map,
+               std::span<const Crowding> crowding,
+               navigation::Cell goal);
+
+    /// After cells in `changed` became passable or not, or more or less crowded.
+    void update(const navigation::GridMap& map,
+                std::span<const Crowding> crowding,
+                std::span<const navigation::Place> changed);
+
+    [[nodiscard]] navigation::Hop hop(navigation::Place p) const { return hop_[p]; }
+
+    [[nodiscard]] Cost cost(navigation::Place p) const { return cost_[p]; }
+
+    /// Cells that the last call took from its queue.
+    [[nodiscard]] std::size_t work() const { return work_; }
+
+  private:
+    struct Reached {
+        Cost cost;
+        navigation::Place place;
+
+        /// The least on top of a heap; ties by place.
+        friend bool operator<(const Reached& a, const Reached& b) {
+            return a.cost != b.cost ? a.cost > b.cost : a.place > b.place;
+        }
+    };
+
+    void push(const Reached& reached);
+    void spread(const navigation::GridMap& map, std::span<const Crowding> crowding);
+    void forget(navigation::Place p);
+    void find_again(const navigation::GridMap& map,
+                    std::span<const Crowding> crowding,
+                    navigation::Place p);
+
+    std::vector<Cost> cost_;
+    std::vector<navigation::Hop> hop_;
+    std::vector<Reached> open_;
+    std::vector<navigation::Place> forgotten_;
+    navigation::Place goal_ = navigation::kNoPlace;
+    std::uint32_t stride_ = 0;
+    std::size_t work_ = 0;
+};
+
+}  // namespace zoned::ai::crowd
