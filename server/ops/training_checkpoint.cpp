@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -123,6 +124,46 @@ void fill(const learn::Neat::State& neat, TrainingCheckpoint& out) {
     out.set_next_node(neat.inventions.next_node);
 }
 
+/// False where the same number stands for two inventions, or a genome has what nobody invented: it
+/// would grow into one that has a link twice.
+bool read_inventions(const TrainingCheckpoint& message, learn::Neat::State& neat) {
+    learn::Inventions& inventions = neat.inventions;
+    inventions.next_node = message.next_node();
+    const std::uint32_t first_hidden = neat.genomes.front().first_hidden();
+    const auto links = static_cast<std::uint32_t>(message.link_invention_size());
+    std::vector<bool> numbered(links, false);
+    for (const auto& from : message.link_invention()) {
+        if (from.innovation() >= links || numbered[from.innovation()] ||
+            from.from() >= inventions.next_node || from.to() >= inventions.next_node ||
+            !inventions.links.try_emplace({from.from(), from.to()}, from.innovation()).second) {
+            return false;
+        }
+        numbered[from.innovation()] = true;
+    }
+    std::set<std::uint32_t> named;
+    for (const auto& from : message.node_invention()) {
+        for (const std::uint32_t node : from.node()) {
+            if (node < first_hidden || node >= inventions.next_node || !named.insert(node).second) {
+                return false;
+            }
+        }
+        inventions.nodes[from.innovation()].assign(from.node().begin(), from.node().end());
+    }
+    const auto invented = [&inventions, &named](const learn::Genome& genome) {
+        return std::all_of(genome.links.begin(),
+                           genome.links.end(),
+                           [&inventions](const learn::Genome::Link& link) {
+                               const auto at = inventions.links.find({link.from, link.to});
+                               return at != inventions.links.end() && at->second == link.innovation;
+                           }) &&
+               std::all_of(genome.hidden.begin(), genome.hidden.end(), [&named](std::uint32_t node) {
+                   return named.count(node) != 0;
+               });
+    };
+    return inventions.next_node >= first_hidden &&
+           std::all_of(neat.genomes.begin(), neat.genomes.end(), invented);
+}
+
 bool read_neat(const TrainingCheckpoint& message,
                const learn::NeatSettings& settings,
                std::size_t inputs,
@@ -154,14 +195,7 @@ bool read_neat(const TrainingCheckpoint& message,
             return false;
         }
     }
-    for (const auto& from : message.link_invention()) {
-        neat.inventions.links[{from.from(), from.to()}] = from.innovation();
-    }
-    for (const auto& from : message.node_invention()) {
-        neat.inventions.nodes[from.innovation()].assign(from.node().begin(), from.node().end());
-    }
-    neat.inventions.next_node = message.next_node();
-    return true;
+    return read_inventions(message, neat);
 }
 
 std::string reason_of_errno() {

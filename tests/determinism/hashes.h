@@ -23,6 +23,9 @@ std::vector<Line> physics_lines(unsigned threads);
 /// the end what the clients measured.
 std::vector<Line> world_lines(const std::string& name, std::size_t bot_count, unsigned threads);
 
+/// Networks that are bred and fitted: what the first rounds of each method give.
+std::vector<Line> training_lines(unsigned threads);
+
 /// 16 hex digits.
 std::string hex(unsigned long long value);
 

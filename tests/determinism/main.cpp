@@ -24,11 +24,17 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
     return one.size() == other.size();
 }
 
-/// Rigid bodies, then worlds: rigid bodies and minds, soft bodies, particles, all ways to decide.
+/// Rigid bodies, networks, then worlds: rigid bodies and minds, soft bodies, particles, all ways to
+/// decide, policies.
 std::vector<Line> all_lines(unsigned threads) {
     std::vector<Line> lines = physics_lines(threads);
-    for (const auto& [world, bots] :
-         {std::pair("valley", std::size_t{60}), {"cloth", 12}, {"weather", 12}, {"hamlet", 12}}) {
+    const std::vector<Line> networks = training_lines(threads);
+    lines.insert(lines.end(), networks.begin(), networks.end());
+    for (const auto& [world, bots] : {std::pair("valley", std::size_t{60}),
+                                      {"cloth", 12},
+                                      {"weather", 12},
+                                      {"hamlet", 12},
+                                      {"learned", 12}}) {
         const std::vector<Line> more = world_lines(world, bots, threads);
         lines.insert(lines.end(), more.begin(), more.end());
     }

@@ -66,8 +66,8 @@ void Genetic::breed(std::span<const double> fitness) {
     ZONED_ASSERT(fitness.size() == count, "every individual is judged");
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [fitness](std::size_t a, std::size_t b) {
-        return fitter(fitness[a], fitness[b]);
+    std::sort(order.begin(), order.end(), [fitness](std::size_t a, std::size_t b) {
+        return fitter(fitness[a], fitness[b]) || (!fitter(fitness[b], fitness[a]) && a < b);
     });
     std::vector<std::size_t> rank_of(count);
     for (std::size_t rank = 0; rank < count; ++rank) {

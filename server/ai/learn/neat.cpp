@@ -50,10 +50,11 @@ void Neat::sort_into_species() {
 /// Members by fitness, and whether a species became better.
 void Neat::note_progress(std::span<const double> fitness) {
     for (Species& species : state_.species) {
-        std::stable_sort(
-            species.members.begin(),
-            species.members.end(),
-            [fitness](std::uint32_t a, std::uint32_t b) { return fitness[a] > fitness[b]; });
+        std::sort(species.members.begin(),
+                  species.members.end(),
+                  [fitness](std::uint32_t a, std::uint32_t b) {
+                      return fitness[a] > fitness[b] || (fitness[a] == fitness[b] && a < b);
+                  });
         const std::uint32_t champion = species.members.front();
         species.representative = state_.genomes[champion];
         if (fitness[champion] > species.best) {
