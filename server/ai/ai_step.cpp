@@ -61,23 +61,27 @@ void compile(Settings& settings, float dt) {
 /// Where players are. One who was not here a tick ago, or is back, is heard of at once.
 void Step::follow_viewers(Minds& minds, const World& world, const Settings& settings) {
     const world::Entities& e = world.entities;
-    viewers_before_.swap(viewers_);
-    viewers_.clear();
+    viewers_before_.swap(memory_.viewers);
+    memory_.viewers.clear();
     viewers_at_.clear();
     for (world::Row row = 0; row < e.size(); ++row) {
         if (e.client[row] && !e.has(row, world::kHidden)) {
-            viewers_.push_back(e.id[row]);
+            memory_.viewers.push_back(e.id[row]);
             viewers_at_.emplace_back(e.position[row].x(), e.position[row].z());
         }
     }
-    std::sort(viewers_.begin(), viewers_.end());
-    const bool appeared = !std::includes(
-        viewers_before_.begin(), viewers_before_.end(), viewers_.begin(), viewers_.end());
-    const bool jumped = std::any_of(viewers_.begin(), viewers_.end(), [&](EntityId id) {
-        return e.discontinuity_tick[e.find(id)] >= world.now - 1;
-    });
+    std::sort(memory_.viewers.begin(), memory_.viewers.end());
+    const bool appeared = !std::includes(viewers_before_.begin(),
+                                         viewers_before_.end(),
+                                         memory_.viewers.begin(),
+                                         memory_.viewers.end());
+    const bool jumped =
+        std::any_of(memory_.viewers.begin(), memory_.viewers.end(), [&](EntityId id) {
+            return e.discontinuity_tick[e.find(id)] >= world.now - 1;
+        });
     if (appeared || jumped || world.now % kLookPeriod == 0) {
-        watched_.build(viewers_at_, settings.seen_m + kSeenSlack_m);
+        memory_.watched_from = viewers_at_;
+        watched_.build(memory_.watched_from, settings.seen_m + kSeenSlack_m);
     }
     look_at_coarse(minds, world, appeared || jumped);
 }
@@ -396,6 +400,20 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     report_.minds = static_cast<std::uint32_t>(minds.size());
     report_.awake = static_cast<std::uint32_t>(minds.awake().size());
     return report_;
+}
+
+void Step::remember(const Memory& memory, const Minds& minds, const Settings& settings) {
+    memory_ = memory;
+    if (std::isfinite(settings.seen_m)) {
+        watched_.build(memory_.watched_from, settings.seen_m + kSeenSlack_m);
+    }
+    waking_.clear();
+    for (std::size_t n = 0; n < minds.size(); ++n) {
+        const Mind& mind = minds.at(minds.nth(n));
+        if (mind.tier == Tier::kCoarse && !can_sleep(mind, machine_of(mind, settings))) {
+            waking_.push_back(minds.nth(n));
+        }
+    }
 }
 
 void Step::hash(const Minds& minds, core::StateHash& hash) const {

@@ -93,6 +93,18 @@ class Step {
     /// kRaysPerLook)) ticks.
     Report run(Minds& minds, const World& world, const Settings& settings);
 
+    /// What a step knows of those before it, for snapshots.
+    struct Memory {
+        std::vector<EntityId> viewers;  ///< of the last tick, ascending
+        std::vector<Vec2>
+            watched_from;  ///< x, z of viewers when it was found out what they can see
+    };
+
+    [[nodiscard]] const Memory& memory() const { return memory_; }
+
+    /// `minds` are those that the memory belongs to.
+    void remember(const Memory& memory, const Minds& minds, const Settings& settings);
+
   private:
     /// A mind that has something to do in this tick.
     struct Due {
@@ -134,7 +146,7 @@ class Step {
 
     Report report_;
     WatchedCells watched_;
-    std::vector<EntityId> viewers_;  // ascending
+    Memory memory_;
     std::vector<EntityId> viewers_before_;
     std::vector<Vec2> viewers_at_;
     std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone

@@ -31,8 +31,8 @@ enum class ActionKind : std::uint8_t {
     kFlee,    ///< run from the nearest player
     kFlock,  ///< separation, alignment, cohesion with its own type (Reynolds 1987), drifting around
              ///< home
-    kReturn,   ///< walk home
-    kGo = 20,  ///< walk to its spot at `place`, and stand there
+    kReturn,        ///< walk home
+    kGo = 20,       ///< walk to its spot at `place`, and stand there
     kFollow = 110,  ///< stay within `radius_m` of its ward, or else of its target
     kEscort = 111,  ///< stay `radius_m` beside its ward, or between it and the target
     kGuard = 112,   ///< hold home: run at a target within `radius_m` of it until that is beyond

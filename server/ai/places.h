@@ -6,6 +6,7 @@
 #include "shared/math/types.h"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -83,7 +84,6 @@ class Places {
 
     void hash(core::StateHash& hash) const;
 
-  private:
     struct Stock {
         float amount = 0.0F;  ///< at tick `at`; it grows since
         Tick at = 0;
@@ -91,6 +91,13 @@ class Places {
         float high = 0.0F;
     };
 
+    /// All stock of all places, for snapshots.
+    [[nodiscard]] std::span<const Stock> stocks() const { return stocks_; }
+
+    /// As many as there are.
+    void set_stocks(std::span<const Stock> stocks) { stocks_.assign(stocks.begin(), stocks.end()); }
+
+  private:
     struct Place {
         Vec2 at = Vec2::Zero();
         float radius_m = 0.0F;

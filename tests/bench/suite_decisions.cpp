@@ -7,6 +7,7 @@
 #include "tests/bench/fuzzylite_peer.h"
 #include "tests/bench/plain_sentry.h"
 #include "tests/bench/suite_decisions_learning.h"
+#include "tests/bench/suite_decisions_npc.h"
 #include "tests/scenario/brave.h"
 #include "tests/scenario/gunman.h"
 #include "tests/scenario/villager.h"
@@ -471,7 +472,9 @@ void run_decisions(Session& session) {
         "error: from the same rules in double precision. xor, cartpole: an evaluation of a "
         "network, "
         "4,096 minds at once; error: what ten seeds miss of all cases, or of 500 steps over 100 "
-        "episodes that they never saw, on average");
+        "episodes that they never saw, on average. npc_100k: a tick of the minds of a town of a "
+        "hundred thousand, a tenth of which players can see, CPU time of the first of two threads; "
+        "coarse_share: what one that nobody sees costs, walking and all, of one that is simulated");
     const auto scene = [&session](const char* name, auto&& run) {
         if (session.wants_scene(name)) {
             session.progress(std::string("decisions ") + name);
@@ -490,6 +493,7 @@ void run_decisions(Session& session) {
           [&](const char* n) { run_fuzzy(session, n, ai::fuzzy::Inference::kMamdani); });
     scene("xor", [&](const char* n) { run_xor(session, n); });
     scene("cartpole", [&](const char* n) { run_cartpole(session, n); });
+    scene("npc_100k", [&](const char* n) { run_npcs(session, n); });
 }
 
 const Registration kDecisions({"decisions",
@@ -503,7 +507,8 @@ const Registration kDecisions({"decisions",
                                 "fuzzy_sugeno",
                                 "fuzzy_mamdani",
                                 "xor",
-                                "cartpole"},
+                                "cartpole",
+                                "npc_100k"},
                                {"default", "one_by_one", "neat", "fuzzylite/default"},
                                run_decisions});
 

@@ -1,0 +1,227 @@
+#include "server/ai/mind_bytes.h"
+
+#include "server/ai/mind_fields.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+namespace zoned::ai {
+
+namespace {
+
+constexpr std::uint32_t kVersion = 1;
+/// No zone is so large, m.
+constexpr float kFarthest_m = 1e6F;
+
+/// As an unsigned number of the same size.
+template <class Number>
+auto bits_of(Number number) {
+    if constexpr (std::is_same_v<Number, float>) {
+        return std::bit_cast<std::uint32_t>(number);
+    } else if constexpr (std::is_same_v<Number, bool>) {
+        return static_cast<std::uint8_t>(number);
+    } else if constexpr (std::is_enum_v<Number>) {
+        return static_cast<std::underlying_type_t<Number>>(number);
+    } else {
+        return static_cast<std::make_unsigned_t<Number>>(number);
+    }
+}
+
+class Writer {
+  public:
+    explicit Writer(std::vector<std::uint8_t>& out) : out_(out) {}
+
+    template <class Number>
+    void operator()(const Number& number) {
+        const auto bits = bits_of(number);
+        for (std::size_t b = 0; b < sizeof(bits); ++b) {
+            out_.push_back(static_cast<std::uint8_t>(bits >> (8U * b) & 0xFFU));
+        }
+    }
+
+  private:
+    std::vector<std::uint8_t>& out_;
+};
+
+class Reader {
+  public:
+    explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+    template <class Number>
+    void operator()(Number& number) {
+        using Bits = decltype(bits_of(number));
+        Bits bits = 0;
+        if (bytes_.size() - at_ < sizeof(Bits)) {
+            short_ = true;
+            number = Number{};
+            return;
+        }
+        for (std::size_t b = 0; b < sizeof(Bits); ++b) {
+            bits = static_cast<Bits>(bits | static_cast<Bits>(bytes_[at_++]) << (8U * b));
+        }
+        if constexpr (std::is_same_v<Number, float>) {
+            number = std::bit_cast<float>(bits);
+            finite_ = finite_ && std::isfinite(number);
+        } else if constexpr (std::is_same_v<Number, bool>) {
+            known_ = known_ && bits <= 1;
+            number = bits != 0;
+        } else {
+            number = static_cast<Number>(bits);
+        }
+    }
+
+    [[nodiscard]] bool cut_short() const { return short_; }
+
+    [[nodiscard]] bool finite() const { return finite_; }
+
+    [[nodiscard]] bool known() const { return known_; }
+
+    [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
+
+  private:
+    std::span<const std::uint8_t> bytes_;
+    std::size_t at_ = 0;
+    bool short_ = false;
+    bool finite_ = true;
+    bool known_ = true;
+};
+
+/// What keeps the mind from being one of `settings`; null: nothing.
+const char* wrong_with(const Mind& mind, const Settings& settings) {
+    if (mind.machine >= settings.compiled.size() ||
+        settings.compiled[mind.machine].states.empty()) {
+        return "has a machine that there is not";
+    }
+    const CompiledMachine& machine = settings.compiled[mind.machine];
+    const std::uint16_t leaf = mind.fsm.state();
+    if (leaf >= machine.table.leaves()) {
+        return "is in a state that there is not";
+    }
+    const CompiledMachine::Choice& choice = machine.choices[leaf];
+    const bool deed =
+        mind.doing >= choice.first && mind.doing < choice.first + machine.states[leaf].deeds.size();
+    if (mind.doing != leaf && !deed) {
+        return "does what its state does not say";
+    }
+    if (mind.fsm.pending[0] != fsm::kNone &&
+        mind.fsm.pending[0] >= machine.table.transitions.size()) {
+        return "holds a transition that there is not";
+    }
+    for (const auto& memory : mind.fsm.memory) {
+        if (memory[0] != fsm::kNone && memory[0] >= machine.table.nodes.size()) {
+            return "remembers a state that there is not";
+        }
+    }
+    if (mind.tier > Tier::kCoarse || mind.corner > 3) {
+        return "is in no tier, or at no corner";
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+void write_minds(const Minds& minds,
+                 const Step& step,
+                 const Places& places,
+                 std::vector<std::uint8_t>& out) {
+    Writer write(out);
+    write(kVersion);
+    write(static_cast<std::uint32_t>(minds.size()));
+    for (std::size_t n = 0; n < minds.size(); ++n) {
+        visit_fields(minds.at(minds.nth(n)), write);
+    }
+    write(static_cast<std::uint32_t>(step.memory().viewers.size()));
+    for (const EntityId viewer : step.memory().viewers) {
+        write(viewer.value);
+    }
+    write(static_cast<std::uint32_t>(step.memory().watched_from.size()));
+    for (const Vec2& at : step.memory().watched_from) {
+        write(at.x());
+        write(at.y());
+    }
+    write(static_cast<std::uint32_t>(places.stocks().size()));
+    for (const Places::Stock& stock : places.stocks()) {
+        write(stock.amount);
+        write(stock.at);
+    }
+}
+
+std::string read_minds(std::span<const std::uint8_t> bytes,
+                       const Settings& settings,
+                       Minds& minds,
+                       Step& step,
+                       Places& places) {
+    Reader read(bytes);
+    std::uint32_t version = 0;
+    std::uint32_t count = 0;
+    read(version);
+    read(count);
+    if (read.cut_short() || version != kVersion) {
+        return "version " + std::to_string(version) + " of minds, not " + std::to_string(kVersion);
+    }
+    Minds fresh;
+    EntityId before;
+    for (std::uint32_t n = 0; n < count; ++n) {
+        Mind mind;
+        visit_fields(mind, read);
+        const std::string name =
+            "mind " + std::to_string(n) + " of entity " + std::to_string(mind.entity.value) + " ";
+        if (read.cut_short()) {
+            return name + "is cut short";
+        }
+        if (!(before < mind.entity)) {
+            return name + "comes after a larger one";
+        }
+        const char* wrong = wrong_with(mind, settings);
+        if (wrong != nullptr || !read.finite() || !read.known()) {
+            return name + (wrong != nullptr ? wrong : "has a number that is none");
+        }
+        before = mind.entity;
+        fresh.add(mind);
+    }
+    Step::Memory memory;
+    std::uint32_t viewers = 0;
+    read(viewers);
+    for (std::uint32_t v = 0; v < viewers && !read.cut_short(); ++v) {
+        read(memory.viewers.emplace_back().value);
+    }
+    bool near = true;
+    std::uint32_t places_of_viewers = 0;
+    read(places_of_viewers);
+    for (std::uint32_t v = 0; v < places_of_viewers && !read.cut_short(); ++v) {
+        Vec2& at = memory.watched_from.emplace_back(Vec2::Zero());
+        read(at.x());
+        read(at.y());
+        near = near && at.cwiseAbs().maxCoeff() <= kFarthest_m;
+    }
+    if (read.cut_short() || !read.finite() || !near ||
+        !std::is_sorted(memory.viewers.begin(), memory.viewers.end())) {
+        return "viewers are cut short, in no order, or nowhere";
+    }
+    std::uint32_t stocks = 0;
+    read(stocks);
+    if (read.cut_short() || stocks != places.stocks().size()) {
+        return std::to_string(stocks) + " goods in stock, not " +
+               std::to_string(places.stocks().size());
+    }
+    std::vector<Places::Stock> stock(places.stocks().begin(), places.stocks().end());
+    for (Places::Stock& one : stock) {
+        read(one.amount);
+        read(one.at);
+    }
+    if (read.cut_short() || !read.finite()) {
+        return "stock is cut short, or has a number that is none";
+    }
+    if (read.left() > 0) {
+        return std::to_string(read.left()) + " bytes are left over";
+    }
+    minds = std::move(fresh);
+    places.set_stocks(stock);
+    step.remember(memory, minds, settings);
+    return {};
+}
+
+}  // namespace zoned::ai

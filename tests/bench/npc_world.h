@@ -1,0 +1,71 @@
+// NpcWorld: people of a config's types on an open plain, and players; minds and walking alone.
+#pragma once
+
+#include "server/ai/ai_step.h"
+#include "server/compute/team.h"
+#include "server/compute/worker_pool.h"
+#include "server/ops/settings.h"
+#include "server/spatial/point_grid.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace zoned::bench {
+
+/// How many of which.
+struct NpcShare {
+    std::string type;
+    double share;
+};
+
+class NpcWorld {
+  public:
+    struct Plan {
+        std::size_t people = 0;
+        std::vector<NpcShare> shares;
+        std::size_t players = 0;  ///< stand at the nodes of a square lattice
+        float side_m = 0.0F;      ///< of the square in which all live
+        bool simulate_all = false;
+        int threads = 1;
+    };
+
+    /// `settings` must outlive this.
+    NpcWorld(const ops::Settings& settings, const Plan& plan);
+
+    /// One tick; thread CPU time of the caller, and time on the wall, of its two halves.
+    struct Cost {
+        std::int64_t minds_ns = 0;
+        std::int64_t minds_wall_ns = 0;
+        std::int64_t walk_ns = 0;
+    };
+
+    Cost tick();
+
+    [[nodiscard]] const ai::Report& report() const { return report_; }
+
+    [[nodiscard]] Tick now() const { return now_; }
+
+  private:
+    void add(const std::string& type, std::size_t count, float side_m);
+    void walk();
+
+    const ops::Settings& settings_;
+    ai::Settings ai_;
+    float dt_;
+    world::Entities entities_;
+    ai::Minds minds_;
+    ai::Step step_;
+    ai::Places places_;
+    motion::StaticGeometry plain_;
+    spatial::PointGrid grid_;
+    std::unique_ptr<compute::WorkerPool> pool_;
+    compute::Team team_;
+    core::Rng rng_{3};
+    Tick now_ = 0;
+    ai::Report report_;
+};
+
+}  // namespace zoned::bench

@@ -1,0 +1,161 @@
+// Minds written down and read again go on bit for bit; bytes that are no minds are refused.
+#include "server/ai/mind_bytes.h"
+
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+/// Walks and rests by whim and by hunger; half of them are seen.
+Machine restless() {
+    Machine m;
+    m.name = "restless";
+    m.variables = {{"hunger", 0.2F, 0.02F, 0.0F, 1.0F}};
+    m.states.resize(3);
+    m.states[0].name = "wander";
+    m.states[0].action = ActionKind::kWander;
+    m.states[0].radius_m = 15.0F;
+    m.states[0].transitions = {{1, Sensor::kRandom, Compare::kBelow, 0.05F, 0.0F},
+                               {2, Sensor::kPlayerDistance, Compare::kBelow, 10.0F, 0.4F}};
+    m.states[1].name = "rest";
+    m.states[1].changes = {{0, -0.05F, 0.0F}};
+    m.states[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 3.0F, 0.0F}};
+    m.states[2].name = "flee";
+    m.states[2].action = ActionKind::kFlee;
+    m.states[2].transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 20.0F, 0.4F}};
+    return m;
+}
+
+PlaceSettings one_pond() {
+    PlaceSettings settings;
+    settings.places = {{"pond", {0.0, 0.0}, 3.0F, {{"fish", 5.0F, 10.0F, 0.1F}}}};
+    return settings;
+}
+
+void furnish(Field& field) {
+    field.settings.machines = {restless()};
+    field.settings.seen_m = 50.0F;
+    field.places = Places(one_pond(), Vec2d::Zero(), kDt);
+    compile(field.settings, kDt);
+    for (std::uint32_t id = 1; id <= 40; ++id) {
+        field.add_npc(id, kGuard, 0, Vec3(6.0F * static_cast<float>(id), 0.9F, 0.0F));
+        field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
+        begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+    }
+    field.add_player(900, Vec3(20.0F, 0.9F, 5.0F));
+}
+
+std::uint64_t hash_of(Field& field) {
+    core::StateHash hash;
+    field.minds.hash(hash);
+    field.places.hash(hash);
+    for (std::uint32_t id = 1; id <= 40; ++id) {
+        hash.add(field.position(id).x());
+        hash.add(field.position(id).z());
+    }
+    return hash.value();
+}
+
+TEST(MindBytes, WhoIsReadAgainGoesOnBitForBit) {
+    Field field;
+    furnish(field);
+    field.run(20.0F);
+    ASSERT_FALSE(field.minds.awake().empty());
+    ASSERT_LT(field.minds.awake().size(), field.minds.size()) << "some are seen, some are not";
+    std::vector<std::uint8_t> bytes;
+    write_minds(field.minds, field.steps, field.places, bytes);
+
+    Field other;
+    furnish(other);
+    other.now = field.now;
+    other.entities = field.entities;
+    other.minds = Minds();
+    ASSERT_EQ(read_minds(bytes, other.settings, other.minds, other.steps, other.places), "");
+    for (int tick = 0; tick < 1800; ++tick) {
+        field.step();
+        other.step();
+        ASSERT_EQ(hash_of(field), hash_of(other)) << "tick " << tick;
+    }
+}
+
+class BadMinds : public testing::Test {
+  protected:
+    BadMinds() {
+        furnish(field);
+        field.run(3.0F);
+        write_minds(field.minds, field.steps, field.places, bytes);
+    }
+
+    std::string read() {
+        Minds minds;
+        Step steps;
+        Places places(one_pond(), Vec2d::Zero(), kDt);
+        std::string wrong = read_minds(bytes, field.settings, minds, steps, places);
+        EXPECT_EQ(minds.size(), wrong.empty() ? 40U : 0U) << "all or nothing";
+        return wrong;
+    }
+
+    Field field;
+    std::vector<std::uint8_t> bytes;
+};
+
+TEST_F(BadMinds, AreRefusedWithTheirPlace) {
+    EXPECT_EQ(read(), "");
+    std::vector<std::uint8_t> whole = bytes;
+    bytes[0] = 9;
+    EXPECT_EQ(read(), "version 9 of minds, not 1");
+    bytes = whole;
+    bytes[8 + 4] = 7;  // the first mind's machine
+    EXPECT_EQ(read(), "mind 0 of entity 1 has a machine that there is not");
+    bytes = whole;
+    bytes[8 + 4 + 2] = 200;  // its state
+    EXPECT_EQ(read(), "mind 0 of entity 1 is in a state that there is not");
+    bytes = whole;
+    bytes.push_back(0);
+    EXPECT_EQ(read(), "1 bytes are left over");
+    field.settings.compiled[0].states.clear();
+    bytes = whole;
+    EXPECT_EQ(read(), "mind 0 of entity 1 has a machine that there is not");
+}
+
+TEST_F(BadMinds, AreRefusedWhereverTheyEnd) {
+    const std::vector<std::uint8_t> whole = bytes;
+    for (std::size_t size = 0; size < whole.size(); size += size < 600 ? 1 : 37) {
+        bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+        EXPECT_NE(read(), "") << size << " of " << whole.size();
+    }
+}
+
+TEST_F(BadMinds, NeverBreakAnythingWhateverBytesSay) {
+    core::Rng rng(3);
+    const std::vector<std::uint8_t> whole = bytes;
+    int taken = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+        bytes = whole;
+        for (int k = 0; k < 4; ++k) {
+            bytes[rng.below(static_cast<std::uint32_t>(bytes.size()))] =
+                static_cast<std::uint8_t>(rng.below(256));
+        }
+        Minds minds;
+        Step steps;
+        Places places(one_pond(), Vec2d::Zero(), kDt);
+        if (read_minds(bytes, field.settings, minds, steps, places).empty()) {
+            ++taken;
+            Field other;
+            furnish(other);
+            other.now = field.now;
+            other.minds = std::move(minds);
+            for (int tick = 0; tick < 5; ++tick) {
+                other.step();  // goes on with whatever it is
+            }
+        }
+    }
+    EXPECT_GT(taken, 0) << "many numbers may be any number";
+}
+
+}  // namespace
+}  // namespace zoned::ai
