@@ -101,6 +101,26 @@ TEST(PolicySteering, RepeatsACommandThatIsStillGood) {
     EXPECT_LE(changes, 1);
 }
 
+TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
+    // A hundredth below full speed is less than what rounding may hide.
+    const learn::Guard guard{0.99F, 6.0F, 0.0F, false};
+    Machine machine = by_policy(constant_policy(1.0F, 0.0F, -1.0F), guard);
+    State chase;
+    chase.action = ActionKind::kChase;
+    chase.transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 1.0F, 0.0F}};
+    machine.states.insert(machine.states.begin(), chase);
+    Field field;
+    field.settings.machines = {machine};
+    field.add_player(1, {30.0F, 0.0F, 0.0F});
+    field.add_npc(2, kGuard, 0, Vec3::Zero());
+    field.run(0.8F);
+    EXPECT_EQ(field.command(2).move_x, 127);
+    field.run(0.5F);
+    EXPECT_EQ(field.state(2), 1);
+    EXPECT_LE(field.command(2).move_x, 0.99F * 127.0F);
+    EXPECT_GE(field.command(2).move_x, 0.95F * 127.0F);
+}
+
 TEST(PolicySteering, ReadsVariablesOfTheMind) {
     learn::Policy policy = constant_policy(0.0F, 0.0F, -1.0F);
     policy.inputs[0].variable = "courage";
