@@ -102,8 +102,12 @@ void follow_band(Mind& mind, const State& state, const Surroundings& around) {
         return;
     }
     const learn::Situation s = situation_of(mind, around);
-    const float gap = s.has_target ? (s.target - s.here).norm()
-                                   : std::numeric_limits<float>::quiet_NaN();  // back towards 1
+    float gap = s.has_target ? (s.target - s.here).norm()
+                             : std::numeric_limits<float>::quiet_NaN();  // back towards 1
+    if (state.action == ActionKind::kFlee) {
+        // Who is ahead slows down where the other falls behind.
+        gap = 2.0F * state.rubber_band->gap_m - gap;
+    }
     mind.band = learn::banded(*state.rubber_band, mind.band, gap, around.dt);
 }
 

@@ -186,6 +186,28 @@ TEST(RubberBand, KeepsAChaseCloseWithinItsCap) {
     EXPECT_GT(gap_behind(banded, 4.2F), 25.0F);
 }
 
+TEST(RubberBand, LetsWhoeverFleesBeFollowed) {
+    // A hare of 0.8 of 4 m/s before a player of 2.8 m/s: with the band it waits for the player.
+    Machine machine = single(ActionKind::kFlee);
+    machine.perception_m = 500.0F;
+    machine.states[0].speed_factor = 0.8F;
+    const auto lead = [](const Machine& hare) {
+        Field field;
+        field.settings.machines = {hare};
+        field.add_player(1, Vec3::Zero());
+        field.add_npc(2, kGuard, 0, Vec3(10.0F, 0.0F, 0.0F));
+        for (int tick = 0; tick < 60 * 30; ++tick) {
+            field.position(1).x() += 2.8F * kDt;
+            field.step();
+        }
+        return field.distance(1, 2);
+    };
+    EXPECT_NEAR(lead(machine), 10.0F + 60.0F * 0.4F, 1.0F);
+    machine.states[0].rubber_band = learn::RubberBand{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
+    // The factor is 2.8 / 3.2 where the lead is 10 (1 + 0.125 / 0.5), within a step of speed.
+    EXPECT_NEAR(lead(machine), 12.5F, 1.5F);
+}
+
 TEST(RubberBand, EndsWithItsState) {
     Machine machine = single(ActionKind::kChase);
     machine.states[0].speed_factor = 0.8F;
