@@ -32,10 +32,14 @@ bool near_enough(const motion::InputCommand& aim, const learn::Wanted& wanted, b
     return cosine > (fresh ? kFreshTurnCos : kTurnCos) && std::abs(share - asked) < kShareChange;
 }
 
-/// The same command but for what eight bits lose of a movement.
-bool same_within_rounding(const motion::InputCommand& a, const motion::InputCommand& b) {
-    return std::abs(a.move_x - b.move_x) <= 2 && std::abs(a.move_z - b.move_z) <= 2 &&
-           a.buttons == b.buttons;
+/// True where `aim` is what the guard says but for what eight bits lose of a movement, and is
+/// itself no faster than the guard allows: a state before this one may have been.
+bool repeats(const motion::InputCommand& aim,
+             const motion::InputCommand& said,
+             const learn::Guard& guard) {
+    return std::abs(aim.move_x - said.move_x) <= 2 && std::abs(aim.move_z - said.move_z) <= 2 &&
+           aim.buttons == said.buttons &&
+           Vec2(aim.move_x, aim.move_z).norm() <= guard.max_speed * 127.0F;
 }
 
 learn::Wanted wanted_of(const Mind& mind,
@@ -93,7 +97,7 @@ void steer_by_policy(Mind& mind,
                               static_cast<float>(kFarPeriod) * around.dt};
     const motion::InputCommand command =
         guarded(guard, wanted, body, around.types[around.entities.type[around.self]].character);
-    if (!keep || !same_within_rounding(command, mind.aim)) {
+    if (!keep || !repeats(mind.aim, command, guard)) {
         mind.aim = command;
     }
 }
@@ -104,8 +108,12 @@ void follow_band(Mind& mind, const State& state, const Surroundings& around) {
         return;
     }
     const learn::Situation s = situation_of(mind, around);
-    const float gap = s.has_target ? (s.target - s.here).norm()
-                                   : std::numeric_limits<float>::quiet_NaN();  // back towards 1
+    float gap = s.has_target ? (s.target - s.here).norm()
+                             : std::numeric_limits<float>::quiet_NaN();  // back towards 1
+    if (state.action == ActionKind::kFlee) {
+        // Who is ahead slows down where the other falls behind.
+        gap = 2.0F * state.rubber_band->gap_m - gap;
+    }
     mind.band = learn::banded(*state.rubber_band, mind.band, gap, around.dt);
 }
 

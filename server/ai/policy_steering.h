@@ -19,8 +19,8 @@ void steer_by_policy(Mind& mind,
                      const PolicyChoice& choice,
                      const Surroundings& around);
 
-/// Moves mind.band by the distance to its prey, once per tick that steers; 1 in states without a
-/// rubber band.
+/// Moves mind.band by the distance to its prey, once per tick that steers: who chases becomes
+/// faster the farther off that is, who flees slower. 1 in states without a rubber band.
 void follow_band(Mind& mind, const State& state, const Surroundings& around);
 
 }  // namespace zoned::ai

@@ -50,6 +50,16 @@ void check_trade(const Config& config,
     check(trade.take(), "take");
 }
 
+/// Or beyond the world's edge.
+bool in_one_zone(const Config::Place& place, const std::vector<ZoneRegion>& zones) {
+    const double r = place.radius_m();
+    return zones.size() < 2 ||
+           std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
+               return place.x_m() - r >= zone.min_x && place.x_m() + r <= zone.max_x &&
+                      place.z_m() - r >= zone.min_z && place.z_m() + r <= zone.max_z;
+           });
+}
+
 }  // namespace
 
 int find_place(const proto::Config& config, const std::string& name) {
@@ -121,7 +131,9 @@ ai::Trade expand_trade(const proto::Config& config,
     return out;
 }
 
-void check_places(const proto::Config& config, Diagnostics& diagnostics) {
+void check_places(const proto::Config& config,
+                  const std::vector<ZoneRegion>& zones,
+                  Diagnostics& diagnostics) {
     std::set<std::string> names;
     const auto& world = config.world();
     for (int p = 0; p < config.place_size(); ++p) {
@@ -130,9 +142,12 @@ void check_places(const proto::Config& config, Diagnostics& diagnostics) {
         if (!names.insert(place.name()).second) {
             diagnostics.add(path + ".name", "there is another place named '" + place.name() + "'");
         }
-        if (!(place.x_m() >= world.min_x_m() && place.x_m() <= world.max_x_m() &&
-              place.z_m() >= world.min_z_m() && place.z_m() <= world.max_z_m())) {
+        const bool inside = place.x_m() >= world.min_x_m() && place.x_m() <= world.max_x_m() &&
+                            place.z_m() >= world.min_z_m() && place.z_m() <= world.max_z_m();
+        if (!inside) {
             diagnostics.add(path, "lies outside the world");
+        } else if (place.stock_size() > 0 && !in_one_zone(place, zones)) {
+            diagnostics.add(path, "has stock and reaches into several zones: one of them keeps it");
         }
         std::set<std::string> goods{"distance"};
         for (int s = 0; s < place.stock_size(); ++s) {

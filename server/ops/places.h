@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace zoned::ops {
 
@@ -41,8 +42,10 @@ void expand_doing(const proto::Config& config,
     }
 }
 
-/// Places by themselves: names, stock, that they lie in the world.
-void check_places(const proto::Config& config, Diagnostics& diagnostics);
+/// Places by themselves: names, stock, that they lie in the world, and those with stock in one zone.
+void check_places(const proto::Config& config,
+                  const std::vector<ZoneRegion>& zones,
+                  Diagnostics& diagnostics);
 
 /// What a state or deed at `path` says of places: that those it names exist, that whoever goes
 /// somewhere says where, and that goods are variables of machine `root`.

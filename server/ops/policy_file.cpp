@@ -9,8 +9,6 @@
 #include <google/protobuf/text_format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 #include <utility>
 
 namespace zoned::ops {
@@ -183,19 +181,6 @@ PolicyResult parse_policy(const std::string& text) {
         return PolicyResult::failure("cannot be followed: " + defect);
     }
     return policy;
-}
-
-PolicyResult read_policy(const std::string& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::ostringstream text;
-    if (!in.good()) {
-        return PolicyResult::failure("cannot be opened");
-    }
-    text << in.rdbuf();
-    if (!in.good()) {
-        return PolicyResult::failure("cannot be read");
-    }
-    return parse_policy(text.str());
 }
 
 }  // namespace zoned::ops

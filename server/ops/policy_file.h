@@ -32,7 +32,4 @@ std::vector<ai::learn::PolicyInput> inputs_of(
 /// text of this schema, another version, a digest that does not fit, or a network without meaning.
 core::Result<ai::learn::Policy> parse_policy(const std::string& text);
 
-/// The same from a file.
-core::Result<ai::learn::Policy> read_policy(const std::string& file);
-
 }  // namespace zoned::ops

@@ -74,7 +74,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     settings.parameters = build_behaviours(settings.config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
-    check_places(config, diagnostics);
+    check_places(config, settings.zones, diagnostics);
     const Policies policies = load_policies(settings.config, diagnostics);
     check_blends(config, diagnostics);
     check_machines(config, diagnostics);

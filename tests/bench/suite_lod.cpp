@@ -52,9 +52,9 @@ struct Day {
 
 /// `count` people in one zone.
 bool town(int count, std::uint64_t seed, bool skip_unseen, ops::Settings& settings) {
-    // In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies,
-    // deer.
-    const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.06, 0.08, 0.0};
+    // In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies;
+    // one each of hounds, children and deer.
+    const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.06, 0.077, 0.0, 0.0, 0.0};
     std::vector<std::string> sets = {
         "zones.zone_grid.columns=1",
         "zones.zone_grid.rows=1",

@@ -101,6 +101,26 @@ TEST(PolicySteering, RepeatsACommandThatIsStillGood) {
     EXPECT_LE(changes, 1);
 }
 
+TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
+    // A hundredth below full speed is less than what rounding may hide.
+    const learn::Guard guard{0.99F, 6.0F, 0.0F, false};
+    Machine machine = by_policy(constant_policy(1.0F, 0.0F, -1.0F), guard);
+    State chase;
+    chase.action = ActionKind::kChase;
+    chase.transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 1.0F, 0.0F}};
+    machine.states.insert(machine.states.begin(), chase);
+    Field field;
+    field.settings.machines = {machine};
+    field.add_player(1, {30.0F, 0.0F, 0.0F});
+    field.add_npc(2, kGuard, 0, Vec3::Zero());
+    field.run(0.8F);
+    EXPECT_EQ(field.command(2).move_x, 127);
+    field.run(0.5F);
+    EXPECT_EQ(field.state(2), 1);
+    EXPECT_LE(field.command(2).move_x, 0.99F * 127.0F);
+    EXPECT_GE(field.command(2).move_x, 0.95F * 127.0F);
+}
+
 TEST(PolicySteering, ReadsVariablesOfTheMind) {
     learn::Policy policy = constant_policy(0.0F, 0.0F, -1.0F);
     policy.inputs[0].variable = "courage";
@@ -164,6 +184,28 @@ TEST(RubberBand, KeepsAChaseCloseWithinItsCap) {
     EXPECT_NEAR(gap_behind(banded, 2.8F), 10.0F * (1.0F - 0.125F / 0.5F), 1.5F);
     // Beyond the cap it falls back: 4.2 m/s are more than 3.84.
     EXPECT_GT(gap_behind(banded, 4.2F), 25.0F);
+}
+
+TEST(RubberBand, LetsWhoeverFleesBeFollowed) {
+    // A hare of 0.8 of 4 m/s before a player of 2.8 m/s: with the band it waits for the player.
+    Machine machine = single(ActionKind::kFlee);
+    machine.perception_m = 500.0F;
+    machine.states[0].speed_factor = 0.8F;
+    const auto lead = [](const Machine& hare) {
+        Field field;
+        field.settings.machines = {hare};
+        field.add_player(1, Vec3::Zero());
+        field.add_npc(2, kGuard, 0, Vec3(10.0F, 0.0F, 0.0F));
+        for (int tick = 0; tick < 60 * 30; ++tick) {
+            field.position(1).x() += 2.8F * kDt;
+            field.step();
+        }
+        return field.distance(1, 2);
+    };
+    EXPECT_NEAR(lead(machine), 10.0F + 60.0F * 0.4F, 1.0F);
+    machine.states[0].rubber_band = learn::RubberBand{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
+    // The factor is 2.8 / 3.2 where the lead is 10 (1 + 0.125 / 0.5), within a step of speed.
+    EXPECT_NEAR(lead(machine), 12.5F, 1.5F);
 }
 
 TEST(RubberBand, EndsWithItsState) {

@@ -1,0 +1,129 @@
+// Places: spots, stock that grows, trades that are done whole or not at all, and who gets the last
+// loaf.
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+constexpr std::size_t kBread = 0;
+constexpr std::size_t kPond = 1;
+
+PlaceSettings town() {
+    PlaceSettings settings;
+    settings.places = {{"bakery", {10.0, 20.0}, 3.0F, {{"bread", 2.0F, 5.0F, 0.5F}}},
+                       {"pond", {-30.0, 0.0}, 10.0F, {}}};
+    settings.day_s = 600.0;
+    settings.dawn_s = 590.0;
+    return settings;
+}
+
+TEST(Places, GiveEverybodyASpotOfTheirOwnWithinThem) {
+    const Places places(town(), Vec2d(10.0, 0.0), kDt);
+    Vec2 sum = Vec2::Zero();
+    for (std::uint32_t id = 1; id <= 1000; ++id) {
+        const Vec2 spot = places.spot(kPond, EntityId(id));
+        EXPECT_LE((spot - Vec2(-40.0F, 0.0F)).norm(), 10.0F) << "the zone's origin is at x = 10";
+        EXPECT_EQ(spot, places.spot(kPond, EntityId(id)));
+        sum += spot;
+    }
+    // The mean of 1,000 uniform points of a disc of 10 m: sigma is 5 m a side / sqrt(1000) = 0.16.
+    EXPECT_LT((sum / 1000.0F - Vec2(-40.0F, 0.0F)).norm(), 4.0F * 0.16F * 1.4143F);
+}
+
+TEST(Places, KeepStockThatGrowsUpToItsBound) {
+    Places places(town(), Vec2d::Zero(), 1.0F);
+    EXPECT_EQ(places.stock(0, kBread, 0), 2.0F);
+    EXPECT_EQ(places.stock(0, kBread, 4), 4.0F);
+    EXPECT_EQ(places.stock(0, kBread, 100), 5.0F);
+    const Trade two{0, {{0, 0, 2.0F}}};
+    ASSERT_TRUE(places.can(two, 4));
+    places.commit(two, 4);
+    EXPECT_EQ(places.stock(0, kBread, 4), 2.0F);
+    EXPECT_EQ(places.stock(0, kBread, 6), 3.0F);
+    EXPECT_FALSE(places.can({0, {{0, 0, 3.5F}}}, 6)) << "not so much is there";
+    EXPECT_FALSE(places.can({0, {{0, 0, -2.5F}}}, 6)) << "nor is there room";
+    EXPECT_TRUE(places.can({1, {{0, -1, 1e6F}}}, 6)) << "what it does not stock has no end";
+}
+
+TEST(Places, KnowTheTimeOfDay) {
+    const Places places(town(), Vec2d::Zero(), 0.5F);
+    EXPECT_EQ(places.time_of_day(0), 590.0F);
+    EXPECT_EQ(places.time_of_day(19), 599.5F);
+    EXPECT_EQ(places.time_of_day(20), 0.0F);
+    EXPECT_EQ(places.time_of_day(20 + 1200 + 7), 3.5F);
+    EXPECT_EQ(places.day_s(), 600.0F);
+}
+
+/// Buys a loaf for two coins at once, and then stands.
+Machine buyer() {
+    Machine m;
+    m.name = "buyer";
+    m.decide_every_s = kDt;
+    m.variables = {{"coins", 3.0F, 0.0F, 0.0F, 10.0F}, {"bread", 0.0F, 0.0F, 0.0F, 2.0F}};
+    m.states.resize(2);
+    m.states[0].name = "wait";
+    m.states[0].transitions = {{1, Sensor::kTimeOfDay, Compare::kBelow, 100.0F, 0.0F}};
+    m.states[1].name = "buy";
+    m.states[1].trades = {{0, {{0, -1, -2.0F}, {1, 0, 1.0F}}}};
+    return m;
+}
+
+/// Six at the bakery when the day begins, and one far from it.
+class Market : public testing::TestWithParam<bool> {
+  protected:
+    Market() {
+        field.settings.machines = {buyer()};
+        field.settings.seen_m = GetParam() ? std::numeric_limits<float>::infinity() : 30.0F;
+        field.settings.calm_s = 0.1F;
+        field.places = Places(town(), Vec2d::Zero(), kDt);
+        compile(field.settings, kDt);
+        for (std::uint32_t id = 1; id <= 7; ++id) {
+            const Vec3 at = id == 4 ? Vec3(40.0F, 0.9F, 20.0F) : Vec3(10.0F, 0.9F, 20.0F);
+            field.add_npc(id, kGuard, 0, at);
+            field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
+            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+        }
+    }
+
+    [[nodiscard]] float has(std::uint32_t id, std::size_t v) const {
+        return variable_at(
+            *field.minds.find(EntityId(id)), field.settings.compiled[0], v, field.now);
+    }
+
+    Field field;
+};
+
+TEST_P(Market, TheSmallestGetTheLastLoavesAndNobodyPaysForNone) {
+    // Ten seconds until the day begins: by then five loaves are there, and six want one.
+    std::uint32_t trades = 0;
+    std::uint32_t refused = 0;
+    while (field.now < 330) {
+        const Report report = field.step();
+        trades += report.trades;
+        refused += report.trades_refused;
+    }
+    EXPECT_EQ(trades, 5U);
+    EXPECT_EQ(refused, 2U) << "one who found none, and one who was not there";
+    for (const std::uint32_t id : {1U, 2U, 3U, 5U, 6U}) {
+        EXPECT_EQ(has(id, 0), 1.0F) << id;
+        EXPECT_EQ(has(id, 1), 1.0F) << id;
+    }
+    for (const std::uint32_t id : {4U, 7U}) {
+        EXPECT_EQ(has(id, 0), 3.0F) << id;
+        EXPECT_EQ(has(id, 1), 0.0F) << id;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Places,
+                         Market,
+                         testing::Bool(),
+                         [](const testing::TestParamInfo<bool>& info) {
+                             return info.param ? "WhereAllIsSimulated" : "WhereNobodyLooks";
+                         });
+
+}  // namespace
+}  // namespace zoned::ai
