@@ -145,7 +145,7 @@ void run_crowd_avoidance(Session& session) {
     session.progress("crowd avoidance_20k");
     session.note(
         "crowd avoidance_20k: 20,000 people at 0.5 per m2, radius 0.25 m, 1.3 m/s, in all "
-        "directions; neighbours within 3 m, horizon 2 s, steps of 0.05 s; time is per agent and "
+        "directions; neighbours within 3 m, horizon 1.2 s, steps of 0.05 s; time is per agent and "
         "step, on one thread (cpu_2: two), the error is the largest overlap after any step over a "
         "radius");
     const auto with = [count](const char* name, int threads) {

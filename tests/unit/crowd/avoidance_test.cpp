@@ -32,7 +32,7 @@ TEST(Avoidance, LetsWhoIsAloneGoAsItWants) {
     EXPECT_NEAR(agents.z[0], 3.0F - 3.0F, 100 * 8 * 6e-8F);
 }
 
-/// Head-on at 1 m/s each, 4 m apart, radii 0.5, horizon 2 s.
+/// Head-on at 1 m/s each, 4 m apart, radii 0.5, with a horizon of 2 s.
 TEST(Avoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     CrowdAgents agents;
     agents.add(1, 0.0F, 0.0F, 0.5F, 1.0F);
@@ -40,6 +40,7 @@ TEST(Avoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     agents.vx = agents.want_x = {1.0F, -1.0F};
     AvoidanceSettings settings;
     settings.neighbour_m = 5.0F;
+    settings.horizon_s = 2.0F;
     Avoidance avoidance(settings);
     compute::Team alone;
     avoidance.step(agents, Walls(), 0, alone);
