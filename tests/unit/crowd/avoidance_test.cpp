@@ -160,6 +160,39 @@ TEST(Avoidance, ClearsADoorwayWithoutDeadlock) {
     }
 }
 
+/// A round pillar of far more pieces than are looked at.
+TEST(Avoidance, WalksAroundAFinelyCutPillar) {
+    CrowdScene scene;
+    for (int i = 0; i < 96; ++i) {
+        const float from = 6.2831853F * static_cast<float>(i) / 96.0F;
+        const float to = 6.2831853F * static_cast<float>(i + 1) / 96.0F;
+        scene.walls.push_back({5.0F + 0.3F * std::cos(from),
+                               0.3F * std::sin(from),
+                               5.0F + 0.3F * std::cos(to),
+                               0.3F * std::sin(to)});
+    }
+    const Walls walls = Walls::make(scene.walls, 3.0F).value();
+    for (std::uint32_t i = 0; i < 9; ++i) {
+        scene.agents.add(i, -0.7F * static_cast<float>(i), 0.0F, 0.25F, 2.0F);
+        scene.agents.want_x[i] = 1.3F;
+    }
+    Avoidance avoidance({});
+    compute::Team alone;
+    for (std::uint64_t tick = 0; tick < 600; ++tick) {
+        for (std::size_t i = 0; i < 9; ++i) {
+            // To the other side, past the pillar.
+            scene.agents.want_z[i] = -0.3F * scene.agents.z[i];
+        }
+        const CrowdAgents before = scene.agents;
+        EXPECT_EQ(avoidance.step(scene.agents, walls, tick, alone).stuck, 0U);
+        ASSERT_EQ(crossings(before, scene.agents, scene.walls), 0U);
+        ASSERT_LT(deepest_in_wall_share(scene), 2e-3F);
+    }
+    for (const float x : scene.agents.x) {
+        EXPECT_GT(x, 6.0F);
+    }
+}
+
 TEST(Avoidance, GivesTheSameBitsForAnyNumberOfThreads) {
     core::Rng rng(9);
     CrowdScene one = random_scene(rng, 2000, 60.0F);
