@@ -5,6 +5,7 @@
 #include <numeric>
 #include <queue>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace zoned::ai::ants {
@@ -96,8 +97,9 @@ Made Distances::of_graph(std::size_t size, std::span<const Edge> edges) {
         arcs.push_back(e);
         arcs.push_back({e.b, e.a, e.length});
     }
-    std::stable_sort(
-        arcs.begin(), arcs.end(), [](const Edge& p, const Edge& q) { return p.a < q.a; });
+    std::sort(arcs.begin(), arcs.end(), [](const Edge& p, const Edge& q) {
+        return std::tie(p.a, p.b, p.length) < std::tie(q.a, q.b, q.length);
+    });
     std::vector<std::size_t> begin(size + 1, 0);
     for (const Edge& arc : arcs) {
         ++begin[arc.a + 1];

@@ -12,7 +12,7 @@ namespace zoned::ai::crowd {
 namespace {
 
 constexpr std::size_t kBatchGrain = 16;  ///< batches
-constexpr std::size_t kMostWallPlanes = 16;
+constexpr std::size_t kMostWallPlanes = 32;
 constexpr std::size_t kMostNearPlanes = 24;
 constexpr std::size_t kMostWayPlanes = 24;
 static_assert(kMostWallPlanes + kMostNearPlanes + kMostWayPlanes <= LaneProgram::kMostRows);
@@ -270,6 +270,7 @@ LaneInts within(const LaneProgram& p, std::size_t rows, const LaneVelocity& v) {
 LaneVelocity choose(const LaneAgents& a,
                     const LanePlanes& planes,
                     const LaneVelocity& want,
+                    const AvoidanceSettings& settings,
                     AvoidanceReport& report) {
     LaneProgram p;
     p.want = want;
@@ -292,7 +293,11 @@ LaneVelocity choose(const LaneAgents& a,
         s.v.x = pick(overlapping, apart.v.x, s.v.x);
         s.v.z = pick(overlapping, apart.v.z, s.v.z);
     }
-    const unsigned full = planes.walls.full() | (planes.near.full() & ~planes.pressed);
+    // A wall that there was no room for matters where it can be reached within the step.
+    const unsigned walled =
+        planes.walls.full() &
+        bits_of(planes.walls.lost() * settings.wall_horizon_s > -a.speed * settings.step_s);
+    const unsigned full = walled | (planes.near.full() & ~planes.pressed);
     const LaneInts parting = within(p, walls, s.v) & lanes_of(planes.pressed);
     const LaneInts stand = ~(within(p, fixed, s.v) | parting) | lanes_of(full);
     report.stuck += static_cast<std::uint32_t>(__builtin_popcount(full & a.moved_here));
@@ -399,7 +404,7 @@ AvoidanceReport Avoidance::step(CrowdAgents& agents,
             look_around(a, order_, seen, batch, settings, planes);
             look_at_walls(a, walls, batch, settings, planes);
             const LaneVelocity want = wish(a, rows, count, agents, tick, settings);
-            const LaneVelocity v = choose(a, planes, want, of_batch_[b]);
+            const LaneVelocity v = choose(a, planes, want, settings, of_batch_[b]);
             for (std::size_t lane = 0; lane < count; ++lane) {
                 if ((a.moved_here >> lane & 1U) != 0) {
                     agents.vx[rows[lane]] = v.x[lane];

@@ -13,17 +13,17 @@ namespace zoned::ai::crowd {
 
 struct AvoidanceSettings {
     float step_s = 0.05F;         ///< > 0
-    float horizon_s = 2.0F;       ///< so far ahead collisions with others are avoided, >= step_s
+    float horizon_s = 1.2F;       ///< so far ahead collisions with others are avoided, >= step_s
     float wall_horizon_s = 0.2F;  ///< nobody gets nearer to a wall than in this time, >= step_s
     float neighbour_m = 3.0F;     ///< others that are farther do not matter, > 0
-    float comfort_m = 0.15F;      ///< to others but those who go after, where there is room
-    float comfort_s = 0.5F;       ///< so fast it is made, > 0
+    float comfort_m = 0.1F;       ///< to others but those who go after, where there is room
+    float comfort_s = 0.2F;       ///< so fast it is made, > 0
     /// How much one who gets nowhere tries other directions, as a share of its speed, 0 to 1.
     /// Without, some who block each other evenly would wait for ever.
-    float restless = 0.5F;
+    float restless = 0.7F;
     /// How far one whose way is blocked turns to its right, as a share of its speed, 0 to 1: who
     /// meet head-on pass each other, crowds that meet form lanes.
-    float keep_right = 0.2F;
+    float keep_right = 0.5F;
 };
 
 /// What happened in a step.

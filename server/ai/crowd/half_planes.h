@@ -56,6 +56,9 @@ class LaneSection {
             if (at == kMost) {
                 full_ |= 1U << lane;
                 at = weakest(lane);
+                const float weaker =
+                    row_[at].c[lane] < plane.c[lane] ? row_[at].c[lane] : plane.c[lane];
+                lost_[lane] = weaker > lost_[lane] ? weaker : lost_[lane];
                 if (row_[at].c[lane] >= plane.c[lane]) {
                     continue;
                 }
@@ -77,6 +80,9 @@ class LaneSection {
 
     [[nodiscard]] unsigned full() const { return full_; }
 
+    /// In each lane the largest c of those that were lost; less than any speed where none was.
+    [[nodiscard]] const Lanes& lost() const { return lost_; }
+
   private:
     [[nodiscard]] std::size_t weakest(std::size_t lane) const {
         std::size_t least = 0;
@@ -90,6 +96,7 @@ class LaneSection {
     std::array<std::uint8_t, kLanes> count_{};
     std::size_t rows_ = 0;
     unsigned full_ = 0;
+    Lanes lost_ = splat(-1e30F);
 };
 
 struct LaneVelocity {
@@ -99,7 +106,7 @@ struct LaneVelocity {
 /// What has to be solved: the first `fixed` half-planes hold as they are, the others may be
 /// moved by a slack.
 struct LaneProgram {
-    static constexpr std::size_t kMostRows = 64;
+    static constexpr std::size_t kMostRows = 80;
     std::array<const LaneHalfPlane*, kMostRows> row;
     std::size_t rows = 0;
     std::size_t fixed = 0;

@@ -86,6 +86,14 @@ TEST(ReportHtml, EscapesTextAndDrawsEveryRow) {
     EXPECT_THAT(html, testing::Not(testing::HasSubstr("nan")));
 }
 
+TEST(ReportHtml, ShowsPicturesWithTheirCaptions) {
+    Results results = example();
+    results.pictures.push_back({"a", "doors <2>", "<svg id=\"own\"></svg>"});
+    const std::string html = report_html(results);
+    EXPECT_THAT(html, testing::HasSubstr("doors &lt;2&gt;"));
+    EXPECT_THAT(html, testing::HasSubstr("<svg id=\"own\"></svg>"));
+}
+
 TEST(ScatterSvg, PlacesZeroErrorsOnTheLowerEdge) {
     const std::string svg =
         scatter_svg("", "", "", {{"zero", 10.0, 0.0, true}, {"one", 10.0, 1e-3, true}});

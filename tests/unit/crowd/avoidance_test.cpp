@@ -32,7 +32,7 @@ TEST(Avoidance, LetsWhoIsAloneGoAsItWants) {
     EXPECT_NEAR(agents.z[0], 3.0F - 3.0F, 100 * 8 * 6e-8F);
 }
 
-/// Head-on at 1 m/s each, 4 m apart, radii 0.5, horizon 2 s.
+/// Head-on at 1 m/s each, 4 m apart, radii 0.5, with a horizon of 2 s.
 TEST(Avoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     CrowdAgents agents;
     agents.add(1, 0.0F, 0.0F, 0.5F, 1.0F);
@@ -40,6 +40,7 @@ TEST(Avoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     agents.vx = agents.want_x = {1.0F, -1.0F};
     AvoidanceSettings settings;
     settings.neighbour_m = 5.0F;
+    settings.horizon_s = 2.0F;
     Avoidance avoidance(settings);
     compute::Team alone;
     avoidance.step(agents, Walls(), 0, alone);
@@ -156,6 +157,39 @@ TEST(Avoidance, ClearsADoorwayWithoutDeadlock) {
         EXPECT_LT(steps, 6000) << door.left() << " are left of a door of " << width;
         EXPECT_LT(door.worst_overlap, 0.02F);
         EXPECT_EQ(door.crossed_walls, 0U);
+    }
+}
+
+/// A round pillar of far more pieces than are looked at.
+TEST(Avoidance, WalksAroundAFinelyCutPillar) {
+    CrowdScene scene;
+    for (int i = 0; i < 96; ++i) {
+        const float from = 6.2831853F * static_cast<float>(i) / 96.0F;
+        const float to = 6.2831853F * static_cast<float>(i + 1) / 96.0F;
+        scene.walls.push_back({5.0F + 0.3F * std::cos(from),
+                               0.3F * std::sin(from),
+                               5.0F + 0.3F * std::cos(to),
+                               0.3F * std::sin(to)});
+    }
+    const Walls walls = Walls::make(scene.walls, 3.0F).value();
+    for (std::uint32_t i = 0; i < 9; ++i) {
+        scene.agents.add(i, -0.7F * static_cast<float>(i), 0.0F, 0.25F, 2.0F);
+        scene.agents.want_x[i] = 1.3F;
+    }
+    Avoidance avoidance({});
+    compute::Team alone;
+    for (std::uint64_t tick = 0; tick < 600; ++tick) {
+        for (std::size_t i = 0; i < 9; ++i) {
+            // To the other side, past the pillar.
+            scene.agents.want_z[i] = -0.3F * scene.agents.z[i];
+        }
+        const CrowdAgents before = scene.agents;
+        EXPECT_EQ(avoidance.step(scene.agents, walls, tick, alone).stuck, 0U);
+        ASSERT_EQ(crossings(before, scene.agents, scene.walls), 0U);
+        ASSERT_LT(deepest_in_wall_share(scene), 2e-3F);
+    }
+    for (const float x : scene.agents.x) {
+        EXPECT_GT(x, 6.0F);
     }
 }
 

@@ -177,6 +177,9 @@ TEST(HalfPlanes, KeepTheStrictestWhereALaneIsFull) {
         section.add(0b101U, {splat(1.0F), Lanes{}, splat(static_cast<float>(i % 5) - 3.0F)});
     }
     EXPECT_EQ(section.full(), 0b101U);
+    // -3 to 1, then -3 again: of the six -3 is lost twice.
+    EXPECT_EQ(section.lost()[2], -3.0F);
+    EXPECT_LT(section.lost()[1], -1e6F);
     ASSERT_EQ(section.rows(), 4U);
     std::vector<float> kept;
     for (std::size_t i = 0; i < 4; ++i) {
