@@ -1,5 +1,6 @@
 #include "server/ai/navigation/ground_map.h"
 
+#include "server/ai/navigation/box_column.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
@@ -33,32 +34,6 @@ constexpr std::uint32_t kNoFloor = ~0U;
 constexpr float kSmallestIsland_m2 = 4.0F;
 constexpr std::array<int, 4> kAheadX{1, 0, 1, -1};
 constexpr std::array<int, 4> kAheadY{0, 1, 1, 1};
-
-/// Where a vertical line leaves a box at its top; none where it passes beside it.
-std::optional<float> top_of_box(const StaticGeometry& world, std::uint32_t index, Spot s) {
-    const motion::StaticBox& box = world.boxes()[index];
-    const Mat3& axes = world.box_axes(index);
-    // The line's part between each pair of faces (Ericson, Real-Time Collision Detection, 5.3.3).
-    float low = world.box_bounds(index).lower.y();
-    float high = world.box_bounds(index).upper.y();
-    const Vec3 offset(s.x - box.centre.x(), -box.centre.y(), s.z - box.centre.z());
-    for (int axis = 0; axis < 3; ++axis) {
-        const float at = axes.col(axis).dot(offset);
-        const float slope = axes(1, axis);
-        const float half = box.half_extents[axis];
-        if (std::abs(slope) < 1e-6F) {
-            if (std::abs(at) > half) {
-                return std::nullopt;
-            }
-            continue;
-        }
-        const float a = (-half - at) / slope;
-        const float b = (half - at) / slope;
-        low = std::max(low, std::min(a, b));
-        high = std::min(high, std::max(a, b));
-    }
-    return low <= high ? std::optional<float>(high) : std::nullopt;
-}
 
 class Bakery {
   public:
@@ -170,8 +145,8 @@ class Bakery {
         tops_.push_back(world_.ground_height());
         const Aabb line{Vec3(at.x, solid, at.z), Vec3(at.x, 1e6F, at.z)};
         world_.for_each_near(line, [&](std::uint32_t box) {
-            if (const std::optional<float> top = top_of_box(world_, box, at)) {
-                tops_.push_back(*top);
+            if (const auto column = column_of_box(world_, box, at.x, at.z)) {
+                tops_.push_back(column->top);
             }
         });
         std::erase_if(tops_, [solid](float top) { return top < solid; });
