@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace zoned::bench {
 
@@ -36,13 +37,16 @@ GroundMap metre_cells(const ai::navigation::GridMap& cells) {
 
 /// The queries of the scenario with the longest ways; fewer queries than agents come again.
 std::vector<GridInstance> farthest(const GridScene& scene, std::size_t count) {
-    std::vector<GridInstance> all = scene.instances;
-    std::stable_sort(all.begin(), all.end(), [](const GridInstance& a, const GridInstance& b) {
-        return a.length > b.length;
+    std::vector<std::size_t> order(scene.instances.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&scene](std::size_t a, std::size_t b) {
+        const double x = scene.instances[a].length;
+        const double y = scene.instances[b].length;
+        return x > y || (x == y && a < b);
     });
     std::vector<GridInstance> agents;
     for (std::size_t i = 0; i < count; ++i) {
-        agents.push_back(all[i % std::min(all.size(), count)]);
+        agents.push_back(scene.instances[order[i % std::min(order.size(), count)]]);
     }
     return agents;
 }

@@ -176,8 +176,9 @@ void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t ar
                 touched_.push_back({static_cast<std::uint16_t>(label_[map.place(beyond)] - 1), c});
             }
         }
-        std::stable_sort(touched_.begin(), touched_.end(), [](const auto& a, const auto& b) {
-            return a.other < b.other;
+        std::sort(touched_.begin(), touched_.end(), [](const auto& a, const auto& b) {
+            return a.other != b.other ? a.other < b.other
+                                      : a.cell.x + a.cell.y < b.cell.x + b.cell.y;
         });
         for (std::size_t i = 0; i < touched_.size();) {
             const std::uint16_t other = touched_[i].other;

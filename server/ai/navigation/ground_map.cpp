@@ -1,5 +1,6 @@
 #include "server/ai/navigation/ground_map.h"
 
+#include "server/ai/navigation/box_column.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
@@ -25,6 +26,8 @@ constexpr float kAbove = 0.01F;
 constexpr float kShareOfRadius = 0.5F;
 /// A step has arrived that ends as near to the middle of its cell, in cells.
 constexpr float kOffMiddle = 0.15F;
+/// Ground is gentle that is by so much less steep than what just carries, as a cosine.
+constexpr float kSlopeMargin = 0.02F;
 /// Floors of a cell that are looked at.
 constexpr std::uint32_t kMostFloors = 4;
 constexpr float kSameFloor_m = 0.02F;
@@ -34,31 +37,12 @@ constexpr float kSmallestIsland_m2 = 4.0F;
 constexpr std::array<int, 4> kAheadX{1, 0, 1, -1};
 constexpr std::array<int, 4> kAheadY{0, 1, 1, 1};
 
-/// Where a vertical line leaves a box at its top; none where it passes beside it.
-std::optional<float> top_of_box(const StaticGeometry& world, std::uint32_t index, Spot s) {
-    const motion::StaticBox& box = world.boxes()[index];
-    const Mat3& axes = world.box_axes(index);
-    // The line's part between each pair of faces (Ericson, Real-Time Collision Detection, 5.3.3).
-    float low = world.box_bounds(index).lower.y();
-    float high = world.box_bounds(index).upper.y();
-    const Vec3 offset(s.x - box.centre.x(), -box.centre.y(), s.z - box.centre.z());
-    for (int axis = 0; axis < 3; ++axis) {
-        const float at = axes.col(axis).dot(offset);
-        const float slope = axes(1, axis);
-        const float half = box.half_extents[axis];
-        if (std::abs(slope) < 1e-6F) {
-            if (std::abs(at) > half) {
-                return std::nullopt;
-            }
-            continue;
-        }
-        const float a = (-half - at) / slope;
-        const float b = (half - at) / slope;
-        low = std::max(low, std::min(a, b));
-        high = std::min(high, std::max(a, b));
-    }
-    return low <= high ? std::optional<float>(high) : std::nullopt;
-}
+/// What a step from a cell may touch.
+enum Near : std::uint8_t {
+    kOpen,    ///< the ground plane alone
+    kGentle,  ///< heights alone, that carry
+    kTried,   ///< whatever else: its steps are tried
+};
 
 class Bakery {
   public:
@@ -68,7 +52,7 @@ class Bakery {
           out_(out),
           capsule_{limits.radius, limits.half_segment},
           half_height_(limits.radius + limits.half_segment),
-          near_(out.cells.places(), 0) {
+          near_(out.cells.places(), kOpen) {
         // Trial steps go at the speed they begin with, wherever they lead.
         limits_.speed = 1.0F;
         const float carried = std::clamp(limits.max_slope_cos, 0.1F, 1.0F);
@@ -111,11 +95,40 @@ class Bakery {
             }
         }
         for (const motion::PlacedSurface& s : world_.surfaces()) {
-            mark(s.bounds(), reach);
+            if (s.surface().is_grid()) {
+                mark_heights(s, reach);
+            } else {
+                mark(s.bounds(), reach);
+            }
         }
     }
 
+    /// Over heights that carry wherever a step may touch them, none has to be tried.
+    void mark_heights(const motion::PlacedSurface& s, float reach) {
+        for_each_cell_near(s.bounds(), reach, [&](Cell c) {
+            const Place p = out_.cells.place(c);
+            const Spot at = out_.grid.centre(c);
+            const bool inside =
+                s.top_at(at.x - reach, at.z - reach) && s.top_at(at.x + reach, at.z - reach) &&
+                s.top_at(at.x - reach, at.z + reach) && s.top_at(at.x + reach, at.z + reach);
+            near_[p] = inside && near_[p] == kOpen ? kGentle : kTried;
+        });
+        s.surface().for_each_near(s.surface().box(), [&](const FacedTriangle& t) {
+            if (t.normal.y() < limits_.max_slope_cos + kSlopeMargin) {
+                const Vec3 a = s.to_world(t.corner[0]);
+                const Vec3 b = s.to_world(t.corner[1]);
+                const Vec3 c = s.to_world(t.corner[2]);
+                mark({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)}, reach);
+            }
+        });
+    }
+
     void mark(const Aabb& bounds, float reach) {
+        for_each_cell_near(bounds, reach, [this](Cell c) { near_[out_.cells.place(c)] = kTried; });
+    }
+
+    template <class Visit>
+    void for_each_cell_near(const Aabb& bounds, float reach, const Visit& visit) const {
         const Spot low{bounds.lower.x() - reach, bounds.lower.z() - reach};
         const Spot high{bounds.upper.x() + reach, bounds.upper.z() + reach};
         const GroundGrid& g = out_.grid;
@@ -127,8 +140,9 @@ class Bakery {
         const Cell a = g.cell(low);
         const Cell b = g.cell(high);
         for (int y = a.y; y <= b.y; ++y) {
-            const Place row = out_.cells.place({0, static_cast<std::uint16_t>(y)});
-            std::fill(near_.begin() + row + a.x, near_.begin() + row + b.x + 1, std::uint8_t{1});
+            for (int x = a.x; x <= b.x; ++x) {
+                visit(Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+            }
         }
     }
 
@@ -139,7 +153,7 @@ class Bakery {
         const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
         const Place p = out_.cells.place(c);
         first_[p] = size();
-        if (near_[p] == 0) {
+        if (near_[p] == kOpen) {
             floors_.push_back(world_.ground_height());
             return;
         }
@@ -170,8 +184,8 @@ class Bakery {
         tops_.push_back(world_.ground_height());
         const Aabb line{Vec3(at.x, solid, at.z), Vec3(at.x, 1e6F, at.z)};
         world_.for_each_near(line, [&](std::uint32_t box) {
-            if (const std::optional<float> top = top_of_box(world_, box, at)) {
-                tops_.push_back(*top);
+            if (const auto column = column_of_box(world_, box, at.x, at.z)) {
+                tops_.push_back(column->top);
             }
         });
         std::erase_if(tops_, [solid](float top) { return top < solid; });
@@ -321,7 +335,7 @@ class Bakery {
     /// Whether a character walks from the middle of a cell to that of its neighbour, from floor `a`
     /// to floor `b`.
     [[nodiscard]] bool steps(Cell from, Cell to, std::uint32_t a, std::uint32_t b) const {
-        if (near_[out_.cells.place(from)] == 0 && near_[out_.cells.place(to)] == 0) {
+        if (near_[out_.cells.place(from)] != kTried && near_[out_.cells.place(to)] != kTried) {
             return true;
         }
         const float cell = out_.grid.cell_m();
@@ -362,7 +376,7 @@ class Bakery {
     motion::Capsule capsule_;
     float half_height_;
     float slope_rise_ = 0.0F;
-    std::vector<std::uint8_t> near_;    // by place
+    std::vector<Near> near_;            // by place
     std::vector<std::uint32_t> first_;  // floor, by place and one more
     std::vector<float> floors_;         // m, of each cell from the lowest
     std::vector<std::uint16_t> steps_;  // by floor: neighbours' floors a step ahead, as bits

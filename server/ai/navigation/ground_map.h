@@ -24,7 +24,9 @@ struct GroundMap {
 /// step can't be made, the higher of both cells is blocked (of two as high, that with the smaller
 /// place): so ways keep away from edges that are too high, and each step of a way can be walked in
 /// either direction, but that one down off a ledge may be a jump of more than step_down.
-/// Several sizes of characters have a map each. GroundGrid::defect_of() is empty.
+/// Over heights all of whose triangles carry, steps need no trial. On rough heights a walker may
+/// slide off its line beside a face that is too steep; then it has to ask again. Several sizes of
+/// characters have a map each. GroundGrid::defect_of() is empty.
 GroundMap bake_ground(const motion::StaticGeometry& world,
                       const motion::CharacterLimits& limits,
                       const GroundRect& area,

@@ -221,11 +221,14 @@ struct Walked {
     double ticks_over_best = 0.0;
 };
 
-Walked walk_random_worlds(const motion::CharacterLimits& planned) {
+template <class MakeWorld>
+Walked walk_random_worlds(const motion::CharacterLimits& planned,
+                          const MakeWorld& make_world,
+                          int worlds) {
     Walked w;
     core::Rng rng(11);
-    for (int i = 0; i < 12; ++i) {
-        const motion::StaticGeometry world = random_world(rng, 36.0F, 40);
+    for (int i = 0; i < worlds; ++i) {
+        const motion::StaticGeometry world = make_world(rng);
         const GroundMap map = bake_ground(world, planned, {-20.0F, -20.0F, 20.0F, 20.0F}, kCell_m);
         Planner planner(map.cells);
         for (int k = 0; k < 40; ++k) {
@@ -265,7 +268,10 @@ Walked walk_random_worlds(const motion::CharacterLimits& planned) {
 }
 
 TEST(BakeGround, AgreesWithMovementSoThatEveryPulledWayCanBeWalked) {
-    const Walked w = walk_random_worlds(kWalker);
+    const auto make = [](core::Rng& rng) {
+        return random_world(rng, 36.0F, 40);
+    };
+    const Walked w = walk_random_worlds(kWalker, make, 12);
     EXPECT_GT(w.ways, 300);
     EXPECT_EQ(w.stuck, 0);
     // The check itself: ways for a thinner one who climbs higher lead where this one can't go.
@@ -273,8 +279,36 @@ TEST(BakeGround, AgreesWithMovementSoThatEveryPulledWayCanBeWalked) {
     other.radius = 0.1F;
     other.half_segment = 0.8F;
     other.step_up = 0.09F;
-    const Walked wrong = walk_random_worlds(other);
+    const Walked wrong = walk_random_worlds(other, make, 12);
     EXPECT_GT(wrong.stuck, 5);
+}
+
+TEST(BakeGround, AgreesWithMovementOnHills) {
+    // Hills of 2 m with cliffs between them, some of which carry and some do not.
+    const auto make = [](core::Rng& rng) {
+        const auto heights = std::make_shared<std::vector<float>>();
+        const float along = rng.range(0.2F, 0.6F);
+        const float across = rng.range(0.2F, 0.6F);
+        for (int k = 0; k <= 50; ++k) {
+            for (int i = 0; i <= 50; ++i) {
+                const float wave = 2.0F * std::sin(along * static_cast<float>(i)) *
+                                   std::cos(across * static_cast<float>(k));
+                heights->push_back(wave + (wave > 1.0F ? rng.range(0.0F, 1.5F) : 0.0F));
+            }
+        }
+        motion::StaticSurface surface;
+        surface.surface = std::make_shared<motion::Surface>(
+            motion::HeightGrid{51, 51, 1.0F, 1.0F, 1.0F, *heights}, heights);
+        return motion::StaticGeometry({}, -20.0F, 16.0F, {surface});
+    };
+    const Walked w = walk_random_worlds(kWalker, make, 5);
+    EXPECT_GT(w.ways, 150);
+    // Who passes beside a face that does not carry may slide off its line, down to where no cell
+    // is.
+    EXPECT_LE(w.stuck, w.ways / 100);
+    motion::CharacterLimits climber;
+    climber.max_slope_cos = 0.3F;
+    EXPECT_GT(walk_random_worlds(climber, make, 5).stuck, w.ways / 10);
 }
 
 }  // namespace

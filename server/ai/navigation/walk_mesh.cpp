@@ -1,0 +1,318 @@
+#include "server/ai/navigation/walk_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+constexpr float kIndexCell_m = 4.0F;
+constexpr int kMostIndexCells = 1000;  ///< to a side
+
+/// Twice the area of a triangle over x and z; its sign tells which way it turns.
+float turn(const Vec3& a, const Vec3& b, const Vec3& c) {
+    return (b.x() - a.x()) * (c.z() - a.z()) - (c.x() - a.x()) * (b.z() - a.z());
+}
+
+Vec3 nearest_on_edge(const Vec3& a, const Vec3& b, const Vec3& place) {
+    const Vec2 along(b.x() - a.x(), b.z() - a.z());
+    const Vec2 offset(place.x() - a.x(), place.z() - a.z());
+    const float squared = along.squaredNorm();
+    const float share = squared > 0.0F ? std::clamp(offset.dot(along) / squared, 0.0F, 1.0F) : 0.0F;
+    return a + share * (b - a);
+}
+
+Vec3 middle_of(const WalkMesh& mesh, const WalkMesh::Polygon& polygon) {
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < polygon.size; ++i) {
+        sum += mesh.vertices()[polygon.corners[static_cast<std::size_t>(i)]];
+    }
+    return sum / static_cast<float>(polygon.size);
+}
+
+/// The ends of a polygon's edge `i`.
+std::array<Vec3, 2> edge_of(const WalkMesh& mesh, const WalkMesh::Polygon& polygon, int i) {
+    const int next = i + 1 == polygon.size ? 0 : i + 1;
+    return {mesh.vertices()[polygon.corners[static_cast<std::size_t>(i)]],
+            mesh.vertices()[polygon.corners[static_cast<std::size_t>(next)]]};
+}
+
+constexpr auto later_on_mesh = [](const auto& a, const auto& b) {
+    return a.estimate > b.estimate || (a.estimate == b.estimate && a.polygon > b.polygon);
+};
+
+}  // namespace
+
+void WalkMesh::index_polygons() {
+    if (vertices_.empty()) {
+        first_.assign(2, 0);
+        return;
+    }
+    float max_x = vertices_.front().x();
+    float max_z = vertices_.front().z();
+    min_x_ = max_x;
+    min_z_ = max_z;
+    for (const Vec3& v : vertices_) {
+        min_x_ = std::min(min_x_, v.x());
+        min_z_ = std::min(min_z_, v.z());
+        max_x = std::max(max_x, v.x());
+        max_z = std::max(max_z, v.z());
+    }
+    const auto cells = [](float length) {
+        return std::min(static_cast<int>(length / kIndexCell_m) + 1, kMostIndexCells);
+    };
+    across_ = cells(max_x - min_x_);
+    down_ = cells(max_z - min_z_);
+    const auto visit = [this](auto&& take) {
+        for (std::uint32_t p = 0; p < polygons_.size(); ++p) {
+            int left = across_;
+            int right = 0;
+            int top = down_;
+            int bottom = 0;
+            for (int i = 0; i < polygons_[p].size; ++i) {
+                const Vec3& v = vertices_[polygons_[p].corners[static_cast<std::size_t>(i)]];
+                const int x =
+                    std::min(static_cast<int>((v.x() - min_x_) / kIndexCell_m), across_ - 1);
+                const int z =
+                    std::min(static_cast<int>((v.z() - min_z_) / kIndexCell_m), down_ - 1);
+                left = std::min(left, x);
+                right = std::max(right, x);
+                top = std::min(top, z);
+                bottom = std::max(bottom, z);
+            }
+            for (int z = top; z <= bottom; ++z) {
+                for (int x = left; x <= right; ++x) {
+                    take(static_cast<std::size_t>(z * across_ + x), p);
+                }
+            }
+        }
+    };
+    first_.assign(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_) + 1, 0);
+    visit([this](std::size_t cell, std::uint32_t) { ++first_[cell + 1]; });
+    for (std::size_t c = 1; c < first_.size(); ++c) {
+        first_[c] += first_[c - 1];
+    }
+    listed_.resize(first_.back());
+    std::vector<std::uint32_t> fill(first_.begin(), first_.end() - 1);
+    visit([&](std::size_t cell, std::uint32_t p) { listed_[fill[cell]++] = p; });
+}
+
+bool WalkMesh::over(const Polygon& polygon, const Vec3& place, float& height) const {
+    // A fan of triangles; the edges of neighbours belong to both.
+    const Vec3& a = vertices_[polygon.corners[0]];
+    for (int i = 1; i + 1 < polygon.size; ++i) {
+        const Vec3& b = vertices_[polygon.corners[static_cast<std::size_t>(i)]];
+        const Vec3& c = vertices_[polygon.corners[static_cast<std::size_t>(i) + 1]];
+        const float whole = turn(a, b, c);
+        const float u = turn(a, place, c);
+        const float v = turn(a, b, place);
+        const float w = turn(place, b, c);
+        const bool same = whole > 0.0F ? u >= 0.0F && v >= 0.0F && w >= 0.0F
+                                       : u <= 0.0F && v <= 0.0F && w <= 0.0F;
+        if (whole != 0.0F && same) {
+            height = (w * a.y() + u * b.y() + v * c.y()) / whole;
+            return true;
+        }
+    }
+    return false;
+}
+
+std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, Vec3& on) const {
+    std::uint32_t best = kNone;
+    float least = std::numeric_limits<float>::infinity();
+    const auto cell = [](float offset, int cells) {
+        return static_cast<int>(
+            std::clamp(offset / kIndexCell_m, 0.0F, static_cast<float>(cells - 1)));
+    };
+    const int left = cell(place.x() - reach_m - min_x_, across_);
+    const int right = cell(place.x() + reach_m - min_x_, across_);
+    const int top = cell(place.z() - reach_m - min_z_, down_);
+    const int bottom = cell(place.z() + reach_m - min_z_, down_);
+    const auto consider = [&](std::uint32_t p, float off, const Vec3& at) {
+        if (off < least || (off == least && p < best)) {
+            least = off;
+            best = p;
+            on = at;
+        }
+    };
+    for (const bool beside : {false, true}) {
+        for (int z = top; z <= bottom; ++z) {
+            for (int x = left; x <= right; ++x) {
+                const auto at = static_cast<std::size_t>(z * across_ + x);
+                for (std::uint32_t i = first_[at]; i < first_[at + 1]; ++i) {
+                    const Polygon& polygon = polygons_[listed_[i]];
+                    float height = 0.0F;
+                    if (!beside && over(polygon, place, height)) {
+                        consider(listed_[i],
+                                 std::abs(height - place.y()),
+                                 Vec3(place.x(), height, place.z()));
+                    }
+                    for (int e = 0; beside && e < polygon.size; ++e) {
+                        const std::array<Vec3, 2> edge = edge_of(*this, polygon, e);
+                        const Vec3 near = nearest_on_edge(edge[0], edge[1], place);
+                        if ((near - place).norm() <= reach_m) {
+                            consider(listed_[i], (near - place).norm(), near);
+                        }
+                    }
+                }
+            }
+        }
+        // A floor far above or below is not what is meant.
+        if (best != kNone && least <= reach_m) {
+            return best;
+        }
+        best = kNone;
+        least = std::numeric_limits<float>::infinity();
+    }
+    return kNone;
+}
+
+std::size_t WalkMesh::bytes() const {
+    return vertices_.capacity() * sizeof(Vec3) + polygons_.capacity() * sizeof(Polygon) +
+           (first_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
+}
+
+MeshSearch::Answer MeshSearch::plan(const WalkMesh& mesh,
+                                    const Vec3& from,
+                                    const Vec3& to,
+                                    float reach_m,
+                                    std::uint32_t max_work) {
+    Answer answer;
+    Vec3 start;
+    Vec3 goal;
+    corners_.clear();
+    const std::uint32_t first = mesh.nearest(from, reach_m, start);
+    const std::uint32_t last = mesh.nearest(to, reach_m, goal);
+    if (first == WalkMesh::kNone || last == WalkMesh::kNone) {
+        answer.outcome = first == WalkMesh::kNone ? Outcome::kStartBlocked : Outcome::kGoalBlocked;
+        return answer;
+    }
+    if (!find(mesh, first, last, start, goal, max_work, answer)) {
+        return answer;
+    }
+    pull(mesh, start, goal);
+    answer.outcome = Outcome::kFound;
+    for (std::size_t i = 1; i < corners_.size(); ++i) {
+        answer.length_m += (corners_[i] - corners_[i - 1]).norm();
+    }
+    return answer;
+}
+
+void MeshSearch::reach(std::uint32_t polygon,
+                       float cost,
+                       std::uint32_t from,
+                       const Vec3& entry,
+                       const Vec3& to) {
+    Known& k = known_[polygon];
+    if (k.search == search_ && k.cost <= cost) {
+        return;
+    }
+    k = {cost, from, search_, entry};
+    open_.push_back({cost + (to - entry).norm(), cost, polygon});
+    std::push_heap(open_.begin(), open_.end(), later_on_mesh);
+}
+
+bool MeshSearch::find(const WalkMesh& mesh,
+                      std::uint32_t first,
+                      std::uint32_t last,
+                      const Vec3& from,
+                      const Vec3& to,
+                      std::uint32_t max_work,
+                      Answer& answer) {
+    if (known_.size() != mesh.polygons().size() || ++search_ == 0) {
+        known_.assign(mesh.polygons().size(), Known{});
+        search_ = 1;
+    }
+    open_.clear();
+    reach(first, 0.0F, first, from, to);
+    while (!open_.empty()) {
+        std::pop_heap(open_.begin(), open_.end(), later_on_mesh);
+        const Open at = open_.back();
+        open_.pop_back();
+        if (at.cost > known_[at.polygon].cost) {
+            continue;
+        }
+        if (answer.work++ == max_work) {
+            answer.outcome = Outcome::kCutOff;
+            return false;
+        }
+        if (at.polygon == last) {
+            corridor_.assign(1, last);
+            for (std::uint32_t p = last; p != first; p = known_[p].from) {
+                corridor_.push_back(known_[p].from);
+            }
+            std::reverse(corridor_.begin(), corridor_.end());
+            return true;
+        }
+        const WalkMesh::Polygon& polygon = mesh.polygons()[at.polygon];
+        const Vec3 entry = known_[at.polygon].entry;
+        for (int e = 0; e < polygon.size; ++e) {
+            const std::uint32_t next = polygon.neighbours[static_cast<std::size_t>(e)];
+            if (next != WalkMesh::kNone) {
+                const std::array<Vec3, 2> edge = edge_of(mesh, polygon, e);
+                const Vec3 middle = 0.5F * (edge[0] + edge[1]);
+                reach(next, at.cost + (middle - entry).norm(), at.polygon, middle, to);
+            }
+        }
+    }
+    return false;
+}
+
+void MeshSearch::pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
+    gates_.clear();
+    for (std::size_t i = 0; i + 1 < corridor_.size(); ++i) {
+        const WalkMesh::Polygon& polygon = mesh.polygons()[corridor_[i]];
+        for (int e = 0; e < polygon.size; ++e) {
+            if (polygon.neighbours[static_cast<std::size_t>(e)] == corridor_[i + 1]) {
+                std::array<Vec3, 2> gate = edge_of(mesh, polygon, e);
+                if (turn(middle_of(mesh, polygon), gate[0], gate[1]) < 0.0F) {
+                    std::swap(gate[0], gate[1]);
+                }
+                gates_.push_back(gate);
+                break;
+            }
+        }
+    }
+    gates_.push_back({to, to});
+    // From the last corner, what can be seen through all gates so far lies between two lines; where
+    // they cross, the corner is the end that bars the view.
+    corners_.push_back(from);
+    std::size_t apex = 0;  // gates before this one lie behind the last corner
+    while (apex < gates_.size()) {
+        const Vec3 corner = corners_.back();
+        std::array<std::size_t, 2> at{apex, apex};  // gates whose ends bound the view
+        bool turned = false;
+        for (std::size_t i = apex; i < gates_.size() && !turned; ++i) {
+            const Vec3& left = gates_[at[0]][0];
+            const Vec3& right = gates_[at[1]][1];
+            if (turn(corner, right, gates_[i][1]) <= 0.0F) {
+                if (turn(corner, left, gates_[i][1]) < 0.0F) {
+                    corners_.push_back(left);
+                    apex = at[0] + 1;
+                    turned = true;
+                    continue;
+                }
+                at[1] = i;
+            }
+            if (turn(corner, left, gates_[i][0]) >= 0.0F) {
+                if (turn(corner, gates_[at[1]][1], gates_[i][0]) > 0.0F) {
+                    corners_.push_back(gates_[at[1]][1]);
+                    apex = at[1] + 1;
+                    turned = true;
+                    continue;
+                }
+                at[0] = i;
+            }
+        }
+        if (!turned) {
+            break;
+        }
+    }
+    if (corners_.back() != to || corners_.size() == 1) {
+        corners_.push_back(to);
+    }
+}
+
+}  // namespace zoned::ai::navigation
