@@ -256,13 +256,16 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
     });
 }
 
-/// What minds have begun to do may be a trade. Two that want the last loaf: the smaller id gets it,
-/// whoever decided first.
+/// What minds do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
+/// decided first; the other one goes on asking as long as it does what asks.
 void Step::settle_trades(Minds& minds, const World& world, const Settings& settings) {
     traders_.clear();
     for (std::uint32_t i = 0; i < due_.size(); ++i) {
-        const Mind& mind = minds.at(due_[i].slot);
-        if (due_[i].changed && !machine_of(mind, settings).states[mind.doing].trades.empty()) {
+        Mind& mind = minds.at(due_[i].slot);
+        if (due_[i].changed) {
+            mind.wants = all_trades(machine_of(mind, settings).states[mind.doing]);
+        }
+        if (due_[i].decides && mind.wants != 0) {
             traders_.push_back(i);
         }
     }
@@ -271,13 +274,15 @@ void Step::settle_trades(Minds& minds, const World& world, const Settings& setti
     });
     for (const std::uint32_t i : traders_) {
         Mind& mind = minds.at(due_[i].slot);
-        const CompiledMachine& machine = machine_of(mind, settings);
         const Vec3& position = world.entities.position[due_[i].row];
-        for (const Trade& trade : machine.states[mind.doing].trades) {
-            const bool done = ai::trade(
-                mind, machine, trade, Vec2(position.x(), position.z()), world.places, world.now);
-            ++(done ? report_.trades : report_.trades_refused);
-        }
+        const Bargain bargain = ai::settle_trades(mind,
+                                                  machine_of(mind, settings),
+                                                  Vec2(position.x(), position.z()),
+                                                  world.places,
+                                                  world.now);
+        report_.trades += bargain.done;
+        report_.trades_refused += bargain.refused;
+        due_[i].changed = due_[i].changed || bargain.done > 0;
     }
 }
 

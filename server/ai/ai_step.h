@@ -64,7 +64,7 @@ struct Report {
     std::uint32_t blinded = 0;    ///< of these: by the budget of rays
     std::uint32_t transitions = 0;
     std::uint32_t trades = 0;
-    std::uint32_t trades_refused = 0;  ///< somebody had not enough, or no room, or was not there
+    std::uint32_t trades_refused = 0;  ///< somebody who was there had not enough, or no room
     std::uint32_t plans = 0;
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true

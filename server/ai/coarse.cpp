@@ -125,6 +125,26 @@ void set_out(Mind& mind,
     mind.leg = leg;
 }
 
+/// A tick before which no trade that the mind still wants can be done: it may be at once where the
+/// mind is, and elsewhere not before it can have walked there.
+Tick trades_from(const Mind& mind,
+                 const CompiledMachine& machine,
+                 const CoarseWorld& in,
+                 world::Row row) {
+    const std::vector<Trade>& trades = machine.states[mind.doing].trades;
+    const float step_m = mind.leg.speed * in.dt;
+    Tick from = kNever;
+    for (std::size_t t = 0; mind.wants != 0 && t < trades.size(); ++t) {
+        const float way = in.places.outside(trades[t].place, in.around(row).here()) - kAtPlaceM;
+        if ((mind.wants & 1U << t) == 0 || (way > 0.0F && !(step_m > 0.0F))) {
+            continue;
+        }
+        const float ticks = way > 0.0F ? std::min(way / step_m, 1e9F) : 0.0F;
+        from = std::min(from, in.now + static_cast<Tick>(ticks));
+    }
+    return std::max(from, in.now + 1);
+}
+
 }  // namespace
 
 bool can_sleep(const Mind& mind, const CompiledMachine& machine) {
@@ -203,6 +223,7 @@ Tick next_event(Mind& mind,
         sense(mind, machine, Sight::none(), in.entities.position[row], in.places, in.now, senses);
         quiet =
             quiet_until(mind, machine, senses, {mind.leg.speed, in.places.day_s(), in.dt}, in.now);
+        quiet = std::min(quiet, trades_from(mind, machine, in, row));
     }
     mind.next_decision = quiet == kNever ? kNever : next_decision(mind.entity, period, quiet - 1);
     const Tick arrives = mind.leg.length > 0.0F ? arrival(mind.leg, in.dt) : kNever;

@@ -132,11 +132,21 @@ void choose(Mind& mind,
     }
 }
 
+/// Whether the mind has what it gives and room for what it takes.
+bool able(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now) {
+    return std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& item) {
+        const float then = variable_at(mind, machine, item.variable, now) + item.amount;
+        const Variable& of = machine.variables[item.variable];
+        return then >= of.low && then <= of.high;
+    });
+}
+
 }  // namespace
 
 void begin(Mind& mind, const CompiledMachine& machine, Tick now) {
     mind.fsm = fsm::OneState(now);
     mind.doing = 0;
+    mind.wants = all_trades(machine.states[0]);
     mind.facts = kUnplanned;
     mind.degrees = {};
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
@@ -228,27 +238,35 @@ bool decide(Mind& mind,
     return change.has_value();
 }
 
-bool trade(Mind& mind,
-           const CompiledMachine& machine,
-           const Trade& trade,
-           const Vec2& here,
-           Places& places,
-           Tick now) {
-    // Who has come to its spot is within a step of it.
-    constexpr float kReachM = 2.0F;
-    const bool able = std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& i) {
-        const float then = mind.variables[i.variable] + i.amount;
-        const Variable& of = machine.variables[i.variable];
-        return then >= of.low && then <= of.high;
-    });
-    if (!able || !places.reached(trade.place, here, kReachM) || !places.can(trade, now)) {
-        return false;
+std::uint8_t all_trades(const State& state) {
+    return static_cast<std::uint8_t>((1U << state.trades.size()) - 1U);
+}
+
+Bargain settle_trades(Mind& mind,
+                      const CompiledMachine& machine,
+                      const Vec2& here,
+                      Places& places,
+                      Tick now) {
+    const std::vector<Trade>& trades = machine.states[mind.doing].trades;
+    Bargain bargain;
+    for (std::size_t t = 0; t < trades.size(); ++t) {
+        const unsigned bit = 1U << t;
+        if ((mind.wants & bit) == 0 || places.outside(trades[t].place, here) > kAtPlaceM) {
+            continue;
+        }
+        if (!able(mind, machine, trades[t], now) || !places.can(trades[t], now)) {
+            ++bargain.refused;
+            continue;
+        }
+        grow(mind, machine, now);
+        for (const TradeItem& item : trades[t].items) {
+            mind.variables[item.variable] += item.amount;
+        }
+        places.commit(trades[t], now);
+        mind.wants = static_cast<std::uint8_t>(mind.wants & ~bit);
+        ++bargain.done;
     }
-    for (const TradeItem& item : trade.items) {
-        mind.variables[item.variable] += item.amount;
-    }
-    places.commit(trade, now);
-    return true;
+    return bargain;
 }
 
 Tick decision_period(const CompiledMachine& machine, float dt) {

@@ -57,14 +57,24 @@ bool decide(Mind& mind,
             Tick now,
             Thinking& thinking);
 
-/// A trade of somebody who stands at `here` (x, z, m); whether it was done. The mind's variables
-/// are as of `now` (grow()).
-bool trade(Mind& mind,
-           const CompiledMachine& machine,
-           const Trade& trade,
-           const Vec2& here,
-           Places& places,
-           Tick now);
+/// Who has come to its spot is within so much of it, m.
+inline constexpr float kAtPlaceM = 2.0F;
+
+/// All trades that what is done asks for, by bit.
+std::uint8_t all_trades(const State& state);
+
+struct Bargain {
+    std::uint32_t done = 0;
+    std::uint32_t refused = 0;  ///< of those at whose place it is
+};
+
+/// Does those trades that the mind still wants and that can be done by somebody at `here` (x, z,
+/// m).
+Bargain settle_trades(Mind& mind,
+                      const CompiledMachine& machine,
+                      const Vec2& here,
+                      Places& places,
+                      Tick now);
 
 /// Ticks between decisions, >= 1.
 Tick decision_period(const CompiledMachine& machine, float dt);

@@ -172,7 +172,7 @@ struct State {
     std::vector<VariableChange> changes{};
     std::uint16_t place = 0;  ///< of kGo
     std::vector<Trade>
-        trades{};  ///< when it is entered; of what is done, an innermost state or deed
+        trades{};  ///< once, as soon as they can be done; of an innermost state or deed
     /// Of an innermost state.
     std::variant<std::monostate, TreeChoice, PlanChoice, BlendChoice, PolicyChoice> choice{};
     Deeds deeds{};  ///< what it chooses among

@@ -63,6 +63,7 @@ struct Mind {
     Vec3 known = Vec3::Zero();  ///< where it was noticed last, by minds that can remember
     Tick known_at = 0;          ///< and when
     core::Rng rng;
+    std::uint8_t wants = 0;    ///< trades of what it does that are still to be done, by bit
     bool entered = true;       ///< the state is new: its action has not begun yet
     bool fresh = true;         ///< decided since it steered last
     bool far = false;          ///< no player within far_m at the last decision

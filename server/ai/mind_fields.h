@@ -47,6 +47,7 @@ void visit_fields(MindOf& mind, Visit&& visit) {
     visit(mind.known_at);
     visit(mind.rng.state);
     visit(mind.rng.stream);
+    visit(mind.wants);
     visit(mind.entered);
     visit(mind.fresh);
     visit(mind.far);

@@ -34,8 +34,8 @@ Vec2 Places::spot(std::size_t place, EntityId entity) const {
     return places_[place].at + offset * places_[place].radius_m;
 }
 
-bool Places::reached(std::size_t place, const Vec2& at, float slack) const {
-    return (places_[place].at - at).norm() <= places_[place].radius_m + slack;
+float Places::outside(std::size_t place, const Vec2& at) const {
+    return std::max(0.0F, (places_[place].at - at).norm() - places_[place].radius_m);
 }
 
 float Places::amount(const Stock& stock, Tick now) const {

@@ -64,8 +64,8 @@ class Places {
     /// x, z of the spot of an entity there: the same for ever, uniform in the place's circle.
     [[nodiscard]] Vec2 spot(std::size_t place, EntityId entity) const;
 
-    /// Whether somebody at `at` (x, z, m) is there: within the radius and `slack` m.
-    [[nodiscard]] bool reached(std::size_t place, const Vec2& at, float slack) const;
+    /// How far `at` (x, z, m) is from the place's circle; 0 inside.
+    [[nodiscard]] float outside(std::size_t place, const Vec2& at) const;
 
     /// What is in stock at `now`.
     [[nodiscard]] float stock(std::size_t place, std::size_t stock, Tick now) const;

@@ -30,6 +30,7 @@ bool check_ways(const Config& config,
     }
     if (state.has_policy() && find_policy(config, state.policy()) < 0) {
         diagnostics.add(here + ".policy", "there is no policy named '" + state.policy() + "'");
+        return false;
     }
     if (state.has_blend() && find_blend(config, state.blend()) < 0) {
         diagnostics.add(here + ".blend", "there is no blend named '" + state.blend() + "'");
@@ -309,7 +310,14 @@ class RootCheck {
                                      static_cast<double>(senses),
                                      static_cast<double>(ai::fsm::kMaxSenses)));
         }
-        check_company(machine, join_path("", "machine", root_), diagnostics_);
+        // What types say of perception stands in machines of their own: those that nobody has are
+        // not judged by it.
+        const auto& types = config_.type();
+        if (std::any_of(types.begin(), types.end(), [&machine](const Config::Type& type) {
+                return type.machine() == machine.name;
+            })) {
+            check_company(machine, join_path("", "machine", root_), diagnostics_);
+        }
         const std::size_t deeds = deeds_of(machine.states);
         if (deeds > kMostDeeds) {
             diagnostics_.add(join_path("", "machine", root_),

@@ -9,8 +9,8 @@
 #include "server/ops/config_text.h"
 #include "server/ops/method_plan.h"
 #include "server/ops/minds.h"
-#include "server/ops/places.h"
 #include "server/ops/particles.h"
+#include "server/ops/places.h"
 #include "server/ops/policies.h"
 #include "server/ops/scatter.h"
 #include "server/ops/slow_state.h"
@@ -69,13 +69,13 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
 void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& diagnostics) {
     const proto::Config& config = settings.config;
     settings.surfaces = load_surfaces(settings.config, diagnostics);
+    const Policies policies = load_policies(settings.config, diagnostics);
     written = config;
     settings.zones = expand_zones(config, diagnostics);
     settings.parameters = build_behaviours(settings.config, diagnostics);
     check_fuzzy(config, diagnostics);
     check_choices(config, diagnostics);
     check_places(config, settings.zones, diagnostics);
-    const Policies policies = load_policies(settings.config, diagnostics);
     check_blends(config, diagnostics);
     check_machines(config, diagnostics);
     check_types(config, diagnostics);

@@ -99,15 +99,14 @@ class Market : public testing::TestWithParam<bool> {
 
 TEST_P(Market, TheSmallestGetTheLastLoavesAndNobodyPaysForNone) {
     // Ten seconds until the day begins: by then five loaves are there, and six want one.
-    std::uint32_t trades = 0;
-    std::uint32_t refused = 0;
-    while (field.now < 330) {
-        const Report report = field.step();
-        trades += report.trades;
-        refused += report.trades_refused;
-    }
-    EXPECT_EQ(trades, 5U);
-    EXPECT_EQ(refused, 2U) << "one who found none, and one who was not there";
+    const auto trades_until = [&](Tick end) {
+        std::uint32_t trades = 0;
+        while (field.now < end) {
+            trades += field.step().trades;
+        }
+        return trades;
+    };
+    EXPECT_EQ(trades_until(330), 5U);
     for (const std::uint32_t id : {1U, 2U, 3U, 5U, 6U}) {
         EXPECT_EQ(has(id, 0), 1.0F) << id;
         EXPECT_EQ(has(id, 1), 1.0F) << id;
@@ -116,6 +115,11 @@ TEST_P(Market, TheSmallestGetTheLastLoavesAndNobodyPaysForNone) {
         EXPECT_EQ(has(id, 0), 3.0F) << id;
         EXPECT_EQ(has(id, 1), 0.0F) << id;
     }
+    // Half a loaf a second: the next one comes after two, and goes to who waits for it.
+    EXPECT_EQ(trades_until(400), 1U);
+    EXPECT_EQ(has(7, 1), 1.0F);
+    EXPECT_EQ(has(4, 1), 0.0F) << "it is not there";
+    EXPECT_EQ(trades_until(900), 0U) << "once";
 }
 
 INSTANTIATE_TEST_SUITE_P(Places,
