@@ -53,8 +53,7 @@ void check_trade(const Config& config,
 /// Or beyond the world's edge.
 bool in_one_zone(const Config::Place& place, const std::vector<ZoneRegion>& zones) {
     const double r = place.radius_m();
-    return zones.size() < 2 ||
-           std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
+    return zones.size() < 2 || std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
                return place.x_m() - r >= zone.min_x && place.x_m() + r <= zone.max_x &&
                       place.z_m() - r >= zone.min_z && place.z_m() + r <= zone.max_z;
            });

@@ -42,7 +42,8 @@ void expand_doing(const proto::Config& config,
     }
 }
 
-/// Places by themselves: names, stock, that they lie in the world, and those with stock in one zone.
+/// Places by themselves: names, stock, that they lie in the world, and those with stock in one
+/// zone.
 void check_places(const proto::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics);

@@ -219,7 +219,7 @@ TEST(Concealment, KeepsBurstsFromThoseWhoDoNotSeeThePlace) {
 
 TEST(Behaviours, WithAConeHearFarWhereTheViewerLooks) {
     ops::Settings s = walled(world::Conceal::kNothing);
-    s.behaviours = {"driving", "zoomed"};
+    s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m.fill(10.0F);
     s.types[scenario::kPlayer].nimbus_cone[5] = {45.0F, 0.3F};
     s.initial = {crate_at(0.0F, 30.0F), crate_at(0.0F, -30.0F), crate_at(20.0F, 25.0F)};
@@ -245,7 +245,7 @@ TEST(Behaviours, WithAConeHearFarWhereTheViewerLooks) {
 
 TEST(Behaviours, ThatAConfigNamesHaveRadiiOfTheirOwnThatRulesSwitchTo) {
     ops::Settings s = walled(world::Conceal::kNothing);
-    s.behaviours = {"driving", "zoomed"};
+    s.stances = {"driving", "zoomed"};
     s.types[scenario::kPlayer].nimbus_m = {10, 10, 10, 10, 10, 35, 10, 10};
     s.initial = {crate_at(-30.0F, 0.0F)};
     Concealing c(s);

@@ -19,7 +19,8 @@ struct Pack {
         for (const auto& zone : world.zones()) {
             zone::ZoneState& state = zone->state();
             const world::Entities& e = state.entities;
-            for (const ai::Mind& mind : state.minds.all()) {
+            for (std::size_t n = 0; n < state.minds.size(); ++n) {
+                const ai::Mind& mind = state.minds.at(state.minds.nth(n));
                 const world::Row row = e.find(mind.entity);
                 const std::string& type = (*state.settings.types)[e.type[row]].name;
                 if (type != "hound") {

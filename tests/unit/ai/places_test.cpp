@@ -125,8 +125,8 @@ TEST_P(Market, TheSmallestGetTheLastLoavesAndNobodyPaysForNone) {
 INSTANTIATE_TEST_SUITE_P(Places,
                          Market,
                          testing::Bool(),
-                         [](const testing::TestParamInfo<bool>& info) {
-                             return info.param ? "WhereAllIsSimulated" : "WhereNobodyLooks";
+                         [](const testing::TestParamInfo<bool>& tested) {
+                             return tested.param ? "WhereAllIsSimulated" : "WhereNobodyLooks";
                          });
 
 }  // namespace

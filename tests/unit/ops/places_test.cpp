@@ -93,9 +93,12 @@ TEST(MistakesInPlaces, AreFoundWhereTheyAre) {
                             "place { name: \"mill\" x_m: 0 z_m: 0 }\nplace { name: \"mill\""),
                   "name: \"mill\" x_m: 5",
                   "another place named 'mill'");
-    expect_single(mill_with("good: \"flour\" start", "good: \"distance\" start"),
+    expect_single(mill_with("per_s: 0.5 }", "per_s: 0.5 } stock { good: \"distance\" }"),
                   "good: \"distance\"",
                   "what the place is sensed by");
+    expect_single(mill_with("per_s: 0.5 }", "per_s: 0.5 } stock { good: \"flour\" }"),
+                  "good: \"flour\" }\n}",
+                  "in stock here already");
 }
 
 }  // namespace
