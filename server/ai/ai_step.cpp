@@ -19,9 +19,12 @@ const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
     return settings.compiled[mind.machine];
 }
 
-/// The row of an entity whose mind may do something; kNoRow: leave it alone.
-world::Row row_of(const world::Entities& entities, EntityId entity) {
-    const world::Row row = entities.find(entity);
+/// The row of an entity whose mind may do something; kNoRow: leave it alone. `hint`: where it was.
+world::Row row_of(const world::Entities& entities,
+                  EntityId entity,
+                  world::Row hint = world::kNoRow) {
+    const bool known = hint < entities.size() && entities.id[hint] == entity;
+    const world::Row row = known ? hint : entities.find(entity);
     return row != world::kNoRow &&
                    (entities.has(row, world::kHidden) || entities.has(row, world::kGhost))
                ? world::kNoRow
@@ -63,12 +66,8 @@ void Step::follow_viewers(Minds& minds, const World& world, const Settings& sett
     const world::Entities& e = world.entities;
     viewers_before_.swap(memory_.viewers);
     memory_.viewers.clear();
-    viewers_at_.clear();
-    for (world::Row row = 0; row < e.size(); ++row) {
-        if (e.client[row] && !e.has(row, world::kHidden)) {
-            memory_.viewers.push_back(e.id[row]);
-            viewers_at_.emplace_back(e.position[row].x(), e.position[row].z());
-        }
+    for (const world::Row row : players_.rows) {
+        memory_.viewers.push_back(e.id[row]);
     }
     std::sort(memory_.viewers.begin(), memory_.viewers.end());
     const bool appeared = !std::includes(viewers_before_.begin(),
@@ -80,10 +79,16 @@ void Step::follow_viewers(Minds& minds, const World& world, const Settings& sett
             return e.discontinuity_tick[e.find(id)] >= world.now - 1;
         });
     if (appeared || jumped || world.now % kLookPeriod == 0) {
-        memory_.watched_from = viewers_at_;
+        memory_.watched_from.clear();
+        for (const Vec3& at : players_.at) {
+            memory_.watched_from.emplace_back(at.x(), at.z());
+        }
         watched_.build(memory_.watched_from, settings.seen_m + kSeenSlack_m);
     }
-    look_at_coarse(minds, world, appeared || jumped);
+    // Without anybody to see them, and nowhere to go to, it does not matter where they are.
+    if (!memory_.viewers.empty() || world.half_size.allFinite()) {
+        look_at_coarse(minds, world, appeared || jumped);
+    }
 }
 
 /// Wakes who may be seen. All are looked at in turn, at once where `all`.
@@ -140,10 +145,12 @@ void Step::wake_seen(Minds& minds, const World& world, const Settings& settings)
 void Step::collect_due(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
     rows_.resize(awake.size());
+    row_hints_.resize(minds.slots(), world::kNoRow);
     due_.clear();
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const Mind& mind = minds.at(awake[i]);
-        rows_[i] = row_of(world.entities, mind.entity);
+        rows_[i] = row_of(world.entities, mind.entity, row_hints_[awake[i]]);
+        row_hints_[awake[i]] = rows_[i];
         if (rows_[i] != world::kNoRow && mind.next_decision <= world.now) {
             due_.push_back({mind.next_decision, mind.entity, awake[i], rows_[i], Tier::kAwake});
         }
@@ -151,7 +158,8 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     events_.clear();
     minds.take_due(world.now, events_);
     for (const Minds::Event& event : events_) {
-        const world::Row row = row_of(world.entities, event.entity);
+        const world::Row row = row_of(world.entities, event.entity, row_hints_[event.slot]);
+        row_hints_[event.slot] = row;
         if (row != world::kNoRow) {
             due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
         }
@@ -211,13 +219,18 @@ void Step::decide_one(Mind& mind,
     const CompiledMachine& machine = machine_of(mind, settings);
     const world::Entities& e = world.entities;
     const bool awake = due.tier == Tier::kAwake;
-    const Sight sight =
-        awake ? perceive(
-                    {e, world.types, world.grid, world.query, world.now, world.dt, settings.far_m},
-                    due.row,
-                    mind,
-                    machine)
-              : Sight::none();
+    const Sight sight = awake ? perceive({e,
+                                          world.types,
+                                          world.grid,
+                                          world.query,
+                                          world.now,
+                                          world.dt,
+                                          settings.far_m,
+                                          &players_},
+                                         due.row,
+                                         mind,
+                                         machine)
+                              : Sight::none();
     if (decide(mind, machine, sight, e.position[due.row], world.places, world.now, lane.thinking)) {
         ++lane.transitions;
         due.change = lane.thinking.change;
@@ -388,6 +401,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     report_ = Report{};
     fell_asleep_.clear();
     woke_up_.clear();
+    players_.gather(world.entities);
     if (std::isfinite(settings.seen_m)) {
         follow_viewers(minds, world, settings);
         wake_seen(minds, world, settings);
@@ -423,13 +437,10 @@ void Step::remember(const Memory& memory, const Minds& minds, const Settings& se
 
 void Step::hash(const Minds& minds, core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(minds.size()));
-    for (const Slot slot : minds.awake()) {
-        ai::hash(hash, minds.at(slot));
-    }
     for (const Due& due : due_) {
         // It may have gone to another zone since.
         const Mind& mind = minds.at(due.slot);
-        if (mind.entity == due.entity && mind.tier == Tier::kCoarse) {
+        if (mind.entity == due.entity) {
             ai::hash(hash, mind);
         }
     }

@@ -80,7 +80,7 @@ class Step {
 
     [[nodiscard]] std::span<const EntityId> woke_up() const { return woke_up_; }
 
-    /// Chains what the minds are that did something in the last step.
+    /// Chains what the minds are that had something to decide or an event in the last step.
     void hash(const Minds& minds, core::StateHash& hash) const;
 
     /// `settings` are compiled for world.dt. Writes `command`, `behaviour` of the rows of awake
@@ -148,8 +148,9 @@ class Step {
     WatchedCells watched_;
     Memory memory_;
     std::vector<EntityId> viewers_before_;
-    std::vector<Vec2> viewers_at_;
-    std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
+    Players players_;
+    std::vector<world::Row> row_hints_;  // by slot: where the entity was last
+    std::vector<world::Row> rows_;       // of awake minds, in their order; kNoRow: leave it alone
     std::vector<Minds::Event> events_;
     std::vector<Due> due_;
     std::vector<std::uint32_t> traders_;  // of due_, ascending by entity

@@ -41,6 +41,9 @@ class Minds {
     /// Slots of the minds of the awake tier, ascending by entity id.
     [[nodiscard]] std::span<const Slot> awake() const { return awake_; }
 
+    /// Slots are smaller than this.
+    [[nodiscard]] std::size_t slots() const { return minds_.size(); }
+
     /// The n-th mind by entity id, n < size().
     [[nodiscard]] Slot nth(std::size_t n) const { return order_[n].slot; }
 

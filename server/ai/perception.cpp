@@ -49,6 +49,54 @@ struct NearestFew {
     }
 };
 
+/// Calls visit(row, squared distance) for each player within `radius` of `self`.
+template <class Visit>
+void for_each_player(const Onlooker& around, world::Row self, float radius, Visit&& visit) {
+    const Vec3& eye = around.entities.position[self];
+    if (around.players != nullptr) {
+        const Players& players = *around.players;
+        players.grid.for_each_within(eye.x(), eye.z(), radius, [&](std::uint32_t k, float d2) {
+            if (players.rows[k] != self) {
+                visit(players.rows[k], d2);
+            }
+        });
+        return;
+    }
+    around.grid.for_each_within(eye.x(), eye.z(), radius, [&](world::Row row, float d2) {
+        if (row != self && is_player(around.entities, row)) {
+            visit(row, d2);
+        }
+    });
+}
+
+/// The nearest one within perception, of equals the smaller id; near(radius, visit) calls
+/// visit(row, squared distance) for those within a radius.
+template <class Near>
+Sight nearest_player(const world::Entities& entities,
+                     float perception_m,
+                     float far_m,
+                     const Near& near) {
+    Sight sight;
+    float nearest2 = std::numeric_limits<float>::infinity();
+    int players = 0;
+    near(perception_m, [&](world::Row row, float d2) {
+        ++players;
+        const EntityId id = entities.id[row];
+        if (d2 < nearest2 || (d2 == nearest2 && id < sight.prey)) {
+            nearest2 = d2;
+            sight.prey = id;
+        }
+    });
+    sight.distance = std::sqrt(nearest2);
+    sight.confidence = sight.prey ? 1.0F : 0.0F;
+    sight.foes = static_cast<float>(players);
+    sight.player_far = sight.distance > far_m;
+    if (!sight.prey && far_m > perception_m) {
+        near(far_m, [&](world::Row /*row*/, float /*d2*/) { sight.player_far = false; });
+    }
+    return sight;
+}
+
 /// One look around by one mind.
 class Looking {
   public:
@@ -83,10 +131,9 @@ class Looking {
             remember(sight);
         }
         sight.ward = kept_ward_ ? mind_.ward : ward_.id;
-        around_.grid.for_each_within(
-            eye_.x(), eye_.z(), around_.far_m, [&](world::Row row, float /*d2*/) {
-                sight.player_far = sight.player_far && (row == self_ || !is_player(e_, row));
-            });
+        for_each_player(around_, self_, around_.far_m, [&](world::Row /*row*/, float /*d2*/) {
+            sight.player_far = false;
+        });
         return sight;
     }
 
@@ -224,43 +271,42 @@ Sight look(const world::Entities& entities,
            world::Row self,
            float perception_m,
            float far_m) {
-    Sight sight;
-    const Vec3& eye = entities.position[self];
-    float nearest2 = std::numeric_limits<float>::infinity();
-    int players = 0;
-    const auto consider = [&](world::Row row, float d2) {
-        if (row == self || !is_player(entities, row)) {
-            return;
-        }
-        ++players;
-        const EntityId id = entities.id[row];
-        if (d2 < nearest2 || (d2 == nearest2 && id < sight.prey)) {
-            nearest2 = d2;
-            sight.prey = id;
-        }
-    };
-    grid.for_each_within(eye.x(), eye.z(), perception_m, consider);
-    sight.distance = std::sqrt(nearest2);
-    sight.confidence = sight.prey ? 1.0F : 0.0F;
-    sight.foes = static_cast<float>(players);
-    sight.player_far = sight.distance > far_m;
-    if (!sight.prey && far_m > perception_m) {
-        bool any = false;
-        grid.for_each_within(eye.x(), eye.z(), far_m, [&](world::Row row, float /*d2*/) {
-            any = any || (row != self && is_player(entities, row));
+    const auto near = [&](float radius, auto&& visit) {
+        const Vec3& eye = entities.position[self];
+        grid.for_each_within(eye.x(), eye.z(), radius, [&](world::Row row, float d2) {
+            if (row != self && is_player(entities, row)) {
+                visit(row, d2);
+            }
         });
-        sight.player_far = !any;
+    };
+    return nearest_player(entities, perception_m, far_m, near);
+}
+
+void Players::gather(const world::Entities& entities) {
+    // Wide enough that few cells are asked for a usual radius.
+    constexpr float kCell_m = 64.0F;
+    rows.clear();
+    at.clear();
+    for (world::Row row = 0; row < entities.size(); ++row) {
+        if (is_player(entities, row)) {
+            rows.push_back(row);
+            at.push_back(entities.position[row]);
+        }
     }
-    return sight;
+    grid.build(at, kCell_m);
 }
 
 Sight perceive(const Onlooker& around,
                world::Row self,
                const Mind& mind,
                const CompiledMachine& machine) {
-    return machine.perception.given
-               ? Looking(around, self, mind, machine).run()
-               : look(around.entities, around.grid, self, machine.perception_m, around.far_m);
+    if (machine.perception.given) {
+        return Looking(around, self, mind, machine).run();
+    }
+    const auto near = [&](float radius, auto&& visit) {
+        for_each_player(around, self, radius, visit);
+    };
+    return nearest_player(around.entities, machine.perception_m, around.far_m, near);
 }
 
 void take_notice(Mind& mind, const Sight& sight, const CompiledMachine& machine, Tick now) {

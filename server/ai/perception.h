@@ -7,6 +7,7 @@
 #include "server/world/entities.h"
 
 #include <limits>
+#include <vector>
 
 namespace zoned::physics {
 class Query;
@@ -45,6 +46,16 @@ Sight look(const world::Entities& entities,
            float perception_m,
            float far_m);
 
+/// The players alone, who are few among many: near whom is asked about them all the time.
+struct Players {
+    spatial::PointGrid grid;       ///< of `at`
+    std::vector<world::Row> rows;  ///< of entities, by index into `at`
+    std::vector<Vec3> at;
+
+    /// Finds them among the entities, ascending by row.
+    void gather(const world::Entities& entities);
+};
+
 /// What looking needs besides the one who looks.
 struct Onlooker {
     const world::Entities& entities;
@@ -54,6 +65,7 @@ struct Onlooker {
     Tick now;
     float dt;  ///< s
     float far_m;
+    const Players* players = nullptr;  ///< null: they are looked for in `grid`
 };
 
 /// look(), unless the machine says how its minds perceive. Then a target is noticed

@@ -474,7 +474,8 @@ void run_decisions(Session& session) {
         "4,096 minds at once; error: what ten seeds miss of all cases, or of 500 steps over 100 "
         "episodes that they never saw, on average. npc_100k: a tick of the minds of a town of a "
         "hundred thousand, a tenth of which players can see, CPU time of the first of two threads; "
-        "coarse_share: what one that nobody sees costs, walking and all, of one that is simulated");
+        "coarse_share: what one that nobody sees costs in a tick of a whole zone, of one that is "
+        "simulated");
     const auto scene = [&session](const char* name, auto&& run) {
         if (session.wants_scene(name)) {
             session.progress(std::string("decisions ") + name);

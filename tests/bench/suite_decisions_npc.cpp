@@ -1,10 +1,13 @@
 // Scene `npc_100k`: a hundred thousand minds of a town's types, a tenth of which players can see.
 #include "tests/bench/suite_decisions_npc.h"
 
+#include "server/app/world.h"
+#include "tests/bench/cpu_clock.h"
 #include "tests/bench/npc_world.h"
 #include "tests/bench/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace zoned::bench {
@@ -50,6 +53,39 @@ NpcRun run_world(const ops::Settings& settings, NpcWorld::Plan plan, Tick settle
     return run;
 }
 
+/// What one of `people` costs in a tick of a whole zone in which no player is, ns of thread CPU
+/// time: everybody simulated, or nobody.
+double zone_ns(int people, bool skip_unseen, bool quick) {
+    // In the order of the config's scatters, as `kTypes`; of those that always have to be simulated
+    // one each.
+    const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.04, 0.1, 0.0, 0.0, 0.0};
+    std::vector<std::string> sets = {
+        "zones.zone_grid.columns=1",
+        "zones.zone_grid.rows=1",
+        "ai.dawn_s=60",
+        std::string("ai.skip_unseen=") + (skip_unseen ? "true" : "false")};
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+        sets.push_back("scatter[" + std::to_string(k) + "].count=" +
+                       std::to_string(std::max(1, static_cast<int>(shares[k] * people))));
+    }
+    ops::Settings settings;
+    std::vector<ops::ConfigError> errors;
+    ops::load_settings(
+        std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", sets, settings, errors);
+    app::World world(settings, 1);
+    std::vector<mailbox::OutboxItem> out;
+    // Who is seen by nobody falls asleep after two seconds.
+    for (int t = 0; t < (quick ? 50 : 400); ++t) {
+        world.tick({}, out);
+    }
+    const int ticks = quick ? 10 : 400;
+    const std::int64_t begin = thread_cpu_ns();
+    for (int t = 0; t < ticks; ++t) {
+        world.tick({}, out);
+    }
+    return static_cast<double>(thread_cpu_ns() - begin) / ticks / people;
+}
+
 }  // namespace
 
 void run_npcs(Session& session, const std::string& scene) {
@@ -71,19 +107,9 @@ void run_npcs(Session& session, const std::string& scene) {
     const Tick settle = session.quick ? 60 : 1'200;
     const Tick ticks = session.quick ? 20 : 400;
     const NpcRun all = run_world(settings, plan, settle, ticks);
-    // What one of them costs, by itself: everybody simulated, and nobody seen; one thread.
-    NpcWorld::Plan full = plan;
-    full.threads = 1;
-    full.people /= 10;
-    full.players = 0;
-    full.side_m *= 0.32F;
-    NpcWorld::Plan coarse = full;
-    full.simulate_all = true;
-    const NpcRun simulated = run_world(settings, full, settle, ticks);
-    const NpcRun skipped = run_world(settings, coarse, settle, ticks);
-    const auto people = static_cast<double>(full.people);
-    const double full_ns = (mean(simulated.tick_us) * 1e3 + simulated.walk_ms * 1e6) / people;
-    const double coarse_ns = (mean(skipped.tick_us) * 1e3 + skipped.walk_ms * 1e6) / people;
+    const int people = session.quick ? 500 : 10'000;
+    const double full_ns = zone_ns(people, false, session.quick);
+    const double coarse_ns = zone_ns(people, true, session.quick);
     Row row;
     row.suite = "decisions";
     row.scene = scene;

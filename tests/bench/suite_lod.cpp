@@ -163,22 +163,39 @@ struct Differences {
         scheduled += full.dead != skipped.dead ? 1U : 0U;
     }
 
+    /// What lasts no longer than arrivals may differ may be there or not.
     void compare(const Person& a, const Person& b, double tick_s) {
-        const std::size_t both = std::min(a.turns.size(), b.turns.size());
+        const auto passing = [tick_s](const Person& person, std::size_t k) {
+            const double until = k + 1 < person.turns.size()
+                                     ? static_cast<double>(person.turns[k + 1].tick)
+                                     : kDay_s / tick_s;
+            return (until - static_cast<double>(person.turns[k].tick)) * tick_s <= kArrival_s;
+        };
         bool same = true;
-        for (std::size_t k = 0; k < both; ++k) {
-            same = same && a.turns[k].doing == b.turns[k].doing &&
-                   a.turns[k].goods == b.turns[k].goods;
-            const double apart =
-                std::abs(static_cast<double>(a.turns[k].tick - b.turns[k].tick)) * tick_s;
-            arrival_s = std::max(arrival_s, same ? apart : 0.0);
-            ++turns;
+        std::size_t i = 0;
+        std::size_t j = 0;
+        while (same && i < a.turns.size() && j < b.turns.size()) {
+            const Turn& x = a.turns[i];
+            const Turn& y = b.turns[j];
+            if (x.doing == y.doing && x.goods == y.goods) {
+                arrival_s =
+                    std::max(arrival_s, std::abs(static_cast<double>(x.tick - y.tick)) * tick_s);
+                ++turns;
+                ++i;
+                ++j;
+            } else if (passing(a, i)) {
+                ++i;
+            } else if (passing(b, j)) {
+                ++j;
+            } else {
+                same = false;
+            }
         }
-        // What one has still begun before the end the other begins within the same time after it.
-        const Person& longer = a.turns.size() > b.turns.size() ? a : b;
-        const double end = kDay_s / tick_s;
-        for (std::size_t k = both; k < longer.turns.size(); ++k) {
-            same = same && (end - static_cast<double>(longer.turns[k].tick)) * tick_s <= kArrival_s;
+        for (; same && i < a.turns.size(); ++i) {
+            same = passing(a, i);
+        }
+        for (; same && j < b.turns.size(); ++j) {
+            same = passing(b, j);
         }
         scheduled += same ? 0U : 1U;
         places_m.push_back(static_cast<double>((a.at - b.at).norm()));
