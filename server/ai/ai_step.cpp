@@ -1,6 +1,5 @@
 #include "server/ai/ai_step.h"
 
-#include "server/ai/coarse.h"
 #include "server/ai/lod.h"
 #include "server/ai/perception.h"
 #include "server/ai/steering.h"
@@ -31,11 +30,6 @@ world::Row row_of(const world::Entities& entities,
                : row;
 }
 
-CoarseWorld coarse(const World& world) {
-    return {
-        world.entities, world.types, world.grid, world.places, world.statics, world.now, world.dt};
-}
-
 /// All coarse minds are looked at once in so many ticks, in turn.
 constexpr Tick kLookPeriod = 16;
 /// Entities of coarse minds are put where they are when they have walked so far, m.
@@ -57,6 +51,10 @@ void compile(Settings& settings, float dt) {
     for (const Machine& machine : settings.machines) {
         settings.compiled.push_back(machine.inner ? CompiledMachine{} : compile(machine, dt));
     }
+}
+
+CoarseWorld Step::coarse(const World& world) const {
+    return {world.entities, world.types, nobody_, world.places, world.statics, world.now, world.dt};
 }
 
 // ---------------------------------------------------------------- who is seen
@@ -194,6 +192,15 @@ void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
     due_.resize(kept);
 }
 
+/// The grid is made only where some awake mind looks for others than players, or goes with a herd.
+void Step::find_others(Minds& minds, const World& world, const Settings& settings) {
+    const std::span<const Slot> awake = minds.awake();
+    const bool needed = std::any_of(awake.begin(), awake.end(), [&](Slot slot) {
+        return machine_of(minds.at(slot), settings).knows_others;
+    });
+    others_ = needed ? &world.grid() : &nobody_;
+}
+
 /// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).
 template <class Work>
 void Step::in_lanes(compute::Team& team, std::size_t count, Work&& work) {
@@ -221,7 +228,7 @@ void Step::decide_one(Mind& mind,
     const bool awake = due.tier == Tier::kAwake;
     const Sight sight = awake ? perceive({e,
                                           world.types,
-                                          world.grid,
+                                          *others_,
                                           world.query,
                                           world.now,
                                           world.dt,
@@ -373,7 +380,7 @@ void Step::steer_awake(Minds& minds, const World& world, const Settings& setting
                       machine,
                       {world.entities,
                        world.types,
-                       world.grid,
+                       *others_,
                        world.places,
                        row,
                        world.now,
@@ -407,6 +414,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
         wake_seen(minds, world, settings);
     }
     collect_due(minds, world, settings);
+    find_others(minds, world, settings);
     decide_due(minds, world, settings);
     settle_trades(minds, world, settings);
     watch_changes(minds, world);

@@ -2,6 +2,7 @@
 // InputCommand per character.
 #pragma once
 
+#include "server/ai/coarse.h"
 #include "server/ai/decision.h"
 #include "server/ai/minds.h"
 #include "server/ai/watched.h"
@@ -12,6 +13,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -43,7 +45,9 @@ void compile(Settings& settings, float dt);
 struct World {
     world::Entities& entities;
     const world::TypeTable& types;
-    const spatial::PointGrid& grid;  ///< indexes entities.position by row
+    /// Indexes entities.position by row; asked for at most once, and only where somebody needs to
+    /// know of others than players.
+    std::function<const spatial::PointGrid&()> grid;
     Places& places;
     const motion::StaticGeometry& statics;
     compute::Team& team;  ///< helps; results do not depend on it
@@ -133,6 +137,8 @@ class Step {
     void wake_seen(Minds& minds, const World& world, const Settings& settings);
     void collect_due(Minds& minds, const World& world, const Settings& settings);
     void keep_to_budgets(Minds& minds, const Settings& settings);
+    void find_others(Minds& minds, const World& world, const Settings& settings);
+    [[nodiscard]] CoarseWorld coarse(const World& world) const;
     void decide_due(Minds& minds, const World& world, const Settings& settings);
     void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
@@ -146,6 +152,8 @@ class Step {
 
     Report report_;
     WatchedCells watched_;
+    spatial::PointGrid nobody_;
+    const spatial::PointGrid* others_ = &nobody_;
     Memory memory_;
     std::vector<EntityId> viewers_before_;
     Players players_;

@@ -216,6 +216,10 @@ CompiledMachine compile(const Machine& machine, float dt) {
     }
     compile_choices(out, dt);
     out.sleeps = out.blends.empty() && !out.perception.concerns_others();
+    out.knows_others = out.perception.given ||
+                       std::any_of(out.states.begin(), out.states.end(), [](const State& state) {
+                           return state.action == ActionKind::kFlock;
+                       });
     compile_changes(machine, dt, out);
     compile_watches(out);
     return out;

@@ -283,6 +283,8 @@ struct CompiledMachine {
     /// Its minds may go from event to event where no player is: nobody else matters to them, and
     /// nothing moves on at each decision.
     bool sleeps = true;
+    /// Its minds need to know who is near, players or not.
+    bool knows_others = false;
     std::vector<Watch> watches;
     std::vector<std::uint32_t> first_watch;  ///< by leaf, and the end of the last
 

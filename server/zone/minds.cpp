@@ -26,7 +26,7 @@ std::uint32_t step_minds(ZoneState& state) {
     const physics::Query statics = state.scene.query();
     const ai::World world{state.entities,
                           *state.settings.types,
-                          current_grid(state),
+                          [&state]() -> const spatial::PointGrid& { return current_grid(state); },
                           state.places,
                           *state.settings.statics,
                           state.team != nullptr ? *state.team : alone,

@@ -79,14 +79,16 @@ void NpcWorld::add(const std::string& type, std::size_t count, float side_m) {
 
 NpcWorld::Cost NpcWorld::tick() {
     ++now_;
-    grid_.build(entities_.position, kGridCell);
     Cost cost;
     const std::int64_t begin = thread_cpu_ns();
     const std::int64_t wall = wall_ns();
     report_ = step_.run(minds_,
                         {entities_,
                          settings_.types,
-                         grid_,
+                         [this]() -> const spatial::PointGrid& {
+                             grid_.build(entities_.position, kGridCell);
+                             return grid_;
+                         },
                          places_,
                          plain_,
                          team_,

@@ -71,8 +71,17 @@ class Field {
         if (settings.compiled.size() != settings.machines.size()) {
             compile(settings, kDt);
         }
-        const Report report = steps.run(
-            minds, {entities, types, grid, places, statics, team, Vec2(1e6F, 1e6F), now, kDt}, settings);
+        const Report report = steps.run(minds,
+                                        {entities,
+                                         types,
+                                         [this]() -> const spatial::PointGrid& { return grid; },
+                                         places,
+                                         statics,
+                                         team,
+                                         Vec2(1e6F, 1e6F),
+                                         now,
+                                         kDt},
+                                        settings);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
             const motion::CharacterLimits& limits = types[entities.type[row]].character;
