@@ -149,7 +149,10 @@ Tick trades_from(const Mind& mind,
 
 bool can_sleep(const Mind& mind, const CompiledMachine& machine) {
     const State& state = machine.states[mind.doing];
-    return machine.sleeps && !mind.prey && !std::holds_alternative<PolicyChoice>(state.choice);
+    // A blend and a policy do a little else at each decision.
+    const bool even = machine.choices[mind.fsm.state()].blend < 0 &&
+                      !std::holds_alternative<PolicyChoice>(state.choice);
+    return machine.sleeps && even && !mind.prey;
 }
 
 void fall_asleep(Mind& mind,

@@ -215,7 +215,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
         out.states.back().name = out.table.state_name(leaf);
     }
     compile_choices(out, dt);
-    out.sleeps = out.blends.empty() && !out.perception.concerns_others();
+    out.sleeps = !out.perception.concerns_others();
     out.knows_others = out.perception.given ||
                        std::any_of(out.states.begin(), out.states.end(), [](const State& state) {
                            return state.action == ActionKind::kFlock;

@@ -280,8 +280,7 @@ struct CompiledMachine {
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
     Perception perception{};
-    /// Its minds may go from event to event where no player is: nobody else matters to them, and
-    /// nothing moves on at each decision.
+    /// Its minds may go from event to event where no player is: nobody else matters to them.
     bool sleeps = true;
     /// Its minds need to know who is near, players or not.
     bool knows_others = false;

@@ -26,6 +26,7 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
         }
     }
     census.minds = static_cast<std::uint32_t>(state.minds.size());
+    census.awake_minds = static_cast<std::uint32_t>(state.minds.awake().size());
     census.awake_bodies = state.scene.awake_count();
     census.particle_systems = static_cast<std::uint32_t>(state.particles.systems.size());
     census.particles_go_on = particles_go_on(state);

@@ -44,15 +44,15 @@ StepPlan plan_for(const Census& census) {
            live && census.minds > 0,
            "minds live here",
            census.frozen ? frozen : "no minds");
-    // A mind or a player may set somebody moving in this very tick: the movement pass looks at all
-    // characters.
+    // An awake mind or a player may set somebody moving in this very tick: the movement pass looks
+    // at all characters. Whoever wakes up in it moves from the next one on.
     decide(Pass::kMovement,
            live && census.characters > 0 &&
-               (census.moving_characters > 0 || census.minds > 0 || census.viewers > 0),
+               (census.moving_characters > 0 || census.awake_minds > 0 || census.viewers > 0),
            "characters move or may begin to",
            census.frozen ? frozen : "no character moves");
     const bool physics = live && (census.awake_bodies > 0 || census.awake_soft > 0 ||
-                                  census.moving_characters > 0 || census.minds > 0 ||
+                                  census.moving_characters > 0 || census.awake_minds > 0 ||
                                   census.viewers > 0 || census.ghosts_moved || census.rules_busy);
     decide(Pass::kPhysics,
            physics,

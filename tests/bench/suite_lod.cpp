@@ -21,6 +21,9 @@ constexpr double kDay_s = 600.0;
 /// Arrivals may differ by as much, s.
 constexpr double kArrival_s = 2.0;
 
+/// The bound of the config's farthest level of detail, m: what a viewer who comes is promised.
+constexpr double kFarBound_m = 0.5;
+
 /// Types whose days hang on nobody else, and who competes for what is scarce or follows chance.
 constexpr std::array kScheduled = {"fisher", "farmer", "guard", "mayfly"};
 constexpr std::array kContested = {"porter", "pilgrim"};
@@ -313,6 +316,12 @@ void run_lod(Session& session) {
     row.metric("totals_outside_band", outside_band(full, skipped));
     row.metric("turns_compared", differences.turns);
     row.metric("dead", skipped.back().dead);
+    row.metric("places_within_bound_share",
+               static_cast<double>(std::upper_bound(differences.places_m.begin(),
+                                                    differences.places_m.end(),
+                                                    kFarBound_m) -
+                                   differences.places_m.begin()) /
+                   static_cast<double>(differences.places_m.size()));
     row.metric("place_difference_m_p50", quantile(differences.places_m, 0.5));
     row.metric("place_difference_m_p99", quantile(differences.places_m, 0.99));
     row.metric("place_difference_m_max", differences.places_m.back());
