@@ -156,9 +156,9 @@ bool read_inventions(const TrainingCheckpoint& message, learn::Neat::State& neat
                                const auto at = inventions.links.find({link.from, link.to});
                                return at != inventions.links.end() && at->second == link.innovation;
                            }) &&
-               std::all_of(genome.hidden.begin(), genome.hidden.end(), [&named](std::uint32_t node) {
-                   return named.count(node) != 0;
-               });
+               std::all_of(genome.hidden.begin(),
+                           genome.hidden.end(),
+                           [&named](std::uint32_t node) { return named.count(node) != 0; });
     };
     return inventions.next_node >= first_hidden &&
            std::all_of(neat.genomes.begin(), neat.genomes.end(), invented);

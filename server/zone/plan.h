@@ -40,7 +40,7 @@ struct Census {
     std::uint32_t characters = 0;         ///< owned characters that are not hidden
     std::uint32_t moving_characters = 0;  ///< of these: not at rest, or with a command that moves
     std::uint32_t minds = 0;
-    std::uint32_t awake_minds = 0;  ///< those whose entities are simulated
+    std::uint32_t awake_minds = 0;   ///< those whose entities are simulated
     std::uint32_t awake_bodies = 0;  ///< dynamic
     std::uint32_t reducible = 0;     ///< owned props that may be simulated as less than they are
     std::uint32_t soft_bodies = 0;

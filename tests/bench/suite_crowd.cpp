@@ -1,5 +1,6 @@
 // Suite `crowd`: agents that walk among each other.
 #include "tests/bench/suite_crowd.h"
+
 #include "tests/bench/suite_crowd_goals.h"
 
 namespace zoned::bench {
