@@ -1,22 +1,12 @@
 #include "server/ai/why.h"
 
-#include <cstdarg>
-#include <cstdio>
+#include "shared/core/print.h"
 
 namespace zoned::ai {
 
 namespace {
 
-std::string print(const char* format, ...) __attribute__((format(printf, 1, 2)));
-
-std::string print(const char* format, ...) {
-    std::array<char, 300> text{};
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text.data(), text.size(), format, arguments);
-    va_end(arguments);
-    return text.data();
-}
+using core::print;
 
 /// Writes about one mind.
 class Account {

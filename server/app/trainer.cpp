@@ -6,9 +6,8 @@
 #include "server/ai/learn/xor_task.h"
 #include "server/app/imitation.h"
 #include "server/ops/policy_file.h"
+#include "shared/core/print.h"
 
-#include <cstdarg>
-#include <cstdio>
 #include <utility>
 
 namespace zoned::app {
@@ -20,16 +19,7 @@ using proto::Training;
 using Made = core::Result<std::unique_ptr<Trainer>>;
 using Restored = core::Result<bool>;
 
-std::string line(const char* format, ...) __attribute__((format(printf, 1, 2)));
-
-std::string line(const char* format, ...) {
-    std::array<char, 300> text{};
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text.data(), text.size(), format, arguments);
-    va_end(arguments);
-    return text.data();
-}
+using core::print;
 
 learn::Arena arena_of(const Training::Arena& from) {
     learn::Arena arena;
@@ -69,26 +59,26 @@ class BreedingTrainer final : public Trainer {
     [[nodiscard]] double score() const override { return evolution_.score(); }
 
     [[nodiscard]] std::string progress() const override {
-        return line("generation %llu: fittest %.6g, best score %.6g, %zu nodes, %zu species",
-                    static_cast<unsigned long long>(evolution_.generation()),
-                    evolution_.fitness(),
-                    evolution_.score(),
-                    evolution_.best().nodes.size(),
-                    evolution_.species());
+        return print("generation %llu: fittest %.6g, best score %.6g, %zu nodes, %zu species",
+                     static_cast<unsigned long long>(evolution_.generation()),
+                     evolution_.fitness(),
+                     evolution_.score(),
+                     evolution_.best().nodes.size(),
+                     evolution_.species());
     }
 
     [[nodiscard]] std::string summary() const override {
         // The best was chosen by its score on one course: another one judges.
         const std::uint64_t unseen = core::mix(~config_.seed());
-        std::string text = line(
+        std::string text = print(
             "score %.6g where it was chosen, %.6g on circumstances that it "
             "never saw; %.6g counts as solved\n",
             evolution_.score(),
             task_->score(evolution_.best(), unseen),
             task_->solved_at());
         if (const auto* arena = dynamic_cast<const learn::ArenaTask*>(task_.get())) {
-            text += line("who walks straight at the goal there: %.6g\n",
-                         learn::straight_score(arena->arena(), unseen));
+            text += print("who walks straight at the goal there: %.6g\n",
+                          learn::straight_score(arena->arena(), unseen));
         }
         return text;
     }
@@ -152,14 +142,14 @@ class ImitationTrainer final : public Trainer {
     }
 
     [[nodiscard]] std::string progress() const override {
-        return line("pass %llu: squared error %.6g on the way, score %.4f on players held out",
-                    static_cast<unsigned long long>(rounds_),
-                    training_error_,
-                    score());
+        return print("pass %llu: squared error %.6g on the way, score %.4f on players held out",
+                     static_cast<unsigned long long>(rounds_),
+                     training_error_,
+                     score());
     }
 
     [[nodiscard]] std::string summary() const override {
-        return line(
+        return print(
             "%zu samples of %zu players; %zu of %zu players held out: squared error %.4f, "
             "the best constant's %.4f\n",
             lessons_.training.size(),

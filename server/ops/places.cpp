@@ -163,9 +163,6 @@ void check_places(const proto::Config& config,
             }
         }
     }
-    if (config.ai().has_ways()) {
-        diagnostics.add("ai.ways", "zones plan no ways so far: minds walk straight; leave it out");
-    }
     if (config.ai().dawn_s() >= config.ai().day_s()) {
         diagnostics.add("ai.dawn_s", "must be below ai.day_s");
     }

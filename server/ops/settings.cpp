@@ -12,6 +12,7 @@
 #include "server/ops/particles.h"
 #include "server/ops/places.h"
 #include "server/ops/policies.h"
+#include "server/ops/read_text.h"
 #include "server/ops/scatter.h"
 #include "server/ops/slow_state.h"
 #include "server/ops/statics.h"
@@ -21,11 +22,8 @@
 
 #include <google/protobuf/text_format.h>
 
-#include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 namespace zoned::ops {
 
@@ -134,19 +132,13 @@ bool load_settings(const std::string& file,
                    const std::vector<std::string>& sets,
                    Settings& settings,
                    std::vector<ConfigError>& errors) {
-    errno = 0;
-    std::ifstream in(file, std::ios::binary);
-    std::ostringstream text;
-    if (in.good() && !std::filesystem::is_directory(file)) {
-        text << in.rdbuf();
-    }
-    if (!in.good() || std::filesystem::is_directory(file)) {
-        const std::string reason = errno != 0 ? std::strerror(errno) : "it is not a regular file";
-        errors = {{0, 0, "", "cannot read '" + file + "': " + reason}};
+    std::string text;
+    const std::string wrong = read_text(file, text);
+    if (!wrong.empty()) {
+        errors = {{0, 0, "", wrong}};
         return false;
     }
-    return parse_in_folder(
-        text.str(), sets, std::filesystem::path(file).parent_path(), settings, errors);
+    return parse_in_folder(text, sets, std::filesystem::path(file).parent_path(), settings, errors);
 }
 
 bool parse_settings(const std::string& text,

@@ -3,16 +3,14 @@
 #include "server/ops/config_numbers.h"
 #include "server/ops/config_set.h"
 #include "server/ops/config_text.h"
+#include "server/ops/read_text.h"
 #include "server/ops/world_description.h"
 
 #include <google/protobuf/text_format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 namespace zoned::ops {
 
@@ -139,18 +137,13 @@ bool parse_training(const std::string& text,
 }
 
 bool load_training(const std::string& file, TrainingPlan& plan, std::vector<ConfigError>& errors) {
-    errno = 0;
-    std::ifstream in(file, std::ios::binary);
-    std::ostringstream text;
-    if (in.good() && !std::filesystem::is_directory(file)) {
-        text << in.rdbuf();
-    }
-    if (!in.good() || std::filesystem::is_directory(file)) {
-        const std::string reason = errno != 0 ? std::strerror(errno) : "it is not a regular file";
-        errors = {{0, 0, "", "cannot read '" + file + "': " + reason}};
+    std::string text;
+    const std::string wrong = read_text(file, text);
+    if (!wrong.empty()) {
+        errors = {{0, 0, "", wrong}};
         return false;
     }
-    return parse_training(text.str(), file, plan, errors);
+    return parse_training(text, file, plan, errors);
 }
 
 learn::Network layers_of(const Training& config,

@@ -14,18 +14,6 @@ void MachineStates::reset(std::size_t count, std::uint16_t first, Tick now) {
     }
 }
 
-void OneState::hash(core::StateHash& hash) const {
-    hash.add(leaf[0]);
-    hash.add(pending[0]);
-    hash.add(pending[0] == kNone ? Tick{0} : pending_since[0]);
-    for (const auto& entered : since) {
-        hash.add(entered[0]);
-    }
-    for (const auto& remembered : memory) {
-        hash.add(remembered[0]);
-    }
-}
-
 void MachineStates::hash(core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(size()));
     for (std::size_t i = 0; i < size(); ++i) {

@@ -57,9 +57,6 @@ struct OneState {
 
     /// The innermost state.
     [[nodiscard]] std::uint16_t state() const { return leaf[0]; }
-
-    /// Levels and memories beyond those that are used never change.
-    void hash(core::StateHash& hash) const;
 };
 
 /// A transition that fired.

@@ -96,10 +96,6 @@ TEST(MistakesInPlaces, AreFoundWhereTheyAre) {
     expect_single(mill_with("per_s: 0.5 }", "per_s: 0.5 } stock { good: \"distance\" }"),
                   "good: \"distance\"",
                   "what the place is sensed by");
-    expect_single(
-        mill_with("place { name: \"mill\"", "ai { ways { cell_m: 0.5 } }\nplace { name: \"mill\""),
-        "ways {",
-        "zones plan no ways so far");
     expect_single(mill_with("per_s: 0.5 }", "per_s: 0.5 } stock { good: \"flour\" }"),
                   "good: \"flour\" }\n}",
                   "in stock here already");
