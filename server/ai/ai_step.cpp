@@ -34,9 +34,17 @@ world::Row row_of(const world::Entities& entities,
 constexpr Tick kLookPeriod = 16;
 /// Entities of coarse minds are put where they are when they have walked so far, m.
 constexpr float kStale_m = 8.0F;
-/// What that, and what viewers walk between two looks, adds to the distance from which an entity
-/// may be seen, m.
-constexpr float kSeenSlack_m = 24.0F;
+
+/// From how far off a mind is woken, m: so that it is awake when its entity can be seen, though
+/// that is put where it is now and then only, and both run towards each other between two looks.
+float waking_radius(const World& world, const Settings& settings) {
+    float fastest = 0.0F;
+    for (const world::EntityType& type : world.types) {
+        fastest = std::max(fastest, type.character.speed * type.character.sprint_factor);
+    }
+    return settings.seen_m + kStale_m + 2.0F * fastest * static_cast<float>(kLookPeriod) * world.dt;
+}
+
 /// Fewer minds than this are not worth a second thread.
 constexpr std::size_t kShared = 256;
 
@@ -81,7 +89,8 @@ void Step::follow_viewers(Minds& minds, const World& world, const Settings& sett
         for (const Vec3& at : players_.at) {
             memory_.watched_from.emplace_back(at.x(), at.z());
         }
-        watched_.build(memory_.watched_from, settings.seen_m + kSeenSlack_m);
+        memory_.watched_m = waking_radius(world, settings);
+        watched_.build(memory_.watched_from, memory_.watched_m);
     }
     // Without anybody to see them, and nowhere to go to, it does not matter where they are.
     if (!memory_.viewers.empty() || world.half_size.allFinite()) {
@@ -431,9 +440,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
 
 void Step::remember(const Memory& memory, const Minds& minds, const Settings& settings) {
     memory_ = memory;
-    if (std::isfinite(settings.seen_m)) {
-        watched_.build(memory_.watched_from, settings.seen_m + kSeenSlack_m);
-    }
+    watched_.build(memory_.watched_from, memory_.watched_m);
     waking_.clear();
     for (std::size_t n = 0; n < minds.size(); ++n) {
         const Mind& mind = minds.at(minds.nth(n));

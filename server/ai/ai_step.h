@@ -101,7 +101,8 @@ class Step {
     struct Memory {
         std::vector<EntityId> viewers;  ///< of the last tick, ascending
         std::vector<Vec2>
-            watched_from;  ///< x, z of viewers when it was found out what they can see
+            watched_from;        ///< x, z of viewers when it was found out what they can see
+        float watched_m = 1.0F;  ///< and how far, > 0
     };
 
     [[nodiscard]] const Memory& memory() const { return memory_; }

@@ -142,6 +142,7 @@ void write_minds(const Minds& minds,
         write(at.x());
         write(at.y());
     }
+    write(step.memory().watched_m);
     write(static_cast<std::uint32_t>(places.stocks().size()));
     for (const Places::Stock& stock : places.stocks()) {
         write(stock.amount);
@@ -197,6 +198,8 @@ std::string read_minds(std::span<const std::uint8_t> bytes,
         read(at.y());
         near = near && at.cwiseAbs().maxCoeff() <= kFarthest_m;
     }
+    read(memory.watched_m);
+    near = near && memory.watched_m > 0.0F && memory.watched_m <= kFarthest_m;
     if (read.cut_short() || !read.finite() || !near ||
         !std::is_sorted(memory.viewers.begin(), memory.viewers.end())) {
         return "viewers are cut short, in no order, or nowhere";
