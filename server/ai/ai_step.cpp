@@ -247,7 +247,9 @@ void Step::decide_one(Mind& mind,
                                          mind,
                                          machine)
                               : Sight::none();
-    if (decide(mind, machine, sight, e.position[due.row], world.places, world.now, lane.thinking)) {
+    const Vec2 body(e.position[due.row].x(), e.position[due.row].z());
+    const Vec2 here = whereabouts(mind, body, world.now, world.dt);
+    if (decide(mind, machine, sight, here, world.places, world.now, lane.thinking)) {
         ++lane.transitions;
         due.change = lane.thinking.change;
     }
@@ -255,8 +257,7 @@ void Step::decide_one(Mind& mind,
     if (awake) {
         mind.next_decision =
             next_decision(mind.entity, decision_period(machine, world.dt), world.now);
-        const Vec2 at(e.position[due.row].x(), e.position[due.row].z());
-        if (watched_.covers(at)) {
+        if (watched_.covers(body)) {
             mind.unseen_since = kNever;
         } else if (mind.unseen_since == kNever) {
             mind.unseen_since = world.now;
@@ -304,9 +305,10 @@ void Step::settle_trades(Minds& minds, const World& world, const Settings& setti
     for (const std::uint32_t i : traders_) {
         Mind& mind = minds.at(due_[i].slot);
         const Vec3& position = world.entities.position[due_[i].row];
+        const Vec2 body(position.x(), position.z());
         const Bargain bargain = ai::settle_trades(mind,
                                                   machine_of(mind, settings),
-                                                  Vec2(position.x(), position.z()),
+                                                  whereabouts(mind, body, world.now, world.dt),
                                                   world.places,
                                                   world.now);
         report_.trades += bargain.done;
@@ -332,9 +334,9 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             if (due.tier == Tier::kCoarse) {
                 Mind& mind = minds.at(due.slot);
                 const CompiledMachine& machine = machine_of(mind, settings);
-                plan_leg(mind, machine, coarse(world), due.row);
+                walk_on(mind, machine, coarse(world), due.row);
                 due.next_event =
-                    next_event(mind, machine, coarse(world), due.row, due.decides && !due.changed);
+                    next_event(mind, machine, coarse(world), due.decides && !due.changed);
                 world.entities.behaviour[due.row] = machine.states[mind.doing].behaviour;
             }
         }
@@ -366,7 +368,7 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
         }
         const CompiledMachine& machine = machine_of(mind, settings);
         fall_asleep(mind, machine, coarse(world), due.row);
-        mind.next_event = next_event(mind, machine, coarse(world), due.row, !due.changed);
+        mind.next_event = next_event(mind, machine, coarse(world), !due.changed);
         minds.put_to_sleep(due.slot);
         minds.schedule(due.slot);
         fell_asleep_.push_back(mind.entity);
@@ -385,15 +387,10 @@ void Step::steer_awake(Minds& minds, const World& world, const Settings& setting
             Mind& mind = minds.at(awake[i]);
             const CompiledMachine& machine = machine_of(mind, settings);
             if (steers_now(mind, settings, world.now)) {
-                steer(mind,
-                      machine,
-                      {world.entities,
-                       world.types,
-                       *others_,
-                       world.places,
-                       row,
-                       world.now,
-                       world.dt});
+                Surroundings around{
+                    world.entities, world.types, *others_, world.places, row, world.now, world.dt};
+                around.at = whereabouts(mind, around.body(), world.now, world.dt);
+                steer(mind, machine, around);
                 ++lane.steered;
             }
             world.entities.command[row] = mind.aim;

@@ -1,7 +1,7 @@
 // Coarse: minds that nobody can see go from event to event, and their entities are not simulated.
 #pragma once
 
-#include "server/ai/wish.h"
+#include "server/ai/walk.h"
 #include "shared/motion/static_geometry.h"
 
 namespace zoned::ai {
@@ -16,8 +16,10 @@ struct CoarseWorld {
     Tick now;
     float dt;  ///< s
 
-    [[nodiscard]] Surroundings around(world::Row row) const {
-        return {entities, types, grid, places, row, now, dt};
+    [[nodiscard]] Surroundings around(const Mind& mind, world::Row row) const {
+        Surroundings around{entities, types, grid, places, row, now, dt};
+        around.at = whereabouts(mind, around.body(), now, dt);
+        return around;
     }
 };
 
@@ -25,24 +27,20 @@ struct CoarseWorld {
 /// nobody sees stands still: where it drifts is as likely one place as another.
 bool can_sleep(const Mind& mind, const CompiledMachine& machine);
 
-/// The entity comes to rest where it is; its way goes on in mind.leg, from its velocity on.
+/// The entity comes to rest where it is; its way goes on in mind.leg.
 void fall_asleep(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
 
 /// Puts the entity where the mind's leg has brought it by the end of the last tick, on the ground
 /// and clear of what stands there.
 void catch_up(Mind& mind, const CoarseWorld& in, world::Row row);
 
-/// After catch_up() and any decision of this tick: goes on to the next target where one is reached,
-/// and sets the leg.
-void plan_leg(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
+/// After catch_up() and any decision of this tick: sets the leg where the mind has turned to
+/// something else, or its leg has come to its end.
+void walk_on(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
 
 /// When something may happen to the mind next: the end of its leg, or a decision. `settled`: it has
 /// just decided to go on as before; else its very next decision counts.
-Tick next_event(Mind& mind,
-                const CompiledMachine& machine,
-                const CoarseWorld& in,
-                world::Row row,
-                bool settled);
+Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, bool settled);
 
 /// The entity goes on as one that was simulated all the time: position, velocity, command.
 void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);

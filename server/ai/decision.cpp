@@ -179,11 +179,10 @@ float drawn_at(const Mind& mind, Tick now) {
 void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,
-           const Vec3& position,
+           const Vec2& here,
            const Places& places,
            Tick now,
            Senses& senses) {
-    const Vec2 here(position.x(), position.z());
     senses[kSensePlayerDistance] = sight.distance;
     senses[kSenseHomeDistance] = (here - Vec2(mind.home.x(), mind.home.z())).norm();
     senses[kSenseTimeOfDay] = places.time_of_day(now);
@@ -218,12 +217,12 @@ void sense(const Mind& mind,
 bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,
-            const Vec3& position,
+            const Vec2& here,
             const Places& places,
             Tick now,
             Thinking& thinking) {
     Senses senses;
-    sense(mind, machine, sight, position, places, now, senses);
+    sense(mind, machine, sight, here, places, now, senses);
     take_notice(mind, sight, machine, now);
     mind.far = sight.player_far;
     mind.fresh = true;

@@ -36,11 +36,11 @@ void grow(Mind& mind, const CompiledMachine& machine, Tick now);
 float drawn_at(const Mind& mind, Tick now);
 
 /// Fills in what `machine` reads at `now`: its own senses, the variables, the outputs of its fuzzy
-/// systems, then what it knows of places. `position` zone-local, m.
+/// systems, then what it knows of places. `here`: x, z where it takes itself to be, zone-local, m.
 void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,
-           const Vec3& position,
+           const Vec2& here,
            const Places& places,
            Tick now,
            Senses& senses);
@@ -52,7 +52,7 @@ void sense(const Mind& mind,
 bool decide(Mind& mind,
             const CompiledMachine& machine,
             const Sight& sight,
-            const Vec3& position,
+            const Vec2& here,
             const Places& places,
             Tick now,
             Thinking& thinking);

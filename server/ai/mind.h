@@ -1,6 +1,7 @@
 // Mind: all that the mind of one entity is made of; part of snapshots, handoffs and hashes.
 #pragma once
 
+#include "server/ai/leg.h"
 #include "server/ai/machine.h"
 #include "shared/core/ids.h"
 #include "shared/core/rng.h"
@@ -19,28 +20,8 @@ enum class Tier : std::uint8_t {
     kCoarse,  ///< nobody can see it: it goes from event to event, and its entity is not simulated
 };
 
-/// Where an entity of the coarse tier walks, or stands: a straight line at constant speed.
-struct Leg {
-    Vec2 from = Vec2::Zero();       ///< x, z at the end of tick `since`, m
-    Vec2 direction = Vec2::Zero();  ///< unit length
-    float length = 0.0F;            ///< to where the goal counts as reached, m; 0: it stands
-    float speed = 0.0F;             ///< m/s
-    float lag_m = 0.0F;             ///< what getting up to speed costs of the way
-    Tick since = 0;
-    Vec2 goal = Vec2::Zero();
-};
-
-/// Position x, z of the end of `tick`, not before leg.since; `dt` in s. Whoever walks walks on.
-inline Vec2 position_at(const Leg& leg, Tick tick, float dt) {
-    const float walked = leg.speed * (static_cast<float>(tick - leg.since) * dt) - leg.lag_m;
-    return leg.from + leg.direction * (walked < 0.0F || leg.length == 0.0F ? 0.0F : walked);
-}
-
 /// No plan was made yet: more facts than a domain may have.
 inline constexpr goap::World kUnplanned = ~goap::World{0};
-
-/// Later than any tick.
-inline constexpr Tick kNever = Tick{1} << 62U;
 
 /// Positions are zone-local.
 struct Mind {
@@ -75,9 +56,10 @@ struct Mind {
     float band = 1.0F;           ///< factor of speed of a state with a rubber band
     Tier tier = Tier::kAwake;
     Tick unseen_since = kNever;  ///< awake: since when nobody can see it
-    Leg leg;                     ///< coarse, as is the rest
-    Vec2 placed = Vec2::Zero();  ///< x, z where its entity was put last
-    Tick next_event = kNever;
+    bool timed = false;          ///< it goes by its leg; always where coarse
+    Leg leg;
+    Vec2 placed = Vec2::Zero();  ///< coarse: x, z where its entity was put last
+    Tick next_event = kNever;    ///< coarse
 };
 
 /// Puts a mind into the first state of its machine, with variables as they start.

@@ -115,8 +115,9 @@ const char* wrong_with(const Mind& mind, const Settings& settings) {
             return "remembers a state that there is not";
         }
     }
-    if (mind.tier > Tier::kCoarse || mind.corner > 3) {
-        return "is in no tier, or at no corner";
+    if (mind.tier > Tier::kCoarse || mind.corner > 3 ||
+        (mind.tier == Tier::kCoarse && !mind.timed)) {
+        return "is in no tier, at no corner, or nowhere";
     }
     return nullptr;
 }

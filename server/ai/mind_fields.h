@@ -62,11 +62,13 @@ void visit_fields(MindOf& mind, Visit&& visit) {
     visit(mind.band);
     visit(mind.tier);
     visit(mind.unseen_since);
+    visit(mind.timed);
     vector(mind.leg.from);
     vector(mind.leg.direction);
-    visit(mind.leg.length);
     visit(mind.leg.speed);
-    visit(mind.leg.lag_m);
+    visit(mind.leg.length);
+    vector(mind.leg.bend);
+    visit(mind.leg.bend_s);
     visit(mind.leg.since);
     vector(mind.leg.goal);
     vector(mind.placed);

@@ -1,9 +1,11 @@
 #include "server/ai/steering.h"
 
 #include "server/ai/policy_steering.h"
+#include "server/ai/walk.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace zoned::ai {
 
@@ -18,6 +20,10 @@ constexpr float kBandChange = 0.05F;
 /// less than it goes changes its pace.
 constexpr float kBlendStands = 0.05F;
 constexpr float kBlendPace = 0.1F;
+/// Whose body is so far from where its leg says is put right, m: commands are worth a publication.
+constexpr float kOffLegM = 0.2F;
+/// In what time at least, s: where the leg has come by then, or at its end.
+constexpr float kPutRightS = 0.5F;
 
 void stand(Mind& mind, const Surroundings& around) {
     mind.aim = motion::InputCommand{};
@@ -25,13 +31,14 @@ void stand(Mind& mind, const Surroundings& around) {
     restart_progress(mind, around.entities.position[around.self], around.now);
 }
 
-/// True when it has walked for kPatienceS without getting anywhere.
-bool blocked(Mind& mind, const Wish& wish, float speed, const Surroundings& around) {
+/// True when it has walked for kPatienceS without getting anywhere; `goal`: without one, anywhere
+/// counts.
+bool blocked(Mind& mind, const Vec2* goal, float speed, const Surroundings& around) {
     const Vec3& here = around.entities.position[around.self];
-    const float progress = wish.has_goal
-                               ? (wish.goal - Vec2(mind.anchor.x(), mind.anchor.z())).norm() -
-                                     (wish.goal - around.here()).norm()
-                               : (around.here() - Vec2(mind.anchor.x(), mind.anchor.z())).norm();
+    const Vec2 anchor(mind.anchor.x(), mind.anchor.z());
+    const float progress = goal != nullptr
+                               ? (*goal - anchor).norm() - (*goal - around.body()).norm()
+                               : (around.body() - anchor).norm();
     // A slow walker needs to show less.
     if (progress >= std::min(kProgressM, 0.25F * kPatienceS * speed)) {
         restart_progress(mind, here, around.now);
@@ -40,11 +47,16 @@ bool blocked(Mind& mind, const Wish& wish, float speed, const Surroundings& arou
     return static_cast<float>(around.now - mind.anchor_since) * around.dt >= kPatienceS;
 }
 
+bool blocked(Mind& mind, const Wish& wish, float speed, const Surroundings& around) {
+    return blocked(mind, wish.has_goal ? &wish.goal : nullptr, speed, around);
+}
+
 /// Walks across its way for a while.
 void step_aside(Mind& mind, const Pace& pace, const Vec2& direction, const Surroundings& around) {
     const float side = (mind.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
     aim_along(mind, pace, Vec2(side * direction.y(), -side * direction.x()));
     mind.detour_until = around.now + std::max<Tick>(1, std::lround(kDetourS / around.dt));
+    mind.timed = false;
 }
 
 /// What is in the way is passed by another target, the next corner, or a walk along it.
@@ -63,9 +75,12 @@ void get_around(Mind& mind, const State& state, const Vec2& direction, const Sur
 
 /// Who is far steers every few ticks, taking turns by entity id so that the load is even over
 /// ticks, and when its goal is reached: late turns would add up.
+Tick next_turn(const Mind& mind, Tick now) {
+    return now + kFarPeriod - (now + static_cast<Tick>(mind.entity.value)) % kFarPeriod;
+}
+
 Tick next_steering(const Mind& mind, const Wish& wish, float speed, const Surroundings& around) {
-    const Tick turn = (around.now + static_cast<Tick>(mind.entity.value)) % kFarPeriod;
-    const Tick period = kFarPeriod - turn;
+    const Tick period = next_turn(mind, around.now) - around.now;
     if (!wish.has_goal) {
         return around.now + period;
     }
@@ -160,32 +175,8 @@ void steer_blend(Mind& mind,
     }
 }
 
-}  // namespace
-
-void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
-    const State& state = machine.states[mind.doing];
-    const bool entered = mind.entered;
-    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
-    mind.entered = false;
-    if (choice.blend >= 0 && mind.doing >= choice.first) {
-        steer_blend(mind, machine, choice, entered, around);
-        mind.fresh = false;
-        return;
-    }
-    if (entered) {
-        begin_deed(mind, state, around);
-    }
-    follow_band(mind, state, around);
-    if (const auto* policy = std::get_if<PolicyChoice>(&state.choice)) {
-        mind.next_steering = around.now + 1;
-        steer_by_policy(mind, machine, state, *policy, around);
-        mind.fresh = false;
-        return;
-    }
-    if (around.now < mind.detour_until) {
-        mind.fresh = false;
-        return;
-    }
+/// What hangs on others: looked at anew whenever it steers.
+void steer_freely(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     const float speed = std::max(0.01F, full_speed(state, around));
     const Wish wish = wish_of(mind, state, speed, around);
     mind.next_steering = next_steering(mind, wish, speed, around);
@@ -207,6 +198,87 @@ void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         if (blocked(mind, wish, speed, around)) {
             get_around(mind, state, direction, around);
         }
+    }
+}
+
+/// A command that leads the body to where the leg is at its end, or some time on: so soon that the
+/// correction is worth a step of the command.
+void put_right(Mind& mind, const State& state, const Surroundings& around) {
+    const float full = full_speed(state, around) / std::max(state.speed_factor, 1e-3F);
+    const float soon_s = std::max(kPutRightS, kOffLegM * kFullMove / full);
+    const float left_s = time_on(mind.leg, arrival_of(mind.leg, around.dt), around.dt) -
+                         time_on(mind.leg, around.now, around.dt);
+    const float time_s = std::clamp(left_s, kPutRightS, soon_s);
+    const auto ticks = static_cast<Tick>(std::lround(time_s / around.dt));
+    const Vec2 way = position_at(mind.leg, around.now - 1 + ticks, around.dt) - around.body();
+    const float length = way.norm();
+    if (length > 0.0F) {
+        const float speed = length / (static_cast<float>(ticks) * around.dt);
+        aim_along(mind, Pace{speed / full, state.sprint}, way / length);
+    }
+}
+
+/// Keeps the body to the leg, which is set anew where it has come to its end, or the body was
+/// pushed away or held up.
+void steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+    Surroundings self = around;
+    const Vec2 off = position_at(mind.leg, around.now - 1, around.dt) - around.body();
+    const bool anew = !mind.timed || off.norm() > kAstrayM;
+    if (anew) {
+        if (!mind.timed || mind.leg.length == 0.0F) {
+            restart_progress(mind, around.entities.position[around.self], around.now);
+        }
+        start_leg(mind, around);
+        self.at = around.body();
+    }
+    const bool arrived = mind.leg.length > 0.0F && around.now >= arrival_of(mind.leg, around.dt);
+    if (anew || entered || arrived) {
+        plan_leg(mind, state, entered, self);
+    } else if (mind.leg.length > 0.0F && off.norm() > kOffLegM &&
+               time_on(mind.leg, around.now, around.dt) > mind.leg.bend_s) {
+        put_right(mind, state, around);
+        if (blocked(mind, &mind.leg.goal, mind.leg.speed, around)) {
+            get_around(mind, state, mind.leg.direction, around);
+            mind.timed = false;
+        }
+    }
+    const Tick turn = next_turn(mind, around.now);
+    if (mind.leg.length > 0.0F) {
+        mind.next_steering = std::clamp(arrival_of(mind.leg, around.dt), around.now + 1, turn);
+        return;
+    }
+    mind.next_steering = turn;
+    stand(mind, around);
+}
+
+}  // namespace
+
+void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
+    const State& state = machine.states[mind.doing];
+    const bool entered = std::exchange(mind.entered, false);
+    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
+    const auto* const policy = std::get_if<PolicyChoice>(&state.choice);
+    if (choice.blend >= 0 && mind.doing >= choice.first) {
+        mind.timed = false;
+        steer_blend(mind, machine, choice, entered, around);
+        mind.fresh = false;
+        return;
+    }
+    if (entered) {
+        begin_deed(mind, state, around);
+    }
+    follow_band(mind, state, around);
+    if (policy != nullptr) {
+        mind.timed = false;
+        mind.next_steering = around.now + 1;
+        steer_by_policy(mind, machine, state, *policy, around);
+    } else if (around.now < mind.detour_until) {
+        // It walks on across its way.
+    } else if (goes_by_legs(mind, state)) {
+        steer_by_leg(mind, state, entered, around);
+    } else {
+        mind.timed = false;
+        steer_freely(mind, state, entered, around);
     }
     mind.fresh = false;
 }

@@ -228,12 +228,12 @@ std::string why(const Mind& mind,
                 const Machine& machine,
                 const CompiledMachine& compiled,
                 const Sight& sight,
-                const Vec3& position,
+                const Vec2& here,
                 const Places& places,
                 Tick now,
                 float dt) {
     Senses senses;
-    sense(mind, compiled, sight, position, places, now, senses);
+    sense(mind, compiled, sight, here, places, now, senses);
     return Account(mind, machine, compiled, now).write(senses, dt);
 }
 

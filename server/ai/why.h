@@ -26,7 +26,7 @@ std::string why(const Mind& mind,
                 const Machine& machine,
                 const CompiledMachine& compiled,
                 const Sight& sight,
-                const Vec3& position,
+                const Vec2& here,
                 const Places& places,
                 Tick now,
                 float dt);

@@ -56,7 +56,7 @@ Wish go_to(const Vec2& goal, const Vec2& here) {
 }
 
 Wish wish_wander(Mind& mind, const State& state, const Surroundings& around) {
-    const Vec2 here = flat(around.entities.position[around.self]);
+    const Vec2 here = around.at;
     if ((flat(mind.target) - here).norm() < kArriveM) {
         pick_wander_target(mind, state.radius_m, around);
     }
@@ -64,28 +64,27 @@ Wish wish_wander(Mind& mind, const State& state, const Surroundings& around) {
 }
 
 Wish wish_patrol(Mind& mind, const State& state, const Surroundings& around) {
-    const Vec3& here = around.entities.position[around.self];
     Vec2 goal = corner_of(mind, state.radius_m, mind.corner);
-    if ((goal - flat(here)).norm() < kArriveM) {
+    if ((goal - around.at).norm() < kArriveM) {
         mind.corner = static_cast<std::uint8_t>((mind.corner + 1) & 3);
-        restart_progress(mind, here, around.now);
+        restart_progress(mind, around.entities.position[around.self], around.now);
         goal = corner_of(mind, state.radius_m, mind.corner);
     }
-    return go_to(goal, flat(here));
+    return go_to(goal, around.at);
 }
 
 Wish wish_return(const Mind& mind, const Surroundings& around) {
-    const Vec2 here = flat(around.entities.position[around.self]);
+    const Vec2 here = around.at;
     const float distance = (flat(mind.home) - here).norm();
-    return distance < (moving(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(flat(mind.home), here);
+    return distance < (walks(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(flat(mind.home), here);
 }
 
 /// A spot is left only when pushed away from it, as a home is.
 Wish wish_place(const Mind& mind, const State& state, const Surroundings& around) {
     const Vec2 spot = around.places.spot(state.place, mind.entity);
-    const Vec2 here = around.here();
+    const Vec2 here = around.at;
     const float distance = (spot - here).norm();
-    return distance < (moving(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(spot, here);
+    return distance < (walks(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(spot, here);
 }
 
 /// Somebody as a mind takes them to be.
@@ -116,7 +115,7 @@ Wish wish_prey(const Mind& mind, const Surroundings& around, float sign) {
     if (!target) {
         return {};
     }
-    const Vec2 towards = target->place - around.here();
+    const Vec2 towards = target->place - around.at;
     const float distance = towards.norm();
     Wish wish;
     if (sign > 0.0F && distance < (moving(mind) ? kChaseStopM : kChaseFollowM)) {
@@ -158,8 +157,7 @@ Wish wish_follow(const Mind& mind, const State& state, const Surroundings& aroun
         return {};
     }
     const float enough = moving(mind) ? kFollowStop * state.radius_m : state.radius_m;
-    return (whom->place - around.here()).norm() < enough ? Wish()
-                                                         : go_to(whom->place, around.here());
+    return (whom->place - around.at).norm() < enough ? Wish() : go_to(whom->place, around.at);
 }
 
 Wish wish_escort(const Mind& mind, const State& state, const Surroundings& around) {
@@ -167,7 +165,7 @@ Wish wish_escort(const Mind& mind, const State& state, const Surroundings& aroun
     if (!ward) {
         return {};
     }
-    const Vec2 here = around.here();
+    const Vec2 here = around.at;
     const std::optional<Other> threat = target_of(mind, around);
     const Vec2 goal = escort_place(here,
                                    ward->place,
@@ -212,6 +210,10 @@ Vec2 escort_place(const Vec2& here,
 Wish::Wish() : fresh_cos(kReaimFreshCos) {
 }
 
+bool walks(const Mind& mind) {
+    return mind.timed ? mind.leg.speed > 0.0F : moving(mind);
+}
+
 bool moving(const Mind& mind) {
     return mind.aim.move_x != 0 || mind.aim.move_z != 0;
 }
@@ -228,7 +230,6 @@ void restart_progress(Mind& mind, const Vec3& here, Tick now) {
 
 /// A uniform point of the disc around home that is not where it stands already.
 void pick_wander_target(Mind& mind, float radius, const Surroundings& around) {
-    const Vec3& here = around.entities.position[around.self];
     for (int attempt = 0; attempt < 8; ++attempt) {
         // Rejection from the square needs no trigonometry.
         Vec2 point = Vec2::Zero();
@@ -237,23 +238,22 @@ void pick_wander_target(Mind& mind, float radius, const Surroundings& around) {
             point.y() = mind.rng.range(-1.0F, 1.0F);
         } while (point.squaredNorm() > 1.0F);
         mind.target = mind.home + Vec3(point.x() * radius, 0.0F, point.y() * radius);
-        if ((flat(mind.target) - flat(here)).norm() > 2.0F * kArriveM) {
+        if ((flat(mind.target) - around.at).norm() > 2.0F * kArriveM) {
             break;
         }
     }
-    restart_progress(mind, here, around.now);
+    restart_progress(mind, around.entities.position[around.self], around.now);
 }
 
 void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
-    const Vec3& here = around.entities.position[around.self];
     mind.detour_until = 0;
-    restart_progress(mind, here, around.now);
+    restart_progress(mind, around.entities.position[around.self], around.now);
     if (state.action == ActionKind::kWander) {
         pick_wander_target(mind, state.radius_m, around);
     } else if (state.action == ActionKind::kGuard) {
         mind.corner = kAtPost;
     } else if (state.action == ActionKind::kPatrol) {
-        mind.corner = nearest_corner(mind, state.radius_m, flat(here));
+        mind.corner = nearest_corner(mind, state.radius_m, around.at);
     }
 }
 

@@ -27,12 +27,13 @@ struct Surroundings {
     const Places& places;
     world::Row self;
     Tick now;
-    float dt;  ///< s
+    float dt;                ///< s
+    Vec2 at = Vec2::Zero();  ///< x, z where the mind takes itself to be, m: walk.h
 
     /// x, z of the entity, m.
-    [[nodiscard]] Vec2 here() const {
-        const Vec3& at = entities.position[self];
-        return {at.x(), at.z()};
+    [[nodiscard]] Vec2 body() const {
+        const Vec3& position = entities.position[self];
+        return {position.x(), position.z()};
     }
 };
 
@@ -67,7 +68,11 @@ void pick_wander_target(Mind& mind, float radius, const Surroundings& around);
 /// Of a walker in that state, m/s.
 float full_speed(const State& state, const Surroundings& around);
 
+/// Whether its command moves it.
 bool moving(const Mind& mind);
+
+/// Whether it is on its way: by its leg where it goes by one.
+bool walks(const Mind& mind);
 
 /// Of the mind's command: unit length, or zero when it stands.
 Vec2 aim_direction(const Mind& mind);

@@ -1,3 +1,4 @@
+#include "server/ai/walk.h"
 #include "server/ai/why.h"
 #include "server/app/commands.h"
 #include "server/app/load.h"
@@ -160,6 +161,8 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
                                              row,
                                              *mind,
                                              compiled);
+        const Vec3& at = state.entities.position[row];
+        const Vec2 here = ai::whereabouts(*mind, Vec2(at.x(), at.z()), now + 1, state.settings.dt);
         std::printf("entity %u, a %s in zone %u, after tick %lld\n%s",
                     entity.value,
                     settings.types[state.entities.type[row]].name.c_str(),
@@ -169,7 +172,7 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
                             settings.ai.machines[mind->machine],
                             compiled,
                             sight,
-                            state.entities.position[row],
+                            here,
                             state.places,
                             now,
                             state.settings.dt)

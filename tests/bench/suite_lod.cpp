@@ -18,8 +18,6 @@ namespace {
 
 const std::string kTownScene = "town_day";
 constexpr double kDay_s = 600.0;
-/// Arrivals may differ by as much, s.
-constexpr double kArrival_s = 2.0;
 
 /// The bound of the config's farthest level of detail, m: what a viewer who comes is promised.
 constexpr double kFarBound_m = 0.5;
@@ -166,39 +164,15 @@ struct Differences {
         scheduled += full.dead != skipped.dead ? 1U : 0U;
     }
 
-    /// What lasts no longer than arrivals may differ may be there or not.
     void compare(const Person& a, const Person& b, double tick_s) {
-        const auto passing = [tick_s](const Person& person, std::size_t k) {
-            const double until = k + 1 < person.turns.size()
-                                     ? static_cast<double>(person.turns[k + 1].tick)
-                                     : kDay_s / tick_s;
-            return (until - static_cast<double>(person.turns[k].tick)) * tick_s <= kArrival_s;
-        };
-        bool same = true;
-        std::size_t i = 0;
-        std::size_t j = 0;
-        while (same && i < a.turns.size() && j < b.turns.size()) {
-            const Turn& x = a.turns[i];
-            const Turn& y = b.turns[j];
-            if (x.doing == y.doing && x.goods == y.goods) {
-                arrival_s =
-                    std::max(arrival_s, std::abs(static_cast<double>(x.tick - y.tick)) * tick_s);
-                ++turns;
-                ++i;
-                ++j;
-            } else if (passing(a, i)) {
-                ++i;
-            } else if (passing(b, j)) {
-                ++j;
-            } else {
-                same = false;
-            }
-        }
-        for (; same && i < a.turns.size(); ++i) {
-            same = passing(a, i);
-        }
-        for (; same && j < b.turns.size(); ++j) {
-            same = passing(b, j);
+        bool same = a.turns.size() == b.turns.size();
+        for (std::size_t k = 0; same && k < a.turns.size(); ++k) {
+            const Turn& x = a.turns[k];
+            const Turn& y = b.turns[k];
+            same = x.doing == y.doing && x.goods == y.goods;
+            arrival_s =
+                std::max(arrival_s, std::abs(static_cast<double>(x.tick - y.tick)) * tick_s);
+            ++turns;
         }
         scheduled += same ? 0U : 1U;
         places_m.push_back(static_cast<double>((a.at - b.at).norm()));

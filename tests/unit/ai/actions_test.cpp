@@ -191,7 +191,8 @@ TEST(Wander, FacesWhereItWalks) {
         const Vec2 move = Vec2(c.move_x, c.move_z).normalized();
         // A step of 1/127 turns the direction by up to atan(0.71 / 127) = 0.32 degrees.
         EXPECT_GT(move.dot(Vec2(std::sin(angle), std::cos(angle))), std::cos(0.006F));
-        EXPECT_NEAR(Vec2(c.move_x, c.move_z).norm(), 127.0F, 0.8F);
+        // Two per cent are kept to make up for what commands cost.
+        EXPECT_NEAR(Vec2(c.move_x, c.move_z).norm(), 0.98F * 127.0F, 0.8F);
     }
 }
 

@@ -50,7 +50,7 @@ struct Life {
         now += ticks;
         Sight sight;
         sight.distance = player_m;
-        ai::decide(mind, machine, sight, Vec3::Zero(), Places(), now, thinking);
+        ai::decide(mind, machine, sight, Vec2::Zero(), Places(), now, thinking);
         return machine.states[mind.doing].name;
     }
 

@@ -139,7 +139,7 @@ TEST(Blend, TellsItsDegrees) {
                                  field.settings.machines[0],
                                  field.settings.compiled[0],
                                  Sight{},
-                                 Vec3::Zero(),
+                                 Vec2::Zero(),
                                  field.places,
                                  field.now,
                                  kDt);

@@ -31,10 +31,6 @@ class Lives {
     explicit Lives(Machine machine, bool simulated, std::uint32_t count = 20) : count_(count) {
         field.settings.machines = {std::move(machine)};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
-        // The field moves without inertia.
-        for (world::EntityType& type : field.types) {
-            type.character.acceleration = 0.0F;
-        }
         field.wall = nullptr;
         compile(field.settings, kDt);
         for (std::uint32_t id = 1; id <= count; ++id) {
@@ -161,19 +157,18 @@ float worst_place(Lives& all, Lives& some) {
 
 class Errand : public testing::TestWithParam<ActionKind> {};
 
-/// A command has 127 steps a side, so that a heading is off by up to 0.5 / 127 rad: 0.2 m on the
-/// longest way of 60 m. It is put right at 6 degrees, late, and a goal is reached within 1 m from
-/// any side. That is an error of a way; ways do not add theirs up, but their times do: a way takes
-/// 1 / cos(6 degrees) = 0.5 % longer at most where a heading was off all the time.
+/// A body is put right where it is 0.2 m from where its timetable says, at a tick's way more
+/// (2.8 m/s / 30) at the latest; where it wanders on from is the timetable's, so that nothing adds
+/// up.
 TEST_P(Errand, LeadsToWhereTheyWouldHaveWalked) {
     Machine machine = single(GetParam(), 25.0F);
     machine.states[0].speed_factor = 0.7F;
     Lives all(machine, true);
     Lives some(machine, false);
-    for (float minutes = 1.0F; minutes <= 10.0F; ++minutes) {
+    for (int minute = 1; minute <= 10; ++minute) {
         all.run(60.0F);
         some.run(60.0F);
-        EXPECT_LT(worst_place(all, some), 1.0F + 0.005F * 2.8F * 60.0F * minutes);
+        EXPECT_LT(worst_place(all, some), 0.2F + 2.8F / 30.0F);
     }
     EXPECT_LT(some.awake, 20U * 100U);
 }
@@ -185,20 +180,14 @@ INSTANTIATE_TEST_SUITE_P(Coarse,
                                          ActionKind::kWander,
                                          ActionKind::kReturn));
 
-TEST(Coarse, WalkersDoWhatTheyWouldHaveDone) {
+TEST(Coarse, WalkersDoWhatTheyWouldHaveDoneAtTheSameTicks) {
     Lives all(walker(), true);
     Lives some(walker(), false);
     all.run(600.0F);
     some.run(600.0F);
     for (std::uint32_t id = 1; id <= 20; ++id) {
-        const Life& a = all.lives[id - 1];
-        const Life& b = some.lives[id - 1];
-        // The last state may be entered before the end here and after it there.
-        ASSERT_LE(std::max(a.size(), b.size()) - std::min(a.size(), b.size()), 1U) << id;
-        for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k) {
-            EXPECT_EQ(a[k].state, b[k].state);
-            EXPECT_LE(std::abs(a[k].tick - b[k].tick), static_cast<Tick>(2.0F / kDt));
-        }
+        EXPECT_EQ(all.lives[id - 1], some.lives[id - 1]) << id;
+        EXPECT_GT(all.lives[id - 1].size(), 9U) << "it did something";
     }
     EXPECT_LT(some.awake, 20U * 100U);
 }

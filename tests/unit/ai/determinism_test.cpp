@@ -164,7 +164,7 @@ TEST(Minds, HashSeesEveryField) {
         return h.value();
     };
     const std::uint64_t before = hash(mind);
-    std::vector<Mind> changed(34, mind);
+    std::vector<Mind> changed(37, mind);
     changed[0].machine = 1;
     changed[1].fsm.leaf[0] = 1;
     changed[2].fsm.since[0][0] = 1;
@@ -195,10 +195,13 @@ TEST(Minds, HashSeesEveryField) {
     changed[27].leg.direction.y() = 1.0F;
     changed[28].leg.length = 1.0F;
     changed[29].leg.speed = 1.0F;
-    changed[30].leg.lag_m = 1.0F;
+    changed[30].leg.bend_s = 1.0F;
     changed[31].leg.since = 1;
     changed[32].next_event = 1;
     changed[33].next_steering = 1;
+    changed[34].leg.bend.y() = 1.0F;
+    changed[35].timed = true;
+    changed[36].leg.goal.x() = 1.0F;
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash(changed[i]), before) << i;
     }

@@ -22,6 +22,7 @@ class Field {
             world::EntityType type;
             type.name = name;
             type.kind = world::EntityKind::kCharacter;
+            type.character.acceleration = 0.0F;  // at once
             types.push_back(type);
         }
         types[kPlayer].character.speed = 5.0F;
@@ -132,7 +133,8 @@ inline bool decide(Mind& mind,
                    Tick now,
                    float dt) {
     Thinking thinking;
-    return ai::decide(mind, compile(machine, dt), sight, position, Places(), now, thinking);
+    const Vec2 here(position.x(), position.z());
+    return ai::decide(mind, compile(machine, dt), sight, here, Places(), now, thinking);
 }
 
 /// One state, no transitions.

@@ -52,7 +52,7 @@ class Eater {
 
     std::string decide(Tick now, float player = 100.0F) {
         sight.distance = player;
-        ai::decide(mind, machine, sight, Vec3::Zero(), Places(), now, thinking);
+        ai::decide(mind, machine, sight, Vec2::Zero(), Places(), now, thinking);
         last = now;
         return machine.states[mind.fsm.state()].name;
     }
@@ -147,7 +147,7 @@ TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
         Sight sight;
         sight.distance = player;
         mind.entered = false;
-        ai::decide(mind, machine, sight, Vec3::Zero(), Places(), now, thinking);
+        ai::decide(mind, machine, sight, Vec2::Zero(), Places(), now, thinking);
         return machine.states[mind.doing].name;
     };
     EXPECT_EQ(doing(0, 50), "alert:rest");
@@ -200,7 +200,7 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     Thinking thinking;
     std::vector<std::string> done;
     for (Tick now = 0; now < 12; ++now) {
-        ai::decide(mind, machine, Sight(), Vec3::Zero(), Places(), now, thinking);
+        ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
         done.push_back(machine.states[mind.doing].name);
     }
     // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
@@ -220,7 +220,7 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     EXPECT_EQ(thinking.plans, 4U);
     // Bread is left: hungry again, it only eats.
     mind.variables[2] = 0.0F;
-    ai::decide(mind, machine, Sight(), Vec3::Zero(), Places(), 12, thinking);
+    ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), 12, thinking);
     EXPECT_EQ(machine.states[mind.doing].name, "live:eat");
 }
 
@@ -235,7 +235,7 @@ TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
     begin(mind, machine, 0);
     Thinking thinking;
     for (Tick now = 0; now < 5; ++now) {
-        ai::decide(mind, machine, Sight(), Vec3::Zero(), Places(), now, thinking);
+        ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
         EXPECT_EQ(machine.states[mind.doing].name, "live");
     }
     EXPECT_EQ(thinking.plans, 1U) << "nothing has changed: it is not tried again";
@@ -249,7 +249,7 @@ TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
     begin(mind, machine, 0);
     Thinking thinking;
     thinking.max_plan_nodes = 1;
-    ai::decide(mind, machine, Sight(), Vec3::Zero(), Places(), 0, thinking);
+    ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), 0, thinking);
     EXPECT_EQ(thinking.plans_cut_off, 1U);
     EXPECT_EQ(machine.states[mind.doing].name, "live");
 }
@@ -262,7 +262,7 @@ TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
                                  eater.written,
                                  eater.machine,
                                  eater.sight,
-                                 Vec3(3.0F, 0.0F, 4.0F),
+                                 Vec2(3.0F, 4.0F),
                                  Places(),
                                  20,
                                  1.0F);
@@ -304,12 +304,12 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     Thinking thinking;
     Sight sight;
     sight.distance = 2.5F;
-    EXPECT_FALSE(ai::decide(mind, compiled, sight, Vec3::Zero(), Places(), 0, thinking));
-    const std::string text = why(mind, machine, compiled, sight, Vec3::Zero(), Places(), 2, 0.5F);
+    EXPECT_FALSE(ai::decide(mind, compiled, sight, Vec2::Zero(), Places(), 0, thinking));
+    const std::string text = why(mind, machine, compiled, sight, Vec2::Zero(), Places(), 2, 0.5F);
     EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
     EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
     EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));
-    EXPECT_TRUE(ai::decide(mind, compiled, sight, Vec3::Zero(), Places(), 4, thinking));
+    EXPECT_TRUE(ai::decide(mind, compiled, sight, Vec2::Zero(), Places(), 4, thinking));
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ struct Walk {
         now += ticks;
         ai::Sight sight;
         sight.distance = player_m;
-        ai::decide(mind, machine, sight, Vec3(home_m, 0.0F, 0.0F), ai::Places(), now, thinking);
+        ai::decide(mind, machine, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
         return machine.states[mind.doing].name;
     }
 };

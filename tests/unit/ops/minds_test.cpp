@@ -80,7 +80,7 @@ TEST(Minds, DoWhatTheyAreWritten) {
     const auto decide = [&](float distance, float home_m, Tick now) {
         ai::Sight sight;
         sight.distance = distance;
-        ai::decide(mind, sentry, sight, Vec3(home_m, 0.0F, 0.0F), ai::Places(), now, thinking);
+        ai::decide(mind, sentry, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
         return sentry.states[mind.fsm.state()].name;
     };
     // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
@@ -225,12 +225,12 @@ TEST(Minds, HaveVariables) {
     ai::begin(mind, sentry, 0);
     ai::Sight sight;
     sight.distance = 5.0F;
-    ai::decide(mind, sentry, sight, Vec3::Zero(), ai::Places(), 30, thinking);
+    ai::decide(mind, sentry, sight, Vec2::Zero(), ai::Places(), 30, thinking);
     EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");
     EXPECT_NEAR(mind.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
-    ai::decide(mind, sentry, sight, Vec3::Zero(), ai::Places(), 30 + 135, thinking);
+    ai::decide(mind, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 135, thinking);
     EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");  // 4.5 s: 0.32
-    ai::decide(mind, sentry, sight, Vec3::Zero(), ai::Places(), 30 + 150, thinking);
+    ai::decide(mind, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 150, thinking);
     EXPECT_EQ(sentry.states[mind.fsm.state()].name, "calm/walk");
 }
 
