@@ -45,7 +45,7 @@ void OwnAvatar::advance_to(Tick tick) {
         }
         command.tick = t;
         const motion::CharacterState next =
-            motion::apply_input(slot(t - 1).state, command, body, zone->geometry, dt);
+            motion::apply_input(slot(t - 1).state, command, body, zone->geometry, dt, t);
         put_state(t, zone_, next);
     }
     state_tick_ = std::max(state_tick_, tick);

@@ -71,22 +71,46 @@ TypeInfo read_type(const proto::EntityType& t) {
 }
 
 /// Boxes are sent in world coordinates; each zone's geometry lies around that zone's origin.
+motion::StaticBox box_around(const proto::StaticBox& b, const Vec3d& origin) {
+    motion::StaticBox box;
+    const Vec3d centre(b.centre(0), b.centre(1), b.centre(2));
+    box.centre = (centre - origin).cast<float>();
+    box.half_extents = Vec3(b.half_extents(0), b.half_extents(1), b.half_extents(2));
+    if (b.orientation_size() == 4) {
+        box.orientation =
+            Quat(b.orientation(0), b.orientation(1), b.orientation(2), b.orientation(3));
+    }
+    return box;
+}
+
 std::vector<motion::StaticBox> boxes_around(const proto::WorldDescription& description,
                                             const Vec3d& origin) {
     std::vector<motion::StaticBox> boxes;
     boxes.reserve(static_cast<std::size_t>(description.boxes_size()));
     for (const proto::StaticBox& b : description.boxes()) {
-        motion::StaticBox box;
-        const Vec3d centre(b.centre(0), b.centre(1), b.centre(2));
-        box.centre = (centre - origin).cast<float>();
-        box.half_extents = Vec3(b.half_extents(0), b.half_extents(1), b.half_extents(2));
-        if (b.orientation_size() == 4) {
-            box.orientation =
-                Quat(b.orientation(0), b.orientation(1), b.orientation(2), b.orientation(3));
-        }
-        boxes.push_back(box);
+        boxes.push_back(box_around(b, origin));
     }
     return boxes;
+}
+
+/// Needs what sensible() has checked.
+motion::Timetable read_times(const proto::Door& d) {
+    motion::Timetable times;
+    times.period = d.period();
+    times.shift = d.shift();
+    for (int i = 0; i + 1 < d.open_size(); i += 2) {
+        times.open.push_back({d.open(i), d.open(i + 1)});
+    }
+    return times;
+}
+
+std::vector<motion::Door> doors_around(const proto::WorldDescription& description,
+                                       const Vec3d& origin) {
+    std::vector<motion::Door> doors;
+    for (const proto::Door& d : description.doors()) {
+        doors.push_back({box_around(d.box(), origin), read_times(d)});
+    }
+    return doors;
 }
 
 /// Geometry that a client may be told of one surface, in floats: far above what servers send.
@@ -184,6 +208,30 @@ bool sensible(const proto::StaticSurface& s) {
             }));
 }
 
+bool sensible(const proto::StaticBox& b) {
+    return b.centre_size() == 3 && b.half_extents_size() == 3 &&
+           (b.orientation_size() == 0 || b.orientation_size() == 4);
+}
+
+/// Longer periods than a thousand years of the fastest ticks are an attack.
+constexpr std::int64_t kMaxPeriod = INT64_C(1) << 43;
+
+bool sensible(const proto::Door& d) {
+    if (!d.has_box() || !sensible(d.box()) || d.period() < 1 || d.period() > kMaxPeriod ||
+        d.shift() < 0 || d.shift() >= d.period() || d.open_size() % 2 != 0) {
+        return false;
+    }
+    std::int64_t before = 0;
+    for (int i = 0; i < d.open_size(); ++i) {
+        // Spans have ticks in them and do not overlap.
+        if (d.open(i) < before || d.open(i) > d.period() || (i % 2 == 1 && d.open(i) == before)) {
+            return false;
+        }
+        before = d.open(i);
+    }
+    return true;
+}
+
 /// More clocks, variables or phases than servers have are an attack.
 constexpr int kMaxSlow = 64;
 
@@ -255,9 +303,13 @@ std::string wrong_with(const proto::WorldDescription& d) {
         }
     }
     for (const proto::StaticBox& b : d.boxes()) {
-        if (b.centre_size() != 3 || b.half_extents_size() != 3 ||
-            (b.orientation_size() != 0 && b.orientation_size() != 4)) {
+        if (!sensible(b)) {
             return "malformed static box";
+        }
+    }
+    for (const proto::Door& door : d.doors()) {
+        if (!sensible(door)) {
+            return "malformed door";
         }
     }
     for (const proto::StaticSurface& s : d.surfaces()) {
@@ -325,8 +377,12 @@ core::Result<World> read_world(const proto::WorldDescription& d) {
             boxes_around(d, zone.origin),
             static_cast<float>(static_cast<double>(d.ground_height_m()) - zone.origin.y()),
             motion::kStaticCell_m,
-            surfaces_around(d, surfaces, zone.origin));
+            surfaces_around(d, surfaces, zone.origin),
+            doors_around(d, zone.origin));
         world.zones.push_back(std::move(zone));
+    }
+    for (const proto::Door& door : d.doors()) {
+        world.doors.push_back({clean_name(door.name()), read_times(door)});
     }
     world.cosmetics = read_cosmetics(d);
     world.slow = read_slow(d);

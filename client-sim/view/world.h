@@ -54,6 +54,12 @@ struct CosmeticSystem {
     std::optional<motion::BurstKind> burst;  ///< none: events of it are malformed
 };
 
+/// When a door is open is in its timetable, in ticks; where it stands in ZoneInfo::geometry.
+struct DoorInfo {
+    std::string name;
+    motion::Timetable times;
+};
+
 /// Immutable once made.
 struct World {
     double tick_s = 1.0 / 30.0;
@@ -61,6 +67,7 @@ struct World {
     std::vector<TypeInfo> types;
     std::vector<Lod> lods;
     std::vector<ZoneInfo> zones;
+    std::vector<DoorInfo> doors;  ///< in the order of StaticGeometry::doors()
     float interest_hysteresis = 0.0F;
     std::vector<CosmeticSystem> cosmetics;
     clock::SlowDefs slow;  ///< clocks and variables that this side runs for itself

@@ -6,6 +6,7 @@
 #include "server/ai/decision.h"
 #include "server/ai/minds.h"
 #include "server/ai/watched.h"
+#include "server/ai/ways.h"
 #include "server/compute/team.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
@@ -36,6 +37,7 @@ struct Settings {
     float seen_m = std::numeric_limits<float>::infinity();
     float calm_s = 2.0F;  ///< only after so long out of sight
     PlaceSettings places{};
+    WaysSettings ways{};
 };
 
 /// Fills in `compiled`, where inner machines stay empty; `dt` in s.
@@ -56,6 +58,7 @@ struct World {
     Tick now;
     float dt;                               ///< s
     const physics::Query* query = nullptr;  ///< what lines of sight meet; null: nothing
+    Ways* ways = nullptr;                   ///< null: none are planned
 };
 
 struct Report {

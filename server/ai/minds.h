@@ -32,6 +32,9 @@ class Minds {
     [[nodiscard]] const Mind* find(EntityId entity) const;
     [[nodiscard]] Mind* find(EntityId entity);
 
+    /// Of an entity that has one.
+    [[nodiscard]] Slot slot_of(EntityId entity) const { return order_[place_of(entity)].slot; }
+
     [[nodiscard]] std::size_t size() const { return order_.size(); }
 
     [[nodiscard]] Mind& at(Slot slot) { return minds_[slot]; }

@@ -19,19 +19,33 @@ bool reaches(const ops::StaticSurface& surface, const zone::Region& region, doub
            upper.z() >= region.min_z - margin && lower.z() <= region.max_z + margin;
 }
 
-/// Static boxes and surfaces that can be touched from within the region: those that overlap it,
-/// grown by a margin for ghosts and reach.
+bool reaches(const motion::StaticBox& box, const zone::Region& region, double margin) {
+    return region.outside(box.centre.x(), box.centre.z()) <=
+           margin + static_cast<double>(box.half_extents.norm());
+}
+
+motion::StaticBox around(const motion::StaticBox& box, const Vec3d& origin) {
+    motion::StaticBox moved = box;
+    moved.centre = (box.centre.cast<double>() - origin).cast<float>();
+    return moved;
+}
+
+/// Static boxes, doors and surfaces that can be touched from within the region: those that overlap
+/// it, grown by a margin for ghosts and reach.
 std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings& settings,
                                                             const zone::Region& region) {
     const Vec3d origin = region.origin();
     const auto margin = static_cast<double>(settings.ghost_margin_m);
     std::vector<motion::StaticBox> local;
     for (const motion::StaticBox& box : settings.boxes) {
-        const double reach = box.half_extents.norm();
-        if (region.outside(box.centre.x(), box.centre.z()) <= margin + reach) {
-            motion::StaticBox moved = box;
-            moved.centre = (box.centre.cast<double>() - origin).cast<float>();
-            local.push_back(moved);
+        if (reaches(box, region, margin)) {
+            local.push_back(around(box, origin));
+        }
+    }
+    std::vector<motion::Door> doors;
+    for (const ops::NamedDoor& named : settings.doors) {
+        if (reaches(named.door.box, region, margin)) {
+            doors.push_back({around(named.door.box, origin), named.door.times});
         }
     }
     std::vector<motion::StaticSurface> surfaces;
@@ -40,8 +54,11 @@ std::shared_ptr<const motion::StaticGeometry> local_statics(const ops::Settings&
             surfaces.push_back(surface.around(origin));
         }
     }
-    return std::make_shared<const motion::StaticGeometry>(
-        std::move(local), settings.ground_height_m, motion::kStaticCell_m, surfaces);
+    return std::make_shared<const motion::StaticGeometry>(std::move(local),
+                                                          settings.ground_height_m,
+                                                          motion::kStaticCell_m,
+                                                          surfaces,
+                                                          std::move(doors));
 }
 
 /// The same surfaces as bodies.

@@ -355,6 +355,10 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.max_sight_rays_per_tick = config.ai().max_sight_rays_per_tick();
     settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
     settings.ai.places = expand_places(config);
+    if (config.ai().has_ways()) {
+        settings.ai.ways = {narrow(config.ai().ways().cell_m()),
+                            config.ai().ways().work_per_tick()};
+    }
     settings.ai.calm_s = narrow(config.ai().calm_s());
     settings.ai.seen_m = config.ai().skip_unseen()
                              ? farthest_sight(settings, narrow(config.interest().hysteresis()))

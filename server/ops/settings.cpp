@@ -7,6 +7,8 @@
 #include "server/ops/config_expand.h"
 #include "server/ops/config_set.h"
 #include "server/ops/config_text.h"
+#include "server/ops/doors.h"
+#include "server/ops/ground_maps.h"
 #include "server/ops/method_plan.h"
 #include "server/ops/minds.h"
 #include "server/ops/particles.h"
@@ -82,11 +84,13 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_server(config, settings.zones, diagnostics);
     check_particles(config, diagnostics);
     check_slow_state(config, diagnostics);
+    check_ground_maps(config, settings.zones, diagnostics);
     expand_stages(config, settings);
     give_policies(config, policies, settings.ai.machines, diagnostics);
     expand_particles(config, settings);
     settings.slow = expand_slow_state(config);
     settings.boxes = expand_statics(config, diagnostics);
+    settings.doors = expand_doors(config, diagnostics);
     const Terrain terrain(settings.boxes, settings.ground_height_m, settings.surfaces);
     settings.spawn_points.clear();
     settings.initial.clear();

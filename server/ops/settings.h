@@ -76,6 +76,12 @@ struct InitialEntity {
     bool asleep = false;  ///< props: sleeps until it is touched
 };
 
+/// A door of the config, world coordinates (float: worlds are some km).
+struct NamedDoor {
+    std::string name;
+    motion::Door door;
+};
+
 /// Particles that only look nice: told to clients, and to nobody else.
 struct CosmeticSystem {
     std::string name;
@@ -123,6 +129,7 @@ struct Settings {
     float ghost_margin_m = 120.0F;
     float handoff_hysteresis_m = 2.0F;
     std::vector<motion::StaticBox> boxes;  ///< world coordinates (float: worlds are some km)
+    std::vector<NamedDoor> doors;
     std::vector<StaticSurface> surfaces;
     float ground_height_m = 0.0F;
     std::vector<InitialEntity> initial;

@@ -131,7 +131,16 @@ void check_wall(const proto::Config::Wall& wall,
     }
 }
 
-/// Statics that lie wholly outside the world are surely meant to be somewhere else.
+}  // namespace
+
+StaticBox static_box(const proto::Config::Box& box) {
+    return make_box(Vec3d(box.x_m(), box.y_m(), box.z_m()),
+                    Vec3d(box.size().x_m(), box.size().y_m(), box.size().z_m()),
+                    turn(box.yaw_deg(), box.pitch_deg(), box.roll_deg()),
+                    box.friction(),
+                    box.restitution());
+}
+
 void check_inside(const proto::Config::World& world,
                   const StaticBox& box,
                   const std::string& path,
@@ -144,8 +153,6 @@ void check_inside(const proto::Config::World& world,
         diagnostics.add(path, "lies outside the world");
     }
 }
-
-}  // namespace
 
 std::vector<StaticBox> expand_statics(const proto::Config& config, Diagnostics& diagnostics) {
     std::vector<StaticBox> out;
@@ -161,14 +168,7 @@ std::vector<StaticBox> expand_statics(const proto::Config& config, Diagnostics& 
         }
     };
     for (int i = 0; i < statics.box_size(); ++i) {
-        const auto& box = statics.box(i);
-        const Vec3d size(box.size().x_m(), box.size().y_m(), box.size().z_m());
-        const Quatd orientation = turn(box.yaw_deg(), box.pitch_deg(), box.roll_deg());
-        out.push_back(make_box(Vec3d(box.x_m(), box.y_m(), box.z_m()),
-                               size,
-                               orientation,
-                               box.friction(),
-                               box.restitution()));
+        out.push_back(static_box(statics.box(i)));
         check_from(out.size() - 1, join_path("statics", "box", i));
     }
     for (int i = 0; i < statics.hill_size(); ++i) {

@@ -5,6 +5,7 @@
 #include "proto/config.pb.h"
 #include "shared/motion/static_geometry.h"
 
+#include <string>
 #include <vector>
 
 namespace zoned::ops {
@@ -14,5 +15,14 @@ namespace zoned::ops {
 /// world) go to `diagnostics`. Sizes must have passed check_ranges.
 std::vector<motion::StaticBox> expand_statics(const proto::Config& config,
                                               Diagnostics& diagnostics);
+
+/// A box as the config has it, world coordinates.
+motion::StaticBox static_box(const proto::Config::Box& box);
+
+/// What lies wholly outside the world is surely meant to be somewhere else: reported under `path`.
+void check_inside(const proto::Config::World& world,
+                  const motion::StaticBox& box,
+                  const std::string& path,
+                  Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

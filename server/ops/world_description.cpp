@@ -66,6 +66,17 @@ void describe_box(const motion::StaticBox& from, proto::StaticBox& out) {
     describe_turn(from.orientation, *out.mutable_orientation());
 }
 
+void describe_door(const NamedDoor& from, proto::Door& out) {
+    out.set_name(from.name);
+    describe_box(from.door.box, *out.mutable_box());
+    out.set_period(from.door.times.period);
+    out.set_shift(from.door.times.shift);
+    for (const motion::Timetable::Span& span : from.door.times.open) {
+        out.add_open(span.from);
+        out.add_open(span.to);
+    }
+}
+
 /// All but the geometry itself.
 void describe_surface(const StaticSurface& from, proto::StaticSurface& out) {
     out.set_content(from.content);
@@ -155,6 +166,9 @@ proto::WorldDescription describe_honestly(const Settings& settings) {
     }
     for (const motion::StaticBox& box : settings.boxes) {
         describe_box(box, *out.add_boxes());
+    }
+    for (const NamedDoor& door : settings.doors) {
+        describe_door(door, *out.add_doors());
     }
     for (const StaticSurface& surface : settings.surfaces) {
         describe_surface(surface, *out.add_surfaces());

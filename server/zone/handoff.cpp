@@ -93,6 +93,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     h.state = read_entity(e, row);
     h.rules = state.rules->take_entity(h.state.id);
     if (state.minds.find(h.state.id) != nullptr) {
+        state.ways.release(state.minds.slot_of(h.state.id));
         h.mind = state.minds.take(h.state.id);
     }
     const int index = h.state.client ? find_client(state, h.state.client) : -1;

@@ -103,7 +103,7 @@ RayResult cast_at_rest(const ZoneState& state,
                        EntityId ignore) {
     physics::QueryFilter filter;
     filter.ignore_user = ignore.value;
-    filter.categories = ~kRewindableCategory;
+    filter.categories = ~(kRewindableCategory | kDoorCategory);
     physics::QueryHit hit;
     RayResult result;
     result.hit = state.scene.query().ray({origin, direction, max_distance}, filter, hit);
@@ -200,6 +200,7 @@ SeenHit ray_cast_as_seen(const ZoneState& state,
     const Moment moment = moment_of(state, seen);
     SeenHit best;
     static_cast<RayResult&>(best) = cast_at_rest(state, origin, direction, max_distance, ignore);
+    ray_to_door(state, moment.tick, origin, direction, best);
     best.cut = moment.cut;
     best.rewound_s =
         (static_cast<float>(state.now - 1 - moment.tick) - moment.fraction) * state.settings.dt;

@@ -76,8 +76,9 @@ std::uint32_t record_history(ZoneState& state);
 /// stands where it was displayed, as far as that is explained: for a view of the present by what
 /// the publication predicts that it was predicted from, which must have been sent to this client
 /// and have been the newest within RewindSettings::most_ticks; for a view of the past by where the
-/// entity was at that tick. Other rewindable entities stand where they were then; all else is where
-/// it is now. Nothing is hit that has appeared, respawned or jumped since, or is hidden now.
+/// entity was at that tick. Other rewindable entities stand where they were then, and doors as they
+/// did; all else is where it is now. Nothing is hit that has appeared, respawned or jumped since,
+/// or is hidden now.
 SeenHit ray_cast_as_seen(const ZoneState& state,
                          ClientId client,
                          const Seen& seen,

@@ -26,8 +26,12 @@ void move_character(ZoneState& state, world::Row row, const world::EntityType& t
     world::Entities& e = state.entities;
     const motion::CharacterState before{
         e.position[row], e.velocity[row], e.yaw[row], e.has(row, world::kGrounded)};
-    const motion::CharacterState after = motion::apply_input(
-        before, e.command[row], type.character, *state.settings.statics, state.settings.dt);
+    const motion::CharacterState after = motion::apply_input(before,
+                                                             e.command[row],
+                                                             type.character,
+                                                             *state.settings.statics,
+                                                             state.settings.dt,
+                                                             state.now);
     const bool moved = after.position != before.position || after.velocity != before.velocity ||
                        after.yaw != before.yaw || after.grounded != before.grounded;
     e.position[row] = after.position;

@@ -3,7 +3,8 @@
 namespace zoned::zone {
 
 std::string_view pass_name(Pass pass) {
-    static constexpr std::array<std::string_view, kPasses> kNames = {"inbox",
+    static constexpr std::array<std::string_view, kPasses> kNames = {"doors",
+                                                                     "inbox",
                                                                      "rules",
                                                                      "minds",
                                                                      "movement",
@@ -35,6 +36,10 @@ StepPlan plan_for(const Census& census) {
     const bool simulated_change =
         census.awake_bodies > 0 || census.awake_soft > 0 || census.moving_characters > 0;
 
+    decide(Pass::kDoors,
+           census.turning_doors > 0,
+           "doors open or shut",
+           census.doors == 0 ? "no doors" : "no door opens or shuts");
     decide(Pass::kInbox, census.inbox > 0, "messages wait", "no message waits");
     decide(Pass::kRules,
            live && (census.rules_busy || census.viewers > 0),
@@ -48,12 +53,14 @@ StepPlan plan_for(const Census& census) {
     // at all characters. Whoever wakes up in it moves from the next one on.
     decide(Pass::kMovement,
            live && census.characters > 0 &&
-               (census.moving_characters > 0 || census.awake_minds > 0 || census.viewers > 0),
+               (census.moving_characters > 0 || census.awake_minds > 0 || census.viewers > 0 ||
+                census.turning_doors > 0),
            "characters move or may begin to",
            census.frozen ? frozen : "no character moves");
-    const bool physics = live && (census.awake_bodies > 0 || census.awake_soft > 0 ||
-                                  census.moving_characters > 0 || census.awake_minds > 0 ||
-                                  census.viewers > 0 || census.ghosts_moved || census.rules_busy);
+    const bool physics =
+        live && (census.awake_bodies > 0 || census.awake_soft > 0 || census.moving_characters > 0 ||
+                 census.awake_minds > 0 || census.viewers > 0 || census.ghosts_moved ||
+                 census.rules_busy || census.turning_doors > 0);
     decide(Pass::kPhysics,
            physics,
            census.awake_bodies > 0 ? "bodies are awake"

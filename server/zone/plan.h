@@ -10,6 +10,7 @@ namespace zoned::zone {
 
 /// The passes of a step in their order.
 enum class Pass : std::uint8_t {
+    kDoors,
     kInbox,
     kRules,
     kMinds,
@@ -53,7 +54,9 @@ struct Census {
     std::uint32_t audited = 0;           ///< viewers whose ticket allows audits
     std::uint32_t inbox = 0;
     std::uint32_t neighbours = 0;
-    bool particles_go_on = false;  ///< one of these has particles or will have
+    std::uint32_t doors = 0;
+    std::uint32_t turning_doors = 0;  ///< of these, that open or shut in this tick
+    bool particles_go_on = false;     ///< one of these has particles or will have
     bool rules_busy = false;
     bool ghosts_moved = false;  ///< a neighbour's ghost changed in the last tick
     bool frozen = false;

@@ -153,12 +153,18 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     s.report.tick = now;
     s.report.stalled = stalled(s);
     s.report.census = take_census(s, inbox.size());
-    // Messages may freeze the world or bring the first viewer, so the plan is compiled after they
-    // were read.
+    // Messages may freeze the world or bring the first viewer, so the plan is compiled again after
+    // they were read.
     s.report.plan = plan_for(s.report.census);
+    pass(Pass::kDoors, [&] { return turn_doors(s); });
+    if (!s.ways.empty()) {
+        s.ways.follow_doors(now);
+    }
     pass(Pass::kInbox, [&] { return apply_inbox(s, inbox); });
     if (s.report.plan.has(Pass::kInbox)) {
+        const std::uint32_t turned = s.report.census.turning_doors;
         s.report.census = take_census(s, inbox.size());
+        s.report.census.turning_doors = turned;
         s.report.plan = plan_for(s.report.census);
     }
     if (!s.frozen && !s.report.stalled) {

@@ -44,6 +44,13 @@ struct Region {
     }
 };
 
+/// Where minds of a zone plan ways, zone-local, m: in its region and `margin_m` around it.
+inline ai::navigation::GroundRect ways_area(double wide_m, double deep_m, float margin_m) {
+    const float x = static_cast<float>(0.5 * wide_m) + margin_m;
+    const float z = static_cast<float>(0.5 * deep_m) + margin_m;
+    return {-x, -z, x, z};
+}
+
 struct AuditSettings {
     bool enabled = false;
     std::uint32_t period_ticks = 15;  ///< an audited client gets a record this often

@@ -84,7 +84,16 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
         history.resize(settings.rewind.most_ticks + 2);
     }
     add_static_bodies(*this);
+    add_doors(*this);
     add_particle_systems(*this);
+    const Region& region = settings.region();
+    ways = ai::Ways(settings.ai.ways,
+                    *settings.statics,
+                    ways_area(region.max_x - region.min_x,
+                              region.max_z - region.min_z,
+                              settings.handoff_hysteresis_m),
+                    *settings.types,
+                    now);
 }
 
 world::Visibility& matched_sets(ZoneState& state) {
@@ -196,6 +205,7 @@ EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
 void despawn_entity(ZoneState& state, world::Row row) {
     remove_body(state, row);
     if (state.minds.find(state.entities.id[row]) != nullptr) {
+        state.ways.release(state.minds.slot_of(state.entities.id[row]));
         state.minds.take(state.entities.id[row]);
     }
     state.entities.remove(row);

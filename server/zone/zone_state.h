@@ -9,6 +9,7 @@
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 #include "server/world/visibility.h"
+#include "server/zone/doors.h"
 #include "server/zone/exchange.h"
 #include "server/zone/history.h"
 #include "server/zone/plan.h"
@@ -156,6 +157,8 @@ struct ZoneState {
     ai::Minds minds;
     ai::Step mind_step;
     ai::Places places;
+    ai::Ways ways;  ///< empty where none are planned
+    DoorBodies doors;
     std::unique_ptr<Rules> rules;
     core::Rng rng;
     std::vector<ZoneClient> clients;  ///< ascending by client id

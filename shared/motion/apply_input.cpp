@@ -140,13 +140,15 @@ class Mover {
           const CharacterLimits& limits,
           const StaticGeometry& world,
           const Vec3& way,
-          float dt)
+          float dt,
+          Tick tick)
         : limits_(limits),
           dt_(dt),
           start_height_(from.position.y()),
-          sweep_(world, {limits.radius, limits.half_segment}, area_of(from.position, way)),
+          door_push_(world.doors().empty() ? 0.0F : limits.speed * dt),
+          sweep_(world, {limits.radius, limits.half_segment}, area_of(from.position, way), tick),
           state_(from) {
-        state_.position = sweep_.parted(from.position);
+        state_.position = sweep_.parted(from.position, door_push_);
     }
 
     /// Moves along the ground: `way` is horizontal, `velocity` the one at the end of it.
@@ -223,7 +225,8 @@ class Mover {
     /// Slides never lengthen a move, climbing a slope that carries lengthens it at most so much.
     [[nodiscard]] Aabb area_of(const Vec3& position, const Vec3& way) const {
         const float carried = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
-        const float reach = way.norm() / carried + limits_.step_up + limits_.step_down + 0.1F;
+        const float reach =
+            way.norm() / carried + limits_.step_up + limits_.step_down + 0.1F + door_push_;
         return Aabb{position, position}.grown(reach);
     }
 
@@ -288,6 +291,7 @@ class Mover {
     const CharacterLimits& limits_;
     float dt_;
     float start_height_;
+    float door_push_;  // m, out of doors that shut on it
     CapsuleSweep sweep_;
     CharacterState state_;
 };
@@ -298,19 +302,21 @@ CharacterState apply_input(const CharacterState& from,
                            const InputCommand& command,
                            const CharacterLimits& limits,
                            const StaticGeometry& world,
-                           float dt) {
+                           float dt,
+                           Tick tick) {
     const Vec3 wanted = wanted_velocity(command, limits);
     const bool still = wanted.isZero(0.0F);
     const bool jumps = from.grounded && (command.buttons & kButtonJump) != 0;
     CharacterState begin = from;
     begin.yaw = command.yaw;
     if (from.grounded && !jumps) {
-        if (still && from.velocity.isZero(0.0F)) {
+        if (still && from.velocity.isZero(0.0F) &&
+            !moved_by_door(from.position, limits, world, tick)) {
             return begin;  // static ground carries on carrying
         }
         const Vec3 velocity(from.velocity.x(), 0.0F, from.velocity.z());
         const Acceleration run = accelerate(velocity, wanted, limits.acceleration, dt);
-        Mover mover(begin, limits, world, run.way, dt);
+        Mover mover(begin, limits, world, run.way, dt, tick);
         mover.walk(run.way, run.velocity);
         return mover.state();
     }
@@ -320,9 +326,34 @@ CharacterState apply_input(const CharacterState& from,
     // The exact parabola, so that the apex is at v^2 / 2g whatever the step.
     flight.way.y() = (rise - 0.5F * limits.gravity * dt) * dt;
     flight.velocity.y() = rise - limits.gravity * dt;
-    Mover mover(begin, limits, world, flight.way, dt);
+    Mover mover(begin, limits, world, flight.way, dt, tick);
     mover.fall(flight.way, flight.velocity, still);
     return mover.state();
+}
+
+bool moved_by_door(const Vec3& position,
+                   const CharacterLimits& limits,
+                   const StaticGeometry& world,
+                   Tick tick) {
+    if (world.doors().empty() || tick == kAllDoorsOpen) {
+        return false;
+    }
+    // As far as a walker looks for ground.
+    const Vec3 reach(limits.radius + kSkin,
+                     limits.radius + limits.half_segment + limits.step_down + kSkin,
+                     limits.radius + kSkin);
+    bool moved = false;
+    world.for_each_door_near({position - reach, position + reach}, [&](std::uint32_t number) {
+        const Door& door = world.doors()[number];
+        moved =
+            moved || door.shut_at(tick) != door.shut_at(tick - 1) ||
+            (door.shut_at(tick) &&
+             overlaps({limits.radius, limits.half_segment},
+                      position,
+                      door.box,
+                      world.box_axes(static_cast<std::uint32_t>(world.boxes().size()) + number)));
+    });
+    return moved;
 }
 
 Quat orientation_from_yaw(std::uint16_t yaw) {

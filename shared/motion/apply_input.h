@@ -42,12 +42,23 @@ struct CharacterState {
 ///   follows the command: there is no creep on a slope that carries.
 /// - Nothing tunnels at any speed: moves are swept, and keep about a millimetre of air to boxes. A
 ///   capsule that begins inside a box is moved out by the shortest way.
+/// - Doors are as at `tick`, which is the one whose state is returned. A door that shuts on a
+///   character pushes it out by the shortest way, at its walking speed; that moves who stands
+///   still as well. kAllDoorsOpen: no door is there.
 /// Deterministic: same arguments, same bits. No allocation.
 CharacterState apply_input(const CharacterState& from,
                            const InputCommand& command,
                            const CharacterLimits& limits,
                            const StaticGeometry& world,
-                           float dt);
+                           float dt,
+                           Tick tick = kAllDoorsOpen);
+
+/// Whether a door may move a character that stands still there: one that touches it has just been
+/// shut or opened, or one that is shut overlaps it.
+bool moved_by_door(const Vec3& position,
+                   const CharacterLimits& limits,
+                   const StaticGeometry& world,
+                   Tick tick);
 
 /// Orientation of a character that faces `yaw` (65536 = one turn about +y).
 Quat orientation_from_yaw(std::uint16_t yaw);

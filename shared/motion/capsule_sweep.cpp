@@ -13,6 +13,8 @@ namespace {
 constexpr float kGraze = 5e-5F;
 /// The sweep ends this close before the first contact, m.
 constexpr float kTolerance = 2e-5F;
+/// Grazing moves may use up some of the skin; it is restored before it is gone.
+constexpr float kLeastAir = 0.25F * kSkin;
 constexpr int kNewtonSteps = 8;
 constexpr int kPartingPasses = 8;
 
@@ -66,19 +68,32 @@ float first_contact(const Vec3& way, float reach, DistanceAt&& distance_at, Foun
 
 }  // namespace
 
-CapsuleSweep::CapsuleSweep(const StaticGeometry& world, const Capsule& capsule, const Aabb& area)
+bool overlaps(const Capsule& capsule,
+              const Vec3& position,
+              const StaticBox& box,
+              const Mat3& axes) {
+    const LocalSegment segment = local_segment(box, axes, position, capsule.half_segment);
+    return segment_box_distance(segment.middle, segment.half, box.half_extents).distance <
+           capsule.radius + kLeastAir;
+}
+
+CapsuleSweep::CapsuleSweep(const StaticGeometry& world,
+                           const Capsule& capsule,
+                           const Aabb& area,
+                           Tick tick)
     : world_(world),
+      tick_(tick),
       capsule_(capsule),
       reach_(Vec3(capsule.radius, capsule.radius + capsule.half_segment, capsule.radius) +
              Vec3::Constant(2.0F * kSkin)),
       floor_height_(world.ground_height() + capsule.half_segment + capsule.radius) {
-    world.for_each_near({area.lower - reach_, area.upper + reach_}, [this](std::uint32_t box) {
+    const Aabb reached{area.lower - reach_, area.upper + reach_};
+    world.for_each_near(reached, tick, [this](std::uint32_t box) {
         if (near_count_ < near_.size()) {
             near_[near_count_] = box;
         }
         ++near_count_;
     });
-    const Aabb reached{area.lower - reach_, area.upper + reach_};
     for (const PlacedSurface& placed : world.surfaces()) {
         // What stands over the area may have to push the capsule up out of it.
         const Aabb& bounds = placed.bounds();
@@ -101,7 +116,7 @@ SweepHit CapsuleSweep::sweep_ground(const Vec3& from, const Vec3& move) const {
 }
 
 SweepHit CapsuleSweep::sweep_box(std::uint32_t index, const Vec3& from, const Vec3& move) const {
-    const StaticBox& box = world_.boxes()[index];
+    const StaticBox& box = world_.box(index);
     const Mat3& axes = world_.box_axes(index);
     const LocalSegment segment = local_segment(box, axes, from, capsule_.half_segment);
     const Vec3 way = axes.transpose() * move;
@@ -173,7 +188,7 @@ bool CapsuleSweep::part_from_surfaces(Vec3& position) const {
                 return;
             }
             const SegmentTriangleDistance found = segment_triangle_distance(local, half, t);
-            if (found.distance < capsule_.radius + 0.25F * kSkin) {
+            if (found.distance < capsule_.radius + kLeastAir) {
                 position += placed.turned_to_world(found.normal) *
                             (capsule_.radius + 0.5F * kSkin - found.distance);
                 overlapped = true;
@@ -182,18 +197,23 @@ bool CapsuleSweep::part_from_surfaces(Vec3& position) const {
     return overlapped;
 }
 
-Vec3 CapsuleSweep::parted(Vec3 position) const {
+Vec3 CapsuleSweep::parted(Vec3 position, float most_of_doors) const {
+    const std::size_t fixed = world_.boxes().size();
     for (int pass = 0; pass < kPartingPasses; ++pass) {
         bool overlapped = false;
         for_each_on_way(position, Vec3::Zero(), [&](std::uint32_t index) {
-            const StaticBox& box = world_.boxes()[index];
+            const StaticBox& box = world_.box(index);
             const Mat3& axes = world_.box_axes(index);
             const LocalSegment segment = local_segment(box, axes, position, capsule_.half_segment);
             const SegmentBoxDistance found =
                 segment_box_distance(segment.middle, segment.half, box.half_extents);
-            // Grazing moves may use up some of the skin; it is restored before it is gone.
-            if (found.distance < capsule_.radius + 0.25F * kSkin) {
-                position += axes * found.normal * (capsule_.radius + 0.5F * kSkin - found.distance);
+            if (found.distance < capsule_.radius + kLeastAir) {
+                float out = capsule_.radius + 0.5F * kSkin - found.distance;
+                if (index >= fixed) {
+                    out = std::min(out, most_of_doors);
+                    most_of_doors -= out;
+                }
+                position += axes * found.normal * out;
                 overlapped = true;
             }
             return false;

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 namespace zoned::motion {
 
@@ -19,6 +20,10 @@ struct Capsule {
 /// Air that is kept between capsule and boxes, m: far more than the rounding of float coordinates
 /// some kilometres from the origin, far less than anybody sees.
 inline constexpr float kSkin = 0.001F;
+
+/// Whether a capsule is so far inside a box that CapsuleSweep::parted() moves it; columns of `axes`
+/// are the box's.
+bool overlaps(const Capsule& capsule, const Vec3& position, const StaticBox& box, const Mat3& axes);
 
 /// What a moving capsule ran into.
 struct SweepHit {
@@ -36,8 +41,12 @@ struct SweepHit {
 /// there.
 class CapsuleSweep {
   public:
-    /// `area` must hold all places where the capsule will be asked for, without its own size.
-    CapsuleSweep(const StaticGeometry& world, const Capsule& capsule, const Aabb& area);
+    /// `area` must hold all places where the capsule will be asked for, without its own size. Doors
+    /// are as at `tick`.
+    CapsuleSweep(const StaticGeometry& world,
+                 const Capsule& capsule,
+                 const Aabb& area,
+                 Tick tick = kAllDoorsOpen);
 
     /// The first obstacle on the way of the capsule's centre from `from` to `from + move`.
     /// Obstacles that the move only grazes (nears by less than 0.05 mm) or leaves do not count. The
@@ -77,9 +86,10 @@ class CapsuleSweep {
         return best;
     }
 
-    /// `position`, moved out of boxes, surfaces and ground where the capsule overlaps them. One
-    /// that overlaps nothing is returned as it is.
-    [[nodiscard]] Vec3 parted(Vec3 position) const;
+    /// `position`, moved out of boxes, surfaces and ground where the capsule overlaps them; out of
+    /// doors by `most_of_doors` m at most. One that overlaps nothing is returned as it is.
+    [[nodiscard]] Vec3 parted(Vec3 position,
+                              float most_of_doors = std::numeric_limits<float>::infinity()) const;
 
     /// The height at which the capsule's centre rests on the ground plane.
     [[nodiscard]] float floor_height() const { return floor_height_; }
@@ -132,11 +142,12 @@ class CapsuleSweep {
                 step(near_[i]);
             }
         } else {
-            world_.for_each_near(way, step);  // too many to note: ask the grid each time
+            world_.for_each_near(way, tick_, step);  // too many to note: ask the grid each time
         }
     }
 
     const StaticGeometry& world_;
+    Tick tick_;
     Capsule capsule_;
     Vec3 reach_;
     float floor_height_;

@@ -48,12 +48,19 @@ std::optional<float> PlacedSurface::top_at(float x, float z) const {
 StaticGeometry::StaticGeometry(std::vector<StaticBox> boxes,
                                float ground_height,
                                float cell_m,
-                               const std::vector<StaticSurface>& surfaces)
+                               const std::vector<StaticSurface>& surfaces,
+                               std::vector<Door> doors)
     : boxes_(std::move(boxes)),
+      fixed_(boxes_.size()),
+      doors_(std::move(doors)),
       surfaces_(surfaces.begin(), surfaces.end()),
       ground_height_(ground_height),
       cell_m_(cell_m) {
     ZONED_ASSERT(cell_m > 0.0F, "a cell has a size");
+    for (const Door& door : doors_) {
+        ZONED_ASSERT(door.times.period > 0, "the timetable of a door has a period");
+        boxes_.push_back(door.box);
+    }
     if (!boxes_.empty()) {
         index_boxes();
     }
@@ -103,6 +110,24 @@ void StaticGeometry::index_boxes() {
     cell_items_.resize(cell_start_.back());
     std::vector<std::uint32_t> fill(cell_start_.begin(), cell_start_.end() - 1);
     visit_cells([&](std::size_t cell, std::uint32_t i) { cell_items_[fill[cell]++] = i; });
+}
+
+StaticGeometry StaticGeometry::with_shut(std::span<const std::uint32_t> shut) const {
+    StaticGeometry out = *this;
+    out.doors_.clear();
+    out.boxes_.resize(fixed_);
+    for (const std::uint32_t number : shut) {
+        out.boxes_.push_back(doors_[number].box);
+    }
+    out.fixed_ = out.boxes_.size();
+    out.bounds_.clear();
+    out.axes_.clear();
+    out.cell_start_.clear();
+    out.cell_items_.clear();
+    if (!out.boxes_.empty()) {
+        out.index_boxes();
+    }
+    return out;
 }
 
 float StaticGeometry::floor_at(float x, float z) const {

@@ -1,9 +1,10 @@
-// StaticGeometry: the solid world that never moves, as characters on server and client collide with
-// it.
+// StaticGeometry: the solid world that never moves, and its doors, as characters on server and
+// client collide with them.
 #pragma once
 
 #include "shared/math/aabb.h"
 #include "shared/math/types.h"
+#include "shared/motion/doors.h"
 #include "shared/motion/surface.h"
 
 #include <cstdint>
@@ -13,15 +14,6 @@
 #include <vector>
 
 namespace zoned::motion {
-
-/// A static oriented box: wall, floor slab or ramp.
-struct StaticBox {
-    Vec3 centre = Vec3::Zero();        ///< m
-    Vec3 half_extents = Vec3::Ones();  ///< m, each > 0
-    Quat orientation = Quat::Identity();
-    float friction = 0.6F;
-    float restitution = 0.0F;
-};
 
 /// A surface where it stands, turned about y alone.
 struct StaticSurface {
@@ -63,8 +55,9 @@ class PlacedSurface {
 inline constexpr float kStaticCell_m = 16.0F;
 
 /// Oriented boxes in a uniform grid over x and z, and surfaces, above a ground plane
-/// y = ground_height.
-/// Immutable after construction, so that threads and bots share one copy.
+/// y = ground_height; and doors, which are boxes like these while they are shut.
+/// Immutable after construction, so that threads and bots share one copy: whoever asks says at
+/// which tick. A world without doors pays nothing for those of others.
 class StaticGeometry {
   public:
     StaticGeometry() = default;
@@ -72,11 +65,19 @@ class StaticGeometry {
     StaticGeometry(std::vector<StaticBox> boxes,
                    float ground_height,
                    float cell_m = kStaticCell_m,
-                   const std::vector<StaticSurface>& surfaces = {});
+                   const std::vector<StaticSurface>& surfaces = {},
+                   std::vector<Door> doors = {});
 
     [[nodiscard]] float ground_height() const { return ground_height_; }
 
-    [[nodiscard]] std::span<const StaticBox> boxes() const { return boxes_; }
+    /// Those that are always there.
+    [[nodiscard]] std::span<const StaticBox> boxes() const { return {boxes_.data(), fixed_}; }
+
+    /// Their boxes are numbered behind boxes().
+    [[nodiscard]] std::span<const Door> doors() const { return doors_; }
+
+    /// A box, or a door's.
+    [[nodiscard]] const StaticBox& box(std::uint32_t index) const { return boxes_[index]; }
 
     [[nodiscard]] const Aabb& box_bounds(std::uint32_t index) const { return bounds_[index]; }
 
@@ -93,12 +94,29 @@ class StaticGeometry {
     template <class Visit>
     void for_each_near(const Aabb& area, Visit&& visit) const;
 
+    /// The same for the boxes and those doors that are shut at `tick`.
+    template <class Visit>
+    void for_each_near(const Aabb& area, Tick tick, Visit&& visit) const;
+
+    /// Calls `visit(number)` for each door whose bounds overlap `area`, in ascending order.
+    template <class Visit>
+    void for_each_door_near(const Aabb& area, Visit&& visit) const;
+
+    /// The same world in which the doors named are boxes like all others, and the rest is not
+    /// there: what it is as long as these alone are shut. `shut` is ascending.
+    [[nodiscard]] StaticGeometry with_shut(std::span<const std::uint32_t> shut) const;
+
   private:
+    /// Calls `visit(index)` for the boxes from `first` to `end` whose bounds overlap `area`.
+    template <class Visit>
+    void visit_near(const Aabb& area, std::uint32_t first, std::uint32_t end, Visit&& visit) const;
     [[nodiscard]] int cell_of(float coordinate, float origin, int cells) const;
 
     void index_boxes();
 
-    std::vector<StaticBox> boxes_;
+    std::vector<StaticBox> boxes_;  // those that are always there, then the doors'
+    std::size_t fixed_ = 0;         // so many are always there
+    std::vector<Door> doors_;
     std::vector<PlacedSurface> surfaces_;
     std::vector<Aabb> bounds_;
     std::vector<Mat3> axes_;

@@ -64,27 +64,33 @@ WayTicket WayService::ask(const WayAsk& ask) {
     const std::uint32_t round = slot.round;
     slot = Slot();
     slot.round = round;
-    slot.asker = ask.asker;
+    slot.asker = ask.asker == WayAsk::kAlone ? number : ask.asker;
     slot.at = ask.from;
     slot.to = ask.to;
     slot.taken = true;
     ++counts_.asked;
     if (!grid_.contains(ask.from) || !grid_.contains(ask.to)) {
-        fail(slot, Outcome::kOffMap);
-    } else if (find_ends(slot)) {
+        fail(number, Outcome::kOffMap);
+    } else if (find_ends(number)) {
         wait(number);
     }
     return {number, slot.round};
 }
 
-bool WayService::find_ends(Slot& slot) {
+bool WayService::find_ends(std::uint32_t number) {
+    Slot& slot = slots_[number];
     const GridMap& map = planner_.map();
-    if (!nearest_passable(map, grid_, slot.at, settings_.reach_cells, slot.start)) {
-        fail(slot, Outcome::kStartBlocked);
+    // Of a place on the line between two cells the one that it counts to.
+    slot.start = grid_.cell(slot.at);
+    slot.goal = grid_.cell(slot.to);
+    if (!map.passable(slot.start) &&
+        !nearest_passable(map, grid_, slot.at, settings_.reach_cells, slot.start)) {
+        fail(number, Outcome::kStartBlocked);
         return false;
     }
-    if (!nearest_passable(map, grid_, slot.to, settings_.reach_cells, slot.goal)) {
-        fail(slot, Outcome::kGoalBlocked);
+    if (!map.passable(slot.goal) &&
+        !nearest_passable(map, grid_, slot.to, settings_.reach_cells, slot.goal)) {
+        fail(number, Outcome::kGoalBlocked);
         return false;
     }
     slot.moved = slot.goal != grid_.cell(slot.to);
@@ -136,7 +142,7 @@ void WayService::serve() {
         if (late && served >= required) {
             break;
         }
-        if (!refresh(slot)) {
+        if (!refresh(number)) {
             ++served;
             queue_.pop();
             continue;
@@ -160,11 +166,14 @@ void WayService::serve() {
     }
     counts_.work = spent_;
     spent_ = 0;
+    std::swap(told_, answered_);
+    answered_.clear();
 }
 
-bool WayService::refresh(Slot& slot) {
+bool WayService::refresh(std::uint32_t number) {
+    Slot& slot = slots_[number];
     const Place before = planner_.map().place(slot.goal);
-    const bool found = find_ends(slot);
+    const bool found = find_ends(number);
     const Place after = planner_.map().place(slot.goal);
     if (!found) {
         slot.waiting = false;
@@ -187,9 +196,12 @@ void WayService::done(std::uint32_t number) {
         slot.outcome = Outcome::kPartial;
     }
     keep(slot);
+    answered_.push_back(number);
 }
 
-void WayService::fail(Slot& slot, Outcome outcome) {
+void WayService::fail(std::uint32_t number, Outcome outcome) {
+    Slot& slot = slots_[number];
+    answered_.push_back(number);
     slot.outcome = outcome;
     slot.usable = false;
     pool_.give_back(slot.corners);

@@ -20,7 +20,10 @@ struct WayTicket {
 };
 
 struct WayAsk {
-    std::uint32_t asker = 0;  ///< who asks: a small number, e.g. a mind's row
+    /// Somebody who asks for this one way alone.
+    static constexpr std::uint32_t kAlone = ~0U;
+
+    std::uint32_t asker = kAlone;  ///< who asks: a small number, e.g. a mind's row
     Spot from;
     Spot to;
 };
@@ -98,6 +101,14 @@ class WayService {
     /// at its end; `at` itself where there is no way. Different tickets may ask at the same time.
     Spot heading(WayTicket ticket, Spot at, float near_m);
 
+    /// WayTicket::slot of the requests that were answered by the last serve(), and of those before
+    /// it since the one before, in the order of the answers. Some may be released by now.
+    [[nodiscard]] std::span<const std::uint32_t> answered() const { return told_; }
+
+    /// The same of those whose ways the last change() has cut: they wait again, or are answered
+    /// that there is no way.
+    [[nodiscard]] std::span<const std::uint32_t> cut_off() const { return cut_off_; }
+
     /// Whether a ticket names a request.
     [[nodiscard]] bool knows(WayTicket ticket) const {
         return ticket.slot < slots_.size() && slots_[ticket.slot].round == ticket.round &&
@@ -157,12 +168,12 @@ class WayService {
     void walk(const HopAt& hop_at);
     void keep(Slot& slot);
     void done(std::uint32_t number);
-    void fail(Slot& slot, Outcome outcome);
+    void fail(std::uint32_t number, Outcome outcome);
     void wait(std::uint32_t number);
     /// Cells for where an asker is and wants to go; false where there are none.
-    bool find_ends(Slot& slot);
+    bool find_ends(std::uint32_t number);
     /// The ends of one who waited: it has walked on, and the map may have changed.
-    bool refresh(Slot& slot);
+    bool refresh(std::uint32_t number);
     [[nodiscard]] bool cut(const Slot& slot, const GoalField::Window& around) const;
     [[nodiscard]] bool may_be_shorter(const Slot& slot, std::span<const CellChange> changes) const;
     [[nodiscard]] bool worth_a_field(const Slot& slot) const;
@@ -176,6 +187,9 @@ class WayService {
     WayQueue queue_;
     std::vector<Slot> slots_;
     std::vector<std::uint32_t> free_;
+    std::vector<std::uint32_t> answered_;  // since the last serve()
+    std::vector<std::uint32_t> told_;      // by it
+    std::vector<std::uint32_t> cut_off_;
     std::vector<std::uint32_t> wanted_;  // by place: requests for it that wait
     std::array<Field, kFields> fields_;
     GoalField builder_;

@@ -1,0 +1,41 @@
+// Doors of a zone: shut ones are solid for bodies and rays, and push out who stands in them.
+#pragma once
+
+#include "server/zone/rules.h"
+#include "shared/core/ids.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace zoned::zone {
+
+struct ZoneState;
+
+/// Bodies of doors are in this category, all others are not.
+inline constexpr std::uint32_t kDoorCategory = 1u << 2;
+
+/// The bodies that doors have while they are shut, in the order of StaticGeometry::doors(). Empty
+/// where the zone has no door.
+struct DoorBodies {
+    std::vector<BodyId> body;
+    Tick next_turn = 0;  ///< of any of them
+};
+
+/// Puts the bodies of those that are shut at the first tick there.
+void add_doors(ZoneState& state);
+
+/// Doors that stand other than they do at `state.now`.
+std::uint32_t doors_to_turn(const ZoneState& state);
+
+/// Shuts and opens them: whoever sleeps or rests against one wakes. Returns how many.
+std::uint32_t turn_doors(ZoneState& state);
+
+/// The nearest door that was shut at a tick on a ray, within `hit.distance`: true where there is
+/// one, with distance, point and normal in `hit`. `direction` has unit length.
+bool ray_to_door(const ZoneState& state,
+                 Tick tick,
+                 const Vec3& origin,
+                 const Vec3& direction,
+                 RayResult& hit);
+
+}  // namespace zoned::zone

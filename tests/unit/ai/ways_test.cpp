@@ -1,0 +1,185 @@
+// Ways: minds ask, doors turn, and everybody has an answer in time.
+#include "server/ai/ways.h"
+
+#include "server/ai/navigation/line_of_sight.h"
+#include "tests/unit/allocation_count.h"
+#include "shared/core/rng.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace zoned::ai::ways_test {
+namespace {
+
+using navigation::Outcome;
+using navigation::Spot;
+
+constexpr navigation::GroundRect kTown{-20.0F, -20.0F, 20.0F, 20.0F};
+
+motion::StaticBox wall(const Vec3& centre, const Vec3& half) {
+    motion::StaticBox box;
+    box.centre = centre;
+    box.half_extents = half;
+    return box;
+}
+
+/// A wall along z at x = 0 with a gate at z = 0, open in ticks 100 to 200 of 1000, and a gap
+/// without a door at z = 18.
+motion::StaticGeometry town() {
+    motion::Door gate;
+    gate.box = wall(Vec3(0.0F, 1.0F, 0.0F), Vec3(0.2F, 2.0F, 1.5F));
+    gate.times.period = 1000;
+    gate.times.open = {{100, 200}};
+    return {{wall(Vec3(0.0F, 1.0F, -10.75F), Vec3(0.2F, 2.0F, 9.25F)),
+             wall(Vec3(0.0F, 1.0F, 9.0F), Vec3(0.2F, 2.0F, 7.5F))},
+            0.0F,
+            motion::kStaticCell_m,
+            {},
+            {gate}};
+}
+
+world::TypeTable kinds() {
+    world::TypeTable types(4);
+    types[0].kind = world::EntityKind::kCharacter;  // of players: no mind
+    types[1].kind = world::EntityKind::kCharacter;
+    types[1].mind = 1;
+    types[2] = types[1];
+    types[2].character.speed = 1.0F;  // slower, but of the same size
+    types[3] = types[1];
+    types[3].character.radius = 0.8F;
+    return types;
+}
+
+Ways ways_at(Tick now, std::uint64_t work = 1'000'000) {
+    return {{0.5F, work}, town(), kTown, kinds(), now};
+}
+
+float length(Spot from, std::span<const Spot> corners) {
+    float sum = 0.0F;
+    for (const Spot& c : corners) {
+        sum += std::hypot(c.x - from.x, c.z - from.z);
+        from = c;
+    }
+    return sum;
+}
+
+TEST(Ways, HaveAMapForEachSizeOfCharactersWithMindsAlone) {
+    const Ways ways = ways_at(0);
+    EXPECT_EQ(ways.sizes(), 2U);
+    EXPECT_FALSE(ways.plans_for(0));
+    EXPECT_TRUE(ways.plans_for(1));
+    EXPECT_TRUE(ways.plans_for(3));
+    EXPECT_FALSE(ways.plans_for(4));
+    EXPECT_GT(ways.bytes(), 0U);
+    const Ways none({}, town(), kTown, kinds(), 0);
+    EXPECT_TRUE(none.empty());
+    EXPECT_FALSE(none.plans_for(1));
+    EXPECT_EQ(none.bytes(), 0U);
+}
+
+TEST(Ways, AreAnsweredInTheTickInWhichTheyAreAskedFor) {
+    Ways ways = ways_at(150);
+    const Spot from{-10.0F, 0.0F};
+    const Spot to{10.0F, 0.0F};
+    ways.ask(7, EntityId(70), 1, from, to);
+    ways.ask(3, EntityId(30), 3, from, to);
+    ways.ask(5, EntityId(50), 2, from, {10.0F, 100.0F});
+    ways.serve();
+    ASSERT_EQ(std::vector<Slot>(ways.answered().begin(), ways.answered().end()),
+              (std::vector<Slot>{3, 5, 7}));
+    for (const Slot mind : {7U, 3U}) {
+        const navigation::WayAnswer a = ways.answer(mind);
+        ASSERT_FALSE(a.waiting);
+        EXPECT_EQ(a.outcome, Outcome::kFound);
+        ASSERT_EQ(a.corners.size(), 1U) << "straight through the open gate";
+        EXPECT_EQ(a.corners.back(), to);
+        EXPECT_FLOAT_EQ(a.length_m, 20.0F);
+    }
+    EXPECT_EQ(ways.answer(5).outcome, Outcome::kOffMap);
+    EXPECT_TRUE(ways.has(7, EntityId(70)));
+    EXPECT_FALSE(ways.has(7, EntityId(71)));
+    ways.release(7);
+    EXPECT_FALSE(ways.has(7, EntityId(70)));
+    ways.release(7);
+    ways.serve();
+    EXPECT_TRUE(ways.answered().empty());
+}
+
+TEST(Ways, GoRoundAGateThatIsShutAndThroughItAgainOnceItIsOpen) {
+    Ways ways = ways_at(90);
+    const Spot from{-10.0F, 0.0F};
+    const Spot to{10.0F, 0.0F};
+    ways.ask(0, EntityId(1), 1, from, to);
+    ways.serve();
+    ASSERT_EQ(ways.answer(0).outcome, Outcome::kFound);
+    // By the gap at z = 17: the shortest way there and back is 2 sqrt(10^2 + 17^2) = 39.4 m.
+    EXPECT_GT(ways.answer(0).length_m, 38.0F);
+    EXPECT_LT(ways.answer(0).length_m, 44.0F);
+    EXPECT_FLOAT_EQ(ways.answer(0).length_m, length(from, ways.answer(0).corners));
+    EXPECT_FALSE(ways.straight(1, from, to));
+    for (Tick tick = 91; tick < 100; ++tick) {
+        ways.follow_doors(tick);
+        ways.serve();
+        EXPECT_TRUE(ways.answered().empty());
+    }
+    ways.follow_doors(100);
+    EXPECT_TRUE(ways.cut().empty());
+    EXPECT_TRUE(ways.straight(1, from, to));
+    ways.serve();
+    ASSERT_EQ(ways.answered().size(), 1U) << "the gate may be a short cut";
+    EXPECT_FLOAT_EQ(ways.answer(0).length_m, 20.0F);
+    ways.follow_doors(200);
+    ASSERT_EQ(ways.cut().size(), 1U);
+    EXPECT_TRUE(ways.answer(0).waiting);
+    ways.serve();
+    EXPECT_GT(ways.answer(0).length_m, 38.0F);
+}
+
+TEST(Ways, ForgetWhoseSlotIsAnothers) {
+    Ways ways = ways_at(150, 1);
+    for (Slot mind = 0; mind < 50; ++mind) {
+        ways.ask(mind, EntityId(mind + 1), 1, {-10.0F, 5.0F}, {10.0F, 5.0F});
+    }
+    for (Slot mind = 0; mind < 50; mind += 2) {
+        ways.ask(mind, EntityId(mind + 1000), 3, {-10.0F, 5.0F}, {10.0F, -5.0F});
+    }
+    for (int tick = 0; tick < 40; ++tick) {
+        ways.serve();
+        for (const Slot mind : ways.answered()) {
+            EXPECT_FALSE(ways.answer(mind).waiting);
+        }
+    }
+    for (Slot mind = 0; mind < 50; ++mind) {
+        ASSERT_FALSE(ways.answer(mind).waiting);
+        EXPECT_EQ(ways.answer(mind).corners.back(), (Spot{10.0F, mind % 2 == 0 ? -5.0F : 5.0F}));
+    }
+}
+
+TEST(Ways, AllocateNothingOnceAllHaveAsked) {
+    Ways ways = ways_at(0);
+    core::Rng rng(9, 1);
+    const auto somewhere = [&rng] {
+        return Spot{rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)};
+    };
+    const auto live = [&](Tick from, Tick to) {
+        for (Tick tick = from; tick < to; ++tick) {
+            ways.follow_doors(tick);
+            for (Slot mind = 0; mind < 100; ++mind) {
+                if (rng.below(8) == 0) {
+                    ways.ask(
+                        mind, EntityId(mind + 1), mind % 2 == 0 ? 1 : 3, somewhere(), somewhere());
+                }
+            }
+            ways.serve();
+        }
+    };
+    live(0, 3300);
+    const std::uint64_t before = allocation_count();
+    live(3300, 4000);  // no door turns: the index is as it was
+    EXPECT_EQ(allocation_count(), before);
+}
+
+}  // namespace
+}  // namespace zoned::ai::ways_test
