@@ -3,7 +3,7 @@
 #include "server/ai/lod.h"
 #include "server/ai/perception.h"
 #include "server/ai/steering.h"
-#include "shared/core/assert.h"
+#include "server/ai/step_lookup.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,23 +12,6 @@
 namespace zoned::ai {
 
 namespace {
-
-const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
-    ZONED_ASSERT(mind.machine < settings.compiled.size(), "the machine of a mind exists");
-    return settings.compiled[mind.machine];
-}
-
-/// The row of an entity whose mind may do something; kNoRow: leave it alone. `hint`: where it was.
-world::Row row_of(const world::Entities& entities,
-                  EntityId entity,
-                  world::Row hint = world::kNoRow) {
-    const bool known = hint < entities.size() && entities.id[hint] == entity;
-    const world::Row row = known ? hint : entities.find(entity);
-    return row != world::kNoRow &&
-                   (entities.has(row, world::kHidden) || entities.has(row, world::kGhost))
-               ? world::kNoRow
-               : row;
-}
 
 /// All coarse minds are looked at once in so many ticks, in turn.
 constexpr Tick kLookPeriod = 16;
@@ -62,7 +45,14 @@ void compile(Settings& settings, float dt) {
 }
 
 CoarseWorld Step::coarse(const World& world) const {
-    return {world.entities, world.types, nobody_, world.places, world.statics, world.now, world.dt};
+    return {world.entities,
+            world.types,
+            nobody_,
+            world.places,
+            world.statics,
+            world.now,
+            world.dt,
+            world.ways};
 }
 
 // ---------------------------------------------------------------- who is seen
@@ -326,6 +316,41 @@ void Step::watch_changes(Minds& minds, const World& world) const {
     }
 }
 
+/// Legs of coarse minds whose event this is.
+void Step::walk_coarse(Minds& minds, const World& world, const Settings& settings) {
+    in_lanes(world.team, due_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Due& due = due_[i];
+            if (due.tier != Tier::kCoarse) {
+                continue;
+            }
+            Mind& mind = minds.at(due.slot);
+            const CompiledMachine& machine = machine_of(mind, settings);
+            if (walk_on(mind, machine, coarse(world), due.row, due.slot)) {
+                lane.asking.push_back(due.slot);
+            }
+            world.entities.behaviour[due.row] = machine.states[mind.doing].behaviour;
+        }
+    });
+}
+
+/// Of awake minds.
+void Step::give_commands(const Minds& minds, const World& world, const Settings& settings) {
+    const std::span<const Slot> awake = minds.awake();
+    in_lanes(world.team, awake.size(), [&](Lane&, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const world::Row row = rows_[i];
+            if (row == world::kNoRow) {
+                continue;
+            }
+            const Mind& mind = minds.at(awake[i]);
+            world.entities.command[row] = mind.aim;
+            world.entities.command[row].tick = world.now;
+            world.entities.behaviour[row] = machine_of(mind, settings).states[mind.doing].behaviour;
+        }
+    });
+}
+
 /// Coarse minds whose event this was: to the next one.
 void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
     in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
@@ -333,11 +358,8 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             Due& due = due_[i];
             if (due.tier == Tier::kCoarse) {
                 Mind& mind = minds.at(due.slot);
-                const CompiledMachine& machine = machine_of(mind, settings);
-                walk_on(mind, machine, coarse(world), due.row);
-                due.next_event =
-                    next_event(mind, machine, coarse(world), due.decides && !due.changed);
-                world.entities.behaviour[due.row] = machine.states[mind.doing].behaviour;
+                due.next_event = next_event(
+                    mind, machine_of(mind, settings), coarse(world), due.decides && !due.changed);
             }
         }
     });
@@ -367,6 +389,9 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
             continue;
         }
         const CompiledMachine& machine = machine_of(mind, settings);
+        if (!mind.timed && goes_by_legs(mind, machine.states[mind.doing])) {
+            continue;  // on a detour
+        }
         fall_asleep(mind, machine, coarse(world), due.row);
         mind.next_event = next_event(mind, machine, coarse(world), !due.changed);
         minds.put_to_sleep(due.slot);
@@ -387,15 +412,21 @@ void Step::steer_awake(Minds& minds, const World& world, const Settings& setting
             Mind& mind = minds.at(awake[i]);
             const CompiledMachine& machine = machine_of(mind, settings);
             if (steers_now(mind, settings, world.now)) {
-                Surroundings around{
-                    world.entities, world.types, *others_, world.places, row, world.now, world.dt};
+                Surroundings around{world.entities,
+                                    world.types,
+                                    *others_,
+                                    world.places,
+                                    row,
+                                    world.now,
+                                    world.dt,
+                                    world.ways,
+                                    awake[i]};
                 around.at = whereabouts(mind, around.body(), world.now, world.dt);
-                steer(mind, machine, around);
+                if (steer(mind, machine, around)) {
+                    lane.asking.push_back(awake[i]);
+                }
                 ++lane.steered;
             }
-            world.entities.command[row] = mind.aim;
-            world.entities.command[row].tick = world.now;
-            world.entities.behaviour[row] = machine.states[mind.doing].behaviour;
         }
     });
 }
@@ -425,6 +456,9 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     settle_trades(minds, world, settings);
     watch_changes(minds, world);
     steer_awake(minds, world, settings);
+    walk_coarse(minds, world, settings);
+    find_ways(minds, world, settings);
+    give_commands(minds, world, settings);
     go_on(minds, world, settings);
     if (std::isfinite(settings.seen_m)) {
         send_to_sleep(minds, world, settings);

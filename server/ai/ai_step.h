@@ -130,6 +130,7 @@ class Step {
     /// One thread's share of the minds.
     struct Lane {
         Thinking thinking;
+        std::vector<Slot> asking;  ///< who needs a way
         std::uint32_t transitions = 0;
         std::uint32_t steered = 0;
     };
@@ -148,7 +149,12 @@ class Step {
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
     void steer_awake(Minds& minds, const World& world, const Settings& settings);
     void watch_changes(Minds& minds, const World& world) const;
+    void walk_coarse(Minds& minds, const World& world, const Settings& settings);
+    void find_ways(Minds& minds, const World& world, const Settings& settings);
+    void ask_for_ways(Minds& minds, const World& world);
+    void give_commands(const Minds& minds, const World& world, const Settings& settings);
     void go_on(Minds& minds, const World& world, const Settings& settings);
+    void go_on_from(Mind& mind, Slot slot, const World& world, const Settings& settings);
     void send_to_sleep(Minds& minds, const World& world, const Settings& settings);
     void add_up();
     template <class Work>
@@ -166,6 +172,10 @@ class Step {
     std::vector<Minds::Event> events_;
     std::vector<Due> due_;
     std::vector<std::uint32_t> traders_;  // of due_, ascending by entity
+    std::vector<Slot> asking_;            // for ways, ascending by entity
+    std::vector<Slot> waiting_;           // for ways that they have asked for
+    std::vector<Slot> told_;              // ways
+    std::vector<Slot> due_coarse_;
     std::vector<Slot> waking_;
     std::vector<EntityId> fell_asleep_;
     std::vector<EntityId> woke_up_;

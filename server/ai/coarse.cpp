@@ -107,18 +107,19 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
     mind.placed = at;
 }
 
-void walk_on(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row) {
+bool walk_on(Mind& mind,
+             const CompiledMachine& machine,
+             const CoarseWorld& in,
+             world::Row row,
+             Slot slot) {
     const State& state = machine.states[mind.doing];
     const bool entered = std::exchange(mind.entered, false);
     mind.fresh = false;
-    const Surroundings around = in.around(mind, row);
+    const Surroundings around = in.around(mind, row, slot);
     if (entered) {
         begin_deed(mind, state, around);
     }
-    const bool arrived = mind.leg.length > 0.0F && in.now >= arrival_of(mind.leg, in.dt);
-    if (entered || arrived) {
-        plan_leg(mind, state, entered, around);
-    }
+    return (entered || leg_is_over(mind, in.now, in.dt)) && plan_leg(mind, state, entered, around);
 }
 
 Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, bool settled) {
@@ -133,7 +134,7 @@ Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& i
         quiet = std::min(quiet, trades_from(mind, machine, in));
     }
     mind.next_decision = quiet == kNever ? kNever : next_decision(mind.entity, period, quiet - 1);
-    const Tick arrives = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : kNever;
+    const Tick arrives = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : mind.again_at;
     return std::min(mind.next_decision, std::max(arrives, in.now + 1));
 }
 

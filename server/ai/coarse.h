@@ -14,10 +14,11 @@ struct CoarseWorld {
     const Places& places;
     const motion::StaticGeometry& statics;
     Tick now;
-    float dt;  ///< s
+    float dt;              ///< s
+    Ways* ways = nullptr;  ///< where they are planned
 
-    [[nodiscard]] Surroundings around(const Mind& mind, world::Row row) const {
-        Surroundings around{entities, types, grid, places, row, now, dt};
+    [[nodiscard]] Surroundings around(const Mind& mind, world::Row row, Slot slot = 0) const {
+        Surroundings around{entities, types, grid, places, row, now, dt, ways, slot};
         around.at = whereabouts(mind, around.body(), now, dt);
         return around;
     }
@@ -35,8 +36,12 @@ void fall_asleep(Mind& mind, const CompiledMachine& machine, const CoarseWorld& 
 void catch_up(Mind& mind, const CoarseWorld& in, world::Row row);
 
 /// After catch_up() and any decision of this tick: sets the leg where the mind has turned to
-/// something else, or its leg has come to its end.
-void walk_on(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
+/// something else, or its leg has come to its end. True: it needs a way first, see plan_leg().
+bool walk_on(Mind& mind,
+             const CompiledMachine& machine,
+             const CoarseWorld& in,
+             world::Row row,
+             Slot slot);
 
 /// When something may happen to the mind next: the end of its leg, or a decision. `settled`: it has
 /// just decided to go on as before; else its very next decision counts.

@@ -22,8 +22,13 @@ struct Leg {
     Vec2 bend = Vec2::Zero();       ///< half the acceleration at the beginning, m/s2
     float bend_s = 0.0F;            ///< and how long that takes
     Tick since = 0;                 ///< it begins at the end of this tick
-    Vec2 goal = Vec2::Zero();
+    Vec2 goal = Vec2::Zero();       ///< where the walk leads, on from the end of this leg maybe
 };
+
+/// Where a leg that has one ends.
+inline Vec2 end_of(const Leg& leg) {
+    return leg.from + leg.direction * leg.length;
+}
 
 /// s from the beginning of a leg to the end of `tick`, not before it.
 inline float time_on(const Leg& leg, Tick tick, float dt) {

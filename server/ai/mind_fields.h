@@ -71,6 +71,8 @@ void visit_fields(MindOf& mind, Visit&& visit) {
     visit(mind.leg.bend_s);
     visit(mind.leg.since);
     vector(mind.leg.goal);
+    visit(mind.on_way);
+    visit(mind.again_at);
     vector(mind.placed);
     visit(mind.next_event);
 }

@@ -219,41 +219,49 @@ void put_right(Mind& mind, const State& state, const Surroundings& around) {
 }
 
 /// Keeps the body to the leg, which is set anew where it has come to its end, or the body was
-/// pushed away or held up.
-void steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+/// pushed away or held up. True: it needs a way.
+bool steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     Surroundings self = around;
     const Vec2 off = position_at(mind.leg, around.now - 1, around.dt) - around.body();
     const bool anew = !mind.timed || off.norm() > kAstrayM;
+    const bool over = leg_is_over(mind, around.now, around.dt);
+    // In another zone than the one that knew its way.
+    const bool lost =
+        mind.on_way && (around.ways == nullptr || !around.ways->has(around.slot, mind.entity));
+    if (over || mind.leg.length == 0.0F || !mind.timed) {
+        restart_progress(mind, around.entities.position[around.self], around.now);
+    }
     if (anew) {
-        if (!mind.timed || mind.leg.length == 0.0F) {
-            restart_progress(mind, around.entities.position[around.self], around.now);
-        }
         start_leg(mind, around);
         self.at = around.body();
     }
-    const bool arrived = mind.leg.length > 0.0F && around.now >= arrival_of(mind.leg, around.dt);
-    if (anew || entered || arrived) {
-        plan_leg(mind, state, entered, self);
+    bool asks = false;
+    if (anew || lost || entered || over) {
+        asks = plan_leg(mind, state, entered, self);
     } else if (mind.leg.length > 0.0F && off.norm() > kOffLegM &&
                time_on(mind.leg, around.now, around.dt) > mind.leg.bend_s) {
         put_right(mind, state, around);
-        if (blocked(mind, &mind.leg.goal, mind.leg.speed, around)) {
+        const Vec2 end = end_of(mind.leg);
+        if (blocked(mind, &end, mind.leg.speed, around)) {
             get_around(mind, state, mind.leg.direction, around);
             mind.timed = false;
         }
     }
     const Tick turn = next_turn(mind, around.now);
-    if (mind.leg.length > 0.0F) {
-        mind.next_steering = std::clamp(arrival_of(mind.leg, around.dt), around.now + 1, turn);
-        return;
+    if (asks || mind.leg.length > 0.0F) {
+        mind.next_steering =
+            asks ? around.now + 1
+                 : std::clamp(arrival_of(mind.leg, around.dt), around.now + 1, turn);
+        return asks;
     }
-    mind.next_steering = turn;
+    mind.next_steering = std::clamp(mind.again_at, around.now + 1, turn);
     stand(mind, around);
+    return false;
 }
 
 }  // namespace
 
-void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
+bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
     const State& state = machine.states[mind.doing];
     const bool entered = std::exchange(mind.entered, false);
     const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
@@ -262,8 +270,9 @@ void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         mind.timed = false;
         steer_blend(mind, machine, choice, entered, around);
         mind.fresh = false;
-        return;
+        return false;
     }
+    bool asks = false;
     if (entered) {
         begin_deed(mind, state, around);
     }
@@ -275,12 +284,13 @@ void steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
     } else if (around.now < mind.detour_until) {
         // It walks on across its way.
     } else if (goes_by_legs(mind, state)) {
-        steer_by_leg(mind, state, entered, around);
+        asks = steer_by_leg(mind, state, entered, around);
     } else {
         mind.timed = false;
         steer_freely(mind, state, entered, around);
     }
     mind.fresh = false;
+    return asks;
 }
 
 }  // namespace zoned::ai

@@ -14,6 +14,20 @@ const motion::CharacterLimits& limits_of(const Surroundings& around) {
 /// A walk by a timetable leaves so much of full speed unused that a body can make up for what
 /// commands, whose headings and speeds are few, and others on its way have cost it.
 constexpr float kUsed = 0.98F;
+/// A corner of a way counts as passed so near to it, m; who goes there aims nearer.
+constexpr float kCornerM = 0.5F;
+constexpr float kTurnM = 0.2F;
+/// Who finds no way looks again after so long, s; who waits to be told, sooner.
+constexpr float kLookAgain_s = 5.0F;
+constexpr float kAskAgain_s = 0.25F;
+
+Vec2 flat_of(navigation::Spot spot) {
+    return {spot.x, spot.z};
+}
+
+navigation::Spot spot_of(const Vec2& at) {
+    return {at.x(), at.y()};
+}
 
 /// What the mind's command makes of a character, m/s.
 float commanded_speed(const Mind& mind, const motion::CharacterLimits& limits) {
@@ -30,30 +44,35 @@ void halt(Mind& mind, const Surroundings& around, const Vec2& velocity) {
     mind.aim.buttons = 0;
 }
 
+void look_again(Mind& mind, float after_s, const Surroundings& around) {
+    mind.again_at = around.now + std::max<Tick>(1, std::lround(after_s / around.dt));
+}
+
 /// Where a command leads that is held: its heading is one of few, so that it passes the goal a
-/// little to the side; the length to where the goal counts as reached. Where it would pass by
-/// farther than that, corrections on the way lead it straight to the goal.
-void head_for(const Vec2& goal, const Vec2& heading, Leg& leg) {
+/// little to the side; the length to where it is within `near_m`, where it counts as reached. Where
+/// it would pass by farther than that, corrections on the way lead it straight there.
+void head_for(const Vec2& goal, float near_m, const Vec2& heading, Leg& leg) {
     const Vec2 way = goal - leg.from;
     const float along = way.dot(heading);
     const float aside2 = std::max(0.0F, way.squaredNorm() - along * along);
-    if (aside2 < 0.25F * kArriveM * kArriveM) {
-        leg.length = along - std::sqrt(kArriveM * kArriveM - aside2);
+    if (aside2 < 0.25F * near_m * near_m) {
+        leg.length = along - std::sqrt(near_m * near_m - aside2);
     } else {
         leg.direction = way / way.norm();
-        leg.length = way.norm() - kArriveM;
+        leg.length = way.norm() - near_m;
     }
     leg.length = std::max(leg.length, 1e-3F);
-    leg.goal = goal;
 }
 
-/// The command that leads to `goal`, and the leg that it makes. Getting up to speed, or turning,
-/// leads a little aside: the second try allows for that.
+/// The command that leads to within `near_m` of `goal`, and the leg that it makes. Getting up to
+/// speed, or turning, leads a little aside: the second try allows for that.
 void set_out(Mind& mind,
              const State& state,
              const Surroundings& around,
              const Vec2& goal,
-             const Vec2& velocity) {
+             float near_m) {
+    const Vec2 velocity = velocity_at(mind.leg, around.now - 1, around.dt);
+    const Vec2 whole = mind.leg.goal;
     const float acceleration = limits_of(around).acceleration;
     Vec2 way = goal - around.at;
     for (int attempt = 0; attempt < 2; ++attempt) {
@@ -68,12 +87,43 @@ void set_out(Mind& mind,
         const Vec2 heading = aim_direction(mind);
         mind.leg = leg_from(around.at, velocity, heading, speed, acceleration, around.now - 1);
         const Vec2 rest = goal - mind.leg.from;
-        if (!(rest.norm() > kArriveM)) {
+        if (!(rest.norm() > near_m)) {
             break;
         }
         way = rest;
     }
-    head_for(goal, aim_direction(mind), mind.leg);
+    head_for(goal, near_m, aim_direction(mind), mind.leg);
+    mind.leg.goal = whole;
+    mind.again_at = kNever;
+}
+
+bool has_way(const Mind& mind, const Surroundings& around) {
+    return mind.on_way && around.ways != nullptr && around.ways->has(around.slot, mind.entity);
+}
+
+/// Whether the mind has come to where its way ends.
+bool way_is_over(const Mind& mind, const Surroundings& around) {
+    if (!has_way(mind, around)) {
+        return false;
+    }
+    const navigation::WayAnswer way = around.ways->answer(around.slot);
+    return !way.waiting &&
+           (way.corners.empty() || (flat_of(way.corners.back()) - around.at).norm() < kCornerM);
+}
+
+/// To the next corner, or the goal itself; as long as the way is not there, somewhere sensible.
+void follow_way(Mind& mind, const State& state, const Surroundings& around) {
+    const Vec2 next = flat_of(around.ways->heading(around.slot, spot_of(around.at), kCornerM));
+    const bool last = (next - mind.leg.goal).norm() < kTurnM;
+    const float near_m = last ? kArriveM : kTurnM;
+    if ((next - around.at).norm() > near_m) {
+        set_out(mind, state, around, next, near_m);
+        return;
+    }
+    const Vec2 goal = mind.leg.goal;
+    halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
+    mind.leg.goal = goal;
+    look_again(mind, kAskAgain_s, around);
 }
 
 }  // namespace
@@ -88,13 +138,14 @@ Vec2 whereabouts(const Mind& mind, const Vec2& body, Tick now, float dt) {
 }
 
 bool goes_by_legs(const Mind& mind, const State& state) {
+    const bool banded = state.rubber_band && (mind.prey || mind.band != 1.0F);
     switch (state.action) {
         case ActionKind::kIdle:
         case ActionKind::kWander:
         case ActionKind::kPatrol:
         case ActionKind::kReturn:
         case ActionKind::kGo:
-            return !state.rubber_band;
+            return !banded;
         case ActionKind::kFlock:
             return false;
         case ActionKind::kChase:
@@ -102,7 +153,7 @@ bool goes_by_legs(const Mind& mind, const State& state) {
         case ActionKind::kFollow:
         case ActionKind::kEscort:
         case ActionKind::kGuard:
-            return !state.rubber_band && !mind.prey && !mind.ward;
+            return !banded && !mind.prey && !mind.ward;
     }
     return false;
 }
@@ -118,23 +169,47 @@ void start_leg(Mind& mind, const Surroundings& around) {
                         0.0F,
                         around.now - 1);
     mind.timed = true;
+    mind.on_way = false;
 }
 
-void plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& from) {
+    Surroundings around = from;
+    around.there = !entered && way_is_over(mind, around);
     const Wish wish = state.action == ActionKind::kFlock
                           ? Wish()
                           : wish_of(mind, state, full_speed(state, around), around);
-    const Vec2 velocity = velocity_at(mind.leg, around.now - 1, around.dt);
     if (!wish.has_goal || !(wish.direction.norm() > 1e-3F)) {
         if (mind.leg.speed > 0.0F) {
-            halt(mind, around, velocity);
+            halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
         }
-        return;
+        mind.on_way = false;
+        mind.again_at = kNever;
+        if (wish.far) {
+            look_again(mind, kLookAgain_s, around);
+        }
+        return false;
     }
-    if (!entered && mind.leg.length > 0.0F && wish.goal == mind.leg.goal) {
-        return;
+    const bool same = !entered && wish.goal == mind.leg.goal;
+    if (same && has_way(mind, around)) {
+        follow_way(mind, state, around);
+        return false;
     }
-    set_out(mind, state, around, wish.goal, velocity);
+    const TypeIndex type = around.entities.type[around.self];
+    if (around.ways != nullptr && around.ways->plans_for(type)) {
+        mind.leg.goal = wish.goal;
+        return true;
+    }
+    if (!same || mind.leg.length == 0.0F) {
+        mind.on_way = false;
+        mind.leg.goal = wish.goal;
+        set_out(mind, state, around, wish.goal, kArriveM);
+    }
+    return false;
+}
+
+void take_way(Mind& mind, const State& state, const Surroundings& around) {
+    mind.on_way = true;
+    follow_way(mind, state, around);
 }
 
 }  // namespace zoned::ai

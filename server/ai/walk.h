@@ -23,8 +23,19 @@ bool goes_by_legs(const Mind& mind, const State& state);
 /// leads.
 void start_leg(Mind& mind, const Surroundings& around);
 
-/// Sets the leg to what the mind wants now, from its leg as it is. Moves on targets that are
-/// reached. The same goal again: it just walks on.
-void plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& around);
+/// Whether the leg is at its end, or it is time to look again for a way that was not there.
+inline bool leg_is_over(const Mind& mind, Tick now, float dt) {
+    return now >= (mind.leg.length > 0.0F ? arrival_of(mind.leg, dt) : mind.again_at);
+}
+
+/// Sets the leg to what the mind wants now, from its leg as it is: to the next corner of its way,
+/// or to another goal. Moves on targets that are reached. True: it needs a way to mind.leg.goal
+/// first, and take_way() in the same tick; nothing has changed so far. Different minds may plan at
+/// the same time.
+bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& around);
+
+/// Once the mind's way was asked for and served: sets out along it, or ahead of it as long as it
+/// waits; stands where there is none.
+void take_way(Mind& mind, const State& state, const Surroundings& around);
 
 }  // namespace zoned::ai

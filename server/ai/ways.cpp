@@ -108,7 +108,7 @@ void Ways::put_in_order(std::vector<Slot>& minds) {
 }
 
 void Ways::follow_doors(Tick now) {
-    cut_.clear();
+    requeued_.clear();
     if (now < next_turn_ || sizes_.empty()) {
         return;
     }
@@ -120,10 +120,10 @@ void Ways::follow_doors(Tick now) {
         }
         if (!changes_.empty()) {
             size.service->change(changes_);
-            note(size.service->cut_off(), s, cut_);
+            note(size.service->requeued(), s, requeued_);
         }
     }
-    put_in_order(cut_);
+    put_in_order(requeued_);
     next_turn_ = next_turn(timetables_, now);
 }
 
@@ -168,6 +168,11 @@ navigation::WayAnswer Ways::answer(Slot mind) const {
     return sizes_[asked.size].service->answer(asked.ticket);
 }
 
+void Ways::see(Slot mind, navigation::Spot at) {
+    const Asked& asked = asked_[mind];
+    sizes_[asked.size].service->see(asked.ticket, at);
+}
+
 navigation::Spot Ways::heading(Slot mind, navigation::Spot at, float near_m) {
     const Asked& asked = asked_[mind];
     return sizes_[asked.size].service->heading(asked.ticket, at, near_m);
@@ -207,7 +212,7 @@ navigation::WayCounts Ways::counts() const {
 
 std::size_t Ways::bytes() const {
     std::size_t bytes = asked_.capacity() * sizeof(Asked) +
-                        (answered_.capacity() + cut_.capacity()) * sizeof(Slot) +
+                        (answered_.capacity() + requeued_.capacity()) * sizeof(Slot) +
                         changes_.capacity() * sizeof(navigation::CellChange);
     for (const Size& size : sizes_) {
         bytes += size.service->bytes() + size.doors.bytes() +

@@ -86,8 +86,12 @@ class Ways {
     /// shortened are among them again once they have another.
     [[nodiscard]] std::span<const Slot> answered() const { return answered_; }
 
-    /// Minds whose ways the last follow_doors() has cut, ascending: they wait again.
-    [[nodiscard]] std::span<const Slot> cut() const { return cut_; }
+    /// Minds whose ways the last follow_doors() has cut, or may have made longer than need be,
+    /// ascending: they wait again.
+    [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
+
+    /// A mind that has asked is here now: who waits is told a way from where it was seen last.
+    void see(Slot mind, navigation::Spot at);
 
     /// Whether a character of that type can walk straight from one place to another, as far as the
     /// map tells: then it needs no way. Different threads may ask at the same time, while nobody
@@ -139,7 +143,7 @@ class Ways {
     Tick next_turn_ = motion::Timetable::kNever;  // of any door
     std::vector<Asked> asked_;
     std::vector<Slot> answered_;
-    std::vector<Slot> cut_;
+    std::vector<Slot> requeued_;
     std::vector<navigation::CellChange> changes_;
 };
 

@@ -57,7 +57,7 @@ Wish go_to(const Vec2& goal, const Vec2& here) {
 
 Wish wish_wander(Mind& mind, const State& state, const Surroundings& around) {
     const Vec2 here = around.at;
-    if ((flat(mind.target) - here).norm() < kArriveM) {
+    if (around.there || (flat(mind.target) - here).norm() < kArriveM) {
         pick_wander_target(mind, state.radius_m, around);
     }
     return go_to(flat(mind.target), here);
@@ -65,7 +65,7 @@ Wish wish_wander(Mind& mind, const State& state, const Surroundings& around) {
 
 Wish wish_patrol(Mind& mind, const State& state, const Surroundings& around) {
     Vec2 goal = corner_of(mind, state.radius_m, mind.corner);
-    if ((goal - around.at).norm() < kArriveM) {
+    if (around.there || (goal - around.at).norm() < kArriveM) {
         mind.corner = static_cast<std::uint8_t>((mind.corner + 1) & 3);
         restart_progress(mind, around.entities.position[around.self], around.now);
         goal = corner_of(mind, state.radius_m, mind.corner);
@@ -73,18 +73,21 @@ Wish wish_patrol(Mind& mind, const State& state, const Surroundings& around) {
     return go_to(goal, around.at);
 }
 
-Wish wish_return(const Mind& mind, const Surroundings& around) {
-    const Vec2 here = around.at;
-    const float distance = (flat(mind.home) - here).norm();
-    return distance < (walks(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(flat(mind.home), here);
+/// To stand at: left only when pushed away from it.
+Wish go_and_stay(const Mind& mind, const Vec2& goal, const Surroundings& around) {
+    const float distance = (goal - around.at).norm();
+    Wish wish;
+    wish.far = around.there && !(distance < kArriveM);
+    const bool stay = distance < (walks(mind) ? kArriveM : kSetOutM);
+    return stay || wish.far ? wish : go_to(goal, around.at);
 }
 
-/// A spot is left only when pushed away from it, as a home is.
+Wish wish_return(const Mind& mind, const Surroundings& around) {
+    return go_and_stay(mind, flat(mind.home), around);
+}
+
 Wish wish_place(const Mind& mind, const State& state, const Surroundings& around) {
-    const Vec2 spot = around.places.spot(state.place, mind.entity);
-    const Vec2 here = around.at;
-    const float distance = (spot - here).norm();
-    return distance < (walks(mind) ? kArriveM : kSetOutM) ? Wish() : go_to(spot, here);
+    return go_and_stay(mind, around.places.spot(state.place, mind.entity), around);
 }
 
 /// Somebody as a mind takes them to be.

@@ -3,6 +3,7 @@
 
 #include "server/ai/mind.h"
 #include "server/ai/places.h"
+#include "server/ai/ways.h"
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
@@ -28,7 +29,10 @@ struct Surroundings {
     world::Row self;
     Tick now;
     float dt;                ///< s
+    Ways* ways = nullptr;    ///< null, or without its type: it walks straight
+    Slot slot = 0;           ///< of the mind
     Vec2 at = Vec2::Zero();  ///< x, z where the mind takes itself to be, m: walk.h
+    bool there = false;      ///< its way ends here: nearer to its goal it does not come
 
     /// x, z of the entity, m.
     [[nodiscard]] Vec2 body() const {
@@ -43,6 +47,7 @@ struct Wish {
     Vec2 goal = Vec2::Zero();
     float fresh_cos;    ///< re-aim at a decision when the cosine is below this
     bool keep = false;  ///< nothing new: the aim stays
+    bool far = false;   ///< it stands where it did not want to: a way may open
 
     Wish();
 };

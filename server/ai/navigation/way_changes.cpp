@@ -19,7 +19,7 @@ float apart(Spot a, Spot b) {
 }  // namespace
 
 void WayService::change(std::span<const CellChange> changes) {
-    cut_off_.clear();
+    requeued_.clear();
     bool opened = false;
     GoalField::Window closed{
         std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
@@ -58,11 +58,13 @@ void WayService::change(std::span<const CellChange> changes) {
         const bool longer = !broken && opened && may_be_shorter(slot, changes);
         if (broken) {
             slot.usable = false;
-            cut_off_.push_back(i);
             ++counts_.broken;
         }
         if (longer) {
             ++counts_.reviewed;
+        }
+        if (broken || longer) {
+            requeued_.push_back(i);
         }
         if ((broken || longer) && !slot.waiting && find_ends(i)) {
             wait(i);

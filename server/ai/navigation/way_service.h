@@ -105,9 +105,12 @@ class WayService {
     /// it since the one before, in the order of the answers. Some may be released by now.
     [[nodiscard]] std::span<const std::uint32_t> answered() const { return told_; }
 
-    /// The same of those whose ways the last change() has cut: they wait again, or are answered
-    /// that there is no way.
-    [[nodiscard]] std::span<const std::uint32_t> cut_off() const { return cut_off_; }
+    /// The same of those whose ways the last change() has cut, or may have made longer than need
+    /// be: they wait again, or are answered that there is no way.
+    [[nodiscard]] std::span<const std::uint32_t> requeued() const { return requeued_; }
+
+    /// The asker is here now: who waits is told a way from where it was seen last.
+    void see(WayTicket ticket, Spot at) { slots_[ticket.slot].at = at; }
 
     /// Whether a ticket names a request.
     [[nodiscard]] bool knows(WayTicket ticket) const {
@@ -189,7 +192,7 @@ class WayService {
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> answered_;  // since the last serve()
     std::vector<std::uint32_t> told_;      // by it
-    std::vector<std::uint32_t> cut_off_;
+    std::vector<std::uint32_t> requeued_;
     std::vector<std::uint32_t> wanted_;  // by place: requests for it that wait
     std::array<Field, kFields> fields_;
     GoalField builder_;

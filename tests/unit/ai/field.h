@@ -3,6 +3,7 @@
 
 #include "server/ai/ai_step.h"
 #include "server/ai/decision.h"
+#include "shared/motion/apply_input.h"
 
 #include <cstdint>
 #include <functional>
@@ -72,20 +73,25 @@ class Field {
         if (settings.compiled.size() != settings.machines.size()) {
             compile(settings, kDt);
         }
-        const Report report = steps.run(minds,
-                                        {entities,
-                                         types,
-                                         [this]() -> const spatial::PointGrid& { return grid; },
-                                         places,
-                                         statics,
-                                         team,
-                                         Vec2(1e6F, 1e6F),
-                                         now,
-                                         kDt},
-                                        settings);
+        ways.follow_doors(now);
+        World world{entities,
+                    types,
+                    [this]() -> const spatial::PointGrid& { return grid; },
+                    places,
+                    statics,
+                    team,
+                    Vec2(1e6F, 1e6F),
+                    now,
+                    kDt};
+        world.ways = ways.empty() ? nullptr : &ways;
+        const Report report = steps.run(minds, world, settings);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
             const motion::CharacterLimits& limits = types[entities.type[row]].character;
+            if (solid) {
+                walk(row, limits);
+                continue;
+            }
             const float speed =
                 limits.speed *
                 ((c.buttons & motion::kButtonSprint) != 0 ? limits.sprint_factor : 1.0F);
@@ -118,11 +124,27 @@ class Field {
     Minds minds;
     Step steps;
     Places places;
+    Ways ways;
     motion::StaticGeometry statics;
+    bool solid = false;  ///< moves as characters move, past statics and doors
     compute::Team team;
     Settings settings;
     Tick now = 0;
     std::function<bool(const Vec3&)> wall;
+
+  private:
+    void walk(world::Row row, const motion::CharacterLimits& limits) {
+        const motion::CharacterState from{entities.position[row],
+                                          entities.velocity[row],
+                                          entities.yaw[row],
+                                          entities.has(row, world::kGrounded)};
+        const motion::CharacterState to =
+            motion::apply_input(from, entities.command[row], limits, statics, kDt, now);
+        entities.position[row] = to.position;
+        entities.velocity[row] = to.velocity;
+        entities.yaw[row] = to.yaw;
+        entities.set(row, world::kGrounded, to.grounded);
+    }
 };
 
 /// A decision by a machine as written.

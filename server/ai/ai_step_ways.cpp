@@ -1,0 +1,95 @@
+#include "server/ai/ai_step.h"
+#include "server/ai/step_lookup.h"
+
+#include <algorithm>
+
+namespace zoned::ai {
+
+/// In the order of entities, so that what is answered when does not depend on lanes.
+void Step::ask_for_ways(Minds& minds, const World& world) {
+    asking_.clear();
+    for (Lane& lane : lanes_) {
+        asking_.insert(asking_.end(), lane.asking.begin(), lane.asking.end());
+        lane.asking.clear();
+    }
+    std::sort(asking_.begin(), asking_.end(), [&minds](Slot a, Slot b) {
+        return minds.at(a).entity < minds.at(b).entity;
+    });
+    const world::Entities& e = world.entities;
+    const auto at = [&](Slot slot) {
+        const Mind& mind = minds.at(slot);
+        const Vec3& body = e.position[row_hints_[slot]];
+        const Vec2 here = whereabouts(mind, Vec2(body.x(), body.z()), world.now, world.dt);
+        return navigation::Spot{here.x(), here.y()};
+    };
+    waiting_.insert(waiting_.end(), world.ways->requeued().begin(), world.ways->requeued().end());
+    for (const Slot slot : waiting_) {
+        const EntityId entity = minds.at(slot).entity;
+        row_hints_[slot] = row_of(e, entity, row_hints_[slot]);
+        if (world.ways->has(slot, entity) && row_hints_[slot] != world::kNoRow) {
+            world.ways->see(slot, at(slot));
+        }
+    }
+    for (const Slot slot : asking_) {
+        const Mind& mind = minds.at(slot);
+        const navigation::Spot goal{mind.leg.goal.x(), mind.leg.goal.y()};
+        world.ways->ask(slot, mind.entity, e.type[row_hints_[slot]], at(slot), goal);
+    }
+}
+
+/// Ways for those who need one, most often in the tick in which they ask; others are told when
+/// theirs is there, or another than before because a door has turned.
+void Step::find_ways(Minds& minds, const World& world, const Settings& settings) {
+    if (world.ways == nullptr) {
+        return;
+    }
+    ask_for_ways(minds, world);
+    world.ways->serve();
+    told_ = asking_;
+    waiting_.insert(waiting_.end(), asking_.begin(), asking_.end());
+    for (const Slot slot : world.ways->answered()) {
+        Mind& mind = minds.at(slot);
+        const bool walks = mind.timed && mind.on_way && world.ways->has(slot, mind.entity);
+        const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+        if (walks && row != world::kNoRow) {
+            restart_progress(mind, world.entities.position[row], world.now);
+            told_.push_back(slot);
+        }
+    }
+    for (std::vector<Slot>* slots : {&told_, &waiting_}) {
+        std::sort(slots->begin(), slots->end());
+        slots->erase(std::unique(slots->begin(), slots->end()), slots->end());
+    }
+    std::erase_if(waiting_, [&](Slot slot) {
+        return !world.ways->has(slot, minds.at(slot).entity) || !world.ways->answer(slot).waiting;
+    });
+    due_coarse_.clear();
+    for (const Due& due : due_) {
+        if (due.tier == Tier::kCoarse) {
+            due_coarse_.push_back(due.slot);
+        }
+    }
+    std::sort(due_coarse_.begin(), due_coarse_.end());
+    for (const Slot slot : told_) {
+        go_on_from(minds.at(slot), slot, world, settings);
+        const Mind& mind = minds.at(slot);
+        if (mind.tier == Tier::kCoarse &&
+            !std::binary_search(due_coarse_.begin(), due_coarse_.end(), slot)) {
+            minds.schedule(slot);
+        }
+    }
+}
+
+/// Sets out on the way that the mind was told.
+void Step::go_on_from(Mind& mind, Slot slot, const World& world, const Settings& settings) {
+    const CompiledMachine& machine = machine_of(mind, settings);
+    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+    row_hints_[slot] = row;
+    take_way(mind, machine.states[mind.doing], coarse(world).around(mind, row, slot));
+    mind.next_steering = world.now + 1;
+    if (mind.tier == Tier::kCoarse) {
+        mind.next_event = next_event(mind, machine, coarse(world), false);
+    }
+}
+
+}  // namespace zoned::ai
