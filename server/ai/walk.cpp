@@ -96,6 +96,7 @@ bool goes_by_legs(const Mind& mind, const State& state) {
         case ActionKind::kGo:
             return !state.rubber_band;
         case ActionKind::kFlock:
+        case ActionKind::kFormUp:
             return false;
         case ActionKind::kChase:
         case ActionKind::kFlee:
