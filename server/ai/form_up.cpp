@@ -171,7 +171,7 @@ void steer_in_formation(Mind& mind, const State& state, bool entered, const Surr
     if (captain != world::kNoRow && !e.has(captain, world::kHidden)) {
         want = crowd::pull_to_slot(state.formation->settings,
                                    ground_of(e.velocity[captain]),
-                                   ground_of(mind.target) - around.here());
+                                   ground_of(mind.target) - around.body());
     }
     const float speed = std::min(want.norm(), full);
     mind.next_steering = around.now + 1;

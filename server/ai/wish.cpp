@@ -148,7 +148,7 @@ Wish wish_flock(Mind& mind, const State& state, float speed, const Surroundings&
             stops[i] = around.places.centre(state.along[i]);
         }
         query.way =
-            round_trip(std::span(stops.data(), count), around.here(), kTrackShare * state.radius_m);
+            round_trip(std::span(stops.data(), count), around.body(), kTrackShare * state.radius_m);
         query.home = stops[0];
     }
     query.radius_m = state.radius_m;
@@ -269,7 +269,7 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
         mind.corner = kAtPost;
     } else if (state.action == ActionKind::kFormUp) {
         mind.corner = kNoRank;
-        mind.target = here;
+        mind.target = around.entities.position[around.self];
     } else if (state.action == ActionKind::kPatrol) {
         mind.corner = nearest_corner(mind, state.radius_m, around.at);
     }
@@ -301,7 +301,7 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
             return wish_guard(mind, state, around);
         case ActionKind::kFormUp:
             // Who keeps its place is steered otherwise.
-            return mind.ward ? go_to(flat(mind.target), around.here()) : Wish();
+            return mind.ward ? go_to(flat(mind.target), around.body()) : Wish();
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return {};
