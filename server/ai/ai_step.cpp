@@ -42,6 +42,12 @@ void compile(Settings& settings, float dt) {
     for (const Machine& machine : settings.machines) {
         settings.compiled.push_back(machine.inner ? CompiledMachine{} : compile(machine, dt));
     }
+    if (settings.avoidance) {
+        crowd::AvoidanceSettings& avoidance = *settings.avoidance;
+        avoidance.step_s = dt;
+        avoidance.horizon_s = std::max(avoidance.horizon_s, dt);
+        avoidance.wall_horizon_s = std::max(avoidance.wall_horizon_s, dt);
+    }
 }
 
 CoarseWorld Step::coarse(const World& world) const {
@@ -455,10 +461,12 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     decide_due(minds, world, settings);
     settle_trades(minds, world, settings);
     watch_changes(minds, world);
+    form_up(minds, world, settings);
     steer_awake(minds, world, settings);
     walk_coarse(minds, world, settings);
     find_ways(minds, world, settings);
     give_commands(minds, world, settings);
+    make_way(minds, world, settings);
     go_on(minds, world, settings);
     if (std::isfinite(settings.seen_m)) {
         send_to_sleep(minds, world, settings);

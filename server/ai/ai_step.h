@@ -4,6 +4,8 @@
 
 #include "server/ai/coarse.h"
 #include "server/ai/decision.h"
+#include "server/ai/form_up.h"
+#include "server/ai/make_way.h"
 #include "server/ai/minds.h"
 #include "server/ai/watched.h"
 #include "server/ai/ways.h"
@@ -38,6 +40,8 @@ struct Settings {
     float calm_s = 2.0F;  ///< only after so long out of sight
     PlaceSettings places{};
     WaysSettings ways{};
+    /// How minds make way for each other; its step is the world's: compile(). None: they do not.
+    std::optional<crowd::AvoidanceSettings> avoidance{};
 };
 
 /// Fills in `compiled`, where inner machines stay empty; `dt` in s.
@@ -75,6 +79,7 @@ struct Report {
     std::uint32_t plans = 0;
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
+    WayReport ways;                       ///< who met whom
     bool moved = false;                   ///< some entity was placed: the grid is no longer true
 };
 
@@ -148,6 +153,8 @@ class Step {
     void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
     void steer_awake(Minds& minds, const World& world, const Settings& settings);
+    void form_up(Minds& minds, const World& world, const Settings& settings);
+    void make_way(Minds& minds, const World& world, const Settings& settings);
     void watch_changes(Minds& minds, const World& world) const;
     void walk_coarse(Minds& minds, const World& world, const Settings& settings);
     void find_ways(Minds& minds, const World& world, const Settings& settings);
@@ -180,6 +187,10 @@ class Step {
     std::vector<EntityId> fell_asleep_;
     std::vector<EntityId> woke_up_;
     std::array<Lane, kLanes> lanes_;
+    std::vector<Walker> walkers_;
+    crowd::KnownWalls walls_;
+    Formations formations_;
+    MakeWay make_way_;
 };
 
 }  // namespace zoned::ai

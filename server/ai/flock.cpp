@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace zoned::ai {
 
@@ -13,6 +14,7 @@ constexpr float kAlignmentWeight = 1.0F;
 constexpr float kCohesionWeight = 0.8F;
 constexpr float kHomeWeight = 0.6F;
 constexpr float kInertiaWeight = 0.6F;
+constexpr float kWayWeight = 1.2F;
 constexpr float kHomePullLimit = 2.5F;  ///< far from home nothing else may win
 constexpr float kFixedPoint = 4096.0F;
 
@@ -41,6 +43,32 @@ Vec2 away(const Vec2& to_neighbour, float distance, float separation, bool older
 }
 
 }  // namespace
+
+Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m) {
+    if (stops.size() == 1) {
+        const Vec2 way = stops[0] - here;
+        const float distance = way.norm();
+        return distance > width_m ? Vec2(way / distance) : Vec2(Vec2::Zero());
+    }
+    float least = std::numeric_limits<float>::infinity();
+    Vec2 wanted = Vec2::Zero();
+    for (std::size_t i = 0; i < stops.size(); ++i) {
+        const Vec2 piece = stops[(i + 1) % stops.size()] - stops[i];
+        const float length2 = piece.squaredNorm();
+        const float along = piece.dot(here - stops[i]);
+        // Beyond its end the next piece, which begins there, leads on.
+        if (!(along < length2)) {
+            continue;
+        }
+        const Vec2 to = stops[i] + std::max(0.0F, along / length2) * piece - here;
+        if (to.squaredNorm() < least) {
+            least = to.squaredNorm();
+            wanted = piece / std::sqrt(length2) + to / width_m;
+        }
+    }
+    const float norm = wanted.norm();
+    return norm > 0.0F ? Vec2(wanted / norm) : Vec2(Vec2::Zero());
+}
 
 Vec2 flock_heading(const world::Entities& entities,
                    const spatial::PointGrid& grid,
@@ -73,6 +101,9 @@ Vec2 flock_heading(const world::Entities& entities,
         heading += kSeparationWeight * apart.value();
         heading += kAlignmentWeight * share / query.speed * along.value();
         heading += kCohesionWeight * share / query.radius_m * together.value();
+    }
+    if (query.way != Vec2::Zero()) {
+        return heading + kWayWeight * query.way;
     }
     const Vec2 to_home = query.home - Vec2(here.x(), here.z());
     const float distance = to_home.norm();

@@ -220,6 +220,9 @@ CompiledMachine compile(const Machine& machine, float dt) {
                        std::any_of(out.states.begin(), out.states.end(), [](const State& state) {
                            return state.action == ActionKind::kFlock;
                        });
+    out.forms_up = std::any_of(out.states.begin(), out.states.end(), [](const State& state) {
+        return state.action == ActionKind::kFormUp;
+    });
     compile_changes(machine, dt, out);
     compile_watches(out);
     return out;

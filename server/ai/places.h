@@ -64,6 +64,9 @@ class Places {
     /// x, z of the spot of an entity there: the same for ever, uniform in the place's circle.
     [[nodiscard]] Vec2 spot(std::size_t place, EntityId entity) const;
 
+    /// x, z of its centre, m.
+    [[nodiscard]] Vec2 centre(std::size_t place) const { return places_[place].at; }
+
     /// How far `at` (x, z, m) is from the place's circle; 0 inside.
     [[nodiscard]] float outside(std::size_t place, const Vec2& at) const;
 

@@ -1,5 +1,6 @@
 #include "server/ai/steering.h"
 
+#include "server/ai/form_up.h"
 #include "server/ai/policy_steering.h"
 #include "server/ai/walk.h"
 
@@ -281,6 +282,9 @@ bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         mind.timed = false;
         mind.next_steering = around.now + 1;
         steer_by_policy(mind, machine, state, *policy, around);
+    } else if (state.action == ActionKind::kFormUp && !straggles(mind)) {
+        mind.timed = false;
+        steer_in_formation(mind, state, entered, around);
     } else if (around.now < mind.detour_until) {
         // It walks on across its way.
     } else if (goes_by_legs(mind, state)) {

@@ -147,6 +147,7 @@ bool goes_by_legs(const Mind& mind, const State& state) {
         case ActionKind::kGo:
             return !banded;
         case ActionKind::kFlock:
+        case ActionKind::kFormUp:
             return false;
         case ActionKind::kChase:
         case ActionKind::kFlee:

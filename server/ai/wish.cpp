@@ -1,6 +1,7 @@
 #include "server/ai/wish.h"
 
 #include "server/ai/flock.h"
+#include "server/ai/form_up.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -22,6 +23,10 @@ constexpr float kStrollMps = 0.1F;
 constexpr float kNearShare = 1.5F;
 /// Who follows stops within this share of the radius.
 constexpr float kFollowStop = 0.7F;
+/// Places that a herd goes along, at most.
+constexpr std::size_t kMostStops = 32;
+/// How far beside its way a herd turns back by half a right angle, as a share of its radius.
+constexpr float kTrackShare = 0.5F;
 /// What Mind::corner means to one who guards.
 constexpr std::uint8_t kAtPost = 0;
 constexpr std::uint8_t kEngaged = 1;
@@ -139,6 +144,16 @@ Wish wish_flock(Mind& mind, const State& state, float speed, const Surroundings&
     query.self = around.self;
     query.home = flat(mind.home);
     query.heading = aim_direction(mind);
+    if (!state.along.empty()) {
+        std::array<Vec2, kMostStops> stops;
+        const std::size_t count = std::min(state.along.size(), kMostStops);
+        for (std::size_t i = 0; i < count; ++i) {
+            stops[i] = around.places.centre(state.along[i]);
+        }
+        query.way =
+            round_trip(std::span(stops.data(), count), around.body(), kTrackShare * state.radius_m);
+        query.home = stops[0];
+    }
     query.radius_m = state.radius_m;
     query.speed = speed;
     wish.direction = flock_heading(around.entities, around.grid, query);
@@ -255,6 +270,9 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
         pick_wander_target(mind, state.radius_m, around);
     } else if (state.action == ActionKind::kGuard) {
         mind.corner = kAtPost;
+    } else if (state.action == ActionKind::kFormUp) {
+        mind.corner = kNoRank;
+        mind.target = around.entities.position[around.self];
     } else if (state.action == ActionKind::kPatrol) {
         mind.corner = nearest_corner(mind, state.radius_m, around.at);
     }
@@ -284,6 +302,9 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
             return wish_escort(mind, state, around);
         case ActionKind::kGuard:
             return wish_guard(mind, state, around);
+        case ActionKind::kFormUp:
+            // Who keeps its place is steered otherwise.
+            return mind.ward ? go_to(flat(mind.target), around.body()) : Wish();
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return {};

@@ -328,6 +328,21 @@ float farthest_sight(const Settings& settings, float hysteresis) {
     return std::max(std::min(nimbus, aura) * (1.0F + hysteresis), perception);
 }
 
+std::optional<ai::crowd::AvoidanceSettings> expand_avoidance(const proto::Config& config) {
+    if (!config.ai().has_avoidance()) {
+        return std::nullopt;
+    }
+    const proto::Config::Avoidance& from = config.ai().avoidance();
+    ai::crowd::AvoidanceSettings out;
+    out.horizon_s = narrow(from.horizon_s());
+    out.wall_horizon_s = narrow(from.wall_horizon_s());
+    out.neighbour_m = narrow(from.neighbour_m());
+    out.comfort_m = narrow(from.comfort_m());
+    out.restless = narrow(from.restless());
+    out.keep_right = narrow(from.keep_right());
+    return out;
+}
+
 }  // namespace
 
 void expand_stages(const proto::Config& config, Settings& settings) {
@@ -354,6 +369,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.far_m = narrow(config.ai().far_m());
     settings.ai.max_sight_rays_per_tick = config.ai().max_sight_rays_per_tick();
     settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
+    settings.ai.avoidance = expand_avoidance(config);
     settings.ai.places = expand_places(config);
     if (config.ai().has_ways()) {
         settings.ai.ways = {narrow(config.ai().ways().cell_m()),

@@ -253,6 +253,8 @@ static_assert(static_cast<int>(ai::ActionKind::kGo) == Config::GO);
 static_assert(static_cast<int>(ai::Sensor::kRandom) == Config::RANDOM);
 static_assert(static_cast<int>(ai::Sensor::kTimeOfDay) == Config::TIME_OF_DAY);
 static_assert(static_cast<int>(ai::ActionKind::kGuard) == Config::GUARD);
+static_assert(static_cast<int>(ai::ActionKind::kFormUp) == Config::FORM_UP);
+static_assert(static_cast<int>(ai::FormationShape::kRing) == Config::RING);
 static_assert(static_cast<int>(ai::Sensor::kFoes) == Config::FOES);
 static_assert(static_cast<int>(ai::Compare::kAbove) == Config::ABOVE);
 static_assert(static_cast<int>(ai::fsm::History::kShallow) == Config::SHALLOW);

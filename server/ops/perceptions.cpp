@@ -93,6 +93,10 @@ void check_company(const ai::Machine& machine, const std::string& path, Diagnost
         diagnostics.add(path,
                         "a state escorts, but `perception` names no `ward` and no `ward_players`");
     }
+    if (!wards && any_does(machine.states, ai::ActionKind::kFormUp)) {
+        diagnostics.add(path,
+                        "a state forms up, but `perception` names no `ward` and no `ward_players`");
+    }
 }
 
 }  // namespace zoned::ops

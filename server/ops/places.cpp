@@ -130,6 +130,16 @@ ai::Trade expand_trade(const proto::Config& config,
     return out;
 }
 
+ai::FormationDef expand_formation(const Config::Formation& formation) {
+    ai::FormationDef out;
+    out.shape = static_cast<ai::FormationShape>(formation.shape());
+    out.columns = static_cast<std::uint16_t>(formation.columns());
+    out.spacing_m = narrow(formation.spacing_m());
+    out.settings.straggler_m = narrow(formation.straggler_m());
+    out.settings.taken_back_m = narrow(formation.taken_back_m());
+    return out;
+}
+
 void check_places(const proto::Config& config,
                   const std::vector<ZoneRegion>& zones,
                   Diagnostics& diagnostics) {
@@ -180,6 +190,24 @@ void check_doing(const proto::Config& config,
         diagnostics.add(path + ".action", "says nowhere to go: `place` is not set");
     } else if (doing.action() != Config::GO && doing.has_place()) {
         diagnostics.add(path + ".place", "is of GO alone");
+    }
+    if (doing.has_formation() && doing.action() != Config::FORM_UP) {
+        diagnostics.add(path + ".formation", "is of FORM_UP alone");
+    } else if (doing.formation().taken_back_m() > doing.formation().straggler_m()) {
+        diagnostics.add(path + ".formation", "taken_back_m is above straggler_m");
+    }
+    if (doing.along_size() > 0 && doing.action() != Config::FLOCK) {
+        diagnostics.add(join_path(path, "along", 0), "is of FLOCK alone");
+    }
+    if (doing.along_size() == 2) {
+        diagnostics.add(join_path(path, "along", 1),
+                        "leads back the way it came: name one place, or three and more");
+    }
+    for (int a = 0; a < doing.along_size(); ++a) {
+        if (find_place(config, doing.along(a)) < 0) {
+            diagnostics.add(join_path(path, "along", a),
+                            "there is no place named '" + doing.along(a) + "'");
+        }
     }
     for (int t = 0; t < doing.trade_size(); ++t) {
         check_trade(config, root, doing.trade(t), join_path(path, "trade", t), diagnostics);

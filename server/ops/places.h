@@ -28,7 +28,9 @@ ai::Trade expand_trade(const proto::Config& config,
                        const proto::Config::Trade& trade,
                        const VariableOf& variable_of);
 
-/// What a state or deed says of places, but where it does not go.
+ai::FormationDef expand_formation(const proto::Config::Formation& formation);
+
+/// What a state or deed says of places and formations, but where it does not go.
 template <class Doing>
 void expand_doing(const proto::Config& config,
                   const Doing& doing,
@@ -36,6 +38,12 @@ void expand_doing(const proto::Config& config,
                   ai::State& out) {
     if (doing.action() == proto::Config::GO) {
         out.place = static_cast<std::uint16_t>(std::max(find_place(config, doing.place()), 0));
+    }
+    if (doing.action() == proto::Config::FORM_UP) {
+        out.formation = expand_formation(doing.formation());
+    }
+    for (const std::string& place : doing.along()) {
+        out.along.push_back(static_cast<std::uint16_t>(std::max(find_place(config, place), 0)));
     }
     for (const auto& trade : doing.trade()) {
         out.trades.push_back(expand_trade(config, trade, variable_of));

@@ -12,6 +12,7 @@
 #include "server/zone/minds.h"
 #include "server/zone/movement.h"
 #include "server/zone/particles.h"
+#include "server/zone/pushes.h"
 #include "server/zone/representation.h"
 #include "server/zone/sync.h"
 
@@ -177,6 +178,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     pass(Pass::kSoft, [&] { return step_soft(s); });
     pass(Pass::kPhysics, [&] {
         s.report.physics = s.scene.step(s.settings.dt);
+        push_characters(s);
         return copy_moved_bodies(s);
     });
     pass(Pass::kParticles, [&] { return step_particles(s); });

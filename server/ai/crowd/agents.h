@@ -45,6 +45,14 @@ struct CrowdAgents {
         id.push_back(agent);
     }
 
+    /// All of them go; memory stays.
+    void clear() {
+        for (auto* column : floats()) {
+            column->clear();
+        }
+        id.clear();
+    }
+
     /// The last row takes the place of `row`.
     void remove(std::size_t row) {
         for (auto* column : floats()) {

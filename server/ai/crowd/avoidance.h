@@ -50,6 +50,9 @@ class Avoidance {
 
     [[nodiscard]] const AvoidanceSettings& settings() const { return settings_; }
 
+    /// From the next step on.
+    void set(const AvoidanceSettings& settings) { settings_ = settings; }
+
     /// Moves all agents with yield > 0 by a step and writes their velocities; `tick` numbers steps
     /// (random choices come from it). The same bits for any number of threads, no allocation once
     /// as many agents and cells have been seen.

@@ -42,6 +42,44 @@ float free_share(const Vec2& a, const Vec2& b, const Walls& walls) {
     return share;
 }
 
+Vec2 pull_to_slot(const FormationSettings& settings, const Vec2& velocity, const Vec2& offset) {
+    const float d = offset.norm();
+    const float ratio = d > settings.near_m ? settings.near_m / d : 1.0F;
+    return velocity + settings.pull_per_s * ratio * ratio * offset;
+}
+
+Vec2 push_off_walls(const FormationSettings& settings,
+                    const Vec2& at,
+                    float radius,
+                    const Walls& walls) {
+    Vec2 push = Vec2::Zero();
+    const float reach = radius + settings.repel_m;
+    walls.for_each_near(
+        at.x() - reach, at.y() - reach, at.x() + reach, at.y() + reach, [&](const Wall& w) {
+            const Vec2 from(w.ax, w.az);
+            const Vec2 along = Vec2(w.bx, w.bz) - from;
+            const float length2 = along.squaredNorm();
+            const float t =
+                length2 > 0.0F ? std::clamp(along.dot(at - from) / length2, 0.0F, 1.0F) : 0.0F;
+            const Vec2 away = at - (from + t * along);
+            const float d = away.norm();
+            if (d > 0.0F && d < reach) {
+                push += away *
+                        (settings.repel_speed * std::min(1.0F, (reach - d) / settings.repel_m) / d);
+            }
+        });
+    return push;
+}
+
+Vec2 slot_before_walls(const Vec2& centre, const Vec2& offset, float radius, const Walls& walls) {
+    const float share = free_share(centre, centre + offset, walls);
+    const float length = offset.norm();
+    if (share >= 1.0F || length <= 0.0F) {
+        return centre + offset;
+    }
+    return centre + offset * std::max(0.0F, share - 2.0F * radius / length);
+}
+
 Formation::Formation(std::vector<FormationSlot> slots, const FormationSettings& settings)
     : slots_(std::move(slots)),
       settings_(settings) {
@@ -80,20 +118,7 @@ Vec2 Formation::slot_of(std::size_t i, const Walls& walls, float radius) const {
     }
     const FormationSlot& slot = slots_[slot_[i]];
     const Vec2 offset = slot.ahead * heading_ + slot.right * Vec2(-heading_.y(), heading_.x());
-    const float share = free_share(centre_, centre_ + offset, walls);
-    const float length = offset.norm();
-    if (share >= 1.0F || length <= 0.0F) {
-        return centre_ + offset;
-    }
-    return centre_ + offset * std::max(0.0F, share - 2.0F * radius / length);
-}
-
-/// With the group, and to the own place: as settings_.pull_per_s times the offset where it is near,
-/// and as 1 / distance beyond.
-Vec2 Formation::want_in_place(const Vec2& offset) const {
-    const float d = offset.norm();
-    const float ratio = d > settings_.near_m ? settings_.near_m / d : 1.0F;
-    return velocity_ + settings_.pull_per_s * ratio * ratio * offset;
+    return slot_before_walls(centre_, offset, radius, walls);
 }
 
 void Formation::follow_way(std::size_t i,
@@ -115,27 +140,6 @@ void Formation::follow_way(std::size_t i,
     agents.way_left[row] = d + (slot - corner_[i]).norm();
 }
 
-/// Pushes off walls: fully at the body, not at all at repel_m from it.
-Vec2 Formation::repulsion(const Vec2& at, float radius, const Walls& walls) const {
-    Vec2 push = Vec2::Zero();
-    const float reach = radius + settings_.repel_m;
-    walls.for_each_near(
-        at.x() - reach, at.y() - reach, at.x() + reach, at.y() + reach, [&](const Wall& w) {
-            const Vec2 from(w.ax, w.az);
-            const Vec2 along = Vec2(w.bx, w.bz) - from;
-            const float length2 = along.squaredNorm();
-            const float t =
-                length2 > 0.0F ? std::clamp(along.dot(at - from) / length2, 0.0F, 1.0F) : 0.0F;
-            const Vec2 away = at - (from + t * along);
-            const float d = away.norm();
-            if (d > 0.0F && d < reach) {
-                push += away * (settings_.repel_speed *
-                                std::min(1.0F, (reach - d) / settings_.repel_m) / d);
-            }
-        });
-    return push;
-}
-
 void Formation::aim(CrowdAgents& agents, const Walls& walls, const Route& route) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         const std::size_t row = rows_[i];
@@ -153,7 +157,8 @@ void Formation::aim(CrowdAgents& agents, const Walls& walls, const Route& route)
             follow_way(i, agents, slot, route);
             continue;
         }
-        Vec2 want = want_in_place(slot - at) + repulsion(at, agents.radius[row], walls);
+        Vec2 want = pull_to_slot(settings_, velocity_, slot - at) +
+                    push_off_walls(settings_, at, agents.radius[row], walls);
         const float speed = want.norm();
         want *= speed > agents.most_speed[row] ? agents.most_speed[row] / speed : 1.0F;
         agents.want_x[row] = want.x();

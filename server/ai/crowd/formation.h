@@ -30,6 +30,20 @@ struct FormationSettings {
     std::uint32_t ask_every = 20;  ///< steps after which a straggler asks for its way anew
 };
 
+/// What a member in its place wants, m/s: to go with the centre at `velocity`, and to its slot,
+/// which is at `offset` from it: pull_per_s times the offset where that is small, fading as 1 /
+/// distance.
+Vec2 pull_to_slot(const FormationSettings& settings, const Vec2& velocity, const Vec2& offset);
+
+/// Off walls, m/s: fully at the body of `radius`, not at all at repel_m from it.
+Vec2 push_off_walls(const FormationSettings& settings,
+                    const Vec2& at,
+                    float radius,
+                    const Walls& walls);
+
+/// The slot at `offset` from the centre, moved towards that where a wall is between them.
+Vec2 slot_before_walls(const Vec2& centre, const Vec2& offset, float radius, const Walls& walls);
+
 /// Slots around a moving centre. A member is drawn to its slot, by a force that grows with the
 /// distance at first and then fades, so that nobody is dragged along walls by a group that is far.
 /// Who is far, or has a wall between itself and its slot, is a straggler: it asks for a way, walks
@@ -60,9 +74,7 @@ class Formation {
     [[nodiscard]] bool straggles(std::size_t i) const { return straggles_[i] != 0; }
 
   private:
-    [[nodiscard]] Vec2 want_in_place(const Vec2& offset) const;
     void follow_way(std::size_t i, CrowdAgents& agents, const Vec2& slot, const Route& route);
-    [[nodiscard]] Vec2 repulsion(const Vec2& at, float radius, const Walls& walls) const;
 
     std::vector<FormationSlot> slots_;
     FormationSettings settings_;

@@ -1,0 +1,195 @@
+#include "server/ai/form_up.h"
+
+#include "server/ai/learn/circle.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+/// A captain that is slower than this looks where it faces, m/s.
+constexpr float kStands = 0.3F;
+/// While somebody straggles slots are given anew every so many ticks.
+constexpr Tick kRegroup = 32;
+/// A member that wants less than this share of its speed stands.
+constexpr float kRankStands = 0.08F;
+/// Speeds that differ by this share are worth a new command, and so are directions beyond the
+/// cosine: cos 8 degrees.
+constexpr float kRankPace = 0.12F;
+constexpr float kRankCos = 0.99027F;
+
+Vec2 ground_of(const Vec3& v) {
+    return {v.x(), v.z()};
+}
+
+Vec2 heading_of_captain(const world::Entities& entities, world::Row row) {
+    const Vec2 velocity = ground_of(entities.velocity[row]);
+    const float speed = velocity.norm();
+    return speed > kStands ? Vec2(velocity / speed) : learn::heading_of(entities.yaw[row]);
+}
+
+}  // namespace
+
+crowd::FormationSlot slot_in(const FormationDef& def, std::size_t index, std::size_t members) {
+    const float gap = def.spacing_m;
+    const auto centred = [gap](std::size_t column, std::size_t columns) {
+        return gap * (static_cast<float>(column) - 0.5F * static_cast<float>(columns - 1));
+    };
+    switch (def.shape) {
+        case FormationShape::kRows: {
+            const std::size_t columns = def.columns;
+            const std::size_t row = index / columns;
+            // The last row is as wide as there are left.
+            const std::size_t in_row = std::min(columns, members - row * columns);
+            return {-gap * static_cast<float>(row + 1), centred(index % columns, in_row)};
+        }
+        case FormationShape::kWedge: {
+            std::size_t row = 0;
+            std::size_t first = 0;
+            while (index >= first + row + 2) {
+                first += row + 2;
+                ++row;
+            }
+            return {-gap * static_cast<float>(row + 1), centred(index - first, row + 2)};
+        }
+        case FormationShape::kRing: {
+            const auto turn = static_cast<std::uint16_t>((index * 65536U) / members);
+            const Vec2 direction = learn::heading_of(turn);
+            // Neighbours on the ring are `gap` apart along it.
+            const float radius = std::max(
+                gap, gap * static_cast<float>(members) / (2.0F * std::numbers::pi_v<float>));
+            return {radius * direction.y(), radius * direction.x()};
+        }
+    }
+    return {};
+}
+
+/// Those of one captain who do the same.
+struct Formations::Group {
+    std::span<const Rank> ranks;
+    const FormationDef* def;
+    Vec2 centre;
+    Vec2 heading;
+    bool regroups;  ///< who is there closes the gaps of who is not
+
+    [[nodiscard]] Vec2 offset(std::size_t index) const {
+        const crowd::FormationSlot slot =
+            slot_in(*def, index, std::min(ranks.size(), kMostInFormation));
+        return slot.ahead * heading + slot.right * Vec2(-heading.y(), heading.x());
+    }
+};
+
+void Formations::give_slots(Minds& minds, const world::Entities& entities, const Group& group) {
+    const std::size_t count = std::min(group.ranks.size(), kMostInFormation);
+    taken_.assign(count, 0);
+    bool whole = true;
+    bool strays = false;
+    for (std::size_t i = 0; i < count && whole; ++i) {
+        const std::uint8_t corner = minds.at(group.ranks[i].slot).corner;
+        const std::size_t slot = corner & ~kStraggles;
+        strays = strays || (corner & kStraggles) != 0;
+        whole = slot < count && taken_[slot] == 0;
+        if (whole) {
+            taken_[slot] = 1;
+        }
+    }
+    if (!whole || (strays && group.regroups)) {
+        cost_.clear();
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec2 at = ground_of(entities.position[group.ranks[i].row]);
+            for (std::size_t slot = 0; slot < count; ++slot) {
+                const Vec2 way = group.centre + group.offset(slot) - at;
+                cost_.push_back(static_cast<double>(way.squaredNorm()));
+            }
+        }
+        const auto slots = assignment_.solve(cost_, count, count);
+        for (std::size_t i = 0; i < count; ++i) {
+            std::uint8_t& corner = minds.at(group.ranks[i].slot).corner;
+            corner = static_cast<std::uint8_t>((corner & kStraggles) | slots[i]);
+        }
+    }
+    for (std::size_t i = count; i < group.ranks.size(); ++i) {
+        minds.at(group.ranks[i].slot).corner |= kNoRank;
+    }
+}
+
+void Formations::place(Minds& minds,
+                       const world::Entities& entities,
+                       const world::TypeTable& types,
+                       std::span<const CompiledMachine> machines,
+                       const crowd::Walls& walls,
+                       Tick now) {
+    const auto def_of = [&](const Rank& rank) {
+        const Mind& mind = minds.at(rank.slot);
+        return &*machines[mind.machine].states[mind.doing].formation;
+    };
+    // Ascending by entity already: of one captain they stay so.
+    std::stable_sort(ranks_.begin(), ranks_.end(), [&](const Rank& a, const Rank& b) {
+        return a.captain < b.captain;
+    });
+    for (std::size_t begin = 0; begin < ranks_.size();) {
+        std::size_t end = begin + 1;
+        while (end < ranks_.size() && ranks_[end].captain == ranks_[begin].captain) {
+            ++end;
+        }
+        const world::Row captain = ranks_[begin].captain_row;
+        const Group group{std::span(ranks_).subspan(begin, end - begin),
+                          def_of(ranks_[begin]),
+                          ground_of(entities.position[captain]),
+                          heading_of_captain(entities, captain),
+                          (now + static_cast<Tick>(ranks_[begin].captain.value)) % kRegroup == 0};
+        give_slots(minds, entities, group);
+        for (const Rank& rank : group.ranks) {
+            Mind& mind = minds.at(rank.slot);
+            const std::size_t slot = mind.corner & ~kStraggles;
+            const Vec2 offset = slot == kNoRank ? Vec2(Vec2::Zero()) : group.offset(slot);
+            const float radius = types[entities.type[rank.row]].character.radius;
+            const Vec2 place = crowd::slot_before_walls(group.centre, offset, radius, walls);
+            const Vec2 at = ground_of(entities.position[rank.row]);
+            const float distance = (place - at).norm();
+            const bool sees = crowd::free_share(at, place, walls) >= 1.0F;
+            const crowd::FormationSettings& settings = group.def->settings;
+            const bool stray = straggles(mind) ? distance > settings.taken_back_m || !sees
+                                               : distance > settings.straggler_m || !sees;
+            mind.corner = static_cast<std::uint8_t>(slot | (stray ? kStraggles : 0U));
+            // Behind a wall from its place it follows the captain, who came by some way.
+            const Vec2 to = sees ? place : group.centre;
+            mind.target = Vec3(to.x(), entities.position[rank.row].y(), to.y());
+        }
+        begin = end;
+    }
+}
+
+void steer_in_formation(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+    const world::Entities& e = around.entities;
+    const world::Row captain = mind.ward ? e.find(mind.ward) : world::kNoRow;
+    const motion::CharacterLimits& limits = around.types[e.type[around.self]].character;
+    const float full = std::max(0.01F, full_speed(state, around));
+    Vec2 want = Vec2::Zero();
+    if (captain != world::kNoRow && !e.has(captain, world::kHidden)) {
+        want = crowd::pull_to_slot(state.formation->settings,
+                                   ground_of(e.velocity[captain]),
+                                   ground_of(mind.target) - around.body());
+    }
+    const float speed = std::min(want.norm(), full);
+    mind.next_steering = around.now + 1;
+    restart_progress(mind, e.position[around.self], around.now);
+    const bool stood = !moving(mind);
+    if (!(speed >= (stood ? 2.0F : 1.0F) * kRankStands * full)) {
+        mind.aim = motion::InputCommand{};
+        mind.aim.yaw = e.yaw[around.self];
+        return;
+    }
+    const Vec2 direction = want.normalized();
+    const float top = limits.speed * (state.sprint ? limits.sprint_factor : 1.0F);
+    const float aimed = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
+    const float share = speed / top;
+    if (entered || stood || aim_direction(mind).dot(direction) < kRankCos ||
+        std::abs(aimed - share) > kRankPace * full / top) {
+        aim_along(mind, Pace{share, state.sprint}, direction);
+    }
+}
+
+}  // namespace zoned::ai

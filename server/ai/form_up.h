@@ -1,0 +1,65 @@
+// FormUp: minds that keep their places around a captain.
+#pragma once
+
+#include "server/ai/crowd/assignment.h"
+#include "server/ai/minds.h"
+#include "server/ai/wish.h"
+#include "shared/motion/static_geometry.h"
+
+#include <span>
+#include <vector>
+
+namespace zoned::ai {
+
+/// What a mind keeps in `corner` while it forms up: its slot, and whether it straggles.
+inline constexpr std::uint8_t kNoRank = 0x7F;
+inline constexpr std::uint8_t kStraggles = 0x80;
+
+/// A mind that forms up around its ward.
+struct Rank {
+    EntityId captain;
+    world::Row captain_row = world::kNoRow;
+    world::Row row = world::kNoRow;
+    Slot slot = 0;
+};
+
+/// The members of all formations of a zone. Nothing is remembered here: slots are part of the
+/// minds, and given anew, by the least sum of squared ways, when those of a captain's members are
+/// not the first so many.
+class Formations {
+  public:
+    void clear() { ranks_.clear(); }
+
+    /// A mind whose state forms up; its ward is there. In ascending order of entities.
+    void add(const Rank& rank) { ranks_.push_back(rank); }
+
+    [[nodiscard]] bool empty() const { return ranks_.empty(); }
+
+    /// Gives each its slot, writes where that is now into `target`, and says who straggles.
+    void place(Minds& minds,
+               const world::Entities& entities,
+               const world::TypeTable& types,
+               std::span<const CompiledMachine> machines,
+               const crowd::Walls& walls,
+               Tick now);
+
+  private:
+    struct Group;
+
+    void give_slots(Minds& minds, const world::Entities& entities, const Group& group);
+
+    std::vector<Rank> ranks_;
+    std::vector<double> cost_;
+    std::vector<std::uint8_t> taken_;
+    crowd::Assignment assignment_;
+};
+
+/// Whether the mind walks to its place by itself, as to any goal.
+inline bool straggles(const Mind& mind) {
+    return (mind.corner & kStraggles) != 0;
+}
+
+/// Steers a member in its place: with the captain, and to its slot.
+void steer_in_formation(Mind& mind, const State& state, bool entered, const Surroundings& around);
+
+}  // namespace zoned::ai

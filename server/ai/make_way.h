@@ -1,0 +1,120 @@
+// MakeWay: awake minds that would meet somebody get a command that avoids it; all others keep
+// theirs, bit for bit.
+#pragma once
+
+#include "server/ai/crowd/avoidance.h"
+#include "server/ai/crowd/static_walls.h"
+#include "server/ai/mind.h"
+#include "server/ai/places.h"
+#include "server/world/entities.h"
+#include "shared/motion/static_geometry.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai {
+
+/// Who makes way: the entity of an awake mind.
+struct Walker {
+    world::Row row = world::kNoRow;
+    float way_left_m = 0.0F;  ///< to where it goes; who has less goes first
+};
+
+/// How far a mind that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
+float way_left(const Mind& mind, const State& state, const Places& places, const Vec2& here);
+
+struct WayReport {
+    std::uint32_t crowded = 0;   ///< walkers that would have met somebody
+    std::uint32_t gave_way = 0;  ///< of these: whose command is not what they want
+    std::uint32_t held = 0;      ///< of these: that could but brake
+};
+
+/// Commands are what characters make of them (motion::apply_input), so a promise about places has
+/// to know about acceleration and quantised commands. Between two that both yield lies a line half
+/// way between where they are and where they would come to stand if they braked now. A command is
+/// given only if its character, after this tick and after braking from then on, keeps to its side,
+/// as apply_input itself says. To brake is always among these, so whoever does not overlap will
+/// not, unless moved by others. The idea of sets that can be kept for ever by stopping: Fraichard
+/// and Asama, "Inevitable collision states", Advanced Robotics 18, 2004; the lines:
+/// crowd::Avoidance.
+class MakeWay {
+  public:
+    struct Scene {
+        world::Entities& entities;
+        const world::TypeTable& types;
+        const motion::StaticGeometry& statics;
+        crowd::KnownWalls& walls;
+        compute::Team& team;
+        Tick now;
+        float dt;  ///< s
+    };
+
+    /// `walkers` ascend by entity id, each has the command that its mind wants. Others that count:
+    /// characters, and bodies that move; those yield that have a mind in another zone. Changes
+    /// `command` of walkers alone. The same bits for any number of threads and order of rows; no
+    /// allocation once as many were near each other.
+    WayReport step(std::span<const Walker> walkers,
+                   const Scene& scene,
+                   const crowd::AvoidanceSettings& settings);
+
+  private:
+    /// Where one is and where it comes to stand, or is after the tick where it does not yield.
+    struct Course {
+        Vec2 at = Vec2::Zero();
+        Vec2 end = Vec2::Zero();
+        float y = 0.0F;
+        float half_height = 0.0F;
+    };
+
+    /// n . x >= c for all places x of a walker.
+    struct Side {
+        Vec2 n = Vec2::Zero();
+        float c = 0.0F;
+    };
+
+    struct Stop {
+        Vec2 at = Vec2::Zero();   ///< after the tick
+        Vec2 end = Vec2::Zero();  ///< after braking
+        bool free = true;         ///< no wall turns it aside meanwhile
+    };
+
+    void gather(std::span<const Walker> walkers, const Scene& scene);
+    void add_walker(const Walker& walker, const Scene& scene);
+    void add_other(world::Row row, const Scene& scene);
+    [[nodiscard]] float reach(const Scene& scene, const crowd::AvoidanceSettings& settings) const;
+    void find_crowded(const Scene& scene, const crowd::AvoidanceSettings& settings);
+    [[nodiscard]] bool is_crowded(std::uint32_t one,
+                                  const crowd::CrowdBatch& batch,
+                                  const Scene& scene,
+                                  const crowd::AvoidanceSettings& settings) const;
+    [[nodiscard]] bool would_meet(std::uint32_t one,
+                                  std::uint32_t other,
+                                  const crowd::AvoidanceSettings& settings) const;
+    [[nodiscard]] bool apart_in_height(std::uint32_t one, std::uint32_t other) const;
+    [[nodiscard]] Side side_of(std::uint32_t one, std::uint32_t other) const;
+    template <class Visit>
+    void for_each_near(const crowd::CrowdBatch& batch, Visit&& visit) const;
+    void take_in_neighbours(const crowd::AvoidanceSettings& settings);
+    void give_commands(const Scene& scene);
+    void give_command(std::uint32_t one, const crowd::CrowdBatch& batch, const Scene& scene);
+    [[nodiscard]] Stop stop_of(world::Row row,
+                               const motion::InputCommand& command,
+                               const Scene& scene) const;
+
+    crowd::CrowdAgents seen_;          // walkers, then others by entity id
+    std::size_t walkers_ = 0;          // the first so many of seen_
+    std::vector<world::Row> rows_;     // by seen
+    std::vector<Course> courses_;      // by seen
+    std::vector<std::uint8_t> taken_;  // by row: it is a walker
+    std::vector<world::Row> others_;
+    std::vector<std::uint8_t> crowded_;  // by seen: kCrowded, kNear
+    std::vector<std::uint8_t> outcome_;  // by seen
+    crowd::CrowdOrder order_;
+    float reach_ = 0.0F;
+    crowd::CrowdAgents close_;             // those that count for who is crowded
+    std::vector<std::uint32_t> close_of_;  // by seen: row of close_
+    crowd::Avoidance avoidance_{crowd::AvoidanceSettings()};
+};
+
+}  // namespace zoned::ai

@@ -1,0 +1,62 @@
+// The world `city` with bots: crowds make way for each other, soldiers keep their rows, a herd goes
+// along its way, and what bots see of it is right.
+#include "server/zone/zone_state.h"
+#include "tests/harness/game_test.h"
+
+#include <algorithm>
+
+namespace zoned::harness {
+namespace {
+
+/// What was seen of the crowd.
+struct CityWatch {
+    std::uint64_t crowded = 0;
+    std::uint64_t gave_way = 0;
+    std::uint64_t awake = 0;
+    std::uint64_t coarse = 0;
+    std::uint32_t marching = 0;  ///< the most soldiers with a slot at a time
+    std::uint32_t drifting = 0;  ///< sheep awake
+
+    void look(app::World& world) {
+        std::uint32_t in_rank = 0;
+        std::uint32_t sheep = 0;
+        for (const auto& zone : world.zones()) {
+            const zone::ZoneState& state = zone->state();
+            const ai::Report& report = zone->report().ai;
+            crowded += report.ways.crowded;
+            gave_way += report.ways.gave_way;
+            awake += report.awake;
+            coarse += report.minds - report.awake;
+            for (const ai::Slot slot : state.minds.awake()) {
+                const ai::Mind& mind = state.minds.at(slot);
+                const ai::CompiledMachine& machine = state.settings.ai.compiled[mind.machine];
+                const ai::ActionKind action = machine.states[mind.doing].action;
+                in_rank += action == ai::ActionKind::kFormUp && (mind.corner & 0x7F) < 16 ? 1U : 0U;
+                sheep += action == ai::ActionKind::kFlock ? 1U : 0U;
+            }
+        }
+        marching = std::max(marching, in_rank);
+        drifting = std::max(drifting, sheep);
+    }
+};
+
+TEST_F(GameTest, ACityWhosePeopleMakeWayForEachOtherIsConsistent) {
+    server.config = ZONED_SOURCE_DIR "/config/city.txtpb";
+    server.sets = {"ai.dawn_s=15"};  // when they set out
+    server.network.delay_s = 0.03;
+    server.network.jitter_s = 0.01;
+    bots.bots = 10;
+    bots.seconds = 30.0;
+    CityWatch watch;
+    const measure::Report report =
+        run([&](VirtualServer& now, double) { watch.look(now.world()); });
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_GT(watch.coarse, watch.awake / 2) << "many are seen by nobody";
+    EXPECT_GT(watch.crowded, 1000U);
+    EXPECT_GT(watch.gave_way, 500U);
+    EXPECT_EQ(watch.marching, 16U);
+    EXPECT_GT(watch.drifting, 10U) << "somebody looks at the herd";
+}
+
+}  // namespace
+}  // namespace zoned::harness
