@@ -2,6 +2,7 @@
 #include "server/ai/step_lookup.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace zoned::ai {
 
@@ -31,7 +32,8 @@ void Step::ask_for_ways(Minds& minds, const World& world) {
         }
     }
     for (const Slot slot : asking_) {
-        const Mind& mind = minds.at(slot);
+        Mind& mind = minds.at(slot);
+        mind.on_way = true;
         const navigation::Spot goal{mind.leg.goal.x(), mind.leg.goal.y()};
         world.ways->ask(slot, mind.entity, e.type[row_hints_[slot]], at(slot), goal);
     }
@@ -45,11 +47,17 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
     }
     ask_for_ways(minds, world);
     world.ways->serve();
-    told_ = asking_;
+    told_.clear();
+    std::copy_if(asking_.begin(), asking_.end(), std::back_inserter(told_), [&minds](Slot slot) {
+        return minds.at(slot).timed;
+    });
     waiting_.insert(waiting_.end(), asking_.begin(), asking_.end());
     for (const Slot slot : world.ways->answered()) {
         Mind& mind = minds.at(slot);
         const bool walks = mind.timed && mind.on_way && world.ways->has(slot, mind.entity);
+        if (!mind.on_way) {
+            world.ways->release(slot);
+        }
         const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
         if (walks && row != world::kNoRow) {
             restart_progress(mind, world.entities.position[row], world.now);

@@ -176,10 +176,16 @@ void steer_blend(Mind& mind,
     }
 }
 
-/// What hangs on others: looked at anew whenever it steers.
-void steer_freely(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+/// What hangs on others: looked at anew whenever it steers. True: it needs a way.
+bool steer_freely(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     const float speed = std::max(0.01F, full_speed(state, around));
-    const Wish wish = wish_of(mind, state, speed, around);
+    Wish wish = wish_of(mind, state, speed, around);
+    const Vec2 goal = wish.goal;
+    const bool asks = turn_to_way(mind, wish, around);
+    if (asks) {
+        mind.leg = Leg();
+        mind.leg.goal = goal;
+    }
     mind.next_steering = next_steering(mind, wish, speed, around);
     const float length = wish.keep ? 0.0F : wish.direction.norm();
     if (wish.keep) {
@@ -200,6 +206,7 @@ void steer_freely(Mind& mind, const State& state, bool entered, const Surroundin
             get_around(mind, state, direction, around);
         }
     }
+    return asks;
 }
 
 /// A command that leads the body to where the leg is at its end, or some time on: so soon that the
@@ -291,7 +298,7 @@ bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         asks = steer_by_leg(mind, state, entered, around);
     } else {
         mind.timed = false;
-        steer_freely(mind, state, entered, around);
+        asks = steer_freely(mind, state, entered, around);
     }
     mind.fresh = false;
     return asks;

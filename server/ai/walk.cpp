@@ -208,8 +208,25 @@ bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& 
     return false;
 }
 
+bool turn_to_way(Mind& mind, Wish& wish, const Surroundings& around) {
+    const TypeIndex type = around.entities.type[around.self];
+    const navigation::Spot body = spot_of(around.body());
+    if (!wish.seeks || around.ways == nullptr || !around.ways->plans_for(type) ||
+        around.ways->straight(type, body, spot_of(wish.goal))) {
+        mind.on_way = false;
+        return false;
+    }
+    const bool asks = mind.fresh || !has_way(mind, around);
+    if (has_way(mind, around)) {
+        const Vec2 next = flat_of(around.ways->heading(around.slot, body, kCornerM));
+        wish.direction = next - around.body();
+        // Progress is what leads to the corner.
+        wish.goal = next;
+    }
+    return asks;
+}
+
 void take_way(Mind& mind, const State& state, const Surroundings& around) {
-    mind.on_way = true;
     follow_way(mind, state, around);
 }
 

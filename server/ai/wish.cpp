@@ -55,6 +55,7 @@ std::uint8_t nearest_corner(const Mind& mind, float radius, const Vec2& here) {
 Wish go_to(const Vec2& goal, const Vec2& here) {
     Wish wish;
     wish.has_goal = true;
+    wish.seeks = true;
     wish.goal = goal;
     wish.direction = goal - here;
     return wish;
@@ -129,6 +130,8 @@ Wish wish_prey(const Mind& mind, const Surroundings& around, float sign) {
     if (sign > 0.0F && distance < (moving(mind) ? kChaseStopM : kChaseFollowM)) {
         return wish;
     }
+    wish.seeks = sign > 0.0F;
+    wish.goal = target->place;
     // On the very spot of its prey any direction leads away.
     wish.direction = distance < 1e-4F ? Vec2(1.0F, 0.0F) : Vec2(sign * towards);
     return wish;

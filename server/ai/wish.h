@@ -45,9 +45,10 @@ struct Wish {
     Vec2 direction = Vec2::Zero();  ///< need not have unit length; zero = stand still
     bool has_goal = false;          ///< progress means coming nearer to `goal`
     Vec2 goal = Vec2::Zero();
-    float fresh_cos;    ///< re-aim at a decision when the cosine is below this
-    bool keep = false;  ///< nothing new: the aim stays
-    bool far = false;   ///< it stands where it did not want to: a way may open
+    float fresh_cos;     ///< re-aim at a decision when the cosine is below this
+    bool seeks = false;  ///< wants to get to `goal`: by a way, where it can't go straight
+    bool keep = false;   ///< nothing new: the aim stays
+    bool far = false;    ///< it stands where it did not want to: a way may open
 
     Wish();
 };

@@ -174,5 +174,19 @@ TEST(WalkAlongWays, IsTheSameWhetherSomebodyLooksOrNot) {
     EXPECT_EQ(far, 0U) << "bodies keep to what is told of them";
 }
 
+/// A player on the other side of a wall is chased round its end, 39 m at 4 m/s.
+TEST(WalkAlongWays, LeadsAChaserToItsPrey) {
+    Machine machine = single(ActionKind::kChase);
+    machine.perception_m = 60.0F;
+    Yard yard(machine, 9000, 9001, true);
+    yard.add(1, 0.0F, {0.0F, 0.0F});
+    yard.field.add_player(900, Vec3(10.0F, 0.9F, 0.0F));
+    for (Tick tick = 0; tick < 30 * 14; ++tick) {
+        yard.field.step();
+        ASSERT_FALSE(yard.in_wall(1)) << tick;
+    }
+    EXPECT_LT(yard.field.distance(1, 900), 1.5F);
+}
+
 }  // namespace
 }  // namespace zoned::ai
