@@ -30,9 +30,9 @@ world::Row row_of(const world::Entities& entities,
                : row;
 }
 
-/// All coarse minds are looked at once in so many ticks, in turn.
+/// All squares in which minds may be seen are looked at once in so many ticks, in turn.
 constexpr Tick kLookPeriod = 16;
-/// Entities of coarse minds are put where they are when they have walked so far, m.
+/// Who may be seen soon is put where it is when it has walked so far, m.
 constexpr float kStale_m = 8.0F;
 
 /// From how far off a mind is woken, m: so that it is awake when its entity can be seen, though
@@ -50,6 +50,11 @@ constexpr std::size_t kShared = 256;
 
 bool outside(const Vec2& at, const Vec2& half_size) {
     return std::abs(at.x()) > half_size.x() || std::abs(at.y()) > half_size.y();
+}
+
+/// When it leaves the square that its entity is in.
+Tick left_at(const Mind& mind, const World& world) {
+    return CoarseCells::left_at(mind.leg, mind.placed, world.half_size, world.dt);
 }
 
 }  // namespace
@@ -90,46 +95,87 @@ void Step::follow_viewers(Minds& minds, const World& world, const Settings& sett
             memory_.watched_from.emplace_back(at.x(), at.z());
         }
         memory_.watched_m = waking_radius(world, settings);
-        watched_.build(memory_.watched_from, memory_.watched_m);
+        watch();
     }
     // Without anybody to see them, and nowhere to go to, it does not matter where they are.
     if (!memory_.viewers.empty() || world.half_size.allFinite()) {
+        follow_coarse(minds, world);
         look_at_coarse(minds, world, appeared || jumped);
     }
 }
 
-/// Wakes who may be seen. All are looked at in turn, at once where `all`.
-void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
-    const std::size_t count = minds.size();
-    const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
-    const std::size_t begin = all ? 0 : count * turn / kLookPeriod;
-    const std::size_t end = all ? count : count * (turn + 1) / kLookPeriod;
-    for (std::size_t n = begin; n < end; ++n) {
-        const Slot slot = minds.nth(n);
+/// Where somebody may see an entity, from what the memory says.
+void Step::watch() {
+    // Who has walked out of a square may be a rounding beyond it.
+    constexpr float kRounding_m = 1.0F;
+    watched_.build(memory_.watched_from, memory_.watched_m);
+    CoarseCells::within(memory_.watched_from, memory_.watched_m + kRounding_m, watched_squares_);
+}
+
+/// Who has left a square is put where it is: entity and mind are always in the same one. So who
+/// looks at a place looks at those alone that are settled around it.
+void Step::follow_coarse(Minds& minds, const World& world) {
+    left_.clear();
+    minds.take_left(world.now, left_);
+    for (const Slot slot : left_) {
         Mind& mind = minds.at(slot);
-        if (mind.tier != Tier::kCoarse) {
+        const Tick left = left_at(mind, world);
+        if (left > world.now) {  // it is new here
+            minds.settle(slot, CoarseCells::cell_at(mind.placed), left);
             continue;
         }
-        const Vec2 at = position_at(mind.leg, world.now - 1, world.dt);
-        const bool wakes = watched_.covers(at) || outside(at, world.half_size);
-        const bool stale = mind.leg.length > 0.0F && (at - mind.placed).norm() >= kStale_m;
-        if (!wakes && !stale) {
-            continue;
+        const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+        row_hints_[slot] = row;
+        if (row != world::kNoRow) {
+            place(mind, world, row);
         }
-        const world::Row row = row_of(world.entities, mind.entity);
-        if (row == world::kNoRow) {
-            continue;
-        }
-        if (wakes) {
+        minds.settle(
+            slot, CoarseCells::cell_at(mind.placed), std::max(left_at(mind, world), world.now + 1));
+        if (watched_.covers(mind.placed) || outside(mind.placed, world.half_size)) {
             waking_.push_back(slot);
-        } else {
-            catch_up(mind, coarse(world), row);
-            report_.moved = true;
         }
     }
 }
 
+/// Wakes who may be seen: a share of the squares that can be seen in each tick, at once where
+/// `all`.
+void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
+    const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
+    for (std::size_t k = all ? 0 : turn; k < watched_squares_.size();
+         k += all ? 1 : static_cast<std::size_t>(kLookPeriod)) {
+        minds.visit(watched_squares_[k], [&](Slot slot) { look_at(minds, slot, world); });
+    }
+}
+
+void Step::look_at(Minds& minds, Slot slot, const World& world) {
+    Mind& mind = minds.at(slot);
+    const Vec2 at = position_at(mind.leg, world.now - 1, world.dt);
+    const bool wakes = watched_.covers(at) || outside(at, world.half_size);
+    const bool stale = mind.leg.length > 0.0F && (at - mind.placed).norm() >= kStale_m;
+    if (!wakes && !stale) {
+        return;
+    }
+    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+    if (row == world::kNoRow) {
+        return;
+    }
+    if (wakes) {
+        waking_.push_back(slot);
+    } else {
+        place(mind, world, row);
+    }
+}
+
+void Step::place(Mind& mind, const World& world, world::Row row) {
+    catch_up(mind, coarse(world), row);
+    world.entities.touch(row);
+    report_.moved = true;
+}
+
 void Step::wake_seen(Minds& minds, const World& world, const Settings& settings) {
+    std::sort(waking_.begin(), waking_.end(), [&](Slot a, Slot b) {
+        return minds.at(a).entity < minds.at(b).entity;
+    });
     for (const Slot slot : waking_) {
         Mind& mind = minds.at(slot);
         // Some are here since the last tick.
@@ -152,7 +198,6 @@ void Step::wake_seen(Minds& minds, const World& world, const Settings& settings)
 void Step::collect_due(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
     rows_.resize(awake.size());
-    row_hints_.resize(minds.slots(), world::kNoRow);
     due_.clear();
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const Mind& mind = minds.at(awake[i]);
@@ -164,6 +209,13 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     }
     events_.clear();
     minds.take_due(world.now, events_);
+    std::sort(events_.begin(), events_.end(), [](const Minds::Event& a, const Minds::Event& b) {
+        return a.at != b.at ? a.at < b.at : a.entity < b.entity;
+    });
+    // They are anywhere in memory.
+    for (const Minds::Event& event : events_) {
+        world.entities.prefetch(row_hints_[event.slot]);
+    }
     for (const Minds::Event& event : events_) {
         const world::Row row = row_of(world.entities, event.entity, row_hints_[event.slot]);
         row_hints_[event.slot] = row;
@@ -171,9 +223,13 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
             due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
         }
     }
-    std::sort(due_.begin(), due_.end(), [](const Due& a, const Due& b) {
+    const auto before = [](const Due& a, const Due& b) {
         return a.since != b.since ? a.since < b.since : a.entity < b.entity;
-    });
+    };
+    // As they are where only some are awake, or nobody; they are large.
+    if (!std::is_sorted(due_.begin(), due_.end(), before)) {
+        std::sort(due_.begin(), due_.end(), before);
+    }
     keep_to_budgets(minds, settings);
 }
 
@@ -188,7 +244,10 @@ void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
         const bool blind = looks && rays < kRaysPerLook;
         if (kept < budget && !blind) {
             rays -= looks ? kRaysPerLook : 0U;
-            due_[kept++] = due;
+            if (&due_[kept] != &due) {
+                due_[kept] = due;
+            }
+            ++kept;
             continue;
         }
         if (due.tier == Tier::kCoarse) {
@@ -272,6 +331,7 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
                 Mind& mind = minds.at(due_[i].slot);
                 due_[i].decides = mind.next_decision <= world.now;
                 catch_up(mind, coarse(world), due_[i].row);
+                due_[i].moved = world.entities.discontinuity_tick[due_[i].row] == world.now;
             }
         }
     });
@@ -335,7 +395,10 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
                 plan_leg(mind, machine, coarse(world), due.row);
                 due.next_event =
                     next_event(mind, machine, coarse(world), due.row, due.decides && !due.changed);
-                world.entities.behaviour[due.row] = machine.states[mind.doing].behaviour;
+                due.left = std::max(left_at(mind, world), world.now + 1);
+                std::uint8_t& behaviour = world.entities.behaviour[due.row];
+                due.moved = due.moved || behaviour != machine.states[mind.doing].behaviour;
+                behaviour = machine.states[mind.doing].behaviour;
             }
         }
     });
@@ -344,11 +407,15 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             Mind& mind = minds.at(due.slot);
             mind.next_event = due.next_event;
             minds.schedule(due.slot);
+            minds.settle(due.slot, CoarseCells::cell_at(mind.placed), due.left);
+            if (due.moved) {
+                world.entities.touch(due.row);
+                report_.moved = true;
+            }
             if (!can_sleep(mind, machine_of(mind, settings))) {
                 waking_.push_back(due.slot);
             }
             ++report_.events;
-            report_.moved = true;
         }
         report_.decisions += due.decides ? 1U : 0U;
     }
@@ -369,6 +436,9 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
         mind.next_event = next_event(mind, machine, coarse(world), due.row, !due.changed);
         minds.put_to_sleep(due.slot);
         minds.schedule(due.slot);
+        minds.settle(due.slot,
+                     CoarseCells::cell_at(mind.placed),
+                     std::max(left_at(mind, world), world.now + 1));
         fell_asleep_.push_back(mind.entity);
     }
     std::sort(fell_asleep_.begin(), fell_asleep_.end());
@@ -417,6 +487,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     report_ = Report{};
     fell_asleep_.clear();
     woke_up_.clear();
+    row_hints_.resize(minds.slots(), world::kNoRow);
     players_.gather(world.entities);
     if (std::isfinite(settings.seen_m)) {
         follow_viewers(minds, world, settings);
@@ -440,7 +511,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
 
 void Step::remember(const Memory& memory, const Minds& minds, const Settings& settings) {
     memory_ = memory;
-    watched_.build(memory_.watched_from, memory_.watched_m);
+    watch();
     waking_.clear();
     for (std::size_t n = 0; n < minds.size(); ++n) {
         const Mind& mind = minds.at(minds.nth(n));
