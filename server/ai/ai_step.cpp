@@ -13,27 +13,8 @@ namespace zoned::ai {
 
 namespace {
 
-/// All coarse minds are looked at once in so many ticks, in turn.
-constexpr Tick kLookPeriod = 16;
-/// Entities of coarse minds are put where they are when they have walked so far, m.
-constexpr float kStale_m = 8.0F;
-
-/// From how far off a mind is woken, m: so that it is awake when its entity can be seen, though
-/// that is put where it is now and then only, and both run towards each other between two looks.
-float waking_radius(const World& world, const Settings& settings) {
-    float fastest = 0.0F;
-    for (const world::EntityType& type : world.types) {
-        fastest = std::max(fastest, type.character.speed * type.character.sprint_factor);
-    }
-    return settings.seen_m + kStale_m + 2.0F * fastest * static_cast<float>(kLookPeriod) * world.dt;
-}
-
 /// Fewer minds than this are not worth a second thread.
 constexpr std::size_t kShared = 256;
-
-bool outside(const Vec2& at, const Vec2& half_size) {
-    return std::abs(at.x()) > half_size.x() || std::abs(at.y()) > half_size.y();
-}
 
 }  // namespace
 
@@ -61,86 +42,6 @@ CoarseWorld Step::coarse(const World& world) const {
             world.ways};
 }
 
-// ---------------------------------------------------------------- who is seen
-
-/// Where players are. One who was not here a tick ago, or is back, is heard of at once.
-void Step::follow_viewers(Minds& minds, const World& world, const Settings& settings) {
-    const world::Entities& e = world.entities;
-    viewers_before_.swap(memory_.viewers);
-    memory_.viewers.clear();
-    for (const world::Row row : players_.rows) {
-        memory_.viewers.push_back(e.id[row]);
-    }
-    std::sort(memory_.viewers.begin(), memory_.viewers.end());
-    const bool appeared = !std::includes(viewers_before_.begin(),
-                                         viewers_before_.end(),
-                                         memory_.viewers.begin(),
-                                         memory_.viewers.end());
-    const bool jumped =
-        std::any_of(memory_.viewers.begin(), memory_.viewers.end(), [&](EntityId id) {
-            return e.discontinuity_tick[e.find(id)] >= world.now - 1;
-        });
-    if (appeared || jumped || world.now % kLookPeriod == 0) {
-        memory_.watched_from.clear();
-        for (const Vec3& at : players_.at) {
-            memory_.watched_from.emplace_back(at.x(), at.z());
-        }
-        memory_.watched_m = waking_radius(world, settings);
-        watched_.build(memory_.watched_from, memory_.watched_m);
-    }
-    // Without anybody to see them, and nowhere to go to, it does not matter where they are.
-    if (!memory_.viewers.empty() || world.half_size.allFinite()) {
-        look_at_coarse(minds, world, appeared || jumped);
-    }
-}
-
-/// Wakes who may be seen. All are looked at in turn, at once where `all`.
-void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
-    const std::size_t count = minds.size();
-    const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
-    const std::size_t begin = all ? 0 : count * turn / kLookPeriod;
-    const std::size_t end = all ? count : count * (turn + 1) / kLookPeriod;
-    for (std::size_t n = begin; n < end; ++n) {
-        const Slot slot = minds.nth(n);
-        Mind& mind = minds.at(slot);
-        if (mind.tier != Tier::kCoarse) {
-            continue;
-        }
-        const Vec2 at = position_at(mind.leg, world.now - 1, world.dt);
-        const bool wakes = watched_.covers(at) || outside(at, world.half_size);
-        const bool stale = mind.leg.length > 0.0F && (at - mind.placed).norm() >= kStale_m;
-        if (!wakes && !stale) {
-            continue;
-        }
-        const world::Row row = row_of(world.entities, mind.entity);
-        if (row == world::kNoRow) {
-            continue;
-        }
-        if (wakes) {
-            waking_.push_back(slot);
-        } else {
-            catch_up(mind, coarse(world), row);
-            report_.moved = true;
-        }
-    }
-}
-
-void Step::wake_seen(Minds& minds, const World& world, const Settings& settings) {
-    for (const Slot slot : waking_) {
-        Mind& mind = minds.at(slot);
-        // Some are here since the last tick.
-        const world::Row row = row_of(world.entities, mind.entity);
-        if (!mind.entity || mind.tier != Tier::kCoarse || row == world::kNoRow) {
-            continue;
-        }
-        wake_up(mind, machine_of(mind, settings), coarse(world), row);
-        minds.wake(slot);
-        woke_up_.push_back(mind.entity);
-        report_.moved = true;
-    }
-    waking_.clear();
-}
-
 // ---------------------------------------------------------------- what is to be done
 
 /// Finds the rows of awake minds, and who has something to do, the longest waiting first; what is
@@ -148,7 +49,6 @@ void Step::wake_seen(Minds& minds, const World& world, const Settings& settings)
 void Step::collect_due(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
     rows_.resize(awake.size());
-    row_hints_.resize(minds.slots(), world::kNoRow);
     due_.clear();
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const Mind& mind = minds.at(awake[i]);
@@ -160,6 +60,13 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     }
     events_.clear();
     minds.take_due(world.now, events_);
+    std::sort(events_.begin(), events_.end(), [](const Minds::Event& a, const Minds::Event& b) {
+        return a.at != b.at ? a.at < b.at : a.entity < b.entity;
+    });
+    // They are anywhere in memory.
+    for (const Minds::Event& event : events_) {
+        world.entities.prefetch(row_hints_[event.slot]);
+    }
     for (const Minds::Event& event : events_) {
         const world::Row row = row_of(world.entities, event.entity, row_hints_[event.slot]);
         row_hints_[event.slot] = row;
@@ -167,9 +74,13 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
             due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
         }
     }
-    std::sort(due_.begin(), due_.end(), [](const Due& a, const Due& b) {
+    const auto before = [](const Due& a, const Due& b) {
         return a.since != b.since ? a.since < b.since : a.entity < b.entity;
-    });
+    };
+    // As they are where only some are awake, or nobody; they are large.
+    if (!std::is_sorted(due_.begin(), due_.end(), before)) {
+        std::sort(due_.begin(), due_.end(), before);
+    }
     keep_to_budgets(minds, settings);
 }
 
@@ -184,7 +95,10 @@ void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
         const bool blind = looks && rays < kRaysPerLook;
         if (kept < budget && !blind) {
             rays -= looks ? kRaysPerLook : 0U;
-            due_[kept++] = due;
+            if (&due_[kept] != &due) {
+                due_[kept] = due;
+            }
+            ++kept;
             continue;
         }
         if (due.tier == Tier::kCoarse) {
@@ -269,6 +183,7 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
                 Mind& mind = minds.at(due_[i].slot);
                 due_[i].decides = mind.next_decision <= world.now;
                 catch_up(mind, coarse(world), due_[i].row);
+                due_[i].moved = world.entities.discontinuity_tick[due_[i].row] == world.now;
             }
         }
     });
@@ -326,7 +241,7 @@ void Step::watch_changes(Minds& minds, const World& world) const {
 void Step::walk_coarse(Minds& minds, const World& world, const Settings& settings) {
     in_lanes(world.team, due_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const Due& due = due_[i];
+            Due& due = due_[i];
             if (due.tier != Tier::kCoarse) {
                 continue;
             }
@@ -335,7 +250,9 @@ void Step::walk_coarse(Minds& minds, const World& world, const Settings& setting
             if (walk_on(mind, machine, coarse(world), due.row, due.slot)) {
                 lane.asking.push_back(due.slot);
             }
-            world.entities.behaviour[due.row] = machine.states[mind.doing].behaviour;
+            std::uint8_t& behaviour = world.entities.behaviour[due.row];
+            due.moved = due.moved || behaviour != machine.states[mind.doing].behaviour;
+            behaviour = machine.states[mind.doing].behaviour;
         }
     });
 }
@@ -366,6 +283,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
                 Mind& mind = minds.at(due.slot);
                 due.next_event = next_event(
                     mind, machine_of(mind, settings), coarse(world), due.decides && !due.changed);
+                due.left = std::max(left_at(mind, world), world.now + 1);
             }
         }
     });
@@ -374,11 +292,15 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             Mind& mind = minds.at(due.slot);
             mind.next_event = due.next_event;
             minds.schedule(due.slot);
+            minds.settle(due.slot, CoarseCells::cell_at(mind.placed), due.left);
+            if (due.moved) {
+                world.entities.touch(due.row);
+                report_.moved = true;
+            }
             if (!can_sleep(mind, machine_of(mind, settings))) {
                 waking_.push_back(due.slot);
             }
             ++report_.events;
-            report_.moved = true;
         }
         report_.decisions += due.decides ? 1U : 0U;
     }
@@ -402,6 +324,9 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
         mind.next_event = next_event(mind, machine, coarse(world), !due.changed);
         minds.put_to_sleep(due.slot);
         minds.schedule(due.slot);
+        minds.settle(due.slot,
+                     CoarseCells::cell_at(mind.placed),
+                     std::max(left_at(mind, world), world.now + 1));
         fell_asleep_.push_back(mind.entity);
     }
     std::sort(fell_asleep_.begin(), fell_asleep_.end());
@@ -451,6 +376,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     report_ = Report{};
     fell_asleep_.clear();
     woke_up_.clear();
+    row_hints_.resize(minds.slots(), world::kNoRow);
     players_.gather(world.entities);
     if (std::isfinite(settings.seen_m)) {
         follow_viewers(minds, world, settings);
@@ -479,7 +405,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
 
 void Step::remember(const Memory& memory, const Minds& minds, const Settings& settings) {
     memory_ = memory;
-    watched_.build(memory_.watched_from, memory_.watched_m);
+    watch();
     waking_.clear();
     for (std::size_t n = 0; n < minds.size(); ++n) {
         const Mind& mind = minds.at(minds.nth(n));

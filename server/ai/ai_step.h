@@ -128,8 +128,10 @@ class Step {
         Tier tier;
         bool decides = true;
         bool changed = false;  ///< it has decided otherwise than before
+        bool moved = false;    ///< coarse: its row is another one than before
         std::optional<fsm::Change> change{};
         Tick next_event = kNever;
+        Tick left = kNever;  ///< coarse: when it leaves the square that it is in
     };
 
     /// One thread's share of the minds.
@@ -143,7 +145,11 @@ class Step {
     static constexpr std::size_t kLanes = 16;
 
     void follow_viewers(Minds& minds, const World& world, const Settings& settings);
+    void watch();
+    void follow_coarse(Minds& minds, const World& world);
     void look_at_coarse(Minds& minds, const World& world, bool all);
+    void look_at(Minds& minds, Slot slot, const World& world);
+    void place(Mind& mind, const World& world, world::Row row);
     void wake_seen(Minds& minds, const World& world, const Settings& settings);
     void collect_due(Minds& minds, const World& world, const Settings& settings);
     void keep_to_budgets(Minds& minds, const Settings& settings);
@@ -178,11 +184,12 @@ class Step {
     std::vector<world::Row> rows_;       // of awake minds, in their order; kNoRow: leave it alone
     std::vector<Minds::Event> events_;
     std::vector<Due> due_;
-    std::vector<std::uint32_t> traders_;  // of due_, ascending by entity
-    std::vector<Slot> asking_;            // for ways, ascending by entity
-    std::vector<Slot> waiting_;           // for ways that they have asked for
-    std::vector<Slot> told_;              // ways
-    std::vector<Slot> due_coarse_;
+    std::vector<std::uint32_t> traders_;              // of due_, ascending by entity
+    std::vector<Slot> asking_;                        // for ways, ascending by entity
+    std::vector<Slot> waiting_;                       // for ways that they have asked for
+    std::vector<Slot> told_;                          // ways
+    std::vector<CoarseCells::Cell> watched_squares_;  // in which minds may be seen
+    std::vector<Slot> left_;
     std::vector<Slot> waking_;
     std::vector<EntityId> fell_asleep_;
     std::vector<EntityId> woke_up_;

@@ -71,19 +71,13 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
     std::erase_if(waiting_, [&](Slot slot) {
         return !world.ways->has(slot, minds.at(slot).entity) || !world.ways->answer(slot).waiting;
     });
-    due_coarse_.clear();
-    for (const Due& due : due_) {
-        if (due.tier == Tier::kCoarse) {
-            due_coarse_.push_back(due.slot);
-        }
-    }
-    std::sort(due_coarse_.begin(), due_coarse_.end());
     for (const Slot slot : told_) {
         go_on_from(minds.at(slot), slot, world, settings);
-        const Mind& mind = minds.at(slot);
-        if (mind.tier == Tier::kCoarse &&
-            !std::binary_search(due_coarse_.begin(), due_coarse_.end(), slot)) {
+        if (minds.at(slot).tier == Tier::kCoarse) {
             minds.schedule(slot);
+            minds.settle(slot,
+                         CoarseCells::cell_at(minds.at(slot).placed),
+                         std::max(left_at(minds.at(slot), world), world.now + 1));
         }
     }
 }

@@ -94,6 +94,7 @@ void fall_asleep(Mind& mind,
     e.velocity[row].setZero();
     e.acceleration[row].setZero();
     e.set(row, world::kAtRest, true);
+    e.set(row, world::kDozing, true);
     e.discontinuity_tick[row] = in.now;
 }
 
@@ -146,6 +147,7 @@ void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, 
     e.yaw[row] = mind.aim.yaw;
     e.orientation[row] = motion::orientation_from_yaw(mind.aim.yaw);
     e.set(row, world::kAtRest, velocity == Vec2::Zero());
+    e.set(row, world::kDozing, false);
     e.set(row, world::kGrounded, true);
     e.discontinuity_tick[row] = in.now;
     mind.unseen_since = kNever;

@@ -205,16 +205,16 @@ void MakeWay::gather(std::span<const Walker> walkers, const Scene& scene) {
     }
     walkers_ = seen_.size();
     others_.clear();
-    for (world::Row row = 0; row < e.size(); ++row) {
+    world::for_each_row(e.stirring(), [&](world::Row row) {
         if (taken_[row] != 0 || e.has(row, world::kHidden)) {
-            continue;
+            return;
         }
         const bool character = scene.types[e.type[row]].kind == world::EntityKind::kCharacter;
         if (character ? (e.body[row] || e.client[row])
                       : (e.body[row] && !e.has(row, world::kAtRest))) {
             others_.push_back(row);
         }
-    }
+    });
     std::sort(others_.begin(), others_.end(), [&e](world::Row a, world::Row b) {
         return e.id[a] < e.id[b];
     });

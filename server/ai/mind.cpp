@@ -1,6 +1,7 @@
 #include "server/ai/mind.h"
 
 #include "server/ai/mind_fields.h"
+#include "shared/core/block_hash.h"
 
 namespace zoned::ai {
 
@@ -15,13 +16,15 @@ void shift(Mind& mind, const Vec3& offset) {
 }
 
 void hash(core::StateHash& hash, const Mind& mind) {
-    visit_fields(mind, [&hash](const auto& number) {
+    core::BlockHash block;
+    visit_fields(mind, [&block](const auto& number) {
         if constexpr (std::is_enum_v<std::remove_cvref_t<decltype(number)>>) {
-            hash.add(static_cast<std::uint64_t>(number));
+            block.add(static_cast<std::uint64_t>(number));
         } else {
-            hash.add(number);
+            block.add(number);
         }
     });
+    hash.add(block.value());
 }
 
 }  // namespace zoned::ai

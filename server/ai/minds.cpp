@@ -37,10 +37,14 @@ void Minds::add(const Mind& mind) {
         traces_[slot] = fsm::Oscillations::Trace();
     }
     order_.insert(order_.begin() + static_cast<std::ptrdiff_t>(place), {mind.entity, slot});
+    events_.grow(minds_.size());
+    leaving_.grow(minds_.size());
+    cells_.grow(minds_.size());
     if (mind.tier == Tier::kAwake) {
         insert_awake(slot);
     } else {
         schedule(slot);
+        leaving_.schedule(slot, 0);
     }
 }
 
@@ -50,6 +54,8 @@ Mind Minds::take(EntityId entity) {
     const Slot slot = order_[place].slot;
     if (minds_[slot].tier == Tier::kAwake) {
         erase_awake(slot);
+    } else {
+        forget_coarse(slot);
     }
     order_.erase(order_.begin() + static_cast<std::ptrdiff_t>(place));
     const Mind mind = minds_[slot];
@@ -84,6 +90,7 @@ void Minds::erase_awake(Slot slot) {
 void Minds::wake(Slot slot) {
     minds_[slot].tier = Tier::kAwake;
     minds_[slot].next_event = kNever;
+    forget_coarse(slot);
     insert_awake(slot);
 }
 
@@ -92,34 +99,47 @@ void Minds::wake(EntityId entity) {
 }
 
 void Minds::put_to_sleep(Slot slot) {
-    minds_[slot].tier = Tier::kCoarse;
     erase_awake(slot);
-}
-
-bool Minds::later(const Event& a, const Event& b) {
-    return a.at != b.at ? a.at > b.at : b.entity < a.entity;
+    minds_[slot].tier = Tier::kCoarse;
+    leaving_.schedule(slot, 0);
 }
 
 void Minds::schedule(Slot slot) {
-    const Mind& mind = minds_[slot];
-    if (mind.next_event != kNever) {
-        events_.push_back({mind.next_event, mind.entity, slot});
-        std::push_heap(events_.begin(), events_.end(), later);
-    }
+    events_.schedule(slot, minds_[slot].next_event);
 }
 
 void Minds::take_due(Tick now, std::vector<Event>& due) {
-    while (!events_.empty() && events_.front().at <= now) {
-        const Event event = events_.front();
-        std::pop_heap(events_.begin(), events_.end(), later);
-        events_.pop_back();
-        Mind& mind = minds_[event.slot];
-        if (mind.entity == event.entity && mind.tier == Tier::kCoarse &&
-            mind.next_event == event.at) {
-            mind.next_event = kNever;  // so that a second event of the same time is void
-            due.push_back(event);
-        }
+    const std::size_t before = due.size();
+    events_.take_due(now, [&](Slot slot, Tick at) {
+        prefetch(slot);
+        due.push_back({at, EntityId(), slot});
+    });
+    for (std::size_t i = before; i < due.size(); ++i) {
+        Mind& mind = minds_[due[i].slot];
+        mind.next_event = kNever;
+        due[i].entity = mind.entity;
     }
+}
+
+/// They are anywhere in memory, and all of one is used.
+void Minds::prefetch(Slot slot) const {
+    constexpr std::size_t kLine = 64;
+    const char* const mind = reinterpret_cast<const char*>(&minds_[slot]);
+    for (std::size_t at = 0; at < sizeof(Mind); at += kLine) {
+        __builtin_prefetch(mind + at, 1);
+    }
+    leaving_.prefetch(slot);
+    cells_.prefetch(slot);
+}
+
+void Minds::take_left(Tick now, std::vector<Slot>& left) {
+    leaving_.take_due(now, [&](Slot slot, Tick /*at*/) { left.push_back(slot); });
+}
+
+void Minds::forget_coarse(Slot slot) {
+    events_.cancel(slot);
+    leaving_.cancel(slot);
+    cells_.take(slot);
 }
 
 void Minds::watch(Slot slot, fsm::Change change, Tick now, float dt) {

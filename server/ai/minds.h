@@ -1,6 +1,8 @@
 // Minds: all minds of one zone, and which of them have something to do.
 #pragma once
 
+#include "server/ai/coarse_cells.h"
+#include "server/ai/event_queue.h"
 #include "server/ai/fsm/oscillation.h"
 #include "server/ai/mind.h"
 
@@ -16,7 +18,7 @@ using Slot = std::uint32_t;
 
 class Minds {
   public:
-    /// An event that was planned; void where the mind has another time by now, or is gone.
+    /// An event that was planned.
     struct Event {
         Tick at;
         EntityId entity;
@@ -58,8 +60,24 @@ class Minds {
     /// Of a coarse mind: it is among the due ones at `mind.next_event`, as that is now.
     void schedule(Slot slot);
 
-    /// Appends what is due at `now`, the longest waiting first, and forgets that it is.
+    /// Appends what is due at `now`, in no order, and forgets that it is. Ticks ascend.
     void take_due(Tick now, std::vector<Event>& due);
+
+    /// Of a coarse mind: where it is, and when it leaves that square, CoarseCells::left_at().
+    void settle(Slot slot, CoarseCells::Cell cell, Tick left) {
+        cells_.put(slot, cell);
+        leaving_.schedule(slot, left);
+    }
+
+    /// Appends the coarse minds that leave their squares by `now` or were never settled, in no
+    /// order; they have to be settled again. Ticks ascend.
+    void take_left(Tick now, std::vector<Slot>& left);
+
+    /// Calls visit(slot) for the coarse minds that were settled in a square, in no order.
+    template <class Visit>
+    void visit(CoarseCells::Cell cell, Visit&& visit) const {
+        cells_.visit(cell, visit);
+    }
 
     /// The mind changed its state: remembered for wavering(). `dt` in s.
     void watch(Slot slot, fsm::Change change, Tick now, float dt);
@@ -80,7 +98,8 @@ class Minds {
         Slot slot;
     };
 
-    static bool later(const Event& a, const Event& b);
+    void forget_coarse(Slot slot);
+    void prefetch(Slot slot) const;
     [[nodiscard]] std::size_t place_of(EntityId entity) const;
     void insert_awake(Slot slot);
     void erase_awake(Slot slot);
@@ -91,7 +110,10 @@ class Minds {
     std::vector<Slot> free_;
     std::vector<Place> order_;  // ascending by entity
     std::vector<Slot> awake_;
-    std::vector<Event> events_;  // a heap, the next on top
+    // Of coarse minds:
+    EventQueue events_;
+    EventQueue leaving_;
+    CoarseCells cells_;
 };
 
 }  // namespace zoned::ai

@@ -287,12 +287,12 @@ void Players::gather(const world::Entities& entities) {
     constexpr float kCell_m = 64.0F;
     rows.clear();
     at.clear();
-    for (world::Row row = 0; row < entities.size(); ++row) {
+    world::for_each_row(entities.avatars(), [&](world::Row row) {
         if (is_player(entities, row)) {
             rows.push_back(row);
             at.push_back(entities.position[row]);
         }
-    }
+    });
     grid.build(at, kCell_m);
 }
 

@@ -1,4 +1,4 @@
-// Step lookup: the machine and the row of a mind, for the files of the step.
+// Step lookup: the machine, the row and the square of a mind, for the files of the step.
 #pragma once
 
 #include "server/ai/ai_step.h"
@@ -21,6 +21,11 @@ inline world::Row row_of(const world::Entities& entities,
                    (entities.has(row, world::kHidden) || entities.has(row, world::kGhost))
                ? world::kNoRow
                : row;
+}
+
+/// When it leaves the square that its entity is in.
+inline Tick left_at(const Mind& mind, const World& world) {
+    return CoarseCells::left_at(mind.leg, mind.placed, world.half_size, world.dt);
 }
 
 }  // namespace zoned::ai

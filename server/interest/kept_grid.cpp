@@ -14,6 +14,8 @@ using spatial::Array8;
 // Runs are read as a whole: cells may be narrow where lines are few.
 constexpr double kWidths = 4.0;
 constexpr std::size_t kSpareEvery = 4;
+// A crowd that one of so many joins is no reason to build the grid anew.
+constexpr std::uint32_t kSpareShare = 16;
 constexpr double kMostCells = 1048576.0;
 // A cell looks this far for a free slot, in cells, before the grid is built anew.
 constexpr std::uint32_t kBorrowCells = 64;
@@ -138,7 +140,7 @@ void KeptGrid::build(const GridPoints& points, float cell_m) {
     std::uint32_t slots = 0;
     for (std::size_t c = 0; c < cells; ++c) {
         begins_[c] = slots;
-        slots += counts_[c] + (c % kSpareEvery == 0 ? 1 : 0);
+        slots += counts_[c] + counts_[c] / kSpareShare + (c % kSpareEvery == 0 ? 1 : 0);
         counts_[c] = 0;
     }
     begins_[cells] = slots;
@@ -148,8 +150,10 @@ void KeptGrid::build(const GridPoints& points, float cell_m) {
     keys_.resize(padded);
     slot_of_.resize(points.x.size());
     fill(points);
-    for (std::size_t c = 0; c < cells; c += kSpareEvery) {
-        clear_slot(begins_[c + 1] - 1);
+    for (std::size_t c = 0; c < cells; ++c) {
+        for (std::uint32_t slot = begins_[c] + counts_[c]; slot < begins_[c + 1]; ++slot) {
+            clear_slot(slot);
+        }
     }
     for (std::uint32_t slot = slots; slot < padded; ++slot) {
         clear_slot(slot);

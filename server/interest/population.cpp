@@ -94,12 +94,35 @@ void Population::read_types(const world::TypeTable& types) {
     }
 }
 
-/// Rows whose entity is another one or of another kind, and rows that moved. Piece by piece in
-/// loops that each compare many rows at once, and without a branch per row.
+/// Rows whose entity is another one or of another kind, and rows that moved. Where few may have
+/// changed, those alone are compared.
 void Population::list_touched(const world::Entities& e) {
-    constexpr std::size_t kPiece = 512;
+    constexpr std::size_t kFew = 8;
     const std::size_t common = std::min(ids_.size(), e.size());
+    const world::RowSet& stirring = e.stirring();
+    const world::RowSet& said = e.touched(world::Reader::kInterest);
     touched_.clear();
+    if (stirring.count() + said.count() > e.size() / kFew) {
+        compare_all(e, common);
+        return;
+    }
+    steps_.clear();
+    world::for_each_row(stirring, said, [&](world::Row row) {
+        if (row >= common) {
+            return;
+        }
+        if (e.id[row] != ids_[row] || kind_in(e, row) != kinds_[row]) {
+            touched_.push_back(row);
+        } else if (bits(e.position[row].x()) != bits(x_[row]) ||
+                   bits(e.position[row].z()) != bits(z_[row])) {
+            steps_.push_back(row);
+        }
+    });
+}
+
+/// Piece by piece in loops that each compare many rows at once, and without a branch per row.
+void Population::compare_all(const world::Entities& e, std::size_t common) {
+    constexpr std::size_t kPiece = 512;
     steps_.resize(common + kPiece);
     std::size_t found = 0;
     std::array<float, kPiece> x;

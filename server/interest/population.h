@@ -27,8 +27,9 @@ class Population {
     /// in the place that it left and in the place that it came to, m.
     static constexpr float kStep_m = 8.0F;
 
-    /// Compares all rows with those of the last call and lists what changed. The type table has to
-    /// be the same in each call.
+    /// Compares rows with those of the last call and lists what changed: those that stir or were
+    /// touched for Reader::kInterest, which the caller forgets afterwards. The type table has to be
+    /// the same in each call.
     void follow(const world::Entities& entities, const world::TypeTable& types);
     /// Forgets where things were.
     void settle();
@@ -124,6 +125,7 @@ class Population {
 
     void read_types(const world::TypeTable& types);
     void list_touched(const world::Entities& entities);
+    void compare_all(const world::Entities& entities, std::size_t common);
     std::uint32_t compare_kinds(const world::Entities& entities,
                                 std::size_t first,
                                 std::size_t size,

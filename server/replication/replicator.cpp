@@ -184,11 +184,11 @@ void Replicator::Impl::sync_subscriptions(Tick now, const world::Visibility& vis
 
 void Replicator::Impl::list_avatars(const world::Entities& entities) {
     avatars.clear();
-    for (world::Row row = 0; row < entities.size(); ++row) {
-        if (entities.client[row] && !entities.has(row, world::kGhost)) {
+    world::for_each_row(entities.avatars(), [&](world::Row row) {
+        if (!entities.has(row, world::kGhost)) {
             avatars.emplace_back(entities.client[row], row);
         }
-    }
+    });
     std::sort(avatars.begin(), avatars.end());
 }
 

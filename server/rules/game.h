@@ -4,6 +4,7 @@
 
 #include "server/rules/records.h"
 #include "server/rules/settings.h"
+#include "server/rules/touched_records.h"
 #include "server/zone/rules.h"
 #include "proto/sandbox.pb.h"
 
@@ -54,7 +55,7 @@ struct GameStats {
 /// Ordered containers: their order enters hashes and results.
 struct Game {
     GameSettings settings;
-    std::map<EntityId, CharacterRecord> characters;
+    TouchedRecords<CharacterRecord> characters;
     std::map<EntityId, PropRecord> props;  ///< only those with something to remember
     std::map<ClientId, EntityId> avatars;
     std::set<EntityId> pending;  ///< whoever has a timer to run

@@ -292,10 +292,13 @@ void Sandbox::hash(core::StateHash& hash) const {
     Hasher hasher(hash);
     hash.add(game_.surveyed);
     hash.add(static_cast<std::uint64_t>(game_.characters.size()));
-    for (const auto& [entity, record] : game_.characters) {
+    game_.characters.take_touched([&](EntityId entity, const CharacterRecord* record) {
         hash.add(entity.value);
-        CharacterRecord::fields(hasher, record);
-    }
+        hash.add(record != nullptr);
+        if (record != nullptr) {
+            CharacterRecord::fields(hasher, *record);
+        }
+    });
     hash.add(static_cast<std::uint64_t>(game_.props.size()));
     for (const auto& [entity, record] : game_.props) {
         hash.add(entity.value);

@@ -6,6 +6,8 @@ namespace zoned::world {
 
 namespace {
 
+constexpr std::uint8_t kStill = kAtRest | kDozing;
+
 template <class Column>
 void move_last_into(Column& column, Row row) {
     column[row] = column.back();
@@ -19,8 +21,8 @@ Row Entities::add(EntityId entity, TypeIndex entity_type) {
     const bool is_new = row_of_.emplace(entity, row).second;
     ZONED_ASSERT(entity && is_new, "an entity has one row in a zone");
     id.push_back(entity);
-    type.push_back(entity_type);
-    flags.push_back(0);
+    type.values_.push_back(entity_type);
+    flags.values_.push_back(0);
     position.emplace_back(Vec3::Zero());
     orientation.emplace_back(Quat::Identity());
     velocity.emplace_back(Vec3::Zero());
@@ -30,19 +32,27 @@ Row Entities::add(EntityId entity, TypeIndex entity_type) {
     appearance.push_back(0);
     behaviour.push_back(0);
     body.emplace_back();
-    client.emplace_back();
+    client.values_.emplace_back();
     command.emplace_back();
     representation.push_back(0);
     discontinuity_tick.push_back(0);
+    moving_.push_back(true);
+    stirring_.push_back(true);
+    avatars_.push_back(false);
+    for (RowSet& touched : touched_) {
+        touched.push_back(true);
+    }
+    count(entity_type, 0, 1);
     return row;
 }
 
 void Entities::remove(Row row) {
     ZONED_ASSERT(row < size(), "a row to remove exists");
     row_of_.erase(id[row]);
+    count(type[row], flags[row], ~std::uint32_t{0});
     move_last_into(id, row);
-    move_last_into(type, row);
-    move_last_into(flags, row);
+    move_last_into(type.values_, row);
+    move_last_into(flags.values_, row);
     move_last_into(position, row);
     move_last_into(orientation, row);
     move_last_into(velocity, row);
@@ -52,18 +62,63 @@ void Entities::remove(Row row) {
     move_last_into(appearance, row);
     move_last_into(behaviour, row);
     move_last_into(body, row);
-    move_last_into(client, row);
+    move_last_into(client.values_, row);
     move_last_into(command, row);
     move_last_into(representation, row);
     move_last_into(discontinuity_tick, row);
+    moving_.move_last_into(row);
+    stirring_.move_last_into(row);
+    avatars_.move_last_into(row);
+    for (RowSet& touched : touched_) {
+        touched.move_last_into(row);
+    }
     if (row < size()) {
         row_of_[id[row]] = row;
+        touch(row);
     }
 }
 
 Row Entities::find(EntityId entity) const {
     const auto it = row_of_.find(entity);
     return it == row_of_.end() ? kNoRow : it->second;
+}
+
+void Entities::set_client(Row row, ClientId to) {
+    client.values_[row] = to;
+    avatars_.put(row, static_cast<bool>(to));
+}
+
+void Entities::set_type(Row row, TypeIndex to) {
+    count(type[row], flags[row], ~std::uint32_t{0});
+    type.values_[row] = to;
+    count(to, flags[row], 1);
+    touch(row);
+}
+
+void Entities::change_flags(Row row, std::uint8_t to) {
+    const std::uint8_t before = flags[row];
+    flags.values_[row] = to;
+    moving_.put(row, (to & kAtRest) == 0);
+    stirring_.put(row, (to & kStill) != kStill);
+    if (((before ^ to) & (kGhost | kHidden)) != 0) {
+        count(type[row], before, ~std::uint32_t{0});
+        count(type[row], to, 1);
+    }
+    touch(row);
+}
+
+/// `more` is 1, or what takes one away.
+void Entities::count(TypeIndex of, std::uint8_t with, std::uint32_t more) {
+    if (of >= counts_.size()) {
+        counts_.resize(of + 1U);
+    }
+    Count& of_type = counts_[of];
+    if ((with & kGhost) != 0) {
+        of_type.ghosts += more;
+        return;
+    }
+    of_type.owned += more;
+    of_type.shown += (with & kHidden) == 0 ? more : 0U;
 }
 
 }  // namespace zoned::world

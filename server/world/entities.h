@@ -3,19 +3,18 @@
 #pragma once
 
 #include "server/world/entity_type.h"
+#include "server/world/row_set.h"
 #include "shared/core/ids.h"
 #include "shared/math/types.h"
 #include "shared/motion/input_command.h"
 #include "shared/motion/kinematic_state.h"
 
+#include <array>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
 
 namespace zoned::world {
-
-using Row = std::uint32_t;
-inline constexpr Row kNoRow = 0xFFFFFFFFu;
 
 enum EntityFlag : std::uint8_t {
     kGhost = 1u << 0,     ///< read-only copy of a neighbour zone's entity
@@ -23,15 +22,54 @@ enum EntityFlag : std::uint8_t {
                           ///< velocities are exactly zero
     kGrounded = 1u << 2,  ///< characters: carried by the ground
     kHidden = 1u << 3,    ///< nobody hears of it (carried in an inventory, dead and waiting)
+    kDozing = 1u << 4,    ///< its mind goes from event to event: nothing else moves it, and who
+                          ///< writes one of its columns says so by Entities::touch()
 };
+
+/// A column that everybody reads and Entities alone writes, which keeps sets and counts by it.
+template <class T>
+class KeptColumn {
+  public:
+    [[nodiscard]] const T& operator[](std::size_t row) const { return values_[row]; }
+
+    [[nodiscard]] const T* data() const { return values_.data(); }
+
+    [[nodiscard]] std::size_t size() const { return values_.size(); }
+
+    [[nodiscard]] auto begin() const { return values_.begin(); }
+
+    [[nodiscard]] auto end() const { return values_.end(); }
+
+  private:
+    friend class Entities;
+    std::vector<T> values_;
+};
+
+/// Who goes over the rows that were touched since it did so last.
+enum class Reader : std::uint8_t {
+    kHash,
+    kExport,
+    kInterest,
+    kGrid
+};
+inline constexpr std::size_t kReaders = 4;
 
 /// Rows are dense; removal moves the last row into the gap, so a Row is valid only until the next
 /// removal. All vectors have size() elements. Positions are zone-local metres.
+///
+/// A pass costs what stirs: it walks a set of rows that is kept where flags change, and not all.
 class Entities {
   public:
+    /// Of one type.
+    struct Count {
+        std::uint32_t ghosts = 0;
+        std::uint32_t owned = 0;
+        std::uint32_t shown = 0;  ///< of those owned: not hidden
+    };
+
     std::vector<EntityId> id;
-    std::vector<TypeIndex> type;
-    std::vector<std::uint8_t> flags;  ///< EntityFlag bits
+    KeptColumn<TypeIndex> type;
+    KeptColumn<std::uint8_t> flags;  ///< EntityFlag bits
     std::vector<Vec3> position;
     std::vector<Quat> orientation;
     std::vector<Vec3> velocity;
@@ -41,8 +79,8 @@ class Entities {
     std::vector<std::uint16_t> yaw;         ///< characters: facing
     std::vector<std::uint16_t> appearance;  ///< rules' visible state, replicated on change
     std::vector<std::uint8_t> behaviour;    ///< Behaviour index of the behavioural radii
-    std::vector<BodyId> body;      ///< in the zone's physics scene; none for hidden entities
-    std::vector<ClientId> client;  ///< the client whose avatar this is, or none
+    std::vector<BodyId> body;     ///< in the zone's physics scene; none for hidden entities
+    KeptColumn<ClientId> client;  ///< the client whose avatar this is, or none
     std::vector<motion::InputCommand> command;  ///< characters: consumed by the next movement pass
     std::vector<std::uint8_t> representation;   ///< props: as what they are simulated, see zone
     std::vector<Tick> discontinuity_tick;       ///< last spawn, teleport or unhide: nobody can have
@@ -59,7 +97,56 @@ class Entities {
     [[nodiscard]] bool has(Row row, EntityFlag flag) const { return (flags[row] & flag) != 0; }
 
     void set(Row row, EntityFlag flag, bool on) {
-        flags[row] = static_cast<std::uint8_t>(on ? (flags[row] | flag) : (flags[row] & ~flag));
+        set_flags(row, static_cast<std::uint8_t>(on ? (flags[row] | flag) : (flags[row] & ~flag)));
+    }
+
+    /// All of them.
+    void set_flags(Row row, std::uint8_t to) {
+        if (flags[row] != to) {
+            change_flags(row, to);
+        }
+    }
+
+    void set_client(Row row, ClientId to);
+    void set_type(Row row, TypeIndex to);
+
+    /// Rows without kAtRest.
+    [[nodiscard]] const RowSet& moving() const { return moving_; }
+
+    /// Rows that something may happen to without a word: all but those that rest and doze.
+    [[nodiscard]] const RowSet& stirring() const { return stirring_; }
+
+    /// Rows with a client.
+    [[nodiscard]] const RowSet& avatars() const { return avatars_; }
+
+    /// A row that rests has changed, for the hash; one that dozes, for all readers. Rows that are
+    /// added, take the place of another or change flags are touched without a word.
+    void touch(Row row) {
+        for (RowSet& touched : touched_) {
+            touched.put(row, true);
+        }
+    }
+
+    [[nodiscard]] const RowSet& touched(Reader reader) const {
+        return touched_[static_cast<std::size_t>(reader)];
+    }
+
+    /// The reader has seen them all.
+    void forget_touched(Reader reader) { touched_[static_cast<std::size_t>(reader)].clear(); }
+
+    /// By type; types beyond its end have no entities.
+    [[nodiscard]] const std::vector<Count>& counts() const { return counts_; }
+
+    /// Asks for what a mind reads of a row soon; it need not be there.
+    void prefetch(Row row) const {
+        if (row < size()) {
+            __builtin_prefetch(&id[row]);
+            __builtin_prefetch(&flags[row]);
+            __builtin_prefetch(&type[row]);
+            __builtin_prefetch(&position[row]);
+            __builtin_prefetch(&behaviour[row]);
+            __builtin_prefetch(&discontinuity_tick[row]);
+        }
     }
 
     [[nodiscard]] motion::KinematicState kinematic(Row row) const {
@@ -71,7 +158,15 @@ class Entities {
     }
 
   private:
+    void change_flags(Row row, std::uint8_t to);
+    void count(TypeIndex of, std::uint8_t with, std::uint32_t more);
+
     std::unordered_map<EntityId, Row> row_of_;
+    RowSet moving_;
+    RowSet stirring_;
+    RowSet avatars_;
+    std::array<RowSet, kReaders> touched_;
+    std::vector<Count> counts_;
 };
 
 }  // namespace zoned::world

@@ -11,20 +11,20 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
     Census census;
     const world::Entities& e = state.entities;
     const world::TypeTable& types = *state.settings.types;
-    for (world::Row row = 0; row < e.size(); ++row) {
-        if (e.has(row, world::kGhost)) {
-            ++census.ghosts;
-            continue;
-        }
-        ++census.entities;
-        census.reducible += types[e.type[row]].reducible() ? 1U : 0U;
+    for (std::size_t type = 0; type < e.counts().size(); ++type) {
+        const world::Entities::Count& of_type = e.counts()[type];
+        census.ghosts += of_type.ghosts;
+        census.entities += of_type.owned;
+        census.reducible += types[type].reducible() ? of_type.owned : 0U;
+        census.characters += types[type].kind == world::EntityKind::kCharacter ? of_type.shown : 0U;
+    }
+    world::for_each_row(e.stirring(), [&](world::Row row) {
         if (types[e.type[row]].kind == world::EntityKind::kCharacter &&
-            !e.has(row, world::kHidden)) {
-            ++census.characters;
+            !e.has(row, world::kGhost) && !e.has(row, world::kHidden)) {
             census.moving_characters +=
                 !e.has(row, world::kAtRest) || wants_to_move(e, row) ? 1U : 0U;
         }
-    }
+    });
     census.minds = static_cast<std::uint32_t>(state.minds.size());
     census.awake_minds = static_cast<std::uint32_t>(state.minds.awake().size());
     census.awake_bodies = state.scene.awake_count();

@@ -1,4 +1,5 @@
-// Census: counts what a zone holds, once per tick, as the ground for its plan.
+// Census: what a zone holds, as the ground for its plan, from counts that are kept and a look at
+// what stirs.
 #pragma once
 
 #include "server/zone/zone_state.h"

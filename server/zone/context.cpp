@@ -121,6 +121,7 @@ void ZoneContext::set_appearance(EntityId entity, std::uint16_t appearance) {
     const world::Row row = owned(entity);
     if (row != world::kNoRow) {
         state_->entities.appearance[row] = appearance;
+        state_->entities.touch(row);
     }
 }
 
@@ -129,6 +130,7 @@ void ZoneContext::set_behaviour(EntityId entity, world::Behaviour behaviour) {
     const world::Row row = owned(entity);
     if (row != world::kNoRow) {
         state_->entities.behaviour[row] = static_cast<std::uint8_t>(behaviour);
+        state_->entities.touch(row);
     }
 }
 

@@ -24,8 +24,8 @@ void write_entity(const EntityState& state,
                   const Vec3& shift,
                   world::Entities& entities,
                   world::Row row) {
-    entities.type[row] = state.type;
-    entities.flags[row] = state.flags;
+    entities.set_type(row, state.type);
+    entities.set_flags(row, state.flags);
     entities.behaviour[row] = state.behaviour;
     entities.yaw[row] = state.yaw;
     entities.appearance[row] = state.appearance;
@@ -34,8 +34,9 @@ void write_entity(const EntityState& state,
     entities.velocity[row] = state.velocity;
     entities.angular_velocity[row] = state.angular_velocity;
     entities.acceleration[row] = state.acceleration;
-    entities.client[row] = state.client;
+    entities.set_client(row, state.client);
     entities.discontinuity_tick[row] = state.discontinuity_tick;
+    entities.touch(row);
 }
 
 }  // namespace zoned::zone

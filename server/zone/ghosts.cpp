@@ -119,6 +119,24 @@ void remove_missing(ZoneState& state, const std::vector<Arrival>& arrivals) {
     }
 }
 
+/// Which rows neighbours hear of: only those can have changed that stir or were touched.
+void follow_border(ZoneState& state) {
+    world::Entities& e = state.entities;
+    const Vec3d origin = state.settings.region().origin();
+    while (state.near_border.size() < e.size()) {
+        state.near_border.push_back(false);
+    }
+    while (state.near_border.size() > e.size()) {
+        state.near_border.move_last_into(static_cast<world::Row>(state.near_border.size() - 1));
+    }
+    world::for_each_row(e.stirring(), e.touched(world::Reader::kExport), [&](world::Row row) {
+        const bool told = !e.has(row, world::kGhost) && !e.has(row, world::kHidden);
+        state.near_border.put(
+            row, told && reaches_another_zone(state, origin + e.position[row].cast<double>()));
+    });
+    e.forget_touched(world::Reader::kExport);
+}
+
 }  // namespace
 
 void export_ghosts(ZoneState& state, bool something_changed) {
@@ -127,16 +145,10 @@ void export_ghosts(ZoneState& state, bool something_changed) {
         return;
     }
     state.ghosts_out.clear();
-    const world::Entities& e = state.entities;
-    const Vec3d origin = state.settings.region().origin();
-    for (world::Row row = 0; row < e.size(); ++row) {
-        if (e.has(row, world::kGhost) || e.has(row, world::kHidden)) {
-            continue;
-        }
-        if (reaches_another_zone(state, origin + e.position[row].cast<double>())) {
-            state.ghosts_out.push_back(read_entity(e, row));
-        }
-    }
+    follow_border(state);
+    world::for_each_row(state.near_border, [&](world::Row row) {
+        state.ghosts_out.push_back(read_entity(state.entities, row));
+    });
 }
 
 std::uint32_t import_ghosts(ZoneState& state, std::span<ZoneState* const> zones) {

@@ -229,8 +229,9 @@ std::uint32_t hand_off(ZoneState& state) {
     note_approaches(state);
     follow_ghost_contacts(state);
     const world::Entities& e = state.entities;
-    for (world::Row row = 0; row < e.size();) {
-        if (e.has(row, world::kGhost) || e.has(row, world::kHidden) || e.has(row, world::kAtRest)) {
+    // Who leaves is replaced by another row, which comes next.
+    for (world::Row row = e.moving().next(0); row != world::kNoRow; row = e.moving().next(row)) {
+        if (e.has(row, world::kGhost) || e.has(row, world::kHidden)) {
             ++row;
             continue;
         }
@@ -244,7 +245,7 @@ std::uint32_t hand_off(ZoneState& state) {
             const ZoneId to = destination(state, island, ZoneId());
             if (to && to != state.settings.id) {
                 leave_together(state, island, to);
-                continue;  // another row has moved into this place
+                continue;
             }
         }
         ++row;

@@ -88,7 +88,7 @@ struct Apply {
         state.clients.erase(state.clients.begin() + find_client(state, leave.client));
         const world::Row row = state.entities.find(avatar);
         if (row != world::kNoRow) {
-            state.entities.client[row] = ClientId();
+            state.entities.set_client(row, ClientId());
         }
         state.rules->on_leave(context, leave.client, avatar);
         state.out.departed.push_back(leave.client);

@@ -75,18 +75,18 @@ std::uint32_t move_characters(ZoneState& state) {
     world::Entities& e = state.entities;
     const world::TypeTable& types = *state.settings.types;
     std::uint32_t moved = 0;
-    for (world::Row row = 0; row < e.size(); ++row) {
+    world::for_each_row(e.stirring(), [&](world::Row row) {
         const world::EntityType& type = types[e.type[row]];
         if (type.kind != world::EntityKind::kCharacter || e.has(row, world::kGhost) ||
             e.has(row, world::kHidden)) {
-            continue;
+            return;
         }
         if (e.has(row, world::kAtRest) && !wants_to_move(e, row)) {
-            continue;
+            return;
         }
         move_character(state, row, type);
         ++moved;
-    }
+    });
     state.grid_valid = state.grid_valid && moved == 0;
     return moved;
 }

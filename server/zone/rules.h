@@ -315,6 +315,7 @@ class Rules {
     /// True while something is pending that must run although nobody moves or watches (a respawn
     /// timer, say).
     [[nodiscard]] virtual bool busy() const = 0;
+    /// Chains at least what has changed since the last call: what it keeps for that is no state.
     virtual void hash(core::StateHash& hash) const = 0;
 };
 

@@ -7,6 +7,7 @@
 #include "server/zone/faults.h"
 #include "server/zone/ghosts.h"
 #include "server/zone/handoff.h"
+#include "server/zone/hash.h"
 #include "server/zone/history.h"
 #include "server/zone/inbox.h"
 #include "server/zone/minds.h"
@@ -85,48 +86,6 @@ std::uint32_t audit_clients(ZoneState& state) {
     return records;
 }
 
-/// Chains what changed in this tick into the zone's hash: rows at rest were hashed when they came
-/// to rest, and those that a world begins with in its first tick.
-std::uint32_t hash_tick(ZoneState& state) {
-    const world::Entities& e = state.entities;
-    std::uint32_t hashed = 0;
-    const bool first = !std::exchange(state.hashed, true);
-    const auto add = [&](const auto& vector) {
-        for (Eigen::Index i = 0; i < vector.size(); ++i) {
-            state.hash.add(vector[i]);
-        }
-    };
-    for (world::Row row = 0; row < e.size(); ++row) {
-        if (!first && e.has(row, world::kAtRest) && e.discontinuity_tick[row] != state.now) {
-            continue;
-        }
-        state.hash.add(e.id[row].value);
-        state.hash.add(e.flags[row]);
-        add(e.position[row]);
-        add(e.orientation[row].coeffs());
-        add(e.velocity[row]);
-        add(e.angular_velocity[row]);
-        state.hash.add(e.yaw[row]);
-        state.hash.add(e.appearance[row]);
-        ++hashed;
-    }
-    state.hash.add(e.size());
-    if (first || state.report.plan.has(Pass::kSoft)) {
-        hash_soft(state, state.hash);
-    }
-    if (state.report.plan.has(Pass::kMinds)) {
-        state.mind_step.hash(state.minds, state.hash);
-        state.places.hash(state.hash);
-    }
-    if (state.report.plan.has(Pass::kParticles)) {
-        state.particles.simulated.hash(state.hash);
-    }
-    if (state.report.plan.has(Pass::kRules)) {
-        state.rules->hash(state.hash);
-    }
-    return hashed;
-}
-
 }  // namespace
 
 Zone::Zone(ZoneSettings settings, std::unique_ptr<Rules> rules, Stopwatch stopwatch)
@@ -193,7 +152,7 @@ void Zone::accept_handoff(Handoff& handoff) {
 void Zone::publish_ghosts() {
     const StepReport& r = state_->report;
     const bool changed = r.plan.has(Pass::kMovement) || r.plan.has(Pass::kPhysics) ||
-                         r.plan.has(Pass::kInbox) || r.plan.has(Pass::kRules) ||
+                         r.plan.has(Pass::kInbox) || r.plan.has(Pass::kRules) || r.ai.moved ||
                          r.handoffs_out > 0 || state_->accepted || state_->now <= 1;
     state_->accepted = false;
     pass(Pass::kGhosts, [&] {
@@ -224,6 +183,7 @@ void Zone::publish() {
     pass(Pass::kInterest, [&] {
         s.report.interest = s.matcher.step(
             s.entities, *s.settings.types, s.viewers, s.settings.interest, matched_sets(s));
+        s.entities.forget_touched(world::Reader::kInterest);
         return s.report.interest.visible_pairs;
     });
     pass(Pass::kConceal, [&] { return conceal(s); });

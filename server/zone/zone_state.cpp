@@ -43,6 +43,35 @@ void add_static_bodies(ZoneState& state) {
     }
 }
 
+void list_rows(const world::RowSet& a, const world::RowSet& b, std::vector<world::Row>& out) {
+    out.clear();
+    world::for_each_row(a, b, [&](world::Row row) { out.push_back(row); });
+}
+
+void build_grid(ZoneState& state) {
+    // So many that doze may have been touched before they are kept anew.
+    constexpr std::size_t kTouchedShare = 16;
+    world::Entities& e = state.entities;
+    const std::size_t stirring = e.stirring().count();
+    if (stirring == e.size()) {
+        state.grid.build(e.position, kGridCell);
+        return;
+    }
+    list_rows(e.stirring(), e.touched(world::Reader::kGrid), state.grid_rows);
+    if (state.grid_rows.size() - stirring > e.size() / kTouchedShare) {
+        state.grid_rows.clear();
+        for (world::Row row = 0; row < e.size(); ++row) {
+            if (!e.stirring().has(row)) {
+                state.grid_rows.push_back(row);
+            }
+        }
+        state.grid.keep(e.position, state.grid_rows, kGridCell);
+        e.forget_touched(world::Reader::kGrid);
+        list_rows(e.stirring(), e.stirring(), state.grid_rows);
+    }
+    state.grid.follow(e.position, state.grid_rows, kGridCell);
+}
+
 /// Predictions of what falls end where characters stand as well.
 replication::Settings with_ground(const ZoneSettings& settings) {
     replication::Settings out = settings.replication;
@@ -193,7 +222,7 @@ EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
     e.yaw[row] = def.yaw;
     e.command[row].yaw = def.yaw;
     e.appearance[row] = def.appearance;
-    e.client[row] = def.client;
+    e.set_client(row, def.client);
     e.discontinuity_tick[row] = state.now;
     e.set(row, world::kAtRest, def.asleep && !character);
     add_body(state, row, def.asleep);
@@ -214,7 +243,7 @@ void despawn_entity(ZoneState& state, world::Row row) {
 
 const spatial::PointGrid& current_grid(ZoneState& state) {
     if (!state.grid_valid) {
-        state.grid.build(state.entities.position, kGridCell);
+        build_grid(state);
         state.grid_valid = true;
     }
     return state.grid;

@@ -164,7 +164,8 @@ struct ZoneState {
     std::vector<ZoneClient> clients;  ///< ascending by client id
 
     spatial::PointGrid grid;
-    bool grid_valid = false;  ///< grid matches entities.position of this moment
+    bool grid_valid = false;            ///< grid matches entities.position of this moment
+    std::vector<world::Row> grid_rows;  ///< scratch of the same
     interest::Matcher matcher;
     bool conceals = false;  ///< some type of the world conceals itself
     std::vector<world::Viewer> viewers;
@@ -178,7 +179,8 @@ struct ZoneState {
     History history;  ///< empty where no type of the world is rewindable
     std::vector<std::pair<EntityId, world::Row>> history_rows;  ///< scratch
 
-    std::vector<EntityState> ghosts_out;  ///< this tick's export, ascending by id
+    world::RowSet near_border;            ///< rows that neighbours heard of in the last export
+    std::vector<EntityState> ghosts_out;  ///< this tick's export, ascending by row
     bool ghosts_out_changed = true;
     std::vector<EntityId> ghost_ids;   ///< imported, ascending
     std::vector<ZoneId> ghost_owners;  ///< of ghost_ids, in their order
@@ -193,6 +195,7 @@ struct ZoneState {
 
     core::StateHash hash;
     bool hashed = false;  ///< at least once: what was placed at rest is in the hash
+    std::vector<world::Row> changed_rows;  ///< those that the last hash pass went over
     StepOutput out;
     StepReport report;
 
@@ -222,7 +225,8 @@ EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
 /// Removes row, body and mind of an owned entity.
 void despawn_entity(ZoneState& state, world::Row row);
 
-/// The grid over all rows' positions, rebuilt if something moved since.
+/// The grid over all rows' positions, made anew if something moved since: of those that stir and
+/// that were touched since the others were kept.
 const spatial::PointGrid& current_grid(ZoneState& state);
 
 }  // namespace zoned::zone

@@ -51,7 +51,7 @@ NpcWorld::NpcWorld(const ops::Settings& settings, const Plan& plan)
             Vec3((static_cast<float>(p % lines) + 0.5F) * pitch - 0.5F * plan.side_m,
                  0.9F,
                  (static_cast<float>(p / lines) + 0.5F) * pitch - 0.5F * plan.side_m);
-        entities_.client[row] = ClientId(static_cast<std::uint32_t>(1 + p));
+        entities_.set_client(row, ClientId(static_cast<std::uint32_t>(1 + p)));
         entities_.set(row, world::kAtRest, true);
     }
 }

@@ -1,13 +1,13 @@
 // Scene `npc_100k`: a hundred thousand minds of a town's types, a tenth of which players can see.
 #include "tests/bench/suite_decisions_npc.h"
 
-#include "server/app/world.h"
-#include "tests/bench/cpu_clock.h"
 #include "tests/bench/npc_world.h"
+#include "tests/bench/npc_zone.h"
 #include "tests/bench/statistics.h"
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <utility>
 
 namespace zoned::bench {
@@ -53,37 +53,57 @@ NpcRun run_world(const ops::Settings& settings, NpcWorld::Plan plan, Tick settle
     return run;
 }
 
-/// What one of `people` costs in a tick of a whole zone in which no player is, ns of thread CPU
-/// time: everybody simulated, or nobody.
-double zone_ns(int people, bool skip_unseen, bool quick) {
-    // In the order of the config's scatters, as `kTypes`; of those that always have to be simulated
-    // one each.
-    const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.04, 0.1, 0.0, 0.0, 0.0};
-    std::vector<std::string> sets = {
-        "zones.zone_grid.columns=1",
-        "zones.zone_grid.rows=1",
-        "ai.dawn_s=60",
-        std::string("ai.skip_unseen=") + (skip_unseen ? "true" : "false")};
-    for (std::size_t k = 0; k < shares.size(); ++k) {
-        sets.push_back("scatter[" + std::to_string(k) + "].count=" +
-                       std::to_string(std::max(1, static_cast<int>(shares[k] * people))));
+constexpr int kQuickPeople = 500;
+/// Who is seen by nobody falls asleep after two seconds.
+constexpr int kSettle = 400;
+
+NpcZoneCost zone_cost(const Session& session, NpcZone::Plan plan, int ticks) {
+    plan.people = session.quick ? kQuickPeople : plan.people;
+    NpcZone zone(plan);
+    zone.settle(session.quick ? 50 : kSettle);
+    return zone.run(session.quick ? 10 : ticks);
+}
+
+/// Where the time of a tick goes, one line.
+std::string by_pass(const std::string& what, const NpcZoneCost& cost) {
+    std::array<char, 64> text{};
+    const auto ns = [&](double value) {
+        std::snprintf(text.data(), text.size(), "%.3f", value);
+        return std::string(text.data());
+    };
+    std::string line = what + ": " + ns(cost.ns) + " ns per NPC and tick, awake " + ns(cost.awake) +
+                       ", events " + ns(cost.events_per_tick) + " a tick:";
+    for (std::size_t p = 0; p < zone::kPasses; ++p) {
+        if (cost.pass_ns[p] > 0.0) {
+            line += " " + std::string(zone::pass_name(static_cast<zone::Pass>(p))) + " " +
+                    ns(cost.pass_ns[p]);
+        }
     }
-    ops::Settings settings;
-    std::vector<ops::ConfigError> errors;
-    ops::load_settings(
-        std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", sets, settings, errors);
-    app::World world(settings, 1);
-    std::vector<mailbox::OutboxItem> out;
-    // Who is seen by nobody falls asleep after two seconds.
-    for (int t = 0; t < (quick ? 50 : 400); ++t) {
-        world.tick({}, out);
-    }
-    const int ticks = quick ? 10 : 400;
-    const std::int64_t begin = thread_cpu_ns();
-    for (int t = 0; t < ticks; ++t) {
-        world.tick({}, out);
-    }
-    return static_cast<double>(thread_cpu_ns() - begin) / ticks / people;
+    return line + " rest " + ns(cost.rest_ns);
+}
+
+/// What one of a zone's people costs whom nobody sees, and what one that is simulated.
+void run_zones(Session& session, Row& row) {
+    constexpr int kPeople = 100'000;
+    const NpcZoneCost full = zone_cost(session, {10'000, false, false}, 400);
+    const NpcZoneCost ten = zone_cost(session, {10'000, true, false}, 400);
+    const NpcZoneCost alone = zone_cost(session, {kPeople, true, false}, 400);
+    const NpcZoneCost viewed = zone_cost(session, {kPeople, true, true}, 400);
+    // Those few that the viewer wakes cost what they cost anyway.
+    const double awake = viewed.awake - alone.awake;
+    const double people = session.quick ? kQuickPeople : kPeople;
+    const double viewed_ns = (viewed.ns * people - awake * full.ns) / (people - awake);
+    session.note(by_pass("npc_100k: 10,000 simulated", full));
+    session.note(by_pass("npc_100k: 10,000 unseen", ten));
+    session.note(by_pass("npc_100k: 100,000 unseen", alone));
+    session.note(by_pass("npc_100k: 100,000 and a viewer near few", viewed));
+    row.metric("full_ns_per_npc", full.ns);
+    row.metric("coarse_ns_per_npc_10k", ten.ns);
+    row.metric("coarse_ns_per_npc", alone.ns);
+    row.metric("coarse_ns_per_npc_viewer", viewed_ns);
+    row.metric("coarse_events_per_tick", alone.events_per_tick);
+    row.metric("coarse_share", alone.ns / full.ns);
+    row.metric("coarse_share_viewer", viewed_ns / full.ns);
 }
 
 }  // namespace
@@ -107,9 +127,6 @@ void run_npcs(Session& session, const std::string& scene) {
     const Tick settle = session.quick ? 60 : 1'200;
     const Tick ticks = session.quick ? 20 : 400;
     const NpcRun all = run_world(settings, plan, settle, ticks);
-    const int people = session.quick ? 500 : 10'000;
-    const double full_ns = zone_ns(people, false, session.quick);
-    const double coarse_ns = zone_ns(people, true, session.quick);
     Row row;
     row.suite = "decisions";
     row.scene = scene;
@@ -120,9 +137,7 @@ void run_npcs(Session& session, const std::string& scene) {
     row.metric("awake_mean", all.awake);
     row.metric("decisions_per_tick", all.decisions);
     row.metric("events_per_tick", all.events);
-    row.metric("full_ns_per_npc", full_ns);
-    row.metric("coarse_ns_per_npc", coarse_ns);
-    row.metric("coarse_share", coarse_ns / full_ns);
+    run_zones(session, row);
     session.add({row});
 }
 

@@ -56,7 +56,7 @@ TracedZone::TracedZone(const MotionTrace& trace,
     for (std::uint32_t id = 1; id <= count; ++id) {
         const world::Row row = entities_.add(EntityId(id), 0);
         if (plan.avatars && id <= static_cast<std::uint32_t>(plan.clients)) {
-            entities_.client[row] = ClientId(id);
+            entities_.set_client(row, ClientId(id));
         }
     }
     for (std::uint32_t c = 1; c <= static_cast<std::uint32_t>(plan.clients); ++c) {

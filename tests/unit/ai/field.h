@@ -34,7 +34,7 @@ class Field {
     world::Row add_player(std::uint32_t id, const Vec3& position) {
         const world::Row row = entities.add(EntityId(id), kPlayer);
         entities.position[row] = position;
-        entities.client[row] = ClientId(id);
+        entities.set_client(row, ClientId(id));
         return row;
     }
 

@@ -39,7 +39,7 @@ struct Watch {
         const world::Row row = field.entities.add(EntityId(id), type);
         field.entities.position[row] = Vec3(x, 0.0F, z);
         if (type == kPlayer) {
-            field.entities.client[row] = ClientId(id);
+            field.entities.set_client(row, ClientId(id));
         }
         return row;
     }

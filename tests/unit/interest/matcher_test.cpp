@@ -95,7 +95,7 @@ struct RandomWorld {
             entities.remove(pick());
         }
         entities.position[pick()] = anywhere();
-        entities.type[pick()] = static_cast<TypeIndex>(rng.below(3));
+        entities.set_type(pick(), static_cast<TypeIndex>(rng.below(3)));
         entities.behaviour[pick()] = static_cast<std::uint8_t>(rng.below(4));
         const world::Row row = pick();
         entities.set(row, world::kHidden, rng.below(3) == 0);
@@ -123,7 +123,7 @@ struct RandomWorld {
             entities.behaviour[pick()] = static_cast<std::uint8_t>(rng.below(4));
         }
         if (rng.below(5) == 0) {
-            entities.type[pick()] = static_cast<TypeIndex>(rng.below(3));
+            entities.set_type(pick(), static_cast<TypeIndex>(rng.below(3)));
         }
         if (rng.below(3) == 0) {
             entities.set(pick(), world::kHidden, rng.below(2) == 0);
@@ -327,7 +327,7 @@ TEST(Matcher, EqualsBruteForceWithMemoryWhereAllWalkOrRun) {
             }
             std::vector<world::Viewer> viewers;
             for (world::Row row = 0; row < w.entities.size(); ++row) {
-                w.entities.type[row] = alike ? TypeIndex{0} : w.entities.type[row];
+                w.entities.set_type(row, alike ? TypeIndex{0} : w.entities.type[row]);
                 if (row % 4 == 0) {
                     const EntityId id = w.entities.id[row];
                     viewers.push_back({ClientId(id.value), id});
@@ -385,7 +385,7 @@ TEST(Matcher, DoesNotNoticeASetThatWasAlteredBehindItsBackButTheComparisonDoes) 
         w.spawn();
     }
     const std::vector<world::Viewer> viewers = {{ClientId(1), w.entities.id[0]}};
-    w.entities.type[0] = 0;
+    w.entities.set_type(0, 0);
     Matcher matcher;
     world::Visibility visibility;
     Model model;
@@ -409,7 +409,7 @@ TEST(Matcher, EqualsBruteForceWhileItComesAndGoesAsABroadcast) {
     RandomWorld w(9, 5.5F);
     for (int i = 0; i < 20; ++i) {
         w.spawn();
-        w.entities.type[static_cast<std::size_t>(i)] = 0;
+        w.entities.set_type(static_cast<world::Row>(i), 0);
     }
     std::vector<world::Viewer> viewers;
     for (std::uint32_t c = 1; c <= 5; ++c) {

@@ -36,7 +36,7 @@ Load measure(int walkers,
         const EntityId entity = world.spawn(kWalker);
         if (static_cast<std::uint32_t>(i) < viewers) {
             list.push_back({ClientId(static_cast<std::uint32_t>(i) + 1), entity});
-            world.entities.client[static_cast<std::size_t>(i)] = list.back().client;
+            world.entities.set_client(static_cast<world::Row>(i), list.back().client);
             ClientTransfer transfer;
             transfer.client = list.back().client;
             replicator.add_client(transfer);

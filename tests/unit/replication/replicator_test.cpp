@@ -153,7 +153,7 @@ TEST(Replicator, RespectsTheByteBudgetAndStarvesNobody) {
     Settings settings = test_settings();
     settings.budget_bytes_per_s = 4000;
     Session s(12, settings, {}, 0, 150, 0, 20.0F);
-    s.world.entities.client[0] = ClientId(1);
+    s.world.entities.set_client(0, ClientId(1));
     s.viewers.push_back({ClientId(1), s.world.entities.id[0]});
     s.remotes.emplace_back(ClientId(1), s.types, settings, NetSettings{}, 4);
     ClientTransfer transfer;
@@ -202,7 +202,7 @@ TEST(Replicator, ShowsANewClientItsSurroundingsNearestFirst) {
     s.near = 1000.0F;  // one level of detail
     s.world.freeze();
     s.step();
-    s.world.entities.client[0] = ClientId(1);
+    s.world.entities.set_client(0, ClientId(1));
     s.viewers.push_back({ClientId(1), s.world.entities.id[0]});
     s.remotes.emplace_back(ClientId(1), s.types, settings, NetSettings{}, 4);
     ClientTransfer transfer;

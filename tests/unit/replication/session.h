@@ -34,7 +34,7 @@ class Session {
             world.spawn(kBody);
         }
         for (std::uint32_t c = 1; c <= clients; ++c) {
-            world.entities.client[c - 1] = ClientId(c);
+            world.entities.set_client(c - 1, ClientId(c));
             viewers.push_back({ClientId(c), world.entities.id[c - 1]});
             remotes.emplace_back(ClientId(c), types, settings, net, seed * 1000 + c * 2);
             ClientTransfer transfer;

@@ -17,7 +17,7 @@ class Unheard : public testing::Test {
         replicator = std::make_unique<Replicator>(settings);
         world.spawn(kWalker);
         body = world.spawn(kBody);
-        world.entities.client[0] = kClient;
+        world.entities.set_client(0, kClient);
         world.freeze();
         ClientTransfer transfer;
         transfer.client = kClient;

@@ -109,7 +109,7 @@ class FakeZone final : public zone::RulesContext {
         }
         entities_.position[row] =
             owner.entities_.position[from] + (owner.origin_ - origin_).cast<float>();
-        entities_.client[row] = owner.entities_.client[from];
+        entities_.set_client(row, owner.entities_.client[from]);
         entities_.behaviour[row] = owner.entities_.behaviour[from];
         entities_.set(row, world::kGhost, true);
         entities_.set(row, world::kHidden, owner.entities_.has(from, world::kHidden));
@@ -229,7 +229,7 @@ class FakeZone final : public zone::RulesContext {
         entities_.position[row] = def.position;
         entities_.velocity[row] = def.velocity;
         entities_.appearance[row] = def.appearance;
-        entities_.client[row] = def.client;
+        entities_.set_client(row, def.client);
         return id;
     }
 
@@ -416,8 +416,8 @@ inline void hand_off(FakeZone& from, FakeZone& to, EntityId entity) {
         from.entities().position[old] + (from.origin() - to.origin()).cast<float>();
     columns.velocity[row] = from.entities().velocity[old];
     columns.appearance[row] = from.entities().appearance[old];
-    columns.client[row] = from.entities().client[old];
-    columns.flags[row] = from.entities().flags[old];
+    columns.set_client(row, from.entities().client[old]);
+    columns.set_flags(row, from.entities().flags[old]);
     from.columns().remove(old);
     to.game.load_entity(entity, state);
 }

@@ -24,7 +24,7 @@ void mark(Entities& entities, Row row, std::uint32_t tag) {
     entities.appearance[row] = static_cast<std::uint16_t>(tag + 1);
     entities.behaviour[row] = static_cast<std::uint8_t>(tag);
     entities.body[row] = BodyId(tag + 2);
-    entities.client[row] = ClientId(tag + 3);
+    entities.set_client(row, ClientId(tag + 3));
     entities.command[row].tick = tag;
     entities.discontinuity_tick[row] = tag + 4;
 }

@@ -165,5 +165,69 @@ TEST(PointGrid, VisitsInTheSameOrderEveryTime) {
     EXPECT_EQ(ask(fresh, 0, 0, 30), ask(used, 0, 0, 30));
 }
 
+/// Rows rest, move, come and go, as those of a zone do.
+TEST(PointGrid, EqualsBruteForceWhileMostPointsAreKept) {
+    core::Rng rng(7);
+    PointGrid grid;
+    std::vector<Vec3> points(500);
+    const auto anywhere = [&] {
+        return Vec3(rng.range(-100, 100), 0, rng.range(-100, 100));
+    };
+    for (Vec3& p : points) {
+        p = anywhere();
+    }
+    std::vector<bool> loose(points.size(), true);
+    for (int tick = 0; tick < 400; ++tick) {
+        if (tick % 40 == 0) {
+            std::vector<std::uint32_t> kept;
+            for (std::uint32_t row = 0; row < points.size(); ++row) {
+                loose[row] = rng.below(5) == 0;
+                if (!loose[row]) {
+                    kept.push_back(row);
+                }
+            }
+            grid.keep(points, kept, 10.0F);
+        }
+        for (int k = 0; k < 5; ++k) {
+            const std::uint32_t row = rng.below(static_cast<std::uint32_t>(points.size()));
+            points[row] = anywhere();
+            loose[row] = true;
+        }
+        if (rng.below(2) == 0) {
+            const std::uint32_t gap = rng.below(static_cast<std::uint32_t>(points.size()));
+            points[gap] = points.back();
+            loose[gap] = true;
+            points.pop_back();
+            loose.pop_back();
+        } else if (rng.below(2) == 0) {
+            points.push_back(anywhere());
+            loose.push_back(true);
+        }
+        std::vector<std::uint32_t> rows;
+        for (std::uint32_t row = 0; row < points.size(); ++row) {
+            if (loose[row]) {
+                rows.push_back(row);
+            }
+        }
+        grid.follow(points, rows, 10.0F);
+        EXPECT_EQ(grid.size(), points.size());
+        for (int k = 0; k < 10; ++k) {
+            expect_brute_force(
+                grid, points, rng.range(-110, 110), rng.range(-110, 110), rng.range(0, 60));
+        }
+    }
+    // A point that moved without a word is found where it was: the comparison would see it.
+    const std::vector<std::uint32_t> none;
+    std::vector<std::uint32_t> all(points.size());
+    for (std::uint32_t row = 0; row < points.size(); ++row) {
+        all[row] = row;
+    }
+    grid.keep(points, all, 10.0F);
+    points[3] += Vec3(50, 0, 0);
+    grid.follow(points, none, 10.0F);
+    const std::vector<std::uint32_t> found = ask(grid, points[3].x(), points[3].z(), 0.1F);
+    EXPECT_EQ(std::count(found.begin(), found.end(), 3U), 0);
+}
+
 }  // namespace
 }  // namespace zoned::spatial

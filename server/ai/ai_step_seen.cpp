@@ -1,0 +1,151 @@
+#include "server/ai/ai_step.h"
+#include "server/ai/step_lookup.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+/// All squares in which minds may be seen are looked at once in so many ticks, in turn.
+constexpr Tick kLookPeriod = 16;
+/// Who may be seen soon is put where it is when it has walked so far, m.
+constexpr float kStale_m = 8.0F;
+
+/// From how far off a mind is woken, m: so that it is awake when its entity can be seen, though
+/// that is put where it is now and then only, and both run towards each other between two looks.
+float waking_radius(const World& world, const Settings& settings) {
+    float fastest = 0.0F;
+    for (const world::EntityType& type : world.types) {
+        fastest = std::max(fastest, type.character.speed * type.character.sprint_factor);
+    }
+    return settings.seen_m + kStale_m + 2.0F * fastest * static_cast<float>(kLookPeriod) * world.dt;
+}
+
+bool outside(const Vec2& at, const Vec2& half_size) {
+    return std::abs(at.x()) > half_size.x() || std::abs(at.y()) > half_size.y();
+}
+
+}  // namespace
+
+/// Where players are. One who was not here a tick ago, or is back, is heard of at once.
+void Step::follow_viewers(Minds& minds, const World& world, const Settings& settings) {
+    const world::Entities& e = world.entities;
+    viewers_before_.swap(memory_.viewers);
+    memory_.viewers.clear();
+    for (const world::Row row : players_.rows) {
+        memory_.viewers.push_back(e.id[row]);
+    }
+    std::sort(memory_.viewers.begin(), memory_.viewers.end());
+    const bool appeared = !std::includes(viewers_before_.begin(),
+                                         viewers_before_.end(),
+                                         memory_.viewers.begin(),
+                                         memory_.viewers.end());
+    const bool jumped =
+        std::any_of(memory_.viewers.begin(), memory_.viewers.end(), [&](EntityId id) {
+            return e.discontinuity_tick[e.find(id)] >= world.now - 1;
+        });
+    if (appeared || jumped || world.now % kLookPeriod == 0) {
+        memory_.watched_from.clear();
+        for (const Vec3& at : players_.at) {
+            memory_.watched_from.emplace_back(at.x(), at.z());
+        }
+        memory_.watched_m = waking_radius(world, settings);
+        watch();
+    }
+    // Without anybody to see them, and nowhere to go to, it does not matter where they are.
+    if (!memory_.viewers.empty() || world.half_size.allFinite()) {
+        follow_coarse(minds, world);
+        look_at_coarse(minds, world, appeared || jumped);
+    }
+}
+
+/// Where somebody may see an entity, from what the memory says.
+void Step::watch() {
+    // Who has walked out of a square may be a rounding beyond it, or what one walks in some ticks.
+    constexpr float kRounding_m = 4.0F;
+    watched_.build(memory_.watched_from, memory_.watched_m);
+    CoarseCells::within(memory_.watched_from, memory_.watched_m + kRounding_m, watched_squares_);
+}
+
+/// Who has left a square is put where it is: entity and mind are always in the same one. So who
+/// looks at a place looks at those alone that are settled around it.
+void Step::follow_coarse(Minds& minds, const World& world) {
+    left_.clear();
+    minds.take_left(world.now, left_);
+    for (const Slot slot : left_) {
+        Mind& mind = minds.at(slot);
+        const Tick left = left_at(mind, world);
+        if (left > world.now) {  // it is new here
+            minds.settle(slot, CoarseCells::cell_at(mind.placed), left);
+            continue;
+        }
+        const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+        row_hints_[slot] = row;
+        if (row != world::kNoRow) {
+            place(mind, world, row);
+        }
+        minds.settle(
+            slot, CoarseCells::cell_at(mind.placed), std::max(left_at(mind, world), world.now + 1));
+        if (watched_.covers(mind.placed) || outside(mind.placed, world.half_size)) {
+            waking_.push_back(slot);
+        }
+    }
+}
+
+/// Wakes who may be seen: a share of the squares that can be seen in each tick, at once where
+/// `all`.
+void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
+    const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
+    for (std::size_t k = all ? 0 : turn; k < watched_squares_.size();
+         k += all ? 1 : static_cast<std::size_t>(kLookPeriod)) {
+        minds.visit(watched_squares_[k], [&](Slot slot) { look_at(minds, slot, world); });
+    }
+}
+
+void Step::look_at(Minds& minds, Slot slot, const World& world) {
+    Mind& mind = minds.at(slot);
+    const Vec2 at = position_at(mind.leg, world.now - 1, world.dt);
+    const bool wakes = watched_.covers(at) || outside(at, world.half_size);
+    const bool stale = mind.leg.length > 0.0F && (at - mind.placed).norm() >= kStale_m;
+    if (!wakes && !stale) {
+        return;
+    }
+    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+    if (row == world::kNoRow) {
+        return;
+    }
+    if (wakes) {
+        waking_.push_back(slot);
+    } else {
+        place(mind, world, row);
+    }
+}
+
+void Step::place(Mind& mind, const World& world, world::Row row) {
+    catch_up(mind, coarse(world), row);
+    world.entities.touch(row);
+    report_.moved = true;
+}
+
+void Step::wake_seen(Minds& minds, const World& world, const Settings& settings) {
+    std::sort(waking_.begin(), waking_.end(), [&](Slot a, Slot b) {
+        return minds.at(a).entity < minds.at(b).entity;
+    });
+    for (const Slot slot : waking_) {
+        Mind& mind = minds.at(slot);
+        // Some are here since the last tick.
+        const world::Row row = row_of(world.entities, mind.entity);
+        if (!mind.entity || mind.tier != Tier::kCoarse || row == world::kNoRow) {
+            continue;
+        }
+        wake_up(mind, machine_of(mind, settings), coarse(world), row);
+        minds.wake(slot);
+        woke_up_.push_back(mind.entity);
+        report_.moved = true;
+    }
+    waking_.clear();
+}
+
+}  // namespace zoned::ai

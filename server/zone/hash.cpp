@@ -1,0 +1,87 @@
+#include "server/zone/hash.h"
+
+#include "shared/core/block_hash.h"
+
+#include <utility>
+
+namespace zoned::zone {
+
+namespace {
+
+void hash_row(const world::Entities& e, world::Row row, core::StateHash& hash) {
+    core::BlockHash block;
+    const auto add = [&](const auto& vector) {
+        for (Eigen::Index i = 0; i < vector.size(); ++i) {
+            block.add(vector[i]);
+        }
+    };
+    block.add(e.id[row].value);
+    block.add(e.flags[row]);
+    add(e.position[row]);
+    add(e.orientation[row].coeffs());
+    add(e.velocity[row]);
+    add(e.angular_velocity[row]);
+    block.add(e.yaw[row]);
+    block.add(e.appearance[row]);
+    hash.add(block.value());
+}
+
+void prefetch(const world::Entities& e, world::Row row) {
+    __builtin_prefetch(&e.position[row]);
+    __builtin_prefetch(&e.orientation[row]);
+    __builtin_prefetch(&e.velocity[row]);
+    __builtin_prefetch(&e.angular_velocity[row]);
+    __builtin_prefetch(&e.yaw[row]);
+    __builtin_prefetch(&e.appearance[row]);
+}
+
+std::uint32_t hash_rows(ZoneState& state, bool all) {
+    world::Entities& e = state.entities;
+    std::vector<world::Row>& rows = state.changed_rows;
+    rows.clear();
+    if (all) {
+        for (world::Row row = 0; row < e.size(); ++row) {
+            rows.push_back(row);
+        }
+    } else {
+        const auto add = [&](world::Row row) {
+            rows.push_back(row);
+        };
+        world::for_each_row(e.moving(), e.touched(world::Reader::kHash), add);
+    }
+    e.forget_touched(world::Reader::kHash);
+    // Few among many are anywhere in memory.
+    constexpr std::size_t kAhead = 8;
+    const bool few = rows.size() < e.size() / kAhead;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (few && i + kAhead < rows.size()) {
+            prefetch(e, rows[i + kAhead]);
+        }
+        hash_row(e, rows[i], state.hash);
+    }
+    state.hash.add(e.size());
+    return static_cast<std::uint32_t>(rows.size());
+}
+
+}  // namespace
+
+std::uint32_t hash_tick(ZoneState& state) {
+    const bool first = !std::exchange(state.hashed, true);
+    const std::uint32_t hashed = hash_rows(state, first);
+    if (first || state.report.plan.has(Pass::kSoft)) {
+        hash_soft(state, state.hash);
+    }
+    if (state.report.plan.has(Pass::kMinds)) {
+        state.mind_step.hash(state.minds, state.hash);
+        state.places.hash(state.hash);
+    }
+    if (state.report.plan.has(Pass::kParticles)) {
+        state.particles.simulated.hash(state.hash);
+    }
+    if (state.report.plan.has(Pass::kRules)) {
+        state.rules->hash(state.hash);
+    }
+    return hashed;
+}
+
+}  // namespace zoned::zone

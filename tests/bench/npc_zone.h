@@ -1,0 +1,51 @@
+// NpcZone: the town of config/town.txtpb with as many people as asked, in one whole zone.
+#pragma once
+
+#include "server/app/world.h"
+#include "server/ops/settings.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace zoned::bench {
+
+/// What one of the people costs in a tick, ns of thread CPU time: means over the ticks of a run.
+struct NpcZoneCost {
+    double ns = 0.0;
+    std::array<double, zone::kPasses> pass_ns{};
+    double rest_ns = 0.0;  ///< the census, inputs and what a world does around its zones
+    double awake = 0.0;    ///< minds, of all people
+    double events_per_tick = 0.0;
+};
+
+class NpcZone {
+  public:
+    struct Plan {
+        int people =
+            0;  ///< six types in the shares of the town, of three that never sleep one each
+        bool skip_unseen = true;
+        bool viewer = false;  ///< one player stands where the people thin out
+    };
+
+    /// Throws std::runtime_error where the config cannot be read.
+    explicit NpcZone(const Plan& plan);
+
+    /// Steps without measuring.
+    void settle(int ticks);
+
+    [[nodiscard]] NpcZoneCost run(int ticks);
+
+  private:
+    void tick();
+
+    int people_;
+    ops::Settings settings_;
+    std::unique_ptr<app::World> world_;
+    std::vector<mailbox::InboxItem> in_;
+    std::vector<mailbox::OutboxItem> out_;
+};
+
+}  // namespace zoned::bench

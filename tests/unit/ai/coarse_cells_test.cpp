@@ -1,0 +1,238 @@
+// Who is looked at: coarse minds by the squares that they are in, and what they do next by tick.
+#include "server/ai/coarse_cells.h"
+
+#include "server/ai/event_queue.h"
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <vector>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+/// What a queue would hand out at `now` by a look at all that was planned.
+std::set<std::uint32_t> due_of(const std::map<std::uint32_t, Tick>& planned, Tick now) {
+    std::set<std::uint32_t> due;
+    for (const auto& [slot, at] : planned) {
+        if (at <= now) {
+            due.insert(slot);
+        }
+    }
+    return due;
+}
+
+TEST(EventQueue, HandsOutWhatALookAtAllThatWasPlannedFinds) {
+    constexpr std::uint32_t kSlots = 300;
+    core::Rng rng(5);
+    EventQueue queue;
+    queue.grow(kSlots);
+    std::map<std::uint32_t, Tick> planned;
+    std::size_t taken = 0;
+    Tick now = 0;
+    for (int step = 0; step < 20'000; ++step) {
+        // Now and then nobody asks for longer than the queue's year.
+        now += rng.below(500) == 0 ? 9'000 : 1;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const std::uint32_t slot = rng.below(kSlots);
+            const std::uint32_t kind = rng.below(10);
+            if (kind == 0) {
+                queue.cancel(slot);
+                planned.erase(slot);
+                continue;
+            }
+            // What should have been done, what is of a later year, and what is soon.
+            const Tick at = kind == 1   ? std::max<Tick>(0, now - rng.below(50))
+                            : kind == 2 ? now + 4'000 + rng.below(20'000)
+                                        : now + rng.below(100);
+            queue.schedule(slot, at);
+            planned[slot] = at;
+        }
+        std::set<std::uint32_t> due;
+        queue.take_due(now, [&](std::uint32_t slot, Tick at) {
+            EXPECT_EQ(at, planned.at(slot));
+            due.insert(slot);
+        });
+        ASSERT_EQ(due, due_of(planned, now)) << "at tick " << now;
+        for (const std::uint32_t slot : due) {
+            EXPECT_EQ(queue.at(slot), kNever);
+            planned.erase(slot);
+        }
+        taken += due.size();
+    }
+    EXPECT_GT(taken, 20'000U);
+}
+
+TEST(EventQueue, NeverIsNoEvent) {
+    EventQueue queue;
+    queue.grow(2);
+    queue.schedule(0, 7);
+    queue.schedule(0, kNever);
+    queue.schedule(1, 7);
+    std::vector<std::uint32_t> due;
+    queue.take_due(10, [&](std::uint32_t slot, Tick /*at*/) { due.push_back(slot); });
+    EXPECT_EQ(due, std::vector<std::uint32_t>{1});
+}
+
+TEST(CoarseCells, HoldWhoWasPutThere) {
+    core::Rng rng(6);
+    CoarseCells cells;
+    cells.grow(50);
+    std::map<std::uint32_t, CoarseCells::Cell> where;
+    for (int step = 0; step < 5'000; ++step) {
+        const std::uint32_t slot = rng.below(50);
+        if (rng.below(4) == 0) {
+            cells.take(slot);
+            where.erase(slot);
+        } else {
+            const Vec2 at(rng.range(-100.0F, 100.0F), rng.range(-100.0F, 100.0F));
+            cells.put(slot, CoarseCells::cell_at(at));
+            where[slot] = CoarseCells::cell_at(at);
+        }
+        const CoarseCells::Cell asked =
+            CoarseCells::cell_at(Vec2(rng.range(-100.0F, 100.0F), rng.range(-100.0F, 100.0F)));
+        std::set<std::uint32_t> found;
+        cells.visit(asked, [&](std::uint32_t s) { EXPECT_TRUE(found.insert(s).second); });
+        std::set<std::uint32_t> expected;
+        for (const auto& [s, cell] : where) {
+            if (cell == asked) {
+                expected.insert(s);
+            }
+        }
+        ASSERT_EQ(found, expected) << "after step " << step;
+    }
+}
+
+TEST(CoarseCells, WithinFindsTheSquareOfEveryPlaceInReach) {
+    core::Rng rng(8);
+    std::vector<CoarseCells::Cell> found;
+    for (int i = 0; i < 2'000; ++i) {
+        const std::vector<Vec2> viewers = {
+            Vec2(rng.range(-3'000.0F, 3'000.0F), rng.range(-3'000.0F, 3'000.0F)),
+            Vec2(rng.range(-300.0F, 300.0F), rng.range(-300.0F, 300.0F))};
+        const float radius = rng.range(1.0F, 150.0F);
+        CoarseCells::within(viewers, radius, found);
+        EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
+        for (int k = 0; k < 20; ++k) {
+            const float turn = rng.range(0.0F, 6.28F);
+            const float way = rng.range(0.0F, 0.999F) * radius;
+            const Vec2 at = viewers[rng.below(2)] + way * Vec2(std::cos(turn), std::sin(turn));
+            EXPECT_TRUE(std::binary_search(found.begin(), found.end(), CoarseCells::cell_at(at)));
+        }
+    }
+}
+
+/// The tick is the first in whose step the walker is found outside, or that before: a rounding of
+/// a place some hundred metres from the origin, 3e-5 m, is less than a step.
+TEST(CoarseCells, AreLeftWhenTheWalkerIsOutside) {
+    core::Rng rng(9);
+    const float infinity = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < 2'000; ++i) {
+        Leg leg;
+        const float turn = rng.range(0.0F, 6.28F);
+        leg.from = Vec2(rng.range(-200.0F, 200.0F), rng.range(-200.0F, 200.0F));
+        leg.direction = i % 10 == 0 ? Vec2(0.0F, 1.0F) : Vec2(std::cos(turn), std::sin(turn));
+        leg.length = 100.0F;
+        leg.speed = rng.range(0.5F, 8.0F);
+        leg.since = 1'000;
+        const Tick now = 1'001 + rng.below(100);
+        const Vec2 half = i % 2 == 0 ? Vec2(infinity, infinity) : Vec2(150.0F, 170.0F);
+        const auto within = [&](const Vec2& at, int axis) {
+            return std::abs(at[axis]) <= half[axis];
+        };
+        const Vec2 start = position_at(leg, now - 1, kDt);
+        const Tick left = CoarseCells::left_at(leg, start, half, kDt);
+        Tick outside = now;
+        const auto same = [&](Tick tick) {
+            const Vec2 at = position_at(leg, tick - 1, kDt);
+            return CoarseCells::cell_at(at) == CoarseCells::cell_at(start) &&
+                   (within(at, 0) || !within(start, 0)) && (within(at, 1) || !within(start, 1));
+        };
+        while (same(outside)) {
+            ++outside;
+        }
+        EXPECT_LE(std::abs(left - outside), 1) << "of " << outside - now << " ticks";
+    }
+    // Who brakes slides 8 m in 2 s, out of its square: it is looked at after 8 ticks.
+    const Leg brakes =
+        leg_from(Vec2(60.0F, 1.0F), Vec2(8.0F, 0.0F), Vec2::Zero(), 0.0F, 4.0F, 1'000);
+    EXPECT_EQ(CoarseCells::left_at(brakes, Vec2(60.0F, 1.0F), Vec2(infinity, infinity), kDt),
+              1'009);
+    EXPECT_EQ(CoarseCells::left_at(Leg{}, Vec2::Zero(), Vec2(infinity, infinity), kDt), kNever);
+}
+
+/// Wanderers on a plain of 600 m, half of them pressed together, and a player who crosses it.
+class Plain {
+  public:
+    static constexpr std::uint32_t kPeople = 400;
+    static constexpr float kSeen_m = 40.0F;
+
+    Plain() {
+        Machine machine = single(ActionKind::kWander, 80.0F);
+        machine.states[0].speed_factor = 0.9F;
+        field.settings.machines = {machine};
+        field.settings.seen_m = kSeen_m;
+        field.wall = nullptr;
+        compile(field.settings, kDt);
+        core::Rng rng(4);
+        for (std::uint32_t id = 1; id <= kPeople; ++id) {
+            const float half = id % 2 == 0 ? 300.0F : 40.0F;
+            field.add_npc(
+                id, kGuard, 0, Vec3(rng.range(-half, half), 0.9F, rng.range(-half, half)));
+            field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
+            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+        }
+        field.add_player(900, Vec3(-290.0F, 0.9F, 10.0F));
+        field.run(5.0F);
+    }
+
+    /// The player runs on; entities that it can see and that are not simulated.
+    std::uint32_t ghosts_seen() {
+        field.position(900).x() += field.types[kPlayer].character.speed * kDt;
+        field.step();
+        std::uint32_t seen = 0;
+        for (std::uint32_t id = 1; id <= kPeople; ++id) {
+            const bool coarse = field.minds.find(EntityId(id))->tier == Tier::kCoarse;
+            seen += coarse && field.distance(id, 900) <= kSeen_m ? 1U : 0U;
+        }
+        return seen;
+    }
+
+    Field field;
+};
+
+TEST(CoarseLook, WhoIsSeenIsSimulated) {
+    Plain plain;
+    std::size_t fewest = Plain::kPeople;
+    std::size_t most = 0;
+    for (int tick = 0; tick < 3'600; ++tick) {
+        ASSERT_EQ(plain.ghosts_seen(), 0U) << "at tick " << tick;
+        fewest = std::min(fewest, plain.field.minds.awake().size());
+        most = std::max(most, plain.field.minds.awake().size());
+    }
+    // On its way it met the crowd of 200, and few others than these.
+    EXPECT_GT(most, 150U);
+    EXPECT_LT(fewest, 60U);
+}
+
+TEST(CoarseLook, TheCheckFindsOneWhoWasSettledElsewhere) {
+    Plain plain;
+    for (Slot slot = 0; slot < plain.field.minds.slots(); ++slot) {
+        if (plain.field.minds.at(slot).tier == Tier::kCoarse) {
+            plain.field.minds.settle(slot, CoarseCells::cell_at(Vec2(1'500.0F, 1'500.0F)), kNever);
+        }
+    }
+    std::uint32_t seen = 0;
+    for (int tick = 0; tick < 600; ++tick) {
+        seen += plain.ghosts_seen();
+    }
+    EXPECT_GT(seen, 0U);
+}
+
+}  // namespace
+}  // namespace zoned::ai

@@ -1,0 +1,69 @@
+#include "shared/core/block_hash.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <vector>
+
+namespace zoned::core {
+namespace {
+
+std::uint64_t hash_of(const std::vector<std::uint64_t>& words) {
+    BlockHash hash;
+    for (const std::uint64_t word : words) {
+        hash.add(word);
+    }
+    return hash.value();
+}
+
+TEST(BlockHash, SeesEachBitOfEachWordHoweverManyThereAre) {
+    // Less than a block, more than one, and around its end.
+    for (const std::size_t size : {1U, 3U, 4U, 5U, 60U, 127U, 128U, 129U, 300U}) {
+        std::vector<std::uint64_t> words(size);
+        Rng rng(size);
+        for (std::uint64_t& word : words) {
+            word = rng.next();
+        }
+        std::set<std::uint64_t> seen = {hash_of(words)};
+        std::size_t changes = 1;
+        for (std::size_t i = 0; i < size; ++i) {
+            for (unsigned bit = 0; bit < 64; bit += 7, ++changes) {
+                words[i] ^= std::uint64_t{1} << bit;
+                seen.insert(hash_of(words));
+                words[i] ^= std::uint64_t{1} << bit;
+            }
+        }
+        EXPECT_EQ(seen.size(), changes) << size << " words";
+    }
+}
+
+TEST(BlockHash, SeesOrderCountAndTheSignOfZero) {
+    EXPECT_NE(hash_of({1, 2, 3, 4}), hash_of({1, 2, 4, 3}));
+    EXPECT_NE(hash_of({1, 2, 3, 4, 5}), hash_of({5, 2, 3, 4, 1})) << "of one chain";
+    EXPECT_NE(hash_of({7}), hash_of({7, 0}));
+    BlockHash plus;
+    plus.add(0.0F);
+    BlockHash minus;
+    minus.add(-0.0F);
+    EXPECT_NE(plus.value(), minus.value());
+    BlockHash narrow;
+    narrow.add(static_cast<std::uint8_t>(200));
+    BlockHash wide;
+    wide.add(std::uint64_t{200});
+    EXPECT_NE(narrow.value(), wide.value()) << "kinds of records are not mixed";
+}
+
+TEST(BlockHash, IsTheSameOnEveryMachine) {
+    BlockHash hash;
+    for (std::uint32_t i = 0; i < 1'000; ++i) {
+        hash.add(i);
+        hash.add(static_cast<float>(i) * 0.5F);
+        hash.add(static_cast<std::uint64_t>(i) << 40U);
+        hash.add(static_cast<std::int16_t>(-1));
+    }
+    // By a program of its own, from the definition.
+    EXPECT_EQ(hash.value(), 0x65C59D9BA466A91Cull);
+}
+
+}  // namespace
+}  // namespace zoned::core
