@@ -72,12 +72,19 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
         return !world.ways->has(slot, minds.at(slot).entity) || !world.ways->answer(slot).waiting;
     });
     for (const Slot slot : told_) {
-        go_on_from(minds.at(slot), slot, world, settings);
-        if (minds.at(slot).tier == Tier::kCoarse) {
+        Mind& mind = minds.at(slot);
+        const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+        // Who was told between two events is put where it is: it may be in another square.
+        if (mind.tier == Tier::kCoarse && row != world::kNoRow &&
+            mind.placed != position_at(mind.leg, world.now - 1, world.dt)) {
+            place(mind, world, row);
+        }
+        go_on_from(mind, slot, world, settings);
+        if (mind.tier == Tier::kCoarse) {
             minds.schedule(slot);
             minds.settle(slot,
-                         CoarseCells::cell_at(minds.at(slot).placed),
-                         std::max(left_at(minds.at(slot), world), world.now + 1));
+                         CoarseCells::cell_at(mind.placed),
+                         std::max(left_at(mind, world), world.now + 1));
         }
     }
 }

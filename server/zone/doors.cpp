@@ -46,17 +46,15 @@ void open(ZoneState& state, std::uint32_t door) {
 /// sees are placed by their own means.
 void rouse_resting(ZoneState& state) {
     world::Entities& e = state.entities;
-    for (world::Row row = 0; row < e.size(); ++row) {
+    world::for_each_row(e.stirring(), [&](world::Row row) {
         const world::EntityType& type = (*state.settings.types)[e.type[row]];
-        if (type.kind != world::EntityKind::kCharacter || !e.has(row, world::kAtRest) ||
-            e.has(row, world::kGhost) || e.has(row, world::kHidden) ||
-            !motion::moved_by_door(
+        if (type.kind == world::EntityKind::kCharacter && e.has(row, world::kAtRest) &&
+            !e.has(row, world::kGhost) && !e.has(row, world::kHidden) &&
+            motion::moved_by_door(
                 e.position[row], type.character, *state.settings.statics, state.now)) {
-            continue;
+            e.set(row, world::kAtRest, false);
         }
-        const ai::Mind* const mind = type.mind == 0 ? nullptr : state.minds.find(e.id[row]);
-        e.set(row, world::kAtRest, mind != nullptr && mind->tier == ai::Tier::kCoarse);
-    }
+    });
 }
 
 bool stands_other(const ZoneState& state, std::uint32_t door) {

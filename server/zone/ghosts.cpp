@@ -26,7 +26,7 @@ bool same(const EntityState& a, const world::Entities& e, world::Row row, const 
            a.orientation.coeffs() == e.orientation[row].coeffs() &&
            a.angular_velocity == e.angular_velocity[row] && a.acceleration == e.acceleration[row] &&
            a.appearance == e.appearance[row] && a.behaviour == e.behaviour[row] &&
-           (a.flags | world::kGhost) == e.flags[row] &&
+           ((a.flags & ~world::kDozing) | world::kGhost) == e.flags[row] &&
            a.discontinuity_tick == e.discontinuity_tick[row];
 }
 
@@ -179,6 +179,7 @@ std::uint32_t import_ghosts(ZoneState& state, std::span<ZoneState* const> zones)
         }
         write_entity(*arrival.state, arrival.shift, e, row);
         e.set(row, world::kGhost, true);
+        e.set(row, world::kDozing, false);  // here its owner moves it
         update_body(state, row, arrival.outside_m);
         state.ghosts_moved = true;
     }
