@@ -70,6 +70,7 @@ class Planner {
 
   private:
     Slices index(IndexBounds bounds);
+    void retire_index();
     Answer route(const Query& query, Method method);
     Answer by_cells(const Query& query, Method method);
     Answer by_subgoals(const Query& query, bool labels);
@@ -85,6 +86,8 @@ class Planner {
     bool components_true_ = false;
     std::optional<Subgoals> subgoals_;
     std::optional<HubLabels> labels_;
+    std::optional<Subgoals> old_subgoals_;  // to be given back
+    std::optional<HubLabels> old_labels_;
     std::optional<ClusterGraph> clusters_;
     SubgoalSearch subgoal_search_;
     LabelLookup lookup_;
