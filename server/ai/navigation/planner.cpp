@@ -147,6 +147,19 @@ void Planner::change(std::span<const CellChange> changes) {
     }
 }
 
+bool Planner::joined(Cell a, Cell b) {
+    label_components();
+    return map_.passable(a) && map_.passable(b) &&
+           components_.of(map_.place(a)) == components_.of(map_.place(b));
+}
+
+void Planner::label_components() {
+    if (!components_true_) {
+        components_.label(map_);
+        components_true_ = true;
+    }
+}
+
 bool Planner::can(Method method) const {
     switch (method) {
         case Method::kSubgoals:
@@ -178,11 +191,7 @@ Answer Planner::plan(const Query& query, Method method) {
     if (!map_.passable(query.start)) {
         return {Outcome::kStartBlocked};
     }
-    if (!components_true_) {
-        components_.label(map_);
-        components_true_ = true;
-    }
-    if (components_.of(map_.place(query.start)) == components_.of(map_.place(query.goal))) {
+    if (joined(query.start, query.goal)) {
         return route(query, method);
     }
     if (!query.nearest) {

@@ -48,6 +48,9 @@ class Planner {
     /// changed; answers are exact all the same.
     void change(std::span<const CellChange> changes);
 
+    /// Whether a way leads from one cell to another; false where either is blocked or off the map.
+    bool joined(Cell a, Cell b);
+
     /// Whether the method has what it needs.
     [[nodiscard]] bool can(Method method) const;
 
@@ -71,6 +74,7 @@ class Planner {
   private:
     Slices index(IndexBounds bounds);
     void retire_index();
+    void label_components();
     Answer route(const Query& query, Method method);
     Answer by_cells(const Query& query, Method method);
     Answer by_subgoals(const Query& query, bool labels);

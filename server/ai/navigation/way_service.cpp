@@ -101,6 +101,13 @@ bool WayService::find_ends(std::uint32_t number) {
     return true;
 }
 
+bool WayService::reaches(Spot from, Cell to) {
+    Cell start = grid_.cell(from);
+    return (planner_.map().passable(start) ||
+            nearest_passable(planner_.map(), grid_, from, settings_.reach_cells, start)) &&
+           planner_.joined(start, to);
+}
+
 void WayService::wait(std::uint32_t number) {
     Slot& slot = slots_[number];
     slot.waiting = true;

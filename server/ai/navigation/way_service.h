@@ -122,6 +122,9 @@ class WayService {
 
     [[nodiscard]] const Planner& planner() const { return planner_; }
 
+    /// Whether a way leads from the cell nearest to a place to another cell.
+    bool reaches(Spot from, Cell to);
+
     [[nodiscard]] const Areas& areas() const { return areas_; }
 
     [[nodiscard]] const WayCounts& counts() const { return counts_; }
