@@ -4,6 +4,8 @@
 #include "shared/core/assert.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace zoned::ai {
@@ -15,6 +17,10 @@ bool same_ground(const motion::CharacterLimits& a, const motion::CharacterLimits
     return a.radius == b.radius && a.half_segment == b.half_segment &&
            a.max_slope_cos == b.max_slope_cos && a.step_up == b.step_up &&
            a.step_down == b.step_down;
+}
+
+float apart(navigation::Spot a, navigation::Spot b) {
+    return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
 }
 
 /// The first tick after `now` at which a door turns.
@@ -138,12 +144,45 @@ void Ways::ask(Slot mind,
         asked_.resize(mind + std::size_t{1});
     }
     Size& size = sizes_[size_of_type_[type]];
-    const navigation::WayTicket ticket = size.service->ask({navigation::WayAsk::kAlone, from, to});
-    asked_[mind] = {entity, ticket, size_of_type_[type]};
+    const navigation::GroundGrid& grid = size.service->grid();
+    const bool beyond = std::isfinite(to.x) && std::isfinite(to.z) && !grid.contains(to);
+    const navigation::WayTicket ticket = size.service->ask(
+        {navigation::WayAsk::kAlone, from, beyond ? way_out(*size.service, from, to) : to});
+    asked_[mind] = {entity, ticket, size_of_type_[type], beyond};
     if (ticket.slot >= size.mind_of_request.size()) {
         size.mind_of_request.resize(ticket.slot + std::size_t{1});
     }
     size.mind_of_request[ticket.slot] = mind;
+}
+
+navigation::Spot Ways::way_out(navigation::WayService& service,
+                               navigation::Spot from,
+                               navigation::Spot to) {
+    const navigation::GroundGrid& grid = service.grid();
+    const navigation::GridMap& map = service.planner().map();
+    const int right = grid.width() - 1;
+    const int bottom = grid.height() - 1;
+    const navigation::Spot first = grid.centre({0, 0});
+    const navigation::Spot last =
+        grid.centre({static_cast<std::uint16_t>(right), static_cast<std::uint16_t>(bottom)});
+    navigation::Spot best{std::clamp(to.x, first.x, last.x), std::clamp(to.z, first.z, last.z)};
+    float least = std::numeric_limits<float>::infinity();
+    const auto consider = [&](int x, int y) {
+        const navigation::Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+        const navigation::Spot at = grid.centre(c);
+        const float sum = apart(from, at) + apart(at, to);
+        if (sum < least && map.passable(c) && service.reaches(from, c)) {
+            least = sum;
+            best = at;
+        }
+    };
+    for (int y = 0; y <= bottom && (to.x < first.x || to.x > last.x); ++y) {
+        consider(to.x < first.x ? 0 : right, y);
+    }
+    for (int x = 0; x <= right && (to.z < first.z || to.z > last.z); ++x) {
+        consider(x, to.z < first.z ? 0 : bottom);
+    }
+    return best;
 }
 
 void Ways::release(Slot mind) {
@@ -165,7 +204,11 @@ void Ways::serve() {
 
 navigation::WayAnswer Ways::answer(Slot mind) const {
     const Asked& asked = asked_[mind];
-    return sizes_[asked.size].service->answer(asked.ticket);
+    navigation::WayAnswer answer = sizes_[asked.size].service->answer(asked.ticket);
+    if (asked.beyond && answer.outcome == navigation::Outcome::kFound) {
+        answer.outcome = navigation::Outcome::kPartial;
+    }
+    return answer;
 }
 
 void Ways::see(Slot mind, navigation::Spot at) {

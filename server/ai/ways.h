@@ -53,7 +53,9 @@ class Ways {
     void follow_doors(Tick now);
 
     /// A way from a place to another, both zone-local; in place of the one that the mind has.
-    /// plans_for(type).
+    /// plans_for(type). To a place beyond the zone the way leads to where the zone is best left: of
+    /// the cells that can be reached along the sides of the map that the place lies beyond, the one
+    /// by which two straight lines lead there soonest (kPartial).
     void ask(Slot mind,
              EntityId entity,
              TypeIndex type,
@@ -124,6 +126,7 @@ class Ways {
         EntityId entity;
         navigation::WayTicket ticket;
         std::uint8_t size = kNoSize;
+        bool beyond = false;  ///< the goal lies beyond the zone
     };
 
     void add_size(const WaysSettings& settings,
@@ -131,6 +134,10 @@ class Ways {
                   const navigation::GroundRect& area,
                   const motion::CharacterLimits& limits,
                   Tick now);
+    /// Where to leave the map for a place beyond it.
+    static navigation::Spot way_out(navigation::WayService& service,
+                                    navigation::Spot from,
+                                    navigation::Spot to);
     /// Appends whose requests of a size these are.
     void note(std::span<const std::uint32_t> requests,
               std::size_t number,

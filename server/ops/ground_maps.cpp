@@ -14,12 +14,14 @@ void check_ground_maps(const proto::Config& config,
     if (!config.ai().has_ways()) {
         return;
     }
+    const float cell_m = narrow(config.ai().ways().cell_m());
     for (const ZoneRegion& zone : zones) {
         const std::string defect = ai::navigation::GroundGrid::defect_of(
             zone::ways_area(zone.max_x - zone.min_x,
                             zone.max_z - zone.min_z,
-                            narrow(config.zones().handoff_hysteresis_m())),
-            narrow(config.ai().ways().cell_m()));
+                            narrow(config.zones().handoff_hysteresis_m()),
+                            cell_m),
+            cell_m);
         if (!defect.empty()) {
             diagnostics.add("ai.ways.cell_m", "zone '" + zone.name + "': " + defect);
             return;

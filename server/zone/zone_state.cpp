@@ -120,7 +120,8 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
                     *settings.statics,
                     ways_area(region.max_x - region.min_x,
                               region.max_z - region.min_z,
-                              settings.handoff_hysteresis_m),
+                              settings.handoff_hysteresis_m,
+                              settings.ai.ways.cell_m),
                     *settings.types,
                     now);
 }

@@ -1,6 +1,7 @@
 #include "server/ai/navigation/areas.h"
 
 #include "shared/core/assert.h"
+#include "shared/core/state_hash.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -59,18 +60,19 @@ void Areas::update(const GridMap& map, std::span<const CellChange> changes) {
     touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
     const std::size_t changed = touched.size();
     for (std::size_t i = 0; i < changed; ++i) {
-        find_areas(map, touched[i]);
         const int x = static_cast<int>(touched[i]) % across_;
         const int y = static_cast<int>(touched[i]) / across_;
-        const auto beside = [&](int dx, int dy) {
-            if (x + dx >= 0 && x + dx < across_ && y + dy >= 0 && y + dy < down_) {
-                touched.push_back(static_cast<std::uint32_t>((y + dy) * across_ + x + dx));
+        // Exits of a square beside it are others only where the labels along their side are.
+        const std::array<std::uint64_t, kSides> before = sides_of(map, touched[i]);
+        find_areas(map, touched[i]);
+        const std::array<std::uint64_t, kSides> after = sides_of(map, touched[i]);
+        for (Hop side = 0; side < kSides; ++side) {
+            const int u = x + (side == 0 ? 1 : side == 1 ? -1 : 0);
+            const int v = y + (side == 2 ? 1 : side == 3 ? -1 : 0);
+            if (before[side] != after[side] && u >= 0 && u < across_ && v >= 0 && v < down_) {
+                touched.push_back(static_cast<std::uint32_t>(v * across_ + u));
             }
-        };
-        beside(1, 0);
-        beside(-1, 0);
-        beside(0, 1);
-        beside(0, -1);
+        }
     }
     std::sort(touched.begin(), touched.end());
     touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
@@ -78,6 +80,20 @@ void Areas::update(const GridMap& map, std::span<const CellChange> changes) {
         find_exits(map, s);
     }
     join_areas();
+}
+
+std::array<std::uint64_t, 4> Areas::sides_of(const GridMap& map, std::uint32_t square) const {
+    const GoalField::Window w = window_of(map, square);
+    std::array<core::StateHash, 4> hash;
+    for (int y = w.top; y <= w.bottom; ++y) {
+        hash[0].add(label_[map.place(area_cell(w.right, y))]);
+        hash[1].add(label_[map.place(area_cell(w.left, y))]);
+    }
+    for (int x = w.left; x <= w.right; ++x) {
+        hash[2].add(label_[map.place(area_cell(x, w.bottom))]);
+        hash[3].add(label_[map.place(area_cell(x, w.top))]);
+    }
+    return {hash[0].value(), hash[1].value(), hash[2].value(), hash[3].value()};
 }
 
 GoalField::Window Areas::window_of(const GridMap& map, std::uint32_t square) const {

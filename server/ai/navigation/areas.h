@@ -4,6 +4,7 @@
 #include "server/ai/navigation/goal_field.h"
 #include "server/ai/navigation/open_list.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -138,6 +139,9 @@ class Areas {
                             static_cast<std::uint32_t>(c.x - box.left)];
     }
 
+    /// Of the labels along its sides, in the order of hops.
+    [[nodiscard]] std::array<std::uint64_t, 4> sides_of(const GridMap& map,
+                                                        std::uint32_t square) const;
     [[nodiscard]] GoalField::Window window_of(const GridMap& map, std::uint32_t square) const;
     void find_areas(const GridMap& map, std::uint32_t square);
     Box fill_area(const GridMap& map, const GoalField::Window& w, Cell first, std::uint16_t label);

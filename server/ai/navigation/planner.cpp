@@ -67,14 +67,32 @@ void Planner::prepare(const IndexBounds& bounds) {
 }
 
 void Planner::begin_index(const IndexBounds& bounds) {
+    retire_index();
+    indexing_ = index(bounds);
+}
+
+void Planner::retire_index() {
+    // To give back megabytes takes up to a millisecond, which nobody waits for.
+    if (subgoals_) {
+        old_labels_ = std::move(labels_);
+        old_subgoals_ = std::move(subgoals_);
+    }
     labels_.reset();
     subgoals_.reset();
-    indexing_ = index(bounds);
 }
 
 Slices Planner::index(IndexBounds bounds) {
     // Jobs within jobs stop where the outer one does, after units of their own.
     constexpr std::uint64_t kPart = 20'000;
+    constexpr std::uint64_t kBytesAUnit = 16;
+    if (old_subgoals_) {
+        const std::size_t labels = old_labels_ ? old_labels_->bytes() : 0;
+        old_labels_.reset();
+        co_await Spent{1 + labels / kBytesAUnit};
+        const std::size_t subgoals = old_subgoals_->bytes();
+        old_subgoals_.reset();
+        co_await Spent{1 + subgoals / kBytesAUnit};
+    }
     Slices part = Subgoals::build(map_, bounds.doors, new_subgoals_);
     while (!part.advance(kPart)) {
         co_await Spent{kPart};
@@ -121,12 +139,24 @@ void Planner::change(std::span<const CellChange> changes) {
             components_.update(map_, changes);
         }
         indexing_ = Slices();
-        subgoals_.reset();
-        labels_.reset();
+        retire_index();
         if (clusters_) {
             clusters_->update(map_, changes);
             through_.reserve(clusters_->portals() * 2 + 2);
         }
+    }
+}
+
+bool Planner::joined(Cell a, Cell b) {
+    label_components();
+    return map_.passable(a) && map_.passable(b) &&
+           components_.of(map_.place(a)) == components_.of(map_.place(b));
+}
+
+void Planner::label_components() {
+    if (!components_true_) {
+        components_.label(map_);
+        components_true_ = true;
     }
 }
 
@@ -161,11 +191,7 @@ Answer Planner::plan(const Query& query, Method method) {
     if (!map_.passable(query.start)) {
         return {Outcome::kStartBlocked};
     }
-    if (!components_true_) {
-        components_.label(map_);
-        components_true_ = true;
-    }
-    if (components_.of(map_.place(query.start)) == components_.of(map_.place(query.goal))) {
+    if (joined(query.start, query.goal)) {
         return route(query, method);
     }
     if (!query.nearest) {

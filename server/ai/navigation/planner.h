@@ -48,6 +48,9 @@ class Planner {
     /// changed; answers are exact all the same.
     void change(std::span<const CellChange> changes);
 
+    /// Whether a way leads from one cell to another; false where either is blocked or off the map.
+    bool joined(Cell a, Cell b);
+
     /// Whether the method has what it needs.
     [[nodiscard]] bool can(Method method) const;
 
@@ -70,6 +73,8 @@ class Planner {
 
   private:
     Slices index(IndexBounds bounds);
+    void retire_index();
+    void label_components();
     Answer route(const Query& query, Method method);
     Answer by_cells(const Query& query, Method method);
     Answer by_subgoals(const Query& query, bool labels);
@@ -85,6 +90,8 @@ class Planner {
     bool components_true_ = false;
     std::optional<Subgoals> subgoals_;
     std::optional<HubLabels> labels_;
+    std::optional<Subgoals> old_subgoals_;  // to be given back
+    std::optional<HubLabels> old_labels_;
     std::optional<ClusterGraph> clusters_;
     SubgoalSearch subgoal_search_;
     LabelLookup lookup_;

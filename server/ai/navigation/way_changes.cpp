@@ -16,11 +16,39 @@ float apart(Spot a, Spot b) {
     return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
 }
 
+/// Whether the line between the middles of two cells comes into the window or next to it.
+bool passes(Cell from, Cell to, const GoalField::Window& w) {
+    const int left = w.left - 1;
+    const int right = w.right + 1;
+    const int top = w.top - 1;
+    const int bottom = w.bottom + 1;
+    if (std::min(from.x, to.x) > right || std::max(from.x, to.x) < left ||
+        std::min(from.y, to.y) > bottom || std::max(from.y, to.y) < top) {
+        return false;
+    }
+    // Not where all corners of the window lie on one side of it.
+    const int dx = to.x - from.x;
+    const int dy = to.y - from.y;
+    const auto side = [&](int x, int y) {
+        return dx * (y - from.y) - dy * (x - from.x);
+    };
+    const int a = side(left, top);
+    const int b = side(right, top);
+    const int c = side(left, bottom);
+    const int d = side(right, bottom);
+    return std::min({a, b, c, d}) <= 0 && std::max({a, b, c, d}) >= 0;
+}
+
+/// How far a place lies from a box.
+float off(Spot s, Spot low, Spot high) {
+    return apart(s, {std::clamp(s.x, low.x, high.x), std::clamp(s.z, low.z, high.z)});
+}
+
 }  // namespace
 
 void WayService::change(std::span<const CellChange> changes) {
     requeued_.clear();
-    bool opened = false;
+    opened_.clear();
     GoalField::Window closed{
         std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
     bool changed = false;
@@ -29,8 +57,9 @@ void WayService::change(std::span<const CellChange> changes) {
             continue;
         }
         changed = true;
-        opened = opened || c.passable;
-        if (!c.passable) {
+        if (c.passable) {
+            opened_.push_back(grid_.centre(c.cell));
+        } else {
             closed = {std::min<int>(closed.left, c.cell.x),
                       std::min<int>(closed.top, c.cell.y),
                       std::max<int>(closed.right, c.cell.x),
@@ -49,13 +78,22 @@ void WayService::change(std::span<const CellChange> changes) {
         f.goal = kNoPlace;
     }
     building_ = kNoPlace;
+    Gap gap{opened_, {}, {}};
+    if (!opened_.empty()) {
+        const auto [left, right] = std::minmax_element(
+            opened_.begin(), opened_.end(), [](Spot a, Spot b) { return a.x < b.x; });
+        const auto [top, bottom] = std::minmax_element(
+            opened_.begin(), opened_.end(), [](Spot a, Spot b) { return a.z < b.z; });
+        gap.low = {left->x, top->z};
+        gap.high = {right->x, bottom->z};
+    }
     for (std::uint32_t i = 0; i < slots_.size(); ++i) {
         Slot& slot = slots_[i];
         if (!slot.taken) {
             continue;
         }
         const bool broken = slot.usable && closed.right >= 0 && cut(slot, closed);
-        const bool longer = !broken && opened && may_be_shorter(slot, changes);
+        const bool longer = !broken && !opened_.empty() && may_be_shorter(slot, gap);
         if (broken) {
             slot.usable = false;
             ++counts_.broken;
@@ -68,6 +106,9 @@ void WayService::change(std::span<const CellChange> changes) {
         }
         if ((broken || longer) && !slot.waiting && find_ends(i)) {
             wait(i);
+            if (broken) {
+                unled_.push_back(i);
+            }
         }
     }
 }
@@ -75,16 +116,18 @@ void WayService::change(std::span<const CellChange> changes) {
 /// Whether one of the legs that are left of a way leads through something blocked; `around` holds
 /// all that was closed.
 bool WayService::cut(const Slot& slot, const GoalField::Window& around) const {
+    const Cell low = grid_.cell(slot.low);
+    const Cell high = grid_.cell(slot.high);
+    if (low.x > around.right + 1 || high.x + 1 < around.left || low.y > around.bottom + 1 ||
+        high.y + 1 < around.top) {
+        return false;
+    }
     const std::span<const Spot> corners = pool_.of(slot.corners);
     Cell from = slot.next == 0 ? slot.start : grid_.cell(corners[slot.next - 1]);
     std::uint32_t looked = 0;
     for (std::size_t i = slot.next; i < corners.size(); ++i) {
         const Cell to = grid_.cell(corners[i]);
-        const bool near = std::min(from.x, to.x) <= around.right + 1 &&
-                          std::max(from.x, to.x) + 1 >= around.left &&
-                          std::min(from.y, to.y) <= around.bottom + 1 &&
-                          std::max(from.y, to.y) + 1 >= around.top;
-        if (near && !sees(planner_.map(), from, to, looked)) {
+        if (passes(from, to, around) && !sees(planner_.map(), from, to, looked)) {
             return true;
         }
         from = to;
@@ -94,24 +137,20 @@ bool WayService::cut(const Slot& slot, const GoalField::Window& around) const {
 
 /// Whether a way through what was opened could be shorter than what is left of this one, or lead to
 /// the goal at all.
-bool WayService::may_be_shorter(const Slot& slot, std::span<const CellChange> changes) const {
+bool WayService::may_be_shorter(const Slot& slot, const Gap& gap) const {
     if (slot.waiting || slot.outcome == Outcome::kOffMap) {
         return false;
     }
     if (!slot.usable || slot.outcome != Outcome::kFound) {
         return true;
     }
-    const std::span<const Spot> corners = pool_.of(slot.corners);
-    float left = 0.0F;
-    Spot from = slot.at;
-    for (std::size_t i = slot.next; i < corners.size(); ++i) {
-        left += apart(from, corners[i]);
-        from = corners[i];
-    }
-    return std::any_of(changes.begin(), changes.end(), [&](const CellChange& c) {
-        const Spot middle = grid_.centre(c.cell);
-        return c.passable && apart(slot.at, middle) + apart(middle, slot.to) + kGain_m < left;
-    });
+    // No cell of the gap is nearer to both ends than its box.
+    const float least = off(slot.at, gap.low, gap.high) + off(slot.to, gap.low, gap.high) + kGain_m;
+    const float left = apart(slot.at, slot.ahead) + slot.rest_m;
+    return least < left &&
+           std::any_of(gap.middles.begin(), gap.middles.end(), [&](const Spot& middle) {
+               return apart(slot.at, middle) + apart(middle, slot.to) + kGain_m < left;
+           });
 }
 
 }  // namespace zoned::ai::navigation

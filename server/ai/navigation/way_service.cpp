@@ -73,6 +73,10 @@ WayTicket WayService::ask(const WayAsk& ask) {
         fail(number, Outcome::kOffMap);
     } else if (find_ends(number)) {
         wait(number);
+        if (!areas_.prepared(planner_.map(), slot.goal) && spent_ < settings_.work_per_tick) {
+            areas_.prepare(planner_.map(), slot.goal);
+            spent_ += kAreaUnits * areas_.areas();
+        }
     }
     return {number, slot.round};
 }
@@ -97,16 +101,32 @@ bool WayService::find_ends(std::uint32_t number) {
     return true;
 }
 
+bool WayService::reaches(Spot from, Cell to) {
+    Cell start = grid_.cell(from);
+    return (planner_.map().passable(start) ||
+            nearest_passable(planner_.map(), grid_, from, settings_.reach_cells, start)) &&
+           planner_.joined(start, to);
+}
+
 void WayService::wait(std::uint32_t number) {
     Slot& slot = slots_[number];
     slot.waiting = true;
     ++wanted_[planner_.map().place(slot.goal)];
     ++counts_.waiting;
     queue_.push(number, slot.asker);
-    if (!areas_.prepared(planner_.map(), slot.goal) && spent_ < settings_.work_per_tick) {
-        areas_.prepare(planner_.map(), slot.goal);
-        spent_ += kAreaUnits * areas_.areas();
+}
+
+void WayService::lead_waiting() {
+    std::size_t led = 0;
+    for (; led < unled_.size() && spent_ < settings_.work_per_tick; ++led) {
+        const Slot& slot = slots_[unled_[led]];
+        if (slot.taken && slot.waiting && !slot.usable &&
+            !areas_.prepared(planner_.map(), slot.goal)) {
+            areas_.prepare(planner_.map(), slot.goal);
+            spent_ += kAreaUnits * areas_.areas();
+        }
     }
+    unled_.erase(unled_.begin(), unled_.begin() + static_cast<std::ptrdiff_t>(led));
 }
 
 void WayService::release(WayTicket ticket) {
@@ -156,6 +176,7 @@ void WayService::serve() {
         done(number);
     }
     queue_.tick();
+    lead_waiting();
     if (!indexed_) {
         indexed_ = planner_.advance_index(settings_.index_work_per_tick);
     }
@@ -402,11 +423,17 @@ void WayService::keep(Slot& slot) {
     }
     slot.usable = true;
     slot.next = 0;
-    slot.length_m = 0.0F;
-    Spot from = slot.at;
-    for (const Spot& corner : corners) {
-        slot.length_m += distance(from, corner);
-        from = corner;
+    slot.ahead = corners.front();
+    slot.length_m = distance(slot.at, slot.ahead);
+    slot.rest_m = 0.0F;
+    for (std::size_t i = 1; i < corners.size(); ++i) {
+        slot.rest_m += distance(corners[i - 1], corners[i]);
+    }
+    slot.length_m += slot.rest_m;
+    slot.low = slot.high = grid_.centre(slot.start);
+    for (const Spot& c : corners) {
+        slot.low = {std::min(slot.low.x, c.x), std::min(slot.low.z, c.z)};
+        slot.high = {std::max(slot.high.x, c.x), std::max(slot.high.z, c.z)};
     }
 }
 
@@ -431,7 +458,9 @@ Spot WayService::heading(WayTicket ticket, Spot at, float near_m) {
         return at;
     }
     while (slot.next + 1 < corners.size() && distance(at, corners[slot.next]) <= near_m) {
+        slot.rest_m -= distance(corners[slot.next], corners[slot.next + 1]);
         ++slot.next;
+        slot.ahead = corners[slot.next];
     }
     return corners[slot.next];
 }

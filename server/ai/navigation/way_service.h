@@ -122,6 +122,9 @@ class WayService {
 
     [[nodiscard]] const Planner& planner() const { return planner_; }
 
+    /// Whether a way leads from the cell nearest to a place to another cell.
+    bool reaches(Spot from, Cell to);
+
     [[nodiscard]] const Areas& areas() const { return areas_; }
 
     [[nodiscard]] const WayCounts& counts() const { return counts_; }
@@ -145,6 +148,10 @@ class WayService {
         CornerBlock corners;
         std::uint32_t next = 0;  ///< corner that the asker heads for
         float length_m = 0.0F;
+        Spot ahead;           ///< that corner
+        float rest_m = 0.0F;  ///< from there on
+        Spot low;             ///< of the box that holds the way
+        Spot high;
     };
 
     /// Next steps from all cells to a goal that many ask for.
@@ -152,6 +159,13 @@ class WayService {
         Place goal = kNoPlace;
         std::uint64_t used = 0;
         std::vector<Hop> hops;
+    };
+
+    /// What a change opened: the middles of the cells, and the box that holds these.
+    struct Gap {
+        std::span<const Spot> middles;
+        Spot low;
+        Spot high;
     };
 
     static constexpr std::size_t kFields = 8;
@@ -173,12 +187,15 @@ class WayService {
     void done(std::uint32_t number);
     void fail(std::uint32_t number, Outcome outcome);
     void wait(std::uint32_t number);
+    /// Where those who wait and were not led so far may walk meanwhile, as far as the tick's work
+    /// goes.
+    void lead_waiting();
     /// Cells for where an asker is and wants to go; false where there are none.
     bool find_ends(std::uint32_t number);
     /// The ends of one who waited: it has walked on, and the map may have changed.
     bool refresh(std::uint32_t number);
     [[nodiscard]] bool cut(const Slot& slot, const GoalField::Window& around) const;
-    [[nodiscard]] bool may_be_shorter(const Slot& slot, std::span<const CellChange> changes) const;
+    [[nodiscard]] bool may_be_shorter(const Slot& slot, const Gap& gap) const;
     [[nodiscard]] bool worth_a_field(const Slot& slot) const;
     [[nodiscard]] Spot first_leg(const Slot& slot, Spot at) const;
 
@@ -193,6 +210,8 @@ class WayService {
     std::vector<std::uint32_t> answered_;  // since the last serve()
     std::vector<std::uint32_t> told_;      // by it
     std::vector<std::uint32_t> requeued_;
+    std::vector<std::uint32_t> unled_;   // that wait since a change
+    std::vector<Spot> opened_;           // middles of the cells of a change
     std::vector<std::uint32_t> wanted_;  // by place: requests for it that wait
     std::array<Field, kFields> fields_;
     GoalField builder_;

@@ -97,7 +97,7 @@ TEST(Ways, AreAnsweredInTheTickInWhichTheyAreAskedFor) {
         EXPECT_EQ(a.corners.back(), to);
         EXPECT_FLOAT_EQ(a.length_m, 20.0F);
     }
-    EXPECT_EQ(ways.answer(5).outcome, Outcome::kOffMap);
+    EXPECT_EQ(ways.answer(5).outcome, Outcome::kPartial) << "beyond the zone";
     EXPECT_TRUE(ways.has(7, EntityId(70)));
     EXPECT_FALSE(ways.has(7, EntityId(71)));
     ways.release(7);
@@ -136,6 +136,29 @@ TEST(Ways, GoRoundAGateThatIsShutAndThroughItAgainOnceItIsOpen) {
     EXPECT_TRUE(ways.answer(0).waiting);
     ways.serve();
     EXPECT_GT(ways.answer(0).length_m, 38.0F);
+}
+
+TEST(Ways, LeadOutOfTheZoneToAPlaceBeyondItWhereItCanBeLeft) {
+    // A wall along the east side of the town, with a gap from z = 10 to z = 12.
+    motion::StaticGeometry walls({wall(Vec3(19.5F, 1.0F, -5.0F), Vec3(0.5F, 2.0F, 15.0F)),
+                                  wall(Vec3(19.5F, 1.0F, 16.0F), Vec3(0.5F, 2.0F, 4.0F))},
+                                 0.0F);
+    Ways ways({0.5F, 1'000'000}, walls, kTown, kinds(), 0);
+    ways.ask(0, EntityId(1), 1, {0.0F, 0.0F}, {60.0F, 0.0F});
+    ways.ask(1, EntityId(2), 1, {0.0F, 0.0F}, {60.0F, 60.0F});
+    ways.ask(2, EntityId(3), 1, {0.0F, 0.0F}, {0.0F, -60.0F});
+    ways.ask(3, EntityId(4), 1, {0.0F, 0.0F}, {std::nanf(""), 0.0F});
+    ways.serve();
+    EXPECT_EQ(ways.answer(0).outcome, Outcome::kPartial);
+    const Spot east = ways.answer(0).corners.back();
+    EXPECT_FLOAT_EQ(east.x, 19.75F);
+    EXPECT_GT(east.z, 10.0F);
+    EXPECT_LT(east.z, 12.0F);
+    // To the south-east by the south side, which is free: straight ahead.
+    const Spot corner = ways.answer(1).corners.back();
+    EXPECT_TRUE(corner.z > 19.0F || corner.x > 19.0F);
+    EXPECT_EQ(ways.answer(2).corners.back(), (Spot{-0.25F, -19.75F}));
+    EXPECT_EQ(ways.answer(3).outcome, Outcome::kOffMap);
 }
 
 TEST(Ways, ForgetWhoseSlotIsAnothers) {

@@ -81,7 +81,7 @@ TEST(WaysInConfigs, NeedCellsThatFitTheZones) {
     std::string text = with("cell_m: 0.4", "cell_m: 0.1", kDoors + kValid);
     text = with("max_x_m: 100\n  max_z_m", "max_x_m: 1000\n  max_z_m", text);
     text = with("max_x_m: 100 max_z_m: 50 }", "max_x_m: 1000 max_z_m: 50 }", text);
-    expect_single(text, "cell_m: 0.1", "zone 'east': 10040 x 1040 cells; a side has at most 8192");
+    expect_single(text, "cell_m: 0.1", "zone 'east': 10044 x 1044 cells; a side has at most 8192");
     expect_single(with("cell_m: 0.4", "cell_m: 0", kDoors + kValid), "cell_m: 0 ", "out of range");
 }
 
