@@ -71,6 +71,9 @@ class Crowd {
                 const Vec3 local =
                     box.orientation.conjugate() * (state().entities.position[row] - box.centre);
                 const Vec3 beyond = local.cwiseAbs() - box.half_extents;
+                if (beyond.y() > 0.9F - 2e-3F) {
+                    continue;  // it stands on top
+                }
                 const Vec2 out(std::max(beyond.x(), 0.0F), std::max(beyond.z(), 0.0F));
                 most = std::max(most, kRadius - out.norm());
             }
