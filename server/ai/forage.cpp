@@ -31,6 +31,13 @@ void aim_at(Mind& mind, const Vec2& at) {
     mind.target = Vec3(at.x(), mind.target.y(), at.y());
 }
 
+/// Scouts are not, nor whoever has been on its way for long, half of the time: old scents may lead
+/// to where there is no way any more.
+bool is_guided(const Mind& mind, const ForageDef& def) {
+    const bool scouts = (mind.corner & (kCarries | kScouts)) == kScouts;
+    return !scouts && (mind.steps / def.trails.patience) % 2 == 0;
+}
+
 bool finds_food(const ForageDef& def, const Places& places, const Vec2& at) {
     return std::any_of(def.food.begin(), def.food.end(), [&](std::uint16_t place) {
         return places.outside(place, at) <= 0.0F;
@@ -92,7 +99,7 @@ void Nests::choose(Mind& mind, Nest& nest, const Vec2& at) {
     const unsigned direction = nest.trails.choose(place,
                                                   mind.corner & kDirectionBits,
                                                   carries ? ants::kHome : ants::kFood,
-                                                  carries || (mind.corner & kScouts) == 0,
+                                                  is_guided(mind, *nest.def),
                                                   mind.rng);
     if (direction >= ants::kDirections) {
         return;
@@ -112,10 +119,6 @@ void Nests::arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
     if (nest.ground.cells.passable(here)) {
         nest.trails.mark(
             carries ? ants::kFood : ants::kHome, nest.ground.cells.place(here), mind.steps);
-    }
-    if (mind.steps > def.trails.patience) {
-        mind.corner |= kLost;
-        return;
     }
     if (!carries && finds_food(def, scene.places, at)) {
         mind.corner |= kCarries;

@@ -24,7 +24,7 @@ struct Forager {
 /// turn, and these.
 inline constexpr std::uint8_t kCarries = 0x08;
 inline constexpr std::uint8_t kScouts = 0x10;
-inline constexpr std::uint8_t kLost = 0x20;  ///< it walks straight home
+inline constexpr std::uint8_t kLost = 0x20;  ///< off the map: it walks straight home
 inline constexpr std::uint8_t kBegins = 0x40;
 
 /// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
