@@ -387,6 +387,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     decide_due(minds, world, settings);
     settle_trades(minds, world, settings);
     watch_changes(minds, world);
+    forage(minds, world, settings);
     form_up(minds, world, settings);
     steer_awake(minds, world, settings);
     walk_coarse(minds, world, settings);
@@ -417,6 +418,7 @@ void Step::remember(const Memory& memory, const Minds& minds, const Settings& se
 
 void Step::hash(const Minds& minds, core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(minds.size()));
+    nests_.hash(hash);
     for (const Due& due : due_) {
         // It may have gone to another zone since.
         const Mind& mind = minds.at(due.slot);

@@ -4,6 +4,7 @@
 
 #include "server/ai/coarse.h"
 #include "server/ai/decision.h"
+#include "server/ai/forage.h"
 #include "server/ai/form_up.h"
 #include "server/ai/make_way.h"
 #include "server/ai/minds.h"
@@ -79,6 +80,7 @@ struct Report {
     std::uint32_t plans = 0;
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
+    std::uint64_t delivered = 0;          ///< food that was brought to nests, so far
     WayReport ways;                       ///< who met whom
     bool moved = false;                   ///< some entity was placed: the grid is no longer true
 };
@@ -91,6 +93,9 @@ class Step {
     [[nodiscard]] std::span<const EntityId> fell_asleep() const { return fell_asleep_; }
 
     [[nodiscard]] std::span<const EntityId> woke_up() const { return woke_up_; }
+
+    /// The nests of who forages: their scents are part of the zone's state.
+    [[nodiscard]] const Nests& nests() const { return nests_; }
 
     /// Chains what the minds are that had something to decide or an event in the last step.
     void hash(const Minds& minds, core::StateHash& hash) const;
@@ -159,6 +164,7 @@ class Step {
     void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
     void steer_awake(Minds& minds, const World& world, const Settings& settings);
+    void forage(Minds& minds, const World& world, const Settings& settings);
     void form_up(Minds& minds, const World& world, const Settings& settings);
     void make_way(Minds& minds, const World& world, const Settings& settings);
     void watch_changes(Minds& minds, const World& world) const;
@@ -197,6 +203,7 @@ class Step {
     std::vector<Walker> walkers_;
     crowd::KnownWalls walls_;
     Formations formations_;
+    Nests nests_;
     MakeWay make_way_;
 };
 

@@ -2,6 +2,31 @@
 
 namespace zoned::ai {
 
+/// Where those who look for food go next.
+void Step::forage(Minds& minds, const World& world, const Settings& settings) {
+    nests_.clear();
+    const std::span<const Slot> awake = minds.awake();
+    for (std::size_t i = 0; i < awake.size(); ++i) {
+        const Mind& mind = minds.at(awake[i]);
+        const CompiledMachine& machine = settings.compiled[mind.machine];
+        // Who has just turned to it begins when it steers.
+        if (rows_[i] != world::kNoRow && machine.forages && !mind.entered &&
+            machine.states[mind.doing].action == ActionKind::kForage) {
+            nests_.add({rows_[i], awake[i]});
+        }
+    }
+    nests_.step(minds,
+                {world.entities,
+                 world.types,
+                 world.places,
+                 world.statics,
+                 settings.compiled,
+                 world.half_size,
+                 world.now,
+                 world.dt});
+    report_.delivered = nests_.delivered();
+}
+
 /// Where those who form up around somebody are to be now.
 void Step::form_up(Minds& minds, const World& world, const Settings& settings) {
     formations_.clear();
@@ -15,7 +40,7 @@ void Step::form_up(Minds& minds, const World& world, const Settings& settings) {
         }
         const world::Row captain = world.entities.find(mind.ward);
         if (captain != world::kNoRow) {
-            formations_.add({mind.ward, captain, rows_[i], awake[i]});
+            formations_.add({mind.ward, mind.entity, captain, rows_[i], awake[i]});
         }
     }
     if (!formations_.empty()) {

@@ -125,9 +125,8 @@ void Formations::place(Minds& minds,
         const Mind& mind = minds.at(rank.slot);
         return &*machines[mind.machine].states[mind.doing].formation;
     };
-    // Ascending by entity already: of one captain they stay so.
-    std::stable_sort(ranks_.begin(), ranks_.end(), [&](const Rank& a, const Rank& b) {
-        return a.captain < b.captain;
+    std::sort(ranks_.begin(), ranks_.end(), [](const Rank& a, const Rank& b) {
+        return a.captain != b.captain ? a.captain < b.captain : a.entity < b.entity;
     });
     for (std::size_t begin = 0; begin < ranks_.size();) {
         std::size_t end = begin + 1;

@@ -18,6 +18,7 @@ inline constexpr std::uint8_t kStraggles = 0x80;
 /// A mind that forms up around its ward.
 struct Rank {
     EntityId captain;
+    EntityId entity;
     world::Row captain_row = world::kNoRow;
     world::Row row = world::kNoRow;
     Slot slot = 0;
@@ -30,7 +31,7 @@ class Formations {
   public:
     void clear() { ranks_.clear(); }
 
-    /// A mind whose state forms up; its ward is there. In ascending order of entities.
+    /// A mind whose state forms up; its ward is there.
     void add(const Rank& rank) { ranks_.push_back(rank); }
 
     [[nodiscard]] bool empty() const { return ranks_.empty(); }

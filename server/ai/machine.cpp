@@ -220,9 +220,13 @@ CompiledMachine compile(const Machine& machine, float dt) {
                        std::any_of(out.states.begin(), out.states.end(), [](const State& state) {
                            return state.action == ActionKind::kFlock;
                        });
-    out.forms_up = std::any_of(out.states.begin(), out.states.end(), [](const State& state) {
-        return state.action == ActionKind::kFormUp;
-    });
+    const auto some = [&out](ActionKind action) {
+        return std::any_of(out.states.begin(), out.states.end(), [action](const State& state) {
+            return state.action == action;
+        });
+    };
+    out.forms_up = some(ActionKind::kFormUp);
+    out.forages = some(ActionKind::kForage);
     compile_changes(machine, dt, out);
     compile_watches(out);
     return out;

@@ -1,6 +1,7 @@
 // Machine: what the mind of a character is made of, as written and compiled.
 #pragma once
 
+#include "server/ai/forage_def.h"
 #include "server/ai/formation_def.h"
 #include "server/ai/fsm/flat_machine.h"
 #include "server/ai/fuzzy/fuzzy_machine.h"
@@ -36,6 +37,7 @@ enum class ActionKind : std::uint8_t {
     kGo = 20,       ///< walk to its spot at `place`, and stand there
     kFollow = 110,  ///< stay within `radius_m` of its ward, or else of its target
     kEscort = 111,  ///< stay `radius_m` beside its ward, or between it and the target
+    kForage = 171,  ///< look for food around a nest, and carry it home: `forage`
     kFormUp = 170,  ///< keep a slot of `formation` around its ward
     kGuard = 112,   ///< hold home: run at a target within `radius_m` of it until that is beyond
                     ///< `leash_m`, then walk home
@@ -174,6 +176,7 @@ struct State {
     std::vector<VariableChange> changes{};
     std::uint16_t place = 0;                  ///< of kGo
     std::optional<FormationDef> formation{};  ///< of kFormUp, which has one
+    std::optional<ForageDef> forage{};        ///< of kForage, which has one
     std::vector<std::uint16_t> along{};       ///< of kFlock: places that the herd goes to in turn
     std::vector<Trade>
         trades{};  ///< once, as soon as they can be done; of an innermost state or deed
@@ -288,6 +291,7 @@ struct CompiledMachine {
     bool sleeps = true;
     /// Its minds need to know who is near, players or not.
     bool knows_others = false;
+    bool forages = false;   ///< some state of it does
     bool forms_up = false;  ///< some state of it does
     std::vector<Watch> watches;
     std::vector<std::uint32_t> first_watch;  ///< by leaf, and the end of the last

@@ -115,9 +115,8 @@ const char* wrong_with(const Mind& mind, const Settings& settings) {
             return "remembers a state that there is not";
         }
     }
-    if (mind.tier > Tier::kCoarse || mind.corner > 3 ||
-        (mind.tier == Tier::kCoarse && !mind.timed)) {
-        return "is in no tier, at no corner, or nowhere";
+    if (mind.tier > Tier::kCoarse || (mind.tier == Tier::kCoarse && !mind.timed)) {
+        return "is in no tier, or nowhere";
     }
     return nullptr;
 }

@@ -40,6 +40,7 @@ void visit_fields(MindOf& mind, Visit&& visit) {
     vector(mind.home);
     vector(mind.target);
     visit(mind.corner);
+    visit(mind.steps);
     visit(mind.prey.value);
     visit(mind.ward.value);
     visit(mind.noticed);

@@ -148,6 +148,7 @@ bool goes_by_legs(const Mind& mind, const State& state) {
             return !banded;
         case ActionKind::kFlock:
         case ActionKind::kFormUp:
+        case ActionKind::kForage:
             return false;
         case ActionKind::kChase:
         case ActionKind::kFlee:

@@ -1,6 +1,7 @@
 #include "server/ai/wish.h"
 
 #include "server/ai/flock.h"
+#include "server/ai/forage.h"
 #include "server/ai/form_up.h"
 #include "shared/core/assert.h"
 
@@ -273,6 +274,9 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
         pick_wander_target(mind, state.radius_m, around);
     } else if (state.action == ActionKind::kGuard) {
         mind.corner = kAtPost;
+    } else if (state.action == ActionKind::kForage) {
+        mind.corner = kBegins;
+        mind.target = around.entities.position[around.self];
     } else if (state.action == ActionKind::kFormUp) {
         mind.corner = kNoRank;
         mind.target = around.entities.position[around.self];
@@ -305,6 +309,8 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
             return wish_escort(mind, state, around);
         case ActionKind::kGuard:
             return wish_guard(mind, state, around);
+        case ActionKind::kForage:
+            return go_to(flat(mind.target), around.body());
         case ActionKind::kFormUp:
             // Who keeps its place is steered otherwise.
             return mind.ward ? go_to(flat(mind.target), around.body()) : Wish();

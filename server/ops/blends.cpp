@@ -48,8 +48,8 @@ void check_deeds(const Config::Blend& blend, const std::string& path, Diagnostic
         if (action == Config::FLOCK) {
             diagnostics.add(here, "FLOCK cannot be blended: herds steer by decisions alone");
         }
-        if (action == Config::FORM_UP) {
-            diagnostics.add(here, "FORM_UP cannot be blended: its places are kept by one action");
+        if (action == Config::FORM_UP || action == Config::FORAGE) {
+            diagnostics.add(here, "cannot be blended: its places are kept by one action");
         }
         // Round and post are remembered in one place.
         const int kind = action == Config::GUARD ? static_cast<int>(Config::PATROL) : action;

@@ -4,6 +4,7 @@
 #include "server/ops/minds.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace zoned::ops {
@@ -51,6 +52,9 @@ void check_trade(const Config& config,
 }
 
 /// Or beyond the world's edge.
+/// Cells from a nest to the side of its map, at most.
+constexpr double kMostCells = 500.0;
+
 bool in_one_zone(const Config::Place& place, const std::vector<ZoneRegion>& zones) {
     const double r = place.radius_m();
     return zones.size() < 2 || std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
@@ -130,6 +134,24 @@ ai::Trade expand_trade(const proto::Config& config,
     return out;
 }
 
+ai::ForageDef expand_forage(const proto::Config& config, const Config::Forage& forage) {
+    ai::ForageDef out;
+    const auto place = [&config](const std::string& name) {
+        return static_cast<std::uint16_t>(std::max(find_place(config, name), 0));
+    };
+    out.nest = place(forage.nest());
+    for (const std::string& food : forage.food()) {
+        out.food.push_back(place(food));
+    }
+    out.radius_m = narrow(forage.radius_m());
+    out.cell_m = narrow(forage.cell_m());
+    out.explore = narrow(forage.explore());
+    out.trails.evaporation = narrow(forage.evaporation_per_s());
+    out.trails.fade = narrow(forage.fade());
+    out.trails.patience = forage.patience();
+    return out;
+}
+
 ai::FormationDef expand_formation(const Config::Formation& formation) {
     ai::FormationDef out;
     out.shape = static_cast<ai::FormationShape>(formation.shape());
@@ -178,6 +200,38 @@ void check_places(const proto::Config& config,
     }
 }
 
+namespace {
+
+/// That nest and food exist, and lie where they are looked for.
+void check_forage(const Config& config,
+                  const Config::Forage& forage,
+                  const std::string& path,
+                  Diagnostics& diagnostics) {
+    const int nest = find_place(config, forage.nest());
+    if (nest < 0) {
+        diagnostics.add(path + ".nest",
+                        forage.has_nest() ? "there is no place named '" + forage.nest() + "'"
+                                          : "says nowhere to bring food to");
+    }
+    if (forage.radius_m() > kMostCells * forage.cell_m()) {
+        diagnostics.add(path + ".radius_m", "is more than 500 times cell_m");
+    }
+    for (int f = 0; f < forage.food_size(); ++f) {
+        const int food = find_place(config, forage.food(f));
+        const std::string here = join_path(path, "food", f);
+        if (food < 0) {
+            diagnostics.add(here, "there is no place named '" + forage.food(f) + "'");
+        } else if (nest >= 0 &&
+                   std::max(std::abs(config.place(food).x_m() - config.place(nest).x_m()),
+                            std::abs(config.place(food).z_m() - config.place(nest).z_m())) >
+                       forage.radius_m()) {
+            diagnostics.add(here, "lies farther than radius_m from the nest");
+        }
+    }
+}
+
+}  // namespace
+
 template <class Doing>
 void check_doing(const proto::Config& config,
                  int root,
@@ -195,6 +249,11 @@ void check_doing(const proto::Config& config,
         diagnostics.add(path + ".formation", "is of FORM_UP alone");
     } else if (doing.formation().taken_back_m() > doing.formation().straggler_m()) {
         diagnostics.add(path + ".formation", "taken_back_m is above straggler_m");
+    }
+    if (doing.action() == Config::FORAGE) {
+        check_forage(config, doing.forage(), path + ".forage", diagnostics);
+    } else if (doing.has_forage()) {
+        diagnostics.add(path + ".forage", "is of FORAGE alone");
     }
     if (doing.along_size() > 0 && doing.action() != Config::FLOCK) {
         diagnostics.add(join_path(path, "along", 0), "is of FLOCK alone");

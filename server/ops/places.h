@@ -28,9 +28,11 @@ ai::Trade expand_trade(const proto::Config& config,
                        const proto::Config::Trade& trade,
                        const VariableOf& variable_of);
 
+ai::ForageDef expand_forage(const proto::Config& config, const proto::Config::Forage& forage);
+
 ai::FormationDef expand_formation(const proto::Config::Formation& formation);
 
-/// What a state or deed says of places and formations, but where it does not go.
+/// What a state or deed says of places, formations and food, but where it does not go.
 template <class Doing>
 void expand_doing(const proto::Config& config,
                   const Doing& doing,
@@ -41,6 +43,9 @@ void expand_doing(const proto::Config& config,
     }
     if (doing.action() == proto::Config::FORM_UP) {
         out.formation = expand_formation(doing.formation());
+    }
+    if (doing.action() == proto::Config::FORAGE) {
+        out.forage = expand_forage(config, doing.forage());
     }
     for (const std::string& place : doing.along()) {
         out.along.push_back(static_cast<std::uint16_t>(std::max(find_place(config, place), 0)));

@@ -63,7 +63,7 @@ class Crowd {
         return most;
     }
 
-    /// How deep the deepest is in a static box, seen from above, m.
+    /// How deep the deepest is in a static box, m.
     float in_walls() {
         float most = -std::numeric_limits<float>::infinity();
         for (world::Row row = 0; row < state().entities.size(); ++row) {
@@ -71,7 +71,10 @@ class Crowd {
                 const Vec3 local =
                     box.orientation.conjugate() * (state().entities.position[row] - box.centre);
                 const Vec3 beyond = local.cwiseAbs() - box.half_extents;
-                const Vec2 out(std::max(beyond.x(), 0.0F), std::max(beyond.z(), 0.0F));
+                // Of the capsule's segment, 1 m high, to an upright box.
+                const Vec3 out(std::max(beyond.x(), 0.0F),
+                               std::max(beyond.y() - 0.5F, 0.0F),
+                               std::max(beyond.z(), 0.0F));
                 most = std::max(most, kRadius - out.norm());
             }
         }

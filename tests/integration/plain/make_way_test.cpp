@@ -87,6 +87,12 @@ TEST(MakeWay, WithoutItTheyWalkThroughEachOther) {
     EXPECT_GT(most, 0.5F * kRadius);
 }
 
+TEST(MakeWay, WhoStandsInAWallIsSeenThere) {
+    // The measure of walls is no toy either: before the first tick nobody was moved out.
+    Crowd crowd(crowd_world(kOn, kCorridor), {{"stay", {0.0F, 2.2F}}});
+    EXPECT_GT(crowd.in_walls(), 0.5F * kRadius);
+}
+
 TEST(MakeWay, WhoMeetsNobodyIsSteeredBitForBitAsWithout) {
     // 6 m apart, walking the same way: seen, but never met.
     const std::vector<std::pair<std::string, Vec2>> walkers = {{"shuttle", {-18.0F, -1.4F}},
@@ -216,6 +222,29 @@ TEST(MakeWay, ACrateThatHitsAWalkerPushesItAndAWallHoldsIt) {
     // Two free bodies would part at 6 * 200 / 280 m/s and more; it brakes at 20 m/s2.
     EXPECT_GT(farthest, 0.6F + 0.2F);
     EXPECT_LE(farthest, 2.45F - kRadius + 1e-3F);
+}
+
+TEST(MakeWay, WhoIsNotSimulatedIsPutWhereItStandsClearOfWalls) {
+    // Places are behind a wall without a door: straight walks lead through it while nobody looks.
+    const std::string wall = R"(
+statics {
+  box { x_m: 0 y_m: 1 z_m: 0 size { x_m: 3 y_m: 2 z_m: 50 } }
+  box { x_m: 20 y_m: 1 z_m: 0 size { x_m: 1 y_m: 2 z_m: 1 } }
+})";
+    Crowd crowd(with(crowd_world(kOn, wall + R"(
+scatter { type: "shuttle" count: 40 seed: 1 min_distance_m: 1 region { min_x_m: -30 max_x_m: -3 min_z_m: -8 max_z_m: 8 } }
+)"),
+                     "skip_unseen: false",
+                     "skip_unseen: true"));
+    float in_walls = -1.0F;
+    std::uint32_t coarse = 0;
+    for (int t = 0; t < 3000; ++t) {
+        crowd.tick();
+        in_walls = std::max(in_walls, crowd.in_walls());
+        coarse = std::max(coarse, 40U - crowd.world().zones().front()->report().ai.awake);
+    }
+    EXPECT_EQ(coarse, 40U);
+    EXPECT_LE(in_walls, 1e-3F);
 }
 
 TEST(MakeWay, GivesTheSameHashForOneTwoAndFourThreads) {

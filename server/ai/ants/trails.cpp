@@ -1,0 +1,162 @@
+#include "server/ai/ants/trails.h"
+
+#include <algorithm>
+
+namespace zoned::ai::ants {
+
+namespace {
+
+/// How much walkers like to go on, by eighths of a turn away from ahead.
+constexpr std::array<float, 5> kLiking{1.0F, 0.6F, 0.15F, 0.05F, 0.02F};
+/// Weight of what has no scent, beside 1 for what smells as strong as here.
+constexpr float kUnscented = 0.02F;
+constexpr float kMostRatio = 1e6F;
+/// A step less on the way makes a cell at least so many times as attractive.
+constexpr float kStepRatio = 1.4F;
+/// Scent that is weaker is none.
+constexpr float kLeastScent = 1e-4F;
+
+constexpr int kStepX[kDirections] = {1, 1, 0, -1, -1, -1, 0, 1};
+constexpr int kStepY[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
+
+}  // namespace
+
+Trails::Trails(const navigation::GridMap& map, const TrailSettings& settings)
+    : map_(map),
+      settings_(settings) {
+    for (auto& scent : scent_) {
+        scent.assign(map.places(), 0.0F);
+    }
+    is_scented_.assign(map.places(), 0);
+    float strength = 1.0F;
+    while (strength > kLeastScent && strength_.size() < settings.patience) {
+        strength_.push_back(strength);
+        strength *= 1.0F - settings.fade;
+    }
+    for (float ratio = 1.0F - settings.fade; ratio > 1.0F / kStepRatio && sharpness_ < 16;
+         ratio *= ratio) {
+        ++sharpness_;
+    }
+}
+
+void Trails::evaporate() {
+    const float stays = 1.0F - settings_.evaporation;
+    std::size_t kept = 0;
+    for (const navigation::Place p : scented_) {
+        bool any = false;
+        for (auto& scent : scent_) {
+            scent[p] = scent[p] * stays > kLeastScent ? scent[p] * stays : 0.0F;
+            any = any || scent[p] > 0.0F;
+        }
+        if (any) {
+            scented_[kept++] = p;
+        } else {
+            is_scented_[p] = 0;
+        }
+    }
+    scented_.resize(kept);
+}
+
+void Trails::note(navigation::Place p) {
+    if (is_scented_[p] == 0) {
+        is_scented_[p] = 1;
+        scented_.push_back(p);
+    }
+}
+
+void Trails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
+    if (steps >= strength_.size()) {
+        return;
+    }
+    float& scent = scent_[which][at];
+    scent = std::max(scent, strength_[steps]);
+    note(at);
+}
+
+void Trails::restore(std::span<const float> home, std::span<const float> food) {
+    scented_.clear();
+    for (navigation::Place p = 0; p < map_.places(); ++p) {
+        scent_[kHome][p] = home[p];
+        scent_[kFood][p] = food[p];
+        is_scented_[p] = 0;
+        if (home[p] > 0.0F || food[p] > 0.0F) {
+            note(p);
+        }
+    }
+}
+
+/// Chains cells by place, so that it does not matter in which order they were marked.
+void Trails::hash(core::StateHash& hash) const {
+    for (navigation::Place p = 0; p < map_.places(); ++p) {
+        if (is_scented_[p] != 0) {
+            hash.add(p);
+            hash.add(scent_[kHome][p]);
+            hash.add(scent_[kFood][p]);
+        }
+    }
+}
+
+navigation::Place Trails::beside(navigation::Place from, unsigned direction) const {
+    const auto stride = static_cast<std::int64_t>(map_.stride());
+    return static_cast<navigation::Place>(static_cast<std::int64_t>(from) +
+                                          kStepY[direction] * stride + kStepX[direction]);
+}
+
+/// Without cutting corners.
+bool Trails::open(navigation::Place from, unsigned direction) const {
+    const bool diagonal = direction % 2 == 1;
+    return map_.passable(beside(from, direction)) &&
+           (!diagonal ||
+            (map_.passable(beside(from, (direction + 1) % kDirections)) &&
+             map_.passable(beside(from, (direction + kDirections - 1) % kDirections))));
+}
+
+float Trails::weight(navigation::Place at,
+                     unsigned direction,
+                     unsigned came,
+                     Scent wanted,
+                     bool guided) const {
+    const unsigned apart = (direction + kDirections - came) % kDirections;
+    const float liking = kLiking[apart <= 4 ? apart : kDirections - apart];
+    if (!guided) {
+        return liking;
+    }
+    const navigation::Place there = beside(at, direction);
+    // Against what is smelt here, so that what counts is which way it grows, however weak it is.
+    const float own = std::max(scent_[wanted][at], kLeastScent);
+    float ratio = scent_[wanted][there] / own;
+    for (unsigned k = 0; k < sharpness_; ++k) {
+        ratio = std::min(ratio * ratio, kMostRatio);
+    }
+    return liking * (kUnscented + ratio);
+}
+
+unsigned Trails::choose(navigation::Place at,
+                        unsigned direction,
+                        Scent wanted,
+                        bool guided,
+                        core::Rng& rng) const {
+    std::array<float, kDirections> weights{};
+    float sum = 0.0F;
+    for (unsigned d = 0; d < kDirections; ++d) {
+        weights[d] = open(at, d) ? weight(at, d, direction, wanted, guided) : 0.0F;
+        sum += weights[d];
+    }
+    if (sum <= 0.0F) {
+        return kDirections;
+    }
+    float left = rng.unit() * sum;
+    unsigned last = kDirections;
+    for (unsigned d = 0; d < kDirections; ++d) {
+        if (weights[d] > 0.0F) {
+            last = d;
+            left -= weights[d];
+            if (left < 0.0F) {
+                break;
+            }
+        }
+    }
+    return last;
+}
+
+}  // namespace zoned::ai::ants

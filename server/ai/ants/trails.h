@@ -1,0 +1,86 @@
+// Trails: scents on a grid map, and which way somebody who follows them takes.
+#pragma once
+
+#include "server/ai/navigation/grid_map.h"
+#include "shared/core/rng.h"
+#include "shared/core/state_hash.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::ants {
+
+enum Scent : std::uint8_t {
+    kHome,
+    kFood,
+    kScents
+};
+
+/// Directions to neighbouring cells, by eighths of a turn from +x to +y of the map.
+inline constexpr unsigned kDirections = 8;
+
+struct TrailSettings {
+    float evaporation = 0.002F;     ///< share of all scent that is lost at a time, 0 to 1
+    float fade = 0.01F;             ///< by which a mark gets weaker with each step, 0 to 1
+    std::uint32_t patience = 3000;  ///< steps on the way after which nobody marks any more
+};
+
+/// A mark replaces a weaker one, and is the weaker, the longer its walker is on its way: so a scent
+/// grows towards where it comes from. Marks of one time may be made in any order. Steps are chosen
+/// by chance, with weights after Deneubourg, Aron, Goss and Pasteels, "The self-organizing
+/// exploratory pattern of the Argentine ant", Journal of Insect Behavior 3, 1990, among the cells
+/// ahead.
+class Trails {
+  public:
+    /// `map` must outlive this; it may change.
+    Trails(const navigation::GridMap& map, const TrailSettings& settings);
+
+    /// Only cells with scent cost anything.
+    void evaporate();
+
+    /// By a walker that has made so many steps.
+    void mark(Scent which, navigation::Place at, std::uint32_t steps);
+
+    /// Where one who came in `direction` goes on to find what has the scent `wanted`; without being
+    /// `guided` by it anywhere ahead. kDirections where there is no way out.
+    [[nodiscard]] unsigned choose(navigation::Place at,
+                                  unsigned direction,
+                                  Scent wanted,
+                                  bool guided,
+                                  core::Rng& rng) const;
+
+    [[nodiscard]] navigation::Place beside(navigation::Place from, unsigned direction) const;
+
+    /// 0 to 1.
+    [[nodiscard]] float scent(Scent which, navigation::Place p) const { return scent_[which][p]; }
+
+    /// By place, for snapshots.
+    [[nodiscard]] std::span<const float> scents(Scent which) const { return scent_[which]; }
+
+    /// Scents of both kinds by place, as scents() of an equal map.
+    void restore(std::span<const float> home, std::span<const float> food);
+
+    void hash(core::StateHash& hash) const;
+
+  private:
+    [[nodiscard]] bool open(navigation::Place from, unsigned direction) const;
+    [[nodiscard]] float weight(navigation::Place at,
+                               unsigned direction,
+                               unsigned came,
+                               Scent wanted,
+                               bool guided) const;
+    void note(navigation::Place p);
+
+    const navigation::GridMap& map_;
+    TrailSettings settings_;
+    std::array<std::vector<float>, kScents> scent_;
+    std::vector<navigation::Place> scented_;  // cells with any scent
+    std::vector<std::uint8_t> is_scented_;
+    std::vector<float> strength_;  // of a mark, by steps on the way
+    unsigned sharpness_ = 0;       // how often ratios of scent are squared
+};
+
+}  // namespace zoned::ai::ants

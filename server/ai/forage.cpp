@@ -1,0 +1,190 @@
+#include "server/ai/forage.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+/// So near the middle of a cell counts as there, and so far from it as led astray, in cells.
+constexpr float kAtCell = 0.4F;
+constexpr float kAstrayCells = 2.5F;
+constexpr std::uint8_t kDirectionBits = 0x07;
+
+navigation::Spot spot_of(const Vec2& at) {
+    return {at.x(), at.y()};
+}
+
+void turn_back(Mind& mind) {
+    mind.corner ^= ants::kDirections / 2;
+    mind.steps = 0;
+}
+
+void set_out(Mind& mind, const ForageDef& def) {
+    mind.corner &= static_cast<std::uint8_t>(~(kScouts | kLost | kBegins));
+    mind.corner |= mind.rng.unit() < def.explore ? kScouts : 0;
+    mind.steps = 0;
+}
+
+void aim_at(Mind& mind, const Vec2& at) {
+    mind.target = Vec3(at.x(), mind.target.y(), at.y());
+}
+
+/// Scouts are not, nor whoever has been on its way for long, half of the time: old scents may lead
+/// to where there is no way any more.
+bool is_guided(const Mind& mind, const ForageDef& def) {
+    const bool scouts = (mind.corner & (kCarries | kScouts)) == kScouts;
+    return !scouts && (mind.steps / def.trails.patience) % 2 == 0;
+}
+
+bool finds_food(const ForageDef& def, const Places& places, const Vec2& at) {
+    return std::any_of(def.food.begin(), def.food.end(), [&](std::uint16_t place) {
+        return places.outside(place, at) <= 0.0F;
+    });
+}
+
+}  // namespace
+
+/// Null where the nest lies in another zone.
+Nests::Nest* Nests::nest_of(const ForageDef& def, TypeIndex type, const Scene& scene) {
+    for (const auto& nest : nests_) {
+        if (nest->place == def.nest) {
+            nest->def = &def;
+            return nest.get();
+        }
+    }
+    const Vec2 centre = scene.places.centre(def.nest);
+    if (std::abs(centre.x()) > scene.half_size.x() || std::abs(centre.y()) > scene.half_size.y()) {
+        return nullptr;
+    }
+    const navigation::GroundRect area{centre.x() - def.radius_m,
+                                      centre.y() - def.radius_m,
+                                      centre.x() + def.radius_m,
+                                      centre.y() + def.radius_m};
+    const motion::CharacterLimits& limits = scene.types[type].character;
+    navigation::GroundMap ground = navigation::bake_ground(scene.statics, limits, area, def.cell_m);
+    navigation::DoorMap doors(
+        navigation::bake_doors(scene.statics, limits, area, def.cell_m, ground), ground.cells);
+    nests_.push_back(std::make_unique<Nest>(def, std::move(ground), std::move(doors)));
+    return nests_.back().get();
+}
+
+void Nests::follow_doors(Nest& nest, const Scene& scene) {
+    changes_.clear();
+    for (std::uint32_t door = 0; door < nest.doors.doors(); ++door) {
+        nest.doors.turn(door, scene.statics.doors()[door].shut_at(scene.now), changes_);
+    }
+    for (const navigation::CellChange& change : changes_) {
+        nest.ground.cells.set_passable(change.cell, change.passable);
+    }
+}
+
+/// On to a cell beside the one that it is in, or to the nearest that can be walked.
+void Nests::choose(Mind& mind, Nest& nest, const Vec2& at) {
+    const navigation::GroundGrid& grid = nest.ground.grid;
+    const navigation::Cell here = grid.cell(spot_of(at));
+    if (!nest.ground.cells.passable(here)) {
+        navigation::Cell near;
+        if (navigation::nearest_passable(nest.ground.cells, grid, spot_of(at), 4, near)) {
+            const navigation::Spot to = grid.centre(near);
+            aim_at(mind, Vec2(to.x, to.z));
+        } else {
+            mind.corner |= kLost;
+        }
+        return;
+    }
+    const bool carries = (mind.corner & kCarries) != 0;
+    const navigation::Place place = nest.ground.cells.place(here);
+    const unsigned direction = nest.trails.choose(place,
+                                                  mind.corner & kDirectionBits,
+                                                  carries ? ants::kHome : ants::kFood,
+                                                  is_guided(mind, *nest.def),
+                                                  mind.rng);
+    if (direction >= ants::kDirections) {
+        return;
+    }
+    mind.corner = static_cast<std::uint8_t>((mind.corner & ~kDirectionBits) | direction);
+    const navigation::Spot to =
+        grid.centre(nest.ground.cells.cell(nest.trails.beside(place, direction)));
+    aim_at(mind, Vec2(to.x, to.z));
+}
+
+/// In the middle of a cell: a mark, food or home, and on.
+void Nests::arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
+    const ForageDef& def = *nest.def;
+    const navigation::Cell here = nest.ground.grid.cell(spot_of(at));
+    mind.steps = static_cast<std::uint16_t>(std::min<std::uint32_t>(mind.steps + 1U, 0xFFFFU));
+    const bool carries = (mind.corner & kCarries) != 0;
+    if (nest.ground.cells.passable(here)) {
+        nest.trails.mark(
+            carries ? ants::kFood : ants::kHome, nest.ground.cells.place(here), mind.steps);
+    }
+    if (!carries && finds_food(def, scene.places, at)) {
+        mind.corner |= kCarries;
+        turn_back(mind);
+    } else if ((carries || mind.steps > 1) && scene.places.outside(def.nest, at) <= 0.0F) {
+        delivered_ += carries ? 1U : 0U;
+        mind.corner &= static_cast<std::uint8_t>(~kCarries);
+        turn_back(mind);
+        set_out(mind, def);
+    }
+    choose(mind, nest, at);
+}
+
+void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
+    const float cell_m = nest.ground.grid.cell_m();
+    const Vec2 target(mind.target.x(), mind.target.z());
+    if ((mind.corner & kLost) != 0) {
+        if (scene.places.outside(nest.place, at) > 0.0F) {
+            aim_at(mind, scene.places.centre(nest.place));
+            return;
+        }
+        mind.corner &= static_cast<std::uint8_t>(~kCarries);
+        set_out(mind, *nest.def);
+        choose(mind, nest, at);
+    } else if ((mind.corner & kBegins) != 0) {
+        mind.corner = static_cast<std::uint8_t>(mind.rng.below(ants::kDirections));
+        set_out(mind, *nest.def);
+        choose(mind, nest, at);
+    } else if (!nest.ground.grid.contains(spot_of(at))) {
+        mind.corner |= kLost;
+    } else if ((target - at).norm() < kAtCell * cell_m) {
+        arrive(mind, nest, at, scene);
+    } else if ((target - at).norm() > kAstrayCells * cell_m ||
+               !nest.ground.cells.passable(nest.ground.grid.cell(spot_of(target)))) {
+        // Pushed away, or a door has shut before it.
+        choose(mind, nest, at);
+    }
+}
+
+void Nests::step(Minds& minds, const Scene& scene) {
+    for (const Forager& forager : foragers_) {
+        Mind& mind = minds.at(forager.slot);
+        const ForageDef& def = *scene.machines[mind.machine].states[mind.doing].forage;
+        const Vec3& position = scene.entities.position[forager.row];
+        const Vec2 at(position.x(), position.z());
+        if (Nest* const nest = nest_of(def, scene.entities.type[forager.row], scene)) {
+            walk(mind, *nest, at, scene);
+        } else {
+            mind.corner |= kLost;
+            aim_at(mind, scene.places.centre(def.nest));
+        }
+    }
+    const auto second = std::max<Tick>(1, std::lround(1.0F / scene.dt));
+    for (const auto& nest : nests_) {
+        follow_doors(*nest, scene);
+        if (!foragers_.empty() && scene.now % second == 0) {
+            nest->trails.evaporate();
+        }
+    }
+}
+
+void Nests::hash(core::StateHash& hash) const {
+    hash.add(delivered_);
+    for (const auto& nest : nests_) {
+        nest->trails.hash(hash);
+    }
+}
+
+}  // namespace zoned::ai

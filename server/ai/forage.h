@@ -1,0 +1,101 @@
+// Forage: creatures that look for food around a nest, and find the shortest way by scents.
+#pragma once
+
+#include "server/ai/minds.h"
+#include "server/ai/navigation/door_cells.h"
+#include "server/ai/places.h"
+#include "server/world/entities.h"
+#include "shared/motion/static_geometry.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace zoned::ai {
+
+/// A mind that forages.
+struct Forager {
+    world::Row row = world::kNoRow;
+    Slot slot = 0;
+};
+
+/// What a mind keeps in `corner` while it forages: the direction in which it goes, by eighths of a
+/// turn, and these.
+inline constexpr std::uint8_t kCarries = 0x08;
+inline constexpr std::uint8_t kScouts = 0x10;
+inline constexpr std::uint8_t kLost = 0x20;  ///< off the map: it walks straight home
+inline constexpr std::uint8_t kBegins = 0x40;
+
+/// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
+/// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to
+/// that of the next; where they are on their way is part of their minds (`corner`, `target`,
+/// `steps`), and goes with them to another zone: from there they walk straight home. Scents stay,
+/// and are part of the zone's state. Time stands still for a nest that nobody of is awake.
+class Nests {
+  public:
+    struct Scene {
+        const world::Entities& entities;
+        const world::TypeTable& types;
+        const Places& places;
+        const motion::StaticGeometry& statics;
+        const std::vector<CompiledMachine>& machines;
+        Vec2 half_size;  ///< of the zone: nests beyond it are another's
+        Tick now;
+        float dt;  ///< s
+    };
+
+    void clear() { foragers_.clear(); }
+
+    /// In ascending order of entities.
+    void add(const Forager& forager) { foragers_.push_back(forager); }
+
+    /// Lets those who have come to a cell mark it and choose the next: writes `target`.
+    void step(Minds& minds, const Scene& scene);
+
+    /// All that was brought home so far.
+    [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
+
+    [[nodiscard]] std::size_t size() const { return nests_.size(); }
+
+    /// The scents of a nest, in the order in which nests were first used; for snapshots and
+    /// pictures.
+    [[nodiscard]] const ants::Trails& trails(std::size_t nest) const {
+        return nests_[nest]->trails;
+    }
+
+    [[nodiscard]] const navigation::GroundMap& ground(std::size_t nest) const {
+        return nests_[nest]->ground;
+    }
+
+    void hash(core::StateHash& hash) const;
+
+  private:
+    struct Nest {
+        std::uint16_t place;
+        const ForageDef* def;
+        navigation::GroundMap ground;
+        navigation::DoorMap doors;
+        ants::Trails trails;
+
+        Nest(const ForageDef& from, navigation::GroundMap&& map, navigation::DoorMap&& door_map)
+            : place(from.nest),
+              def(&from),
+              ground(std::move(map)),
+              doors(std::move(door_map)),
+              trails(ground.cells, from.trails) {}
+    };
+
+    Nest* nest_of(const ForageDef& def, TypeIndex type, const Scene& scene);
+    void follow_doors(Nest& nest, const Scene& scene);
+    void walk(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene);
+    void arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene);
+    void choose(Mind& mind, Nest& nest, const Vec2& at);
+
+    std::vector<Forager> foragers_;
+    std::vector<std::unique_ptr<Nest>> nests_;
+    std::vector<navigation::CellChange> changes_;
+    std::uint64_t delivered_ = 0;
+};
+
+}  // namespace zoned::ai
