@@ -113,6 +113,17 @@ void print_zone(const ops::ZoneRegion& region,
             last.particles.particles,
             last.particles.on_device);
     }
+    if (const ai::Ways& ways = zone.state().ways; !ways.empty()) {
+        const ai::navigation::WayCounts w = ways.counts();
+        std::printf(
+            "  ways: %zu sizes of characters, %.1f MiB, %llu asked for, %u waiting, %llu cut by "
+            "doors\n",
+            ways.sizes(),
+            static_cast<double>(ways.bytes()) / 1048576.0,
+            static_cast<unsigned long long>(w.asked),
+            w.waiting,
+            static_cast<unsigned long long>(w.broken));
+    }
     if (c.viewers > 0) {
         print_codec(replication, zone.state().replicator, last.replication);
     }
