@@ -19,17 +19,18 @@ constexpr float kSteepest = 1.2F;
 /// Nobody rises by more at once than this, m: what is above that is a roof.
 constexpr float kMostRise = 2.5F;
 
-/// The place at (x, z) where a character stands that came from `before`.
+/// The place at (x, z) where a character stands at `tick` that came from `before`.
 Vec3 standing_at(const motion::StaticGeometry& statics,
                  const motion::CharacterLimits& limits,
                  const Vec3& before,
-                 const Vec2& at) {
+                 const Vec2& at,
+                 Tick tick) {
     const float way = (at - Vec2(before.x(), before.z())).norm();
     const float rise = std::min(kSteepest * way + limits.step_up, kMostRise);
     const float drop = rise + kSteepest * way + limits.step_down;
     const Vec3 above(at.x(), before.y() + rise, at.y());
     const Aabb area = Aabb{above - Vec3(0.0F, drop, 0.0F), above}.grown(2.0F * limits.radius);
-    const motion::CapsuleSweep sweep(statics, {limits.radius, limits.half_segment}, area);
+    const motion::CapsuleSweep sweep(statics, {limits.radius, limits.half_segment}, area, tick);
     const Vec3 begin = sweep.parted(above);
     const motion::SweepHit hit = sweep.sweep_down(begin, drop, [&](const motion::SweepHit& h) {
         return h.normal.y() >= limits.max_slope_cos;
@@ -102,7 +103,7 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
     const Vec2 at = position_at(mind.leg, in.now - 1, in.dt);
     if (at != in.around(mind, row).body()) {
-        e.position[row] = standing_at(in.statics, limits_of(in, row), e.position[row], at);
+        e.position[row] = standing_at(in.statics, limits_of(in, row), e.position[row], at, in.now);
         e.discontinuity_tick[row] = in.now;
     }
     mind.placed = at;
