@@ -71,9 +71,7 @@ NewsAge ArrivalLog::at(Tick tick, double rtt_s, double window_s) const {
         // server gave up the last packet in it and what it then sent came: a packet of the tick
         // after that.
         const double from_s = static_cast<double>(hole.tick_before) * tick_s_;
-        // Both ends smooth the round trip from samples of their own: where the path jitters their
-        // estimates may lie on two sides of a tick.
-        const Tick sent_again = hole.tick_after + wire::give_up_ticks(rtt_s, tick_s_) + 1;
+        const Tick sent_again = hole.tick_after + wire::give_up_ticks(rtt_s, tick_s_);
         const double until_s =
             whole ? hole.closed_s + tick_s_
                   : std::max(hole.closed_s + resend_s,

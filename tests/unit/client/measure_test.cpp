@@ -88,20 +88,19 @@ TEST(ArrivalLog, AddsAResendOnlyNearALostPacket) {
     EXPECT_TRUE(log.at(151, rtt).loss);
     EXPECT_NEAR(log.at(152, rtt).age_s, 0.040 + kTick + rtt + kTick, 1e-12);
     // The server gives packet 150 up when it is more than 1 + 80 ms = 4 ticks old, and sends its
-    // news with tick 155, or a tick later where it takes the round trip for a little longer; which
-    // is here after 40 ms = 1.2 ticks; a tick later all is known.
-    EXPECT_TRUE(log.at(158, rtt).loss);
-    EXPECT_FALSE(log.at(159, rtt).loss);
+    // news with tick 155, which is here after 40 ms = 1.2 ticks; a tick later all is known.
+    EXPECT_TRUE(log.at(157, rtt).loss);
+    EXPECT_FALSE(log.at(158, rtt).loss);
 }
 
 /// On a path without delay the server waits longer than a round trip and a tick all the same.
 TEST(ArrivalLog, GrantsTheResendTheTimeThatTheServerWaits) {
     link::ArrivalLog log = steady(200, 0.002, {150});
     const double rtt = 0.004;
-    // Given up at tick 153 (more than 1 + 1 ticks old) or 154, here 2 ms later.
+    // Given up at tick 153 (more than 1 + 1 ticks old), here 2 ms later.
+    EXPECT_TRUE(log.at(153, rtt).loss);
     EXPECT_TRUE(log.at(154, rtt).loss);
-    EXPECT_TRUE(log.at(155, rtt).loss);
-    EXPECT_FALSE(log.at(156, rtt).loss);
+    EXPECT_FALSE(log.at(155, rtt).loss);
 }
 
 TEST(ArrivalLog, TakesALatePacketForLateNotForLost) {
