@@ -94,7 +94,7 @@ void Step::go_on_from(Mind& mind, Slot slot, const World& world, const Settings&
     const CompiledMachine& machine = machine_of(mind, settings);
     const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
     row_hints_[slot] = row;
-    take_way(mind, machine.states[mind.doing], coarse(world).around(mind, row, slot));
+    follow_way(mind, machine.states[mind.doing], coarse(world).around(mind, row, slot));
     mind.next_steering = world.now + 1;
     if (mind.tier == Tier::kCoarse) {
         mind.next_event = next_event(mind, machine, coarse(world), false);

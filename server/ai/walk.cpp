@@ -111,21 +111,6 @@ bool way_is_over(const Mind& mind, const Surroundings& around) {
            (way.corners.empty() || (flat_of(way.corners.back()) - around.at).norm() < kCornerM);
 }
 
-/// To the next corner, or the goal itself; as long as the way is not there, somewhere sensible.
-void follow_way(Mind& mind, const State& state, const Surroundings& around) {
-    const Vec2 next = flat_of(around.ways->heading(around.slot, spot_of(around.at), kCornerM));
-    const bool last = (next - mind.leg.goal).norm() < kTurnM;
-    const float near_m = last ? kArriveM : kTurnM;
-    if ((next - around.at).norm() > near_m) {
-        set_out(mind, state, around, next, near_m);
-        return;
-    }
-    const Vec2 goal = mind.leg.goal;
-    halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
-    mind.leg.goal = goal;
-    look_again(mind, kAskAgain_s, around);
-}
-
 }  // namespace
 
 Vec2 whereabouts(const Mind& mind, const Vec2& body, Tick now, float dt) {
@@ -172,6 +157,20 @@ void start_leg(Mind& mind, const Surroundings& around) {
                         around.now - 1);
     mind.timed = true;
     mind.on_way = false;
+}
+
+void follow_way(Mind& mind, const State& state, const Surroundings& around) {
+    const Vec2 next = flat_of(around.ways->heading(around.slot, spot_of(around.at), kCornerM));
+    const bool last = (next - mind.leg.goal).norm() < kTurnM;
+    const float near_m = last ? kArriveM : kTurnM;
+    if ((next - around.at).norm() > near_m) {
+        set_out(mind, state, around, next, near_m);
+        return;
+    }
+    const Vec2 goal = mind.leg.goal;
+    halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
+    mind.leg.goal = goal;
+    look_again(mind, kAskAgain_s, around);
 }
 
 bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& from) {
@@ -225,10 +224,6 @@ bool turn_to_way(Mind& mind, Wish& wish, const Surroundings& around) {
         wish.goal = next;
     }
     return asks;
-}
-
-void take_way(Mind& mind, const State& state, const Surroundings& around) {
-    follow_way(mind, state, around);
 }
 
 }  // namespace zoned::ai

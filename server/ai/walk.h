@@ -30,7 +30,7 @@ inline bool leg_is_over(const Mind& mind, Tick now, float dt) {
 
 /// Sets the leg to what the mind wants now, from its leg as it is: to the next corner of its way,
 /// or to another goal. Moves on targets that are reached. True: it needs a way to mind.leg.goal
-/// first (whoever asks for it sets mind.on_way), and take_way() in the same tick; nothing has
+/// first (whoever asks for it sets mind.on_way), and follow_way() in the same tick; nothing has
 /// changed so far. Different minds may plan at the same time.
 bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& around);
 
@@ -39,8 +39,8 @@ bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& 
 /// move.
 bool turn_to_way(Mind& mind, Wish& wish, const Surroundings& around);
 
-/// Once the mind's way was asked for and served: sets out along it, or ahead of it as long as it
-/// waits; stands where there is none.
-void take_way(Mind& mind, const State& state, const Surroundings& around);
+/// Once the mind's way was asked for and served: sets out to its next corner, or ahead of it as
+/// long as it waits; stands where there is none.
+void follow_way(Mind& mind, const State& state, const Surroundings& around);
 
 }  // namespace zoned::ai

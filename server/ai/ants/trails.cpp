@@ -73,18 +73,6 @@ void Trails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
     note(at);
 }
 
-void Trails::restore(std::span<const float> home, std::span<const float> food) {
-    scented_.clear();
-    for (navigation::Place p = 0; p < map_.places(); ++p) {
-        scent_[kHome][p] = home[p];
-        scent_[kFood][p] = food[p];
-        is_scented_[p] = 0;
-        if (home[p] > 0.0F || food[p] > 0.0F) {
-            note(p);
-        }
-    }
-}
-
 /// Chains cells by place, so that it does not matter in which order they were marked.
 void Trails::hash(core::StateHash& hash) const {
     for (navigation::Place p = 0; p < map_.places(); ++p) {

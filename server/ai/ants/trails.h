@@ -57,12 +57,6 @@ class Trails {
     /// 0 to 1.
     [[nodiscard]] float scent(Scent which, navigation::Place p) const { return scent_[which][p]; }
 
-    /// By place, for snapshots.
-    [[nodiscard]] std::span<const float> scents(Scent which) const { return scent_[which]; }
-
-    /// Scents of both kinds by place, as scents() of an equal map.
-    void restore(std::span<const float> home, std::span<const float> food);
-
     void hash(core::StateHash& hash) const;
 
   private:
