@@ -44,6 +44,7 @@ double opening_bytes(const Settings& settings) {
 ClientState::ClientState(const ClientTransfer& transfer, const Settings& settings)
     : client(transfer.client),
       tokens(transfer.next_sequence == 1 ? opening_bytes(settings) : transfer.budget_bytes),
+      widened(transfer.widened),
       demand(transfer.demand),
       next_sequence_(transfer.next_sequence),
       first_sequence_(transfer.next_sequence),
@@ -70,6 +71,7 @@ ClientTransfer ClientState::transfer() const {
     t.budget_bytes = tokens;
     t.rtt_us = rtt_us_;
     t.rate_bytes_per_s = rate_bytes_per_s_;
+    t.widened = widened;
     // The next zone's coder knows nothing of what this one has told.
     t.codec_epoch = coder != nullptr ? static_cast<std::uint8_t>(coder->epoch() + 1) : next_epoch_;
     t.coded = coder != nullptr;
@@ -132,12 +134,42 @@ void ClientState::sync(const std::vector<world::Visible>& visible,
         } else if (old->lod == v.lod) {
             scratch.push_back(*old++);
         } else {
+            follow_on(*old, streams);
             streams.unsubscribe(old->stream);
             scratch.push_back(subscribe(v, now, (old++)->known, streams));
         }
     }
     drop_before(EntityId(), true);
     subscriptions.assign(scratch.begin(), scratch.end());
+    std::erase_if(followed_, [this](const Followed& f) {
+        const Subscription* s = subscription(f.entity);
+        return s == nullptr || s->delivered_version != 0;
+    });
+}
+
+/// Of a level that the client has left it keeps what it was sent last.
+void ClientState::follow_on(const Subscription& left, const StreamTable& streams) {
+    const std::uint32_t version = held_version(left);
+    const Past* past = streams.past(left.stream, version);
+    if (past != nullptr) {
+        follow({left.entity, *past, 0.0F, 0.0F});
+    } else if (version != 0) {
+        std::erase_if(followed_, [&](const Followed& f) { return f.entity == left.entity; });
+    }
+}
+
+void ClientState::follow(const Followed& what) {
+    const auto it = lower_bound_entity(followed_, what.entity);
+    if (it != followed_.end() && it->entity == what.entity) {
+        *it = what;
+    } else {
+        followed_.insert(it, what);
+    }
+}
+
+const Followed* ClientState::followed(EntityId entity) const {
+    const auto it = lower_bound_entity(followed_, entity);
+    return it != followed_.end() && it->entity == entity ? &*it : nullptr;
 }
 
 Subscription ClientState::subscribe(const world::Visible& visible,
@@ -190,6 +222,7 @@ void ClientState::reset_view() {
     if (coder != nullptr) {
         coder->start_over();
     }
+    followed_.clear();
     for (Subscription& s : subscriptions) {
         s.stamp = next_stamp_++;
         s.sent_version = 0;

@@ -33,6 +33,21 @@ struct Subscription {
     Tick postponed_tick = 0;  ///< when the budget last made it wait before it was ever told of
 };
 
+/// The version of its stream that the client is taken to predict from: what was sent last unless
+/// that was lost; 0: none.
+inline std::uint32_t held_version(const Subscription& s) {
+    return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
+}
+
+/// What a client predicts an entity from that has passed to another stream, nothing of which it
+/// holds yet.
+struct Followed {
+    EntityId entity;
+    Past publication;      ///< of the stream that it leaves
+    float off_m = 0.0F;    ///< the client may hold a state that differs by so much ...
+    float off_rad = 0.0F;  ///< ... and so much
+};
+
 /// An entity that the client may hold and must forget; owed until acknowledged.
 struct Removal {
     EntityId entity;
@@ -116,6 +131,13 @@ class ClientState {
     /// zone; 0 = never.
     [[nodiscard]] Tick switch_tick(EntityId entity) const;
 
+    /// What the client predicts an entity from that it is subscribed to, as long as nothing of the
+    /// present stream has come to it; nullptr: not known.
+    [[nodiscard]] const Followed* followed(EntityId entity) const;
+
+    /// The client follows this from now on, until something of the present stream comes to it.
+    void follow(const Followed& what);
+
     /// As Replicator::unheard().
     Tick unheard(std::vector<mailbox::AuditNews>& out) const;
 
@@ -140,6 +162,7 @@ class ClientState {
                            Tick now,
                            bool known,
                            StreamTable& streams);
+    void follow_on(const Subscription& left, const StreamTable& streams);
     bool cancel_removal(EntityId entity);
     void add_removal(EntityId entity, Tick now);
     void deliver(const SentEntry& entry);
@@ -149,6 +172,7 @@ class ClientState {
     void sample_loss(SentPacket& packet, bool lost);
     Subscription* find(const SentEntry& entry);
 
+    std::vector<Followed> followed_;  // ascending by entity
     SentLog log_;
     std::uint64_t next_sequence_ = 1;
     std::uint64_t first_sequence_ = 1;  // sent from here

@@ -69,6 +69,10 @@ class Packer {
     void order_unseen_by_distance(const OwnNow& own,
                                   const ClientState& client,
                                   const StreamTable& streams);
+    void follow_from_elsewhere(Tick now,
+                               const Subscription& s,
+                               ClientState& client,
+                               const StreamTable& streams) const;
     void widen(Tick now, ClientState& client, const StreamTable& streams);
     static void postpone_all(Tick now, ClientState& client);
     void tell(ClientState& client, std::span<mailbox::StatePacket> packets, Report& report) const;

@@ -1,6 +1,7 @@
 #include "server/replication/packer.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace zoned::replication {
 
@@ -18,9 +19,21 @@ constexpr float kMargin = 1.2F;
 constexpr Tick kNarrowEvery = 8;
 constexpr Tick kSwitchTicks = 3;
 
-/// What the client is taken to predict from: what was sent last unless that was lost.
-std::uint32_t held_version(const Subscription& s) {
-    return s.delivery.in_flight > 0 ? s.sent_version : s.delivered_version;
+/// By how many of the bounds that hold for it now the client may be wrong about an entity; infinity
+/// where nobody knows what it predicts from.
+float excess_of(Tick now,
+                const Subscription& s,
+                const ClientState& client,
+                const StreamTable& streams) {
+    if (const std::uint32_t version = held_version(s); version != 0) {
+        return streams.excess(s.stream, version, now);
+    }
+    const Followed* f = client.followed(s.entity);
+    // Where another zone's stream leads is a guess, which is good for so long.
+    const bool known =
+        f != nullptr && (f->publication.version != 0 || now - f->publication.tick <= kSwitchTicks);
+    return known ? streams.excess(s.stream, f->publication, f->off_m, f->off_rad, now)
+                 : std::numeric_limits<float>::infinity();
 }
 
 }  // namespace
@@ -42,7 +55,7 @@ void Packer::order_by_error(Tick now, const ClientState& client, const StreamTab
                       static_cast<float>(1 + s.lod * s.lod);
             continue;
         }
-        const float excess = std::min(streams.excess(s.stream, held_version(s), now), kWorstExcess);
+        const float excess = std::min(excess_of(now, s, client, streams), kWorstExcess);
         const auto wider = static_cast<float>(wire::widening(
             std::min(client.widened.step, wire::kMostWidening), s.lod, settings_.lods.size()));
         c.score = stream.priority * (excess / wider + kWaitingScore * waited);
@@ -81,6 +94,29 @@ void Packer::order_unseen_by_distance(const OwnNow& own,
     }
 }
 
+/// What another zone told is not known here. It was within the bounds promised there a tick ago;
+/// where truth goes on as this zone has told others, it is a bound farther off now at most. Where
+/// truth has turned just now, or nobody was told before, nothing is known.
+void Packer::follow_from_elsewhere(Tick now,
+                                   const Subscription& s,
+                                   ClientState& client,
+                                   const StreamTable& streams) const {
+    if (held_version(s) != 0 || s.switched_tick != now || client.followed(s.entity) != nullptr) {
+        return;
+    }
+    const Stream& stream = streams[s.stream];
+    if (stream.version <= 1 || stream.breach_tick == now) {
+        return;
+    }
+    const LodBound& bound = settings_.lods[s.lod];
+    const auto wider = static_cast<float>(wire::widening(
+        std::min(client.widened.step, wire::kMostWidening), s.lod, settings_.lods.size()));
+    const float bounds_off = wider + 1.0F;
+    const Past as_truth{stream.truth, motion::PredictorOrder::kLinear, now, 0};
+    client.follow(
+        {s.entity, as_truth, bounds_off * bound.position_m, bounds_off * bound.orientation_rad});
+}
+
 /// What could not be sent decides how wide the bounds are now: never silently late.
 void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
     if (client.away()) {
@@ -107,12 +143,8 @@ void Packer::widen(Tick now, ClientState& client, const StreamTable& streams) {
                 s.postponed_tick = now;
                 continue;
             }
-            // After a change of level or zone the client predicts from a stream of the past; for so
-            // long that is part of how old news may be.
-            if (s.sent_version == 0 && now - s.delivery.owed_tick <= kSwitchTicks) {
-                continue;
-            }
-            const float excess = streams.excess(s.stream, held_version(s), now);
+            follow_from_elsewhere(now, s, client, streams);
+            const float excess = excess_of(now, s, client, streams);
             needed.step =
                 std::max(needed.step,
                          wire::widening_for(

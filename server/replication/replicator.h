@@ -11,6 +11,7 @@
 #include "shared/motion/static_geometry.h"
 #include "shared/wire/quantize.h"
 #include "shared/wire/traffic.h"
+#include "shared/wire/widening.h"
 
 #include <cstdint>
 #include <memory>
@@ -100,6 +101,7 @@ struct ClientTransfer {
     double budget_bytes = 0.0;
     std::uint32_t rtt_us = 0;
     std::uint32_t rate_bytes_per_s = 0;  ///< what its path carries; 0: no limit known
+    wire::Widened widened;               ///< the bounds that it was told last
     std::vector<EntityId>
         known;  ///< entities that the client may hold: the new zone sends them anew or removes them
 };

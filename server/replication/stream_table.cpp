@@ -358,18 +358,25 @@ Encoded StreamTable::encode(StreamIndex index, std::uint32_t held) {
 }
 
 float StreamTable::excess(StreamIndex index, std::uint32_t version, Tick now) const {
+    const Past* held = past(index, version);
+    return held != nullptr ? excess(index, *held, 0.0F, 0.0F, now)
+                           : std::numeric_limits<float>::infinity();
+}
+
+float StreamTable::excess(StreamIndex index,
+                          const Past& held,
+                          float off_m,
+                          float off_rad,
+                          Tick now) const {
     const Stream& stream = streams_[index];
-    const Past& past = stream.past[version % kPastKept];
-    if (version == 0 || past.version != version) {
-        return std::numeric_limits<float>::infinity();
-    }
     const LodBound& bound = settings_.lods[stream.lod];
-    const float elapsed = elapsed_seconds(past.tick, now, settings_.tick_s);
-    const motion::KinematicState held = motion::predict(past.from, past.order, elapsed);
+    const float elapsed = elapsed_seconds(held.tick, now, settings_.tick_s);
+    const motion::KinematicState there = motion::predict(held.from, held.order, elapsed);
     const float ahead_s = kTicksAhead * settings_.tick_s;
-    const float apart_m = (held.position - stream.truth.position).norm() +
-                          ahead_s * (held.velocity - stream.truth.velocity).norm();
-    const float apart_rad = motion::angle_between(held.orientation, stream.truth.orientation);
+    const float apart_m = off_m + (there.position - stream.truth.position).norm() +
+                          ahead_s * (there.velocity - stream.truth.velocity).norm();
+    const float apart_rad =
+        off_rad + motion::angle_between(there.orientation, stream.truth.orientation);
     return std::max(apart_m / bound.position_m, apart_rad / bound.orientation_rad);
 }
 

@@ -109,6 +109,20 @@ class StreamTable {
     /// more.
     [[nodiscard]] float excess(StreamIndex index, std::uint32_t version, Tick now) const;
 
+    /// The same for one that predicts from `held`, of whatever stream of the entity, or from a
+    /// state that differs by up to `off_m` and `off_rad`.
+    [[nodiscard]] float excess(StreamIndex index,
+                               const Past& held,
+                               float off_m,
+                               float off_rad,
+                               Tick now) const;
+
+    /// A publication that is still kept; else nullptr.
+    [[nodiscard]] const Past* past(StreamIndex index, std::uint32_t version) const {
+        const Past& past = streams_[index].past[version % kPastKept];
+        return version != 0 && past.version == version ? &past : nullptr;
+    }
+
     /// A publication as it predicts a moment.
     struct Predicted {
         Vec3 position = Vec3::Zero();

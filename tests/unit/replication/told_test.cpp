@@ -1,0 +1,172 @@
+// What waits under pressure is told: the bounds that a client was told of last, or is told of by
+// its next packet, hold in every tick for all that it knows.
+#include "tests/unit/replication/session.h"
+#include "shared/motion/dead_reckoning.h"
+
+#include <algorithm>
+
+namespace zoned::replication {
+namespace {
+
+/// On a path without delay and loss, so that nothing but the budget makes news late.
+class Judge {
+  public:
+    struct Verdict {
+        std::uint64_t compared = 0;
+        std::uint64_t widened = 0;    ///< of these: under bounds told to be wider
+        std::uint64_t unbounded = 0;  ///< told that there is no bound
+        std::uint64_t broken = 0;
+        double worst = 0.0;  ///< error over what was allowed
+        std::uint64_t waited_after_switch = 0;
+    };
+
+    explicit Judge(std::size_t clients) : clients_(clients) {}
+
+    /// After each tick of the session.
+    void look(const Session& s) {
+        for (std::size_t c = 0; c < clients_.size(); ++c) {
+            Client& client = clients_[c];
+            std::optional<wire::Widened> told;
+            for (const mailbox::StatePacket& p : s.packets) {
+                if (p.client.value == c + 1) {
+                    told = wire::read_down_head(p.body)->head.widened;
+                }
+            }
+            for (const world::Visible& v : s.visibility[c].visible) {
+                const auto known = s.remotes[c].model.known.find(v.entity);
+                if (known != s.remotes[c].model.known.end()) {
+                    client.open.push_back(error_of(s, v, known->second, s.remotes[c].model));
+                    verdict.waited_after_switch += known->second.lod != v.lod ? 1 : 0;
+                }
+            }
+            if (told) {
+                const std::uint8_t step = std::max(client.told.step, told->step);
+                for (const Error& error : client.open) {
+                    judge(error, step, s.settings);
+                }
+                client.open.clear();
+                client.told = *told;
+            }
+        }
+    }
+
+    Verdict verdict;
+
+  private:
+    struct Error {
+        double in_bounds = 0.0;  ///< of the level at which the entity is heard now
+        std::uint8_t lod = 0;
+    };
+
+    struct Client {
+        wire::Widened told;       ///< by the packet before
+        std::vector<Error> open;  ///< since then
+    };
+
+    static Error error_of(const Session& s,
+                          const world::Visible& v,
+                          const ModelClient::Known& known,
+                          const ModelClient& model) {
+        const world::Row row = s.world.entities.find(v.entity);
+        const motion::KinematicState shown = model.predict(known, s.world.now);
+        const motion::KinematicState truth = s.world.entities.kinematic(row);
+        const wire::Quantization q = wire::at_lod(s.settings.quantization, known.lod);
+        const LodBound& bound = s.settings.lods[v.lod];
+        const bool upright = s.types[known.type].upright();
+        // What single precision makes of places 40 m off, and of angles, comes to the quanta.
+        const float off_m =
+            (shown.position - truth.position).norm() - q.position_quantum_m() - 1e-4F;
+        const float off_rad = motion::angle_between(shown.orientation, truth.orientation) -
+                              q.orientation_quantum_rad(upright) - 1e-3F;
+        return {std::max(off_m / bound.position_m, off_rad / bound.orientation_rad), v.lod};
+    }
+
+    void judge(const Error& error, std::uint8_t step, const Settings& settings) {
+        ++verdict.compared;
+        verdict.widened += step > 0 ? 1 : 0;
+        if (step == wire::kNoBound) {
+            ++verdict.unbounded;
+            return;
+        }
+        const double of_allowed =
+            error.in_bounds / wire::widening(step, error.lod, settings.lods.size());
+        verdict.worst = std::max(verdict.worst, of_allowed);
+        verdict.broken += of_allowed > 1.0 ? 1 : 0;
+    }
+
+    std::vector<Client> clients_;
+};
+
+void print(const Judge::Verdict& v) {
+    std::printf(
+        "%llu compared, %llu widened, %llu unbounded, %llu while a level was changed, "
+        "%llu broken, worst %.2f of what was allowed\n",
+        static_cast<unsigned long long>(v.compared),
+        static_cast<unsigned long long>(v.widened),
+        static_cast<unsigned long long>(v.unbounded),
+        static_cast<unsigned long long>(v.waited_after_switch),
+        static_cast<unsigned long long>(v.broken),
+        v.worst);
+}
+
+constexpr std::uint32_t kClients = 4;
+
+Settings narrow_settings(std::uint32_t bytes_per_s) {
+    Settings settings = test_settings();
+    settings.budget_bytes_per_s = bytes_per_s;
+    return settings;
+}
+
+TEST(Told, WhatWaitsUnderPressureHoldsTheWiderBoundsThatAreTold) {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        Session s(seed, narrow_settings(2500), {}, 80, 20, kClients, 40.0F);
+        Judge judge(kClients);
+        for (int tick = 0; tick < 900; ++tick) {
+            s.step();
+            judge.look(s);
+        }
+        print(judge.verdict);
+        EXPECT_GT(judge.verdict.compared, 100'000U);
+        EXPECT_GT(judge.verdict.widened, judge.verdict.compared / 10);
+        EXPECT_LT(judge.verdict.unbounded, judge.verdict.compared / 2);
+        EXPECT_GT(judge.verdict.waited_after_switch, 100U);  // else the test says nothing of it
+        EXPECT_EQ(judge.verdict.broken, 0U);
+    }
+}
+
+/// Who comes from another zone knows things from there; the new zone does not know how. Much of the
+/// time there is room for all, and only what is told anew has to wait.
+TEST(Told, AlsoToWhoComesFromAnotherZone) {
+    for (const std::uint32_t bytes_per_s : {2500U, 6000U}) {
+        Session s(4, narrow_settings(bytes_per_s), {}, 80, 20, kClients, 40.0F);
+        Judge judge(kClients);
+        for (int tick = 0; tick < 1800; ++tick) {
+            if (tick % 60 == 59) {
+                const ClientId client(1 + static_cast<std::uint32_t>(tick / 60) % kClients);
+                s.replicator.add_client(s.replicator.remove_client(client));
+            }
+            s.step();
+            judge.look(s);
+        }
+        print(judge.verdict);
+        EXPECT_GT(judge.verdict.widened, judge.verdict.compared / 20);
+        EXPECT_LT(judge.verdict.unbounded, judge.verdict.compared / 2);
+        EXPECT_EQ(judge.verdict.broken, 0U);
+    }
+}
+
+/// The checker finds a server that keeps silent about it.
+TEST(Told, SilenceIsFound) {
+    Settings settings = narrow_settings(2500);
+    settings.silent_bound = true;
+    Session s(1, settings, {}, 80, 20, kClients, 40.0F);
+    Judge judge(kClients);
+    for (int tick = 0; tick < 300; ++tick) {
+        s.step();
+        judge.look(s);
+    }
+    EXPECT_GT(judge.verdict.broken, 0U);
+}
+
+}  // namespace
+}  // namespace zoned::replication
