@@ -170,7 +170,7 @@ class Step {
     void watch_changes(Minds& minds, const World& world) const;
     void walk_coarse(Minds& minds, const World& world, const Settings& settings);
     void find_ways(Minds& minds, const World& world, const Settings& settings);
-    void ask_for_ways(Minds& minds, const World& world);
+    void ask_for_ways(Minds& minds, const World& world, const Settings& settings);
     void give_commands(const Minds& minds, const World& world, const Settings& settings);
     void go_on(Minds& minds, const World& world, const Settings& settings);
     void go_on_from(Mind& mind, Slot slot, const World& world, const Settings& settings);

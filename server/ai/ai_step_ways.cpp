@@ -7,7 +7,7 @@
 namespace zoned::ai {
 
 /// In the order of entities, so that what is answered when does not depend on lanes.
-void Step::ask_for_ways(Minds& minds, const World& world) {
+void Step::ask_for_ways(Minds& minds, const World& world, const Settings& settings) {
     asking_.clear();
     for (Lane& lane : lanes_) {
         asking_.insert(asking_.end(), lane.asking.begin(), lane.asking.end());
@@ -23,19 +23,27 @@ void Step::ask_for_ways(Minds& minds, const World& world) {
         const Vec2 here = whereabouts(mind, Vec2(body.x(), body.z()), world.now, world.dt);
         return navigation::Spot{here.x(), here.y()};
     };
+    const auto feet = [&](Slot slot) {
+        const world::Row row = row_hints_[slot];
+        const motion::CharacterLimits& body = world.types[e.type[row]].character;
+        return e.position[row].y() - body.radius - body.half_segment;
+    };
     waiting_.insert(waiting_.end(), world.ways->requeued().begin(), world.ways->requeued().end());
     for (const Slot slot : waiting_) {
         const EntityId entity = minds.at(slot).entity;
         row_hints_[slot] = row_of(e, entity, row_hints_[slot]);
         if (world.ways->has(slot, entity) && row_hints_[slot] != world::kNoRow) {
-            world.ways->see(slot, at(slot));
+            world.ways->see(slot, at(slot), feet(slot));
         }
     }
     for (const Slot slot : asking_) {
         Mind& mind = minds.at(slot);
         mind.on_way = true;
         const navigation::Spot goal{mind.leg.goal.x(), mind.leg.goal.y()};
-        world.ways->ask(slot, mind.entity, e.type[row_hints_[slot]], at(slot), goal);
+        const world::Row row = row_hints_[slot];
+        const State& state = machine_of(mind, settings).states[mind.doing];
+        const float floor = goal_floor(mind, state, coarse(world).around(mind, row, slot));
+        world.ways->ask(slot, mind.entity, e.type[row], at(slot), goal, {feet(slot), floor});
     }
 }
 
@@ -45,7 +53,7 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
     if (world.ways == nullptr) {
         return;
     }
-    ask_for_ways(minds, world);
+    ask_for_ways(minds, world, settings);
     world.ways->serve();
     told_.clear();
     std::copy_if(asking_.begin(), asking_.end(), std::back_inserter(told_), [&minds](Slot slot) {

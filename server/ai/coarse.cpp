@@ -19,27 +19,54 @@ constexpr float kSteepest = 1.2F;
 /// Nobody rises by more at once than this, m: what is above that is a roof.
 constexpr float kMostRise = 2.5F;
 
-/// The place at (x, z) where a character stands at `tick` that came from `before`.
-Vec3 standing_at(const motion::StaticGeometry& statics,
-                 const motion::CharacterLimits& limits,
-                 const Vec3& before,
-                 const Vec2& at,
-                 Tick tick) {
-    const float way = (at - Vec2(before.x(), before.z())).norm();
-    const float rise = std::min(kSteepest * way + limits.step_up, kMostRise);
-    const float drop = rise + kSteepest * way + limits.step_down;
-    const Vec3 above(at.x(), before.y() + rise, at.y());
+/// A mesh's floors are this near to what carries, m; who stands higher above one stands on another.
+constexpr float kFloorOff = 0.5F;
+constexpr float kOnAnotherFloor = 1.0F;
+
+/// Puts a character down from `above` by `drop` at most. `free`: whether it had room there.
+Vec3 put_down(const motion::StaticGeometry& statics,
+              const motion::CharacterLimits& limits,
+              const Vec3& above,
+              float drop,
+              Tick tick,
+              bool& free) {
     const Aabb area = Aabb{above - Vec3(0.0F, drop, 0.0F), above}.grown(2.0F * limits.radius);
     const motion::CapsuleSweep sweep(statics, {limits.radius, limits.half_segment}, area, tick);
     const Vec3 begin = sweep.parted(above);
     const motion::SweepHit hit = sweep.sweep_down(begin, drop, [&](const motion::SweepHit& h) {
         return h.normal.y() >= limits.max_slope_cos;
     });
+    free = (begin - above).norm() < kFloorOff && hit.hit;
     Vec3 place = begin - Vec3(0.0F, hit.fraction * drop, 0.0F);
     if (hit.ground_plane) {
         place.y() = sweep.floor_height();
     }
     return place;
+}
+
+/// The place at (x, z) where a character stands at `tick` that came from `before`. `floor`: of its
+/// feet as a map of several floors has it; not a number where there is none.
+Vec3 standing_at(const motion::StaticGeometry& statics,
+                 const motion::CharacterLimits& limits,
+                 const Vec3& before,
+                 const Vec2& at,
+                 float floor,
+                 Tick tick) {
+    const float way = (at - Vec2(before.x(), before.z())).norm();
+    const float rise = std::min(kSteepest * way + limits.step_up, kMostRise);
+    const float drop = rise + kSteepest * way + limits.step_down;
+    bool free = false;
+    const Vec3 above(at.x(), before.y() + rise, at.y());
+    const Vec3 place = put_down(statics, limits, above, drop, tick, free);
+    const float middle = floor + limits.radius + limits.half_segment;
+    if (!(place.y() > middle + kOnAnotherFloor)) {
+        return place;
+    }
+    // What it was put down on is a bridge over it, unless there is no room below.
+    const Vec3 below(at.x(), middle + kFloorOff, at.y());
+    const Vec3 under =
+        put_down(statics, limits, below, 2.0F * kFloorOff + limits.step_down, tick, free);
+    return free ? under : place;
 }
 
 const motion::CharacterLimits& limits_of(const CoarseWorld& in, world::Row row) {
@@ -103,7 +130,16 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
     const Vec2 at = position_at(mind.leg, in.now - 1, in.dt);
     if (at != in.around(mind, row).body()) {
-        e.position[row] = standing_at(in.statics, limits_of(in, row), e.position[row], at, in.now);
+        const motion::CharacterLimits& limits = limits_of(in, row);
+        const Vec3& before = e.position[row];
+        const float floor =
+            in.ways != nullptr && in.ways->plans_for(e.type[row])
+                ? in.ways->floor_along(e.type[row],
+                                       {before.x(), before.z()},
+                                       before.y() - limits.radius - limits.half_segment,
+                                       {at.x(), at.y()})
+                : navigation::kOnGround;
+        e.position[row] = standing_at(in.statics, limits, before, at, floor, in.now);
         e.discontinuity_tick[row] = in.now;
     }
     mind.placed = at;

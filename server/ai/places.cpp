@@ -14,6 +14,7 @@ Places::Places(const PlaceSettings& settings, const Vec2d& origin, float dt)
     for (const PlaceDef& def : settings.places) {
         Place place;
         place.at = (def.at - origin).cast<float>();
+        place.y = static_cast<float>(def.y_m);
         place.radius_m = def.radius_m;
         place.first_stock = stocks_.size();
         for (const StockDef& stock : def.stock) {

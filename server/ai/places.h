@@ -6,6 +6,7 @@
 #include "shared/math/types.h"
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,8 @@ struct PlaceDef {
     Vec2d at = Vec2d::Zero();  ///< x, z, world coordinates, m
     float radius_m = 3.0F;     ///< minds have spots of their own within it
     std::vector<StockDef> stock;
+    /// Of the feet of who stands there, m; not a number: on the ground.
+    double y_m = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The places of a world, for all its zones, and how long a day takes.
@@ -67,6 +70,9 @@ class Places {
     /// x, z of its centre, m.
     [[nodiscard]] Vec2 centre(std::size_t place) const { return places_[place].at; }
 
+    /// Of the feet of who stands there, m; not a number: on the ground, whatever is above that.
+    [[nodiscard]] float floor(std::size_t place) const { return places_[place].y; }
+
     /// How far `at` (x, z, m) is from the place's circle; 0 inside.
     [[nodiscard]] float outside(std::size_t place, const Vec2& at) const;
 
@@ -103,6 +109,7 @@ class Places {
   private:
     struct Place {
         Vec2 at = Vec2::Zero();
+        float y = 0.0F;
         float radius_m = 0.0F;
         std::size_t first_stock = 0;
     };

@@ -181,7 +181,7 @@ bool steer_freely(Mind& mind, const State& state, bool entered, const Surroundin
     const float speed = std::max(0.01F, full_speed(state, around));
     Wish wish = wish_of(mind, state, speed, around);
     const Vec2 goal = wish.goal;
-    const bool asks = turn_to_way(mind, wish, around);
+    const bool asks = turn_to_way(mind, state, wish, around);
     if (asks) {
         mind.leg = Leg();
         mind.leg.goal = goal;

@@ -208,11 +208,17 @@ bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& 
     return false;
 }
 
-bool turn_to_way(Mind& mind, Wish& wish, const Surroundings& around) {
+bool turn_to_way(Mind& mind, const State& state, Wish& wish, const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];
     const navigation::Spot body = spot_of(around.body());
-    if (!wish.seeks || around.ways == nullptr || !around.ways->plans_for(type) ||
-        around.ways->straight(type, body, spot_of(wish.goal))) {
+    if (!wish.seeks || around.ways == nullptr || !around.ways->plans_for(type)) {
+        mind.on_way = false;
+        return false;
+    }
+    const float feet_m = limits_of(around).radius + limits_of(around).half_segment;
+    const WayHeights heights{around.entities.position[around.self].y() - feet_m,
+                             goal_floor(mind, state, around)};
+    if (around.ways->straight(type, body, spot_of(wish.goal), heights)) {
         mind.on_way = false;
         return false;
     }

@@ -37,7 +37,7 @@ bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& 
 /// For walks that go by no legs: turns `wish` to the next corner of a way to its goal where the
 /// body can't go straight there. True: it needs a way, asked for anew at each decision, since goals
 /// move.
-bool turn_to_way(Mind& mind, Wish& wish, const Surroundings& around);
+bool turn_to_way(Mind& mind, const State& state, Wish& wish, const Surroundings& around);
 
 /// Once the mind's way was asked for and served: sets out to its next corner, or ahead of it as
 /// long as it waits; stands where there is none.

@@ -1,11 +1,14 @@
 #include "server/ai/ways.h"
 
-#include "server/ai/navigation/line_of_sight.h"
+#include "server/ai/navigation/graph_ways.h"
+#include "server/ai/navigation/grid_ways.h"
+#include "server/ai/navigation/mesh_ways.h"
+#include "server/ai/navigation/waypoint_lattice.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <stdexcept>
 #include <utility>
 
 namespace zoned::ai {
@@ -17,10 +20,6 @@ bool same_ground(const motion::CharacterLimits& a, const motion::CharacterLimits
     return a.radius == b.radius && a.half_segment == b.half_segment &&
            a.max_slope_cos == b.max_slope_cos && a.step_up == b.step_up &&
            a.step_down == b.step_down;
-}
-
-float apart(navigation::Spot a, navigation::Spot b) {
-    return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
 }
 
 /// The first tick after `now` at which a door turns.
@@ -38,7 +37,8 @@ Ways::Ways(const WaysSettings& settings,
            const motion::StaticGeometry& statics,
            const navigation::GroundRect& area,
            const world::TypeTable& types,
-           Tick now)
+           Tick now,
+           const Vec3d& origin)
     : size_of_type_(types.size(), kNoSize) {
     if (settings.cell_m == 0.0F) {
         return;
@@ -61,38 +61,66 @@ Ways::Ways(const WaysSettings& settings,
     for (const motion::Door& door : statics.doors()) {
         timetables_.push_back(door.times);
     }
-    next_turn_ = next_turn(timetables_, now);
+    see_doors(now);
     WaysSettings share = settings;
     share.work_per_tick = std::max<std::uint64_t>(
         1, settings.work_per_tick / std::max<std::size_t>(1, bodies.size()));
     for (const motion::CharacterLimits& body : bodies) {
-        add_size(share, statics, area, body, now);
+        sizes_.push_back({make_map(share, statics, area, body, shut_, origin), {}});
     }
 }
 
-void Ways::add_size(const WaysSettings& settings,
-                    const motion::StaticGeometry& statics,
-                    const navigation::GroundRect& area,
-                    const motion::CharacterLimits& limits,
-                    Tick now) {
-    Size& size = sizes_.emplace_back();
-    size.limits = limits;
-    navigation::GroundMap ground = navigation::bake_ground(statics, limits, area, settings.cell_m);
-    if (!timetables_.empty()) {
-        size.doors = navigation::DoorMap(
-            navigation::bake_doors(statics, limits, area, settings.cell_m, ground), ground.cells);
-        changes_.clear();
-        for (std::uint32_t d = 0; d < timetables_.size(); ++d) {
-            size.doors.turn(d, !timetables_[d].open_at(now), changes_);
+std::unique_ptr<navigation::WayMap> Ways::make_map(const WaysSettings& settings,
+                                                   const motion::StaticGeometry& statics,
+                                                   const navigation::GroundRect& area,
+                                                   const motion::CharacterLimits& limits,
+                                                   std::span<const std::uint8_t> shut,
+                                                   const Vec3d& origin) {
+    switch (settings.map) {
+        case WayMapKind::kGrid: {
+            navigation::WaySettings service;
+            service.work_per_tick = settings.work_per_tick;
+            return std::make_unique<navigation::GridWays>(
+                statics, limits, area, settings.cell_m, shut, service);
         }
-        for (const navigation::CellChange& c : changes_) {
-            ground.cells.set_passable(c.cell, c.passable);
+        case WayMapKind::kMesh: {
+            auto mesh = navigation::WalkMesh::bake(
+                statics, limits, area, {settings.cell_m, settings.cell_height_m});
+            if (!mesh) {
+                throw std::runtime_error("ai.ways: no mesh of a zone: " + mesh.error());
+            }
+            navigation::MeshWaysSettings ways;
+            ways.queue.work_per_tick = settings.work_per_tick;
+            return std::make_unique<navigation::MeshWays>(
+                std::move(mesh).value(), area, shut, ways);
         }
-        changes_.clear();
+        case WayMapKind::kGraph: {
+            auto graph =
+                settings.waypoints
+                    ? core::Result<navigation::WaypointGraph>(settings.waypoints->seen_from(origin))
+                    : navigation::waypoint_lattice(
+                          navigation::bake_ground(statics, limits, area, settings.cell_m));
+            if (!graph) {
+                throw std::runtime_error("ai.ways: no waypoints of a zone: " + graph.error());
+            }
+            std::vector<navigation::WaypointDoor> doors =
+                navigation::waypoint_doors(*graph, statics, limits);
+            navigation::GraphWaysSettings ways;
+            ways.queue.work_per_tick = settings.work_per_tick;
+            return std::make_unique<navigation::GraphWays>(
+                std::move(graph).value(), std::move(doors), shut, ways);
+        }
     }
-    navigation::WaySettings service;
-    service.work_per_tick = settings.work_per_tick;
-    size.service = std::make_unique<navigation::WayService>(std::move(ground), service);
+    ZONED_ASSERT(false, "a map is one of the enumeration");
+    return nullptr;
+}
+
+void Ways::see_doors(Tick now) {
+    shut_.clear();
+    for (const motion::Timetable& door : timetables_) {
+        shut_.push_back(door.open_at(now) ? 0 : 1);
+    }
+    next_turn_ = next_turn(timetables_, now);
 }
 
 void Ways::note(std::span<const std::uint32_t> requests,
@@ -118,36 +146,34 @@ void Ways::follow_doors(Tick now) {
     if (now < next_turn_ || sizes_.empty()) {
         return;
     }
+    see_doors(now);
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
-        Size& size = sizes_[s];
-        changes_.clear();
-        for (std::uint32_t d = 0; d < timetables_.size(); ++d) {
-            size.doors.turn(d, !timetables_[d].open_at(now), changes_);
-        }
-        if (!changes_.empty()) {
-            size.service->change(changes_);
-            note(size.service->requeued(), s, requeued_);
-        }
+        sizes_[s].map->turn_doors(shut_);
+        note(sizes_[s].map->requeued(), s, requeued_);
     }
     put_in_order(requeued_);
-    next_turn_ = next_turn(timetables_, now);
 }
 
 void Ways::ask(Slot mind,
                EntityId entity,
                TypeIndex type,
                navigation::Spot from,
-               navigation::Spot to) {
+               navigation::Spot to,
+               WayHeights heights) {
     ZONED_ASSERT(plans_for(type), "characters with minds ask for ways where ways are planned");
     release(mind);
     if (mind >= asked_.size()) {
         asked_.resize(mind + std::size_t{1});
     }
     Size& size = sizes_[size_of_type_[type]];
-    const navigation::GroundGrid& grid = size.service->grid();
-    const bool beyond = std::isfinite(to.x) && std::isfinite(to.z) && !grid.contains(to);
-    const navigation::WayTicket ticket = size.service->ask(
-        {navigation::WayAsk::kAlone, from, beyond ? way_out(*size.service, from, to) : to});
+    const bool beyond = std::isfinite(to.x) && std::isfinite(to.z) && !size.map->contains(to);
+    if (beyond) {
+        const navigation::WayExit out = size.map->way_out(from, heights.from, to);
+        to = out.at;
+        heights.to = out.y;
+    }
+    const navigation::WayTicket ticket =
+        size.map->ask({navigation::WayAsk::kAlone, from, to, heights.from, heights.to});
     asked_[mind] = {entity, ticket, size_of_type_[type], beyond};
     if (ticket.slot >= size.mind_of_request.size()) {
         size.mind_of_request.resize(ticket.slot + std::size_t{1});
@@ -155,39 +181,9 @@ void Ways::ask(Slot mind,
     size.mind_of_request[ticket.slot] = mind;
 }
 
-navigation::Spot Ways::way_out(navigation::WayService& service,
-                               navigation::Spot from,
-                               navigation::Spot to) {
-    const navigation::GroundGrid& grid = service.grid();
-    const navigation::GridMap& map = service.planner().map();
-    const int right = grid.width() - 1;
-    const int bottom = grid.height() - 1;
-    const navigation::Spot first = grid.centre({0, 0});
-    const navigation::Spot last =
-        grid.centre({static_cast<std::uint16_t>(right), static_cast<std::uint16_t>(bottom)});
-    navigation::Spot best{std::clamp(to.x, first.x, last.x), std::clamp(to.z, first.z, last.z)};
-    float least = std::numeric_limits<float>::infinity();
-    const auto consider = [&](int x, int y) {
-        const navigation::Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
-        const navigation::Spot at = grid.centre(c);
-        const float sum = apart(from, at) + apart(at, to);
-        if (sum < least && map.passable(c) && service.reaches(from, c)) {
-            least = sum;
-            best = at;
-        }
-    };
-    for (int y = 0; y <= bottom && (to.x < first.x || to.x > last.x); ++y) {
-        consider(to.x < first.x ? 0 : right, y);
-    }
-    for (int x = 0; x <= right && (to.z < first.z || to.z > last.z); ++x) {
-        consider(x, to.z < first.z ? 0 : bottom);
-    }
-    return best;
-}
-
 void Ways::release(Slot mind) {
     if (mind < asked_.size() && asked_[mind].size != kNoSize) {
-        sizes_[asked_[mind].size].service->release(asked_[mind].ticket);
+        sizes_[asked_[mind].size].map->release(asked_[mind].ticket);
         asked_[mind] = Asked();
     }
 }
@@ -195,8 +191,8 @@ void Ways::release(Slot mind) {
 void Ways::serve() {
     answered_.clear();
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
-        sizes_[s].service->serve();
-        note(sizes_[s].service->answered(), s, answered_);
+        sizes_[s].map->serve();
+        note(sizes_[s].map->answered(), s, answered_);
     }
     std::erase_if(answered_, [this](Slot mind) { return answer(mind).waiting; });
     put_in_order(answered_);
@@ -204,40 +200,35 @@ void Ways::serve() {
 
 navigation::WayAnswer Ways::answer(Slot mind) const {
     const Asked& asked = asked_[mind];
-    navigation::WayAnswer answer = sizes_[asked.size].service->answer(asked.ticket);
+    navigation::WayAnswer answer = sizes_[asked.size].map->answer(asked.ticket);
     if (asked.beyond && answer.outcome == navigation::Outcome::kFound) {
         answer.outcome = navigation::Outcome::kPartial;
     }
     return answer;
 }
 
-void Ways::see(Slot mind, navigation::Spot at) {
+void Ways::see(Slot mind, navigation::Spot at, float at_y) {
     const Asked& asked = asked_[mind];
-    sizes_[asked.size].service->see(asked.ticket, at);
+    sizes_[asked.size].map->see(asked.ticket, at, at_y);
 }
 
 navigation::Spot Ways::heading(Slot mind, navigation::Spot at, float near_m) {
     const Asked& asked = asked_[mind];
-    return sizes_[asked.size].service->heading(asked.ticket, at, near_m);
+    return sizes_[asked.size].map->heading(asked.ticket, at, near_m);
 }
 
-bool Ways::straight(TypeIndex type, navigation::Spot from, navigation::Spot to) const {
+bool Ways::straight(TypeIndex type,
+                    navigation::Spot from,
+                    navigation::Spot to,
+                    WayHeights heights) const {
     ZONED_ASSERT(plans_for(type), "characters with minds ask for ways where ways are planned");
-    const navigation::WayService& service = *sizes_[size_of_type_[type]].service;
-    const navigation::GroundGrid& grid = service.grid();
-    const navigation::GridMap& map = service.planner().map();
-    if (!grid.contains(from) || !grid.contains(to) || !map.passable(grid.cell(from)) ||
-        !map.passable(grid.cell(to))) {
-        return false;
-    }
-    std::uint32_t looked = 0;
-    return navigation::sees(map, grid.cell(from), grid.cell(to), looked);
+    return sizes_[size_of_type_[type]].map->straight(from, heights.from, to, heights.to);
 }
 
 navigation::WayCounts Ways::counts() const {
     navigation::WayCounts sum;
     for (const Size& size : sizes_) {
-        const navigation::WayCounts& c = size.service->counts();
+        const navigation::WayCounts& c = size.map->counts();
         sum.asked += c.asked;
         sum.served += c.served;
         sum.straight += c.straight;
@@ -256,10 +247,9 @@ navigation::WayCounts Ways::counts() const {
 std::size_t Ways::bytes() const {
     std::size_t bytes = asked_.capacity() * sizeof(Asked) +
                         (answered_.capacity() + requeued_.capacity()) * sizeof(Slot) +
-                        changes_.capacity() * sizeof(navigation::CellChange);
+                        shut_.capacity();
     for (const Size& size : sizes_) {
-        bytes += size.service->bytes() + size.doors.bytes() +
-                 size.mind_of_request.capacity() * sizeof(Slot);
+        bytes += size.map->bytes() + size.mind_of_request.capacity() * sizeof(Slot);
     }
     return bytes;
 }

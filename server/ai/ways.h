@@ -2,8 +2,8 @@
 #pragma once
 
 #include "server/ai/minds.h"
-#include "server/ai/navigation/door_cells.h"
-#include "server/ai/navigation/way_service.h"
+#include "server/ai/navigation/way_map.h"
+#include "server/ai/navigation/waypoint_graph.h"
 #include "server/world/entity_type.h"
 #include "shared/motion/static_geometry.h"
 
@@ -14,10 +14,27 @@
 
 namespace zoned::ai {
 
+/// What ways lead over.
+enum class WayMapKind : std::uint8_t {
+    kGrid,   ///< cells, one floor: exact in what can be walked, the fastest
+    kMesh,   ///< polygons by Recast, any number of floors
+    kGraph,  ///< waypoints with weighted edges: as somebody placed them, or regular
+};
+
 struct WaysSettings {
-    float cell_m = 0.0F;  ///< of the maps; 0: no ways are planned
+    float cell_m = 0.0F;  ///< of the maps; 0: no ways are planned. kGraph: distance of waypoints
     /// Of a tick and zone, in units of about 2 ns; shared evenly among the sizes of characters.
     std::uint64_t work_per_tick = 1'000'000;
+    WayMapKind map = WayMapKind::kGrid;
+    float cell_height_m = 0.05F;  ///< kMesh: steps of height
+    /// kGraph: those of the world, in its coordinates; null: regular ones wherever one can stand.
+    std::shared_ptr<const navigation::WaypointGraph> waypoints{};
+};
+
+/// Heights of the ends of a way, of the feet, zone-local, m.
+struct WayHeights {
+    float from = navigation::kOnGround;
+    float to = navigation::kOnGround;
 };
 
 /// A zone has one; it is empty, and costs nothing, where no ways are planned. A tick goes:
@@ -33,12 +50,14 @@ class Ways {
 
     /// Bakes a map of `area` (zone-local, m; navigation::GroundGrid::defect_of() is empty) and an
     /// index for each size of character that has a mind: types whose capsules and abilities to
-    /// climb are alike share one. Doors are as at `now`.
+    /// climb are alike share one. Doors are as at `now`. `origin`: of the zone in the world. Throws
+    /// where Recast can't make a mesh of the area.
     Ways(const WaysSettings& settings,
          const motion::StaticGeometry& statics,
          const navigation::GroundRect& area,
          const world::TypeTable& types,
-         Tick now);
+         Tick now,
+         const Vec3d& origin = Vec3d::Zero());
 
     /// Whether a character of that type can ask.
     [[nodiscard]] bool plans_for(TypeIndex type) const {
@@ -53,14 +72,14 @@ class Ways {
     void follow_doors(Tick now);
 
     /// A way from a place to another, both zone-local; in place of the one that the mind has.
-    /// plans_for(type). To a place beyond the zone the way leads to where the zone is best left: of
-    /// the cells that can be reached along the sides of the map that the place lies beyond, the one
-    /// by which two straight lines lead there soonest (kPartial).
+    /// plans_for(type). To a place beyond the map the way leads to where that is best left
+    /// (WayMap::way_out): kPartial. Maps of one floor do not look at heights.
     void ask(Slot mind,
              EntityId entity,
              TypeIndex type,
              navigation::Spot from,
-             navigation::Spot to);
+             navigation::Spot to,
+             WayHeights heights = {});
 
     /// The mind wants no way any more, or is gone. Nothing where it has none.
     void release(Slot mind);
@@ -93,17 +112,33 @@ class Ways {
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 
     /// A mind that has asked is here now: who waits is told a way from where it was seen last.
-    void see(Slot mind, navigation::Spot at);
+    void see(Slot mind, navigation::Spot at, float at_y = navigation::kOnGround);
 
     /// Whether a character of that type can walk straight from one place to another, as far as the
     /// map tells: then it needs no way. Different threads may ask at the same time, while nobody
     /// changes anything.
-    [[nodiscard]] bool straight(TypeIndex type, navigation::Spot from, navigation::Spot to) const;
+    [[nodiscard]] bool straight(TypeIndex type,
+                                navigation::Spot from,
+                                navigation::Spot to,
+                                WayHeights heights = {}) const;
+
+    /// Heights of floors, of the feet of a character of that type, plans_for(type), as
+    /// WayMap::ground() and WayMap::floor_along() say.
+    [[nodiscard]] float ground(TypeIndex type, navigation::Spot place) const {
+        return sizes_[size_of_type_[type]].map->ground(place);
+    }
+
+    [[nodiscard]] float floor_along(TypeIndex type,
+                                    navigation::Spot from,
+                                    float from_y,
+                                    navigation::Spot to) const {
+        return sizes_[size_of_type_[type]].map->floor_along(from, from_y, to);
+    }
 
     [[nodiscard]] std::size_t sizes() const { return sizes_.size(); }
 
-    [[nodiscard]] const navigation::WayService& service(std::size_t size) const {
-        return *sizes_[size].service;
+    [[nodiscard]] const navigation::WayMap& map(std::size_t size) const {
+        return *sizes_[size].map;
     }
 
     /// Counts of all sizes together.
@@ -115,9 +150,7 @@ class Ways {
     static constexpr std::uint8_t kNoSize = 255;
 
     struct Size {
-        motion::CharacterLimits limits;
-        std::unique_ptr<navigation::WayService> service;
-        navigation::DoorMap doors;
+        std::unique_ptr<navigation::WayMap> map;
         std::vector<Slot> mind_of_request;  // by the service's number of the request
     };
 
@@ -129,15 +162,15 @@ class Ways {
         bool beyond = false;  ///< the goal lies beyond the zone
     };
 
-    void add_size(const WaysSettings& settings,
-                  const motion::StaticGeometry& statics,
-                  const navigation::GroundRect& area,
-                  const motion::CharacterLimits& limits,
-                  Tick now);
-    /// Where to leave the map for a place beyond it.
-    static navigation::Spot way_out(navigation::WayService& service,
-                                    navigation::Spot from,
-                                    navigation::Spot to);
+    /// The map of characters of one size.
+    static std::unique_ptr<navigation::WayMap> make_map(const WaysSettings& settings,
+                                                        const motion::StaticGeometry& statics,
+                                                        const navigation::GroundRect& area,
+                                                        const motion::CharacterLimits& limits,
+                                                        std::span<const std::uint8_t> shut,
+                                                        const Vec3d& origin);
+    /// Which doors are shut at a tick.
+    void see_doors(Tick now);
     /// Appends whose requests of a size these are.
     void note(std::span<const std::uint32_t> requests,
               std::size_t number,
@@ -151,7 +184,7 @@ class Ways {
     std::vector<Asked> asked_;
     std::vector<Slot> answered_;
     std::vector<Slot> requeued_;
-    std::vector<navigation::CellChange> changes_;
+    std::vector<std::uint8_t> shut_;  // by door
 };
 
 }  // namespace zoned::ai

@@ -17,6 +17,8 @@ constexpr float kReaimFreshCos = 0.99452F;  ///< cos 6 degrees
 constexpr float kReaimFlockCos = 0.98481F;  ///< cos 10 degrees: herds are many and may be sloppy
 /// A standing returner sets out again only when pushed this far from home, m.
 constexpr float kSetOutM = 2.0F;
+/// Feet farther above or below each other stand on two floors, m.
+constexpr float kOtherFloorM = 1.5F;
 
 /// A ward that is slower than this stands, m/s.
 constexpr float kStrollMps = 0.1F;
@@ -80,21 +82,44 @@ Wish wish_patrol(Mind& mind, const State& state, const Surroundings& around) {
     return go_to(goal, around.at);
 }
 
+/// Whether a goal that is near over the ground is on another floor, as far as maps tell floors.
+bool on_other_floor(const Mind& mind,
+                    const State& state,
+                    const Vec2& goal,
+                    const Surroundings& around) {
+    const TypeIndex type = around.entities.type[around.self];
+    if (around.ways == nullptr || !around.ways->plans_for(type)) {
+        return false;
+    }
+    const float ground = around.ways->ground(type, {goal.x(), goal.y()});
+    const float told = goal_floor(mind, state, around);
+    const float floor = std::isnan(told) ? ground : told;
+    const motion::CharacterLimits& body = around.types[type].character;
+    const float feet = around.entities.position[around.self].y() - body.radius - body.half_segment;
+    // Where the map tells no floors there is no other.
+    return !std::isnan(ground) && std::abs(floor - feet) > kOtherFloorM;
+}
+
 /// To stand at: left only when pushed away from it.
-Wish go_and_stay(const Mind& mind, const Vec2& goal, const Surroundings& around) {
-    const float distance = (goal - around.at).norm();
+Wish go_and_stay(const Mind& mind,
+                 const State& state,
+                 const Vec2& goal,
+                 const Surroundings& around) {
+    const float over_ground = (goal - around.at).norm();
+    const bool above = over_ground < kSetOutM && on_other_floor(mind, state, goal, around);
+    const float distance = above ? kSetOutM : over_ground;
     Wish wish;
     wish.far = around.there && !(distance < kArriveM);
     const bool stay = distance < (walks(mind) ? kArriveM : kSetOutM);
     return stay || wish.far ? wish : go_to(goal, around.at);
 }
 
-Wish wish_return(const Mind& mind, const Surroundings& around) {
-    return go_and_stay(mind, flat(mind.home), around);
+Wish wish_return(const Mind& mind, const State& state, const Surroundings& around) {
+    return go_and_stay(mind, state, flat(mind.home), around);
 }
 
 Wish wish_place(const Mind& mind, const State& state, const Surroundings& around) {
-    return go_and_stay(mind, around.places.spot(state.place, mind.entity), around);
+    return go_and_stay(mind, state, around.places.spot(state.place, mind.entity), around);
 }
 
 /// Somebody as a mind takes them to be.
@@ -120,7 +145,7 @@ std::optional<Other> target_of(const Mind& mind, const Surroundings& around) {
 }
 
 /// Chase and flee: `sign` is +1 towards, -1 away.
-Wish wish_prey(const Mind& mind, const Surroundings& around, float sign) {
+Wish wish_prey(const Mind& mind, const State& state, const Surroundings& around, float sign) {
     const std::optional<Other> target = target_of(mind, around);
     if (!target) {
         return {};
@@ -128,7 +153,8 @@ Wish wish_prey(const Mind& mind, const Surroundings& around, float sign) {
     const Vec2 towards = target->place - around.at;
     const float distance = towards.norm();
     Wish wish;
-    if (sign > 0.0F && distance < (moving(mind) ? kChaseStopM : kChaseFollowM)) {
+    if (sign > 0.0F && distance < (moving(mind) ? kChaseStopM : kChaseFollowM) &&
+        !on_other_floor(mind, state, target->place, around)) {
         return wish;
     }
     wish.seeks = sign > 0.0F;
@@ -179,7 +205,9 @@ Wish wish_follow(const Mind& mind, const State& state, const Surroundings& aroun
         return {};
     }
     const float enough = moving(mind) ? kFollowStop * state.radius_m : state.radius_m;
-    return (whom->place - around.at).norm() < enough ? Wish() : go_to(whom->place, around.at);
+    const bool near = (whom->place - around.at).norm() < enough &&
+                      !on_other_floor(mind, state, whom->place, around);
+    return near ? Wish() : go_to(whom->place, around.at);
 }
 
 Wish wish_escort(const Mind& mind, const State& state, const Surroundings& around) {
@@ -203,7 +231,8 @@ Wish wish_guard(Mind& mind, const State& state, const Surroundings& around) {
     const float from_post = target ? (target->place - flat(mind.home)).norm() : 0.0F;
     const float reach = mind.corner == kEngaged ? state.leash_m : state.radius_m;
     mind.corner = target && from_post <= reach ? kEngaged : kAtPost;
-    return mind.corner == kEngaged ? wish_prey(mind, around, 1.0F) : wish_return(mind, around);
+    return mind.corner == kEngaged ? wish_prey(mind, state, around, 1.0F)
+                                   : wish_return(mind, state, around);
 }
 
 }  // namespace
@@ -294,13 +323,13 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
         case ActionKind::kPatrol:
             return wish_patrol(mind, state, around);
         case ActionKind::kChase:
-            return wish_prey(mind, around, 1.0F);
+            return wish_prey(mind, state, around, 1.0F);
         case ActionKind::kFlee:
-            return wish_prey(mind, around, -1.0F);
+            return wish_prey(mind, state, around, -1.0F);
         case ActionKind::kFlock:
             return wish_flock(mind, state, speed, around);
         case ActionKind::kReturn:
-            return wish_return(mind, around);
+            return wish_return(mind, state, around);
         case ActionKind::kGo:
             return wish_place(mind, state, around);
         case ActionKind::kFollow:
@@ -317,6 +346,46 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return {};
+}
+
+float goal_floor(const Mind& mind, const State& state, const Surroundings& around) {
+    const auto below = [&](float middle, TypeIndex type) {
+        const motion::CharacterLimits& body = around.types[type].character;
+        return middle - body.radius - body.half_segment;
+    };
+    const TypeIndex own = around.entities.type[around.self];
+    const auto of = [&](EntityId whom) {
+        const world::Row row = whom ? around.entities.find(whom) : world::kNoRow;
+        return row == world::kNoRow
+                   ? below(mind.home.y(), own)
+                   : below(around.entities.position[row].y(), around.entities.type[row]);
+    };
+    const auto of_prey = [&] {
+        return mind.prey && !mind.noticed ? below(mind.known.y(), own) : of(mind.prey);
+    };
+    switch (state.action) {
+        case ActionKind::kGo:
+            return around.places.floor(state.place);
+        case ActionKind::kChase:
+        case ActionKind::kFlee:
+            return of_prey();
+        case ActionKind::kFollow:
+        case ActionKind::kEscort:
+            return mind.ward ? of(mind.ward) : of_prey();
+        case ActionKind::kGuard:
+            return mind.corner == kEngaged ? of_prey() : below(mind.home.y(), own);
+        case ActionKind::kFormUp:
+        case ActionKind::kForage:
+            return below(mind.target.y(), own);
+        case ActionKind::kIdle:
+        case ActionKind::kWander:
+        case ActionKind::kPatrol:
+        case ActionKind::kReturn:
+        case ActionKind::kFlock:
+            return below(mind.home.y(), own);
+    }
+    ZONED_ASSERT(false, "an action is one of the enumeration");
+    return navigation::kOnGround;
 }
 
 void aim_along(Mind& mind, const State& state, const Vec2& direction) {

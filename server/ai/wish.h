@@ -68,6 +68,10 @@ Vec2 escort_place(const Vec2& here,
 /// What `state` wants; `speed` in m/s. Moves on targets that are reached.
 Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& around);
 
+/// How high the feet are of who is where such a wish leads, m: as at home for what begins there, as
+/// those of whom it is about, as a place has it; not a number: on the ground.
+float goal_floor(const Mind& mind, const State& state, const Surroundings& around);
+
 /// Another point for a wanderer.
 void pick_wander_target(Mind& mind, float radius, const Surroundings& around);
 

@@ -123,7 +123,8 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
                               settings.handoff_hysteresis_m,
                               settings.ai.ways.cell_m),
                     *settings.types,
-                    now);
+                    now,
+                    origin);
 }
 
 world::Visibility& matched_sets(ZoneState& state) {

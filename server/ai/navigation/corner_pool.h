@@ -19,7 +19,8 @@ struct CornerBlock {
 
 /// Blocks of powers of two, each size with a list of those that are free: after warm-up nothing is
 /// allocated (Knuth, The Art of Computer Programming 1, 2.5, without splitting).
-class CornerPool {
+template <class T>
+class BlockPool {
   public:
     /// Room for `count` corners, which hold anything. Spans of other blocks are no longer true.
     CornerBlock take(std::uint32_t count) {
@@ -43,16 +44,16 @@ class CornerPool {
         }
     }
 
-    [[nodiscard]] std::span<Spot> of(const CornerBlock& block) {
+    [[nodiscard]] std::span<T> of(const CornerBlock& block) {
         return {corners_.data() + block.first, block.count};
     }
 
-    [[nodiscard]] std::span<const Spot> of(const CornerBlock& block) const {
+    [[nodiscard]] std::span<const T> of(const CornerBlock& block) const {
         return {corners_.data() + block.first, block.count};
     }
 
     [[nodiscard]] std::size_t bytes() const {
-        std::size_t bytes = corners_.capacity() * sizeof(Spot);
+        std::size_t bytes = corners_.capacity() * sizeof(T);
         for (const auto& f : free_) {
             bytes += f.capacity() * sizeof(std::uint32_t);
         }
@@ -64,8 +65,10 @@ class CornerPool {
         return static_cast<std::size_t>(std::countr_zero(std::bit_ceil(count)));
     }
 
-    std::vector<Spot> corners_;
+    std::vector<T> corners_;
     std::array<std::vector<std::uint32_t>, 32> free_;
 };
+
+using CornerPool = BlockPool<Spot>;
 
 }  // namespace zoned::ai::navigation

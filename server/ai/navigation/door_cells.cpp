@@ -8,39 +8,9 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-/// How far from a door the ground may be another because of it, m.
-float door_reach(const motion::CharacterLimits& limits, float cell_m) {
-    // A step from the next cell but one may touch it (as Bakery::mark_near has it), and the higher
-    // of two cells is blocked where that step can't be made.
-    return limits.radius + 2.5F * cell_m + limits.step_up + limits.step_down;
-}
-
-Aabb grown_door(const motion::StaticGeometry& world, std::uint32_t door, float reach) {
-    const auto box = static_cast<std::uint32_t>(world.boxes().size()) + door;
-    return world.box_bounds(box).grown(reach);
-}
-
 bool meet(const Aabb& a, const Aabb& b) {
     return a.lower.x() <= b.upper.x() && b.lower.x() <= a.upper.x() && a.lower.z() <= b.upper.z() &&
            b.lower.z() <= a.upper.z();
-}
-
-/// Doors in groups of which no two are near each other, each ascending: every door goes into the
-/// first group that has room for it.
-std::vector<std::vector<std::uint32_t>> apart_from_each_other(const motion::StaticGeometry& world,
-                                                              float reach) {
-    std::vector<std::vector<std::uint32_t>> groups;
-    for (std::uint32_t door = 0; door < world.doors().size(); ++door) {
-        const Aabb mine = grown_door(world, door, reach);
-        const auto room =
-            std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::uint32_t>& g) {
-                return std::none_of(g.begin(), g.end(), [&](std::uint32_t other) {
-                    return meet(mine, grown_door(world, other, reach));
-                });
-            });
-        (room == groups.end() ? groups.emplace_back() : *room).push_back(door);
-    }
-    return groups;
 }
 
 /// What differs near a door.
@@ -70,6 +40,33 @@ DoorCells differences(const GroundMap& open, const GroundMap& shut, const Aabb& 
 
 }  // namespace
 
+float door_reach(const motion::CharacterLimits& limits, float cell_m) {
+    // A step from the next cell but one may touch it (as Bakery::mark_near has it), and the higher
+    // of two cells is blocked where that step can't be made.
+    return limits.radius + 2.5F * cell_m + limits.step_up + limits.step_down;
+}
+
+Aabb grown_door(const motion::StaticGeometry& world, std::uint32_t door, float reach) {
+    const auto box = static_cast<std::uint32_t>(world.boxes().size()) + door;
+    return world.box_bounds(box).grown(reach);
+}
+
+std::vector<std::vector<std::uint32_t>> doors_apart(const motion::StaticGeometry& world,
+                                                    float reach) {
+    std::vector<std::vector<std::uint32_t>> groups;
+    for (std::uint32_t door = 0; door < world.doors().size(); ++door) {
+        const Aabb mine = grown_door(world, door, reach);
+        const auto room =
+            std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::uint32_t>& g) {
+                return std::none_of(g.begin(), g.end(), [&](std::uint32_t other) {
+                    return meet(mine, grown_door(world, other, reach));
+                });
+            });
+        (room == groups.end() ? groups.emplace_back() : *room).push_back(door);
+    }
+    return groups;
+}
+
 std::vector<DoorCells> bake_doors(const motion::StaticGeometry& world,
                                   const motion::CharacterLimits& limits,
                                   const GroundRect& area,
@@ -77,7 +74,7 @@ std::vector<DoorCells> bake_doors(const motion::StaticGeometry& world,
                                   const GroundMap& open) {
     const float reach = door_reach(limits, cell_m);
     std::vector<DoorCells> out(world.doors().size());
-    for (const std::vector<std::uint32_t>& group : apart_from_each_other(world, reach)) {
+    for (const std::vector<std::uint32_t>& group : doors_apart(world, reach)) {
         const GroundMap shut = bake_ground(world.with_shut(group), limits, area, cell_m);
         for (const std::uint32_t door : group) {
             out[door] = differences(open, shut, grown_door(world, door, reach));

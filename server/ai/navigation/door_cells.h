@@ -25,6 +25,17 @@ std::vector<DoorCells> bake_doors(const motion::StaticGeometry& world,
                                   float cell_m,
                                   const GroundMap& open);
 
+/// How far from a door the ground may be another because of it, m.
+float door_reach(const motion::CharacterLimits& limits, float cell_m);
+
+/// Bounds of a door's box, so much larger to all sides.
+Aabb grown_door(const motion::StaticGeometry& world, std::uint32_t door, float reach);
+
+/// Doors in groups of which no two are near each other, each ascending: every door goes into the
+/// first group that has room for it.
+std::vector<std::vector<std::uint32_t>> doors_apart(const motion::StaticGeometry& world,
+                                                    float reach);
+
 /// The map as doors shut and open. Where several doors take a cell, it is passable while all of
 /// them are open; where several give one, while any of them is shut; where doors give what others
 /// take, taking counts.

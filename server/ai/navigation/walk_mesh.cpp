@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace zoned::ai::navigation {
 
@@ -44,6 +45,88 @@ constexpr auto later_on_mesh = [](const auto& a, const auto& b) {
 };
 
 }  // namespace
+
+WalkMesh WalkMesh::of(std::vector<Vec3> vertices, std::vector<Polygon> polygons) {
+    WalkMesh mesh;
+    mesh.vertices_ = std::move(vertices);
+    mesh.polygons_ = std::move(polygons);
+    mesh.finish();
+    return mesh;
+}
+
+void WalkMesh::finish() {
+    for (Polygon& p : polygons_) {
+        float area = 0.0F;
+        for (int i = 2; i < p.size; ++i) {
+            area += turn(vertices_[p.corners[0]],
+                         vertices_[p.corners[static_cast<std::size_t>(i) - 1]],
+                         vertices_[p.corners[static_cast<std::size_t>(i)]]);
+        }
+        if (area < 0.0F) {
+            // The edge after the last corner stays the last one.
+            std::reverse(p.corners.begin(), p.corners.begin() + p.size);
+            std::reverse(p.neighbours.begin(), p.neighbours.begin() + p.size - 1);
+        }
+    }
+    passable_.assign(polygons_.size(), 0);
+    for (std::size_t p = 0; p < polygons_.size(); ++p) {
+        passable_[p] = gates_[polygons_[p].gate].open ? 1 : 0;
+    }
+    index_polygons();
+}
+
+int WalkMesh::way_out(std::uint32_t number,
+                      std::uint32_t before,
+                      const Vec3& from,
+                      const Vec3& to) const {
+    // The part of the line within the polygon ends at the first of the edges that it leads out
+    // through (Cyrus and Beck, Computers and Graphics 3, 1978). Of edges that it meets at their
+    // common corner the one beyond which it goes on.
+    constexpr float kSame = 1e-5F;
+    const Polygon& p = polygons_[number];
+    int best = -1;
+    float least = 1.0F;
+    bool on = false;
+    for (int e = 0; e < p.size; ++e) {
+        const std::array<Vec3, 2> edge = edge_of(*this, p, e);
+        const float end = turn(edge[0], edge[1], to);
+        const float begin = turn(edge[0], edge[1], from);
+        if (end >= 0.0F || begin - end <= 0.0F) {
+            continue;  // the end lies within, or the line leads in or along
+        }
+        const std::uint32_t next = p.neighbours[static_cast<std::size_t>(e)];
+        if (next != kNone && next == before) {
+            continue;  // rounding: it has come in there
+        }
+        const float at = begin / (begin - end);
+        const bool goes_on = next != kNone && passable(next);
+        if (at < least - kSame || (at <= least + kSame && (best < 0 || (goes_on && !on)))) {
+            best = e;
+            least = at;
+            on = goes_on;
+        }
+    }
+    return best;
+}
+
+Vec3 WalkMesh::nearest_on(std::uint32_t number, const Vec3& place) const {
+    const Polygon& p = polygons_[number];
+    float height = 0.0F;
+    if (over(p, place, height)) {
+        return {place.x(), height, place.z()};
+    }
+    Vec3 best = Vec3::Zero();
+    float least = std::numeric_limits<float>::infinity();
+    for (int e = 0; e < p.size; ++e) {
+        const std::array<Vec3, 2> edge = edge_of(*this, p, e);
+        const Vec3 near = nearest_on_edge(edge[0], edge[1], place);
+        if (const float d = (near - place).squaredNorm(); d < least) {
+            least = d;
+            best = near;
+        }
+    }
+    return best;
+}
 
 void WalkMesh::index_polygons() {
     if (vertices_.empty()) {
@@ -119,17 +202,14 @@ bool WalkMesh::over(const Polygon& polygon, const Vec3& place, float& height) co
     return false;
 }
 
-std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, Vec3& on) const {
+std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, float height_m, Vec3& on) const {
+    const bool on_ground = std::isnan(place.y());
     std::uint32_t best = kNone;
     float least = std::numeric_limits<float>::infinity();
     const auto cell = [](float offset, int cells) {
         return static_cast<int>(
             std::clamp(offset / kIndexCell_m, 0.0F, static_cast<float>(cells - 1)));
     };
-    const int left = cell(place.x() - reach_m - min_x_, across_);
-    const int right = cell(place.x() + reach_m - min_x_, across_);
-    const int top = cell(place.z() - reach_m - min_z_, down_);
-    const int bottom = cell(place.z() + reach_m - min_z_, down_);
     const auto consider = [&](std::uint32_t p, float off, const Vec3& at) {
         if (off < least || (off == least && p < best)) {
             least = off;
@@ -137,40 +217,53 @@ std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, Vec3& on) cons
             on = at;
         }
     };
-    for (const bool beside : {false, true}) {
+    const auto over_or_under = [&](std::uint32_t p) {
+        float height = 0.0F;
+        if (over(polygons_[p], place, height)) {
+            const float off = on_ground ? height : std::abs(height - place.y());
+            // A floor far above or below is not what is meant.
+            if (on_ground || off <= height_m) {
+                consider(p, off, Vec3(place.x(), height, place.z()));
+            }
+        }
+    };
+    const auto beside = [&](std::uint32_t p) {
+        for (int e = 0; e < polygons_[p].size; ++e) {
+            const std::array<Vec3, 2> edge = edge_of(*this, polygons_[p], e);
+            const Vec3 near = nearest_on_edge(edge[0], edge[1], place);
+            const Vec3 way = near - place;
+            const float off = on_ground ? Vec2(way.x(), way.z()).norm() : way.norm();
+            if (off <= reach_m) {
+                consider(p, off, near);
+            }
+        }
+    };
+    const auto visit = [&](float reach, const auto& take) {
+        const int left = cell(place.x() - reach - min_x_, across_);
+        const int right = cell(place.x() + reach - min_x_, across_);
+        const int top = cell(place.z() - reach - min_z_, down_);
+        const int bottom = cell(place.z() + reach - min_z_, down_);
         for (int z = top; z <= bottom; ++z) {
             for (int x = left; x <= right; ++x) {
                 const auto at = static_cast<std::size_t>(z * across_ + x);
                 for (std::uint32_t i = first_[at]; i < first_[at + 1]; ++i) {
-                    const Polygon& polygon = polygons_[listed_[i]];
-                    float height = 0.0F;
-                    if (!beside && over(polygon, place, height)) {
-                        consider(listed_[i],
-                                 std::abs(height - place.y()),
-                                 Vec3(place.x(), height, place.z()));
-                    }
-                    for (int e = 0; beside && e < polygon.size; ++e) {
-                        const std::array<Vec3, 2> edge = edge_of(*this, polygon, e);
-                        const Vec3 near = nearest_on_edge(edge[0], edge[1], place);
-                        if ((near - place).norm() <= reach_m) {
-                            consider(listed_[i], (near - place).norm(), near);
-                        }
+                    if (passable(listed_[i])) {
+                        take(listed_[i]);
                     }
                 }
             }
         }
-        // A floor far above or below is not what is meant.
-        if (best != kNone && least <= reach_m) {
-            return best;
-        }
-        best = kNone;
-        least = std::numeric_limits<float>::infinity();
+    };
+    visit(0.0F, over_or_under);
+    if (best == kNone) {
+        visit(reach_m, beside);
     }
-    return kNone;
+    return best;
 }
 
 std::size_t WalkMesh::bytes() const {
     return vertices_.capacity() * sizeof(Vec3) + polygons_.capacity() * sizeof(Polygon) +
+           passable_.capacity() + gates_.capacity() * sizeof(Gate) +
            (first_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
 }
 
@@ -179,25 +272,57 @@ MeshSearch::Answer MeshSearch::plan(const WalkMesh& mesh,
                                     const Vec3& to,
                                     float reach_m,
                                     std::uint32_t max_work) {
-    Answer answer;
     Vec3 start;
     Vec3 goal;
     corners_.clear();
     const std::uint32_t first = mesh.nearest(from, reach_m, start);
     const std::uint32_t last = mesh.nearest(to, reach_m, goal);
     if (first == WalkMesh::kNone || last == WalkMesh::kNone) {
-        answer.outcome = first == WalkMesh::kNone ? Outcome::kStartBlocked : Outcome::kGoalBlocked;
-        return answer;
+        Answer none;
+        none.outcome = first == WalkMesh::kNone ? Outcome::kStartBlocked : Outcome::kGoalBlocked;
+        return none;
     }
-    if (!find(mesh, first, last, start, goal, max_work, answer)) {
-        return answer;
-    }
-    pull(mesh, start, goal);
-    answer.outcome = Outcome::kFound;
-    for (std::size_t i = 1; i < corners_.size(); ++i) {
-        answer.length_m += (corners_[i] - corners_[i - 1]).norm();
+    return plan(mesh, first, last, start, goal, max_work);
+}
+
+MeshSearch::Answer MeshSearch::plan(const WalkMesh& mesh,
+                                    std::uint32_t first,
+                                    std::uint32_t last,
+                                    const Vec3& from,
+                                    const Vec3& to,
+                                    std::uint32_t max_work) {
+    Answer answer;
+    corners_.clear();
+    if (find(mesh, first, last, from, to, max_work, answer)) {
+        pull(mesh, from, to);
+        answer.outcome = Outcome::kFound;
+        answer.length_m = length();
     }
     return answer;
+}
+
+MeshSearch::Answer MeshSearch::follow(const WalkMesh& mesh,
+                                      std::span<const std::uint32_t> polygons,
+                                      const Vec3& from,
+                                      const Vec3& to) {
+    corridor_.assign(polygons.begin(), polygons.end());
+    corners_.clear();
+    pull(mesh, from, to);
+    return {Outcome::kFound, length(), static_cast<std::uint32_t>(polygons.size())};
+}
+
+float MeshSearch::length() const {
+    float length = 0.0F;
+    for (std::size_t i = 1; i < corners_.size(); ++i) {
+        length += (corners_[i] - corners_[i - 1]).norm();
+    }
+    return length;
+}
+
+std::size_t MeshSearch::bytes() const {
+    return known_.capacity() * sizeof(Known) + open_.capacity() * sizeof(Open) +
+           (corridor_.capacity() + passed_.capacity()) * sizeof(std::uint32_t) +
+           gates_.capacity() * sizeof(std::array<Vec3, 2>) + corners_.capacity() * sizeof(Vec3);
 }
 
 void MeshSearch::reach(std::uint32_t polygon,
@@ -250,7 +375,7 @@ bool MeshSearch::find(const WalkMesh& mesh,
         const Vec3 entry = known_[at.polygon].entry;
         for (int e = 0; e < polygon.size; ++e) {
             const std::uint32_t next = polygon.neighbours[static_cast<std::size_t>(e)];
-            if (next != WalkMesh::kNone) {
+            if (next != WalkMesh::kNone && mesh.passable(next)) {
                 const std::array<Vec3, 2> edge = edge_of(mesh, polygon, e);
                 const Vec3 middle = 0.5F * (edge[0] + edge[1]);
                 reach(next, at.cost + (middle - entry).norm(), at.polygon, middle, to);
@@ -278,7 +403,9 @@ void MeshSearch::pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
     gates_.push_back({to, to});
     // From the last corner, what can be seen through all gates so far lies between two lines; where
     // they cross, the corner is the end that bars the view.
-    corners_.push_back(from);
+    passed_.clear();
+    turn_at(from, 0);
+    passed_.back() = 0;
     std::size_t apex = 0;  // gates before this one lie behind the last corner
     while (apex < gates_.size()) {
         const Vec3 corner = corners_.back();
@@ -289,7 +416,7 @@ void MeshSearch::pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
             const Vec3& right = gates_[at[1]][1];
             if (turn(corner, right, gates_[i][1]) <= 0.0F) {
                 if (turn(corner, left, gates_[i][1]) < 0.0F) {
-                    corners_.push_back(left);
+                    turn_at(left, at[0]);
                     apex = at[0] + 1;
                     turned = true;
                     continue;
@@ -298,7 +425,7 @@ void MeshSearch::pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
             }
             if (turn(corner, left, gates_[i][0]) >= 0.0F) {
                 if (turn(corner, gates_[at[1]][1], gates_[i][0]) > 0.0F) {
-                    corners_.push_back(gates_[at[1]][1]);
+                    turn_at(gates_[at[1]][1], at[1]);
                     apex = at[1] + 1;
                     turned = true;
                     continue;
@@ -311,8 +438,13 @@ void MeshSearch::pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
         }
     }
     if (corners_.back() != to || corners_.size() == 1) {
-        corners_.push_back(to);
+        turn_at(to, gates_.size() - 1);
     }
+}
+
+void MeshSearch::turn_at(const Vec3& corner, std::size_t gate) {
+    corners_.push_back(corner);
+    passed_.push_back(static_cast<std::uint32_t>(gate) + 1);
 }
 
 }  // namespace zoned::ai::navigation

@@ -1,31 +1,44 @@
-#include "server/ai/navigation/box_column.h"
+#include "server/ai/navigation/door_cells.h"
+#include "server/ai/navigation/recast_owned.h"
+#include "server/ai/navigation/walk_floors.h"
 #include "server/ai/navigation/walk_mesh.h"
 
-#include <recastnavigation/Recast.h>
-
-#include <memory>
-#include <numbers>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 
 namespace zoned::ai::navigation {
 
 namespace {
 
-constexpr int kMostSteps = (1 << RC_SPAN_HEIGHT_BITS) - 1;
 constexpr float kContourError = 1.3F;  // as in Recast's demonstration
 constexpr int kMinRegion = 8;
 constexpr int kMergeRegion = 20;
+/// Recast links so many floors of a column.
+constexpr int kMostLayers = RC_NOT_CONNECTED - 1;
+constexpr std::array<int, 4> kBesideX{-1, 0, 1, 0};  // in Recast's order of directions
+constexpr std::array<int, 4> kBesideZ{0, 1, 0, -1};
 
-template <auto Free>
-struct FreeRecast {
-    template <class T>
-    void operator()(T* p) const {
-        Free(p);
-    }
+/// A floor that is not there, or is alone there, while a door is shut.
+struct TurnedFloor {
+    std::uint32_t column = 0;
+    WalkFloor floor;
+    std::uint32_t door = 0;
+    bool taken = false;  ///< else given
+
+    [[nodiscard]] auto key() const { return std::tuple(column, floor.y, !taken, door); }
 };
 
-template <class T, auto Free>
-using Recast = std::unique_ptr<T, FreeRecast<Free>>;
+/// All floors that there are in some state of the doors, by column, with their gates.
+struct GatedFloors {
+    std::vector<std::uint32_t> first;
+    std::vector<WalkFloor> floors;
+    std::vector<std::uint32_t> gate;
+};
 
 }  // namespace
 
@@ -34,157 +47,289 @@ class MeshBakery {
   public:
     MeshBakery(const motion::StaticGeometry& world,
                const motion::CharacterLimits& limits,
-               const GroundGrid& grid,
-               const MeshSettings& settings)
+               const FloorFrame& frame)
         : world_(world),
           limits_(limits),
-          grid_(grid),
-          settings_(settings) {}
+          frame_(frame) {}
+
+    MeshBakery(const MeshBakery&) = delete;
+    MeshBakery& operator=(const MeshBakery&) = delete;
+
+    ~MeshBakery() {
+        // These are not Recast's to free.
+        compact_->cells = nullptr;
+        compact_->spans = nullptr;
+        compact_->areas = nullptr;
+    }
 
     core::Result<WalkMesh> run() {
         using R = core::Result<WalkMesh>;
-        low_ = world_.ground_height() - settings_.cell_height_m;
-        high_ = world_.ground_height();
-        for (std::uint32_t i = 0; i < world_.boxes().size(); ++i) {
-            high_ = std::max(high_, world_.box_bounds(i).upper.y());
+        const auto open = walk_floors(world_, limits_, frame_);
+        if (!open) {
+            return R::failure(open.error());
         }
-        for (const motion::PlacedSurface& s : world_.surfaces()) {
-            low_ = std::min(low_, s.bounds().lower.y() - settings_.cell_height_m);
-            high_ = std::max(high_, s.bounds().upper.y());
+        const float reach = door_reach(limits_, frame_.grid.cell_m());
+        for (const std::vector<std::uint32_t>& group : doors_apart(world_, reach)) {
+            const auto shut = walk_floors(world_.with_shut(group), limits_, frame_);
+            if (!shut) {
+                return R::failure(shut.error());
+            }
+            for (const std::uint32_t door : group) {
+                compare(*open, *shut, door, grown_door(world_, door, reach));
+            }
         }
-        high_ += 2.0F * (limits_.radius + limits_.half_segment) + settings_.cell_height_m;
-        if (!((high_ - low_) / settings_.cell_height_m < static_cast<float>(kMostSteps))) {
-            return R::failure("more than " + std::to_string(kMostSteps) + " steps of " +
-                              std::to_string(settings_.cell_height_m) +
-                              " m between the lowest and the highest place");
+        put_together(*open);
+        if (all_.floors.size() >= (1U << 24U)) {
+            return R::failure("more floors than Recast counts");
         }
-        const std::array<float, 3> lower{grid_.min_x(), low_, grid_.min_z()};
-        const std::array<float, 3> upper{
-            grid_.min_x() + grid_.cell_m() * static_cast<float>(grid_.width()),
-            high_,
-            grid_.min_z() + grid_.cell_m() * static_cast<float>(grid_.height())};
-        if (!rcCreateHeightfield(&context_,
-                                 *field_,
-                                 grid_.width(),
-                                 grid_.height(),
-                                 lower.data(),
-                                 upper.data(),
-                                 settings_.cell_m,
-                                 settings_.cell_height_m)) {
-            return R::failure("Recast has no room for a heightfield");
+        if (!make_compact() || !colour_gates()) {
+            return R::failure(
+                "more floors over each other, or doors beside each other, than "
+                "Recast tells apart");
         }
-        climb_ = static_cast<int>(limits_.step_up / settings_.cell_height_m + 1e-3F);
-        fill_columns();
-        add_surfaces();
         return polygons();
     }
 
   private:
-    [[nodiscard]] int step_of(float y) const {
-        return std::clamp(
-            static_cast<int>(std::lround((y - low_) / settings_.cell_height_m)), 0, kMostSteps);
-    }
-
-    void add(int x, int z, float bottom, float top, bool carries) {
-        const int from = step_of(bottom);
-        const int to = std::max(step_of(top), from + 1);
-        rcAddSpan(&context_,
-                  *field_,
-                  x,
-                  z,
-                  static_cast<unsigned short>(from),
-                  static_cast<unsigned short>(to),
-                  carries ? RC_WALKABLE_AREA : RC_NULL_AREA,
-                  climb_);
-    }
-
-    /// The ground plane and the boxes.
-    void fill_columns() {
-        for (int z = 0; z < grid_.height(); ++z) {
-            for (int x = 0; x < grid_.width(); ++x) {
-                const Spot at =
-                    grid_.centre({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(z)});
-                add(x, z, low_, world_.ground_height(), true);
-                const Aabb line{Vec3(at.x, low_, at.z), Vec3(at.x, high_, at.z)};
-                world_.for_each_near(line, [&](std::uint32_t box) {
-                    const auto column = column_of_box(world_, box, at.x, at.z);
-                    if (column && column->top > world_.ground_height()) {
-                        add(x, z, column->bottom, column->top, column->up >= limits_.max_slope_cos);
-                    }
-                });
+    /// Floors that a door takes or gives, near it.
+    void compare(const WalkFloors& open,
+                 const WalkFloors& shut,
+                 std::uint32_t door,
+                 const Aabb& near) {
+        const GroundGrid& g = frame_.grid;
+        const float right = g.min_x() + static_cast<float>(g.width()) * g.cell_m();
+        const float below = g.min_z() + static_cast<float>(g.height()) * g.cell_m();
+        if (near.lower.x() > right || near.lower.z() > below || near.upper.x() < g.min_x() ||
+            near.upper.z() < g.min_z()) {
+            return;
+        }
+        const Cell first = g.cell({near.lower.x(), near.lower.z()});
+        const Cell last = g.cell({near.upper.x(), near.upper.z()});
+        for (std::uint32_t z = first.y; z <= last.y; ++z) {
+            for (std::uint32_t x = first.x; x <= last.x; ++x) {
+                const std::uint32_t c = z * static_cast<std::uint32_t>(g.width()) + x;
+                note_missing(open.column(c), shut.column(c), {c, {}, door, true});
+                note_missing(shut.column(c), open.column(c), {c, {}, door, false});
             }
         }
     }
 
-    void add_surfaces() {
-        const float slope = std::acos(limits_.max_slope_cos) * 180.0F / std::numbers::pi_v<float>;
-        std::vector<float> corners;
-        std::vector<int> order;
-        for (const motion::PlacedSurface& s : world_.surfaces()) {
-            corners.clear();
-            order.clear();
-            s.surface().for_each_near(s.surface().box(), [&](const FacedTriangle& t) {
-                for (const Vec3& c : t.corner) {
-                    const Vec3 at = s.to_world(c);
-                    order.push_back(static_cast<int>(order.size()));
-                    corners.insert(corners.end(), {at.x(), at.y(), at.z()});
-                }
+    /// Floors of a column that are not among others; one that is a step higher or lower is the
+    /// same.
+    void note_missing(std::span<const WalkFloor> floors,
+                      std::span<const WalkFloor> others,
+                      TurnedFloor turned) {
+        for (const WalkFloor& f : floors) {
+            const bool there = std::any_of(others.begin(), others.end(), [&](const WalkFloor& o) {
+                return std::abs(int{o.y} - int{f.y}) <= frame_.climb_steps;
             });
-            const int triangles = static_cast<int>(order.size() / 3);
-            std::vector<unsigned char> areas(static_cast<std::size_t>(triangles), RC_NULL_AREA);
-            rcMarkWalkableTriangles(&context_,
-                                    slope,
-                                    corners.data(),
-                                    3 * triangles,
-                                    order.data(),
-                                    triangles,
-                                    areas.data());
-            rcRasterizeTriangles(
-                &context_, corners.data(), areas.data(), triangles, *field_, climb_);
-            if (s.surface().is_grid()) {
-                fill_below(s);
+            if (!there) {
+                turned.floor = f;
+                turned_.push_back(turned);
             }
         }
     }
 
-    /// What lies below heights is solid.
-    void fill_below(const motion::PlacedSurface& s) {
-        for (int z = 0; z < grid_.height(); ++z) {
-            for (int x = 0; x < grid_.width(); ++x) {
-                const Spot at =
-                    grid_.centre({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(z)});
-                const std::optional<float> top = s.top_at(at.x, at.z);
-                if (top && *top - 2.0F * settings_.cell_height_m > low_) {
-                    add(x, z, low_, *top - 2.0F * settings_.cell_height_m, false);
+    void put_together(const WalkFloors& open) {
+        std::sort(turned_.begin(), turned_.end(), [](const TurnedFloor& a, const TurnedFloor& b) {
+            return a.key() < b.key();
+        });
+        std::size_t next = 0;
+        const std::size_t columns = open.first.size() - 1;
+        all_.first.reserve(columns + 1);
+        all_.first.push_back(0);
+        for (std::uint32_t c = 0; c < columns; ++c) {
+            const std::span<const WalkFloor> there = open.column(c);
+            std::size_t o = 0;
+            while (o < there.size() || (next < turned_.size() && turned_[next].column == c)) {
+                const bool turns = next < turned_.size() && turned_[next].column == c;
+                const bool is_open =
+                    o < there.size() && (!turns || there[o].y <= turned_[next].floor.y);
+                const WalkFloor floor = is_open ? there[o++] : turned_[next].floor;
+                all_.floors.push_back(floor);
+                all_.gate.push_back(gate_of(c, floor, is_open, next));
+            }
+            all_.first.push_back(static_cast<std::uint32_t>(all_.floors.size()));
+        }
+    }
+
+    /// Of a floor with all doors that turn it, which begin at `next`.
+    std::uint32_t gate_of(std::uint32_t column,
+                          const WalkFloor& floor,
+                          bool open,
+                          std::size_t& next) {
+        WalkMesh::Gate gate;
+        gate.open = open;
+        for (; next < turned_.size() && turned_[next].column == column &&
+               turned_[next].floor.y == floor.y;
+             ++next) {
+            (turned_[next].taken ? gate.takers : gate.givers).push_back(turned_[next].door);
+        }
+        if (gate == WalkMesh::Gate()) {
+            return 0;
+        }
+        const auto [at, is_new] =
+            number_of_gate_.try_emplace(gate, static_cast<std::uint32_t>(gates_.size()));
+        if (is_new) {
+            gates_.push_back(gate);
+        }
+        return at->second;
+    }
+
+    /// Recast's own structure of all floors, linked as rcBuildCompactHeightfield() would.
+    bool make_compact() {
+        const GroundGrid& g = frame_.grid;
+        rcCompactHeightfield& f = *compact_;
+        const std::size_t count = all_.floors.size();
+        const std::size_t columns = all_.first.size() - 1;
+        f.width = g.width();
+        f.height = g.height();
+        f.spanCount = static_cast<int>(count);
+        f.walkableHeight = frame_.height_steps;
+        f.walkableClimb = frame_.climb_steps;
+        f.cs = g.cell_m();
+        f.ch = frame_.step_m;
+        f.bmin[0] = g.min_x();
+        f.bmin[1] = frame_.low_m;
+        f.bmin[2] = g.min_z();
+        f.bmax[0] = g.min_x() + g.cell_m() * static_cast<float>(g.width());
+        f.bmax[1] = frame_.high_m;
+        f.bmax[2] = g.min_z() + g.cell_m() * static_cast<float>(g.height());
+        cells_.resize(columns);
+        spans_.resize(count);
+        areas_.resize(count);
+        f.cells = cells_.data();
+        f.spans = spans_.data();
+        f.areas = areas_.data();
+        for (std::size_t c = 0; c < columns; ++c) {
+            const std::uint32_t layers = all_.first[c + 1] - all_.first[c];
+            if (layers > static_cast<std::uint32_t>(kMostLayers)) {
+                return false;
+            }
+            f.cells[c].index = all_.first[c] & 0xFFFFFFU;
+            f.cells[c].count = layers & 0xFFU;
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            f.spans[i].y = all_.floors[i].y;
+            f.spans[i].h = all_.floors[i].room;
+            f.spans[i].reg = 0;
+            f.spans[i].con = 0;
+        }
+        for (int z = 0; z < f.height; ++z) {
+            for (int x = 0; x < f.width; ++x) {
+                link_column(x, z);
+            }
+        }
+        return true;
+    }
+
+    void link_column(int x, int z) {
+        rcCompactHeightfield& f = *compact_;
+        const rcCompactCell& here = f.cells[x + z * f.width];
+        for (unsigned i = here.index, end = i + here.count; i < end; ++i) {
+            for (std::size_t d = 0; d < 4; ++d) {
+                const int nx = x + kBesideX[d];
+                const int nz = z + kBesideZ[d];
+                int best = RC_NOT_CONNECTED;
+                if (nx >= 0 && nz >= 0 && nx < f.width && nz < f.height) {
+                    const rcCompactCell& there = f.cells[nx + nz * f.width];
+                    const unsigned j = linked(i, there);
+                    // Both ends agree, or there is no link.
+                    if (j != kNoFloor && linked(j, here) == i) {
+                        best = static_cast<int>(j - there.index);
+                    }
+                }
+                rcSetCon(f.spans[i], static_cast<int>(d), best);
+            }
+        }
+    }
+
+    /// The floor of a column beside it that one steps to from a floor: the nearest in height.
+    [[nodiscard]] unsigned linked(unsigned from, const rcCompactCell& column) const {
+        const rcCompactHeightfield& f = *compact_;
+        const rcCompactSpan& a = f.spans[from];
+        unsigned best = kNoFloor;
+        int least = frame_.climb_steps + 1;
+        for (unsigned j = column.index, end = j + column.count; j < end; ++j) {
+            const rcCompactSpan& b = f.spans[j];
+            const int room = std::min<int>(a.y + a.h, b.y + b.h) - std::max<int>(a.y, b.y);
+            const int off = std::abs(int{a.y} - int{b.y});
+            if (room >= frame_.height_steps && off < least) {
+                least = off;
+                best = j;
+            }
+        }
+        return best;
+    }
+
+    /// Recast keeps areas apart. It tells few of them from each other, but only those that lie
+    /// beside each other need to be other ones.
+    bool colour_gates() {
+        rcCompactHeightfield& f = *compact_;
+        std::vector<std::set<std::uint32_t>> beside(gates_.size());
+        for (int c = 0; c < f.width * f.height && gates_.size() > 1; ++c) {
+            const rcCompactCell& cell = f.cells[c];
+            for (unsigned i = cell.index, end = i + cell.count; i < end; ++i) {
+                for (int d = 0; d < 4; ++d) {
+                    const int link = rcGetCon(f.spans[i], d);
+                    if (link == RC_NOT_CONNECTED) {
+                        continue;
+                    }
+                    const auto at = static_cast<std::size_t>(d);
+                    const unsigned j = f.cells[c + kBesideX[at] + kBesideZ[at] * f.width].index +
+                                       static_cast<unsigned>(link);
+                    if (all_.gate[i] != all_.gate[j]) {
+                        beside[all_.gate[i]].insert(all_.gate[j]);
+                    }
                 }
             }
         }
+        std::vector<unsigned char> colour(gates_.size(), RC_NULL_AREA);
+        colour[0] = RC_WALKABLE_AREA;
+        for (std::size_t g = 1; g < gates_.size(); ++g) {
+            std::set<unsigned char> used;
+            for (const std::uint32_t other : beside[g]) {
+                used.insert(colour[other]);
+            }
+            unsigned char free = 1;
+            while (used.count(free) != 0) {
+                ++free;
+            }
+            if (free >= RC_WALKABLE_AREA) {
+                return false;
+            }
+            colour[g] = free;
+        }
+        for (std::size_t i = 0; i < all_.floors.size(); ++i) {
+            f.areas[i] = colour[all_.gate[i]];
+        }
+        return true;
     }
 
     core::Result<WalkMesh> polygons() {
         using R = core::Result<WalkMesh>;
-        const float tall = 2.0F * (limits_.radius + limits_.half_segment);
-        const int height = static_cast<int>(std::ceil(tall / settings_.cell_height_m));
-        const int radius = static_cast<int>(std::ceil(limits_.radius / settings_.cell_m - 1e-3F));
-        rcFilterLowHangingWalkableObstacles(&context_, climb_, *field_);
-        rcFilterLedgeSpans(&context_, height, climb_, *field_);
-        rcFilterWalkableLowHeightSpans(&context_, height, *field_);
-        const bool built =
-            rcBuildCompactHeightfield(&context_, height, climb_, *field_, *compact_) &&
-            rcErodeWalkableArea(&context_, radius, *compact_) &&
-            rcBuildDistanceField(&context_, *compact_) &&
-            rcBuildRegions(&context_, *compact_, 0, kMinRegion, kMergeRegion) &&
-            rcBuildContours(&context_, *compact_, kContourError, 0, *contours_) &&
-            rcBuildPolyMesh(&context_, *contours_, WalkMesh::kMostCorners, *mesh_);
+        const bool built = rcBuildDistanceField(&context_, *compact_) &&
+                           rcBuildRegions(&context_, *compact_, 0, kMinRegion, kMergeRegion) &&
+                           rcBuildContours(&context_, *compact_, kContourError, 0, *contours_) &&
+                           rcBuildPolyMesh(&context_, *contours_, WalkMesh::kMostCorners, *mesh_);
         if (!built) {
             return R::failure("Recast can't build polygons of this ground");
         }
+        std::map<unsigned short, std::uint32_t> gate_of_region;
+        for (std::size_t i = 0; i < all_.floors.size(); ++i) {
+            gate_of_region.try_emplace(compact_->spans[i].reg, all_.gate[i]);
+        }
         WalkMesh out;
+        out.gates_ = gates_;
+        // The body's width is kept to the end of the columns, rounded up, and contours may be off.
+        out.rim_m_ =
+            (static_cast<float>(frame_.radius_cells) + 2.0F + kContourError) * frame_.grid.cell_m();
         for (int i = 0; i < mesh_->nverts; ++i) {
             const unsigned short* v = mesh_->verts + std::ptrdiff_t{3} * i;
-            out.vertices_.emplace_back(grid_.min_x() + settings_.cell_m * v[0],
-                                       low_ + settings_.cell_height_m * v[1],
-                                       grid_.min_z() + settings_.cell_m * v[2]);
+            out.vertices_.emplace_back(
+                frame_.grid.min_x() + frame_.grid.cell_m() * static_cast<float>(v[0]),
+                frame_.low_m + frame_.step_m * static_cast<float>(v[1]),
+                frame_.grid.min_z() + frame_.grid.cell_m() * static_cast<float>(v[2]));
         }
         for (int i = 0; i < mesh_->npolys; ++i) {
             const unsigned short* p = mesh_->polys + std::ptrdiff_t{2} * WalkMesh::kMostCorners * i;
@@ -196,24 +341,29 @@ class MeshBakery {
                     (beyond & 0x8000U) != 0 ? WalkMesh::kNone : beyond;
                 ++polygon.size;
             }
+            polygon.gate = gate_of_region[mesh_->regs[i]];
             out.polygons_.push_back(polygon);
         }
-        out.index_polygons();
+        out.finish();
         return out;
     }
 
+    static constexpr unsigned kNoFloor = ~0U;
+
     const motion::StaticGeometry& world_;
     const motion::CharacterLimits& limits_;
-    const GroundGrid& grid_;
-    const MeshSettings& settings_;
-    float low_ = 0.0F;
-    float high_ = 0.0F;
-    int climb_ = 0;
+    const FloorFrame& frame_;
+    std::vector<TurnedFloor> turned_;
+    GatedFloors all_;
+    std::vector<WalkMesh::Gate> gates_{1};
+    std::map<WalkMesh::Gate, std::uint32_t> number_of_gate_;
+    std::vector<rcCompactCell> cells_;
+    std::vector<rcCompactSpan> spans_;
+    std::vector<unsigned char> areas_;
     rcContext context_{false};
-    Recast<rcHeightfield, rcFreeHeightField> field_{rcAllocHeightfield()};
-    Recast<rcCompactHeightfield, rcFreeCompactHeightfield> compact_{rcAllocCompactHeightfield()};
-    Recast<rcContourSet, rcFreeContourSet> contours_{rcAllocContourSet()};
-    Recast<rcPolyMesh, rcFreePolyMesh> mesh_{rcAllocPolyMesh()};
+    RecastFloors compact_{rcAllocCompactHeightfield()};
+    RecastContours contours_{rcAllocContourSet()};
+    RecastPolygons mesh_{rcAllocPolyMesh()};
 };
 
 core::Result<WalkMesh> WalkMesh::bake(const motion::StaticGeometry& world,
@@ -228,8 +378,13 @@ core::Result<WalkMesh> WalkMesh::bake(const motion::StaticGeometry& world,
     if (!(settings.cell_height_m > 0.0F)) {
         return R::failure("steps of height need a size above 0 m");
     }
-    const GroundGrid grid(area, settings.cell_m);
-    return MeshBakery(world, limits, grid, settings).run();
+    const FloorFrame frame =
+        floor_frame(world, limits, area, settings.cell_m, settings.cell_height_m);
+    const std::string counted = frame_defect(frame);
+    if (!counted.empty()) {
+        return R::failure(counted);
+    }
+    return MeshBakery(world, limits, frame).run();
 }
 
 }  // namespace zoned::ai::navigation

@@ -5,52 +5,12 @@
 #include "server/ai/navigation/corner_pool.h"
 #include "server/ai/navigation/ground_map.h"
 #include "server/ai/navigation/planner.h"
+#include "server/ai/navigation/way_map.h"
 #include "server/ai/navigation/way_queue.h"
 
 #include <array>
 
 namespace zoned::ai::navigation {
-
-/// Names a request until it is released.
-struct WayTicket {
-    std::uint32_t slot = ~0U;
-    std::uint32_t round = 0;
-
-    friend bool operator==(const WayTicket&, const WayTicket&) = default;
-};
-
-struct WayAsk {
-    /// Somebody who asks for this one way alone.
-    static constexpr std::uint32_t kAlone = ~0U;
-
-    std::uint32_t asker = kAlone;  ///< who asks: a small number, e.g. a mind's row
-    Spot from;
-    Spot to;
-};
-
-/// What has become of a request.
-struct WayAnswer {
-    bool waiting = true;                      ///< the rest says nothing yet
-    Outcome outcome = Outcome::kUnreachable;  ///< kPartial: to the cell nearest to the goal
-    bool best = false;                        ///< false: a way that is near the best
-    float length_m = 0.0F;                    ///< along the corners
-    std::span<const Spot> corners;            ///< without the start; true until the next serve()
-};
-
-/// What the ticks so far have done.
-struct WayCounts {
-    std::uint64_t asked = 0;
-    std::uint64_t served = 0;
-    std::uint64_t straight = 0;  ///< of these, by a free line
-    std::uint64_t by_field = 0;  ///< along a field to a common goal
-    std::uint64_t by_areas = 0;  ///< near the best only: the tick had no more work to give
-    std::uint64_t fields = 0;    ///< that were made
-    std::uint64_t broken = 0;    ///< ways that a change has cut
-    std::uint64_t reviewed = 0;  ///< that a change may have made longer than they need be
-    std::uint32_t waiting = 0;
-    std::uint32_t longest_wait_ticks = 0;  ///< from an asker's turn to its answer
-    std::uint64_t work = 0;                ///< of the last tick
-};
 
 struct WaySettings {
     /// Of a tick, in units: a cell looked at is one (about 2 ns).

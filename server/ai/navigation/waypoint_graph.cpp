@@ -46,11 +46,7 @@ core::Result<WaypointGraph> WaypointGraph::build(std::span<const Waypoint> waypo
     std::sort(g.by_id_.begin(), g.by_id_.end(), [&g](std::uint32_t a, std::uint32_t b) {
         return g.ids_[a] < g.ids_[b];
     });
-    std::sort(g.by_x_.begin(), g.by_x_.end(), [&g](std::uint32_t a, std::uint32_t b) {
-        const float x = g.positions_[a].x();
-        const float y = g.positions_[b].x();
-        return x < y || (x == y && a < b);
-    });
+    g.sort_by_x();
     for (std::size_t i = 1; i < g.by_id_.size(); ++i) {
         if (g.ids_[g.by_id_[i]] == g.ids_[g.by_id_[i - 1]]) {
             return R::failure("waypoint " + std::to_string(g.ids_[g.by_id_[i]]) +
@@ -77,10 +73,33 @@ core::Result<WaypointGraph> WaypointGraph::build(std::span<const Waypoint> waypo
     g.least_per_m_ = std::numeric_limits<double>::infinity();
     for (const WaypointEdge& e : edges) {
         const std::uint32_t from = g.number_of(e.from);
-        g.edges_[fill[from]] = {g.number_of(e.to), e.weight};
+        g.edges_[fill[from]] = {g.number_of(e.to), e.weight, true};
         g.lower_least(from, g.edges_[fill[from]++]);
     }
     g.least_per_m_ = std::isfinite(g.least_per_m_) ? g.least_per_m_ : 0.0;
+    return g;
+}
+
+void WaypointGraph::sort_by_x() {
+    std::sort(by_x_.begin(), by_x_.end(), [this](std::uint32_t a, std::uint32_t b) {
+        const float x = positions_[a].x();
+        const float y = positions_[b].x();
+        return x < y || (x == y && a < b);
+    });
+}
+
+WaypointGraph WaypointGraph::seen_from(const Vec3d& origin) const {
+    WaypointGraph g = *this;
+    for (Vec3& p : g.positions_) {
+        p = (p.cast<double>() - origin).cast<float>();
+    }
+    g.sort_by_x();
+    // Lengths may have been rounded otherwise.
+    for (std::uint32_t from = 0; from < g.size(); ++from) {
+        for (const Edge& e : g.edges(from)) {
+            g.lower_least(from, e);
+        }
+    }
     return g;
 }
 
@@ -123,8 +142,10 @@ std::uint32_t WaypointGraph::nearest(const Vec3& place) const {
     std::uint32_t best = size();
     double least = std::numeric_limits<double>::infinity();
     // Away from the middle until the difference in x alone is more.
+    const bool any_height = std::isnan(place.y());
     const auto look = [&](std::uint32_t number) {
-        const double d = distance_of(positions_[number], place);
+        const Vec3& at = positions_[number];
+        const double d = distance_of(at, any_height ? Vec3(place.x(), at.y(), place.z()) : place);
         if (passable(number) && (d < least || (d == least && number < best))) {
             least = d;
             best = number;
@@ -208,7 +229,7 @@ WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
             return answer;
         }
         for (const WaypointGraph::Edge& e : graph.edges(at.number)) {
-            if (graph.passable(e.to)) {
+            if (e.open && graph.passable(e.to)) {
                 reach(e.to, at.cost + static_cast<double>(e.weight), at.number, ahead(e.to));
             }
         }
@@ -243,7 +264,7 @@ WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
             }
         }
         for (const WaypointGraph::Edge& e : graph.edges(at.number)) {
-            if (graph.passable(e.to)) {
+            if (e.open && graph.passable(e.to)) {
                 reach(e.to, at.cost + static_cast<double>(e.weight), at.number, 0.0);
             }
         }

@@ -55,13 +55,30 @@ class WaypointGraph {
     bool set_weight(std::uint32_t from, std::uint32_t to, float weight);
 
     /// The passable waypoint nearest to a place, ties to the smaller number; size() for none. Looks
-    /// at those whose x is near first.
+    /// at those whose x is near first. A place whose height is not a number is at any height.
     [[nodiscard]] std::uint32_t nearest(const Vec3& place) const;
 
     struct Edge {
         std::uint32_t to;
         float weight;
+        bool open = true;  ///< one can go along it
     };
+
+    /// Edges are numbered, those of a waypoint one after the other.
+    [[nodiscard]] std::uint32_t first_edge(std::uint32_t number) const {
+        return first_edge_[number];
+    }
+
+    [[nodiscard]] std::uint32_t edge_count() const {
+        return static_cast<std::uint32_t>(edges_.size());
+    }
+
+    [[nodiscard]] const Edge& edge(std::uint32_t edge) const { return edges_[edge]; }
+
+    void set_open(std::uint32_t edge, bool open) { edges_[edge].open = open; }
+
+    /// The same with all places less `origin`: in the coordinates of a zone.
+    [[nodiscard]] WaypointGraph seen_from(const Vec3d& origin) const;
 
     [[nodiscard]] std::span<const Edge> edges(std::uint32_t number) const {
         return {edges_.data() + first_edge_[number], edges_.data() + first_edge_[number + 1]};
@@ -71,7 +88,15 @@ class WaypointGraph {
     /// way there costs at least.
     [[nodiscard]] double least_weight_per_m() const { return least_per_m_; }
 
+    [[nodiscard]] std::size_t bytes() const {
+        return positions_.capacity() * sizeof(Vec3) + passable_.capacity() +
+               edges_.capacity() * sizeof(Edge) +
+               (ids_.capacity() + first_edge_.capacity() + by_id_.capacity() + by_x_.capacity()) *
+                   sizeof(std::uint32_t);
+    }
+
   private:
+    void sort_by_x();
     void lower_least(std::uint32_t from, const Edge& edge);
 
     std::vector<std::uint32_t> ids_;
@@ -117,6 +142,11 @@ class WaypointSearch {
 
     /// Of the last answer that was found: numbers from start to goal.
     [[nodiscard]] std::span<const std::uint32_t> way() const { return way_; }
+
+    [[nodiscard]] std::size_t bytes() const {
+        return known_.capacity() * sizeof(Known) + open_.capacity() * sizeof(Open) +
+               way_.capacity() * sizeof(std::uint32_t);
+    }
 
   private:
     struct Known {

@@ -1,0 +1,94 @@
+// GraphWays: ways along waypoints, where doors turn.
+#pragma once
+
+#include "server/ai/navigation/node_clusters.h"
+#include "server/ai/navigation/queued_ways.h"
+#include "server/ai/navigation/waypoint_doors.h"
+#include "server/ai/navigation/waypoint_graph.h"
+
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+struct GraphWaysSettings {
+    QueueSettings queue;
+    /// Waypoints that one search may look at; beyond, the way goes from group to group.
+    std::uint32_t search_work = 20'000;
+};
+
+/// From the waypoint nearest to a place to the one nearest to the goal by the least sum of weights,
+/// then to the goal itself; straight there where both are the same. Who stands on the way's first
+/// edge does not go back to its beginning, nor beyond a goal on its last one. To a goal whose
+/// waypoint can't be reached a way leads to the nearest one that can (kPartial). Whoever places
+/// waypoints sees to it that the nearest one to a place can be walked to.
+class GraphWays final : public QueuedWays {
+  public:
+    /// `doors` as waypoint_doors() says of the graph; `shut` by door.
+    GraphWays(WaypointGraph graph,
+              std::vector<WaypointDoor> doors,
+              std::span<const std::uint8_t> shut,
+              const GraphWaysSettings& settings = {});
+
+    void turn_doors(std::span<const std::uint8_t> shut) override;
+    [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
+
+    /// Any place is nearest to some waypoint.
+    [[nodiscard]] bool contains(Spot place) const override;
+
+    WayExit way_out(Spot /*from*/, float /*from_y*/, Spot to) override { return {to}; }
+
+    [[nodiscard]] std::size_t bytes() const override;
+
+    [[nodiscard]] const WaypointGraph& waypoints() const { return graph_; }
+
+  protected:
+    Outcome locate(Request& request) override;
+    void find(const Request& request, bool late, Found& found) override;
+    Spot first_leg(Request& request, Spot at) const override;
+    void prepare_legs(const Request& request) override;
+    [[nodiscard]] bool passable(const Hinge& hinge) const override;
+    [[nodiscard]] bool may_be_shorter(const Request& request) const override;
+
+  private:
+    /// A waypoint or edge that hangs on doors, and how many of these are shut.
+    struct Hung {
+        std::uint32_t what = 0;
+        bool bridge = false;  ///< some door gives it
+        bool placed = true;   ///< a waypoint that is passable by itself
+        std::uint16_t takers = 0;
+        std::uint16_t givers = 0;
+
+        [[nodiscard]] bool open() const { return placed && takers == 0 && (!bridge || givers > 0); }
+    };
+
+    [[nodiscard]] NodeGraph graph() const;
+    void hang(const std::vector<WaypointDoor>& doors);
+    bool follow(std::span<const std::uint8_t> shut);
+    [[nodiscard]] bool is_open(std::uint32_t what) const;
+    void ready(std::uint32_t goal);
+    bool find_by_clusters(std::uint32_t from, std::uint32_t goal);
+    std::uint32_t nearest_reached(const Request& request);
+    void take(const Request& request, bool to_goal, Found& found) const;
+    [[nodiscard]] std::uint32_t edge_between(std::uint32_t from, std::uint32_t to) const;
+    /// Whether a place lies beside an edge, not before its beginning.
+    [[nodiscard]] bool on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to) const;
+
+    GraphWaysSettings settings_;
+    WaypointGraph graph_;
+    WaypointSearch search_;
+    NodeClusters clusters_;
+    std::vector<Vec3> places_;
+    std::vector<std::uint32_t> first_;
+    std::vector<std::uint32_t> to_;
+    std::vector<std::uint32_t> return_;
+    std::vector<std::uint8_t> open_;                 // by waypoint
+    std::vector<std::uint8_t> linked_;               // by edge
+    std::vector<Hung> hung_;                         // ascending by number
+    std::vector<std::vector<std::uint32_t>> taken_;  // by door, of hung_
+    std::vector<std::vector<std::uint32_t>> given_;
+    std::vector<std::uint8_t> shut_;
+    std::vector<std::uint32_t> opened_;  // by the last change
+    std::vector<std::uint32_t> way_;
+};
+
+}  // namespace zoned::ai::navigation

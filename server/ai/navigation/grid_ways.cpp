@@ -1,0 +1,108 @@
+#include "server/ai/navigation/grid_ways.h"
+
+#include "server/ai/navigation/line_of_sight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+float spots_apart(Spot a, Spot b) {
+    return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
+}
+
+}  // namespace
+
+GridWays::Baked GridWays::bake(const motion::StaticGeometry& statics,
+                               const motion::CharacterLimits& limits,
+                               const GroundRect& area,
+                               float cell_m,
+                               std::span<const std::uint8_t> shut) {
+    Baked baked{bake_ground(statics, limits, area, cell_m), {}};
+    if (shut.empty()) {
+        return baked;
+    }
+    baked.doors =
+        DoorMap(bake_doors(statics, limits, area, cell_m, baked.ground), baked.ground.cells);
+    std::vector<CellChange> changes;
+    for (std::uint32_t d = 0; d < shut.size(); ++d) {
+        baked.doors.turn(d, shut[d] != 0, changes);
+    }
+    for (const CellChange& c : changes) {
+        baked.ground.cells.set_passable(c.cell, c.passable);
+    }
+    return baked;
+}
+
+GridWays::GridWays(const motion::StaticGeometry& statics,
+                   const motion::CharacterLimits& limits,
+                   const GroundRect& area,
+                   float cell_m,
+                   std::span<const std::uint8_t> shut,
+                   const WaySettings& settings)
+    : GridWays(bake(statics, limits, area, cell_m, shut), settings) {
+}
+
+GridWays::GridWays(Baked baked, const WaySettings& settings)
+    : doors_(std::move(baked.doors)),
+      service_(std::move(baked.ground), settings) {
+}
+
+void GridWays::turn_doors(std::span<const std::uint8_t> shut) {
+    changes_.clear();
+    for (std::uint32_t d = 0; d < shut.size(); ++d) {
+        doors_.turn(d, shut[d] != 0, changes_);
+    }
+    if (!changes_.empty()) {
+        service_.change(changes_);
+    }
+}
+
+bool GridWays::straight(Spot from, float /*from_y*/, Spot to, float /*to_y*/) const {
+    const GroundGrid& grid = service_.grid();
+    const GridMap& map = service_.planner().map();
+    if (!grid.contains(from) || !grid.contains(to) || !map.passable(grid.cell(from)) ||
+        !map.passable(grid.cell(to))) {
+        return false;
+    }
+    std::uint32_t looked = 0;
+    return sees(map, grid.cell(from), grid.cell(to), looked);
+}
+
+WayExit GridWays::way_out(Spot from, float /*from_y*/, Spot to) {
+    const GroundGrid& grid = service_.grid();
+    const GridMap& map = service_.planner().map();
+    const int right = grid.width() - 1;
+    const int bottom = grid.height() - 1;
+    const Spot first = grid.centre({0, 0});
+    const Spot last =
+        grid.centre({static_cast<std::uint16_t>(right), static_cast<std::uint16_t>(bottom)});
+    Spot best{std::clamp(to.x, first.x, last.x), std::clamp(to.z, first.z, last.z)};
+    float least = std::numeric_limits<float>::infinity();
+    const auto consider = [&](int x, int y) {
+        const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+        const Spot at = grid.centre(c);
+        const float sum = spots_apart(from, at) + spots_apart(at, to);
+        if (sum < least && map.passable(c) && service_.reaches(from, c)) {
+            least = sum;
+            best = at;
+        }
+    };
+    for (int y = 0; y <= bottom && (to.x < first.x || to.x > last.x); ++y) {
+        consider(to.x < first.x ? 0 : right, y);
+    }
+    for (int x = 0; x <= right && (to.z < first.z || to.z > last.z); ++x) {
+        consider(x, to.z < first.z ? 0 : bottom);
+    }
+    return {best};
+}
+
+std::size_t GridWays::bytes() const {
+    return service_.bytes() + doors_.bytes() + changes_.capacity() * sizeof(CellChange);
+}
+
+}  // namespace zoned::ai::navigation

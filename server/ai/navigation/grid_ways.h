@@ -1,0 +1,85 @@
+// GridWays: ways over the cells of a zone's ground, where doors turn.
+#pragma once
+
+#include "server/ai/navigation/door_cells.h"
+#include "server/ai/navigation/way_map.h"
+#include "server/ai/navigation/way_service.h"
+
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// A WayService on the ground of a zone for characters of one size.
+class GridWays final : public WayMap {
+  public:
+    /// GroundGrid::defect_of() is empty; `shut` by door.
+    GridWays(const motion::StaticGeometry& statics,
+             const motion::CharacterLimits& limits,
+             const GroundRect& area,
+             float cell_m,
+             std::span<const std::uint8_t> shut,
+             const WaySettings& settings);
+
+    WayTicket ask(const WayAsk& ask) override { return service_.ask(ask); }
+
+    void release(WayTicket ticket) override { service_.release(ticket); }
+
+    void turn_doors(std::span<const std::uint8_t> shut) override;
+
+    void serve() override { service_.serve(); }
+
+    [[nodiscard]] WayAnswer answer(WayTicket ticket) const override {
+        return service_.answer(ticket);
+    }
+
+    Spot heading(WayTicket ticket, Spot at, float near_m) override {
+        return service_.heading(ticket, at, near_m);
+    }
+
+    void see(WayTicket ticket, Spot at, float /*at_y*/) override { service_.see(ticket, at); }
+
+    [[nodiscard]] std::span<const std::uint32_t> answered() const override {
+        return service_.answered();
+    }
+
+    [[nodiscard]] std::span<const std::uint32_t> requeued() const override {
+        return changes_.empty() ? std::span<const std::uint32_t>() : service_.requeued();
+    }
+
+    [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
+
+    [[nodiscard]] bool contains(Spot place) const override {
+        return service_.grid().contains(place);
+    }
+
+    /// Of the cells that can be reached along the sides of the map that the place lies beyond, the
+    /// one by which two straight lines lead there soonest.
+    WayExit way_out(Spot from, float from_y, Spot to) override;
+
+    [[nodiscard]] const WayCounts& counts() const override { return service_.counts(); }
+
+    [[nodiscard]] std::size_t bytes() const override;
+
+    [[nodiscard]] WayService& service() { return service_; }
+
+  private:
+    /// The ground as the doors are, and what they do to it.
+    struct Baked {
+        GroundMap ground;
+        DoorMap doors;
+    };
+
+    static Baked bake(const motion::StaticGeometry& statics,
+                      const motion::CharacterLimits& limits,
+                      const GroundRect& area,
+                      float cell_m,
+                      std::span<const std::uint8_t> shut);
+
+    GridWays(Baked baked, const WaySettings& settings);
+
+    DoorMap doors_;
+    WayService service_;
+    std::vector<CellChange> changes_;  // of the last turn
+};
+
+}  // namespace zoned::ai::navigation

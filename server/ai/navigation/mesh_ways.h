@@ -1,0 +1,98 @@
+// MeshWays: ways over the floors of a zone, one over the other, where doors turn.
+#pragma once
+
+#include "server/ai/navigation/node_clusters.h"
+#include "server/ai/navigation/queued_ways.h"
+#include "server/ai/navigation/walk_mesh.h"
+
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+struct MeshWaysSettings {
+    QueueSettings queue;
+    /// Polygons that one search may look at; beyond, the way goes from group to group.
+    std::uint32_t search_work = 20'000;
+    /// A place beside all floors stands for the nearest one within so much, m.
+    float reach_m = 4.0F;
+};
+
+/// A straight line over the polygons where one is free, else MeshSearch, else, where the tick has
+/// no more work to give, from group of polygons to group. To a goal that can't be reached a way
+/// leads to the place nearest to it that can (kPartial). A way is near the best; a straight one is.
+class MeshWays final : public QueuedWays {
+  public:
+    /// `area` as the mesh was baked; `shut` by door.
+    MeshWays(WalkMesh mesh,
+             const GroundRect& area,
+             std::span<const std::uint8_t> shut,
+             const MeshWaysSettings& settings = {});
+
+    void turn_doors(std::span<const std::uint8_t> shut) override;
+    [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
+    [[nodiscard]] bool contains(Spot place) const override;
+
+    /// Of the places that can be reached along the sides of the area that the place lies beyond,
+    /// the one by which two straight lines lead there soonest.
+    WayExit way_out(Spot from, float from_y, Spot to) override;
+
+    [[nodiscard]] float ground(Spot place) const override;
+    [[nodiscard]] float floor_along(Spot from, float from_y, Spot to) const override;
+    [[nodiscard]] std::size_t bytes() const override;
+
+    [[nodiscard]] const WalkMesh& mesh() const { return mesh_; }
+
+  protected:
+    Outcome locate(Request& request) override;
+    void find(const Request& request, bool late, Found& found) override;
+    Spot first_leg(Request& request, Spot at) const override;
+    void prepare_legs(const Request& request) override;
+    [[nodiscard]] bool passable(const Hinge& hinge) const override;
+    [[nodiscard]] bool may_be_shorter(const Request& request) const override;
+
+  private:
+    /// Edges at a side of the area, where the zone can be left.
+    struct Rim {
+        std::uint32_t polygon;
+        Vec3 a;
+        Vec3 b;
+        int side;  ///< least x, most x, least z, most z
+    };
+
+    /// What a change opened, over the ground.
+    struct Box {
+        Spot low;
+        Spot high;
+    };
+
+    void link_polygons();
+    void find_rims();
+    [[nodiscard]] NodeGraph graph() const;
+    /// Sets gates as doors are; whether any polygon has changed. Notes what was opened.
+    bool follow(std::span<const std::uint8_t> shut);
+    void ready(std::uint32_t goal);
+    bool find_straight(const Request& request, const End& goal, Found& found);
+    /// The place nearest to a goal among those that can be reached.
+    End nearest_reached(const Request& request);
+    bool find_by_clusters(const Request& request, const End& goal);
+    void take(Found& found) const;
+    [[nodiscard]] Vec3 gate_between(std::uint32_t polygon, std::uint32_t next) const;
+
+    MeshWaysSettings settings_;
+    GroundRect area_;
+    WalkMesh mesh_;
+    MeshSearch search_;
+    NodeClusters clusters_;
+    std::vector<Vec3> middles_;         // by polygon
+    std::vector<std::uint32_t> first_;  // links between polygons
+    std::vector<std::uint32_t> to_;
+    std::vector<std::uint32_t> return_;
+    std::vector<std::uint8_t> linked_;
+    std::vector<std::uint8_t> open_;
+    std::vector<std::uint32_t> hinged_;  // polygons that hang on doors
+    std::vector<Rim> rims_;
+    std::vector<Box> opened_;
+    std::vector<std::uint32_t> corridor_;
+};
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,143 @@
+// QueuedWays: requests for ways over a map of nodes, served in turn: what all such maps share.
+#pragma once
+
+#include "server/ai/navigation/corner_pool.h"
+#include "server/ai/navigation/way_map.h"
+#include "server/ai/navigation/way_queue.h"
+#include "shared/math/types.h"
+
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+struct QueueSettings {
+    /// Of a tick, in units of about 2 ns.
+    std::uint64_t work_per_tick = 1'000'000;
+    /// Who has asked for one way alone has it after so many ticks, whatever the load.
+    std::uint32_t longest_wait_ticks = 20;
+};
+
+/// A map says where nodes are, finds ways, and says what a change cuts; the rest is here: turns,
+/// the tick's work, corners, who has come how far, and who looks anew after a change.
+class QueuedWays : public WayMap {
+  public:
+    explicit QueuedWays(const QueueSettings& settings);
+
+    WayTicket ask(const WayAsk& ask) final;
+    void release(WayTicket ticket) final;
+    void serve() final;
+    [[nodiscard]] WayAnswer answer(WayTicket ticket) const final;
+    Spot heading(WayTicket ticket, Spot at, float near_m) final;
+    void see(WayTicket ticket, Spot at, float at_y) final;
+
+    [[nodiscard]] std::span<const std::uint32_t> answered() const final { return told_; }
+
+    [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
+
+    [[nodiscard]] const WayCounts& counts() const final { return counts_; }
+
+  protected:
+    static constexpr std::uint32_t kNoNode = ~0U;
+
+    /// One end of a way: where somebody is or wants to be, and where that is on the map.
+    struct End {
+        Vec3 wanted = Vec3::Zero();  ///< y: of the feet; not a number: on the ground
+        Vec3 on = Vec3::Zero();
+        std::uint32_t node = kNoNode;
+    };
+
+    struct Request {
+        std::uint32_t round = 0;
+        std::uint32_t asker = 0;
+        End from;
+        End to;
+        bool taken = false;
+        bool waiting = false;
+        bool usable = false;  ///< its corners lead somewhere
+        bool best = false;
+        Outcome outcome = Outcome::kUnreachable;
+        CornerBlock corners;
+        CornerBlock hinges;
+        std::uint32_t next = 0;  ///< corner that the asker heads for
+        float length_m = 0.0F;
+        float rest_m = 0.0F;  ///< from that corner on
+        double cost = 0.0;    ///< what the map says that the way costs
+    };
+
+    /// Something that a way leads over and that doors may take away.
+    struct Hinge {
+        std::uint32_t what = 0;    ///< the map's own number
+        std::uint32_t corner = 0;  ///< it lies before this corner, and behind the one before
+    };
+
+    /// A way as it is found.
+    struct Found {
+        Outcome outcome = Outcome::kFound;
+        bool best = false;
+        bool straight = false;
+        bool cheap = false;  ///< from group to group
+        double cost = 0.0;
+        std::vector<Spot> corners;  ///< without the start
+        std::vector<Hinge> hinges;
+    };
+
+    /// The places on the map of both ends. kFound, or why there are none.
+    virtual Outcome locate(Request& request) = 0;
+
+    /// Puts a way into `found`, whose vectors are empty, and adds what it cost to spent(). `late`:
+    /// the tick's work is used up.
+    virtual void find(const Request& request, bool late, Found& found) = 0;
+
+    /// Where to go from a place as long as the way is not there; moves `from` there.
+    virtual Spot first_leg(Request& request, Spot at) const = 0;
+
+    /// Makes ready what first_leg() looks up, as far as the tick's work goes.
+    virtual void prepare_legs(const Request& request) = 0;
+
+    /// Whether one gets past this now.
+    [[nodiscard]] virtual bool passable(const Hinge& hinge) const = 0;
+
+    /// Whether a way through what the last change opened could be shorter than what is left of a
+    /// way that was found.
+    [[nodiscard]] virtual bool may_be_shorter(const Request& request) const = 0;
+
+    /// After a change of the map: looks for ways anew. `opened`: something can be passed that could
+    /// not before.
+    void review(bool opened);
+
+    void nothing_changed() { requeued_.clear(); }
+
+    void spend(std::uint64_t units) { spent_ += units; }
+
+    [[nodiscard]] bool work_left() const { return spent_ < settings_.work_per_tick; }
+
+    /// What is left of a way, from where the asker was last seen.
+    [[nodiscard]] float left_m(const Request& request) const;
+
+    [[nodiscard]] std::size_t queue_bytes() const;
+
+  private:
+    [[nodiscard]] bool knows(WayTicket ticket) const;
+    void wait(std::uint32_t number);
+    void fail(std::uint32_t number, Outcome outcome);
+    void done(std::uint32_t number);
+    void free_blocks(Request& request);
+    /// Whether it leads, ahead of its asker, over something that can't be passed now.
+    [[nodiscard]] bool cut(const Request& request) const;
+
+    QueueSettings settings_;
+    CornerPool pool_;
+    BlockPool<Hinge> hinges_;
+    WayQueue queue_;
+    std::vector<Request> requests_;
+    std::vector<std::uint32_t> free_;
+    std::vector<std::uint32_t> answered_;  // since the last serve()
+    std::vector<std::uint32_t> told_;      // by it
+    std::vector<std::uint32_t> requeued_;
+    std::vector<std::uint32_t> unled_;  // that wait since a change
+    Found found_;
+    std::uint64_t spent_ = 0;
+    WayCounts counts_;
+};
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,135 @@
+// WayMap: the one interface by which ways are asked for, whatever map they lead over.
+#pragma once
+
+#include "server/ai/navigation/ground_grid.h"
+#include "server/ai/navigation/query.h"
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+namespace zoned::ai::navigation {
+
+/// Names a request until it is released.
+struct WayTicket {
+    std::uint32_t slot = ~0U;
+    std::uint32_t round = 0;
+
+    friend bool operator==(const WayTicket&, const WayTicket&) = default;
+};
+
+/// The height of a place that is on the ground: on the lowest floor there.
+inline constexpr float kOnGround = std::numeric_limits<float>::quiet_NaN();
+
+struct WayAsk {
+    /// Somebody who asks for this one way alone.
+    static constexpr std::uint32_t kAlone = ~0U;
+
+    std::uint32_t asker = kAlone;  ///< who asks: a small number, e.g. a mind's row
+    Spot from;
+    Spot to;
+    float from_y = kOnGround;  ///< of the feet, m; maps of one floor do not look at it
+    float to_y = kOnGround;
+};
+
+/// Where a map is left for a place beyond it.
+struct WayExit {
+    Spot at;
+    float y = kOnGround;
+};
+
+/// What has become of a request.
+struct WayAnswer {
+    bool waiting = true;                      ///< the rest says nothing yet
+    Outcome outcome = Outcome::kUnreachable;  ///< kPartial: to the place nearest to the goal
+    bool best = false;                        ///< false: a way that is near the best
+    float length_m = 0.0F;                    ///< along the corners, over the ground
+    std::span<const Spot> corners;            ///< without the start; true until the next serve()
+};
+
+/// What the ticks so far have done.
+struct WayCounts {
+    std::uint64_t asked = 0;
+    std::uint64_t served = 0;
+    std::uint64_t straight = 0;  ///< of these, by a free line
+    std::uint64_t by_field = 0;  ///< along a field to a common goal
+    std::uint64_t by_areas = 0;  ///< near the best only: the tick had no more work to give
+    std::uint64_t fields = 0;    ///< that were made
+    std::uint64_t broken = 0;    ///< ways that a change has cut
+    std::uint64_t reviewed = 0;  ///< that a change may have made longer than they need be
+    std::uint32_t waiting = 0;
+    std::uint32_t longest_wait_ticks = 0;  ///< from an asker's turn to its answer
+    std::uint64_t work = 0;                ///< of the last tick
+};
+
+/// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
+/// timed. Nothing is allocated once as many have asked, for goals as far spread, as ever will.
+class WayMap {
+  public:
+    WayMap() = default;
+    WayMap(const WayMap&) = delete;
+    WayMap& operator=(const WayMap&) = delete;
+    virtual ~WayMap() = default;
+
+    /// Puts a request in its asker's queue. Where nothing leads from or to, it is answered at once.
+    virtual WayTicket ask(const WayAsk& ask) = 0;
+
+    /// The ticket is of no use from now on, its way gone.
+    virtual void release(WayTicket ticket) = 0;
+
+    /// By door of the zone, whether it is shut from now on. All answers are those of the map as it
+    /// is from now on. Ways that are cut, as far as their askers still have to go, are looked for
+    /// anew (they wait again); so are those for which what was opened may be a short cut, who
+    /// follow the old way until the new one is there. All others stay as they are.
+    virtual void turn_doors(std::span<const std::uint8_t> shut) = 0;
+
+    /// Once per tick: answers requests as far as the tick's work goes, and whoever has waited as
+    /// long as anybody may.
+    virtual void serve() = 0;
+
+    /// Of a ticket that was not released.
+    [[nodiscard]] virtual WayAnswer answer(WayTicket ticket) const = 0;
+
+    /// Where to walk from `at`: from corner to corner once the way is there (it remembers how far
+    /// the asker has come; a corner counts within `near_m`), somewhere sensible until then. The
+    /// goal at its end; `at` itself where there is no way. Different tickets may ask at the same
+    /// time.
+    virtual Spot heading(WayTicket ticket, Spot at, float near_m) = 0;
+
+    /// The asker is here now: who waits is told a way from where it was seen last.
+    virtual void see(WayTicket ticket, Spot at, float at_y) = 0;
+
+    /// WayTicket::slot of the requests that were answered by the last serve(), and of those before
+    /// it since the one before, in the order of the answers. Some may be released by now.
+    [[nodiscard]] virtual std::span<const std::uint32_t> answered() const = 0;
+
+    /// The same of those whose ways the last turn_doors() has cut, or may have made longer than
+    /// need be: they wait again, or are answered that there is no way.
+    [[nodiscard]] virtual std::span<const std::uint32_t> requeued() const = 0;
+
+    /// Whether one can walk straight from a place to another. Different threads may ask at the same
+    /// time, while nobody changes anything.
+    [[nodiscard]] virtual bool straight(Spot from, float from_y, Spot to, float to_y) const = 0;
+
+    /// Whether the map tells of a place: what lies beyond it is reached by way_out(). False for
+    /// what is not a number.
+    [[nodiscard]] virtual bool contains(Spot place) const = 0;
+
+    /// Where to leave the map for a place beyond it.
+    virtual WayExit way_out(Spot from, float from_y, Spot to) = 0;
+
+    /// Height of the lowest floor over or under a place, m; not a number where the map does not
+    /// tell. This and the next may be asked like straight().
+    [[nodiscard]] virtual float ground(Spot /*place*/) const { return kOnGround; }
+
+    /// Height of the floor on which one comes to a place who walks straight there, m; likewise.
+    [[nodiscard]] virtual float floor_along(Spot /*from*/, float /*from_y*/, Spot /*to*/) const {
+        return kOnGround;
+    }
+
+    [[nodiscard]] virtual const WayCounts& counts() const = 0;
+
+    [[nodiscard]] virtual std::size_t bytes() const = 0;
+};
+
+}  // namespace zoned::ai::navigation
