@@ -11,13 +11,6 @@
 
 namespace zoned::ai {
 
-namespace {
-
-/// Fewer minds than this are not worth a second thread.
-constexpr std::size_t kShared = 256;
-
-}  // namespace
-
 void compile(Settings& settings, float dt) {
     settings.compiled.clear();
     for (const Machine& machine : settings.machines) {
@@ -114,25 +107,15 @@ void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
 /// The grid is made only where some awake mind looks for others than players, or goes with a herd.
 void Step::find_others(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
-    const bool needed = std::any_of(awake.begin(), awake.end(), [&](Slot slot) {
+    const auto knows_others = [&](Slot slot) {
         return machine_of(minds.at(slot), settings).knows_others;
-    });
+    };
+    const bool needed =
+        std::any_of(awake.begin(), awake.end(), knows_others) ||
+        (has_herds(settings) && std::any_of(due_.begin(), due_.end(), [&](const Due& due) {
+             return machine_of(minds.at(due.slot), settings).flocks;
+         }));
     others_ = needed ? &world.grid() : &nobody_;
-}
-
-/// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).
-template <class Work>
-void Step::in_lanes(compute::Team& team, std::size_t count, Work&& work) {
-    if (count < kShared) {
-        work(lanes_[0], std::size_t{0}, count);
-        return;
-    }
-    const compute::Team::Shift shift(team);
-    team.run(kLanes, 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t lane = first; lane < last; ++lane) {
-            work(lanes_[lane], count * lane / kLanes, count * (lane + 1) / kLanes);
-        }
-    });
 }
 
 // ---------------------------------------------------------------- doing it
@@ -247,7 +230,11 @@ void Step::walk_coarse(Minds& minds, const World& world, const Settings& setting
             }
             Mind& mind = minds.at(due.slot);
             const CompiledMachine& machine = machine_of(mind, settings);
-            if (walk_on(mind, machine, coarse(world), due.row, due.slot)) {
+            if (due.roams) {
+                due.falls = !roam(mind, machine, coarse(world), due.row, due.way);
+                lane.drift_m = std::max(lane.drift_m, step_of(mind));
+            } else if (!roams(mind, machine) &&
+                       walk_on(mind, machine, coarse(world), due.row, due.slot)) {
                 lane.asking.push_back(due.slot);
             }
             std::uint8_t& behaviour = world.entities.behaviour[due.row];
@@ -281,8 +268,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             Due& due = due_[i];
             if (due.tier == Tier::kCoarse) {
                 Mind& mind = minds.at(due.slot);
-                due.next_event = next_event(
-                    mind, machine_of(mind, settings), coarse(world), due.decides && !due.changed);
+                due.next_event = event_after(mind, due, world, settings);
                 due.left = std::max(left_at(mind, world), world.now + 1);
             }
         }
@@ -297,7 +283,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
                 world.entities.touch(due.row);
                 report_.moved = true;
             }
-            if (!can_sleep(mind, machine_of(mind, settings))) {
+            if (due.falls || !can_sleep(mind, machine_of(mind, settings))) {
                 waking_.push_back(due.slot);
             }
             ++report_.events;
@@ -320,6 +306,9 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
         if (!mind.timed && goes_by_legs(mind, machine.states[mind.doing])) {
             continue;  // on a detour
         }
+        if (roams(mind, machine) && !set_roaming(mind, due, world, settings)) {
+            continue;  // on its way down
+        }
         fall_asleep(mind, machine, coarse(world), due.row);
         mind.next_event = next_event(mind, machine, coarse(world), !due.changed);
         minds.put_to_sleep(due.slot);
@@ -334,6 +323,7 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
 
 void Step::steer_awake(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
+    const Drift drift = drift_of(minds, world);
     in_lanes(world.team, awake.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];
@@ -353,6 +343,7 @@ void Step::steer_awake(Minds& minds, const World& world, const Settings& setting
                                     world.ways,
                                     awake[i]};
                 around.at = whereabouts(mind, around.body(), world.now, world.dt);
+                around.drift = drift_m_ > 0.0F ? &drift : nullptr;
                 if (steer(mind, machine, around)) {
                     lane.asking.push_back(awake[i]);
                 }
@@ -366,6 +357,7 @@ void Step::add_up() {
     for (Lane& lane : lanes_) {
         report_.transitions += std::exchange(lane.transitions, 0U);
         report_.steered += std::exchange(lane.steered, 0U);
+        drift_m_ = std::max(drift_m_, std::exchange(lane.drift_m, 0.0F));
         report_.plans += std::exchange(lane.thinking.plans, 0U);
         report_.plans_cut_off += std::exchange(lane.thinking.plans_cut_off, 0U);
         report_.plans_unreachable += std::exchange(lane.thinking.plans_unreachable, 0U);
@@ -382,6 +374,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
         follow_viewers(minds, world, settings);
         wake_seen(minds, world, settings);
     }
+    call_foragers(minds, world, settings);
     collect_due(minds, world, settings);
     find_others(minds, world, settings);
     decide_due(minds, world, settings);
@@ -390,6 +383,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     forage(minds, world, settings);
     form_up(minds, world, settings);
     steer_awake(minds, world, settings);
+    head_herds(minds, world, settings);
     walk_coarse(minds, world, settings);
     find_ways(minds, world, settings);
     give_commands(minds, world, settings);
@@ -412,6 +406,9 @@ void Step::remember(const Memory& memory, const Minds& minds, const Settings& se
         const Mind& mind = minds.at(minds.nth(n));
         if (mind.tier == Tier::kCoarse && !can_sleep(mind, machine_of(mind, settings))) {
             waking_.push_back(minds.nth(n));
+        }
+        if (mind.tier == Tier::kCoarse && roams(mind, machine_of(mind, settings))) {
+            drift_m_ = std::max(drift_m_, step_of(mind));
         }
     }
 }

@@ -6,6 +6,7 @@
 #include "server/ai/decision.h"
 #include "server/ai/forage.h"
 #include "server/ai/form_up.h"
+#include "server/ai/herd.h"
 #include "server/ai/make_way.h"
 #include "server/ai/minds.h"
 #include "server/ai/watched.h"
@@ -132,8 +133,11 @@ class Step {
         world::Row row;
         Tier tier;
         bool decides = true;
-        bool changed = false;  ///< it has decided otherwise than before
-        bool moved = false;    ///< coarse: its row is another one than before
+        bool changed = false;     ///< it has decided otherwise than before
+        bool moved = false;       ///< coarse: its row is another one than before
+        Vec2 way = Vec2::Zero();  ///< of its step, x, z, m
+        bool roams = false;       ///< coarse: it takes a step with its herd
+        bool falls = false;       ///< coarse: it would leave the ground with it
         std::optional<fsm::Change> change{};
         Tick next_event = kNever;
         Tick left = kNever;  ///< coarse: when it leaves the square that it is in
@@ -143,11 +147,13 @@ class Step {
     struct Lane {
         Thinking thinking;
         std::vector<Slot> asking;  ///< who needs a way
+        float drift_m = 0.0F;      ///< of herds: the longest way between two steps
         std::uint32_t transitions = 0;
         std::uint32_t steered = 0;
     };
 
     static constexpr std::size_t kLanes = 16;
+    static constexpr std::size_t kShared = 256;  ///< fewer minds are not worth a second thread
 
     void follow_viewers(Minds& minds, const World& world, const Settings& settings);
     void watch();
@@ -164,7 +170,15 @@ class Step {
     void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
     void steer_awake(Minds& minds, const World& world, const Settings& settings);
+    void call_foragers(Minds& minds, const World& world, const Settings& settings);
     void forage(Minds& minds, const World& world, const Settings& settings);
+    [[nodiscard]] Drift drift_of(const Minds& minds, const World& world) const;
+    void head_herds(Minds& minds, const World& world, const Settings& settings);
+    [[nodiscard]] Tick event_after(Mind& mind,
+                                   const Due& due,
+                                   const World& world,
+                                   const Settings& settings) const;
+    bool set_roaming(Mind& mind, const Due& due, const World& world, const Settings& settings);
     void form_up(Minds& minds, const World& world, const Settings& settings);
     void make_way(Minds& minds, const World& world, const Settings& settings);
     void watch_changes(Minds& minds, const World& world) const;
@@ -187,7 +201,9 @@ class Step {
     std::vector<EntityId> viewers_before_;
     Players players_;
     std::vector<world::Row> row_hints_;  // by slot: where the entity was last
-    std::vector<world::Row> rows_;       // of awake minds, in their order; kNoRow: leave it alone
+    std::vector<Slot> slot_hints_;       // by row: of coarse minds that roam
+    float drift_m_ = 0.0F;  // so far may animals that nobody sees be from their rows; 0: none are
+    std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
     std::vector<Minds::Event> events_;
     std::vector<Due> due_;
     std::vector<std::uint32_t> traders_;              // of due_, ascending by entity
@@ -204,6 +220,7 @@ class Step {
     crowd::KnownWalls walls_;
     Formations formations_;
     Nests nests_;
+    Herds herds_;
     MakeWay make_way_;
 };
 

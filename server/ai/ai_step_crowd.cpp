@@ -1,6 +1,34 @@
 #include "server/ai/ai_step.h"
+#include "server/ai/steering.h"
+#include "server/ai/step_lookup.h"
+
+#include <algorithm>
+#include <utility>
 
 namespace zoned::ai {
+
+namespace {
+
+bool forages(const Mind& mind, const Settings& settings) {
+    const CompiledMachine& machine = settings.compiled[mind.machine];
+    // Who has just turned to it begins when it steers.
+    return machine.forages && !mind.entered &&
+           machine.states[mind.doing].action == ActionKind::kForage;
+}
+
+}  // namespace
+
+/// Where a door has turned, those whom nobody sees look up as well.
+void Step::call_foragers(Minds& minds, const World& world, const Settings& settings) {
+    for (std::size_t n = 0; nests_.turned() && n < minds.size(); ++n) {
+        const Slot slot = minds.nth(n);
+        Mind& mind = minds.at(slot);
+        if (mind.tier == Tier::kCoarse && forages(mind, settings)) {
+            mind.next_event = world.now;
+            minds.schedule(slot);
+        }
+    }
+}
 
 /// Where those who look for food go next.
 void Step::forage(Minds& minds, const World& world, const Settings& settings) {
@@ -8,11 +36,13 @@ void Step::forage(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const Mind& mind = minds.at(awake[i]);
-        const CompiledMachine& machine = settings.compiled[mind.machine];
-        // Who has just turned to it begins when it steers.
-        if (rows_[i] != world::kNoRow && machine.forages && !mind.entered &&
-            machine.states[mind.doing].action == ActionKind::kForage) {
-            nests_.add({rows_[i], awake[i]});
+        if (rows_[i] != world::kNoRow && forages(mind, settings)) {
+            nests_.add({mind.entity, rows_[i], awake[i]});
+        }
+    }
+    for (const Due& due : due_) {
+        if (due.tier == Tier::kCoarse && forages(minds.at(due.slot), settings)) {
+            nests_.add({due.entity, due.row, due.slot});
         }
     }
     nests_.step(minds,
@@ -26,6 +56,80 @@ void Step::forage(Minds& minds, const World& world, const Settings& settings) {
                  world.dt});
     report_.delivered = nests_.delivered();
 }
+
+// ---------------------------------------------------------------- herds that nobody sees
+
+Drift Step::drift_of(const Minds& minds, const World& world) const {
+    // Twice: who has to wait for its turn walks on meanwhile.
+    return {minds, slot_hints_, world.now, world.dt, 2.0F * drift_m_};
+}
+
+/// All look around before any of them walks on.
+void Step::head_herds(Minds& minds, const World& world, const Settings& settings) {
+    if (!has_herds(settings)) {
+        return;
+    }
+    herds_.clear();
+    slot_hints_.resize(std::max<std::size_t>(slot_hints_.size(), world.entities.size()));
+    const CoarseWorld in = coarse(world);
+    for (Due& due : due_) {
+        Mind& mind = minds.at(due.slot);
+        const CompiledMachine& machine = machine_of(mind, settings);
+        if (due.tier != Tier::kCoarse || !roams_on(mind, machine, world.now)) {
+            continue;
+        }
+        const State& state = machine.states[mind.doing];
+        const Surroundings around = in.around(mind, due.row, due.slot);
+        if (std::exchange(mind.entered, false)) {
+            begin_deed(mind, state, around);
+        }
+        get_unstuck(mind, state, around);
+        slot_hints_[due.row] = due.slot;
+        due.roams = true;
+        herds_.add(due.slot, due.row);
+    }
+    const Drift drift = drift_of(minds, world);
+    herds_.step(minds,
+                {world.entities,
+                 world.types,
+                 *others_,
+                 world.places,
+                 settings.compiled,
+                 drift,
+                 settings.reduce_far,
+                 world.now,
+                 world.dt});
+    std::size_t n = 0;
+    for (Due& due : due_) {
+        if (due.roams) {
+            due.way = herds_.way(n++);
+        }
+    }
+}
+
+/// An awake one, from where its body is. False: it would leave the ground.
+bool Step::set_roaming(Mind& mind, const Due& due, const World& world, const Settings& settings) {
+    const CoarseWorld in = coarse(world);
+    const CompiledMachine& machine = machine_of(mind, settings);
+    start_leg(mind, in.around(mind, due.row, due.slot));
+    mind.timed = roam(mind, machine, in, due.row, way_ahead(mind, machine, in, due.row));
+    drift_m_ = std::max(drift_m_, step_of(mind));
+    return mind.timed;
+}
+
+/// When something may happen next to one that nobody sees. Of who took no decision the forecast of
+/// the last one holds, whichever way its herd goes.
+Tick Step::event_after(Mind& mind,
+                       const Due& due,
+                       const World& world,
+                       const Settings& settings) const {
+    if (due.roams && !due.decides) {
+        return std::min(mind.next_decision, std::max(mind.again_at, world.now + 1));
+    }
+    return next_event(mind, machine_of(mind, settings), coarse(world), due.decides && !due.changed);
+}
+
+// ---------------------------------------------------------------- formations, avoidance
 
 /// Where those who form up around somebody are to be now.
 void Step::form_up(Minds& minds, const World& world, const Settings& settings) {

@@ -1,6 +1,7 @@
 #include "server/ai/coarse.h"
 
 #include "server/ai/decision.h"
+#include "server/ai/herd.h"
 #include "server/ai/quiet.h"
 #include "server/ai/walk.h"
 #include "shared/motion/apply_input.h"
@@ -78,11 +79,20 @@ float top_speed(const Leg& leg, Tick now, float dt) {
     return std::max(leg.speed, velocity_at(leg, now - 1, dt).norm());
 }
 
+/// The same of one that goes with a herd, which sets out anew before the forecast ends.
+float top_speed(const Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
+    const float speed = top_speed(mind.leg, in.now, in.dt);
+    const world::Row row = roams(mind, machine) ? in.entities.find(mind.entity) : world::kNoRow;
+    return row == world::kNoRow
+               ? speed
+               : std::max(speed, roam_speed(machine.states[mind.doing], limits_of(in, row)));
+}
+
 /// A tick before which no trade that the mind still wants can be done: it may be at once where the
 /// mind is, and elsewhere not before it can have walked there.
 Tick trades_from(const Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
     const std::vector<Trade>& trades = machine.states[mind.doing].trades;
-    const float step_m = top_speed(mind.leg, in.now, in.dt) * in.dt;
+    const float step_m = top_speed(mind, machine, in) * in.dt;
     const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
     Tick from = kNever;
     for (std::size_t t = 0; mind.wants != 0 && t < trades.size(); ++t) {
@@ -131,15 +141,17 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
     const Vec2 at = position_at(mind.leg, in.now - 1, in.dt);
     if (at != in.around(mind, row).body()) {
         const motion::CharacterLimits& limits = limits_of(in, row);
-        const Vec3& before = e.position[row];
+        const Vec3& body = e.position[row];
+        const Vec3 from = on_step(mind) ? place_on_step(mind, body, at) : body;
+        const bool there = on_step(mind) && from == mind.target;
         const float floor =
             in.ways != nullptr && in.ways->plans_for(e.type[row])
                 ? in.ways->floor_along(e.type[row],
-                                       {before.x(), before.z()},
-                                       before.y() - limits.radius - limits.half_segment,
+                                       {from.x(), from.z()},
+                                       from.y() - limits.radius - limits.half_segment,
                                        {at.x(), at.y()})
                 : navigation::kOnGround;
-        e.position[row] = standing_at(in.statics, limits, before, at, floor, in.now);
+        e.position[row] = there ? from : standing_at(in.statics, limits, from, at, floor, in.now);
         e.discontinuity_tick[row] = in.now;
     }
     mind.placed = at;
@@ -167,7 +179,7 @@ Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& i
         Senses senses;
         const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
         sense(mind, machine, Sight::none(), here, in.places, in.now, senses);
-        const float speed = top_speed(mind.leg, in.now, in.dt);
+        const float speed = top_speed(mind, machine, in);
         quiet = quiet_until(mind, machine, senses, {speed, in.places.day_s(), in.dt}, in.now);
         quiet = std::min(quiet, trades_from(mind, machine, in));
     }

@@ -1,5 +1,7 @@
 #include "server/ai/flock.h"
 
+#include "server/ai/herd.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -18,20 +20,31 @@ constexpr float kWayWeight = 1.2F;
 constexpr float kHomePullLimit = 2.5F;  ///< far from home nothing else may win
 constexpr float kFixedPoint = 4096.0F;
 
-/// A sum of vectors that is the same in every order of its terms.
-struct ExactSum {
-    std::int64_t x = 0;
-    std::int64_t z = 0;
+/// To the nearest integer; inlined, as std::llround() is not.
+std::int64_t fixed(float value) {
+    const float scaled = value * kFixedPoint;
+    return static_cast<std::int64_t>(scaled + (scaled < 0.0F ? -0.5F : 0.5F));
+}
 
-    void add(const Vec2& v) {
-        x += std::llround(v.x() * kFixedPoint);
-        z += std::llround(v.y() * kFixedPoint);
-    }
-
-    [[nodiscard]] Vec2 value() const {
-        return {static_cast<float>(x) / kFixedPoint, static_cast<float>(z) / kFixedPoint};
-    }
+/// What an animal knows of another one.
+struct Neighbour {
+    Vec2 offset;    ///< to where it is, x, z, m
+    Vec2 velocity;  ///< m/s
 };
+
+Neighbour neighbour_at(const world::Entities& entities,
+                       const Vec3& here,
+                       world::Row row,
+                       const Drift* drift) {
+    const Vec2 body(entities.position[row].x(), entities.position[row].z());
+    const Vec2 velocity(entities.velocity[row].x(), entities.velocity[row].z());
+    const Leg* const leg = drift != nullptr && entities.has(row, world::kDozing)
+                               ? drift->leg_of(entities, row)
+                               : nullptr;
+    const Vec2 at = leg != nullptr ? position_at(*leg, drift->now - 1, drift->dt) : body;
+    return {at - Vec2(here.x(), here.z()),
+            leg != nullptr ? velocity_at(*leg, drift->now - 1, drift->dt) : velocity};
+}
 
 /// Away from a neighbour, 1 when it touches, 0 at the separation distance. Two on the same spot
 /// part along x, the older one to the left.
@@ -70,48 +83,63 @@ Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m) {
     return norm > 0.0F ? Vec2(wanted / norm) : Vec2(Vec2::Zero());
 }
 
+void FlockSum::ExactSum::add(const Vec2& v) {
+    x += fixed(v.x());
+    z += fixed(v.y());
+}
+
+Vec2 FlockSum::ExactSum::value() const {
+    return {static_cast<float>(x) / kFixedPoint, static_cast<float>(z) / kFixedPoint};
+}
+
+void FlockSum::add(const Vec2& offset, const Vec2& velocity, bool older) {
+    const float distance = offset.norm();
+    if (distance > radius_m_) {
+        return;
+    }
+    ++neighbours_;
+    const float separation = kSeparationShare * radius_m_;
+    if (distance < separation) {
+        apart_.add(away(offset, distance, separation, older));
+    }
+    along_.add(velocity);
+    together_.add(offset);
+}
+
+Vec2 FlockSum::heading(const Vec2& here, const FlockPull& pull) const {
+    Vec2 heading = kInertiaWeight * pull.heading;
+    if (neighbours_ > 0) {
+        const float share = 1.0F / static_cast<float>(neighbours_);
+        heading += kSeparationWeight * apart_.value();
+        heading += kAlignmentWeight * share / pull.speed * along_.value();
+        heading += kCohesionWeight * share / pull.radius_m * together_.value();
+    }
+    if (pull.way != Vec2::Zero()) {
+        return heading + kWayWeight * pull.way;
+    }
+    const Vec2 to_home = pull.home - here;
+    const float distance = to_home.norm();
+    if (distance > 0.0F) {
+        const float strength = std::min(kHomePullLimit, distance / (2.0F * pull.radius_m));
+        heading += kHomeWeight * strength / distance * to_home;
+    }
+    return heading;
+}
+
 Vec2 flock_heading(const world::Entities& entities,
                    const spatial::PointGrid& grid,
                    const FlockQuery& query) {
     const Vec3& here = entities.position[query.self];
     const TypeIndex type = entities.type[query.self];
-    const float separation = kSeparationShare * query.radius_m;
-    ExactSum apart;
-    ExactSum along;
-    ExactSum together;
-    int neighbours = 0;
-    grid.for_each_within(here.x(), here.z(), query.radius_m, [&](world::Row row, float d2) {
-        if (row == query.self || entities.type[row] != type || entities.has(row, world::kHidden)) {
-            return;
+    const float reach = query.drift != nullptr ? query.drift->reach_m : 0.0F;
+    FlockSum sum(query.radius_m);
+    grid.for_each_within(here.x(), here.z(), query.radius_m + reach, [&](world::Row row, float) {
+        if (row != query.self && entities.type[row] == type && !entities.has(row, world::kHidden)) {
+            const Neighbour other = neighbour_at(entities, here, row, query.drift);
+            sum.add(other.offset, other.velocity, entities.id[query.self] < entities.id[row]);
         }
-        ++neighbours;
-        const Vec2 offset(entities.position[row].x() - here.x(),
-                          entities.position[row].z() - here.z());
-        const float distance = std::sqrt(d2);
-        if (distance < separation) {
-            apart.add(
-                away(offset, distance, separation, entities.id[query.self] < entities.id[row]));
-        }
-        along.add(Vec2(entities.velocity[row].x(), entities.velocity[row].z()));
-        together.add(offset);
     });
-    Vec2 heading = kInertiaWeight * query.heading;
-    if (neighbours > 0) {
-        const float share = 1.0F / static_cast<float>(neighbours);
-        heading += kSeparationWeight * apart.value();
-        heading += kAlignmentWeight * share / query.speed * along.value();
-        heading += kCohesionWeight * share / query.radius_m * together.value();
-    }
-    if (query.way != Vec2::Zero()) {
-        return heading + kWayWeight * query.way;
-    }
-    const Vec2 to_home = query.home - Vec2(here.x(), here.z());
-    const float distance = to_home.norm();
-    if (distance > 0.0F) {
-        const float pull = std::min(kHomePullLimit, distance / (2.0F * query.radius_m));
-        heading += kHomeWeight * pull / distance * to_home;
-    }
-    return heading;
+    return sum.heading(Vec2(here.x(), here.z()), query);
 }
 
 }  // namespace zoned::ai

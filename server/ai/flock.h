@@ -4,15 +4,18 @@
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
+#include <cstdint>
 #include <span>
 
 namespace zoned::ai {
 
+struct Drift;
+
 /// Distance under which herd animals turn away from each other, as a share of the flock's radius.
 inline constexpr float kSeparationShare = 0.25F;
 
-struct FlockQuery {
-    world::Row self = world::kNoRow;
+/// Where an animal wants to go on its own account.
+struct FlockPull {
     Vec2 home = Vec2::Zero();  ///< x, z, m
     /// Along a way, unit length; zero: it is drawn home instead.
     Vec2 way = Vec2::Zero();
@@ -22,14 +25,49 @@ struct FlockQuery {
 };
 
 /// Separation, alignment and cohesion (Reynolds, "Flocks, herds, and schools: a distributed
-/// behavioral model", SIGGRAPH 1987, as weighted sums) over the entities of the same type, plus a
-/// pull towards home that grows with distance, or along a way, and some inertia. Not normalised;
-/// may be zero. The sums are integers, so that they do not depend on the order of rows. The
-/// direction at `here` along the round trip of `stops` (1 or more): of the nearest piece, turned
-/// towards it, by half a right angle at a distance of `width_m` (> 0) and by almost a right one
-/// farther off, as crowd::along_path. One stop: towards it; zero within `width_m` of it.
+/// behavioral model", SIGGRAPH 1987, as weighted sums) over the neighbours of one animal, plus a
+/// pull towards home that grows with distance, or along a way, and some inertia. The sums are
+/// integers, so that they do not depend on the order in which neighbours are added.
+class FlockSum {
+  public:
+    /// What is farther than the radius is left out.
+    explicit FlockSum(float radius_m) : radius_m_(radius_m) {}
+
+    /// A neighbour at `offset` (x, z, m) with `velocity` (m/s); `older`: the animal has the smaller
+    /// id.
+    void add(const Vec2& offset, const Vec2& velocity, bool older);
+
+    /// Of an animal at `here` (x, z, m). Not normalised; may be zero.
+    [[nodiscard]] Vec2 heading(const Vec2& here, const FlockPull& pull) const;
+
+  private:
+    /// A sum of vectors that is the same in every order of its terms.
+    struct ExactSum {
+        std::int64_t x = 0;
+        std::int64_t z = 0;
+
+        void add(const Vec2& v);
+        [[nodiscard]] Vec2 value() const;
+    };
+
+    float radius_m_;
+    ExactSum apart_;
+    ExactSum along_;
+    ExactSum together_;
+    int neighbours_ = 0;
+};
+
+/// The direction at `here` along the round trip of `stops` (1 or more): of the nearest piece,
+/// turned towards it, by half a right angle at a distance of `width_m` (> 0) and by almost a right
+/// one farther off, as crowd::along_path. One stop: towards it; zero within `width_m` of it.
 Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m);
 
+struct FlockQuery : FlockPull {
+    world::Row self = world::kNoRow;
+    const Drift* drift = nullptr;  ///< of neighbours that doze; null: none does
+};
+
+/// Of an animal among the entities of its type. `grid` has at least where they were put last.
 Vec2 flock_heading(const world::Entities& entities,
                    const spatial::PointGrid& grid,
                    const FlockQuery& query);

@@ -1,5 +1,7 @@
 #include "server/ai/forage.h"
 
+#include "server/ai/walk.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,8 +9,7 @@ namespace zoned::ai {
 
 namespace {
 
-/// So near the middle of a cell counts as there, and so far from it as led astray, in cells.
-constexpr float kAtCell = 0.4F;
+/// So far from where it goes counts as led astray, in cells.
 constexpr float kAstrayCells = 2.5F;
 constexpr std::uint8_t kDirectionBits = 0x07;
 
@@ -29,6 +30,13 @@ void set_out(Mind& mind, const ForageDef& def) {
 
 void aim_at(Mind& mind, const Vec2& at) {
     mind.target = Vec3(at.x(), mind.target.y(), at.y());
+}
+
+/// Its leg is over: whoever steers it, or goes on with it unseen, makes one to its new target.
+void end_leg(Mind& mind, Tick now) {
+    mind.leg.length = 0.0F;
+    mind.again_at = now;
+    mind.next_steering = now;
 }
 
 /// Scouts are not, nor whoever has been on its way for long, half of the time: old scents may lead
@@ -78,6 +86,7 @@ void Nests::follow_doors(Nest& nest, const Scene& scene) {
     for (const navigation::CellChange& change : changes_) {
         nest.ground.cells.set_passable(change.cell, change.passable);
     }
+    turned_ = turned_ || !changes_.empty();
 }
 
 /// On to a cell beside the one that it is in, or to the nearest that can be walked.
@@ -102,6 +111,7 @@ void Nests::choose(Mind& mind, Nest& nest, const Vec2& at) {
                                                   is_guided(mind, *nest.def),
                                                   mind.rng);
     if (direction >= ants::kDirections) {
+        aim_at(mind, at);  // it waits
         return;
     }
     mind.corner = static_cast<std::uint8_t>((mind.corner & ~kDirectionBits) | direction);
@@ -132,7 +142,7 @@ void Nests::arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
     choose(mind, nest, at);
 }
 
-void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
+void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, bool arrived, const Scene& scene) {
     const float cell_m = nest.ground.grid.cell_m();
     const Vec2 target(mind.target.x(), mind.target.z());
     if ((mind.corner & kLost) != 0) {
@@ -149,7 +159,8 @@ void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
         choose(mind, nest, at);
     } else if (!nest.ground.grid.contains(spot_of(at))) {
         mind.corner |= kLost;
-    } else if ((target - at).norm() < kAtCell * cell_m) {
+        aim_at(mind, scene.places.centre(nest.place));
+    } else if (arrived) {
         arrive(mind, nest, at, scene);
     } else if ((target - at).norm() > kAstrayCells * cell_m ||
                !nest.ground.cells.passable(nest.ground.grid.cell(spot_of(target)))) {
@@ -158,23 +169,42 @@ void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
     }
 }
 
-void Nests::step(Minds& minds, const Scene& scene) {
-    for (const Forager& forager : foragers_) {
-        Mind& mind = minds.at(forager.slot);
-        const ForageDef& def = *scene.machines[mind.machine].states[mind.doing].forage;
-        const Vec3& position = scene.entities.position[forager.row];
-        const Vec2 at(position.x(), position.z());
-        if (Nest* const nest = nest_of(def, scene.entities.type[forager.row], scene)) {
-            walk(mind, *nest, at, scene);
-        } else {
-            mind.corner |= kLost;
-            aim_at(mind, scene.places.centre(def.nest));
-        }
+/// Nothing happens to who is on a leg, unless doors have turned.
+void Nests::take_turn(Mind& mind, const Forager& forager, const Scene& scene) {
+    const ForageDef& def = *scene.machines[mind.machine].states[mind.doing].forage;
+    const Vec3& position = scene.entities.position[forager.row];
+    const Vec2 body(position.x(), position.z());
+    const bool by_leg = keeps_to_leg(mind, body, scene.now, scene.dt);
+    const bool over = by_leg && leg_is_over(mind, scene.now, scene.dt);
+    if (by_leg && !over && !turned_) {
+        return;
     }
+    const Vec2 at = whereabouts(mind, body, scene.now, scene.dt);
+    const Vec2 target(mind.target.x(), mind.target.z());
+    if (Nest* const nest = nest_of(def, scene.entities.type[forager.row], scene)) {
+        const bool near = (target - at).norm() < kAtCell * nest->ground.grid.cell_m();
+        walk(mind, *nest, at, by_leg ? over : near, scene);
+    } else {
+        mind.corner |= kLost;
+        aim_at(mind, scene.places.centre(def.nest));
+    }
+    if (by_leg && target != Vec2(mind.target.x(), mind.target.z())) {
+        end_leg(mind, scene.now);
+    }
+}
+
+void Nests::step(Minds& minds, const Scene& scene) {
+    std::sort(foragers_.begin(), foragers_.end(), [](const Forager& a, const Forager& b) {
+        return a.entity < b.entity;
+    });
+    for (const Forager& forager : foragers_) {
+        take_turn(minds.at(forager.slot), forager, scene);
+    }
+    turned_ = false;
     const auto second = std::max<Tick>(1, std::lround(1.0F / scene.dt));
     for (const auto& nest : nests_) {
         follow_doors(*nest, scene);
-        if (!foragers_.empty() && scene.now % second == 0) {
+        if (scene.now % second == 0) {
             nest->trails.evaporate();
         }
     }

@@ -16,6 +16,7 @@ namespace zoned::ai {
 
 /// A mind that forages.
 struct Forager {
+    EntityId entity;
     world::Row row = world::kNoRow;
     Slot slot = 0;
 };
@@ -27,11 +28,21 @@ inline constexpr std::uint8_t kScouts = 0x10;
 inline constexpr std::uint8_t kLost = 0x20;  ///< off the map: it walks straight home
 inline constexpr std::uint8_t kBegins = 0x40;
 
+/// So near the middle of a cell counts as there, in cells.
+inline constexpr float kAtCell = 0.4F;
+
+/// Whether it goes from cell to cell, straight from one to the next.
+inline bool goes_by_cells(const Mind& mind, const State& state) {
+    return state.action == ActionKind::kForage && (mind.corner & kLost) == 0;
+}
+
 /// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
 /// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to
-/// that of the next; where they are on their way is part of their minds (`corner`, `target`,
-/// `steps`), and goes with them to another zone: from there they walk straight home. Scents stay,
-/// and are part of the zone's state. Time stands still for a nest that nobody of is awake.
+/// that of the next by a timetable (walk.h), and what they smell and mark happens at the ends of
+/// these legs, in the order of ticks and then of entities: the same whether somebody sees them or
+/// not. Where they are on their way is part of their minds (`corner`, `target`, `steps`), and goes
+/// with them to another zone: from there they walk straight home. Scents stay, and are part of the
+/// zone's state.
 class Nests {
   public:
     struct Scene {
@@ -47,11 +58,17 @@ class Nests {
 
     void clear() { foragers_.clear(); }
 
-    /// In ascending order of entities.
+    /// In any order: all whose bodies are simulated, and of the others those who have come to the
+    /// end of a leg.
     void add(const Forager& forager) { foragers_.push_back(forager); }
 
-    /// Lets those who have come to a cell mark it and choose the next: writes `target`.
+    /// Lets those who have come to a cell mark it and choose the next: writes `target`, and ends
+    /// the leg of whoever has another one.
     void step(Minds& minds, const Scene& scene);
+
+    /// A door has changed the ground of a nest in the last step: all who forage have to look, in
+    /// this one, whether it has shut before them.
+    [[nodiscard]] bool turned() const { return turned_; }
 
     /// All that was brought home so far.
     [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
@@ -88,7 +105,8 @@ class Nests {
 
     Nest* nest_of(const ForageDef& def, TypeIndex type, const Scene& scene);
     void follow_doors(Nest& nest, const Scene& scene);
-    void walk(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene);
+    void take_turn(Mind& mind, const Forager& forager, const Scene& scene);
+    void walk(Mind& mind, Nest& nest, const Vec2& at, bool arrived, const Scene& scene);
     void arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene);
     void choose(Mind& mind, Nest& nest, const Vec2& at);
 
@@ -96,6 +114,7 @@ class Nests {
     std::vector<std::unique_ptr<Nest>> nests_;
     std::vector<navigation::CellChange> changes_;
     std::uint64_t delivered_ = 0;
+    bool turned_ = false;
 };
 
 }  // namespace zoned::ai

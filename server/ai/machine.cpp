@@ -216,15 +216,13 @@ CompiledMachine compile(const Machine& machine, float dt) {
     }
     compile_choices(out, dt);
     out.sleeps = !out.perception.concerns_others();
-    out.knows_others = out.perception.given ||
-                       std::any_of(out.states.begin(), out.states.end(), [](const State& state) {
-                           return state.action == ActionKind::kFlock;
-                       });
     const auto some = [&out](ActionKind action) {
         return std::any_of(out.states.begin(), out.states.end(), [action](const State& state) {
             return state.action == action;
         });
     };
+    out.flocks = some(ActionKind::kFlock);
+    out.knows_others = out.perception.given || out.flocks;
     out.forms_up = some(ActionKind::kFormUp);
     out.forages = some(ActionKind::kForage);
     compile_changes(machine, dt, out);

@@ -291,6 +291,7 @@ struct CompiledMachine {
     bool sleeps = true;
     /// Its minds need to know who is near, players or not.
     bool knows_others = false;
+    bool flocks = false;    ///< some state of it does
     bool forages = false;   ///< some state of it does
     bool forms_up = false;  ///< some state of it does
     std::vector<Watch> watches;

@@ -269,6 +269,12 @@ bool steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundin
 
 }  // namespace
 
+void get_unstuck(Mind& mind, const State& state, const Surroundings& around) {
+    if (moving(mind) && blocked(mind, Wish(), full_speed(state, around), around)) {
+        get_around(mind, state, aim_direction(mind), around);
+    }
+}
+
 bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
     const State& state = machine.states[mind.doing];
     const bool entered = std::exchange(mind.entered, false);

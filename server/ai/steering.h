@@ -16,4 +16,8 @@ inline constexpr float kPatienceS = 2.0F;
 /// between. Standing still is exactly zero. True: it needs a way first, see plan_leg().
 bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around);
 
+/// One of a herd that makes no progress for kPatienceS walks across its way for a while
+/// (mind.detour_until).
+void get_unstuck(Mind& mind, const State& state, const Surroundings& around);
+
 }  // namespace zoned::ai

@@ -1,14 +1,23 @@
-// Step lookup: the machine, the row and the square of a mind, for the files of the step.
+// Step lookup: the machine, the row and the square of a mind, and work in lanes, for the files of
+// the step.
 #pragma once
 
 #include "server/ai/ai_step.h"
 #include "shared/core/assert.h"
+
+#include <algorithm>
 
 namespace zoned::ai {
 
 inline const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
     ZONED_ASSERT(mind.machine < settings.compiled.size(), "the machine of a mind exists");
     return settings.compiled[mind.machine];
+}
+
+inline bool has_herds(const Settings& settings) {
+    return std::any_of(settings.compiled.begin(),
+                       settings.compiled.end(),
+                       [](const CompiledMachine& machine) { return machine.flocks; });
 }
 
 /// The row of an entity whose mind may do something; kNoRow: leave it alone. `hint`: where it was.
@@ -26,6 +35,21 @@ inline world::Row row_of(const world::Entities& entities,
 /// When it leaves the square that its entity is in.
 inline Tick left_at(const Mind& mind, const World& world) {
     return CoarseCells::left_at(mind.leg, mind.placed, world.half_size, world.dt);
+}
+
+/// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).
+template <class Work>
+void Step::in_lanes(compute::Team& team, std::size_t count, Work&& work) {
+    if (count < kShared) {
+        work(lanes_[0], std::size_t{0}, count);
+        return;
+    }
+    const compute::Team::Shift shift(team);
+    team.run(kLanes, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t lane = first; lane < last; ++lane) {
+            work(lanes_[lane], count * lane / kLanes, count * (lane + 1) / kLanes);
+        }
+    });
 }
 
 }  // namespace zoned::ai

@@ -1,5 +1,7 @@
 #include "server/ai/walk.h"
 
+#include "server/ai/forage.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -101,6 +103,19 @@ bool has_way(const Mind& mind, const Surroundings& around) {
     return mind.on_way && around.ways != nullptr && around.ways->has(around.slot, mind.entity);
 }
 
+/// So near to its goal a straight walk is over, m.
+float reach_of(const Mind& mind, const State& state, const Wish& wish, const Surroundings& around) {
+    if (state.action != ActionKind::kForage) {
+        return kArriveM;
+    }
+    // Home is all of the nest.
+    return goes_by_cells(mind, state)
+               ? kAtCell * state.forage->cell_m
+               : std::max(
+                     kTurnM,
+                     wish.direction.norm() - around.places.outside(state.forage->nest, around.at));
+}
+
 /// Whether the mind has come to where its way ends.
 bool way_is_over(const Mind& mind, const Surroundings& around) {
     if (!has_way(mind, around)) {
@@ -113,13 +128,13 @@ bool way_is_over(const Mind& mind, const Surroundings& around) {
 
 }  // namespace
 
+bool keeps_to_leg(const Mind& mind, const Vec2& body, Tick now, float dt) {
+    return mind.timed && (mind.tier != Tier::kAwake ||
+                          !((position_at(mind.leg, now - 1, dt) - body).norm() > kAstrayM));
+}
+
 Vec2 whereabouts(const Mind& mind, const Vec2& body, Tick now, float dt) {
-    if (!mind.timed) {
-        return body;
-    }
-    const Vec2 at = position_at(mind.leg, now - 1, dt);
-    const bool astray = mind.tier == Tier::kAwake && (at - body).norm() > kAstrayM;
-    return astray ? body : at;
+    return keeps_to_leg(mind, body, now, dt) ? position_at(mind.leg, now - 1, dt) : body;
 }
 
 bool goes_by_legs(const Mind& mind, const State& state) {
@@ -130,10 +145,10 @@ bool goes_by_legs(const Mind& mind, const State& state) {
         case ActionKind::kPatrol:
         case ActionKind::kReturn:
         case ActionKind::kGo:
+        case ActionKind::kForage:
             return !banded;
         case ActionKind::kFlock:
         case ActionKind::kFormUp:
-        case ActionKind::kForage:
             return false;
         case ActionKind::kChase:
         case ActionKind::kFlee:
@@ -176,34 +191,33 @@ void follow_way(Mind& mind, const State& state, const Surroundings& around) {
 bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
     around.there = !entered && way_is_over(mind, around);
-    const Wish wish = state.action == ActionKind::kFlock
-                          ? Wish()
-                          : wish_of(mind, state, full_speed(state, around), around);
+    const Wish wish = wish_of(mind, state, full_speed(state, around), around);
     if (!wish.has_goal || !(wish.direction.norm() > 1e-3F)) {
         if (mind.leg.speed > 0.0F) {
             halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
         }
         mind.on_way = false;
         mind.again_at = kNever;
-        if (wish.far) {
-            look_again(mind, kLookAgain_s, around);
+        if (wish.far || state.action == ActionKind::kForage) {
+            look_again(mind, wish.far ? kLookAgain_s : kAskAgain_s, around);
         }
         return false;
     }
     const bool same = !entered && wish.goal == mind.leg.goal;
-    if (same && has_way(mind, around)) {
+    const bool by_cells = goes_by_cells(mind, state);
+    if (same && !by_cells && has_way(mind, around)) {
         follow_way(mind, state, around);
         return false;
     }
     const TypeIndex type = around.entities.type[around.self];
-    if (around.ways != nullptr && around.ways->plans_for(type)) {
+    if (!by_cells && around.ways != nullptr && around.ways->plans_for(type)) {
         mind.leg.goal = wish.goal;
         return true;
     }
     if (!same || mind.leg.length == 0.0F) {
         mind.on_way = false;
         mind.leg.goal = wish.goal;
-        set_out(mind, state, around, wish.goal, kArriveM);
+        set_out(mind, state, around, wish.goal, reach_of(mind, state, wish, around));
     }
     return false;
 }

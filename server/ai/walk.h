@@ -10,6 +10,10 @@ namespace zoned::ai {
 /// made anew from where it is.
 inline constexpr float kAstrayM = 1.0F;
 
+/// Whether the mind goes by its leg, and its body, which is at `body` (x, z, m), has not gone
+/// astray.
+bool keeps_to_leg(const Mind& mind, const Vec2& body, Tick now, float dt);
+
 /// Where a mind takes itself to be, x, z at the end of the last tick: where its leg says, unless
 /// its body, which is at `body`, has gone astray. What it senses of itself follows from this alone,
 /// so that it decides alike whether its body is simulated or not.

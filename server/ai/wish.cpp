@@ -14,7 +14,6 @@ namespace zoned::ai {
 namespace {
 
 constexpr float kReaimFreshCos = 0.99452F;  ///< cos 6 degrees
-constexpr float kReaimFlockCos = 0.98481F;  ///< cos 10 degrees: herds are many and may be sloppy
 /// A standing returner sets out again only when pushed this far from home, m.
 constexpr float kSetOutM = 2.0F;
 /// Feet farther above or below each other stand on two floors, m.
@@ -170,22 +169,8 @@ Wish wish_flock(Mind& mind, const State& state, float speed, const Surroundings&
     if (wish.keep) {
         return wish;
     }
-    FlockQuery query;
-    query.self = around.self;
-    query.home = flat(mind.home);
-    query.heading = aim_direction(mind);
-    if (!state.along.empty()) {
-        std::array<Vec2, kMostStops> stops;
-        const std::size_t count = std::min(state.along.size(), kMostStops);
-        for (std::size_t i = 0; i < count; ++i) {
-            stops[i] = around.places.centre(state.along[i]);
-        }
-        query.way =
-            round_trip(std::span(stops.data(), count), around.body(), kTrackShare * state.radius_m);
-        query.home = stops[0];
-    }
-    query.radius_m = state.radius_m;
-    query.speed = speed;
+    const FlockQuery query{
+        flock_pull(mind, state, speed, around.body(), around.places), around.self, around.drift};
     wish.direction = flock_heading(around.entities, around.grid, query);
     wish.fresh_cos = kReaimFlockCos;
     if (wish.direction.norm() < 1e-3F) {
@@ -261,6 +246,28 @@ Vec2 escort_place(const Vec2& here,
 Wish::Wish() : fresh_cos(kReaimFreshCos) {
 }
 
+FlockPull flock_pull(const Mind& mind,
+                     const State& state,
+                     float speed,
+                     const Vec2& here,
+                     const Places& places) {
+    FlockPull pull;
+    pull.home = flat(mind.home);
+    pull.heading = aim_direction(mind);
+    pull.radius_m = state.radius_m;
+    pull.speed = speed;
+    if (!state.along.empty()) {
+        std::array<Vec2, kMostStops> stops;
+        const std::size_t count = std::min(state.along.size(), kMostStops);
+        for (std::size_t i = 0; i < count; ++i) {
+            stops[i] = places.centre(state.along[i]);
+        }
+        pull.way = round_trip(std::span(stops.data(), count), here, kTrackShare * state.radius_m);
+        pull.home = stops[0];
+    }
+    return pull;
+}
+
 bool walks(const Mind& mind) {
     return mind.timed ? mind.leg.speed > 0.0F : moving(mind);
 }
@@ -269,9 +276,13 @@ bool moving(const Mind& mind) {
     return mind.aim.move_x != 0 || mind.aim.move_z != 0;
 }
 
+Vec2 aim_direction(const motion::InputCommand& aim) {
+    const Vec2 move(aim.move_x, aim.move_z);
+    return aim.move_x != 0 || aim.move_z != 0 ? Vec2(move / move.norm()) : Vec2(Vec2::Zero());
+}
+
 Vec2 aim_direction(const Mind& mind) {
-    const Vec2 move(mind.aim.move_x, mind.aim.move_z);
-    return moving(mind) ? Vec2(move / move.norm()) : Vec2::Zero();
+    return aim_direction(mind.aim);
 }
 
 void restart_progress(Mind& mind, const Vec3& here, Tick now) {
@@ -305,7 +316,7 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
         mind.corner = kAtPost;
     } else if (state.action == ActionKind::kForage) {
         mind.corner = kBegins;
-        mind.target = around.entities.position[around.self];
+        mind.target = Vec3(around.at.x(), 0.0F, around.at.y());
     } else if (state.action == ActionKind::kFormUp) {
         mind.corner = kNoRank;
         mind.target = around.entities.position[around.self];
@@ -339,7 +350,7 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
         case ActionKind::kGuard:
             return wish_guard(mind, state, around);
         case ActionKind::kForage:
-            return go_to(flat(mind.target), around.body());
+            return go_to(flat(mind.target), around.at);
         case ActionKind::kFormUp:
             // Who keeps its place is steered otherwise.
             return mind.ward ? go_to(flat(mind.target), around.body()) : Wish();
@@ -393,14 +404,18 @@ void aim_along(Mind& mind, const State& state, const Vec2& direction) {
 }
 
 void aim_along(Mind& mind, const Pace& pace, const Vec2& direction) {
+    aim_along(mind.aim, pace, direction);
+}
+
+void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction) {
     const float scale = kFullMove * std::clamp(pace.factor, 0.0F, 1.0F);
-    mind.aim.move_x = static_cast<std::int8_t>(std::lround(direction.x() * scale));
-    mind.aim.move_z = static_cast<std::int8_t>(std::lround(direction.y() * scale));
+    aim.move_x = static_cast<std::int8_t>(std::lround(direction.x() * scale));
+    aim.move_z = static_cast<std::int8_t>(std::lround(direction.y() * scale));
     // Turning +z about +y by an angle gives (sin, cos) in (x, z).
     const float turns =
         std::atan2(direction.x(), direction.y()) / (2.0F * std::numbers::pi_v<float>);
-    mind.aim.yaw = static_cast<std::uint16_t>(std::lround(turns * 65536.0F) & 0xFFFF);
-    mind.aim.buttons = pace.sprint ? motion::kButtonSprint : 0;
+    aim.yaw = static_cast<std::uint16_t>(std::lround(turns * 65536.0F) & 0xFFFF);
+    aim.buttons = pace.sprint ? motion::kButtonSprint : 0;
 }
 
 float full_speed(const State& state, const Surroundings& around) {

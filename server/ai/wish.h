@@ -1,6 +1,7 @@
 // Wish: where what a mind does wants to go now, before it is made a command or a leg.
 #pragma once
 
+#include "server/ai/flock.h"
 #include "server/ai/mind.h"
 #include "server/ai/places.h"
 #include "server/ai/ways.h"
@@ -28,11 +29,13 @@ struct Surroundings {
     const Places& places;
     world::Row self;
     Tick now;
-    float dt;                ///< s
-    Ways* ways = nullptr;    ///< null, or without its type: it walks straight
-    Slot slot = 0;           ///< of the mind
-    Vec2 at = Vec2::Zero();  ///< x, z where the mind takes itself to be, m: walk.h
-    bool there = false;      ///< its way ends here: nearer to its goal it does not come
+    float dt;                      ///< s
+    Ways* ways = nullptr;          ///< null, or without its type: it walks straight
+    Slot slot = 0;                 ///< of the mind
+    Vec2 at = Vec2::Zero();        ///< x, z where the mind takes itself to be, m: walk.h
+    bool there = false;            ///< its way ends here: nearer to its goal it does not come
+    const Drift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
+                                   ///< their rows say
 
     /// x, z of the entity, m.
     [[nodiscard]] Vec2 body() const {
@@ -72,6 +75,17 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
 /// those of whom it is about, as a place has it; not a number: on the ground.
 float goal_floor(const Mind& mind, const State& state, const Surroundings& around);
 
+/// At a decision a herd animal re-aims when the cosine of what its heading is off by is below this:
+/// 10 degrees, for herds are many and may be sloppy.
+inline constexpr float kReaimFlockCos = 0.98481F;
+
+/// Where a herd animal at `here` (x, z, m) wants to go on its own account; `speed` in m/s.
+FlockPull flock_pull(const Mind& mind,
+                     const State& state,
+                     float speed,
+                     const Vec2& here,
+                     const Places& places);
+
 /// Another point for a wanderer.
 void pick_wander_target(Mind& mind, float radius, const Surroundings& around);
 
@@ -84,7 +98,8 @@ bool moving(const Mind& mind);
 /// Whether it is on its way: by its leg where it goes by one.
 bool walks(const Mind& mind);
 
-/// Of the mind's command: unit length, or zero when it stands.
+/// Of a command, or the mind's: unit length, or zero when it stands.
+Vec2 aim_direction(const motion::InputCommand& aim);
 Vec2 aim_direction(const Mind& mind);
 
 /// How fast it goes.
@@ -94,6 +109,7 @@ struct Pace {
 };
 
 /// `direction` has unit length.
+void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction);
 void aim_along(Mind& mind, const Pace& pace, const Vec2& direction);
 void aim_along(Mind& mind, const State& state, const Vec2& direction);
 

@@ -1,0 +1,307 @@
+// Herds that nobody sees: they roam as herds do that somebody looks at.
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+constexpr std::uint32_t kHerd = 24;
+constexpr float kRadius = 12.0F;
+
+/// What can be said of a herd in one number each.
+enum Figure : std::size_t {
+    kProgress,  ///< of its centre along the round trip, m
+    kBeside,    ///< mean distance of the centre from the round trip (along one), or from home, m
+    kSpread,    ///< root mean square of the distances to the centre, m
+    kFigures
+};
+
+using Figures = std::array<double, kFigures>;
+
+const std::array<Vec2, 4> kStops{Vec2(0.0F, 0.0F),
+                                 Vec2(80.0F, 10.0F),
+                                 Vec2(70.0F, 70.0F),
+                                 Vec2(-10.0F, 50.0F)};
+
+struct OnTour {
+    float along = 0.0F;   ///< of the nearest point, m from the first stop
+    float beside = 0.0F;  ///< distance, m
+};
+
+float tour_length() {
+    float length = 0.0F;
+    for (std::size_t k = 0; k < kStops.size(); ++k) {
+        length += (kStops[(k + 1) % kStops.size()] - kStops[k]).norm();
+    }
+    return length;
+}
+
+OnTour on_tour(const Vec2& at) {
+    OnTour best{0.0F, std::numeric_limits<float>::infinity()};
+    float before = 0.0F;
+    for (std::size_t k = 0; k < kStops.size(); ++k) {
+        const Vec2 piece = kStops[(k + 1) % kStops.size()] - kStops[k];
+        const float share = std::clamp(piece.dot(at - kStops[k]) / piece.squaredNorm(), 0.0F, 1.0F);
+        const float beside = (kStops[k] + share * piece - at).norm();
+        if (beside < best.beside) {
+            best = {before + share * piece.norm(), beside};
+        }
+        before += piece.norm();
+    }
+    return best;
+}
+
+/// A herd of sheep on a plain.
+class Herd {
+  public:
+    Herd(float seen_m, bool along, std::uint64_t seed, bool reversed = false) : along_(along) {
+        field.settings.machines = {single(ActionKind::kFlock, kRadius)};
+        field.settings.machines[0].states[0].speed_factor = 0.7F;
+        PlaceSettings places;
+        for (std::size_t k = 0; k < kStops.size(); ++k) {
+            PlaceDef place;
+            place.name = std::to_string(k);
+            place.at = kStops[k].cast<double>();
+            places.places.push_back(place);
+            if (along) {
+                field.settings.machines[0].states[0].along.push_back(static_cast<std::uint16_t>(k));
+            }
+        }
+        field.places = Places(places, Vec2d::Zero(), kDt);
+        field.settings.seen_m = seen_m;
+        field.solid = true;
+        field.types[kSheep].character.acceleration = 20.0F;
+        compile(field.settings, kDt);
+        core::Rng rng(seed, 3);
+        std::array<Vec3, kHerd> places_at;
+        for (Vec3& at : places_at) {
+            at = Vec3(rng.range(-20.0F, 20.0F), 0.9F, rng.range(-20.0F, 20.0F));
+        }
+        for (std::uint32_t k = 1; k <= kHerd; ++k) {
+            add(reversed ? kHerd + 1 - k : k, places_at[(reversed ? kHerd + 1 - k : k) - 1]);
+        }
+    }
+
+    void add(std::uint32_t id, const Vec3& at) {
+        field.add_npc(id, kSheep, 0, at);
+        field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
+        field.minds.find(EntityId(id))->home = Vec3(0.0F, at.y(), 0.0F);
+    }
+
+    /// Where an animal is, seen or not.
+    [[nodiscard]] Vec2 at(std::uint32_t id) {
+        const Mind& mind = *field.minds.find(EntityId(id));
+        const Vec3& body = field.position(id);
+        return mind.tier == Tier::kCoarse ? position_at(mind.leg, field.now - 1, kDt)
+                                          : Vec2(body.x(), body.z());
+    }
+
+    [[nodiscard]] Vec2 centre() {
+        Vec2 sum = Vec2::Zero();
+        for (std::uint32_t id = 1; id <= kHerd; ++id) {
+            sum += at(id);
+        }
+        return sum / static_cast<float>(kHerd);
+    }
+
+    /// Means over `seconds`, after ten seconds in which it comes together.
+    Figures live(int seconds) {
+        field.run(10.0F);
+        Figures figures{};
+        Vec2 before = centre();
+        const double share = 1.0 / seconds;
+        for (int s = 0; s < seconds; ++s) {
+            field.run(1.0F);
+            const Vec2 now = centre();
+            float turn = on_tour(now).along - on_tour(before).along;
+            turn -= tour_length() * std::round(turn / tour_length());
+            figures[kProgress] += static_cast<double>(turn);
+            figures[kBeside] +=
+                share * static_cast<double>(along_ ? on_tour(now).beside : now.norm());
+            float square = 0.0F;
+            for (std::uint32_t id = 1; id <= kHerd; ++id) {
+                square += (at(id) - now).squaredNorm() / static_cast<float>(kHerd);
+            }
+            figures[kSpread] += share * static_cast<double>(std::sqrt(square));
+            before = now;
+        }
+        return figures;
+    }
+
+    Field field;
+
+  private:
+    bool along_;
+};
+
+constexpr float kAll = std::numeric_limits<float>::infinity();
+constexpr float kNobody = 50.0F;
+constexpr int kSeeds = 12;
+
+struct Sample {
+    double sum = 0.0;
+    double squares = 0.0;
+
+    void add(double value) {
+        sum += value / kSeeds;
+        squares += value * value / kSeeds;
+    }
+
+    [[nodiscard]] double mean() const { return sum; }
+
+    /// Variance of the mean.
+    [[nodiscard]] double variance() const {
+        return std::max(0.0, squares - sum * sum) / (kSeeds - 1);
+    }
+};
+
+using Samples = std::array<Sample, kFigures>;
+
+/// Somebody may stand at (`watcher_m`, 0).
+Samples samples_of(int seconds, float seen_m, bool along, float watcher_m = 0.0F) {
+    Samples samples;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+        Herd herd(seen_m, along, static_cast<std::uint64_t>(seed));
+        if (watcher_m > 0.0F) {
+            herd.field.add_player(900, Vec3(watcher_m, 0.9F, 0.0F));
+            // How often an animal steers would depend on how near the watcher is.
+            herd.field.settings.far_m = 0.0F;
+        }
+        const Figures figures = herd.live(seconds);
+        for (std::size_t f = 0; f < kFigures; ++f) {
+            samples[f].add(figures[f]);
+        }
+    }
+    return samples;
+}
+
+/// Welch's test of two means: of 22 degrees of freedom or fewer, |t| exceeds 2.82 or more in one of
+/// a hundred cases in which nothing differs; of 11, the fewest here, 3.11.
+double apart(const Samples& a, const Samples& b, Figure f) {
+    return std::abs(a[f].mean() - b[f].mean()) /
+           std::sqrt(std::max(1e-12, a[f].variance() + b[f].variance()));
+}
+
+class HerdUnseen : public testing::TestWithParam<bool> {};
+
+TEST_P(HerdUnseen, RoamsAsOneThatIsSeen) {
+    const Samples seen = samples_of(300, kAll, GetParam());
+    const Samples unseen = samples_of(300, kNobody, GetParam());
+    for (const Figure f : {kProgress, kBeside, kSpread}) {
+        EXPECT_LT(apart(seen, unseen, f), 2.82)
+            << "figure " << f << ": " << seen[f].mean() << " seen, " << unseen[f].mean();
+        RecordProperty("seen_" + std::to_string(f), std::to_string(seen[f].mean()));
+        RecordProperty("unseen_" + std::to_string(f), std::to_string(unseen[f].mean()));
+    }
+    // It does something: 200 s of the 300 along the way, or about its home.
+    EXPECT_GT(unseen[kSpread].mean(), 1.0);
+    EXPECT_TRUE(!GetParam() || unseen[kProgress].mean() > 200.0 * 1.4);
+}
+
+/// Somebody stands where the herd passes, so that some of it is seen and some is not.
+TEST_P(HerdUnseen, RoamsAsOneThatIsSeenWhereSomeAre) {
+    const float watcher_m = GetParam() ? 30.0F : 29.0F;
+    const Samples seen = samples_of(150, kAll, GetParam(), watcher_m);
+    const Samples some = samples_of(150, 1.0F, GetParam(), watcher_m);
+    for (const Figure f : {kProgress, kBeside, kSpread}) {
+        EXPECT_LT(apart(seen, some, f), 2.82)
+            << "figure " << f << ": " << seen[f].mean() << " seen, " << some[f].mean();
+    }
+    Herd one(1.0F, GetParam(), 1);
+    one.field.add_player(900, Vec3(watcher_m, 0.9F, 0.0F));
+    int mixed = 0;
+    for (int s = 0; s < 150; ++s) {
+        one.field.run(1.0F);
+        const std::size_t awake = one.field.minds.awake().size();
+        mixed += awake > 0 && awake < kHerd ? 1 : 0;
+    }
+    EXPECT_GT(mixed, 10) << "some of it was seen";
+}
+
+INSTANTIATE_TEST_SUITE_P(AlongAWayAndAtHome, HerdUnseen, testing::Bool());
+
+TEST(HerdUnseenOnes, DependNotOnRows) {
+    Herd one(kNobody, true, 1);
+    Herd other(kNobody, true, 1, true);
+    one.field.run(60.0F);
+    other.field.run(60.0F);
+    for (std::uint32_t id = 1; id <= kHerd; ++id) {
+        EXPECT_EQ(one.at(id), other.at(id)) << id;
+    }
+}
+
+/// A pen of 16 m by 16 m, in which the herd has not got the room that it wants.
+TEST(HerdUnseenOnes, StayBehindTheirWalls) {
+    for (const bool along : {true, false}) {
+        Herd herd(kNobody, along, 1);
+        std::vector<motion::StaticBox> walls;
+        for (const float side : {-8.0F, 8.0F}) {
+            motion::StaticBox wall;
+            wall.centre = Vec3(side, 1.0F, 0.0F);
+            wall.half_extents = Vec3(0.2F, 1.0F, 8.2F);
+            walls.push_back(wall);
+            wall.centre = Vec3(0.0F, 1.0F, side);
+            wall.half_extents = Vec3(8.2F, 1.0F, 0.2F);
+            walls.push_back(wall);
+        }
+        herd.field.statics = {walls, 0.0F};
+        for (std::uint32_t id = 1; id <= kHerd; ++id) {
+            herd.field.position(id) *= 0.3F;
+            herd.field.position(id).y() = 0.9F;
+        }
+        float farthest = 0.0F;
+        for (int second = 0; second < 300; ++second) {
+            herd.field.run(1.0F);
+            for (std::uint32_t id = 1; id <= kHerd; ++id) {
+                farthest = std::max(farthest, herd.at(id).cwiseAbs().maxCoeff());
+            }
+        }
+        EXPECT_TRUE(herd.field.minds.awake().empty());
+        // The middle of one that touches the wall is its radius from it.
+        EXPECT_LT(farthest, 7.8F - herd.field.types[kSheep].character.radius + 0.01F);
+        EXPECT_GT(farthest, 7.0F) << "they go where they can";
+    }
+}
+
+/// A herd that leaves a platform of 3 m goes down with its feet first.
+TEST(HerdUnseenOnes, FallAsTheyWouldHaveFallen) {
+    Herd herd(kNobody, true, 1);
+    motion::StaticBox platform;
+    platform.centre = Vec3(0.0F, 1.5F, 0.0F);
+    platform.half_extents = Vec3(30.0F, 1.5F, 22.0F);
+    herd.field.statics = {{platform}, 0.0F};
+    for (std::uint32_t id = 1; id <= kHerd; ++id) {
+        herd.field.position(id).y() = 3.9F;
+    }
+    bool woke = false;
+    int below = 0;
+    for (int second = 0; second < 90; ++second) {
+        herd.field.run(1.0F);
+        woke = woke || (second > 5 && !herd.field.minds.awake().empty());
+        below = 0;
+        for (std::uint32_t id = 1; id <= kHerd; ++id) {
+            const Vec2 at = herd.at(id);
+            const bool over = std::abs(at.x()) < 29.0F && std::abs(at.y()) < 21.0F;
+            const bool beyond = std::abs(at.x()) > 31.5F || std::abs(at.y()) > 23.5F;
+            const bool dozes = herd.field.minds.find(EntityId(id))->tier == Tier::kCoarse;
+            const float height = herd.field.position(id).y();
+            below += beyond ? 1 : 0;
+            if (dozes && (over || beyond)) {
+                ASSERT_NEAR(height, beyond ? 0.9F : 3.9F, 0.05F) << id << " after " << second;
+            }
+        }
+    }
+    EXPECT_TRUE(woke);
+    EXPECT_GT(below, 12) << "they went on";
+}
+
+}  // namespace
+}  // namespace zoned::ai
