@@ -60,6 +60,7 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     }
     events_.clear();
     minds.take_due(world.now, events_);
+    call_up_waiting(minds, world, settings);
     std::sort(events_.begin(), events_.end(), [](const Minds::Event& a, const Minds::Event& b) {
         return a.at != b.at ? a.at < b.at : a.entity < b.entity;
     });
@@ -103,7 +104,7 @@ void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
         }
         if (due.tier == Tier::kCoarse) {
             minds.at(due.slot).next_event = due.since;
-            minds.schedule(due.slot);
+            minds.schedule(due.slot, 1);  // it waits for nothing
         }
         report_.blinded += kept < budget ? 1U : 0U;
         ++report_.postponed;
@@ -197,37 +198,6 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
     });
 }
 
-/// What minds do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
-/// decided first; the other one goes on asking as long as it does what asks.
-void Step::settle_trades(Minds& minds, const World& world, const Settings& settings) {
-    traders_.clear();
-    for (std::uint32_t i = 0; i < due_.size(); ++i) {
-        Mind& mind = minds.at(due_[i].slot);
-        if (due_[i].changed) {
-            mind.wants = all_trades(machine_of(mind, settings).states[mind.doing]);
-        }
-        if (due_[i].decides && mind.wants != 0) {
-            traders_.push_back(i);
-        }
-    }
-    std::sort(traders_.begin(), traders_.end(), [this](std::uint32_t a, std::uint32_t b) {
-        return due_[a].entity < due_[b].entity;
-    });
-    for (const std::uint32_t i : traders_) {
-        Mind& mind = minds.at(due_[i].slot);
-        const Vec3& position = world.entities.position[due_[i].row];
-        const Vec2 body(position.x(), position.z());
-        const Bargain bargain = ai::settle_trades(mind,
-                                                  machine_of(mind, settings),
-                                                  whereabouts(mind, body, world.now, world.dt),
-                                                  world.places,
-                                                  world.now);
-        report_.trades += bargain.done;
-        report_.trades_refused += bargain.refused;
-        due_[i].changed = due_[i].changed || bargain.done > 0;
-    }
-}
-
 /// Who goes to and fro: for reports alone.
 void Step::watch_changes(Minds& minds, const World& world) const {
     for (const Due& due : due_) {
@@ -274,6 +244,11 @@ void Step::give_commands(const Minds& minds, const World& world, const Settings&
     });
 }
 
+/// Of a coarse mind: what its next_event() has found.
+void Step::plan(Minds& minds, Slot slot, const World& world, const Settings& settings) const {
+    minds.schedule(slot, decision_period(machine_of(minds.at(slot), settings), world.dt));
+}
+
 /// Coarse minds whose event this was: to the next one.
 void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
     in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
@@ -281,8 +256,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             Due& due = due_[i];
             if (due.tier == Tier::kCoarse) {
                 Mind& mind = minds.at(due.slot);
-                due.next_event = next_event(
-                    mind, machine_of(mind, settings), coarse(world), due.decides && !due.changed);
+                due.next_event = next_event(mind, machine_of(mind, settings), coarse(world));
                 due.left = std::max(left_at(mind, world), world.now + 1);
             }
         }
@@ -291,7 +265,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
         if (due.tier == Tier::kCoarse) {
             Mind& mind = minds.at(due.slot);
             mind.next_event = due.next_event;
-            minds.schedule(due.slot);
+            plan(minds, due.slot, world, settings);
             minds.settle(due.slot, CoarseCells::cell_at(mind.placed), due.left);
             if (due.moved) {
                 world.entities.touch(due.row);
@@ -321,9 +295,9 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
             continue;  // on a detour
         }
         fall_asleep(mind, machine, coarse(world), due.row);
-        mind.next_event = next_event(mind, machine, coarse(world), !due.changed);
+        mind.next_event = next_event(mind, machine, coarse(world));
         minds.put_to_sleep(due.slot);
-        minds.schedule(due.slot);
+        plan(minds, due.slot, world, settings);
         minds.settle(due.slot,
                      CoarseCells::cell_at(mind.placed),
                      std::max(left_at(mind, world), world.now + 1));
