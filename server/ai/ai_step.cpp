@@ -82,11 +82,11 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     if (!std::is_sorted(due_.begin(), due_.end(), before)) {
         std::sort(due_.begin(), due_.end(), before);
     }
-    keep_to_budgets(minds, settings);
+    keep_to_budgets(minds, world, settings);
 }
 
 /// Of decisions, and of rays: whoever looks along lines of sight takes as many as it may need.
-void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
+void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& settings) {
     const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
     std::uint32_t rays = std::max(settings.max_sight_rays_per_tick, kRaysPerLook);
     std::size_t kept = 0;
@@ -105,6 +105,7 @@ void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
         if (due.tier == Tier::kCoarse) {
             minds.at(due.slot).next_event = due.since;
             minds.schedule(due.slot, 1);  // it waits for nothing
+            minds.settle(due.slot, minds.left(due.slot), world.dt, true);
         }
         report_.blinded += kept < budget ? 1U : 0U;
         ++report_.postponed;
@@ -266,7 +267,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             Mind& mind = minds.at(due.slot);
             mind.next_event = due.next_event;
             plan(minds, due.slot, world, settings);
-            minds.settle(due.slot, CoarseCells::cell_at(mind.placed), due.left);
+            minds.settle(due.slot, due.left, world.dt);
             if (due.moved) {
                 world.entities.touch(due.row);
                 report_.moved = true;
@@ -298,9 +299,7 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
         mind.next_event = next_event(mind, machine, coarse(world));
         minds.put_to_sleep(due.slot);
         plan(minds, due.slot, world, settings);
-        minds.settle(due.slot,
-                     CoarseCells::cell_at(mind.placed),
-                     std::max(left_at(mind, world), world.now + 1));
+        minds.settle(due.slot, std::max(left_at(mind, world), world.now + 1), world.dt);
         fell_asleep_.push_back(mind.entity);
     }
     std::sort(fell_asleep_.begin(), fell_asleep_.end());

@@ -165,7 +165,7 @@ class Step {
     void place(Mind& mind, const World& world, world::Row row);
     void wake_seen(Minds& minds, const World& world, const Settings& settings);
     void collect_due(Minds& minds, const World& world, const Settings& settings);
-    void keep_to_budgets(Minds& minds, const Settings& settings);
+    void keep_to_budgets(Minds& minds, const World& world, const Settings& settings);
     void find_others(Minds& minds, const World& world, const Settings& settings);
     [[nodiscard]] CoarseWorld coarse(const World& world) const;
     void decide_due(Minds& minds, const World& world, const Settings& settings);

@@ -83,20 +83,34 @@ class Minds {
     /// planned for it.
     void call_up(Slot slot, Tick now);
 
-    /// Of a coarse mind: where it is, and when it leaves that square, CoarseCells::left_at().
-    void settle(Slot slot, CoarseCells::Cell cell, Tick left) {
-        cells_.put(slot, cell);
-        leaving_.schedule(slot, left);
+    /// Of a coarse mind whose leg is another one than before, or was left: the squares that it
+    /// comes through, and when it leaves them, CoarseCells::left_at(). `dt` in s. `late`: it should
+    /// have had an event before.
+    void settle(Slot slot, Tick left, float dt, bool late = false) {
+        cells_.put(slot, minds_[slot].leg, minds_[slot].placed, dt, late);
+        if (leaving_.at(slot) != left) {
+            leaving_.schedule(slot, left);
+        }
     }
+
+    /// When it leaves them, as settle() was told.
+    [[nodiscard]] Tick left(Slot slot) const { return leaving_.at(slot); }
 
     /// Appends the coarse minds that leave their squares by `now` or were never settled, in no
     /// order; they have to be settled again. Ticks ascend.
     void take_left(Tick now, std::vector<Slot>& left);
 
-    /// Calls visit(slot) for the coarse minds that were settled in a square, in no order.
+    /// Calls visit(slot) for the coarse minds that were settled to come through a square, in no
+    /// order.
     template <class Visit>
     void visit(CoarseCells::Cell cell, Visit&& visit) const {
         cells_.visit(cell, visit);
+    }
+
+    /// The same for those that may be anywhere.
+    template <class Visit>
+    void visit_anywhere(Visit&& visit) const {
+        cells_.visit_anywhere(visit);
     }
 
     /// The mind changed its state: remembered for wavering(). `dt` in s.
