@@ -53,6 +53,7 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     }
     events_.clear();
     minds.take_due(world.now, events_);
+    call_up_waiting(minds, world, settings);
     std::sort(events_.begin(), events_.end(), [](const Minds::Event& a, const Minds::Event& b) {
         return a.at != b.at ? a.at < b.at : a.entity < b.entity;
     });
@@ -74,11 +75,11 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     if (!std::is_sorted(due_.begin(), due_.end(), before)) {
         std::sort(due_.begin(), due_.end(), before);
     }
-    keep_to_budgets(minds, settings);
+    keep_to_budgets(minds, world, settings);
 }
 
 /// Of decisions, and of rays: whoever looks along lines of sight takes as many as it may need.
-void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
+void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& settings) {
     const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
     std::uint32_t rays = std::max(settings.max_sight_rays_per_tick, kRaysPerLook);
     std::size_t kept = 0;
@@ -96,7 +97,8 @@ void Step::keep_to_budgets(Minds& minds, const Settings& settings) {
         }
         if (due.tier == Tier::kCoarse) {
             minds.at(due.slot).next_event = due.since;
-            minds.schedule(due.slot);
+            minds.schedule(due.slot, 1);  // it waits for nothing
+            minds.settle(due.slot, minds.left(due.slot), world.dt, true);
         }
         report_.blinded += kept < budget ? 1U : 0U;
         ++report_.postponed;
@@ -180,37 +182,6 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
     });
 }
 
-/// What minds do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
-/// decided first; the other one goes on asking as long as it does what asks.
-void Step::settle_trades(Minds& minds, const World& world, const Settings& settings) {
-    traders_.clear();
-    for (std::uint32_t i = 0; i < due_.size(); ++i) {
-        Mind& mind = minds.at(due_[i].slot);
-        if (due_[i].changed) {
-            mind.wants = all_trades(machine_of(mind, settings).states[mind.doing]);
-        }
-        if (due_[i].decides && mind.wants != 0) {
-            traders_.push_back(i);
-        }
-    }
-    std::sort(traders_.begin(), traders_.end(), [this](std::uint32_t a, std::uint32_t b) {
-        return due_[a].entity < due_[b].entity;
-    });
-    for (const std::uint32_t i : traders_) {
-        Mind& mind = minds.at(due_[i].slot);
-        const Vec3& position = world.entities.position[due_[i].row];
-        const Vec2 body(position.x(), position.z());
-        const Bargain bargain = ai::settle_trades(mind,
-                                                  machine_of(mind, settings),
-                                                  whereabouts(mind, body, world.now, world.dt),
-                                                  world.places,
-                                                  world.now);
-        report_.trades += bargain.done;
-        report_.trades_refused += bargain.refused;
-        due_[i].changed = due_[i].changed || bargain.done > 0;
-    }
-}
-
 /// Who goes to and fro: for reports alone.
 void Step::watch_changes(Minds& minds, const World& world) const {
     for (const Due& due : due_) {
@@ -261,6 +232,11 @@ void Step::give_commands(const Minds& minds, const World& world, const Settings&
     });
 }
 
+/// Of a coarse mind: what its next_event() has found.
+void Step::plan(Minds& minds, Slot slot, const World& world, const Settings& settings) const {
+    minds.schedule(slot, decision_period(machine_of(minds.at(slot), settings), world.dt));
+}
+
 /// Coarse minds whose event this was: to the next one.
 void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
     in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
@@ -277,8 +253,8 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
         if (due.tier == Tier::kCoarse) {
             Mind& mind = minds.at(due.slot);
             mind.next_event = due.next_event;
-            minds.schedule(due.slot);
-            minds.settle(due.slot, CoarseCells::cell_at(mind.placed), due.left);
+            plan(minds, due.slot, world, settings);
+            minds.settle(due.slot, due.left, world.dt);
             if (due.moved) {
                 world.entities.touch(due.row);
                 report_.moved = true;
@@ -310,12 +286,10 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
             continue;  // on its way down
         }
         fall_asleep(mind, machine, coarse(world), due.row);
-        mind.next_event = next_event(mind, machine, coarse(world), !due.changed);
+        mind.next_event = next_event(mind, machine, coarse(world));
         minds.put_to_sleep(due.slot);
-        minds.schedule(due.slot);
-        minds.settle(due.slot,
-                     CoarseCells::cell_at(mind.placed),
-                     std::max(left_at(mind, world), world.now + 1));
+        plan(minds, due.slot, world, settings);
+        minds.settle(due.slot, std::max(left_at(mind, world), world.now + 1), world.dt);
         fell_asleep_.push_back(mind.entity);
     }
     std::sort(fell_asleep_.begin(), fell_asleep_.end());

@@ -152,6 +152,14 @@ class Step {
         std::uint32_t steered = 0;
     };
 
+    /// Coarse minds that decide in this tick, and would trade if only the stock were so.
+    struct WaitingTraders {
+        const StockWaits::Group* group = nullptr;
+        bool may = false;                      ///< the stock is so
+        bool queued = false;                   ///< `next` is what it should be
+        std::vector<StockWaits::Member> next;  ///< whose turn is still to come, a heap by entity
+    };
+
     static constexpr std::size_t kLanes = 16;
     static constexpr std::size_t kShared = 256;  ///< fewer minds are not worth a second thread
 
@@ -163,12 +171,20 @@ class Step {
     void place(Mind& mind, const World& world, world::Row row);
     void wake_seen(Minds& minds, const World& world, const Settings& settings);
     void collect_due(Minds& minds, const World& world, const Settings& settings);
-    void keep_to_budgets(Minds& minds, const Settings& settings);
+    void keep_to_budgets(Minds& minds, const World& world, const Settings& settings);
     void find_others(Minds& minds, const World& world, const Settings& settings);
     [[nodiscard]] CoarseWorld coarse(const World& world) const;
     void decide_due(Minds& minds, const World& world, const Settings& settings);
     void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
+    void call_up_waiting(Minds& minds, const World& world, const Settings& settings);
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
+    void collect_traders(Minds& minds, const Settings& settings);
+    void collect_waiting_traders(Minds& minds, const World& world, const Settings& settings);
+    void look_at_stock(const World& world, const Settings& settings, EntityId after);
+    [[nodiscard]] WaitingTraders* first_waiting_trader();
+    bool call_up_trader(Minds& minds, const World& world, const Settings& settings, Slot slot);
+    void trade(Minds& minds, const World& world, const Settings& settings, std::uint32_t due);
+    void plan(Minds& minds, Slot slot, const World& world, const Settings& settings) const;
     void steer_awake(Minds& minds, const World& world, const Settings& settings);
     void call_foragers(Minds& minds, const World& world, const Settings& settings);
     void forage(Minds& minds, const World& world, const Settings& settings);
@@ -206,7 +222,9 @@ class Step {
     std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
     std::vector<Minds::Event> events_;
     std::vector<Due> due_;
-    std::vector<std::uint32_t> traders_;              // of due_, ascending by entity
+    std::vector<std::uint32_t> traders_;           // of due_, ascending by entity
+    std::vector<WaitingTraders> waiting_traders_;  // the first some of them count
+    std::size_t waiting_trader_groups_ = 0;
     std::vector<Slot> asking_;                        // for ways, ascending by entity
     std::vector<Slot> waiting_;                       // for ways that they have asked for
     std::vector<Slot> told_;                          // ways

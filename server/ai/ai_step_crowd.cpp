@@ -25,7 +25,7 @@ void Step::call_foragers(Minds& minds, const World& world, const Settings& setti
         Mind& mind = minds.at(slot);
         if (mind.tier == Tier::kCoarse && forages(mind, settings)) {
             mind.next_event = world.now;
-            minds.schedule(slot);
+            plan(minds, slot, world, settings);
         }
     }
 }
@@ -126,7 +126,7 @@ Tick Step::event_after(Mind& mind,
     if (due.roams && !due.decides) {
         return std::min(mind.next_decision, std::max(mind.again_at, world.now + 1));
     }
-    return next_event(mind, machine_of(mind, settings), coarse(world), due.decides && !due.changed);
+    return next_event(mind, machine_of(mind, settings), coarse(world));
 }
 
 // ---------------------------------------------------------------- formations, avoidance

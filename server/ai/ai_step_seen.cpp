@@ -63,14 +63,16 @@ void Step::follow_viewers(Minds& minds, const World& world, const Settings& sett
 
 /// Where somebody may see an entity, from what the memory says.
 void Step::watch() {
-    // Who has walked out of a square may be a rounding beyond it, or what one walks in some ticks.
-    constexpr float kRounding_m = 4.0F;
+    // Who walks may be a rounding beside its squares, or what one walks in some ticks.
+    constexpr float kRounding_m = 2.0F;
     watched_.build(memory_.watched_from, memory_.watched_m);
-    CoarseCells::within(memory_.watched_from, memory_.watched_m + kRounding_m, watched_squares_);
+    CoarseCells::within(memory_.watched_from,
+                        memory_.watched_m + CoarseCells::kAside_m + kRounding_m,
+                        watched_squares_);
 }
 
-/// Who has left a square is put where it is: entity and mind are always in the same one. So who
-/// looks at a place looks at those alone that are settled around it.
+/// Who has left its squares is put where it is: entity and mind are always in those that it was
+/// settled in. So who looks at a place looks at those alone that come through around it.
 void Step::follow_coarse(Minds& minds, const World& world) {
     left_.clear();
     minds.take_left(world.now, left_);
@@ -78,7 +80,7 @@ void Step::follow_coarse(Minds& minds, const World& world) {
         Mind& mind = minds.at(slot);
         const Tick left = left_at(mind, world);
         if (left > world.now) {  // it is new here
-            minds.settle(slot, CoarseCells::cell_at(mind.placed), left);
+            minds.settle(slot, left, world.dt, mind.next_event < world.now);
             continue;
         }
         const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
@@ -86,8 +88,10 @@ void Step::follow_coarse(Minds& minds, const World& world) {
         if (row != world::kNoRow) {
             place(mind, world, row);
         }
-        minds.settle(
-            slot, CoarseCells::cell_at(mind.placed), std::max(left_at(mind, world), world.now + 1));
+        minds.settle(slot,
+                     std::max(left_at(mind, world), world.now + 1),
+                     world.dt,
+                     mind.next_event < world.now);
         if (watched_.covers(mind.placed) || outside(mind.placed, world.half_size)) {
             waking_.push_back(slot);
         }
@@ -98,6 +102,9 @@ void Step::follow_coarse(Minds& minds, const World& world) {
 /// `all`.
 void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
     const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
+    if (all || turn == 0) {
+        minds.visit_anywhere([&](Slot slot) { look_at(minds, slot, world); });
+    }
     for (std::size_t k = all ? 0 : turn; k < watched_squares_.size();
          k += all ? 1 : static_cast<std::size_t>(kLookPeriod)) {
         minds.visit(watched_squares_[k], [&](Slot slot) { look_at(minds, slot, world); });

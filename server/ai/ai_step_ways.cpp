@@ -89,10 +89,8 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
         }
         go_on_from(mind, slot, world, settings);
         if (mind.tier == Tier::kCoarse) {
-            minds.schedule(slot);
-            minds.settle(slot,
-                         CoarseCells::cell_at(mind.placed),
-                         std::max(left_at(mind, world), world.now + 1));
+            plan(minds, slot, world, settings);
+            minds.settle(slot, std::max(left_at(mind, world), world.now + 1), world.dt);
         }
     }
 }
@@ -105,7 +103,7 @@ void Step::go_on_from(Mind& mind, Slot slot, const World& world, const Settings&
     follow_way(mind, machine.states[mind.doing], coarse(world).around(mind, row, slot));
     mind.next_steering = world.now + 1;
     if (mind.tier == Tier::kCoarse) {
-        mind.next_event = next_event(mind, machine, coarse(world), false);
+        mind.next_event = next_event(mind, machine, coarse(world));
     }
 }
 

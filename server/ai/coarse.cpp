@@ -88,20 +88,49 @@ float top_speed(const Mind& mind, const CompiledMachine& machine, const CoarseWo
                : std::max(speed, roam_speed(machine.states[mind.doing], limits_of(in, row)));
 }
 
-/// A tick before which no trade that the mind still wants can be done: it may be at once where the
-/// mind is, and elsewhere not before it can have walked there.
-Tick trades_from(const Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
+/// A tick before which a trade at the place where the mind is cannot be done while `wait` lasts, to
+/// which it adds.
+Tick trade_from(const Mind& mind,
+                const CompiledMachine& machine,
+                std::size_t t,
+                const CoarseWorld& in,
+                StockWait& wait) {
+    const Trade& trade = machine.states[mind.doing].trades[t];
+    const bool in_stock = in.places.can(trade, in.now);
+    if (!able(mind, machine, trade, in.now)) {
+        const Tick from = able_from(mind, machine, trade, in.now);
+        if (in_stock || from > in.now + decision_period(machine, in.dt)) {
+            return from;
+        }
+    }
+    if (in_stock) {
+        return in.now + 1;
+    }
+    wait.trades = static_cast<std::uint8_t>(wait.trades | 1U << t);
+    return kNever;
+}
+
+/// A tick before which no trade that the mind still wants can be done while `wait` lasts, to which
+/// it adds: at other places not before it can have walked there.
+Tick trades_from(const Mind& mind,
+                 const CompiledMachine& machine,
+                 const CoarseWorld& in,
+                 StockWait& wait) {
     const std::vector<Trade>& trades = machine.states[mind.doing].trades;
+    if (mind.wants == 0 || trades.empty()) {
+        return kNever;
+    }
     const float step_m = top_speed(mind, machine, in) * in.dt;
     const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
     Tick from = kNever;
-    for (std::size_t t = 0; mind.wants != 0 && t < trades.size(); ++t) {
+    for (std::size_t t = 0; t < trades.size(); ++t) {
         const float way = in.places.outside(trades[t].place, here) - kAtPlaceM;
         if ((mind.wants & 1U << t) == 0 || (way > 0.0F && !(step_m > 0.0F))) {
             continue;
         }
-        const float ticks = way > 0.0F ? std::min(way / step_m, 1e9F) : 0.0F;
-        from = std::min(from, in.now + static_cast<Tick>(ticks));
+        from = std::min(from,
+                        way > 0.0F ? in.now + static_cast<Tick>(std::min(way / step_m, 1e9F))
+                                   : trade_from(mind, machine, t, in, wait));
     }
     return std::max(from, in.now + 1);
 }
@@ -172,18 +201,20 @@ bool walk_on(Mind& mind,
     return (entered || leg_is_over(mind, in.now, in.dt)) && plan_leg(mind, state, entered, around);
 }
 
-Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, bool settled) {
+Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
     const Tick period = decision_period(machine, in.dt);
-    Tick quiet = in.now + 1;
-    if (settled) {
-        Senses senses;
-        const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
-        sense(mind, machine, Sight::none(), here, in.places, in.now, senses);
-        const float speed = top_speed(mind, machine, in);
-        quiet = quiet_until(mind, machine, senses, {speed, in.places.day_s(), in.dt}, in.now);
-        quiet = std::min(quiet, trades_from(mind, machine, in));
-    }
-    mind.next_decision = quiet == kNever ? kNever : next_decision(mind.entity, period, quiet - 1);
+    Senses senses;
+    const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
+    const std::uint64_t wanted = machine.senses_of_leaf[mind.fsm.state()];
+    sense(mind, machine, Sight::none(), here, in.places, in.now, senses, wanted);
+    const float speed = top_speed(mind, machine, in);
+    Quiet quiet = quiet_until(mind, machine, senses, {speed, in.places.day_s(), in.dt}, in.now);
+    quiet.until = std::min(quiet.until, trades_from(mind, machine, in, quiet.wait));
+    mind.next_decision =
+        quiet.until == kNever ? kNever : next_decision(mind.entity, period, quiet.until - 1);
+    // Who looks at its very next decision anyway need not wait as well.
+    const bool at_once = mind.next_decision == next_decision(mind.entity, period, in.now);
+    mind.wait = at_once ? StockWait{} : quiet.wait;
     const Tick arrives = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : mind.again_at;
     return std::min(mind.next_decision, std::max(arrives, in.now + 1));
 }

@@ -43,9 +43,10 @@ bool walk_on(Mind& mind,
              world::Row row,
              Slot slot);
 
-/// When something may happen to the mind next: the end of its leg, or a decision. `settled`: it has
-/// just decided to go on as before; else its very next decision counts.
-Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, bool settled);
+/// When something may happen to the mind next: the end of its leg, or a decision; at its decisions
+/// before that nothing does, unless mind.wait says what stock it takes. To be called after all that
+/// happens to it and to stock in this tick. Sets mind.next_decision and mind.wait.
+Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in);
 
 /// The entity goes on as one that was simulated all the time: position, velocity, command.
 void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);

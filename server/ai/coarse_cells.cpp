@@ -1,6 +1,7 @@
 #include "server/ai/coarse_cells.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +11,9 @@ namespace {
 
 /// Who brakes or turns is looked at once that is over, or after so many ticks.
 constexpr float kBent = 8.0F;
+/// Who has come to the end of its leg has an event in the next tick; squares reach so many steps
+/// further.
+constexpr float kStepsBeyond = 3.0F;
 
 /// Of cells, not of metres; far away and what is no number it is as good as any.
 std::int32_t line_of(float coordinate) {
@@ -25,64 +29,198 @@ float way_out(float from, float direction, float low, float high) {
     return ((direction > 0.0F ? high : low) - from) / direction;
 }
 
+/// Where the turn at the beginning of a leg begins and ends, and what it leads towards in between:
+/// it is a parabola, a Bezier curve of second order with these control points.
+struct Turn {
+    explicit Turn(const Leg& leg)
+        : start(leg.from + leg.bend * (leg.bend_s * leg.bend_s)),
+          end(leg.from + leg.direction * (leg.speed * leg.bend_s)),
+          control(0.5F * (leg.from + end)) {}
+
+    Vec2 start;
+    Vec2 end;
+    Vec2 control;
+};
+
+/// Whether the turn leads beyond the first piece.
+bool turns_far(const Leg& leg) {
+    const float start_m = (leg.bend * (leg.bend_s * leg.bend_s)).dot(leg.direction);
+    return !(std::max(start_m, leg.speed * leg.bend_s) < CoarseCells::kPiece_m);
+}
+
+/// A piece of the walk at full speed: between these ways along the leg, m.
+struct Piece {
+    float begin_m = 0.0F;
+    float end_m = 0.0F;
+};
+
+/// The one that `at` lies in; of who turns far all of the walk.
+Piece piece_at(const Leg& leg, const Vec2& at) {
+    constexpr float kMostPieces = 1e6F;
+    if (turns_far(leg)) {
+        return {0.0F, std::numeric_limits<float>::infinity()};
+    }
+    const float way = (at - leg.from).dot(leg.direction);
+    const float number = std::floor(way / CoarseCells::kPiece_m);
+    const float begin_m = std::clamp(number, 0.0F, kMostPieces) * CoarseCells::kPiece_m;
+    return {begin_m, begin_m + CoarseCells::kPiece_m};
+}
+
+std::uint32_t cell_of(std::int32_t x, std::int32_t z, std::uint32_t side) {
+    return static_cast<std::uint32_t>(z) % side * side + static_cast<std::uint32_t>(x) % side;
+}
+
 }  // namespace
 
+/// Squares, each once, as long as there are few.
+class CoarseCells::Squares {
+  public:
+    [[nodiscard]] std::span<const Cell> found() const { return {cells_.data(), count_}; }
+
+    /// Too many, or nobody can tell.
+    void add_anywhere() {
+        many_ = true;
+        cells_[0] = kAnywhere;
+        count_ = 1;
+    }
+
+    /// All that a straight way touches.
+    void add_way(const Vec2& a, const Vec2& b) {
+        const Vec2 low = a.cwiseMin(b);
+        const Vec2 high = a.cwiseMax(b);
+        const std::int32_t last = line_of(high.y());
+        for (std::int32_t z = line_of(low.y()); z <= last && !many_; ++z) {
+            // Where the way is within this row of squares.
+            float first_x = a.x();
+            float last_x = b.x();
+            if (a.y() != b.y()) {
+                const float per_m = (b.x() - a.x()) / (b.y() - a.y());
+                const float top = static_cast<float>(z) * kCell_m;
+                first_x = a.x() + (std::max(top, low.y()) - a.y()) * per_m;
+                last_x = a.x() + (std::min(top + kCell_m, high.y()) - a.y()) * per_m;
+            }
+            add_row(z, std::min(first_x, last_x), std::max(first_x, last_x));
+        }
+    }
+
+    /// All that a box touches.
+    void add_box(const Vec2& low, const Vec2& high) {
+        const std::int32_t last = line_of(high.y());
+        for (std::int32_t z = line_of(low.y()); z <= last && !many_; ++z) {
+            add_row(z, low.x(), high.x());
+        }
+    }
+
+  private:
+    void add_row(std::int32_t z, float low_x, float high_x) {
+        const std::int32_t last = line_of(high_x);
+        for (std::int32_t x = line_of(low_x); x <= last && !many_; ++x) {
+            add(cell_of(x, z, kSide));
+        }
+    }
+
+    void add(Cell cell) {
+        if (std::find(cells_.begin(), cells_.begin() + count_, cell) != cells_.begin() + count_) {
+            return;
+        }
+        if (count_ == kMost) {
+            add_anywhere();
+            return;
+        }
+        cells_[count_++] = cell;
+    }
+
+    std::array<Cell, kMost> cells_{};
+    std::uint32_t count_ = 0;
+    bool many_ = false;
+};
+
 CoarseCells::Cell CoarseCells::cell_at(const Vec2& at) {
-    const auto x = static_cast<std::uint32_t>(line_of(at.x())) % kSide;
-    const auto z = static_cast<std::uint32_t>(line_of(at.y())) % kSide;
-    return z * kSide + x;
+    return cell_of(line_of(at.x()), line_of(at.y()), kSide);
 }
 
 Tick CoarseCells::left_at(const Leg& leg, const Vec2& at, const Vec2& half_size, float dt) {
-    const float bent = std::ceil(leg.bend_s / dt);
     const float step_m = leg.speed * dt;
     if (!(step_m > 0.0F)) {
-        const bool slides_out = cell_at(leg.from) != cell_at(at);
-        return slides_out ? leg.since + 1 + static_cast<Tick>(std::min(bent, kBent)) : kNever;
+        return kNever;
     }
-    float way = std::numeric_limits<float>::infinity();
+    float way = piece_at(leg, at).end_m;
     for (int axis = 0; axis < 2; ++axis) {
-        const float from = leg.from[axis];
-        const float direction = leg.direction[axis];
-        const float low = std::floor(at[axis] / kCell_m) * kCell_m;
-        way = std::min(way, way_out(from, direction, low, low + kCell_m));
         if (std::abs(at[axis]) <= half_size[axis]) {
-            way = std::min(way, way_out(from, direction, -half_size[axis], half_size[axis]));
+            way = std::min(
+                way,
+                way_out(leg.from[axis], leg.direction[axis], -half_size[axis], half_size[axis]));
         }
     }
+    const float bent = std::ceil(leg.bend_s / dt);
     const float ticks = std::max(std::ceil(way / step_m), std::min(bent, kBent));
-    return leg.since + 1 + static_cast<Tick>(std::clamp(ticks, 0.0F, 1e9F));
+    // Written so that what is no number is late.
+    return leg.since + 1 + static_cast<Tick>(ticks < 1e9F ? std::max(0.0F, ticks) : 1e9F);
 }
 
 void CoarseCells::grow(std::size_t slots) {
-    if (slots > nodes_.size()) {
-        nodes_.resize(slots);
+    if (slots > puts_.size()) {
+        puts_.resize(slots);
+        nodes_.resize(slots * kMost);
     }
 }
 
-void CoarseCells::put(Slot slot, Cell cell) {
-    if (nodes_[slot].cell == cell) {
+/// A turn is within the box of its control points, and an eighth of the change of velocity x its
+/// time from its chord at most.
+void CoarseCells::put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool goes_on) {
+    Piece piece = piece_at(leg, at);
+    const float step_m = leg.speed * dt;
+    if (leg.length > 0.0F && !goes_on) {
+        piece.end_m = std::clamp(leg.length + kStepsBeyond * step_m, piece.begin_m, piece.end_m);
+    }
+    const Put put{leg.since, leg.from, leg.direction, piece.begin_m, piece.end_m};
+    if (puts_[slot].squares > 0 && puts_[slot].same_as(put)) {
         return;
     }
     take(slot);
-    Node& node = nodes_[slot];
-    node = {cell, heads_[cell], kNone};
-    if (node.next != kNone) {
-        nodes_[node.next].previous = slot;
+    Squares squares;
+    Vec2 begin = leg.from + leg.direction * piece.begin_m;
+    if (piece.begin_m == 0.0F && leg.bend_s > 0.0F) {
+        const Turn turn(leg);
+        if (0.25F * (turn.start - leg.from).norm() > kAside_m) {
+            squares.add_box(turn.start.cwiseMin(turn.control).cwiseMin(turn.end),
+                            turn.start.cwiseMax(turn.control).cwiseMax(turn.end));
+        } else {
+            squares.add_way(turn.start, turn.end);
+        }
+        begin = turn.end;
     }
-    heads_[cell] = slot;
+    squares.add_way(begin, step_m > 0.0F ? Vec2(leg.from + leg.direction * piece.end_m) : begin);
+    if (turns_far(leg) || squares.found().empty()) {
+        squares.add_anywhere();
+    }
+    puts_[slot] = put;
+    link(slot, squares);
+}
+
+void CoarseCells::link(Slot slot, const Squares& squares) {
+    const std::span<const Cell> found = squares.found();
+    puts_[slot].squares = static_cast<std::uint32_t>(found.size());
+    Index at = slot * kMost;
+    for (const Cell cell : found) {
+        nodes_[at] = {cell, heads_[cell], kNone};
+        if (heads_[cell] != kNone) {
+            nodes_[heads_[cell]].previous = at;
+        }
+        heads_[cell] = at++;
+    }
 }
 
 void CoarseCells::take(Slot slot) {
-    Node& node = nodes_[slot];
-    if (node.cell == kNone) {
-        return;
+    const Index first = slot * kMost;
+    for (Index at = first; at < first + puts_[slot].squares; ++at) {
+        const Node& node = nodes_[at];
+        if (node.next != kNone) {
+            nodes_[node.next].previous = node.previous;
+        }
+        (node.previous != kNone ? nodes_[node.previous].next : heads_[node.cell]) = node.next;
     }
-    if (node.next != kNone) {
-        nodes_[node.next].previous = node.previous;
-    }
-    (node.previous != kNone ? nodes_[node.previous].next : heads_[node.cell]) = node.next;
-    node = Node{};
+    puts_[slot].squares = 0;
 }
 
 void CoarseCells::within(std::span<const Vec2> places, float radius_m, std::vector<Cell>& out) {
@@ -96,8 +234,7 @@ void CoarseCells::within(std::span<const Vec2> places, float radius_m, std::vect
                 const Vec2 low(static_cast<float>(x) * kCell_m, static_cast<float>(z) * kCell_m);
                 const Vec2 nearest = place.cwiseMax(low).cwiseMin((low.array() + kCell_m).matrix());
                 if ((nearest - place).squaredNorm() <= radius_m * radius_m) {
-                    out.push_back(static_cast<std::uint32_t>(z) % kSide * kSide +
-                                  static_cast<std::uint32_t>(x) % kSide);
+                    out.push_back(cell_of(x, z, kSide));
                 }
             }
         }

@@ -1,5 +1,5 @@
-// CoarseCells: in which square of the plane each coarse mind is, so that a look at a place finds
-// those who are there.
+// CoarseCells: which squares of the plane each coarse mind comes through, so that a look at a place
+// finds those who may be there.
 #pragma once
 
 #include "server/ai/mind.h"
@@ -11,22 +11,27 @@
 namespace zoned::ai {
 
 /// Squares that repeat after kSide of them in x and z, so that the plane needs no bounds: who is
-/// asked for by square has to be asked where it is. Squares are lists through the slots: nothing is
-/// allocated but where slots are new.
+/// asked for by square has to be asked where it is. Who walks is in all squares that its way leads
+/// through, so that nothing needs to be done when it goes from one to the next; ways are cut where
+/// they would lead through too many. Squares are lists through the slots: nothing is allocated but
+/// where slots are new.
 class CoarseCells {
   public:
     using Slot = std::uint32_t;
     using Cell = std::uint32_t;
 
     static constexpr float kCell_m = 64.0F;
+    /// Walks are cut into pieces of so much, m.
+    static constexpr float kPiece_m = 256.0F;
 
     /// The square that a place (x, z, m) lies in; of what is no number, some square.
     [[nodiscard]] static Cell cell_at(const Vec2& at);
 
-    /// When who walks along `leg` leaves the square of `at`, a place on it, or `half_size` (x, z,
-    /// m) around the origin where `at` is within: at the end of the tick before the one returned it
-    /// is outside, or may be a rounding before that; who brakes or turns may have been outside for
-    /// some ticks. The same whenever it is asked. kNever for who stands.
+    /// When who walks along `leg` has come to the end of the piece of it that `at` (x, z, m), a
+    /// place on it, lies in, or leaves `half_size` (x, z, m) around the origin where `at` is
+    /// within: at the end of the tick before the one returned it is outside, or may be a rounding
+    /// before that; who brakes or turns may have been outside for some ticks. The same whenever it
+    /// is asked with a place of the same piece. kNever for who stands.
     [[nodiscard]] static Tick left_at(const Leg& leg,
                                       const Vec2& at,
                                       const Vec2& half_size,
@@ -35,18 +40,34 @@ class CoarseCells {
     /// Slots below `slots` exist, new ones nowhere.
     void grow(std::size_t slots);
 
-    /// From wherever it was.
-    void put(Slot slot, Cell cell);
+    /// What of a walk may be outside of its squares because a turn is not straight, m.
+    static constexpr float kAside_m = 2.0F;
+
+    /// From wherever it was into all squares that a walk along `leg` comes through on the piece of
+    /// it that `at` lies in: until left_at() the walker is at most kAside_m outside of them, unless
+    /// it walks on from the end of its leg for more than a tick; then it `goes_on`. Whose piece
+    /// leads through too many squares may be anywhere. `dt` in s. The same whenever it is asked
+    /// with a place of the same piece.
+    void put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool goes_on = false);
     void take(Slot slot);
 
-    void prefetch(Slot slot) const { __builtin_prefetch(&nodes_[slot], 1); }
+    void prefetch(Slot slot) const {
+        __builtin_prefetch(&puts_[slot], 1);
+        __builtin_prefetch(&nodes_[slot * kMost], 1);
+    }
 
-    /// Calls visit(slot) for all in a square, in no order; it must change no square.
+    /// Calls visit(slot) for all that come through a square, in no order; it must change no square.
     template <class Visit>
     void visit(Cell cell, Visit&& visit) const {
-        for (Slot slot = heads_[cell]; slot != kNone; slot = nodes_[slot].next) {
-            visit(slot);
+        for (Index n = heads_[cell]; n != kNone; n = nodes_[n].next) {
+            visit(n / kMost);
         }
+    }
+
+    /// The same for those who may be anywhere.
+    template <class Visit>
+    void visit_anywhere(Visit&& visit_slot) const {
+        visit(kAnywhere, visit_slot);
     }
 
     /// Replaces `out` by the squares that come within `radius_m` of a place (x, z, m), each once,
@@ -56,15 +77,41 @@ class CoarseCells {
   private:
     static constexpr std::uint32_t kSide = 128;  ///< a power of two
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+    static constexpr Cell kAnywhere = kSide * kSide;
+    /// Squares of a piece: 256 m sqrt(2) / 64 m + 2 of the walk, and some for the turn before it.
+    static constexpr std::uint32_t kMost = 12;
+
+    /// Of slot * kMost + the how many-th of its squares.
+    using Index = std::uint32_t;
 
     struct Node {
         Cell cell = kNone;
-        Slot next = kNone;
-        Slot previous = kNone;
+        Index next = kNone;
+        Index previous = kNone;
     };
 
-    std::vector<Node> nodes_;  // by slot
-    std::vector<Slot> heads_ = std::vector<Slot>(kSide * kSide, kNone);
+    /// What a slot was put for.
+    struct Put {
+        Tick since = 0;
+        Vec2 from = Vec2::Zero();
+        Vec2 direction = Vec2::Zero();
+        float begin_m = 0.0F;
+        float end_m = 0.0F;
+        std::uint32_t squares = 0;  ///< 0: nowhere
+
+        [[nodiscard]] bool same_as(const Put& other) const {
+            return since == other.since && from == other.from && direction == other.direction &&
+                   begin_m == other.begin_m && end_m == other.end_m;
+        }
+    };
+
+    class Squares;
+
+    void link(Slot slot, const Squares& squares);
+
+    std::vector<Put> puts_;    // by slot
+    std::vector<Node> nodes_;  // kMost by slot
+    std::vector<Index> heads_ = std::vector<Index>(kSide * kSide + 1, kNone);
 };
 
 }  // namespace zoned::ai

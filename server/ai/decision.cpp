@@ -132,15 +132,6 @@ void choose(Mind& mind,
     }
 }
 
-/// Whether the mind has what it gives and room for what it takes.
-bool able(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now) {
-    return std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& item) {
-        const float then = variable_at(mind, machine, item.variable, now) + item.amount;
-        const Variable& of = machine.variables[item.variable];
-        return then >= of.low && then <= of.high;
-    });
-}
-
 }  // namespace
 
 void begin(Mind& mind, const CompiledMachine& machine, Tick now) {
@@ -182,7 +173,8 @@ void sense(const Mind& mind,
            const Vec2& here,
            const Places& places,
            Tick now,
-           Senses& senses) {
+           Senses& senses,
+           std::uint64_t wanted) {
     senses[kSensePlayerDistance] = sight.distance;
     senses[kSenseHomeDistance] = (here - Vec2(mind.home.x(), mind.home.z())).norm();
     senses[kSenseTimeOfDay] = places.time_of_day(now);
@@ -194,6 +186,10 @@ void sense(const Mind& mind,
         senses[kOwnSenses + v] = variable_at(mind, machine, v, now);
     }
     for (const CompiledMachine::Fuzzy& fuzzy : machine.fuzzy) {
+        const std::uint64_t outputs = ~std::uint64_t{0} >> (64U - fuzzy.system.outputs());
+        if ((wanted >> fuzzy.first & outputs) == 0) {
+            continue;
+        }
         std::array<const float*, fuzzy::kMaxInputs> in{};
         std::array<float*, fuzzy::kMaxOutputs> out{};
         for (std::size_t k = 0; k < fuzzy.inputs.size(); ++k) {
@@ -207,6 +203,9 @@ void sense(const Mind& mind,
                               std::span(out.data(), fuzzy.system.outputs()));
     }
     for (std::size_t k = 0; k < machine.places.size(); ++k) {
+        if ((wanted >> (machine.first_place_sense + k) & 1U) == 0) {
+            continue;
+        }
         const PlaceSense& of = machine.places[k];
         senses[machine.first_place_sense + k] =
             of.stock < 0 ? (here - places.spot(of.place, mind.entity)).norm()
@@ -235,6 +234,14 @@ bool decide(Mind& mind,
     thinking.change = change;
     choose(mind, machine, change.has_value(), known, now, thinking);
     return change.has_value();
+}
+
+bool able(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now) {
+    return std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& item) {
+        const float then = variable_at(mind, machine, item.variable, now) + item.amount;
+        const Variable& of = machine.variables[item.variable];
+        return then >= of.low && then <= of.high;
+    });
 }
 
 std::uint8_t all_trades(const State& state) {

@@ -37,13 +37,15 @@ float drawn_at(const Mind& mind, Tick now);
 
 /// Fills in what `machine` reads at `now`: its own senses, the variables, the outputs of its fuzzy
 /// systems, then what it knows of places. `here`: x, z where it takes itself to be, zone-local, m.
+/// Of fuzzy outputs and places only those `wanted`, by bit; others stay as they are.
 void sense(const Mind& mind,
            const CompiledMachine& machine,
            const Sight& sight,
            const Vec2& here,
            const Places& places,
            Tick now,
-           Senses& senses);
+           Senses& senses,
+           std::uint64_t wanted = ~std::uint64_t{0});
 
 /// Senses, and takes the transition that fires, if any (fsm::step_one); what
 /// the states that it enters give is added. Then finds what to do: as the state says, its tree or
@@ -59,6 +61,9 @@ bool decide(Mind& mind,
 
 /// Who has come to its spot is within so much of it, m.
 inline constexpr float kAtPlaceM = 2.0F;
+
+/// Whether the mind has at `now` what it gives and room for what it takes.
+bool able(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now);
 
 /// All trades that what is done asks for, by bit.
 std::uint8_t all_trades(const State& state);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 namespace zoned::ai {
 
@@ -141,39 +143,80 @@ Watch watch_of(const fsm::FlatTest& test) {
             test.threshold * test.sign};
 }
 
-/// What leaves depend on: their transitions, and what their trees and plans ask.
-void compile_watches(CompiledMachine& out) {
+/// Appends a clause; conditions on stock come last.
+void add_clause(std::vector<Watch> watches, Clause clause, CompiledMachine& out) {
+    const auto stock = std::partition(
+        watches.begin(), watches.end(), [&out](const Watch& w) { return !out.is_stock(w.sense); });
+    clause.first = static_cast<std::uint32_t>(out.watches.size());
+    clause.others = static_cast<std::uint16_t>(stock - watches.begin());
+    clause.on_stock = static_cast<std::uint16_t>(watches.end() - stock);
+    if (clause.on_stock > 0) {
+        clause.stock_number = static_cast<std::uint16_t>(
+            std::count_if(out.clauses.begin() + out.first_clause.back(),
+                          out.clauses.end(),
+                          [](const Clause& before) { return before.on_stock > 0; }));
+    }
+    out.watches.insert(out.watches.end(), watches.begin(), watches.end());
+    out.clauses.push_back(clause);
+}
+
+void compile_transition_clauses(std::size_t leaf, CompiledMachine& out) {
     const fsm::FlatMachine& table = out.table;
-    for (std::size_t leaf = 0; leaf < table.leaves(); ++leaf) {
-        out.first_watch.push_back(static_cast<std::uint32_t>(out.watches.size()));
-        for (std::size_t k = 0; k < table.width; ++k) {
-            const fsm::FlatTest& test = table.tests[leaf * table.width + k];
-            if (test.transition == fsm::kNone) {
-                continue;
-            }
-            out.watches.push_back(watch_of(test));
-            const fsm::FlatTransition& transition = table.transitions[test.transition];
-            for (std::size_t c = 0; c < transition.more_count; ++c) {
-                out.watches.push_back(watch_of(table.more[transition.more + c]));
-            }
+    for (std::size_t k = 0; k < table.width; ++k) {
+        const fsm::FlatTest& test = table.tests[leaf * table.width + k];
+        if (test.transition == fsm::kNone) {
+            continue;
         }
-        const auto watch = [&out](const Condition& condition) {
-            out.watches.push_back({condition.sense, condition.compare, condition.threshold});
-        };
+        std::vector<Watch> watches{watch_of(test)};
+        const fsm::FlatTransition& transition = table.transitions[test.transition];
+        for (std::size_t c = 0; c < transition.more_count; ++c) {
+            watches.push_back(watch_of(table.more[transition.more + c]));
+        }
+        Clause clause;
+        clause.transition = test.transition;
+        add_clause(std::move(watches), clause, out);
+    }
+}
+
+/// What leaves depend on: their transitions, and what their trees and plans ask.
+void compile_clauses(CompiledMachine& out) {
+    const auto watch = [](const Condition& condition) {
+        return Watch{condition.sense, condition.compare, condition.threshold};
+    };
+    for (std::size_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
+        out.first_clause.push_back(static_cast<std::uint32_t>(out.clauses.size()));
+        compile_transition_clauses(leaf, out);
         const State& state = out.states[leaf];
         if (const auto* by_tree = std::get_if<TreeChoice>(&state.choice)) {
             for (const tree::NodeDef& node : by_tree->def.nodes) {
                 if (node.yes >= 0 || node.no >= 0) {
-                    watch(node.test);
+                    add_clause({watch(node.test)}, {}, out);
                 }
             }
         } else if (const auto* by_plan = std::get_if<PlanChoice>(&state.choice)) {
-            for (const std::vector<Condition>& fact : by_plan->facts) {
-                std::for_each(fact.begin(), fact.end(), watch);
+            for (std::size_t f = 0; f < by_plan->facts.size(); ++f) {
+                std::vector<Watch> watches;
+                std::transform(by_plan->facts[f].begin(),
+                               by_plan->facts[f].end(),
+                               std::back_inserter(watches),
+                               watch);
+                Clause clause;
+                clause.fact = static_cast<std::int16_t>(f);
+                add_clause(std::move(watches), clause, out);
             }
         }
     }
-    out.first_watch.push_back(static_cast<std::uint32_t>(out.watches.size()));
+    out.first_clause.push_back(static_cast<std::uint32_t>(out.clauses.size()));
+    for (std::size_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
+        std::uint64_t senses = 0;
+        for (const Clause& clause : out.clauses_of(leaf)) {
+            for (std::size_t w = 0; w < clause.others + clause.on_stock; ++w) {
+                const SenseIndex sense = out.watches[clause.first + w].sense;
+                senses |= sense < out.senses ? std::uint64_t{1} << sense : 0U;
+            }
+        }
+        out.senses_of_leaf.push_back(senses);
+    }
 }
 
 }  // namespace
@@ -226,7 +269,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
     out.forms_up = some(ActionKind::kFormUp);
     out.forages = some(ActionKind::kForage);
     compile_changes(machine, dt, out);
-    compile_watches(out);
+    compile_clauses(out);
     return out;
 }
 

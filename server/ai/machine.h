@@ -234,6 +234,17 @@ struct Watch {
     float threshold = 0.0F;
 };
 
+/// Conditions that matter together alone: those of a transition or of a fact, or the one that a
+/// tree asks. It holds where all of them do.
+struct Clause {
+    std::uint32_t first = 0;     ///< of CompiledMachine::watches
+    std::uint16_t others = 0;    ///< how many conditions are not on stock; they come first
+    std::uint16_t on_stock = 0;  ///< and how many are
+    std::uint16_t transition = fsm::kNone;  ///< whose conditions they are
+    std::int16_t fact = -1;                 ///< or which fact's
+    std::uint16_t stock_number = 0;         ///< where some are: among those of the leaf with any
+};
+
 /// Machine for a time step: tables, and what each innermost state does.
 struct CompiledMachine {
     struct Fuzzy {
@@ -295,12 +306,29 @@ struct CompiledMachine {
     bool forages = false;   ///< some state of it does
     bool forms_up = false;  ///< some state of it does
     std::vector<Watch> watches;
-    std::vector<std::uint32_t> first_watch;  ///< by leaf, and the end of the last
+    std::vector<Clause> clauses;              ///< transitions of a leaf in the order of their tests
+    std::vector<std::uint32_t> first_clause;  ///< by leaf, and the end of the last
+    std::vector<std::uint64_t> senses_of_leaf;  ///< by leaf: what its clauses read, by bit
 
     /// All that decisions in a leaf depend on.
-    [[nodiscard]] std::span<const Watch> watched(std::size_t leaf) const {
-        return std::span(watches).subspan(first_watch[leaf],
-                                          first_watch[leaf + 1] - first_watch[leaf]);
+    [[nodiscard]] std::span<const Clause> clauses_of(std::size_t leaf) const {
+        return std::span(clauses).subspan(first_clause[leaf],
+                                          first_clause[leaf + 1] - first_clause[leaf]);
+    }
+
+    /// Those conditions of a clause that are not on stock, and those that are.
+    [[nodiscard]] std::span<const Watch> others(const Clause& clause) const {
+        return std::span(watches).subspan(clause.first, clause.others);
+    }
+
+    [[nodiscard]] std::span<const Watch> on_stock(const Clause& clause) const {
+        return std::span(watches).subspan(clause.first + clause.others, clause.on_stock);
+    }
+
+    /// Whether a sense is what a place has in stock.
+    [[nodiscard]] bool is_stock(SenseIndex sense) const {
+        return sense >= first_place_sense && sense < senses &&
+               places[sense - first_place_sense].stock >= 0;
     }
 };
 

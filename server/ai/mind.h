@@ -20,6 +20,23 @@ enum class Tier : std::uint8_t {
     kCoarse,  ///< nobody can see it: it goes from event to event, and its entity is not simulated
 };
 
+/// What a coarse mind that stands and looks waits for besides time: that stock becomes other than
+/// it was. As long as it does not, the mind's decisions change nothing.
+struct StockWait {
+    /// Clauses of its leaf's whose conditions on stock become other than `held` says, by bit
+    /// Clause::stock_number.
+    std::uint32_t clauses = 0;
+    std::uint32_t held = 0;
+    std::uint8_t trades = 0;  ///< of what it does that can be done, by bit
+
+    /// Clauses with larger numbers are not waited for but looked at, at each decision.
+    static constexpr std::uint16_t kMostClauses = 32;
+
+    [[nodiscard]] bool any() const { return clauses != 0 || trades != 0; }
+
+    friend bool operator==(const StockWait&, const StockWait&) = default;
+};
+
 /// No plan was made yet: more facts than a domain may have.
 inline constexpr goap::World kUnplanned = ~goap::World{0};
 
@@ -63,6 +80,7 @@ struct Mind {
     Tick again_at = kNever;  ///< timed, and stands: when it looks for a way again
     Vec2 placed = Vec2::Zero();  ///< coarse: x, z where its entity was put last
     Tick next_event = kNever;    ///< coarse
+    StockWait wait;              ///< coarse
 };
 
 /// Puts a mind into the first state of its machine, with variables as they start.

@@ -1,5 +1,6 @@
 #include "server/ai/minds.h"
 
+#include "server/ai/decision.h"
 #include "shared/core/assert.h"
 
 #include <algorithm>
@@ -40,11 +41,15 @@ void Minds::add(const Mind& mind) {
     events_.grow(minds_.size());
     leaving_.grow(minds_.size());
     cells_.grow(minds_.size());
+    waits_.grow(minds_.size());
     if (mind.tier == Tier::kAwake) {
         insert_awake(slot);
-    } else {
-        schedule(slot);
-        leaving_.schedule(slot, 0);
+        return;
+    }
+    events_.schedule(slot, mind.next_event);
+    leaving_.schedule(slot, 0);
+    if (mind.wait.any()) {
+        newly_waiting_.push_back(slot);
     }
 }
 
@@ -90,6 +95,7 @@ void Minds::erase_awake(Slot slot) {
 void Minds::wake(Slot slot) {
     minds_[slot].tier = Tier::kAwake;
     minds_[slot].next_event = kNever;
+    minds_[slot].wait = StockWait{};
     forget_coarse(slot);
     insert_awake(slot);
 }
@@ -104,8 +110,28 @@ void Minds::put_to_sleep(Slot slot) {
     leaving_.schedule(slot, 0);
 }
 
-void Minds::schedule(Slot slot) {
+void Minds::schedule(Slot slot, Tick period) {
     events_.schedule(slot, minds_[slot].next_event);
+    wait(slot, period);
+}
+
+void Minds::wait(Slot slot, Tick period) {
+    const Mind& mind = minds_[slot];
+    if (mind.wait.any()) {
+        waits_.join(
+            slot, mind.entity, {mind.machine, mind.fsm.state(), mind.doing, mind.wait, period});
+    } else {
+        waits_.leave(slot);
+    }
+}
+
+void Minds::call_up(Slot slot, Tick now) {
+    Mind& mind = minds_[slot];
+    mind.next_decision = now;
+    mind.next_event = kNever;
+    mind.wait = StockWait{};
+    events_.cancel(slot);
+    waits_.leave(slot);
 }
 
 void Minds::take_due(Tick now, std::vector<Event>& due) {
@@ -118,6 +144,13 @@ void Minds::take_due(Tick now, std::vector<Event>& due) {
         Mind& mind = minds_[due[i].slot];
         mind.next_event = kNever;
         due[i].entity = mind.entity;
+        if (const StockWaits::Group* const group = waits_.group_of(due[i].slot)) {
+            const Tick period = group->key().period;
+            mind.next_decision =
+                std::min(mind.next_decision, next_decision(mind.entity, period, now - 1));
+            mind.wait = StockWait{};
+            waits_.leave(due[i].slot);
+        }
     }
 }
 
@@ -140,6 +173,7 @@ void Minds::forget_coarse(Slot slot) {
     events_.cancel(slot);
     leaving_.cancel(slot);
     cells_.take(slot);
+    waits_.leave(slot);
 }
 
 void Minds::watch(Slot slot, fsm::Change change, Tick now, float dt) {

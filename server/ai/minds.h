@@ -5,6 +5,7 @@
 #include "server/ai/event_queue.h"
 #include "server/ai/fsm/oscillation.h"
 #include "server/ai/mind.h"
+#include "server/ai/stock_waits.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -57,26 +58,59 @@ class Minds {
     void wake(EntityId entity);
     void put_to_sleep(Slot slot);
 
-    /// Of a coarse mind: it is among the due ones at `mind.next_event`, as that is now.
-    void schedule(Slot slot);
+    /// Of a coarse mind: it is among the due ones at `mind.next_event`, as that is now, and waits
+    /// for `mind.wait`. `period` is that of its decisions, ticks.
+    void schedule(Slot slot, Tick period);
 
-    /// Appends what is due at `now`, in no order, and forgets that it is. Ticks ascend.
+    /// Appends what is due at `now`, in no order, and forgets that it is, and what it waited for;
+    /// who did wait decides as well when its decision is due. Ticks ascend.
     void take_due(Tick now, std::vector<Event>& due);
 
-    /// Of a coarse mind: where it is, and when it leaves that square, CoarseCells::left_at().
-    void settle(Slot slot, CoarseCells::Cell cell, Tick left) {
-        cells_.put(slot, cell);
-        leaving_.schedule(slot, left);
+    /// The minds that wait for stock; `period_of` tells the period of a mind's decisions, ticks,
+    /// for those that came with what they wait for.
+    template <class PeriodOf>
+    const StockWaits& waits(PeriodOf&& period_of) {
+        for (const Slot slot : newly_waiting_) {
+            if (minds_[slot].entity && minds_[slot].tier == Tier::kCoarse) {
+                wait(slot, period_of(minds_[slot]));
+            }
+        }
+        newly_waiting_.clear();
+        return waits_;
     }
+
+    /// A coarse mind that waits for stock decides at `now`: it waits no more, and nothing else is
+    /// planned for it.
+    void call_up(Slot slot, Tick now);
+
+    /// Of a coarse mind whose leg is another one than before, or was left: the squares that it
+    /// comes through, and when it leaves them, CoarseCells::left_at(). `dt` in s. `late`: it should
+    /// have had an event before.
+    void settle(Slot slot, Tick left, float dt, bool late = false) {
+        cells_.put(slot, minds_[slot].leg, minds_[slot].placed, dt, late);
+        if (leaving_.at(slot) != left) {
+            leaving_.schedule(slot, left);
+        }
+    }
+
+    /// When it leaves them, as settle() was told.
+    [[nodiscard]] Tick left(Slot slot) const { return leaving_.at(slot); }
 
     /// Appends the coarse minds that leave their squares by `now` or were never settled, in no
     /// order; they have to be settled again. Ticks ascend.
     void take_left(Tick now, std::vector<Slot>& left);
 
-    /// Calls visit(slot) for the coarse minds that were settled in a square, in no order.
+    /// Calls visit(slot) for the coarse minds that were settled to come through a square, in no
+    /// order.
     template <class Visit>
     void visit(CoarseCells::Cell cell, Visit&& visit) const {
         cells_.visit(cell, visit);
+    }
+
+    /// The same for those that may be anywhere.
+    template <class Visit>
+    void visit_anywhere(Visit&& visit) const {
+        cells_.visit_anywhere(visit);
     }
 
     /// The mind changed its state: remembered for wavering(). `dt` in s.
@@ -98,6 +132,7 @@ class Minds {
         Slot slot;
     };
 
+    void wait(Slot slot, Tick period);
     void forget_coarse(Slot slot);
     void prefetch(Slot slot) const;
     [[nodiscard]] std::size_t place_of(EntityId entity) const;
@@ -114,6 +149,8 @@ class Minds {
     EventQueue events_;
     EventQueue leaving_;
     CoarseCells cells_;
+    StockWaits waits_;
+    std::vector<Slot> newly_waiting_;  // who was added with something to wait for
 };
 
 }  // namespace zoned::ai

@@ -10,7 +10,50 @@ namespace {
 /// Decisions whose random numbers are looked at in advance.
 constexpr int kLookAhead = 64;
 
-/// The state of one mind, asked about one condition after the other.
+/// The first tick > now at which `becomes(tick)` says yes, `ticks` from now if it were not for
+/// rounding. `becomes` says no at `now`, and goes on to say yes once it has. Where rounding puts it
+/// off, a tick before it.
+template <class Becomes>
+Tick first_at(Tick now, float ticks, const Becomes& becomes) {
+    if (!(ticks < 1e9F)) {
+        return kNever;
+    }
+    constexpr int kFurther = 4;
+    Tick at = now + std::max<Tick>(1, static_cast<Tick>(ticks));
+    for (int k = 0; k < kFurther && !becomes(at); ++k) {
+        ++at;
+    }
+    // Downwards by steps that double, then by halves.
+    Tick step = 1;
+    Tick no = at - 1;
+    while (no > now && becomes(no)) {
+        at = no;
+        step *= 2;
+        no = std::max(now, at - step);
+    }
+    while (at - no > 1) {
+        const Tick middle = no + (at - no) / 2;
+        (becomes(middle) ? at : no) = middle;
+    }
+    return at;
+}
+
+float rate_of(const Mind& mind, const CompiledMachine& machine, std::size_t variable) {
+    return machine.rates[mind.doing * machine.variables.size() + variable];
+}
+
+bool stock_holds(std::span<const Watch> watches,
+                 const CompiledMachine& machine,
+                 const Places& places,
+                 Tick now) {
+    return std::all_of(watches.begin(), watches.end(), [&](const Watch& watch) {
+        const PlaceSense& of = machine.places[watch.sense - machine.first_place_sense];
+        return holds({watch.sense, watch.compare, watch.threshold},
+                     places.stock(of.place, static_cast<std::size_t>(of.stock), now));
+    });
+}
+
+/// The state of one mind, asked about one clause after the other.
 class Forecast {
   public:
     Forecast(const Mind& mind,
@@ -23,8 +66,64 @@ class Forecast {
           senses_(senses),
           step_m_(outlook.speed * outlook.dt),
           day_s_(outlook.day_s),
+          period_(decision_period(machine, outlook.dt)),
           now_(now),
           dt_(outlook.dt) {}
+
+    /// A tick before which the clause stays as the mind found it while `wait` lasts, to which it
+    /// adds.
+    [[nodiscard]] Tick change_of(const Clause& clause, StockWait& wait) const {
+        const std::span<const Watch> others = machine_.others(clause);
+        const std::span<const Watch> stock = machine_.on_stock(clause);
+        const auto now_holds = [this](const Watch& watch) {
+            return holds_now(watch);
+        };
+        const bool stock_too = std::all_of(stock.begin(), stock.end(), now_holds);
+        const bool whole = stock_too && std::all_of(others.begin(), others.end(), now_holds);
+        if (whole != found(clause, whole)) {
+            return now_ + 1;
+        }
+        Tick at = whole ? kNever : now_ + 1;
+        for (const Watch& watch : others) {
+            if (whole) {
+                at = std::min(at, change_of(watch));
+            } else if (!holds_now(watch)) {
+                at = std::max(at, change_of(watch));
+            }
+        }
+        // What time alone keeps from holding for long needs no stock to be looked at.
+        if (stock_too != whole || (!whole && at > now_ + period_) || stock.empty()) {
+            return at;
+        }
+        if (clause.stock_number >= StockWait::kMostClauses) {
+            return now_ + 1;
+        }
+        const std::uint32_t bit = 1U << clause.stock_number;
+        wait.clauses |= bit;
+        wait.held |= whole ? bit : 0U;
+        return whole ? at : kNever;
+    }
+
+  private:
+    [[nodiscard]] float value_of(const Watch& watch) const {
+        return watch.sense < machine_.senses ? senses_[watch.sense] : time_in_state(watch, now_);
+    }
+
+    [[nodiscard]] bool holds_now(const Watch& watch) const { return is(watch, value_of(watch)); }
+
+    static bool is(const Watch& watch, float value) {
+        return holds({watch.sense, watch.compare, watch.threshold}, value);
+    }
+
+    /// Whether the mind goes on as if the clause held. Who has decided and goes on has found no
+    /// transition to hold but the one that is pending; questions of a tree are as they are, its
+    /// answer is compared as a whole.
+    [[nodiscard]] bool found(const Clause& clause, bool now_holds) const {
+        if (clause.transition != fsm::kNone) {
+            return mind_.fsm.pending[0] == clause.transition;
+        }
+        return clause.fact < 0 ? now_holds : (mind_.facts >> clause.fact & 1U) != 0;
+    }
 
     /// A tick before which the condition stays as it is.
     [[nodiscard]] Tick change_of(const Watch& watch) const {
@@ -49,18 +148,14 @@ class Forecast {
         }
         const std::size_t own = watch.sense - kOwnSenses;
         if (own < machine_.variables.size()) {
-            return grown(own, watch.threshold);
+            return grown(own, watch);
         }
         if (watch.sense >= machine_.first_place_sense) {
-            // Others trade as well: stock may change at any time.
-            const bool distance =
-                machine_.places[watch.sense - machine_.first_place_sense].stock < 0;
-            return distance ? after(std::abs(value - watch.threshold), step_m_) : now_ + 1;
+            return after(std::abs(value - watch.threshold), step_m_);
         }
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
     }
 
-  private:
     /// Ticks until something that changes by at most `per_tick` has changed by `amount`, less one
     /// for rounding.
     [[nodiscard]] Tick after(float amount, float per_tick) const {
@@ -71,42 +166,50 @@ class Forecast {
         return ticks < 1e9F ? now_ + std::max<Tick>(1, static_cast<Tick>(ticks)) : kNever;
     }
 
-    /// Time in a state, which begins at the tick in which the state was entered.
-    [[nodiscard]] Tick elapsed(const Watch& watch) const {
+    /// Time in a state, which begins at the tick in which the state was entered, s.
+    [[nodiscard]] float time_in_state(const Watch& watch, Tick at) const {
         const Tick since = mind_.fsm.since[watch.sense - machine_.senses][0];
-        const float in_state = static_cast<float>(now_ - since) * dt_;
-        return in_state > watch.threshold ? kNever : after(watch.threshold - in_state, dt_);
+        return static_cast<float>(static_cast<std::int32_t>(at - since)) * dt_;
     }
 
-    [[nodiscard]] float rate(std::size_t variable) const {
-        return machine_.rates[mind_.doing * machine_.variables.size() + variable];
+    [[nodiscard]] Tick elapsed(const Watch& watch) const {
+        const float in_state = time_in_state(watch, now_);
+        if (in_state > watch.threshold) {
+            return kNever;
+        }
+        const bool before = is(watch, in_state);
+        return first_at(now_, (watch.threshold - in_state) / dt_, [&](Tick at) {
+            return is(watch, time_in_state(watch, at)) != before;
+        });
     }
 
     /// Whether a variable is where its growth ends.
     [[nodiscard]] bool settled(std::size_t variable) const {
-        const float per_tick = rate(variable);
+        const float per_tick = rate_of(mind_, machine_, variable);
         const float value = senses_[kOwnSenses + variable];
         const Variable& of = machine_.variables[variable];
         return per_tick == 0.0F || (per_tick > 0.0F ? value >= of.high : value <= of.low);
     }
 
-    [[nodiscard]] Tick grown(std::size_t variable, float threshold) const {
-        const float per_tick = rate(variable);
-        const float way = threshold - senses_[kOwnSenses + variable];
+    [[nodiscard]] Tick grown(std::size_t variable, const Watch& watch) const {
+        const float per_tick = rate_of(mind_, machine_, variable);
+        const float value = senses_[kOwnSenses + variable];
+        const float way = watch.threshold - value;
         if (settled(variable) || (way != 0.0F && (way > 0.0F) != (per_tick > 0.0F))) {
             return kNever;
         }
-        return after(std::abs(way), std::abs(per_tick));
+        const bool before = is(watch, value);
+        return first_at(now_, way / per_tick, [&](Tick at) {
+            return is(watch, variable_at(mind_, machine_, variable, at)) != before;
+        });
     }
 
     /// The next decision at which the number drawn says otherwise.
     [[nodiscard]] Tick drawn(const Watch& watch) const {
-        const Tick period = decision_period(machine_, dt_);
         Tick at = now_;
         for (int k = 0; k < kLookAhead; ++k) {
-            at = next_decision(mind_.entity, period, at);
-            if (holds({watch.sense, watch.compare, watch.threshold}, drawn_at(mind_, at)) !=
-                holds({watch.sense, watch.compare, watch.threshold}, senses_[watch.sense])) {
+            at = next_decision(mind_.entity, period_, at);
+            if (is(watch, drawn_at(mind_, at)) != holds_now(watch)) {
                 return at;
             }
         }
@@ -146,27 +249,94 @@ class Forecast {
     const Senses& senses_;
     float step_m_;
     float day_s_;
+    Tick period_;
     Tick now_;
     float dt_;
 };
 
+/// Whether the mind would choose what it does by what it senses and remembers.
+bool does_as_chosen(const Mind& mind, const CompiledMachine& machine, const Senses& senses) {
+    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
+    if (choice.tree >= 0) {
+        const tree::DecisionTree& tree = machine.trees[static_cast<std::size_t>(choice.tree)];
+        const std::span<const float> known(senses.data(), machine.senses);
+        return mind.doing == choice.first + tree.decide(known);
+    }
+    return choice.plan < 0 || mind.facts != kUnplanned;
+}
+
 }  // namespace
 
-Tick quiet_until(const Mind& mind,
-                 const CompiledMachine& machine,
-                 const Senses& senses,
-                 const Outlook& outlook,
-                 Tick now) {
+Quiet quiet_until(const Mind& mind,
+                  const CompiledMachine& machine,
+                  const Senses& senses,
+                  const Outlook& outlook,
+                  Tick now) {
+    if (!does_as_chosen(mind, machine, senses)) {
+        return {now + 1};
+    }
     const Forecast forecast(mind, machine, senses, outlook, now);
-    Tick until = kNever;
-    for (const Watch& watch : machine.watched(mind.fsm.state())) {
-        until = std::min(until, forecast.change_of(watch));
+    const fsm::FlatTransition* const pending = mind.fsm.pending[0] != fsm::kNone
+                                                   ? &machine.table.transitions[mind.fsm.pending[0]]
+                                                   : nullptr;
+    Quiet quiet;
+    bool is_held = false;
+    for (const Clause& clause : machine.clauses_of(mind.fsm.state())) {
+        const bool transition = clause.transition != fsm::kNone;
+        // Of transitions with a hold the first counts that holds.
+        if (is_held && transition && machine.table.transitions[clause.transition].hold > 0) {
+            continue;
+        }
+        quiet.until = std::min(quiet.until, forecast.change_of(clause, quiet.wait));
+        is_held = is_held || (transition && clause.transition == mind.fsm.pending[0]);
+        if (quiet.until <= now + 1) {
+            return {now + 1};
+        }
     }
-    if (mind.fsm.pending[0] != fsm::kNone) {
-        const Tick hold = machine.table.transitions[mind.fsm.pending[0]].hold;
-        until = std::min(until, mind.fsm.pending_since[0] + hold);
+    if (pending != nullptr) {
+        quiet.until = std::min(quiet.until, mind.fsm.pending_since[0] + pending->hold);
     }
-    return std::max(until, now + 1);
+    quiet.until = std::max(quiet.until, now + 1);
+    return quiet;
+}
+
+bool stock_changed(const StockWait& wait,
+                   const CompiledMachine& machine,
+                   std::size_t leaf,
+                   const Places& places,
+                   Tick now) {
+    const std::span<const Clause> clauses = machine.clauses_of(leaf);
+    return std::any_of(clauses.begin(), clauses.end(), [&](const Clause& clause) {
+        if (clause.on_stock == 0 || clause.stock_number >= StockWait::kMostClauses ||
+            (wait.clauses >> clause.stock_number & 1U) == 0) {
+            return false;
+        }
+        const bool held = (wait.held >> clause.stock_number & 1U) != 0;
+        return stock_holds(machine.on_stock(clause), machine, places, now) != held;
+    });
+}
+
+Tick able_from(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now) {
+    Tick from = now + 1;
+    for (const TradeItem& item : trade.items) {
+        const Variable& of = machine.variables[item.variable];
+        const auto then = [&](Tick at) {
+            return variable_at(mind, machine, item.variable, at) + item.amount;
+        };
+        const bool lacks = then(now) < of.low;
+        if (!lacks && !(then(now) > of.high)) {
+            continue;
+        }
+        const float way = (lacks ? of.low : of.high) - then(now);
+        const float per_tick = rate_of(mind, machine, item.variable);
+        if (per_tick == 0.0F || lacks != (per_tick > 0.0F)) {
+            return kNever;
+        }
+        from = std::max(from, first_at(now, way / per_tick, [&](Tick at) {
+                            return lacks ? then(at) >= of.low : then(at) <= of.high;
+                        }));
+    }
+    return from;
 }
 
 }  // namespace zoned::ai

@@ -12,21 +12,43 @@ struct Outlook {
     float dt = 0.0F;  ///< s
 };
 
-/// No decision of the mind before the tick returned (> `now`) takes a transition, begins or ends a
-/// hold, or chooses another deed than the one at `now`, as long as it perceives nobody and none of
-/// its variables is changed from outside: no condition of its state, tree or plan becomes other
-/// than `senses` (those of `now`) say. A distance changes at most by the way that is walked, a
-/// variable grows at its rate, time passes; what cannot be told in advance (fuzzy outputs of what
-/// changes) may change at once. Random numbers are known in advance: they are looked at for
-/// a number of decisions.
+/// What quiet_until() finds.
+struct Quiet {
+    Tick until = kNever;  ///< > now
+    StockWait wait{};     ///< its trades are none
+};
+
+/// No decision of the mind before `until` takes a transition, begins or ends a hold, or chooses
+/// another deed than the one it is at, as long as it perceives nobody, none of its variables is
+/// changed from outside, and stock_changed() says no of `wait`: no transition, fact or question of
+/// its state, tree or plan becomes other than the mind found it. `senses` are those of `now`, which
+/// need not be those that it decided by: what has become other since then may change something at
+/// once. A transition or a fact holds where all its conditions do, so it does not before the last
+/// of those that fail. A distance changes at most by the way that is walked, a variable grows at
+/// its rate, time passes; what cannot be told in advance (fuzzy outputs of what changes) may change
+/// at once. Random numbers are known in advance: they are looked at for a number of decisions.
+/// Others change stock: where nothing but stock keeps a condition as it is, that is waited for.
 ///
 /// So between two such ticks nothing needs to be computed, and what happens at them is exactly what
 /// would have happened (next-event time progression; Law, "Simulation Modeling and Analysis", 5th
-/// ed. 2015, section 1.3.1).
-Tick quiet_until(const Mind& mind,
-                 const CompiledMachine& machine,
-                 const Senses& senses,
-                 const Outlook& outlook,
-                 Tick now);
+/// ed. 2015, section 1.3.1). Who waits for stock is looked at by stock, as conditional events are
+/// in the three-phase approach (Pidd, "Computer Simulation in Management Science", 5th ed. 2004,
+/// section 6.5).
+Quiet quiet_until(const Mind& mind,
+                  const CompiledMachine& machine,
+                  const Senses& senses,
+                  const Outlook& outlook,
+                  Tick now);
+
+/// Whether stock at `now` is other than minds in `leaf` wait for.
+bool stock_changed(const StockWait& wait,
+                   const CompiledMachine& machine,
+                   std::size_t leaf,
+                   const Places& places,
+                   Tick now);
+
+/// A tick > now before which able() says no of a trade that it does not say yes of at `now`, as
+/// long as the mind does what it does; kNever: it will not.
+Tick able_from(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now);
 
 }  // namespace zoned::ai

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 #include <vector>
@@ -79,33 +80,109 @@ TEST(EventQueue, NeverIsNoEvent) {
     EXPECT_EQ(due, std::vector<std::uint32_t>{1});
 }
 
-TEST(CoarseCells, HoldWhoWasPutThere) {
+/// A walk of the kinds that there are: on, to a halt, from one direction to another, and by
+/// characters that take long to turn.
+Leg some_leg(core::Rng& rng, Tick since) {
+    const auto heading = [&rng] {
+        const float turn = rng.range(0.0F, 6.28F);
+        return Vec2(std::cos(turn), std::sin(turn));
+    };
+    const float speed = rng.below(5) == 0 ? 0.0F : rng.range(0.5F, 9.0F);
+    const float acceleration =
+        rng.below(2) == 0 ? 0.0F
+                          : (rng.below(3) == 0 ? rng.range(0.1F, 1.0F) : rng.range(1.0F, 20.0F));
+    Leg leg = leg_from(Vec2(rng.range(-200.0F, 200.0F), rng.range(-200.0F, 200.0F)),
+                       heading() * rng.range(0.0F, 9.0F),
+                       heading(),
+                       speed,
+                       acceleration,
+                       since);
+    leg.length = speed > 0.0F && rng.below(4) != 0 ? rng.range(1.0F, 700.0F) : 0.0F;
+    return leg;
+}
+
+/// Whether the slot is in a square that comes as near to `at`, or may be anywhere.
+bool is_near(const CoarseCells& cells, CoarseCells::Slot slot, const Vec2& at, float near_m) {
+    bool found = false;
+    const auto look = [&](CoarseCells::Slot s) {
+        found = found || s == slot;
+    };
+    std::vector<CoarseCells::Cell> around;
+    CoarseCells::within(std::span(&at, 1), near_m, around);
+    for (const CoarseCells::Cell cell : around) {
+        cells.visit(cell, look);
+    }
+    cells.visit_anywhere(look);
+    return found;
+}
+
+/// Until it is left; a rounding of a place some hundred metres from the origin is less than 1 mm.
+TEST(CoarseCells, HoldWhoComesThroughWhereverThatIs) {
+    constexpr std::uint32_t kSlots = 50;
+    const Vec2 everywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
     core::Rng rng(6);
     CoarseCells cells;
-    cells.grow(50);
-    std::map<std::uint32_t, CoarseCells::Cell> where;
-    for (int step = 0; step < 5'000; ++step) {
-        const std::uint32_t slot = rng.below(50);
+    cells.grow(kSlots);
+    std::array<Leg, kSlots> legs;
+    std::array<Vec2, kSlots> placed;
+    std::size_t looks = 0;
+    std::size_t anywhere = 0;
+    for (int step = 0; step < 4'000; ++step) {
+        const std::uint32_t slot = rng.below(kSlots);
+        Leg& leg = legs[slot];
+        leg = some_leg(rng, 1'000);
+        Tick now = 1'001;
+        // From piece to piece, as who leaves one is put into the next.
+        for (int piece = 0; piece < 3; ++piece) {
+            placed[slot] = position_at(leg, now - 1, kDt);
+            // Half of them have no event where their leg ends.
+            cells.put(slot, leg, placed[slot], kDt, slot % 2 == 0);
+            const Tick left = CoarseCells::left_at(leg, placed[slot], everywhere, kDt);
+            ASSERT_GT(left, now - 2);
+            const bool ends = slot % 2 != 0 && leg.length > 0.0F;
+            const Tick end =
+                std::min({left, now + 4'000, ends ? arrival_of(leg, kDt) + 1 : kNever});
+            for (; now < end; now += 1 + rng.below(20)) {
+                const Vec2 at = position_at(leg, now - 1, kDt);
+                ASSERT_TRUE(is_near(cells, slot, at, CoarseCells::kAside_m + 1e-3F))
+                    << "step " << step << " at tick " << now << ", " << at.transpose();
+                ++looks;
+            }
+            now = std::max(end, now) + 1;
+        }
+        bool is_anywhere = false;
+        cells.visit_anywhere([&](CoarseCells::Slot s) { is_anywhere = is_anywhere || s == slot; });
+        anywhere += is_anywhere ? 1U : 0U;
         if (rng.below(4) == 0) {
             cells.take(slot);
-            where.erase(slot);
-        } else {
-            const Vec2 at(rng.range(-100.0F, 100.0F), rng.range(-100.0F, 100.0F));
-            cells.put(slot, CoarseCells::cell_at(at));
-            where[slot] = CoarseCells::cell_at(at);
-        }
-        const CoarseCells::Cell asked =
-            CoarseCells::cell_at(Vec2(rng.range(-100.0F, 100.0F), rng.range(-100.0F, 100.0F)));
-        std::set<std::uint32_t> found;
-        cells.visit(asked, [&](std::uint32_t s) { EXPECT_TRUE(found.insert(s).second); });
-        std::set<std::uint32_t> expected;
-        for (const auto& [s, cell] : where) {
-            if (cell == asked) {
-                expected.insert(s);
+            for (std::uint32_t cell = 0; cell < 128U * 128U; cell += 1 + rng.below(40)) {
+                cells.visit(cell, [&](CoarseCells::Slot s) { EXPECT_NE(s, slot); });
             }
+            EXPECT_FALSE(is_near(cells, slot, placed[slot], 200.0F));
         }
-        ASSERT_EQ(found, expected) << "after step " << step;
     }
+    EXPECT_GT(looks, 100'000U);
+    EXPECT_LT(anywhere, 400U) << "few turn so slowly";
+    EXPECT_GT(anywhere, 0U) << "some do";
+}
+
+TEST(CoarseCells, AreTheSameFromWhereverOnThePieceTheyAreAsked) {
+    core::Rng rng(7);
+    const Vec2 everywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
+    int asked = 0;
+    for (int i = 0; i < 2'000; ++i) {
+        const Leg leg = some_leg(rng, 1'000);
+        const Vec2 start = position_at(leg, 1'000, kDt);
+        const Tick left = CoarseCells::left_at(leg, start, everywhere, kDt);
+        const Tick later = std::min<Tick>(left - 2, 1'000 + rng.below(500));
+        if (later <= 1'000) {
+            continue;
+        }
+        const Vec2 at = position_at(leg, later, kDt);
+        EXPECT_EQ(CoarseCells::left_at(leg, at, everywhere, kDt), left);
+        ++asked;
+    }
+    EXPECT_GT(asked, 1'000);
 }
 
 TEST(CoarseCells, WithinFindsTheSquareOfEveryPlaceInReach) {
@@ -127,9 +204,9 @@ TEST(CoarseCells, WithinFindsTheSquareOfEveryPlaceInReach) {
     }
 }
 
-/// The tick is the first in whose step the walker is found outside, or that before: a rounding of
-/// a place some hundred metres from the origin, 3e-5 m, is less than a step.
-TEST(CoarseCells, AreLeftWhenTheWalkerIsOutside) {
+/// The tick is the first in whose step the walker is found beyond the piece or outside, or that
+/// before: a rounding of a place some hundred metres from the origin, 3e-5 m, is less than a step.
+TEST(CoarseCells, AreLeftWhenTheWalkerIsBeyond) {
     core::Rng rng(9);
     const float infinity = std::numeric_limits<float>::infinity();
     for (int i = 0; i < 2'000; ++i) {
@@ -137,7 +214,7 @@ TEST(CoarseCells, AreLeftWhenTheWalkerIsOutside) {
         const float turn = rng.range(0.0F, 6.28F);
         leg.from = Vec2(rng.range(-200.0F, 200.0F), rng.range(-200.0F, 200.0F));
         leg.direction = i % 10 == 0 ? Vec2(0.0F, 1.0F) : Vec2(std::cos(turn), std::sin(turn));
-        leg.length = 100.0F;
+        leg.length = 1'000.0F;
         leg.speed = rng.range(0.5F, 8.0F);
         leg.since = 1'000;
         const Tick now = 1'001 + rng.below(100);
@@ -150,7 +227,7 @@ TEST(CoarseCells, AreLeftWhenTheWalkerIsOutside) {
         Tick outside = now;
         const auto same = [&](Tick tick) {
             const Vec2 at = position_at(leg, tick - 1, kDt);
-            return CoarseCells::cell_at(at) == CoarseCells::cell_at(start) &&
+            return (at - leg.from).norm() < CoarseCells::kPiece_m &&
                    (within(at, 0) || !within(start, 0)) && (within(at, 1) || !within(start, 1));
         };
         while (same(outside)) {
@@ -158,11 +235,6 @@ TEST(CoarseCells, AreLeftWhenTheWalkerIsOutside) {
         }
         EXPECT_LE(std::abs(left - outside), 1) << "of " << outside - now << " ticks";
     }
-    // Who brakes slides 8 m in 2 s, out of its square: it is looked at after 8 ticks.
-    const Leg brakes =
-        leg_from(Vec2(60.0F, 1.0F), Vec2(8.0F, 0.0F), Vec2::Zero(), 0.0F, 4.0F, 1'000);
-    EXPECT_EQ(CoarseCells::left_at(brakes, Vec2(60.0F, 1.0F), Vec2(infinity, infinity), kDt),
-              1'009);
     EXPECT_EQ(CoarseCells::left_at(Leg{}, Vec2::Zero(), Vec2(infinity, infinity), kDt), kNever);
 }
 
@@ -223,8 +295,14 @@ TEST(CoarseLook, WhoIsSeenIsSimulated) {
 TEST(CoarseLook, TheCheckFindsOneWhoWasSettledElsewhere) {
     Plain plain;
     for (Slot slot = 0; slot < plain.field.minds.slots(); ++slot) {
-        if (plain.field.minds.at(slot).tier == Tier::kCoarse) {
-            plain.field.minds.settle(slot, CoarseCells::cell_at(Vec2(1'500.0F, 1'500.0F)), kNever);
+        Mind& mind = plain.field.minds.at(slot);
+        if (mind.tier == Tier::kCoarse) {
+            const Vec2 aside(1'500.0F, 1'500.0F);
+            mind.leg.from += aside;
+            mind.placed += aside;
+            plain.field.minds.settle(slot, kNever, kDt);
+            mind.leg.from -= aside;
+            mind.placed -= aside;
         }
     }
     std::uint32_t seen = 0;

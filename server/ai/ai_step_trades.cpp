@@ -1,0 +1,198 @@
+#include "server/ai/ai_step.h"
+#include "server/ai/quiet.h"
+#include "server/ai/step_lookup.h"
+
+#include <algorithm>
+
+namespace zoned::ai {
+
+namespace {
+
+/// The smallest entity is on top of the heap.
+bool comes_later(const StockWaits::Member& a, const StockWaits::Member& b) {
+    return b.entity < a.entity;
+}
+
+/// Whether some trade that the group waits for can be done.
+bool some_trade_can(const StockWaits::Key& key,
+                    const Settings& settings,
+                    const Places& places,
+                    Tick now) {
+    const std::vector<Trade>& trades = settings.compiled[key.machine].states[key.doing].trades;
+    for (std::size_t t = 0; t < trades.size(); ++t) {
+        if ((key.wait.trades & 1U << t) != 0 && places.can(trades[t], now)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
+/// Of those who wait for stock, whoever decides in this tick and will find it other than it was.
+void Step::call_up_waiting(Minds& minds, const World& world, const Settings& settings) {
+    const StockWaits& waits = minds.waits(
+        [&](const Mind& mind) { return decision_period(machine_of(mind, settings), world.dt); });
+    const std::size_t before = events_.size();
+    for (const StockWaits::Group& group : waits.groups()) {
+        const StockWaits::Key& key = group.key();
+        if (key.wait.clauses == 0 || group.near(world.now).empty() ||
+            !stock_changed(
+                key.wait, settings.compiled[key.machine], key.leaf, world.places, world.now)) {
+            continue;
+        }
+        for (const StockWaits::Member& member : group.near(world.now)) {
+            if (group.decides_at(member.entity, world.now)) {
+                events_.push_back({world.now, member.entity, member.slot});
+            }
+        }
+    }
+    for (std::size_t i = before; i < events_.size(); ++i) {
+        minds.call_up(events_[i].slot, world.now);
+    }
+}
+
+/// Those who have something to do in this tick, and want to trade.
+void Step::collect_traders(Minds& minds, const Settings& settings) {
+    traders_.clear();
+    for (std::uint32_t i = 0; i < due_.size(); ++i) {
+        Mind& mind = minds.at(due_[i].slot);
+        if (due_[i].changed) {
+            mind.wants = all_trades(machine_of(mind, settings).states[mind.doing]);
+        }
+        if (due_[i].decides && mind.wants != 0) {
+            traders_.push_back(i);
+        }
+    }
+    std::sort(traders_.begin(), traders_.end(), [this](std::uint32_t a, std::uint32_t b) {
+        return due_[a].entity < due_[b].entity;
+    });
+}
+
+/// Those who decide in this tick, and will trade if the stock is so when it is their turn.
+void Step::collect_waiting_traders(Minds& minds, const World& world, const Settings& settings) {
+    waiting_trader_groups_ = 0;
+    const StockWaits& waits = minds.waits(
+        [&](const Mind& mind) { return decision_period(machine_of(mind, settings), world.dt); });
+    for (const StockWaits::Group& group : waits.groups()) {
+        if (group.key().wait.trades == 0 || group.near(world.now).empty()) {
+            continue;
+        }
+        if (waiting_trader_groups_ == waiting_traders_.size()) {
+            waiting_traders_.emplace_back();
+        }
+        WaitingTraders& waiting = waiting_traders_[waiting_trader_groups_++];
+        waiting.group = &group;
+        waiting.queued = false;
+    }
+}
+
+/// Who waits and may trade now: of those whose turn comes after that of `after`.
+void Step::look_at_stock(const World& world, const Settings& settings, EntityId after) {
+    for (std::size_t w = 0; w < waiting_trader_groups_; ++w) {
+        WaitingTraders& waiting = waiting_traders_[w];
+        waiting.may = some_trade_can(waiting.group->key(), settings, world.places, world.now);
+        if (!waiting.may) {
+            continue;
+        }
+        if (!waiting.queued) {
+            waiting.queued = true;
+            waiting.next.clear();
+            for (const StockWaits::Member& member : waiting.group->near(world.now)) {
+                if (waiting.group->decides_at(member.entity, world.now)) {
+                    waiting.next.push_back(member);
+                }
+            }
+            std::make_heap(waiting.next.begin(), waiting.next.end(), comes_later);
+        }
+        while (!waiting.next.empty() && !(after < waiting.next.front().entity)) {
+            std::pop_heap(waiting.next.begin(), waiting.next.end(), comes_later);
+            waiting.next.pop_back();
+        }
+    }
+}
+
+/// Null: nobody.
+Step::WaitingTraders* Step::first_waiting_trader() {
+    WaitingTraders* first = nullptr;
+    for (std::size_t w = 0; w < waiting_trader_groups_; ++w) {
+        WaitingTraders& waiting = waiting_traders_[w];
+        if (waiting.may && !waiting.next.empty() &&
+            (first == nullptr || waiting.next.front().entity < first->next.front().entity)) {
+            first = &waiting;
+        }
+    }
+    return first;
+}
+
+/// Somebody who waited has something to do in this tick after all: the last of due_ from now on.
+/// False: not in this one.
+bool Step::call_up_trader(Minds& minds, const World& world, const Settings& settings, Slot slot) {
+    Mind& mind = minds.at(slot);
+    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+    row_hints_[slot] = row;
+    if (row == world::kNoRow) {
+        return false;
+    }
+    minds.call_up(slot, world.now);
+    if (due_.size() >= std::max<std::size_t>(1, settings.max_decisions_per_tick)) {
+        mind.next_event = world.now;
+        minds.schedule(slot, 1);
+        minds.settle(slot, minds.left(slot), world.dt, true);
+        ++report_.postponed;
+        return false;
+    }
+    catch_up(mind, coarse(world), row);
+    Due due{world.now, mind.entity, slot, row, Tier::kCoarse};
+    due.moved = world.entities.discontinuity_tick[row] == world.now;
+    due_.push_back(due);
+    return true;
+}
+
+void Step::trade(Minds& minds, const World& world, const Settings& settings, std::uint32_t number) {
+    Due& due = due_[number];
+    Mind& mind = minds.at(due.slot);
+    const Vec3& position = world.entities.position[due.row];
+    const Vec2 body(position.x(), position.z());
+    const Bargain bargain = ai::settle_trades(mind,
+                                              machine_of(mind, settings),
+                                              whereabouts(mind, body, world.now, world.dt),
+                                              world.places,
+                                              world.now);
+    report_.trades += bargain.done;
+    report_.trades_refused += bargain.refused;
+    due.changed = due.changed || bargain.done > 0;
+    if (bargain.done > 0) {
+        look_at_stock(world, settings, due.entity);
+    }
+}
+
+/// What minds do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
+/// decided first; the other one goes on asking as long as it does what asks. Coarse minds that wait
+/// for stock ask as well at each of their decisions: they come up where the stock is so when it is
+/// their turn.
+void Step::settle_trades(Minds& minds, const World& world, const Settings& settings) {
+    collect_traders(minds, settings);
+    collect_waiting_traders(minds, world, settings);
+    look_at_stock(world, settings, EntityId());
+    for (std::size_t next = 0;;) {
+        WaitingTraders* const waiting = first_waiting_trader();
+        const bool due = next < traders_.size();
+        if (due &&
+            (waiting == nullptr || due_[traders_[next]].entity < waiting->next.front().entity)) {
+            trade(minds, world, settings, traders_[next++]);
+            continue;
+        }
+        if (waiting == nullptr) {
+            return;
+        }
+        const Slot slot = waiting->next.front().slot;
+        std::pop_heap(waiting->next.begin(), waiting->next.end(), comes_later);
+        waiting->next.pop_back();
+        if (call_up_trader(minds, world, settings, slot)) {
+            trade(minds, world, settings, static_cast<std::uint32_t>(due_.size() - 1));
+        }
+    }
+}
+
+}  // namespace zoned::ai

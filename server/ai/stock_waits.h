@@ -1,0 +1,95 @@
+// StockWaits: which coarse minds wait for what stock, so that who waits costs nothing until it is
+// there.
+#pragma once
+
+#include "server/ai/mind.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace zoned::ai {
+
+/// Minds that wait for the same are a group, which one look at the stock answers for in a tick;
+/// within it they lie by the ticks at which they decide. As long as nothing is new, a tick costs a
+/// look at each group of which somebody decides in it, and those alone come up for whom stock has
+/// become other than they wait for at a tick at which they decide: as if all of them had looked at
+/// each of their decisions.
+class StockWaits {
+  public:
+    using Slot = std::uint32_t;
+
+    /// What a group has in common.
+    struct Key {
+        std::uint16_t machine = 0;
+        std::uint16_t leaf = 0;
+        std::uint16_t doing = 0;
+        StockWait wait;
+        Tick period = 1;  ///< of its decisions, ticks
+
+        friend bool operator==(const Key&, const Key&) = default;
+    };
+
+    struct Member {
+        EntityId entity;
+        Slot slot = 0;
+    };
+
+    class Group {
+      public:
+        explicit Group(const Key& key);
+
+        [[nodiscard]] const Key& key() const { return key_; }
+
+        /// Who may decide at `tick`, in no order: all who do, see decides_at().
+        [[nodiscard]] std::span<const Member> near(Tick tick) const {
+            return phases_[static_cast<std::size_t>(tick % key_.period) % phases_.size()];
+        }
+
+        [[nodiscard]] bool decides_at(EntityId entity, Tick tick) const {
+            return static_cast<Tick>(entity.value) % key_.period == tick % key_.period;
+        }
+
+      private:
+        friend class StockWaits;
+
+        Key key_;
+        std::vector<std::vector<Member>> phases_;
+    };
+
+    /// Slots below `slots` exist, new ones wait for nothing.
+    void grow(std::size_t slots);
+
+    /// Leaves the group that it was in.
+    void join(Slot slot, EntityId entity, const Key& key);
+    void leave(Slot slot);
+
+    /// Null: it waits for nothing.
+    [[nodiscard]] const Group* group_of(Slot slot) const {
+        return places_[slot].group == kNone ? nullptr : &groups_[places_[slot].group];
+    }
+
+    /// In no order that means anything; some may be empty.
+    [[nodiscard]] std::span<const Group> groups() const { return groups_; }
+
+  private:
+    static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+    struct Place {
+        std::uint32_t group = kNone;
+        std::uint32_t phase = 0;
+        std::uint32_t index = 0;
+    };
+
+    struct HashOfKey {
+        std::size_t operator()(const Key& key) const;
+    };
+
+    std::vector<Place> places_;  // by slot
+    std::vector<Group> groups_;
+    std::unordered_map<Key, std::uint32_t, HashOfKey> by_key_;
+};
+
+}  // namespace zoned::ai
