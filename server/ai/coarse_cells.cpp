@@ -177,7 +177,6 @@ void CoarseCells::put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool 
     if (puts_[slot].squares > 0 && puts_[slot].same_as(put)) {
         return;
     }
-    take(slot);
     Squares squares;
     Vec2 begin = leg.from + leg.direction * piece.begin_m;
     if (piece.begin_m == 0.0F && leg.bend_s > 0.0F) {
@@ -194,13 +193,22 @@ void CoarseCells::put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool 
     if (turns_far(leg) || squares.found().empty()) {
         squares.add_anywhere();
     }
+    // Many go to and fro in one square; its list is anywhere in memory.
+    const std::span<const Node> nodes(&nodes_[std::size_t{slot} * kMost], puts_[slot].squares);
+    const std::span<const Cell> found = squares.found();
+    if (!std::equal(
+            found.begin(), found.end(), nodes.begin(), nodes.end(), [](Cell c, const Node& n) {
+                return n.cell == c;
+            })) {
+        take(slot);
+        link(slot, squares);
+    }
     puts_[slot] = put;
-    link(slot, squares);
+    puts_[slot].squares = static_cast<std::uint32_t>(found.size());
 }
 
 void CoarseCells::link(Slot slot, const Squares& squares) {
     const std::span<const Cell> found = squares.found();
-    puts_[slot].squares = static_cast<std::uint32_t>(found.size());
     Index at = slot * kMost;
     for (const Cell cell : found) {
         nodes_[at] = {cell, heads_[cell], kNone};
