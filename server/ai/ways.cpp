@@ -84,15 +84,20 @@ std::unique_ptr<navigation::WayMap> Ways::make_map(const WaysSettings& settings,
                 statics, limits, area, settings.cell_m, shut, service);
         }
         case WayMapKind::kMesh: {
+            // A mesh ends before the sides of what is baked: by the body's width, rounded up, a
+            // cell that Recast takes for a ledge, and what contours are off.
+            const float more = limits.radius + 4.0F * settings.cell_m;
+            const navigation::GroundRect wide{
+                area.min_x - more, area.min_z - more, area.max_x + more, area.max_z + more};
             auto mesh = navigation::WalkMesh::bake(
-                statics, limits, area, {settings.cell_m, settings.cell_height_m});
+                statics, limits, wide, {settings.cell_m, settings.cell_height_m});
             if (!mesh) {
                 throw std::runtime_error("ai.ways: no mesh of a zone: " + mesh.error());
             }
             navigation::MeshWaysSettings ways;
             ways.queue.work_per_tick = settings.work_per_tick;
             return std::make_unique<navigation::MeshWays>(
-                std::move(mesh).value(), area, shut, ways);
+                std::move(mesh).value(), wide, shut, ways);
         }
         case WayMapKind::kGraph: {
             auto graph =

@@ -1,5 +1,6 @@
 #include "server/app/commands.h"
 #include "server/app/load.h"
+#include "server/ops/ground_maps.h"
 #include "server/ops/strain_report.h"
 
 #include <cstdio>
@@ -45,6 +46,9 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
     }
     for (const std::string& strain : ops::strains_of(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), strain.c_str());
+    }
+    for (const std::string& waypoint : ops::waypoint_warnings(settings)) {
+        std::printf("%s: warning: %s\n", config.c_str(), waypoint.c_str());
     }
     return kGood;
 }

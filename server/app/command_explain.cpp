@@ -16,6 +16,11 @@ namespace zoned::app {
 
 namespace {
 
+const char* name_of(ai::WayMapKind map) {
+    return map == ai::WayMapKind::kGrid ? "cells"
+                                        : (map == ai::WayMapKind::kMesh ? "a mesh" : "waypoints");
+}
+
 void join_viewers(unsigned viewers, std::vector<mailbox::InboxItem>& items) {
     for (unsigned i = 1; i <= viewers; ++i) {
         mailbox::Join join;
@@ -116,11 +121,14 @@ void print_zone(const ops::ZoneRegion& region,
     if (const ai::Ways& ways = zone.state().ways; !ways.empty()) {
         const ai::navigation::WayCounts w = ways.counts();
         std::printf(
-            "  ways: %zu sizes of characters, %.1f MiB, %llu asked for, %u waiting, %llu cut by "
-            "doors\n",
+            "  ways: over %s, %zu sizes of characters, %.1f MiB, %llu asked for (%llu straight), "
+            "%u "
+            "waiting, %llu cut by doors\n",
+            name_of(zone.state().settings.ai.ways.map),
             ways.sizes(),
             static_cast<double>(ways.bytes()) / 1048576.0,
             static_cast<unsigned long long>(w.asked),
+            static_cast<unsigned long long>(w.straight),
             w.waiting,
             static_cast<unsigned long long>(w.broken));
     }

@@ -1,6 +1,7 @@
 #include "server/ops/config_expand.h"
 
 #include "server/ops/config_numbers.h"
+#include "server/ops/ground_maps.h"
 #include "server/ops/method_plan.h"
 #include "server/ops/minds.h"
 #include "server/ops/places.h"
@@ -372,8 +373,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.avoidance = expand_avoidance(config);
     settings.ai.places = expand_places(config);
     if (config.ai().has_ways()) {
-        settings.ai.ways = {narrow(config.ai().ways().cell_m()),
-                            config.ai().ways().work_per_tick()};
+        settings.ai.ways = expand_ways(config);
     }
     settings.ai.calm_s = narrow(config.ai().calm_s());
     settings.ai.seen_m = config.ai().skip_unseen()

@@ -82,6 +82,9 @@ ai::PlaceSettings expand_places(const proto::Config& config) {
         ai::PlaceDef def;
         def.name = place.name();
         def.at = {place.x_m(), place.z_m()};
+        if (place.has_y_m()) {
+            def.y_m = place.y_m();
+        }
         def.radius_m = narrow(place.radius_m());
         for (const auto& stock : place.stock()) {
             def.stock.push_back(

@@ -57,6 +57,9 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
             resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
         }
     }
+    if (config.ai().ways().has_waypoints_file()) {
+        resolve(*config.mutable_ai()->mutable_ways()->mutable_waypoints_file(), folder);
+    }
     for (int k = 0; k < config.policy_size(); ++k) {
         if (config.policy(k).has_file()) {
             resolve(*config.mutable_policy(k)->mutable_file(), folder);
@@ -70,6 +73,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     const proto::Config& config = settings.config;
     settings.surfaces = load_surfaces(settings.config, diagnostics);
     const Policies policies = load_policies(settings.config, diagnostics);
+    load_waypoints(settings.config, diagnostics);
     written = config;
     settings.zones = expand_zones(config, diagnostics);
     settings.parameters = build_behaviours(settings.config, diagnostics);

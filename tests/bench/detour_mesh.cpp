@@ -72,12 +72,39 @@ Owned<rcPolyMesh, rcFreePolyMesh> polygons_of(const GridMap& map) {
     return mesh;
 }
 
+/// The same as polygons of ours.
+ai::navigation::WalkMesh walk_mesh_of(const rcPolyMesh& mesh) {
+    using ai::navigation::WalkMesh;
+    std::vector<Vec3> vertices;
+    std::vector<WalkMesh::Polygon> polygons;
+    for (int i = 0; i < mesh.nverts; ++i) {
+        const unsigned short* v = mesh.verts + std::ptrdiff_t{3} * i;
+        vertices.emplace_back(mesh.bmin[0] + mesh.cs * static_cast<float>(v[0]),
+                              mesh.bmin[1] + mesh.ch * static_cast<float>(v[1]),
+                              mesh.bmin[2] + mesh.cs * static_cast<float>(v[2]));
+    }
+    for (int i = 0; i < mesh.npolys; ++i) {
+        const unsigned short* p = mesh.polys + std::ptrdiff_t{2} * kVerticesPerPolygon * i;
+        WalkMesh::Polygon polygon;
+        for (int k = 0; k < kVerticesPerPolygon && p[k] != RC_MESH_NULL_IDX; ++k) {
+            const unsigned short beyond = p[kVerticesPerPolygon + k];
+            polygon.corners[static_cast<std::size_t>(k)] = p[k];
+            polygon.neighbours[static_cast<std::size_t>(k)] =
+                (beyond & 0x8000U) != 0 ? WalkMesh::kNone : beyond;
+            ++polygon.size;
+        }
+        polygons.push_back(polygon);
+    }
+    return WalkMesh::of(std::move(vertices), std::move(polygons));
+}
+
 }  // namespace
 
 struct DetourMesh::Mesh {
     Owned<dtNavMesh, dtFreeNavMesh> mesh{dtAllocNavMesh()};
     Owned<dtNavMeshQuery, dtFreeNavMeshQuery> query{dtAllocNavMeshQuery()};
     dtQueryFilter filter;
+    ai::navigation::WalkMesh ours;
     std::size_t bytes = 0;
     int polygons = 0;
     std::array<dtPolyRef, kMostPolygons> corridor{};
@@ -124,6 +151,7 @@ std::unique_ptr<DetourMesh> DetourMesh::bake(const GridMap& map) {
     }
     made->bytes = static_cast<std::size_t>(size);
     made->polygons = polygons->npolys;
+    made->ours = walk_mesh_of(*polygons);
     return std::unique_ptr<DetourMesh>(new DetourMesh(std::move(made)));
 }
 
@@ -171,6 +199,10 @@ double DetourMesh::find(Cell start, Cell goal) {
         length += static_cast<double>(dtVdist(at - 3, at));
     }
     return length;
+}
+
+const ai::navigation::WalkMesh& DetourMesh::walk_mesh() const {
+    return mesh_->ours;
 }
 
 std::size_t DetourMesh::bytes() const {

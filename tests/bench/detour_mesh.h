@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/navigation/grid_map.h"
+#include "server/ai/navigation/walk_mesh.h"
 
 #include <cstddef>
 #include <memory>
@@ -23,6 +24,9 @@ class DetourMesh {
     /// From centre to centre: the polygons next to them, the corridor, the corners of the string
     /// pulled straight through it. Length of that way, below 0 where there is none.
     double find(ai::navigation::Cell start, ai::navigation::Cell goal);
+
+    /// The very same polygons, for our own search.
+    [[nodiscard]] const ai::navigation::WalkMesh& walk_mesh() const;
 
     [[nodiscard]] std::size_t bytes() const;
     [[nodiscard]] int polygons() const;

@@ -2,13 +2,16 @@
 #include "tests/bench/suite_navigation.h"
 
 #include "server/ai/navigation/planner.h"
+#include "server/ai/navigation/waypoint_graph.h"
 #include "tests/bench/comparison.h"
 #include "tests/bench/cpu_clock.h"
 #include "tests/bench/detour_mesh.h"
+#include "tests/bench/mesh_visibility.h"
 #include "tests/bench/statistics.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace zoned::bench {
@@ -27,6 +30,9 @@ constexpr std::size_t kShares = 16;
 constexpr std::size_t kSlowShare = 16;
 /// Of the times of one query the median of so many counts.
 constexpr int kTimesEach = 5;
+
+/// So many queries are held to the shortest ways on the mesh.
+constexpr std::size_t kHeldToExact = 100;
 
 /// Recast takes minutes for this one, of which every fifth cell touches an obstacle.
 constexpr const char* kNoMesh = "random512-10-0";
@@ -49,6 +55,7 @@ struct WayMethod {
     Ask ask;
     double preprocess_s = 0.0;
     double index_mib = 0.0;
+    Ask exact{};  ///< on the mesh that it plans on
 };
 
 class WayTrial final : public JudgedTrial {
@@ -93,6 +100,7 @@ class WayTrial final : public JudgedTrial {
             row.metric("without_way", static_cast<double>(wrong));
         } else {
             row.metric("length_ratio_mean", mean(ratios));
+            hold_to_exact(row);
         }
         row.metric("preprocess_s", method_.preprocess_s);
         row.metric("index_mib", method_.index_mib);
@@ -105,6 +113,28 @@ class WayTrial final : public JudgedTrial {
         const std::size_t step = kShares * (method_.slow ? kSlowShare : 1);
         for (std::size_t i = turn; i < scene_.instances.size(); i += step) {
             take(scene_.instances[i]);
+        }
+    }
+
+    /// Some of the ways, to the shortest ones on the same mesh.
+    void hold_to_exact(Row& row) {
+        if (!method_.exact) {
+            return;
+        }
+        std::vector<double> excess;
+        const std::size_t step = scene_.instances.size() / kHeldToExact + 1;
+        for (std::size_t i = 0; i < scene_.instances.size(); i += step) {
+            const double best = method_.exact(scene_.instances[i]);
+            const double length = method_.ask(scene_.instances[i]);
+            if (best > 0.0 && length > 0.0) {
+                excess.push_back(length / best - 1.0);
+            }
+        }
+        row.metric("excess_mean", mean(excess));
+        row.metric("excess_worst", largest(excess));
+        if (method_.peer.empty()) {
+            row.error = mean(excess);
+            row.error_unit = "mean excess";
         }
     }
 
@@ -158,6 +188,76 @@ WayMethod planner_method(const std::string& name,
     return m;
 }
 
+Vec3 centre_on_mesh(ai::navigation::Cell c) {
+    return {static_cast<float>(c.x) + 0.5F, 1.0F, static_cast<float>(c.y) + 0.5F};
+}
+
+constexpr float kMeshReach = 2.0F;
+
+/// Our own search over the polygons that Detour has: places are found, the corridor, and corners.
+WayMethod mesh_method(const std::shared_ptr<DetourMesh>& mesh, double baked_s) {
+    WayMethod m{"mesh", "", false, WayLength::kAny, {}, baked_s, 0.0, {}};
+    m.ask = [mesh, search = std::make_shared<ai::navigation::MeshSearch>()](const GridInstance& i) {
+        const auto a = search->plan(
+            mesh->walk_mesh(), centre_on_mesh(i.start), centre_on_mesh(i.goal), kMeshReach);
+        return a.outcome == Outcome::kFound ? static_cast<double>(a.length_m) : -1.0;
+    };
+    m.index_mib = static_cast<double>(mesh->walk_mesh().bytes()) / (1024.0 * 1024.0);
+    return m;
+}
+
+/// The cells as waypoints, with an edge for each step; waypoints have the numbers of their places.
+ai::navigation::WaypointGraph waypoints_of(const ai::navigation::GridMap& map) {
+    using ai::navigation::Cell;
+    std::vector<ai::navigation::Waypoint> nodes;
+    std::vector<ai::navigation::WaypointEdge> edges;
+    for (int y = 0; y < map.height(); ++y) {
+        for (int x = 0; x < map.width(); ++x) {
+            const auto at = [&](int dx, int dy) {
+                return map.place(
+                           Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)}) +
+                       static_cast<ai::navigation::Place>(dx) +
+                       static_cast<ai::navigation::Place>(dy) * map.stride();
+            };
+            if (!map.passable(at(0, 0))) {
+                continue;
+            }
+            nodes.push_back(
+                {at(0, 0), Vec3(static_cast<float>(x), 0.0F, static_cast<float>(y)), true});
+            for (int dy = -1; dy <= 1; ++dy) {
+                for (int dx = -1; dx <= 1; ++dx) {
+                    if ((dx != 0 || dy != 0) && map.passable(at(dx, dy)) &&
+                        map.passable(at(dx, 0)) && map.passable(at(0, dy))) {
+                        edges.push_back({at(0, 0),
+                                         at(dx, dy),
+                                         dx != 0 && dy != 0 ? std::numbers::sqrt2_v<float> : 1.0F});
+                    }
+                }
+            }
+        }
+    }
+    return std::move(ai::navigation::WaypointGraph::build(nodes, edges)).value();
+}
+
+WayMethod graph_method(const GridScene& scene) {
+    struct Waypoints {
+        ai::navigation::WaypointGraph graph;
+        ai::navigation::WaypointSearch search;
+    };
+
+    WayMethod m{"graph", "", true, WayLength::kBest, {}, 0.0, 0.0, {}};
+    const auto w = std::make_shared<Waypoints>();
+    m.preprocess_s = seconds_of([&] { w->graph = waypoints_of(scene.map); });
+    m.ask = [w, &scene](const GridInstance& i) {
+        const auto a = w->search.plan(w->graph,
+                                      w->graph.number_of(scene.map.place(i.start)),
+                                      w->graph.number_of(scene.map.place(i.goal)));
+        return a.outcome == Outcome::kFound ? a.cost : -1.0;
+    };
+    m.index_mib = static_cast<double>(w->graph.bytes()) / (1024.0 * 1024.0);
+    return m;
+}
+
 std::vector<WayMethod> way_methods(const GridScene& scene) {
     using ai::navigation::Method;
     constexpr double kMib = 1024.0 * 1024.0;
@@ -178,11 +278,18 @@ std::vector<WayMethod> way_methods(const GridScene& scene) {
     methods.back().length = WayLength::kNear;
     methods.back().preprocess_s = clusters_s;
     methods.back().index_mib = static_cast<double>(bare->clusters()->bytes()) / kMib;
+    methods.push_back(graph_method(scene));
     std::shared_ptr<DetourMesh> mesh;
     const double baked_s =
         scene.name == kNoMesh ? 0.0 : seconds_of([&] { mesh = DetourMesh::bake(scene.map); });
     if (mesh) {
-        WayMethod m{"default", "detour", false, WayLength::kAny, {}, baked_s, 0.0};
+        const auto exact = std::make_shared<MeshVisibility>(mesh->walk_mesh());
+        const auto shortest = [mesh, exact](const GridInstance& i) {
+            return exact->shortest(centre_on_mesh(i.start), centre_on_mesh(i.goal), kMeshReach);
+        };
+        methods.push_back(mesh_method(mesh, baked_s));
+        methods.back().exact = shortest;
+        WayMethod m{"default", "detour", false, WayLength::kAny, {}, baked_s, 0.0, shortest};
         m.ask = [mesh](const GridInstance& i) {
             return mesh->find(i.start, i.goal);
         };
@@ -259,12 +366,12 @@ void run_navigation(Session& session) {
     session.note(
         "navigation: all queries of each scenario, on one thread; time is the mean over them, per "
         "query, with its way put together; error is the number of wrong lengths (of hierarchical, "
-        "the mean excess over the best; of detour, which "
-        "cuts corners on a mesh, of queries without a way). next_hop: time of one lookup, tables "
-        "of 16 "
-        "goals; flow_field: time of a field to a new goal; arena2_patched: an empty map that 439 "
-        "patches build up and change between 2,000 queries. detour is Debian's, built for baseline "
-        "x86-64");
+        "the mean excess over the best; of mesh, our search over Detour's polygons, that over the "
+        "shortest ways there, found by visibility, of 100 queries, as is excess_mean of detour, "
+        "whose error counts queries without a way; graph: A* along a waypoint in each cell). "
+        "next_hop: time of one lookup, tables of 16 goals; flow_field: time of a field to a new "
+        "goal; arena2_patched: an empty map that 439 patches build up and change between 2,000 "
+        "queries. detour is Debian's, built for baseline x86-64");
     for (const std::string& name : way_scenes()) {
         if (!session.wants_scene(name)) {
             continue;
@@ -297,6 +404,8 @@ const Registration kNavigation({"navigation",
                                  "next_hop",
                                  "flow_field",
                                  "door",
+                                 "mesh",
+                                 "graph",
                                  "detour/default"},
                                 run_navigation});
 

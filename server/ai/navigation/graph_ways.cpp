@@ -120,6 +120,11 @@ bool GraphWays::follow(std::span<const std::uint8_t> shut) {
             linked_[h.what - graph_.size()] = h.open() ? 1 : 0;
         }
         if (h.open()) {
+            const auto [from, to] = ends_of(h.what);
+            opened_box_ = opened_.empty() ? Aabb{from, from} : opened_box_;
+            for (const Vec3& end : {from, to}) {
+                opened_box_ = {opened_box_.lower.cwiseMin(end), opened_box_.upper.cwiseMax(end)};
+            }
             opened_.push_back(h.what);
         }
     }
@@ -165,6 +170,7 @@ void GraphWays::prepare_legs(const Request& request) {
 void GraphWays::find(const Request& request, bool late, Found& found) {
     const std::uint32_t from = request.from.node;
     std::uint32_t goal = request.to.node;
+    found.reaches = true;
     if (from == goal) {
         found.corners.push_back(waypoint_spot(request.to.on));
         found.straight = true;
@@ -175,6 +181,7 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
     if (!clusters_.joined(from, goal)) {
         goal = nearest_reached(request);
         found.outcome = Outcome::kPartial;
+        found.reaches = false;
         ready(goal);
     }
     const bool to_goal = found.outcome == Outcome::kFound;
@@ -193,6 +200,7 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
     found.cheap = true;
     if (!find_by_clusters(from, goal)) {
         found.outcome = Outcome::kUnreachable;
+        found.reaches = false;
         return;
     }
     for (std::size_t i = 1; i < way_.size(); ++i) {
@@ -316,20 +324,27 @@ bool GraphWays::may_be_shorter(const Request& request) const {
     // Who has come some of the way would gain on the whole of it too.
     const Vec3& from = places_[request.from.node];
     const Vec3& to = places_[request.to.node];
-    return std::any_of(opened_.begin(), opened_.end(), [&](std::uint32_t what) {
-        double around = 0.0;
-        if (what < graph_.size()) {
-            around = apart_in_space(from, places_[what]) + apart_in_space(places_[what], to);
-        } else {
-            const std::uint32_t edge = what - graph_.size();
-            const auto next = std::upper_bound(first_.begin(), first_.end(), edge);
-            const auto begin = static_cast<std::size_t>(next - first_.begin()) - 1;
-            around = apart_in_space(from, places_[begin]) +
-                     apart_in_space(places_[begin], places_[to_[edge]]) +
-                     apart_in_space(places_[to_[edge]], to);
-        }
+    const auto worth = [&](double around) {
         return graph_.least_weight_per_m() * around < kCheaper * request.cost;
-    });
+    };
+    const auto off = [this](const Vec3& p) {
+        return apart_in_space(p, p.cwiseMax(opened_box_.lower).cwiseMin(opened_box_.upper));
+    };
+    return worth(off(from) + off(to)) &&
+           std::any_of(opened_.begin(), opened_.end(), [&](std::uint32_t what) {
+               const auto [begin, end] = ends_of(what);
+               return worth(apart_in_space(from, begin) + apart_in_space(begin, end) +
+                            apart_in_space(end, to));
+           });
+}
+
+std::pair<Vec3, Vec3> GraphWays::ends_of(std::uint32_t what) const {
+    if (what < graph_.size()) {
+        return {places_[what], places_[what]};
+    }
+    const std::uint32_t edge = what - graph_.size();
+    const auto next = std::upper_bound(first_.begin(), first_.end(), edge);
+    return {places_[static_cast<std::size_t>(next - first_.begin()) - 1], places_[to_[edge]]};
 }
 
 bool GraphWays::straight(Spot from, float from_y, Spot to, float to_y) const {

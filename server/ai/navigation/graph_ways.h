@@ -5,7 +5,9 @@
 #include "server/ai/navigation/queued_ways.h"
 #include "server/ai/navigation/waypoint_doors.h"
 #include "server/ai/navigation/waypoint_graph.h"
+#include "shared/math/aabb.h"
 
+#include <utility>
 #include <vector>
 
 namespace zoned::ai::navigation {
@@ -65,6 +67,8 @@ class GraphWays final : public QueuedWays {
     void hang(const std::vector<WaypointDoor>& doors);
     bool follow(std::span<const std::uint8_t> shut);
     [[nodiscard]] bool is_open(std::uint32_t what) const;
+    /// Of a waypoint or edge.
+    [[nodiscard]] std::pair<Vec3, Vec3> ends_of(std::uint32_t what) const;
     void ready(std::uint32_t goal);
     bool find_by_clusters(std::uint32_t from, std::uint32_t goal);
     std::uint32_t nearest_reached(const Request& request);
@@ -88,6 +92,7 @@ class GraphWays final : public QueuedWays {
     std::vector<std::vector<std::uint32_t>> given_;
     std::vector<std::uint8_t> shut_;
     std::vector<std::uint32_t> opened_;  // by the last change
+    Aabb opened_box_;                    // that holds these
     std::vector<std::uint32_t> way_;
 };
 

@@ -40,26 +40,24 @@ float off_box(Spot s, Spot low, Spot high) {
     return flat_distance(s, {std::clamp(s.x, low.x, high.x), std::clamp(s.z, low.z, high.z)});
 }
 
-/// The place of a line from `a` to `b` by which two straight lines are shortest: their sum is
-/// convex along it, so that each step leaves a third of it out.
+/// The place of a line from `a` to `b` by which two straight lines are shortest: where the line to
+/// the goal's mirror image meets it, or the end that is nearest to that (their sum is convex).
 Vec3 least_detour(const Vec3& a, const Vec3& b, Spot from, Spot to) {
-    const auto at = [&](float share) {
-        return Vec3(a + share * (b - a));
-    };
-    const auto sum = [&](float share) {
-        return flat_distance(from, flat_spot(at(share))) + flat_distance(flat_spot(at(share)), to);
-    };
-    float low = 0.0F;
-    float high = 1.0F;
-    for (int i = 0; i < 32; ++i) {
-        const float third = (high - low) / 3.0F;
-        if (sum(low + third) <= sum(high - third)) {
-            high -= third;
-        } else {
-            low += third;
-        }
+    const Vec2 along(b.x() - a.x(), b.z() - a.z());
+    const float squared = along.squaredNorm();
+    if (!(squared > 0.0F)) {
+        return a;
     }
-    return at(0.5F * (low + high));
+    const auto share = [&](Spot s) {
+        return along.dot(Vec2(s.x - a.x(), s.z - a.z())) / squared;
+    };
+    const auto off = [&](Spot s) {
+        return std::abs(along.x() * (s.z - a.z()) - along.y() * (s.x - a.x()));
+    };
+    const float sum = off(from) + off(to);
+    const float at =
+        sum > 0.0F ? share(from) + (share(to) - share(from)) * off(from) / sum : share(from);
+    return a + std::clamp(at, 0.0F, 1.0F) * (b - a);
 }
 
 /// Length of the shortest way from a place to another by way of a box over the ground: straight
@@ -228,6 +226,7 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
     const float off = flat_distance(flat_spot(request.to.wanted), flat_spot(request.to.on));
     End goal = request.to;
     found.outcome = off > kMoved_m ? Outcome::kPartial : Outcome::kFound;
+    found.reaches = true;
     if (find_straight(request, goal, found)) {
         return;
     }
@@ -235,6 +234,7 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
     if (!clusters_.joined(request.from.node, goal.node)) {
         goal = nearest_reached(request);
         found.outcome = Outcome::kPartial;
+        found.reaches = false;
         if (find_straight(request, goal, found)) {
             return;
         }
@@ -254,6 +254,7 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
         take(found);
     } else {
         found.outcome = Outcome::kUnreachable;
+        found.reaches = false;
     }
 }
 
@@ -390,7 +391,12 @@ bool MeshWays::may_be_shorter(const Request& request) const {
     const Spot at = flat_spot(request.from.wanted);
     const Spot to = flat_spot(request.to.on);
     const float left = left_m(request);
+    const Spot wanted = flat_spot(request.to.wanted);
+    const float off = flat_distance(wanted, to);
     return std::any_of(opened_.begin(), opened_.end(), [&](const Box& box) {
+        if (off > kMoved_m && off_box(wanted, box.low, box.high) < off) {
+            return true;
+        }
         // Two places of the box first, then the best one.
         return off_box(at, box.low, box.high) + off_box(to, box.low, box.high) + kGainOnMesh_m <
                    left &&

@@ -119,13 +119,9 @@ void QueuedWays::serve() {
             fail(number, ends);
             continue;
         }
-        found_ = {Outcome::kFound,
-                  false,
-                  false,
-                  false,
-                  0.0,
-                  std::move(found_.corners),
-                  std::move(found_.hinges)};
+        found_.outcome = Outcome::kFound;
+        found_.best = found_.straight = found_.cheap = found_.reaches = false;
+        found_.cost = 0.0;
         found_.corners.clear();
         found_.hinges.clear();
         find(request, late, found_);
@@ -153,6 +149,7 @@ void QueuedWays::done(std::uint32_t number) {
     free_blocks(request);
     request.outcome = found_.outcome;
     request.best = found_.best;
+    request.reaches = found_.reaches;
     request.cost = found_.cost;
     request.usable = true;
     request.next = 0;
@@ -238,10 +235,10 @@ void QueuedWays::review(bool opened) {
             continue;
         }
         const bool broken = request.usable && cut(request);
-        const bool partial = !request.usable || request.outcome != Outcome::kFound;
+        const bool short_of_goal = !request.usable || !request.reaches;
         const bool longer = !broken && opened && !request.waiting &&
                             request.outcome != Outcome::kOffMap &&
-                            (partial || may_be_shorter(request));
+                            (short_of_goal || may_be_shorter(request));
         if (!broken && !longer) {
             continue;
         }

@@ -55,6 +55,7 @@ class QueuedWays : public WayMap {
         bool waiting = false;
         bool usable = false;  ///< its corners lead somewhere
         bool best = false;
+        bool reaches = false;  ///< leads to to.on, which may stand for a goal in an obstacle
         Outcome outcome = Outcome::kUnreachable;
         CornerBlock corners;
         CornerBlock hinges;
@@ -75,7 +76,8 @@ class QueuedWays : public WayMap {
         Outcome outcome = Outcome::kFound;
         bool best = false;
         bool straight = false;
-        bool cheap = false;  ///< from group to group
+        bool cheap = false;    ///< from group to group
+        bool reaches = false;  ///< Request::reaches
         double cost = 0.0;
         std::vector<Spot> corners;  ///< without the start
         std::vector<Hinge> hinges;
@@ -98,7 +100,7 @@ class QueuedWays : public WayMap {
     [[nodiscard]] virtual bool passable(const Hinge& hinge) const = 0;
 
     /// Whether a way through what the last change opened could be shorter than what is left of a
-    /// way that was found.
+    /// way that reaches its goal, or lead nearer to that.
     [[nodiscard]] virtual bool may_be_shorter(const Request& request) const = 0;
 
     /// After a change of the map: looks for ways anew. `opened`: something can be passed that could

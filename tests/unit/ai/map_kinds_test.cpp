@@ -104,6 +104,32 @@ motion::StaticGeometry walled(Tick opens, Tick shuts) {
             {gate}};
 }
 
+/// Who leaves a zone has to come out of the whole area, or nobody takes it over.
+TEST(WaysOnAMesh, LeadOutOfTheWholeArea) {
+    world::TypeTable types(2);
+    for (std::size_t t = 0; t < types.size(); ++t) {
+        types[t].kind = world::EntityKind::kCharacter;
+        types[t].mind = 1;
+    }
+    types[1].character.radius = 1.1F;
+    Ways ways({0.25F, 1'000'000, WayMapKind::kMesh},
+              motion::StaticGeometry(bridge(), 0.0F),
+              {-25, -25, 25, 25},
+              types,
+              0);
+    const std::array<navigation::Spot, 4> goals{{{90, 3}, {-90, 3}, {3, 90}, {3, -90}}};
+    for (Slot mind = 0; mind < 8; ++mind) {
+        ways.ask(mind, EntityId(mind + 1), mind / 4, {3.0F, 8.0F}, goals[mind % 4], {0.0F});
+    }
+    ways.serve();
+    for (Slot mind = 0; mind < 8; ++mind) {
+        const navigation::WayAnswer a = ways.answer(mind);
+        ASSERT_EQ(a.outcome, navigation::Outcome::kPartial);
+        const navigation::Spot end = a.corners.back();
+        EXPECT_GT(std::max(std::abs(end.x), std::abs(end.z)), 25.0F) << mind;
+    }
+}
+
 class MindsAtADoor : public testing::TestWithParam<WayMapKind> {};
 
 TEST_P(MindsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {

@@ -1,0 +1,38 @@
+// MeshVisibility: lengths of the shortest ways on a mesh, to hold near-best ones to.
+#pragma once
+
+#include "server/ai/navigation/walk_mesh.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace zoned::bench {
+
+/// On level ground shortest ways turn at corners of the mesh alone (Lozano-Perez and Wesley, "An
+/// algorithm for planning collision-free paths among polyhedral obstacles", Communications of the
+/// ACM 22, 1979): Dijkstra over who sees whom, as WalkMesh::walk() says. Slow.
+class MeshVisibility {
+  public:
+    explicit MeshVisibility(const ai::navigation::WalkMesh& mesh);
+
+    /// Below 0 where there is no way. `reach_m` as of MeshSearch::plan().
+    double shortest(const Vec3& from, const Vec3& to, float reach_m);
+
+  private:
+    struct Seen {
+        std::uint32_t vertex;
+        double length;
+    };
+
+    /// Whether one gets straight from a place on a polygon to another.
+    [[nodiscard]] bool sees(std::uint32_t polygon, const Vec3& from, const Vec3& to) const;
+    [[nodiscard]] std::vector<Seen> seen_from(std::uint32_t polygon, const Vec3& place) const;
+
+    const ai::navigation::WalkMesh& mesh_;
+    std::vector<std::uint32_t> turning_;                // vertices at the edge of the mesh
+    std::vector<std::vector<std::uint32_t>> polygons_;  // of each vertex
+    std::vector<std::vector<Seen>> seen_;               // by vertex
+};
+
+}  // namespace zoned::bench
