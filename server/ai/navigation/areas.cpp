@@ -18,6 +18,7 @@ constexpr std::uint32_t kFarthestExit = 4095;
 constexpr std::uint16_t kNoWayThere = 65535;
 /// Steps across a side, as Hop: to the right, left, down, up.
 constexpr Hop kSides = 4;
+constexpr std::uint32_t kAllSides = 15;
 
 Cell area_cell(int x, int y) {
     return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
@@ -46,40 +47,50 @@ Areas::Areas(const GridMap& map)
         find_areas(map, s);
     }
     for (std::uint32_t s = 0; s < squares_.size(); ++s) {
-        find_exits(map, s);
+        find_exits(map, s, kAllSides);
     }
     join_areas();
 }
 
 void Areas::update(const GridMap& map, std::span<const CellChange> changes) {
-    std::vector<std::uint32_t> touched;
+    stale_sides_.resize(squares_.size(), 0);
+    stale_.clear();
+    const auto note = [this](std::uint32_t square, std::uint32_t sides) {
+        if (stale_sides_[square] == 0) {
+            stale_.push_back(square);
+        }
+        stale_sides_[square] = static_cast<std::uint8_t>(stale_sides_[square] | sides);
+    };
     for (const CellChange& c : changes) {
-        touched.push_back(square_of(c.cell));
+        note(square_of(c.cell), kAllSides);
     }
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-    const std::size_t changed = touched.size();
+    const std::size_t changed = stale_.size();
     for (std::size_t i = 0; i < changed; ++i) {
-        const int x = static_cast<int>(touched[i]) % across_;
-        const int y = static_cast<int>(touched[i]) / across_;
         // Exits of a square beside it are others only where the labels along their side are.
-        const std::array<std::uint64_t, kSides> before = sides_of(map, touched[i]);
-        find_areas(map, touched[i]);
-        const std::array<std::uint64_t, kSides> after = sides_of(map, touched[i]);
+        const std::uint32_t square = stale_[i];
+        const std::array<std::uint64_t, kSides> before = sides_of(map, square);
+        find_areas(map, square);
+        const std::array<std::uint64_t, kSides> after = sides_of(map, square);
         for (Hop side = 0; side < kSides; ++side) {
-            const int u = x + (side == 0 ? 1 : side == 1 ? -1 : 0);
-            const int v = y + (side == 2 ? 1 : side == 3 ? -1 : 0);
-            if (before[side] != after[side] && u >= 0 && u < across_ && v >= 0 && v < down_) {
-                touched.push_back(static_cast<std::uint32_t>(v * across_ + u));
+            const std::uint32_t other = beside(square, side);
+            if (before[side] != after[side] && other != square) {
+                note(other, 1U << (side ^ 1U));
             }
         }
     }
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-    for (const std::uint32_t s : touched) {
-        find_exits(map, s);
+    for (const std::uint32_t square : stale_) {
+        find_exits(map, square, stale_sides_[square]);
+        stale_sides_[square] = 0;
     }
     join_areas();
+}
+
+std::uint32_t Areas::beside(std::uint32_t square, Hop side) const {
+    const int x = static_cast<int>(square) % across_ + (side == 0 ? 1 : side == 1 ? -1 : 0);
+    const int y = static_cast<int>(square) / across_ + (side == 2 ? 1 : side == 3 ? -1 : 0);
+    return x >= 0 && x < across_ && y >= 0 && y < down_
+               ? static_cast<std::uint32_t>(y * across_ + x)
+               : square;
 }
 
 std::array<std::uint64_t, 4> Areas::sides_of(const GridMap& map, std::uint32_t square) const {
@@ -165,46 +176,67 @@ Areas::Box Areas::fill_area(const GridMap& map,
             middle};
 }
 
-void Areas::find_exits(const GridMap& map, std::uint32_t square) {
+void Areas::find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides) {
     Square& s = squares_[square];
+    std::swap(old_.exits, s.exits);
+    std::swap(old_.steps, s.steps);
+    std::swap(old_.first_exit, s.first_exit);
     s.exits.clear();
     s.steps.clear();
     s.first_exit.clear();
     for (std::uint16_t area = 0; area < s.boxes.size(); ++area) {
         s.first_exit.push_back(static_cast<std::uint32_t>(s.exits.size()));
-        add_exits(map, square, area);
+        for (Hop side = 0; side < kSides; ++side) {
+            if ((sides >> side & 1U) != 0) {
+                add_exits(map, square, area, side);
+            } else {
+                keep_exits(square, area, beside(square, side));
+            }
+        }
     }
     s.first_exit.push_back(static_cast<std::uint32_t>(s.exits.size()));
 }
 
-void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area) {
+/// Those of `old_` that lead to another square.
+void Areas::keep_exits(std::uint32_t square, std::uint16_t area, std::uint32_t beyond) {
+    Square& s = squares_[square];
+    const std::uint32_t steps = std::uint32_t{s.boxes[area].width} * s.boxes[area].height;
+    for (std::uint32_t e = old_.first_exit[area]; e < old_.first_exit[area + 1U]; ++e) {
+        const Exit& exit = old_.exits[e];
+        if (exit.square == beyond) {
+            s.exits.push_back(exit);
+            s.exits.back().first = static_cast<std::uint32_t>(s.steps.size());
+            const auto first = old_.steps.begin() + exit.first;
+            s.steps.insert(s.steps.end(), first, first + steps);
+        }
+    }
+}
+
+void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area, Hop side) {
     const GoalField::Window w = window_of(map, square);
-    for (Hop side = 0; side < kSides; ++side) {
-        const bool upright = side < 2;
-        const int line = side == 0 ? w.right : side == 1 ? w.left : side == 2 ? w.bottom : w.top;
-        const int begin = upright ? w.top : w.left;
-        const int end = upright ? w.bottom : w.right;
-        touched_.clear();
-        for (int i = begin; i <= end; ++i) {
-            const Cell c = upright ? area_cell(line, i) : area_cell(i, line);
-            const Cell beyond = hopped(c, side);  // wraps beside the map, where nothing is passable
-            if (label_[map.place(c)] == area + 1 && map.passable(beyond)) {
-                touched_.push_back({static_cast<std::uint16_t>(label_[map.place(beyond)] - 1), c});
-            }
+    const bool upright = side < 2;
+    const int line = side == 0 ? w.right : side == 1 ? w.left : side == 2 ? w.bottom : w.top;
+    const int begin = upright ? w.top : w.left;
+    const int end = upright ? w.bottom : w.right;
+    touched_.clear();
+    for (int i = begin; i <= end; ++i) {
+        const Cell c = upright ? area_cell(line, i) : area_cell(i, line);
+        const Cell beyond = hopped(c, side);  // wraps beside the map, where nothing is passable
+        if (label_[map.place(c)] == area + 1 && map.passable(beyond)) {
+            touched_.push_back({static_cast<std::uint16_t>(label_[map.place(beyond)] - 1), c});
         }
-        std::sort(touched_.begin(), touched_.end(), [](const auto& a, const auto& b) {
-            return a.other != b.other ? a.other < b.other
-                                      : a.cell.x + a.cell.y < b.cell.x + b.cell.y;
-        });
-        for (std::size_t i = 0; i < touched_.size();) {
-            const std::uint16_t other = touched_[i].other;
-            crossings_.clear();
-            for (; i < touched_.size() && touched_[i].other == other; ++i) {
-                crossings_.push_back(touched_[i].cell);
-            }
-            const std::uint32_t beyond = square_of(hopped(crossings_.front(), side));
-            add_exit(map, square, {area, other, beyond, 0}, side);
+    }
+    std::sort(touched_.begin(), touched_.end(), [](const auto& a, const auto& b) {
+        return a.other != b.other ? a.other < b.other : a.cell.x + a.cell.y < b.cell.x + b.cell.y;
+    });
+    for (std::size_t i = 0; i < touched_.size();) {
+        const std::uint16_t other = touched_[i].other;
+        crossings_.clear();
+        for (; i < touched_.size() && touched_[i].other == other; ++i) {
+            crossings_.push_back(touched_[i].cell);
         }
+        const std::uint32_t beyond = square_of(hopped(crossings_.front(), side));
+        add_exit(map, square, {area, other, beyond, 0, 0}, side);
     }
 }
 
@@ -228,6 +260,7 @@ void Areas::add_exit(const GridMap& map, std::uint32_t square, const Exit& exit,
             s.steps.push_back(static_cast<Step>(cells << kHopBits | hop));
         }
     }
+    s.exits.back().cells = std::uint32_t{step(s, s.exits.back(), box.middle)} >> kHopBits;
 }
 
 void Areas::join_areas() {
@@ -235,10 +268,6 @@ void Areas::join_areas() {
     for (const Square& s : squares_) {
         first_area_.push_back(first_area_.back() + static_cast<std::uint32_t>(s.boxes.size()));
     }
-    const auto out_of = [this](std::uint32_t square, const Exit& exit) {
-        const Square& s = squares_[square];
-        return std::uint32_t{step(s, exit, s.boxes[exit.area].middle)} >> kHopBits;
-    };
     first_edge_.assign(1, 0);
     edges_.clear();
     for (std::uint32_t square = 0; square < squares_.size(); ++square) {
@@ -252,8 +281,8 @@ void Areas::join_areas() {
                 const auto back = std::find_if(begin, beyond.exits.end(), [&](const Exit& b) {
                     return b.square == square && b.other == exit.area;
                 });
-                edges_.push_back({first_area_[exit.square] + exit.other,
-                                  out_of(square, exit) + 1 + out_of(exit.square, *back)});
+                edges_.push_back(
+                    {first_area_[exit.square] + exit.other, exit.cells + 1 + back->cells});
             }
             first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
         }
@@ -330,6 +359,23 @@ Hop Areas::hop(const GridMap& map, Cell from, Cell to) const {
     const Square& square = squares_[square_of(from)];
     const Exit* const exit = best_exit(square, area, goal, from);
     return exit == nullptr ? kNoHop : static_cast<Hop>(step(square, *exit, from) & kHopMask);
+}
+
+std::uint32_t Areas::cells(const GridMap& map, Cell from, Cell to) const {
+    const std::uint32_t area = area_of(map, from);
+    const std::uint32_t goal = area_of(map, to);
+    if (area == goal) {
+        return octile(from.x - to.x, from.y - to.y) / kStraight;
+    }
+    const Square& square = squares_[square_of(from)];
+    const Exit* const exit = best_exit(square, area, goal, from);
+    if (exit == nullptr) {
+        return kNoWayThere;
+    }
+    const Cell middle = squares_[square_of(to)].boxes[label_[map.place(to)] - 1U].middle;
+    return (std::uint32_t{step(square, *exit, from)} >> kHopBits) + 1 +
+           far_[goal][first_area_[exit->square] + exit->other] +
+           octile(middle.x - to.x, middle.y - to.y) / kStraight;
 }
 
 std::size_t Areas::bytes() const {

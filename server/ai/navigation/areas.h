@@ -39,6 +39,8 @@ class Areas {
         return !far_[area_of(map, to)].empty();
     }
 
+    [[nodiscard]] bool prepared(std::uint32_t area) const { return !far_[area].empty(); }
+
     /// Whether both lie in one area: hop() then knows no more.
     [[nodiscard]] bool together(const GridMap& map, Cell a, Cell b) const {
         return area_of(map, a) == area_of(map, b);
@@ -47,6 +49,9 @@ class Areas {
     /// Both passable, `to` prepared. kArrived where both lie in one area, kNoHop where there is no
     /// way.
     [[nodiscard]] Hop hop(const GridMap& map, Cell from, Cell to) const;
+
+    /// About how far it is by hops, in cells; both passable, joined, `to` prepared.
+    [[nodiscard]] std::uint32_t cells(const GridMap& map, Cell from, Cell to) const;
 
     /// Calls `visit(cell, hop)` for each cell that hops lead to from `from`, and the hop there,
     /// until it says false or the goal's area is entered. Each area is left by the exit that is
@@ -77,6 +82,16 @@ class Areas {
 
     [[nodiscard]] std::size_t areas() const { return far_.size(); }
 
+    /// Calls `visit(cell)` for a cell of each area.
+    template <class Visit>
+    void visit_middles(const Visit& visit) const {
+        for (const Square& s : squares_) {
+            for (const Box& box : s.boxes) {
+                visit(box.middle);
+            }
+        }
+    }
+
     /// Cells of a square's side.
     [[nodiscard]] int side() const { return side_; }
 
@@ -98,6 +113,7 @@ class Areas {
         std::uint16_t other;   ///< of the square beyond
         std::uint32_t square;  ///< beyond
         std::uint32_t first;   ///< of its steps, which cover the area's box
+        std::uint32_t cells;   ///< to it from the cell that stands for the area
     };
 
     /// The box of an area, and the cell in it that stands for the area.
@@ -145,9 +161,13 @@ class Areas {
     [[nodiscard]] GoalField::Window window_of(const GridMap& map, std::uint32_t square) const;
     void find_areas(const GridMap& map, std::uint32_t square);
     Box fill_area(const GridMap& map, const GoalField::Window& w, Cell first, std::uint16_t label);
-    void find_exits(const GridMap& map, std::uint32_t square);
-    void add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area);
+    /// By the sides whose bits are set; other exits stay as they are, `square`'s areas too.
+    void find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides);
+    void add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area, Hop side);
     void add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across);
+    void keep_exits(std::uint32_t square, std::uint16_t area, std::uint32_t beyond);
+    /// Of a square: the one beyond a side; itself where that is off the map.
+    [[nodiscard]] std::uint32_t beside(std::uint32_t square, Hop side) const;
     void join_areas();
     /// Of those of an area by which a cell of it comes nearer to a goal's area; null for none.
     [[nodiscard]] const Exit* best_exit(const Square& square,
@@ -171,6 +191,9 @@ class Areas {
     std::vector<Cell> stack_;
     std::vector<Cell> crossings_;
     std::vector<Crossing> touched_;
+    std::vector<std::uint8_t> stale_sides_;  // by square: bits of sides, during an update
+    std::vector<std::uint32_t> stale_;       // squares
+    Square old_;                             // whose exits are found anew
 };
 
 }  // namespace zoned::ai::navigation

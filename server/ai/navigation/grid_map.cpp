@@ -85,6 +85,10 @@ void Components::find_runs(const GridMap& map, int y) {
 
 void Components::label(const GridMap& map) {
     runs_.clear();
+    if (mark_.size() != map.places()) {
+        mark_.assign(map.places(), 0);  // of the first update(), which has less time
+        first_mark_ = 1;
+    }
     std::uint32_t above = 0;
     for (int y = 0; y < map.height(); ++y) {
         const auto first = static_cast<std::uint32_t>(runs_.size());

@@ -22,35 +22,53 @@ class Labeler {
         space_.resize(graph.size());
     }
 
-    /// False where a bound is exceeded.
-    bool add_hub(std::uint16_t hub, Subgoal root) {
+    void begin_hub(std::uint16_t hub, Subgoal root) {
+        hub_ = hub;
+        root_ = root;
         for (const HubLabel& l : labels_[root]) {
             cost_to_hub_[l.hub] = l.cost;
         }
         space_.begin();
         space_.reach(root, 0, root);
         space_.open.push(root, 0);
-        while (!space_.open.empty() && work_ <= bounds_.work && count_ <= bounds_.labels) {
+    }
+
+    /// Goes on from so many subgoals at most. True once all are reached.
+    bool spread_hub(std::uint32_t count) {
+        for (; count != 0 && !space_.open.empty(); --count) {
             const Subgoal s = space_.open.pop();
             const Cost g = space_.cost(s);
-            if (explained(s, g)) {
-                continue;
+            ++looked_at_;
+            if (!explained(s, g)) {
+                labels_[s].push_back({hub_, static_cast<std::uint16_t>(space_.from(s)), g});
+                ++count_;
+                spread(s, g);
             }
-            labels_[s].push_back({hub, static_cast<std::uint16_t>(space_.from(s)), g});
-            ++count_;
-            spread(s, g);
         }
-        for (const HubLabel& l : labels_[root]) {
+        return space_.open.empty();
+    }
+
+    void end_hub() {
+        for (const HubLabel& l : labels_[root_]) {
             cost_to_hub_[l.hub] = kNoCost;
         }
+    }
+
+    [[nodiscard]] bool within_bounds() const {
         return work_ <= bounds_.work && count_ <= bounds_.labels;
     }
+
+    /// Gives the labels of one back.
+    void clear(Subgoal s) { labels_[s] = {}; }
+
+    [[nodiscard]] std::size_t subgoals() const { return labels_.size(); }
+
+    /// In units of about 2 ns, all that was done so far.
+    [[nodiscard]] std::uint64_t units() const { return 2 * work_ + kLookUnits * looked_at_; }
 
     [[nodiscard]] const std::vector<HubLabel>& of(Subgoal s) const { return labels_[s]; }
 
     [[nodiscard]] std::size_t count() const { return count_; }
-
-    [[nodiscard]] std::uint64_t work() const { return work_; }
 
   private:
     bool explained(Subgoal s, Cost g) {
@@ -77,9 +95,14 @@ class Labeler {
     HubLabels::Bounds bounds_;
     SearchSpace space_;
     std::vector<std::vector<HubLabel>> labels_;
-    std::vector<Cost> cost_to_hub_;  // from the root, by hub
-    std::uint64_t work_ = 0;
+    std::vector<Cost> cost_to_hub_;                  // from the root, by hub
+    static constexpr std::uint64_t kLookUnits = 60;  // of a subgoal
+
+    std::uint64_t work_ = 0;  // labels and neighbours
+    std::uint64_t looked_at_ = 0;
     std::size_t count_ = 0;
+    std::uint16_t hub_ = 0;
+    Subgoal root_ = 0;
 };
 
 }  // namespace
@@ -102,25 +125,42 @@ Slices HubLabels::build(const Subgoals& graph,
     if (order.size() > kMostHubs) {
         co_return;
     }
+    constexpr std::uint32_t kSpreadAtOnce = 128;
+    constexpr std::uint64_t kCopyUnits = 2;    // of a label
+    constexpr std::uint64_t kClearUnits = 40;  // of a subgoal
     Labeler labeler(graph, bounds);
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const std::uint64_t before = labeler.work();
-        if (!labeler.add_hub(static_cast<std::uint16_t>(i), order[i])) {
-            co_return;
+    bool cancelled = co_await Spent{memory_units(labeler.subgoals() * 64)};
+    for (std::size_t i = 0; i < labeler.subgoals() && !cancelled && labeler.within_bounds(); ++i) {
+        labeler.begin_hub(static_cast<std::uint16_t>(i), order[i]);
+        bool done = false;
+        while (!done && !cancelled && labeler.within_bounds()) {
+            const std::uint64_t before = labeler.units();
+            done = labeler.spread_hub(kSpreadAtOnce);
+            cancelled = co_await Spent{kClearUnits + labeler.units() - before};
         }
-        co_await Spent{1 + labeler.work() - before};
+        labeler.end_hub();
     }
+    const bool keeps = !cancelled && labeler.within_bounds();
     HubLabels result;
-    result.labels_.reserve(labeler.count());
-    result.first_.reserve(graph.size() + std::size_t{1});
-    for (Subgoal s = 0; s < graph.size(); ++s) {
-        result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
-        const std::vector<HubLabel>& of = labeler.of(s);
-        result.labels_.insert(result.labels_.end(), of.begin(), of.end());
-        co_await Spent{1 + of.size()};
+    if (keeps) {
+        result.labels_.reserve(labeler.count());
+        result.first_.reserve(labeler.subgoals() + 1);
     }
-    result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
-    built = std::move(result);
+    for (Subgoal s = 0; s < labeler.subgoals(); ++s) {
+        const std::vector<HubLabel>& of = labeler.of(s);
+        const std::uint64_t units =
+            kClearUnits + (keeps ? kCopyUnits * of.size() : 0) + memory_units(8 * of.size());
+        if (keeps && !cancelled) {
+            result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
+            result.labels_.insert(result.labels_.end(), of.begin(), of.end());
+        }
+        labeler.clear(s);
+        cancelled = co_await Spent{units};
+    }
+    if (keeps && !cancelled) {
+        result.first_.push_back(static_cast<std::uint32_t>(result.labels_.size()));
+        built = std::move(result);
+    }
 }
 
 const HubLabel* HubLabels::look_up(Subgoal s, std::uint16_t hub) const {

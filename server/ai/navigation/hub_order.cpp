@@ -14,67 +14,98 @@ namespace {
 class WayTree {
   public:
     WayTree(const Subgoals& graph, Subgoal root, SearchSpace& space)
-        : from_(graph.size(), kNoSubgoal),
-          below_(graph.size(), 0) {
-        std::vector<Subgoal> order;
+        : root_(root),
+          nodes_(graph.size()) {
         space.begin();
         space.reach(root, 0, root);
         space.open.push(root, 0);
-        while (!space.open.empty()) {
+    }
+
+    /// Goes on with the search from so many subgoals at most; `order` gathers them. Units taken.
+    std::uint64_t spread(const Subgoals& graph,
+                         SearchSpace& space,
+                         std::uint32_t count,
+                         std::vector<Subgoal>& order) {
+        std::uint64_t units = 0;
+        for (; count != 0 && !space.open.empty(); --count) {
             const Subgoal s = space.open.pop();
             const Cost g = space.cost(s);
             order.push_back(s);
-            from_[s] = s == root ? kNoSubgoal : space.from(s);
-            for (const Subgoal n : graph.neighbours(s)) {
+            nodes_[s].from = s == root_ ? kNoSubgoal : space.from(s);
+            const std::span<const Subgoal> neighbours = graph.neighbours(s);
+            for (const Subgoal n : neighbours) {
                 const Cost cost = g + graph.cost(s, n);
                 if (cost < space.cost(n)) {
                     space.reach(n, cost, s);
                     space.open.push(n, cost);
                 }
             }
+            units += kSpreadUnits + kEdgeUnits * neighbours.size();
         }
-        children_.resize(graph.size());
+        return units;
+    }
+
+    /// Once all are reached: sums up from the ends of ways; `weight` gains what each has below.
+    void sum_up(std::span<const Subgoal> order, std::span<std::uint64_t> weight) {
         for (auto s = order.rbegin(); s != order.rend(); ++s) {
-            ++below_[*s];
-            if (from_[*s] != kNoSubgoal) {
-                below_[from_[*s]] += below_[*s];
-                children_[from_[*s]].push_back(*s);
+            Node& node = nodes_[*s];
+            weight[*s] += ++node.below;
+            if (node.from != kNoSubgoal) {
+                Node& above = nodes_[node.from];
+                above.below += node.below;
+                node.beside = std::exchange(above.child, *s);
             }
         }
     }
-
-    [[nodiscard]] std::uint32_t below(Subgoal s) const { return below_[s]; }
 
     /// All ways through s are covered from now on; `lost(t, n)` is told that n fewer lead through
     /// t.
     template <class Lost>
     void cover(Subgoal s, const Lost& lost) {
-        const std::uint32_t gone = below_[s];
+        const std::uint32_t gone = nodes_[s].below;
         if (gone == 0) {
             return;
         }
-        for (Subgoal up = from_[s]; up != kNoSubgoal; up = from_[up]) {
-            below_[up] -= gone;
+        for (Subgoal up = nodes_[s].from; up != kNoSubgoal; up = nodes_[up].from) {
+            nodes_[up].below -= gone;
             lost(up, gone);
         }
         stack_.assign(1, s);
         while (!stack_.empty()) {
             const Subgoal t = stack_.back();
             stack_.pop_back();
-            lost(t, below_[t]);
-            below_[t] = 0;
-            for (const Subgoal c : children_[t]) {
-                if (below_[c] != 0) {
+            lost(t, nodes_[t].below);
+            nodes_[t].below = 0;
+            for (Subgoal c = nodes_[t].child; c != kNoSubgoal; c = nodes_[c].beside) {
+                if (nodes_[c].below != 0) {
                     stack_.push_back(c);
                 }
             }
         }
     }
 
+    /// Gives its memory back.
+    void clear() {
+        nodes_ = {};
+        stack_ = {};
+    }
+
+    /// Of a tree.
+    static std::size_t bytes(const Subgoals& graph) { return graph.size() * sizeof(Node); }
+
   private:
-    std::vector<Subgoal> from_;
-    std::vector<std::uint32_t> below_;
-    std::vector<std::vector<Subgoal>> children_;
+    struct Node {
+        Subgoal from = kNoSubgoal;
+        std::uint32_t below = 0;
+        Subgoal child = kNoSubgoal;   ///< one whose way comes from here
+        Subgoal beside = kNoSubgoal;  ///< another that comes from where this one does
+    };
+
+    static constexpr std::uint64_t kSpreadUnits = 60;
+    static constexpr std::uint64_t kEdgeUnits = 8;
+
+    Subgoal root_;
+    std::vector<Node> nodes_;
     std::vector<Subgoal> stack_;
 };
 
@@ -87,31 +118,45 @@ std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees) {
 }
 
 Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal>& order) {
-    constexpr std::uint64_t kEdgeUnits = 4;
+    constexpr std::uint32_t kSpreadAtOnce = 256;
+    constexpr std::uint64_t kSumUnits = 16;    // of a subgoal of a tree
+    constexpr std::uint64_t kCoverUnits = 24;  // of one that is covered
+    constexpr std::uint64_t kLookUnits = 4;    // of a tree that is looked at
     std::vector<std::uint64_t> weight(graph.size(), 0);
     std::vector<WayTree> sample;
+    sample.reserve(trees);
     order.clear();
+    bool cancelled = false;
     if (graph.size() != 0) {
         SearchSpace space;
         space.resize(graph.size());
+        std::vector<Subgoal> reached;
+        reached.reserve(graph.size());
         core::Rng rng(1);
-        for (std::uint32_t i = 0; i < std::min(trees, graph.size()); ++i) {
+        for (std::uint32_t i = 0; i < std::min(trees, graph.size()) && !cancelled; ++i) {
             sample.emplace_back(graph, rng.below(graph.size()), space);
-            for (Subgoal s = 0; s < graph.size(); ++s) {
-                weight[s] += sample.back().below(s);
+            cancelled = co_await Spent{memory_units(WayTree::bytes(graph))};
+            reached.clear();
+            while (!cancelled && !space.open.empty()) {
+                const std::uint64_t units =
+                    sample.back().spread(graph, space, kSpreadAtOnce, reached);
+                cancelled = co_await Spent{units};
             }
-            co_await Spent{kEdgeUnits * (graph.edges() + graph.size())};
+            if (!cancelled) {
+                sample.back().sum_up(reached, weight);
+                cancelled = co_await Spent{kSumUnits * reached.size()};
+            }
         }
     }
     // Weights only fall: an entry that is out of date goes back with what it weighs now. Ties go to
     // the smaller number.
     using Entry = std::pair<std::uint64_t, Subgoal>;
     std::priority_queue<Entry> heaviest;
-    for (Subgoal s = 0; s < graph.size(); ++s) {
+    for (Subgoal s = 0; s < weight.size() && !cancelled; ++s) {
         heaviest.emplace(weight[s], ~s);
     }
-    order.reserve(graph.size());
-    while (!heaviest.empty()) {
+    order.reserve(weight.size());
+    while (!heaviest.empty() && !cancelled) {
         const auto [was, inverse] = heaviest.top();
         const Subgoal s = ~inverse;
         heaviest.pop();
@@ -127,7 +172,12 @@ Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal
                 ++covered;
             });
         }
-        co_await Spent{kEdgeUnits * (1 + covered + sample.size())};
+        cancelled = co_await Spent{kCoverUnits * (1 + covered) + kLookUnits * sample.size()};
+    }
+    const std::uint64_t tree_units = 1 + memory_units(weight.size() * 16);
+    for (WayTree& tree : sample) {
+        tree.clear();
+        co_await Spent{tree_units};
     }
 }
 

@@ -23,7 +23,9 @@ bool sees(const GridMap& map, Cell from, Cell to, std::uint32_t& looked) {
     std::int32_t beyond = dy - dx;
     std::int32_t columns = dx;
     std::int32_t rows = dy;
-    looked += static_cast<std::uint32_t>(dx + dy);
+    const auto seen = [&] {
+        looked += static_cast<std::uint32_t>(dx + dy - columns - rows) + 1;
+    };
     while (columns + rows != 0) {
         if (beyond < 0) {
             p += step_x;
@@ -35,6 +37,7 @@ bool sees(const GridMap& map, Cell from, Cell to, std::uint32_t& looked) {
             beyond -= 2 * dx;
         } else {
             if (!open(p + step_x) || !open(p + step_y)) {
+                seen();
                 return false;
             }
             p += step_x + step_y;
@@ -43,9 +46,11 @@ bool sees(const GridMap& map, Cell from, Cell to, std::uint32_t& looked) {
             beyond += 2 * dy - 2 * dx;
         }
         if (!open(p)) {
+            seen();
             return false;
         }
     }
+    seen();
     return true;
 }
 

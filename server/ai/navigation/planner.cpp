@@ -68,7 +68,25 @@ void Planner::prepare(const IndexBounds& bounds) {
 
 void Planner::begin_index(const IndexBounds& bounds) {
     retire_index();
-    indexing_ = index(bounds);
+    indexing_.cancel();
+    next_index_ = bounds;
+}
+
+bool Planner::advance_index(std::uint64_t units) {
+    index_work_ = 0;
+    while (index_work_ < units) {
+        const bool done = indexing_.advance(units - index_work_);
+        index_work_ += indexing_.taken();
+        if (!done) {
+            return false;
+        }
+        if (!next_index_) {
+            return true;
+        }
+        indexing_ = index(*next_index_);
+        next_index_.reset();
+    }
+    return false;
 }
 
 void Planner::retire_index() {
@@ -81,40 +99,70 @@ void Planner::retire_index() {
     subgoals_.reset();
 }
 
+bool Planner::worth_a_try(std::uint64_t failed_at) const {
+    return failed_at == kNever || changed_cells_ - failed_at > map_.passable_cells() / kRetryShare;
+}
+
 Slices Planner::index(IndexBounds bounds) {
     // Jobs within jobs stop where the outer one does, after units of their own.
     constexpr std::uint64_t kPart = 20'000;
-    constexpr std::uint64_t kBytesAUnit = 16;
+    bool cancelled = false;
     if (old_subgoals_) {
         const std::size_t labels = old_labels_ ? old_labels_->bytes() : 0;
         old_labels_.reset();
-        co_await Spent{1 + labels / kBytesAUnit};
+        cancelled = co_await Spent{1 + memory_units(labels) / 4};
         const std::size_t subgoals = old_subgoals_->bytes();
         old_subgoals_.reset();
-        co_await Spent{1 + subgoals / kBytesAUnit};
+        cancelled = co_await Spent{1 + memory_units(subgoals) / 4};
     }
-    Slices part = Subgoals::build(map_, bounds.doors, new_subgoals_);
-    while (!part.advance(kPart)) {
-        co_await Spent{kPart};
+    Slices part;
+    const auto run = [&part, &cancelled] {
+        if (cancelled) {
+            part.cancel();
+        }
+        return part.advance(kPart);
+    };
+    if (cancelled || !worth_a_try(no_subgoals_at_)) {
+        co_return;
+    }
+    part = Subgoals::build(map_, bounds.doors, new_subgoals_);
+    while (!run()) {
+        cancelled = co_await Spent{part.taken()};
+    }
+    // What the last part has taken, and what its going gives back.
+    cancelled = co_await Spent{part.taken()};
+    if (cancelled) {
+        co_return;
     }
     subgoals_ = std::move(new_subgoals_);
+    new_subgoals_.reset();
+    no_subgoals_at_ = subgoals_ ? kNever : changed_cells_;
     if (!subgoals_) {
         co_return;
     }
     subgoal_search_.resize(*subgoals_);
     stations_.reserve(subgoals_->size() + std::size_t{1});
-    if (subgoals_->edges() * bounds.trees > bounds.tree_work) {
+    if (subgoals_->edges() * bounds.trees > bounds.tree_work || !worth_a_try(no_labels_at_)) {
         co_return;
     }
     part = hub_order(*subgoals_, bounds.trees, hub_order_);
-    while (!part.advance(kPart)) {
-        co_await Spent{kPart};
+    while (!run()) {
+        cancelled = co_await Spent{part.taken()};
+    }
+    cancelled = co_await Spent{part.taken()};
+    if (cancelled) {
+        co_return;
     }
     part = HubLabels::build(*subgoals_, hub_order_, bounds.labels, new_labels_);
-    while (!part.advance(kPart)) {
-        co_await Spent{kPart};
+    while (!run()) {
+        cancelled = co_await Spent{part.taken()};
+    }
+    if (cancelled) {
+        co_return;
     }
     labels_ = std::move(new_labels_);
+    new_labels_.reset();
+    no_labels_at_ = labels_ ? kNever : changed_cells_;
     if (labels_) {
         lookup_.resize(*subgoals_);
     }
@@ -130,6 +178,7 @@ void Planner::change(std::span<const CellChange> changes) {
     for (const CellChange& c : changes) {
         if (map_.passable(c.cell) != c.passable) {
             map_.set_passable(c.cell, c.passable);
+            ++changed_cells_;
             changed = true;
         }
     }
@@ -138,7 +187,8 @@ void Planner::change(std::span<const CellChange> changes) {
         if (components_true_) {
             components_.update(map_, changes);
         }
-        indexing_ = Slices();
+        indexing_.cancel();
+        next_index_.reset();
         retire_index();
         if (clusters_) {
             clusters_->update(map_, changes);
@@ -198,8 +248,10 @@ Answer Planner::plan(const Query& query, Method method) {
         return {map_.passable(query.goal) ? Outcome::kUnreachable : Outcome::kGoalBlocked};
     }
     Query instead = query;
-    instead.goal = nearest_reached(query.start, query.goal);
+    std::uint32_t looked = 0;
+    instead.goal = nearest_reached(query.start, query.goal, looked);
     Answer answer = route(instead, method);
+    answer.looked += looked;
     if (answer.outcome == Outcome::kFound) {
         answer.outcome = Outcome::kPartial;
     }
@@ -284,7 +336,8 @@ Answer Planner::by_clusters(const Query& query) {
 
 Answer Planner::by_subgoals(const Query& query, bool labels) {
     std::uint32_t work = 0;
-    const bool found = labels ? lookup_.run(map_, *subgoals_, *labels_, query, stations_)
+    std::uint32_t looked = 0;
+    const bool found = labels ? lookup_.run(map_, *subgoals_, *labels_, query, stations_, looked)
                               : subgoal_search_.run(map_, *subgoals_, query, stations_, work);
     ZONED_ASSERT(found || work == query.max_work, "cells of one component reach each other");
     way_.begin(query.start);
@@ -294,14 +347,16 @@ Answer Planner::by_subgoals(const Query& query, bool labels) {
     if (found) {
         way_.arrive(query.goal);  // doors are in free reach of the goal, as seen from there
     }
-    return finished(found ? Outcome::kFound : Outcome::kCutOff, work);
+    Answer answer = finished(found ? Outcome::kFound : Outcome::kCutOff, work);
+    answer.looked = looked;
+    return answer;
 }
 
 Answer Planner::finished(Outcome outcome, std::uint32_t work) const {
-    return {outcome, way_.cost(), way_.length(), work};
+    return {outcome, way_.cost(), way_.length(), work, 0};
 }
 
-Cell Planner::nearest_reached(Cell from, Cell to) const {
+Cell Planner::nearest_reached(Cell from, Cell to, std::uint32_t& looked) const {
     const std::uint32_t component = components_.of(map_.place(from));
     Cell best = from;
     Cost least = octile(from.x - to.x, from.y - to.y);
@@ -309,6 +364,7 @@ Cell Planner::nearest_reached(Cell from, Cell to) const {
         if (x < 0 || y < 0 || x >= map_.width() || y >= map_.height()) {
             return;
         }
+        ++looked;
         const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
         const Cost cost = octile(x - to.x, y - to.y);
         if (cost < least && components_.of(map_.place(c)) == component) {
@@ -318,7 +374,9 @@ Cell Planner::nearest_reached(Cell from, Cell to) const {
     };
     // Squares around the goal, as long as one of their cells may be nearer.
     for (int r = 1; kStraight * static_cast<Cost>(r) < least; ++r) {
-        for (int i = -r; i <= r; ++i) {
+        const int first = std::max(-r, -std::max<int>(to.x, to.y));
+        const int last = std::min(r, std::max(map_.width() - to.x, map_.height() - to.y));
+        for (int i = first; i <= last; ++i) {
             consider(to.x + i, to.y - r);
             consider(to.x + i, to.y + r);
             consider(to.x - r, to.y + i);

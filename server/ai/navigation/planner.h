@@ -35,11 +35,17 @@ class Planner {
     void prepare(const IndexBounds& bounds = {});
 
     /// As prepare(), in slices: begins now, and is done once advance_index() says so. Answers are
-    /// exact meanwhile, by whatever is there; a change drops what has been done so far.
+    /// exact meanwhile, by whatever is there; a change drops what has been done so far. What has
+    /// exceeded a bound is not tried again before one cell in kRetryShare has changed.
     void begin_index(const IndexBounds& bounds = {});
 
+    static constexpr std::uint32_t kRetryShare = 64;
+
     /// Goes on for about so many units of some 2 ns. True where nothing is left to do.
-    bool advance_index(std::uint64_t units) { return indexing_.advance(units); }
+    bool advance_index(std::uint64_t units);
+
+    /// Units that the last advance_index() has taken.
+    [[nodiscard]] std::uint64_t index_work() const { return index_work_; }
 
     /// Builds what kHierarchical needs. It follows changes by itself.
     void prepare_clusters();
@@ -72,7 +78,10 @@ class Planner {
     [[nodiscard]] const ClusterGraph* clusters() const { return clusters_ ? &*clusters_ : nullptr; }
 
   private:
+    static constexpr std::uint64_t kNever = ~std::uint64_t{0};
+
     Slices index(IndexBounds bounds);
+    [[nodiscard]] bool worth_a_try(std::uint64_t failed_at) const;
     void retire_index();
     void label_components();
     Answer route(const Query& query, Method method);
@@ -83,7 +92,7 @@ class Planner {
     void append_chain(Place last);
     Answer finished(Outcome outcome, std::uint32_t work) const;
     /// The passable cell nearest to `to`, as on an empty map, that `from` reaches.
-    Cell nearest_reached(Cell from, Cell to) const;
+    Cell nearest_reached(Cell from, Cell to, std::uint32_t& looked) const;
 
     GridMap map_;
     Components components_;
@@ -103,6 +112,11 @@ class Planner {
     std::vector<Subgoal> hub_order_;
     std::optional<Subgoals> new_subgoals_;  // until they can be used
     std::optional<HubLabels> new_labels_;
+    std::optional<IndexBounds> next_index_;  // to be begun once the last one is cleared up
+    std::uint64_t changed_cells_ = 0;        // so far
+    std::uint64_t no_subgoals_at_ = kNever;  // changed_cells_ when a bound was exceeded
+    std::uint64_t no_labels_at_ = kNever;
+    std::uint64_t index_work_ = 0;
     Slices indexing_;  // last: goes before what it works on
 };
 

@@ -47,6 +47,8 @@ struct Answer {
     Cost cost = 0;           ///< of the way to the last corner
     double length = 0.0;     ///< the same in cells
     std::uint32_t work = 0;  ///< cells or corners looked at
+    /// Labels looked up, and cells around a goal that can't be reached.
+    std::uint32_t looked = 0;
 };
 
 const char* to_string(Outcome outcome);

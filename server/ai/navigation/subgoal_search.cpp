@@ -122,7 +122,8 @@ bool LabelLookup::run(const GridMap& map,
                       const Subgoals& graph,
                       const HubLabels& labels,
                       const Query& query,
-                      std::vector<Subgoal>& best) {
+                      std::vector<Subgoal>& best,
+                      std::uint32_t& looked) {
     if (--mark_ == 0) {
         resize(graph);
         --mark_;
@@ -134,6 +135,7 @@ bool LabelLookup::run(const GridMap& map,
     const std::uint64_t mark = std::uint64_t{mark_} << 32U;
     for (const Subgoal s : starts) {
         const std::uint64_t to = mark | graph.cost(query.start, s);
+        looked += static_cast<std::uint32_t>(labels.of(s).size());
         for (const HubLabel& l : labels.of(s)) {
             from_start_[l.hub] = std::min(from_start_[l.hub], to + l.cost);
         }
@@ -144,6 +146,7 @@ bool LabelLookup::run(const GridMap& map,
     Subgoal last = kNoSubgoal;
     for (const Subgoal s : ends) {
         const Cost to = graph.cost(query.goal, s);
+        looked += static_cast<std::uint32_t>(labels.of(s).size());
         for (const HubLabel& l : labels.of(s)) {
             const std::uint64_t sum = from_start_[l.hub] + to + l.cost;
             if (sum < least) {

@@ -32,12 +32,14 @@ class LabelLookup {
   public:
     void resize(const Subgoals& graph);
 
-    /// As SubgoalSearch::run, without a search: false only where no way joins them.
+    /// As SubgoalSearch::run, without a search: false only where no way joins them. `looked` grows
+    /// by the labels looked at.
     bool run(const GridMap& map,
              const Subgoals& graph,
              const HubLabels& labels,
              const Query& query,
-             std::vector<Subgoal>& best);
+             std::vector<Subgoal>& best,
+             std::uint32_t& looked);
 
   private:
     /// Sums of a mark and costs don't overflow.

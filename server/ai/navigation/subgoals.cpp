@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <utility>
 
 namespace zoned::ai::navigation {
@@ -16,13 +17,10 @@ constexpr std::array<int, kDirections> kStepY{0, 1, 0, -1, 1, 1, -1, -1};
 /// How far one can go from each place, until a blocked cell bars the way or a subgoal is reached.
 class Clearances {
   public:
-    Clearances(const GridMap& map, std::span<const Place> subgoals)
+    Clearances(const GridMap& map, std::span<const Subgoal> numbers)
         : map_(map),
-          subgoal_(map.places(), 0),
-          steps_(map.places()) {
-        for (const Place p : subgoals) {
-            subgoal_[p] = 1;
-        }
+          numbers_(numbers),
+          steps_(std::make_unique_for_overwrite<Steps[]>(map.places())) {
         const auto stride = static_cast<std::int32_t>(map.stride());
         for (std::size_t d = 0; d < kDirections; ++d) {
             offset_[d] = kStepX[d] + kStepY[d] * stride;
@@ -30,7 +28,8 @@ class Clearances {
     }
 
     /// What lies ahead of a place is known before it: first all rows downwards, in them cells to
-    /// the right, then all rows upwards, in them cells to the left.
+    /// the right, then all rows upwards, in them cells to the left. Memory is first touched row by
+    /// row, too.
     void take_row(int y, bool downwards) {
         for (int i = 0; i < map_.width(); ++i) {
             if (downwards) {
@@ -44,7 +43,7 @@ class Clearances {
     /// Steps that can be taken; the last may end on a subgoal.
     [[nodiscard]] int steps(Place p, std::size_t direction) const { return steps_[p][direction]; }
 
-    [[nodiscard]] bool subgoal(Place p) const { return subgoal_[p] != 0; }
+    [[nodiscard]] bool subgoal(Place p) const { return numbers_[p] != kNoSubgoal; }
 
     [[nodiscard]] Place moved(Place p, std::size_t direction, int steps) const {
         return static_cast<Place>(static_cast<std::int32_t>(p) + steps * offset_[direction]);
@@ -55,7 +54,12 @@ class Clearances {
         return map_.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
     }
 
+    using Steps = std::array<std::uint16_t, kDirections>;
+
     void take(Place p, const std::array<std::size_t, 4>& directions) {
+        for (const std::size_t d : directions) {
+            steps_[p][d] = 0;
+        }
         if (!map_.passable(p)) {
             return;
         }
@@ -67,7 +71,7 @@ class Clearances {
                        map_.passable(moved(p, (d - 3) % 4, 1));
             }
             if (free) {
-                const int more = subgoal_[ahead] != 0 ? 0 : steps_[ahead][d];
+                const int more = subgoal(ahead) ? 0 : steps_[ahead][d];
                 steps_[p][d] = static_cast<std::uint16_t>(1 + more);
             }
         }
@@ -75,8 +79,8 @@ class Clearances {
 
     const GridMap& map_;
     std::array<std::int32_t, kDirections> offset_{};
-    std::vector<std::uint8_t> subgoal_;
-    std::vector<std::array<std::uint16_t, kDirections>> steps_;
+    std::span<const Subgoal> numbers_;  // by place
+    std::unique_ptr<Steps[]> steps_;    // by place; of rows that were taken
 };
 
 void find_corners(const GridMap& map, int y, std::vector<Place>& found) {
@@ -131,17 +135,16 @@ void look_around(const Clearances& clear, Place p, const Found& found) {
 /// comes first.
 class Rays {
   public:
-    explicit Rays(const GridMap& map) : map_(map), meets_(map.places()) {
+    explicit Rays(const GridMap& map)
+        : map_(map),
+          meets_(std::make_unique_for_overwrite<Meets[]>(map.places())) {
         const auto stride = static_cast<std::int32_t>(map.stride());
         for (std::size_t d = 0; d < 4; ++d) {
             offset_[d] = kStepX[d] + kStepY[d] * stride;
         }
-        for (auto& of : meets_) {
-            of.fill(kNoPlace);
-        }
     }
 
-    /// First all rows downwards, then all upwards.
+    /// First all rows downwards, then all upwards. Memory is first touched row by row, too.
     void take_row(int y, bool downwards) {
         const Place first = map_.place({0, static_cast<std::uint16_t>(y)});
         const auto width = static_cast<Place>(map_.width());
@@ -175,6 +178,8 @@ class Rays {
     }
 
   private:
+    using Meets = std::array<Place, 4>;
+
     [[nodiscard]] bool passable(Place p, std::int32_t offset) const {
         return map_.passable(static_cast<Place>(static_cast<std::int32_t>(p) + offset));
     }
@@ -188,6 +193,7 @@ class Rays {
 
     /// What lies ahead of p is known.
     void take(Place p, std::size_t d) {
+        meets_[p][d] = kNoPlace;
         if (!map_.passable(p) || !passable(p, offset_[d])) {
             return;
         }
@@ -200,7 +206,7 @@ class Rays {
 
     const GridMap& map_;
     std::array<std::int32_t, 4> offset_{};
-    std::vector<std::array<Place, 4>> meets_;
+    std::unique_ptr<Meets[]> meets_;  // by place; of rows that were taken
 };
 
 }  // namespace
@@ -214,51 +220,91 @@ std::optional<Subgoals> Subgoals::build(const GridMap& map, std::size_t most_doo
 Slices Subgoals::build(const GridMap& map, std::size_t most_doors, std::optional<Subgoals>& built) {
     // Units are about 2 ns.
     constexpr std::uint64_t kPlaceUnits = 5;
-    constexpr std::uint64_t kDoorUnits = 4;
+    constexpr std::uint64_t kDoorUnits = 8;
+    constexpr std::uint64_t kSeenUnits = 10;
+    constexpr std::uint64_t kAroundUnits = 60;  // of a subgoal
+    // Room for what most have is taken at once: no page of it is touched before its turn, and
+    // nothing large is copied on the way.
+    constexpr std::size_t kSeenByMost = 32;
     built.reset();
     Subgoals s;
     const Spent row{kPlaceUnits * static_cast<std::uint64_t>(map.width())};
     for (int y = 0; y < map.height(); ++y) {
         find_corners(map, y, s.place_);
-        co_await row;
+        if (co_await row) {
+            co_return;
+        }
     }
-    std::vector<Subgoal> number(map.places(), kNoSubgoal);
-    for (const Place p : s.place_) {
-        number[p] = s.size();
-        s.cells_.push_back(map.cell(p));
+    s.cells_.reserve(s.place_.size());
+    std::vector<Subgoal> number;
+    number.reserve(map.places());
+    for (std::size_t next = 0; number.size() < map.places();) {
+        const std::size_t end = std::min<std::size_t>(map.places(), number.size() + map.stride());
+        number.resize(end, kNoSubgoal);
+        for (; next < s.place_.size() && s.place_[next] < end; ++next) {
+            number[s.place_[next]] = s.size();
+            s.cells_.push_back(map.cell(s.place_[next]));
+        }
+        if (co_await Spent{memory_units(map.stride() * sizeof(Subgoal))}) {
+            co_return;
+        }
     }
-    co_await row;
     {
         Rays rays(map);
+        const Spent touched{row.units + memory_units(map.stride() * 4 * sizeof(Place))};
         for (int i = 0; i < 2 * map.height(); ++i) {
-            rays.take_row(i < map.height() ? i : 2 * map.height() - 1 - i, i < map.height());
-            co_await row;
-        }
-        s.first_door_.assign(map.places() + std::size_t{1}, 0);
-        for (Place p = 0; p < map.places(); ++p) {
-            if (map.passable(p)) {
-                rays.doors(p, [&s, &number](Place q) { s.doors_.push_back(number[q]); });
-            }
-            s.first_door_[p + 1] = static_cast<std::uint32_t>(s.doors_.size());
-            if (s.doors_.size() > most_doors) {
+            const bool down = i < map.height();
+            rays.take_row(down ? i : 2 * map.height() - 1 - i, down);
+            if (co_await (down ? touched : row)) {
                 co_return;
             }
-            co_await Spent{1 + kDoorUnits * (s.first_door_[p + 1] - s.first_door_[p])};
         }
-        s.doors_.shrink_to_fit();
+        s.first_door_.reserve(map.places() + std::size_t{1});
+        s.first_door_.push_back(0);
+        s.doors_.reserve(std::min<std::size_t>(most_doors, std::size_t{16} * map.places()));
+        bool fits = true;
+        for (Place end = map.stride(); s.first_door_.size() <= map.places(); end += map.stride()) {
+            const std::size_t before = s.doors_.size();
+            for (Place p = end - map.stride(); p < end; ++p) {
+                if (map.passable(p)) {
+                    rays.doors(p, [&](Place q) {
+                        fits = fits && s.doors_.size() < most_doors;
+                        if (fits) {
+                            s.doors_.push_back(number[q]);
+                        }
+                    });
+                }
+                s.first_door_.push_back(static_cast<std::uint32_t>(s.doors_.size()));
+            }
+            const std::uint64_t units = 2 * row.units + kDoorUnits * (s.doors_.size() - before) +
+                                        memory_units(map.stride() * sizeof(std::uint32_t));
+            if (co_await Spent{units} || !fits) {
+                co_return;
+            }
+        }
     }
-    Clearances clear(map, s.place_);
+    if (co_await Spent{memory_units(map.places() * sizeof(Place))}) {  // rays are given back
+        co_return;
+    }
+    Clearances clear(map, number);
+    const Spent touched{row.units + memory_units(map.stride() * sizeof(std::uint16_t) * 8)};
     for (int i = 0; i < 2 * map.height(); ++i) {
-        clear.take_row(i < map.height() ? i : 2 * map.height() - 1 - i, i < map.height());
-        co_await row;
+        const bool down = i < map.height();
+        clear.take_row(down ? i : 2 * map.height() - 1 - i, down);
+        if (co_await (down ? touched : row)) {
+            co_return;
+        }
     }
+    s.seen_.reserve(kSeenByMost * s.place_.size());
+    s.first_seen_.reserve(s.place_.size() + 1);
     s.first_seen_.push_back(0);
     for (const Place p : s.place_) {
         look_around(clear, p, [&s, &number](Place q) { s.seen_.push_back(number[q]); });
-        co_await Spent{kPlaceUnits * (1 + s.seen_.size() - s.first_seen_.back())};
+        if (co_await Spent{kAroundUnits + kSeenUnits * (s.seen_.size() - s.first_seen_.back())}) {
+            co_return;
+        }
         s.first_seen_.push_back(static_cast<std::uint32_t>(s.seen_.size()));
     }
-    s.seen_.shrink_to_fit();
     built = std::move(s);
 }
 
@@ -269,9 +315,10 @@ Subgoal Subgoals::at(Place p) const {
 }
 
 std::size_t Subgoals::bytes() const {
-    return cells_.capacity() * sizeof(Cell) + place_.capacity() * sizeof(Place) +
-           (first_seen_.capacity() + first_door_.capacity()) * sizeof(std::uint32_t) +
-           (seen_.capacity() + doors_.capacity()) * sizeof(Subgoal);
+    // Of room that was taken beforehand no more is in memory than is used.
+    return cells_.size() * sizeof(Cell) + place_.size() * sizeof(Place) +
+           (first_seen_.size() + first_door_.size()) * sizeof(std::uint32_t) +
+           (seen_.size() + doors_.size()) * sizeof(Subgoal);
 }
 
 }  // namespace zoned::ai::navigation

@@ -87,12 +87,26 @@ void WayService::change(std::span<const CellChange> changes) {
         gap.low = {left->x, top->z};
         gap.high = {right->x, bottom->z};
     }
+    Blocks touched{};
+    if (closed.right >= 0) {
+        // A line may touch what it passes by a corner.
+        const auto at = [](int x, int y) {
+            return Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+        };
+        add_blocks(touched,
+                   at(std::max(closed.left - 1, 0), std::max(closed.top - 1, 0)),
+                   at(std::min(closed.right + 1, grid_.width() - 1),
+                      std::min(closed.bottom + 1, grid_.height() - 1)));
+    }
     for (std::uint32_t i = 0; i < slots_.size(); ++i) {
+        const Blocks& led = blocks_[i];
+        const bool near = ((led[0] & touched[0]) | (led[1] & touched[1]) | (led[2] & touched[2]) |
+                           (led[3] & touched[3])) != 0;
         Slot& slot = slots_[i];
-        if (!slot.taken) {
+        if ((!near && opened_.empty()) || !slot.taken) {
             continue;
         }
-        const bool broken = slot.usable && closed.right >= 0 && cut(slot, closed);
+        const bool broken = near && slot.usable && cut(slot, closed);
         const bool longer = !broken && !opened_.empty() && may_be_shorter(slot, gap);
         if (broken) {
             slot.usable = false;
@@ -104,7 +118,9 @@ void WayService::change(std::span<const CellChange> changes) {
         if (broken || longer) {
             requeued_.push_back(i);
         }
-        if ((broken || longer) && !slot.waiting && find_ends(i)) {
+        // Its ends are looked for anew when its turn comes.
+        if ((broken || longer) && !slot.waiting &&
+            (planner_.map().passable(slot.goal) || find_ends(i))) {
             wait(i);
             if (broken) {
                 unled_.push_back(i);
@@ -116,21 +132,27 @@ void WayService::change(std::span<const CellChange> changes) {
 /// Whether one of the legs that are left of a way leads through something blocked; `around` holds
 /// all that was closed.
 bool WayService::cut(const Slot& slot, const GoalField::Window& around) const {
-    const Cell low = grid_.cell(slot.low);
-    const Cell high = grid_.cell(slot.high);
-    if (low.x > around.right + 1 || high.x + 1 < around.left || low.y > around.bottom + 1 ||
-        high.y + 1 < around.top) {
-        return false;
-    }
     const std::span<const Spot> corners = pool_.of(slot.corners);
-    Cell from = slot.next == 0 ? slot.start : grid_.cell(corners[slot.next - 1]);
+    // Most legs lie far from it: two cells are more than what is in a cell but not in its middle.
+    const auto at = [this](int x, int y) {
+        return Spot{grid_.min_x() + static_cast<float>(x) * grid_.cell_m(),
+                    grid_.min_z() + static_cast<float>(y) * grid_.cell_m()};
+    };
+    const Spot low = at(around.left - 2, around.top - 2);
+    const Spot high = at(around.right + 3, around.bottom + 3);
+    Spot before = slot.next == 0 ? grid_.centre(slot.start) : corners[slot.next - 1];
     std::uint32_t looked = 0;
     for (std::size_t i = slot.next; i < corners.size(); ++i) {
-        const Cell to = grid_.cell(corners[i]);
-        if (passes(from, to, around) && !sees(planner_.map(), from, to, looked)) {
-            return true;
+        const Spot after = corners[i];
+        if (std::min(before.x, after.x) <= high.x && std::max(before.x, after.x) >= low.x &&
+            std::min(before.z, after.z) <= high.z && std::max(before.z, after.z) >= low.z) {
+            const Cell from = grid_.cell(before);
+            const Cell to = grid_.cell(after);
+            if (passes(from, to, around) && !sees(planner_.map(), from, to, looked)) {
+                return true;
+            }
         }
-        from = to;
+        before = after;
     }
     return false;
 }

@@ -60,6 +60,7 @@ struct WayCounts {
     std::uint32_t waiting = 0;
     std::uint32_t longest_wait_ticks = 0;  ///< from an asker's turn to its answer
     std::uint64_t work = 0;                ///< of the last tick
+    std::uint64_t index_work = 0;          ///< of the last tick besides, on the map's index
 };
 
 /// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never

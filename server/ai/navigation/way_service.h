@@ -9,18 +9,23 @@
 #include "server/ai/navigation/way_queue.h"
 
 #include <array>
+#include <optional>
 
 namespace zoned::ai::navigation {
 
 struct WaySettings {
-    /// Of a tick, in units: a cell looked at is one (about 2 ns).
+    /// Of a tick, in units of about 2 ns (way_units.h). Of that as much is kept for those who are
+    /// due as they need at least; it is exceeded where this is more than all, and by what a goal
+    /// that can't be reached takes once.
     std::uint64_t work_per_tick = 1'000'000;
-    /// Of a tick besides, as long as the map's index is renewed after a change.
+    /// Of a tick besides, as long as the map's index is renewed after a change. What a part of it
+    /// takes beyond is left out of the next ticks.
     std::uint64_t index_work_per_tick = 200'000;
     /// Who has asked for one way alone has it after so many ticks, whatever the load: requests that
     /// come due beyond the work of a tick go from area to area, which is cheap.
     std::uint32_t longest_wait_ticks = 20;
-    /// Cells or corners that one search may look at; beyond, the way goes from area to area.
+    /// Cells or corners that one search may look at, and no more than the work of a tick allows;
+    /// beyond, the way goes from area to area.
     std::uint32_t search_work = 20'000;
     /// A place in an obstacle stands for the nearest passable cell within so many.
     int reach_cells = 8;
@@ -85,6 +90,11 @@ class WayService {
     /// Whether a way leads from the cell nearest to a place to another cell.
     bool reaches(Spot from, Cell to);
 
+    /// How long the best way is from the cell nearest to a place to another cell, m; once the work
+    /// of the tick is used up, about how long a way from area to area is. Nothing where none leads
+    /// there.
+    std::optional<float> length(Spot from, Cell to);
+
     [[nodiscard]] const Areas& areas() const { return areas_; }
 
     [[nodiscard]] const WayCounts& counts() const { return counts_; }
@@ -110,9 +120,10 @@ class WayService {
         float length_m = 0.0F;
         Spot ahead;           ///< that corner
         float rest_m = 0.0F;  ///< from there on
-        Spot low;             ///< of the box that holds the way
-        Spot high;
     };
+
+    /// The map in 16 x 16 blocks, as bits: those that a way leads through, at least.
+    using Blocks = std::array<std::uint64_t, 4>;
 
     /// Next steps from all cells to a goal that many ask for.
     struct Field {
@@ -129,11 +140,19 @@ class WayService {
     };
 
     static constexpr std::size_t kFields = 8;
+    /// Answers requests as far as the tick's work goes, and all that are due.
+    void serve_waiting();
+    /// So many requests are due in this tick still: what they need at least is kept for them.
+    void keep_back(std::uint32_t due);
     /// Corners of the way are in `cells_`; false where the tick's work ended before it was found.
     bool find(Slot& slot, bool cheaply);
     bool find_by_field(Slot& slot);
-    void find_by_planner(Slot& slot);
+    bool find_by_planner(Slot& slot);
     void find_by_areas(Slot& slot);
+    void prepare_table(Cell goal);
+    /// Of the cells that stand for areas, and the start, the one nearest to the goal that is
+    /// reached.
+    Cell nearest_middle(const Slot& slot);
     /// From the last of `cells_` to a goal in the same area.
     void walk_within_area(Cell goal);
     /// Makes a field, as far as the tick's work goes; true once it is there.
@@ -143,7 +162,10 @@ class WayService {
     /// Appends to `cells_` where hops lead.
     template <class HopAt>
     void walk(const HopAt& hop_at);
-    void keep(Slot& slot);
+    void keep(std::uint32_t number);
+    /// Takes the corners of a way away.
+    void drop(std::uint32_t number);
+    void add_blocks(Blocks& blocks, Cell a, Cell b) const;
     void done(std::uint32_t number);
     void fail(std::uint32_t number, Outcome outcome);
     void wait(std::uint32_t number);
@@ -166,6 +188,8 @@ class WayService {
     CornerPool pool_;
     WayQueue queue_;
     std::vector<Slot> slots_;
+    std::vector<Blocks> blocks_;  // by slot; none where there is no way
+    unsigned block_shift_ = 0;    // of a cell's column or row
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> answered_;  // since the last serve()
     std::vector<std::uint32_t> told_;      // by it
@@ -177,6 +201,9 @@ class WayService {
     GoalField builder_;
     Place building_ = kNoPlace;
     std::uint64_t typical_work_ = 0;  // of a way by the planner
+    std::uint64_t cheap_work_ = 0;    // of one from area to area
+    std::uint64_t budget_ = 0;        // of the tick, but for what is kept back
+    bool searched_ = false;           // in this tick
     std::vector<Cell> cells_;
     GoalField near_goal_;
     std::uint32_t next_table_ = 0;  // of areas, to be made

@@ -277,6 +277,78 @@ TEST(WayChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
     EXPECT_GT(walked, 30);
 }
 
+TEST(WayChanges, TakeNoMoreWorkInATickThanItWasGiven) {
+    core::Rng rng(35);
+    const GridMap map = rooms_map(300, 280, 11, 2);
+    WayService service(metre_ground(map));
+    const WaySettings settings;
+    for (std::uint32_t i = 0; i < 600; ++i) {
+        service.ask({i,
+                     service.grid().centre(some_passable(map, rng)),
+                     service.grid().centre(some_passable(map, rng))});
+    }
+    std::uint64_t most = 0;
+    std::uint64_t index = 0;
+    std::uint64_t ticks = 0;
+    const auto serve = [&] {
+        service.serve();
+        most = std::max(most, service.counts().work);
+        index += service.counts().index_work;
+        ++ticks;
+    };
+    while (service.counts().waiting != 0) {
+        serve();
+    }
+    // Doors on the ways of many, some before the index of the last is there.
+    for (int round = 0; round < 40; ++round) {
+        service.change(line_of_cells(service.planner().map(), rng, round % 3 == 0));
+        for (int tick = 0; tick < round % 12; ++tick) {
+            serve();
+        }
+    }
+    while (service.counts().waiting != 0 || !service.indexed()) {
+        serve();
+    }
+    EXPECT_GT(service.counts().broken, 100U);
+    // Beyond it what the last request that is begun takes: at most two units for each cell around a
+    // goal that can't be reached, and some ten thousand for a table and a way. Thirty are due in a
+    // tick: what these need is less than all.
+    EXPECT_LE(most, settings.work_per_tick + 2U * 300U * 280U + 50'000U);
+    EXPECT_GT(most, settings.work_per_tick / 2);
+    // Besides, one part of the index may be begun beyond its share.
+    EXPECT_LE(index, ticks * settings.index_work_per_tick + 100'000);
+    EXPECT_LE(service.counts().longest_wait_ticks, settings.longest_wait_ticks);
+}
+
+TEST(WayChanges, GiveBackTheCornersOfWaysThatTheyRenew) {
+    core::Rng rng(36);
+    Askers a(rooms_map(120, 100, 11, 4), 300, rng);
+    std::vector<CellChange> door;
+    for (int i = 0; i < 100; ++i) {
+        const auto line = line_of_cells(a.service.planner().map(), rng, false);
+        door.insert(door.end(), line.begin(), line.end());
+    }
+    std::erase_if(door,
+                  [&](const CellChange& c) { return !a.service.planner().map().passable(c.cell); });
+    const auto turn = [&](int rounds) {
+        for (int round = 0; round < 2 * rounds; ++round) {
+            for (CellChange& c : door) {
+                c.passable = round % 2 != 0;
+            }
+            a.service.change(door);
+            a.settle();
+        }
+        while (!a.service.indexed()) {
+            a.service.serve();
+        }
+        return a.service.bytes();
+    };
+    // Each turn most of 300 ways get another some 30 corners long: 70 KB, which would be 4 MB. What
+    // is left is that ways differ in length: the pool has not seen as many of each at first.
+    const std::size_t before = turn(5);
+    EXPECT_LE(turn(30), before + before / 2);
+}
+
 }  // namespace
 
 }  // namespace zoned::ai::navigation

@@ -1,0 +1,300 @@
+#include "server/ai/navigation/line_of_sight.h"
+#include "server/ai/navigation/way_service.h"
+#include "server/ai/navigation/way_units.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace zoned::ai::navigation {
+
+namespace {
+
+/// A field must save so many times what it costs.
+constexpr std::uint64_t kFieldGain = 2;
+/// Cells or corners looked at on the last leg of a way from area to area.
+constexpr std::uint32_t kAreaSearch = 500;
+
+float leg_m(Spot a, Spot b) {
+    return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
+}
+
+}  // namespace
+
+bool WayService::find(Slot& slot, bool cheaply) {
+    const GridMap& map = planner_.map();
+    slot.outcome = Outcome::kFound;
+    slot.best = true;
+    std::uint32_t looked = 0;
+    const bool straight = sees(map, slot.start, slot.goal, looked);
+    spent_ += kSightUnits * looked;
+    if (straight) {
+        cells_.assign({slot.start, slot.goal});
+        ++counts_.straight;
+        return true;
+    }
+    if (find_by_field(slot)) {
+        return true;
+    }
+    if (cheaply) {
+        find_by_areas(slot);
+        return true;
+    }
+    if (worth_a_field(slot)) {
+        if (!make_field(slot.goal)) {
+            return false;
+        }
+        if (find_by_field(slot)) {
+            return true;
+        }
+    }
+    return find_by_planner(slot);
+}
+
+bool WayService::worth_a_field(const Slot& slot) const {
+    const GridMap& map = planner_.map();
+    const std::uint64_t by_planner = wanted_[map.place(slot.goal)] * typical_work_;
+    return by_planner > kFieldGain * kFieldUnits * map.passable_cells();
+}
+
+bool WayService::make_field(Cell goal) {
+    const GridMap& map = planner_.map();
+    if (building_ != map.place(goal)) {
+        builder_.begin(map, goal);
+        building_ = map.place(goal);
+        spent_ += memory_units(map.places());
+    }
+    while (spent_ < budget_) {
+        const std::uint64_t left = (budget_ - spent_) / kFieldUnits + 1;
+        const auto cells =
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(left, map.passable_cells()));
+        spent_ += kFieldUnits * cells;
+        if (builder_.advance(map, cells)) {
+            Field& oldest = *std::min_element(
+                fields_.begin(), fields_.end(), [](const Field& a, const Field& b) {
+                    return a.used < b.used;
+                });
+            builder_.copy_hops(oldest.hops);
+            spent_ += memory_units(map.places()) / 2;
+            oldest.goal = building_;
+            oldest.used = tick_;
+            building_ = kNoPlace;
+            ++counts_.fields;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool WayService::find_by_field(Slot& slot) {
+    const GridMap& map = planner_.map();
+    const Place goal = map.place(slot.goal);
+    const auto field = std::find_if(
+        fields_.begin(), fields_.end(), [goal](const Field& f) { return f.goal == goal; });
+    if (field == fields_.end() || field->hops[map.place(slot.start)] == kNoHop) {
+        return false;
+    }
+    field->used = tick_;
+    cells_.assign(1, slot.start);
+    walk([&](Cell c) { return field->hops[map.place(c)]; });
+    ++counts_.by_field;
+    return true;
+}
+
+void WayService::append(Cell c, bool straight_on) {
+    if (straight_on) {
+        cells_.back() = c;
+    } else {
+        cells_.push_back(c);
+    }
+}
+
+template <class HopAt>
+void WayService::walk(const HopAt& hop_at) {
+    std::uint32_t steps = 0;
+    Hop last = kNoHop;
+    Cell c = cells_.back();
+    for (Hop hop = hop_at(c); hop < kArrived; hop = hop_at(c)) {
+        c = hopped(c, hop);
+        append(c, hop == last);
+        last = hop;
+        ++steps;
+        ZONED_ASSERT(steps <= planner_.map().passable_cells(), "hops lead nowhere twice");
+    }
+    spent_ += kHopUnits * steps;
+}
+
+/// A search that the end of the tick cuts off begins anew in the next one; one that had all of a
+/// tick goes from area to area.
+bool WayService::find_by_planner(Slot& slot) {
+    const bool first = !std::exchange(searched_, true);
+    const std::uint64_t left = budget_ > spent_ ? (budget_ - spent_) / kNodeUnits : 0;
+    Query query;
+    query.start = slot.start;
+    query.goal = slot.goal;
+    query.max_work =
+        static_cast<std::uint32_t>(std::clamp<std::uint64_t>(left, 1, settings_.search_work));
+    query.nearest = true;
+    const Answer found = planner_.plan(query);
+    const std::uint64_t work = kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
+    spent_ += work;
+    typical_work_ = (7 * typical_work_ + work) / 8;
+    if (found.outcome == Outcome::kCutOff) {
+        if (!first && query.max_work < settings_.search_work) {
+            return false;
+        }
+        find_by_areas(slot);
+        return true;
+    }
+    slot.outcome = found.outcome;
+    const std::span<const Cell> corners = planner_.way().corners();
+    cells_.assign(corners.begin(), corners.end());
+    return true;
+}
+
+void WayService::prepare_table(Cell goal) {
+    if (!areas_.prepared(planner_.map(), goal)) {
+        areas_.prepare(planner_.map(), goal);
+        spent_ += kAreaUnits * areas_.areas();
+    }
+}
+
+Cell WayService::nearest_middle(const Slot& slot) {
+    const auto off = [&slot](Cell c) {
+        return octile(c.x - slot.goal.x, c.y - slot.goal.y);
+    };
+    Cell best = slot.start;
+    areas_.visit_middles([&](Cell c) {
+        if (off(c) < off(best) && planner_.joined(slot.start, c)) {
+            best = c;
+        }
+    });
+    spent_ += kMiddleUnits * areas_.areas();
+    return best;
+}
+
+void WayService::find_by_areas(Slot& slot) {
+    const GridMap& map = planner_.map();
+    const bool joined = planner_.joined(slot.start, slot.goal);
+    const Cell goal = joined ? slot.goal : nearest_middle(slot);
+    slot.outcome = joined ? Outcome::kFound : Outcome::kPartial;
+    slot.best = false;
+    prepare_table(goal);
+    ++counts_.by_areas;
+    if (!areas_.together(map, slot.start, goal) && areas_.hop(map, slot.start, goal) == kNoHop) {
+        // Farther than tables tell: as far as a short search comes.
+        Query query;
+        query.start = slot.start;
+        query.goal = goal;
+        query.max_work = kAreaSearch;
+        const Answer found = planner_.plan(query);
+        spent_ += kQueryUnits + kNodeUnits * found.work;
+        const std::span<const Cell> corners = planner_.way().corners();
+        cells_.assign(corners.begin(), corners.end());
+        slot.outcome = found.outcome == Outcome::kFound ? slot.outcome : found.outcome;
+        return;
+    }
+    cells_.assign(1, slot.start);
+    Hop last = kNoHop;
+    std::uint32_t steps = 0;
+    areas_.lead(map, slot.start, goal, [&](Cell c, Hop hop) {
+        append(c, hop == last);
+        last = hop;
+        ++steps;
+        return true;
+    });
+    spent_ += kHopUnits * steps;
+    walk_within_area(goal);
+}
+
+void WayService::walk_within_area(Cell goal) {
+    const GridMap& map = planner_.map();
+    Query query;
+    query.start = cells_.back();
+    query.goal = goal;
+    query.max_work = kAreaSearch;
+    const Answer found = planner_.plan(query);
+    spent_ += kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
+    if (found.outcome == Outcome::kFound) {
+        const std::span<const Cell> corners = planner_.way().corners();
+        cells_.insert(cells_.end(), corners.begin() + 1, corners.end());
+        return;
+    }
+    // A search that lost its way beyond the square: within it there is one.
+    const GoalField::Window w = areas_.window(map, goal);
+    near_goal_.build(map, goal, w);
+    spent_ +=
+        kFieldUnits * static_cast<std::uint64_t>((w.right - w.left + 1) * (w.bottom - w.top + 1));
+    walk([&](Cell c) { return near_goal_.hop(map.place(c)); });
+}
+
+void WayService::keep(std::uint32_t number) {
+    Slot& slot = slots_[number];
+    std::uint32_t looked = 0;
+    spent_ += kCornerUnits * cells_.size();
+    pull(planner_.map(), cells_, looked);
+    spent_ += kSightUnits * looked;
+    Blocks& blocks = blocks_[number];
+    blocks = {};
+    for (std::size_t i = 1; i < cells_.size(); ++i) {
+        add_blocks(blocks, cells_[i - 1], cells_[i]);
+    }
+    pool_.give_back(slot.corners);
+    slot.corners =
+        pool_.take(static_cast<std::uint32_t>(std::max<std::size_t>(cells_.size(), 2) - 1));
+    const std::span<Spot> corners = pool_.of(slot.corners);
+    for (std::size_t i = 1; i < cells_.size(); ++i) {
+        corners[i - 1] = grid_.centre(cells_[i]);
+    }
+    if (slot.outcome == Outcome::kFound) {
+        corners.back() = slot.to;  // in the cell of the goal itself
+    } else if (cells_.size() < 2) {
+        corners.back() = grid_.centre(slot.start);
+    }
+    slot.usable = true;
+    slot.next = 0;
+    slot.ahead = corners.front();
+    slot.length_m = leg_m(slot.at, slot.ahead);
+    slot.rest_m = 0.0F;
+    for (std::size_t i = 1; i < corners.size(); ++i) {
+        slot.rest_m += leg_m(corners[i - 1], corners[i]);
+    }
+    slot.length_m += slot.rest_m;
+}
+
+void WayService::add_blocks(Blocks& blocks, Cell a, Cell b) const {
+    const auto [left, right] = std::minmax({a.x >> block_shift_, b.x >> block_shift_});
+    const auto [top, bottom] = std::minmax({a.y >> block_shift_, b.y >> block_shift_});
+    for (int y = top; y <= bottom; ++y) {
+        for (int x = left; x <= right; ++x) {
+            const auto bit = static_cast<unsigned>(16 * y + x);
+            blocks[bit / 64] |= std::uint64_t{1} << bit % 64;
+        }
+    }
+}
+
+std::optional<float> WayService::length(Spot from, Cell to) {
+    const GridMap& map = planner_.map();
+    Query query;
+    query.start = grid_.cell(from);
+    query.goal = to;
+    if ((!map.passable(query.start) &&
+         !nearest_passable(map, grid_, from, settings_.reach_cells, query.start)) ||
+        !planner_.joined(query.start, to)) {
+        return std::nullopt;
+    }
+    if (spent_ < settings_.work_per_tick) {
+        query.max_work = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+            (settings_.work_per_tick - spent_) / kNodeUnits, 1, settings_.search_work));
+        const Answer found = planner_.plan(query);
+        spent_ += kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
+        if (found.outcome == Outcome::kFound) {
+            return static_cast<float>(found.length) * grid_.cell_m();
+        }
+    }
+    prepare_table(to);
+    return static_cast<float>(areas_.cells(map, query.start, to)) * grid_.cell_m();
+}
+
+}  // namespace zoned::ai::navigation
