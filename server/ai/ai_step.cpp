@@ -372,8 +372,12 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     return report_;
 }
 
-void Step::remember(const Memory& memory, const Minds& minds, const Settings& settings) {
+void Step::remember(const Memory& memory,
+                    const Nests::Memory& nests,
+                    const Minds& minds,
+                    const Settings& settings) {
     memory_ = memory;
+    nests_.remember(nests);
     watch();
     waking_.clear();
     for (std::size_t n = 0; n < minds.size(); ++n) {

@@ -122,7 +122,10 @@ class Step {
     [[nodiscard]] const Memory& memory() const { return memory_; }
 
     /// `minds` are those that the memory belongs to.
-    void remember(const Memory& memory, const Minds& minds, const Settings& settings);
+    void remember(const Memory& memory,
+                  const Nests::Memory& nests,
+                  const Minds& minds,
+                  const Settings& settings);
 
   private:
     /// A mind that has something to do in this tick.

@@ -55,7 +55,8 @@ bool finds_food(const ForageDef& def, const Places& places, const Vec2& at) {
 }  // namespace
 
 /// Null where the nest lies in another zone.
-Nests::Nest* Nests::nest_of(const ForageDef& def, TypeIndex type, const Scene& scene) {
+Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
+    const ForageDef& def = *scene.machines[key.machine].states[key.doing].forage;
     for (const auto& nest : nests_) {
         if (nest->place == def.nest) {
             nest->def = &def;
@@ -70,18 +71,59 @@ Nests::Nest* Nests::nest_of(const ForageDef& def, TypeIndex type, const Scene& s
                                       centre.y() - def.radius_m,
                                       centre.x() + def.radius_m,
                                       centre.y() + def.radius_m};
-    const motion::CharacterLimits& limits = scene.types[type].character;
+    const motion::CharacterLimits& limits = scene.types[key.type].character;
     navigation::GroundMap ground = navigation::bake_ground(scene.statics, limits, area, def.cell_m);
     navigation::DoorMap doors(
         navigation::bake_doors(scene.statics, limits, area, def.cell_m, ground), ground.cells);
     nests_.push_back(std::make_unique<Nest>(def, std::move(ground), std::move(doors)));
-    return nests_.back().get();
+    Nest& nest = *nests_.back();
+    nest.machine = key.machine;
+    nest.doing = key.doing;
+    nest.type = key.type;
+    return &nest;
 }
 
-void Nests::follow_doors(Nest& nest, const Scene& scene) {
+Nests::Memory Nests::memory() const {
+    Memory memory{delivered_, turned_, {}};
+    for (const auto& nest : nests_) {
+        Scents scents{nest->machine, nest->doing, nest->type, {}};
+        nest->trails.for_each_scent([&scents](navigation::Place at, float home, float food) {
+            scents.cells.push_back({at, home, food});
+        });
+        memory.nests.push_back(std::move(scents));
+    }
+    memory.nests.insert(memory.nests.end(), remembered_.begin(), remembered_.end());
+    return memory;
+}
+
+void Nests::remember(const Memory& memory) {
+    nests_.clear();
+    delivered_ = memory.delivered;
+    turned_ = memory.turned;
+    remembered_ = memory.nests;
+}
+
+/// With doors as they were at the end of the last step.
+void Nests::restore(const Scene& scene) {
+    const bool turned = turned_;
+    for (const Scents& scents : remembered_) {
+        Nest* const nest = scents.type < scene.types.size() ? nest_of(scents, scene) : nullptr;
+        if (nest == nullptr) {
+            continue;
+        }
+        follow_doors(*nest, scene.statics, scene.now - 1);
+        for (const Scents::Cell& cell : scents.cells) {
+            nest->trails.put_scent(cell.place, cell.home, cell.food);
+        }
+    }
+    remembered_.clear();
+    turned_ = turned;
+}
+
+void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick now) {
     changes_.clear();
     for (std::uint32_t door = 0; door < nest.doors.doors(); ++door) {
-        nest.doors.turn(door, scene.statics.doors()[door].shut_at(scene.now), changes_);
+        nest.doors.turn(door, statics.doors()[door].shut_at(now), changes_);
     }
     for (const navigation::CellChange& change : changes_) {
         nest.ground.cells.set_passable(change.cell, change.passable);
@@ -181,7 +223,8 @@ void Nests::take_turn(Mind& mind, const Forager& forager, const Scene& scene) {
     }
     const Vec2 at = whereabouts(mind, body, scene.now, scene.dt);
     const Vec2 target(mind.target.x(), mind.target.z());
-    if (Nest* const nest = nest_of(def, scene.entities.type[forager.row], scene)) {
+    const Scents key{mind.machine, mind.doing, scene.entities.type[forager.row], {}};
+    if (Nest* const nest = nest_of(key, scene)) {
         const bool near = (target - at).norm() < kAtCell * nest->ground.grid.cell_m();
         walk(mind, *nest, at, by_leg ? over : near, scene);
     } else {
@@ -197,13 +240,14 @@ void Nests::step(Minds& minds, const Scene& scene) {
     std::sort(foragers_.begin(), foragers_.end(), [](const Forager& a, const Forager& b) {
         return a.entity < b.entity;
     });
+    restore(scene);
     for (const Forager& forager : foragers_) {
         take_turn(minds.at(forager.slot), forager, scene);
     }
     turned_ = false;
     const auto second = std::max<Tick>(1, std::lround(1.0F / scene.dt));
     for (const auto& nest : nests_) {
-        follow_doors(*nest, scene);
+        follow_doors(*nest, scene.statics, scene.now);
         if (scene.now % second == 0) {
             nest->trails.evaporate();
         }

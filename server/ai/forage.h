@@ -70,6 +70,33 @@ class Nests {
     /// this one, whether it has shut before them.
     [[nodiscard]] bool turned() const { return turned_; }
 
+    /// What is known of a nest beside its map, which is baked anew.
+    struct Scents {
+        struct Cell {
+            navigation::Place place = 0;
+            float home = 0.0F;
+            float food = 0.0F;
+        };
+
+        std::uint16_t machine = 0;  ///< some machine and what it does say where the nest is
+        std::uint16_t doing = 0;
+        TypeIndex type = 0;  ///< of the creatures that its map is for
+        std::vector<Cell> cells{};
+    };
+
+    /// For snapshots: nests in the order in which they were first used.
+    struct Memory {
+        std::uint64_t delivered = 0;
+        bool turned = false;
+        std::vector<Scents> nests{};
+    };
+
+    [[nodiscard]] Memory memory() const;
+
+    /// Replaces everything. Maps are baked in the next step; what then is no nest of this zone, or
+    /// no cell of its map, is forgotten.
+    void remember(const Memory& memory);
+
     /// All that was brought home so far.
     [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
 
@@ -90,6 +117,9 @@ class Nests {
   private:
     struct Nest {
         std::uint16_t place;
+        std::uint16_t machine = 0;
+        std::uint16_t doing = 0;
+        TypeIndex type = 0;
         const ForageDef* def;
         navigation::GroundMap ground;
         navigation::DoorMap doors;
@@ -103,8 +133,9 @@ class Nests {
               trails(ground.cells, from.trails) {}
     };
 
-    Nest* nest_of(const ForageDef& def, TypeIndex type, const Scene& scene);
-    void follow_doors(Nest& nest, const Scene& scene);
+    Nest* nest_of(const Scents& key, const Scene& scene);
+    void restore(const Scene& scene);
+    void follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick now);
     void take_turn(Mind& mind, const Forager& forager, const Scene& scene);
     void walk(Mind& mind, Nest& nest, const Vec2& at, bool arrived, const Scene& scene);
     void arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene);
@@ -113,6 +144,7 @@ class Nests {
     std::vector<Forager> foragers_;
     std::vector<std::unique_ptr<Nest>> nests_;
     std::vector<navigation::CellChange> changes_;
+    std::vector<Scents> remembered_;  // until their maps are baked
     std::uint64_t delivered_ = 0;
     bool turned_ = false;
 };

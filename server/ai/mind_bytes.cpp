@@ -12,7 +12,7 @@ namespace zoned::ai {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 /// No zone is so large, m.
 constexpr float kFarthest_m = 1e6F;
 
@@ -89,6 +89,20 @@ class Reader {
     bool known_ = true;
 };
 
+/// The largest Mind::corner of who does that.
+std::uint8_t most_corner(ActionKind action) {
+    switch (action) {
+        case ActionKind::kPatrol:
+            return 3;
+        case ActionKind::kGuard:
+            return 1;
+        case ActionKind::kForage:
+            return ants::kDirections - 1U + kCarries + kScouts + kLost + kBegins;
+        default:
+            return 0xFF;  // it has no meaning, or any is borne
+    }
+}
+
 /// What keeps the mind from being one of `settings`; null: nothing.
 const char* wrong_with(const Mind& mind, const Settings& settings) {
     if (mind.machine >= settings.compiled.size() ||
@@ -115,10 +129,76 @@ const char* wrong_with(const Mind& mind, const Settings& settings) {
             return "remembers a state that there is not";
         }
     }
+    // What has just been turned to writes it.
+    if (!mind.entered && mind.corner > most_corner(machine.states[mind.doing].action)) {
+        return "is at a corner that there is not";
+    }
     if (mind.tier > Tier::kCoarse || (mind.tier == Tier::kCoarse && !mind.timed)) {
         return "is in no tier, or nowhere";
     }
     return nullptr;
+}
+
+void write_nests(const Nests::Memory& memory, Writer& write) {
+    write(memory.delivered);
+    write(memory.turned);
+    write(static_cast<std::uint32_t>(memory.nests.size()));
+    for (const Nests::Scents& nest : memory.nests) {
+        write(nest.machine);
+        write(nest.doing);
+        write(nest.type);
+        write(static_cast<std::uint32_t>(nest.cells.size()));
+        for (const Nests::Scents::Cell& cell : nest.cells) {
+            write(cell.place);
+            write(cell.home);
+            write(cell.food);
+        }
+    }
+}
+
+/// Whether the nest is one of `settings` and its cells ascend and have scents within 0 to 1.
+bool is_nest(const Nests::Scents& nest, const Settings& settings) {
+    if (nest.machine >= settings.compiled.size()) {
+        return false;
+    }
+    const std::vector<State>& states = settings.compiled[nest.machine].states;
+    const auto known = [](float scent) {
+        return scent >= 0.0F && scent <= 1.0F;
+    };
+    return nest.doing < states.size() && states[nest.doing].forage.has_value() &&
+           std::is_sorted(nest.cells.begin(),
+                          nest.cells.end(),
+                          [](const auto& a, const auto& b) { return a.place <= b.place; }) &&
+           std::all_of(nest.cells.begin(), nest.cells.end(), [&](const auto& cell) {
+               return known(cell.home) && known(cell.food);
+           });
+}
+
+/// Empty text: done.
+std::string read_nests(Reader& read, const Settings& settings, Nests::Memory& memory) {
+    std::uint32_t count = 0;
+    read(memory.delivered);
+    read(memory.turned);
+    read(count);
+    for (std::uint32_t n = 0; n < count && !read.cut_short(); ++n) {
+        Nests::Scents nest;
+        std::uint32_t cells = 0;
+        read(nest.machine);
+        read(nest.doing);
+        read(nest.type);
+        read(cells);
+        for (std::uint32_t c = 0; c < cells && !read.cut_short(); ++c) {
+            Nests::Scents::Cell& cell = nest.cells.emplace_back();
+            read(cell.place);
+            read(cell.home);
+            read(cell.food);
+        }
+        if (!read.cut_short() && !is_nest(nest, settings)) {
+            return "nest " + std::to_string(n) + " is none, or has scents that are none";
+        }
+        memory.nests.push_back(std::move(nest));
+    }
+    return read.cut_short() || !read.finite() || !read.known() ? "nests are cut short" : "";
 }
 
 }  // namespace
@@ -148,6 +228,7 @@ void write_minds(const Minds& minds,
         write(stock.amount);
         write(stock.at);
     }
+    write_nests(step.nests().memory(), write);
 }
 
 std::string read_minds(std::span<const std::uint8_t> bytes,
@@ -218,12 +299,17 @@ std::string read_minds(std::span<const std::uint8_t> bytes,
     if (read.cut_short() || !read.finite()) {
         return "stock is cut short, or has a number that is none";
     }
+    Nests::Memory nests;
+    const std::string wrong_nests = read_nests(read, settings, nests);
+    if (!wrong_nests.empty()) {
+        return wrong_nests;
+    }
     if (read.left() > 0) {
         return std::to_string(read.left()) + " bytes are left over";
     }
     minds = std::move(fresh);
     places.set_stocks(stock);
-    step.remember(memory, minds, settings);
+    step.remember(memory, nests, minds, settings);
     return {};
 }
 

@@ -11,9 +11,9 @@
 
 namespace zoned::ai {
 
-/// Appends all minds, ascending by entity, what their step remembers, and what is in stock: little
-/// endian, field by field as mind_fields.h has them, after a version and counts. What reads them
-/// goes on bit for bit.
+/// Appends all minds, ascending by entity, what their step remembers, what is in stock, and the
+/// scents of nests, whose maps are baked anew: little endian, field by field as mind_fields.h has
+/// them, after a version and counts. What reads them goes on bit for bit.
 void write_minds(const Minds& minds,
                  const Step& step,
                  const Places& places,

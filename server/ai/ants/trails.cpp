@@ -75,13 +75,24 @@ void Trails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
 
 /// Chains cells by place, so that it does not matter in which order they were marked.
 void Trails::hash(core::StateHash& hash) const {
-    for (navigation::Place p = 0; p < map_.places(); ++p) {
-        if (is_scented_[p] != 0) {
-            hash.add(p);
-            hash.add(scent_[kHome][p]);
-            hash.add(scent_[kFood][p]);
-        }
+    for_each_scent([&hash](navigation::Place p, float home, float food) {
+        hash.add(p);
+        hash.add(home);
+        hash.add(food);
+    });
+}
+
+bool Trails::put_scent(navigation::Place at, float home, float food) {
+    const auto known = [](float scent) {
+        return scent >= 0.0F && scent <= 1.0F;
+    };
+    if (at >= map_.places() || !known(home) || !known(food)) {
+        return false;
     }
+    scent_[kHome][at] = home;
+    scent_[kFood][at] = food;
+    note(at);
+    return true;
 }
 
 navigation::Place Trails::beside(navigation::Place from, unsigned direction) const {

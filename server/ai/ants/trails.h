@@ -57,6 +57,19 @@ class Trails {
     /// 0 to 1.
     [[nodiscard]] float scent(Scent which, navigation::Place p) const { return scent_[which][p]; }
 
+    /// Calls visit(place, home, food) for the cells with any scent, by ascending place.
+    template <class Visit>
+    void for_each_scent(Visit&& visit) const {
+        for (navigation::Place p = 0; p < map_.places(); ++p) {
+            if (is_scented_[p] != 0) {
+                visit(p, scent_[kHome][p], scent_[kFood][p]);
+            }
+        }
+    }
+
+    /// As for_each_scent() said; false: the map has no such place, or scents are not within 0 to 1.
+    bool put_scent(navigation::Place at, float home, float food);
+
     void hash(core::StateHash& hash) const;
 
   private:

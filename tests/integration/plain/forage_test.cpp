@@ -11,9 +11,11 @@ using test::with;
 
 /// A nest and crumbs 10 m from it, a wall half way with a gap of 1 m 2 m beside the straight line
 /// and another one 7 m beside it on the other side; `door` may shut the nearer.
-std::string ant_hill(const std::string& door) {
+std::string ant_hill(const std::string& door, int seed = 5) {
     return R"(
-world { name: "hill" seed: 5 tick_rate_hz: 20 min_x_m: -40 min_z_m: -40 max_x_m: 40 max_z_m: 40 }
+world { name: "hill" seed: )" +
+           std::to_string(seed) +
+           R"( tick_rate_hz: 20 min_x_m: -40 min_z_m: -40 max_x_m: 40 max_z_m: 40 }
 zones { zone_grid { columns: 1 rows: 1 } }
 replication { silence_ticks: 10 }
 ai { skip_unseen: false }
@@ -54,14 +56,21 @@ int near_gap(Crowd& crowd, float z) {
 }
 
 TEST(Forage, AntsBringFoodHomeAndMoreOnceTheyKnowTheWay) {
-    Crowd crowd(ant_hill(""));
-    const std::uint64_t first = brought_in(crowd, 120);
-    brought_in(crowd, 240);
-    const std::uint64_t later = brought_in(crowd, 120);
+    // One run brings 57 to 75, with a deviation of 7: the mean of eight is known to within 3.
+    constexpr std::uint64_t kRuns = 8;
+    std::uint64_t first = 0;
+    std::uint64_t later = 0;
+    for (int seed = 1; seed <= static_cast<int>(kRuns); ++seed) {
+        Crowd crowd(ant_hill("", seed));
+        first += brought_in(crowd, 120);
+        brought_in(crowd, 240);
+        later += brought_in(crowd, 120);
+    }
+    RecordProperty("later", static_cast<int>(later));
     EXPECT_GT(later, 2 * std::max<std::uint64_t>(first, 1));
     // There and back is 24 m: who walks straight brings five in two minutes.
-    EXPECT_GT(later, 60U) << "of 300 that 60 could bring at most";
-    EXPECT_LE(later, 300U);
+    EXPECT_GT(later, 60U * kRuns) << "of 300 that 60 could bring at most in each";
+    EXPECT_LE(later, 300U * kRuns);
 }
 
 TEST(Forage, WhenADoorShutsTheyFindAnotherWay) {
@@ -89,6 +98,18 @@ door { name: "gap" box { x_m: 0 y_m: 0.5 z_m: 2 size { x_m: 0.4 y_m: 1 z_m: 1 } 
     const std::uint64_t shut = brought_in(crowd, 180);
     EXPECT_GT(shut, 300U / 20U);
     RecordProperty("shut", static_cast<int>(shut));
+}
+
+/// Ants do not hold each other up here, nor do walls hold up who goes from cell to cell: what they
+/// bring follows from their timetables alone.
+TEST(Forage, AntsThatNobodySeesBringWhatTheyWouldHaveBrought) {
+    Crowd seen(ant_hill(""));
+    Crowd unseen(with(ant_hill(""), "skip_unseen: false", "skip_unseen: true"));
+    for (int minute = 1; minute <= 5; ++minute) {
+        EXPECT_EQ(brought_in(seen, 60), brought_in(unseen, 60)) << "in minute " << minute;
+    }
+    EXPECT_TRUE(unseen.state().minds.awake().empty());
+    EXPECT_GT(unseen.state().mind_step.nests().delivered(), 60U);
 }
 
 TEST(Forage, GivesTheSameHashForOneAndFourThreads) {

@@ -1,4 +1,5 @@
 // Ants that nobody sees: they find, mark and bring what they would have brought before our eyes.
+#include "server/ai/mind_bytes.h"
 #include "server/ai/walk.h"
 #include "tests/unit/ai/field.h"
 
@@ -127,6 +128,80 @@ TEST(ForageUnseen, IsTheSameWhereSomeAreSeen) {
     }
     EXPECT_LT(least, kAnts) << "some are not seen";
     EXPECT_GT(most, 0U) << "and some are";
+}
+
+TEST(ForageBytes, WhoIsReadAgainGoesOnBitForBit) {
+    for (const float seen_m : {kAntsSeen, 50.0F}) {
+        AntHill one(seen_m, true);
+        one.field.run(100.0F);
+        ASSERT_GT(one.delivered(), 0U);
+        std::vector<std::uint8_t> bytes;
+        write_minds(one.field.minds, one.field.steps, one.field.places, bytes);
+        AntHill other(seen_m, true);
+        other.field.now = one.field.now;
+        other.field.entities = one.field.entities;
+        other.field.minds = Minds();
+        ASSERT_EQ(read_minds(bytes,
+                             other.field.settings,
+                             other.field.minds,
+                             other.field.steps,
+                             other.field.places),
+                  "");
+        std::vector<std::uint8_t> again;
+        write_minds(other.field.minds, other.field.steps, other.field.places, again);
+        EXPECT_EQ(bytes, again);
+        // The door shuts at 120 s.
+        ASSERT_NO_FATAL_FAILURE(live_alike(one, other, 60));
+    }
+}
+
+TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
+    AntHill hill(50.0F);
+    hill.field.run(60.0F);
+    std::vector<std::uint8_t> whole;
+    write_minds(hill.field.minds, hill.field.steps, hill.field.places, whole);
+    const auto read = [&hill](std::vector<std::uint8_t> bytes) {
+        Minds minds;
+        Step steps;
+        Places places = hill.field.places;
+        return read_minds(bytes, hill.field.settings, minds, steps, places);
+    };
+    ASSERT_EQ(read(whole), "");
+    // A nest at the end: machine, deed, type, number of cells, then 12 bytes for each.
+    const std::size_t cells = hill.field.steps.nests().memory().nests[0].cells.size();
+    ASSERT_GT(cells, 10U);
+    const std::size_t nest = whole.size() - 12 * cells - 4 - 6;
+    std::vector<std::uint8_t> bytes = whole;
+    bytes[nest] = 9;  // its machine
+    EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
+    bytes = whole;
+    bytes[nest + 2] = 1;  // what it does
+    EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
+    bytes = whole;
+    bytes[whole.size() - 1] = 0x41;  // food of 8 or more
+    EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
+    bytes = whole;
+    bytes[nest + 6 + 3] = 0x7F;  // cells without end
+    EXPECT_EQ(read(bytes), "nests are cut short");
+    for (std::size_t size = nest - 13; size < whole.size(); ++size) {
+        bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+        EXPECT_NE(read(bytes), "") << size;
+    }
+    // What no map has is forgotten when the map is there.
+    bytes = whole;
+    bytes[whole.size() - 12 + 3] = 0x7F;
+    ASSERT_EQ(read_minds(bytes,
+                         hill.field.settings,
+                         hill.field.minds = Minds(),
+                         hill.field.steps,
+                         hill.field.places),
+              "");
+    hill.field.run(1.0F);
+    // A direction with a bit that means nothing.
+    hill.field.minds.find(EntityId(1))->corner = 0x80;
+    whole.clear();
+    write_minds(hill.field.minds, hill.field.steps, hill.field.places, whole);
+    EXPECT_EQ(read(whole), "mind 0 of entity 1 is at a corner that there is not");
 }
 
 TEST(ForageUnseen, TurnsBeforeADoorThatShuts) {
