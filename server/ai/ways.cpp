@@ -78,6 +78,7 @@ void Ways::add_size(const WaysSettings& settings,
     Size& size = sizes_.emplace_back();
     size.limits = limits;
     navigation::GroundMap ground = navigation::bake_ground(statics, limits, area, settings.cell_m);
+    size.ground = std::make_unique<navigation::GroundMap>(ground);
     if (!timetables_.empty()) {
         size.doors = navigation::DoorMap(
             navigation::bake_doors(statics, limits, area, settings.cell_m, ground), ground.cells);
@@ -145,14 +146,62 @@ void Ways::ask(Slot mind,
     }
     Size& size = sizes_[size_of_type_[type]];
     const navigation::GroundGrid& grid = size.service->grid();
-    const bool beyond = std::isfinite(to.x) && std::isfinite(to.z) && !grid.contains(to);
-    const navigation::WayTicket ticket = size.service->ask(
-        {navigation::WayAsk::kAlone, from, beyond ? way_out(*size.service, from, to) : to});
+    const bool place = std::isfinite(to.x) && std::isfinite(to.z);
+    const std::optional<navigation::Spot> out = place ? portal_out(size, from, to) : std::nullopt;
+    const bool beyond = out || (place && !grid.contains(to));
+    navigation::Spot end = to;
+    if (beyond) {
+        end = out ? *out : way_out(*size.service, from, to);
+    }
+    const navigation::WayTicket ticket = size.service->ask({navigation::WayAsk::kAlone, from, end});
     asked_[mind] = {entity, ticket, size_of_type_[type], beyond};
     if (ticket.slot >= size.mind_of_request.size()) {
         size.mind_of_request.resize(ticket.slot + std::size_t{1});
     }
     size.mind_of_request[ticket.slot] = mind;
+}
+
+void Ways::know_zones(std::size_t size,
+                      std::shared_ptr<const navigation::ZonePortals> portals,
+                      std::uint32_t zone) {
+    sizes_[size].portals = std::move(portals);
+    sizes_[size].ground.reset();
+    zone_ = zone;
+}
+
+void Ways::forget_ground() {
+    for (Size& size : sizes_) {
+        size.ground.reset();
+    }
+}
+
+std::optional<navigation::Spot> Ways::portal_out(Size& size,
+                                                 navigation::Spot from,
+                                                 navigation::Spot to) {
+    if (size.portals == nullptr) {
+        return std::nullopt;
+    }
+    navigation::WayService& service = *size.service;
+    const navigation::GroundGrid& grid = service.grid();
+    const navigation::GridMap& map = service.planner().map();
+    if (grid.contains(to)) {
+        // A goal in an obstacle stands for what is nearest, and is looked for within the zone.
+        const navigation::Cell goal = grid.cell(to);
+        if (!map.passable(goal) || service.reaches(from, goal)) {
+            return std::nullopt;
+        }
+    }
+    const std::optional<std::uint32_t> other = size.portals->zone_of(zone_, to);
+    if (!other) {
+        return std::nullopt;
+    }
+    return size.portals->way_out(
+        zone_,
+        from,
+        *other,
+        size.portals->local(zone_, to, *other),
+        [&](navigation::Cell c) { return service.length(from, c); },
+        portal_scratch_);
 }
 
 navigation::Spot Ways::way_out(navigation::WayService& service,
@@ -258,6 +307,7 @@ std::size_t Ways::bytes() const {
                         (answered_.capacity() + requeued_.capacity()) * sizeof(Slot) +
                         changes_.capacity() * sizeof(navigation::CellChange);
     for (const Size& size : sizes_) {
+        bytes += size.ground != nullptr ? size.ground->floor_m.capacity() * sizeof(float) : 0;
         bytes += size.service->bytes() + size.doors.bytes() +
                  size.mind_of_request.capacity() * sizeof(Slot);
     }

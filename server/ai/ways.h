@@ -4,11 +4,13 @@
 #include "server/ai/minds.h"
 #include "server/ai/navigation/door_cells.h"
 #include "server/ai/navigation/way_service.h"
+#include "server/ai/navigation/zone_portals.h"
 #include "server/world/entity_type.h"
 #include "shared/motion/static_geometry.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -52,10 +54,27 @@ class Ways {
     /// tick in which no door turns.
     void follow_doors(Tick now);
 
+    /// What portals of one size are made of: the map as baked, with all doors open. It is kept from
+    /// the start until know_zones() or forget_ground().
+    [[nodiscard]] const navigation::GroundMap& ground(std::size_t size) const {
+        return *sizes_[size].ground;
+    }
+
+    /// From now on ways to places that cannot be reached within the zone lead through the portals
+    /// of the world; this zone is `zone` there.
+    void know_zones(std::size_t size,
+                    std::shared_ptr<const navigation::ZonePortals> portals,
+                    std::uint32_t zone);
+
+    /// Where no other zone will be known.
+    void forget_ground();
+
     /// A way from a place to another, both zone-local; in place of the one that the mind has.
-    /// plans_for(type). To a place beyond the zone the way leads to where the zone is best left: of
-    /// the cells that can be reached along the sides of the map that the place lies beyond, the one
-    /// by which two straight lines lead there soonest (kPartial).
+    /// plans_for(type). To a place beyond the zone, or in it but out of reach within it, the way
+    /// leads to the portal by which the zone is best left (kPartial; doors of other zones count as
+    /// open). Where portals are not known or none leads there, to a place beyond: of the cells that
+    /// can be reached along the sides of the map that the place lies beyond, to the one by which
+    /// two straight lines lead there soonest.
     void ask(Slot mind,
              EntityId entity,
              TypeIndex type,
@@ -118,6 +137,8 @@ class Ways {
         motion::CharacterLimits limits;
         std::unique_ptr<navigation::WayService> service;
         navigation::DoorMap doors;
+        std::unique_ptr<navigation::GroundMap> ground;           // until portals are made of it
+        std::shared_ptr<const navigation::ZonePortals> portals;  // of the world; may be null
         std::vector<Slot> mind_of_request;  // by the service's number of the request
     };
 
@@ -134,7 +155,12 @@ class Ways {
                   const navigation::GroundRect& area,
                   const motion::CharacterLimits& limits,
                   Tick now);
-    /// Where to leave the map for a place beyond it.
+    /// Where to leave the zone for a place that cannot be reached within it, through other zones;
+    /// nothing where it can be, or nothing is known of them.
+    std::optional<navigation::Spot> portal_out(Size& size,
+                                               navigation::Spot from,
+                                               navigation::Spot to);
+    /// Where to leave the map for a place beyond it, as straight lines lead.
     static navigation::Spot way_out(navigation::WayService& service,
                                     navigation::Spot from,
                                     navigation::Spot to);
@@ -144,6 +170,8 @@ class Ways {
               std::vector<Slot>& out) const;
     static void put_in_order(std::vector<Slot>& minds);
 
+    std::uint32_t zone_ = 0;  // in the portals
+    navigation::ZonePortals::Scratch portal_scratch_;
     std::vector<std::uint8_t> size_of_type_;
     std::vector<Size> sizes_;
     std::vector<motion::Timetable> timetables_;   // of the doors
