@@ -171,11 +171,11 @@ void Ways::ask(Slot mind,
         asked_.resize(mind + std::size_t{1});
     }
     Size& size = sizes_[size_of_type_[type]];
-    const bool beyond = std::isfinite(to.x) && std::isfinite(to.z) && !size.map->contains(to);
-    if (beyond) {
-        const navigation::WayExit out = size.map->way_out(from, heights.from, to);
-        to = out.at;
-        heights.to = out.y;
+    bool beyond = false;
+    if (const auto out = size.map->exit_towards(from, heights.from, to)) {
+        to = out->at;
+        heights.to = out->y;
+        beyond = true;
     }
     const navigation::WayTicket ticket =
         size.map->ask({navigation::WayAsk::kAlone, from, to, heights.from, heights.to});
@@ -184,6 +184,18 @@ void Ways::ask(Slot mind,
         size.mind_of_request.resize(ticket.slot + std::size_t{1});
     }
     size.mind_of_request[ticket.slot] = mind;
+}
+
+void Ways::know_zones(std::size_t size,
+                      std::shared_ptr<const navigation::ZonePortals> portals,
+                      std::uint32_t zone) {
+    sizes_[size].map->know_zones(std::move(portals), zone);
+}
+
+void Ways::forget_ground() {
+    for (Size& size : sizes_) {
+        size.map->forget_ground();
+    }
 }
 
 void Ways::release(Slot mind) {

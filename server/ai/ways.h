@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -71,9 +72,24 @@ class Ways {
     /// tick in which no door turns.
     void follow_doors(Tick now);
 
+    /// What portals of one size are made of, see WayMap::ground_map().
+    [[nodiscard]] const navigation::GroundMap* ground_map(std::size_t size) const {
+        return sizes_[size].map->ground_map();
+    }
+
+    /// From now on ways to places that cannot be reached within the zone lead through the portals
+    /// of the world; this zone is `zone` there.
+    void know_zones(std::size_t size,
+                    std::shared_ptr<const navigation::ZonePortals> portals,
+                    std::uint32_t zone);
+
+    /// Where no other zone will be known.
+    void forget_ground();
+
     /// A way from a place to another, both zone-local; in place of the one that the mind has.
-    /// plans_for(type). To a place beyond the map the way leads to where that is best left
-    /// (WayMap::way_out): kPartial. Maps of one floor do not look at heights.
+    /// plans_for(type). To a place beyond the map, or in it but out of reach within it where the
+    /// world's portals are known, the way leads to where that is best left (kPartial; see
+    /// WayMap::exit_towards). Maps of one floor do not look at heights.
     void ask(Slot mind,
              EntityId entity,
              TypeIndex type,

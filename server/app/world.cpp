@@ -1,6 +1,7 @@
 #include "server/app/world.h"
 
 #include "server/app/world_settings.h"
+#include "server/zone/ways.h"
 #include "proto/session.pb.h"
 #include "shared/core/assert.h"
 
@@ -52,6 +53,7 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
         zones_.back()->state().scene.work_with(&team);
         zones_.back()->state().team = &team;
     }
+    zone::join_ways(states_);
     if (!settings.slow.empty()) {
         slow_ = std::make_shared<clock::SlowState>(settings.slow, 1.0 / settings.tick_rate_hz);
         slow_->begin(settings.slow);

@@ -22,7 +22,8 @@ GridWays::Baked GridWays::bake(const motion::StaticGeometry& statics,
                                const GroundRect& area,
                                float cell_m,
                                std::span<const std::uint8_t> shut) {
-    Baked baked{bake_ground(statics, limits, area, cell_m), {}};
+    Baked baked{nullptr, bake_ground(statics, limits, area, cell_m), {}};
+    baked.open = std::make_unique<GroundMap>(baked.ground);
     if (shut.empty()) {
         return baked;
     }
@@ -48,7 +49,8 @@ GridWays::GridWays(const motion::StaticGeometry& statics,
 }
 
 GridWays::GridWays(Baked baked, const WaySettings& settings)
-    : doors_(std::move(baked.doors)),
+    : ground_(std::move(baked.open)),
+      doors_(std::move(baked.doors)),
       service_(std::move(baked.ground), settings) {
 }
 
@@ -101,8 +103,49 @@ WayExit GridWays::way_out(Spot from, float /*from_y*/, Spot to) {
     return {best};
 }
 
+std::optional<WayExit> GridWays::exit_towards(Spot from, float from_y, Spot to) {
+    const bool place = std::isfinite(to.x) && std::isfinite(to.z);
+    if (const auto out = place ? portal_towards(from, to) : std::nullopt) {
+        return WayExit{*out};
+    }
+    return WayMap::exit_towards(from, from_y, to);
+}
+
+std::optional<Spot> GridWays::portal_towards(Spot from, Spot to) {
+    if (portals_ == nullptr) {
+        return std::nullopt;
+    }
+    const GroundGrid& grid = service_.grid();
+    if (grid.contains(to)) {
+        // A goal in an obstacle stands for what is nearest, and is looked for within the zone.
+        const Cell goal = grid.cell(to);
+        if (!service_.planner().map().passable(goal) || service_.reaches(from, goal)) {
+            return std::nullopt;
+        }
+    }
+    const std::optional<std::uint32_t> other = portals_->zone_of(zone_, to);
+    if (!other) {
+        return std::nullopt;
+    }
+    return portals_->way_out(
+        zone_,
+        from,
+        *other,
+        portals_->local(zone_, to, *other),
+        [&](Cell c) { return service_.length(from, c); },
+        scratch_);
+}
+
+void GridWays::know_zones(std::shared_ptr<const ZonePortals> portals, std::uint32_t zone) {
+    portals_ = std::move(portals);
+    zone_ = zone;
+    ground_.reset();
+}
+
 std::size_t GridWays::bytes() const {
-    return service_.bytes() + doors_.bytes() + changes_.capacity() * sizeof(CellChange);
+    const std::size_t kept =
+        ground_ != nullptr ? ground_->floor_m.capacity() * sizeof(float) : std::size_t{0};
+    return kept + service_.bytes() + doors_.bytes() + changes_.capacity() * sizeof(CellChange);
 }
 
 }  // namespace zoned::ai::navigation

@@ -4,7 +4,10 @@
 #include "server/ai/navigation/door_cells.h"
 #include "server/ai/navigation/way_map.h"
 #include "server/ai/navigation/way_service.h"
+#include "server/ai/navigation/zone_portals.h"
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 namespace zoned::ai::navigation {
@@ -56,6 +59,16 @@ class GridWays final : public WayMap {
     /// one by which two straight lines lead there soonest.
     WayExit way_out(Spot from, float from_y, Spot to) override;
 
+    /// By the portals of the world where they are known and lead there (doors of other zones count
+    /// as open).
+    std::optional<WayExit> exit_towards(Spot from, float from_y, Spot to) override;
+
+    [[nodiscard]] const GroundMap* ground_map() const override { return ground_.get(); }
+
+    void know_zones(std::shared_ptr<const ZonePortals> portals, std::uint32_t zone) override;
+
+    void forget_ground() override { ground_.reset(); }
+
     [[nodiscard]] const WayCounts& counts() const override { return service_.counts(); }
 
     [[nodiscard]] std::size_t bytes() const override;
@@ -65,6 +78,7 @@ class GridWays final : public WayMap {
   private:
     /// The ground as the doors are, and what they do to it.
     struct Baked {
+        std::unique_ptr<GroundMap> open;  ///< with all doors open
         GroundMap ground;
         DoorMap doors;
     };
@@ -77,6 +91,12 @@ class GridWays final : public WayMap {
 
     GridWays(Baked baked, const WaySettings& settings);
 
+    std::optional<Spot> portal_towards(Spot from, Spot to);
+
+    std::unique_ptr<GroundMap> ground_;           // until portals are made of it
+    std::shared_ptr<const ZonePortals> portals_;  // of the world; may be null
+    std::uint32_t zone_ = 0;                      // in them
+    ZonePortals::Scratch scratch_;
     DoorMap doors_;
     WayService service_;
     std::vector<CellChange> changes_;  // of the last turn

@@ -4,11 +4,17 @@
 #include "server/ai/navigation/ground_grid.h"
 #include "server/ai/navigation/query.h"
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <span>
 
 namespace zoned::ai::navigation {
+
+struct GroundMap;
+class ZonePortals;
 
 /// Names a request until it is released.
 struct WayTicket {
@@ -116,8 +122,27 @@ class WayMap {
     /// what is not a number.
     [[nodiscard]] virtual bool contains(Spot place) const = 0;
 
-    /// Where to leave the map for a place beyond it.
+    /// Where to leave the map for a place beyond it, as straight lines lead.
     virtual WayExit way_out(Spot from, float from_y, Spot to) = 0;
+
+    /// Where to leave the map for a place beyond it, or in it but out of reach within it where the
+    /// zones around are known; nothing where the way is one of this map.
+    virtual std::optional<WayExit> exit_towards(Spot from, float from_y, Spot to) {
+        const bool beyond = std::isfinite(to.x) && std::isfinite(to.z) && !contains(to);
+        return beyond ? std::optional(way_out(from, from_y, to)) : std::nullopt;
+    }
+
+    /// What portals between zones are made of: the map as baked, with all doors open. It is kept
+    /// until know_zones() or forget_ground(); nullptr for maps that portals are not made of.
+    [[nodiscard]] virtual const GroundMap* ground_map() const { return nullptr; }
+
+    /// The portals of the world, where this map is that of `zone`. Only for maps that have a
+    /// ground_map().
+    virtual void know_zones(std::shared_ptr<const ZonePortals> /*portals*/,
+                            std::uint32_t /*zone*/) {}
+
+    /// Where no other zone will be known.
+    virtual void forget_ground() {}
 
     /// Height of the lowest floor over or under a place, m; not a number where the map does not
     /// tell. This and the next may be asked like straight().

@@ -5,156 +5,295 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <queue>
 #include <utility>
 
 namespace zoned::ai::navigation {
 
 namespace {
 
-/// Borders of two zones are one where they are no farther apart, m.
-constexpr double kSameBorder_m = 1e-3;
+constexpr float kNoWay_m = std::numeric_limits<float>::infinity();
+/// To cross a border costs as much at least, so that no way goes to and fro for nothing.
+constexpr float kLeastCrossing_m = 0.1F;
+/// A goal in an obstacle stands for the nearest passable cell within so many.
+constexpr int kReach = 8;
+/// Sides of a map: to the right, left, down, up.
+constexpr unsigned kMapSides = 4;
+constexpr std::array<float, kMapSides> kOutX{1.0F, -1.0F, 0.0F, 0.0F};
+constexpr std::array<float, kMapSides> kOutZ{0.0F, 0.0F, 1.0F, -1.0F};
 
-Vec3 world_position(const GroundGrid& grid, double origin_x, double origin_z, Cell c) {
-    const Spot at = grid.centre(c);
-    return {static_cast<float>(origin_x + static_cast<double>(at.x)),
-            0.0F,
-            static_cast<float>(origin_z + static_cast<double>(at.z))};
+bool lies_in(const GroundRect& r, Spot s) {
+    return s.x >= r.min_x && s.x <= r.max_x && s.z >= r.min_z && s.z <= r.max_z;
 }
 
-/// Sides of a map's rectangle in the world.
-struct Sides {
-    double min_x, min_z, max_x, max_z;
-};
+float straight_m(Spot a, Spot b) {
+    return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
+}
 
-Sides sides_of(const GroundGrid& g, double origin_x, double origin_z) {
-    const double cell = static_cast<double>(g.cell_m());
-    const double x = origin_x + static_cast<double>(g.min_x());
-    const double z = origin_z + static_cast<double>(g.min_z());
-    return {x, z, x + cell * g.width(), z + cell * g.height()};
+GroundRect covered(const GroundGrid& g) {
+    return {g.min_x(),
+            g.min_z(),
+            g.min_x() + g.cell_m() * static_cast<float>(g.width()),
+            g.min_z() + g.cell_m() * static_cast<float>(g.height())};
 }
 
 }  // namespace
 
 ZonePortals::ZonePortals(std::span<const ZoneGround> zones) {
     for (const ZoneGround& z : zones) {
-        zones_.push_back({z.ground->grid, z.origin_x, z.origin_z, {}, z.ground->cells, {}});
+        zones_.push_back({z.ground->grid,
+                          z.region.value_or(covered(z.ground->grid)),
+                          z.origin_x,
+                          z.origin_z,
+                          {},
+                          z.ground->cells,
+                          {},
+                          {},
+                          {}});
         zones_.back().components.label(zones_.back().cells);
     }
-    for (std::uint32_t a = 0; a < zones_.size(); ++a) {
-        for (std::uint32_t b = 0; b < zones_.size(); ++b) {
-            if (a != b) {
-                cross(zones, a, b);
-            }
-        }
+    // Stretches have one each at least, however many they are.
+    float spacing_m = kSpacing_m;
+    find_portals(zones, spacing_m);
+    for (std::size_t before = ~std::size_t{0};
+         portals_.size() > kMostPortals && portals_.size() < before;) {
+        before = portals_.size();
+        spacing_m *= 2.0F;
+        find_portals(zones, spacing_m);
     }
-    join_sides();
+    measure_zones();
+    through_m_.assign(portals_.size() * portals_.size(), kNoWay_m);
+    for (std::uint32_t p = 0; p < portals_.size(); ++p) {
+        search_from(p);
+    }
 }
 
-/// Portals from zone a to zone b where b lies to the right of a, or below it.
-void ZonePortals::cross(std::span<const ZoneGround> zones, std::uint32_t a, std::uint32_t b) {
-    const Zone& first = zones_[a];
-    const Zone& second = zones_[b];
-    const Sides p = sides_of(first.grid, first.origin_x, first.origin_z);
-    const Sides q = sides_of(second.grid, second.origin_x, second.origin_z);
-    const bool right = std::abs(p.max_x - q.min_x) <= kSameBorder_m;
-    const bool below = std::abs(p.max_z - q.min_z) <= kSameBorder_m;
-    const bool beside = right && p.min_z < q.max_z && q.min_z < p.max_z;
-    if (!beside && !(below && p.min_x < q.max_x && q.min_x < p.max_x)) {
-        return;
-    }
-    const int count = beside ? first.grid.height() : first.grid.width();
-    std::vector<std::array<Cell, 2>> run;
-    for (int i = 0; i <= count; ++i) {
-        bool open = false;
-        std::array<Cell, 2> pair;
-        if (i < count) {
-            const auto along = static_cast<std::uint16_t>(i);
-            pair[0] = beside ? Cell{static_cast<std::uint16_t>(first.grid.width() - 1), along}
-                             : Cell{along, static_cast<std::uint16_t>(first.grid.height() - 1)};
-            const Spot at = first.grid.centre(pair[0]);
-            const float half = 0.5F * second.grid.cell_m();
-            // Just beyond the border, in coordinates of the second.
-            const double x = beside ? q.min_x + static_cast<double>(half)
-                                    : first.origin_x + static_cast<double>(at.x);
-            const double z = beside ? first.origin_z + static_cast<double>(at.z)
-                                    : q.min_z + static_cast<double>(half);
-            const Spot there{static_cast<float>(x - second.origin_x),
-                             static_cast<float>(z - second.origin_z)};
-            pair[1] = second.grid.cell(there);
-            const Place from = first.cells.place(pair[0]);
-            const Place to = second.cells.place(pair[1]);
-            open =
-                second.grid.contains(there) && first.cells.passable(from) &&
-                second.cells.passable(to) &&
-                std::abs(zones[a].ground->floor_m[from] - zones[b].ground->floor_m[to]) <= kStep_m;
+void ZonePortals::find_portals(std::span<const ZoneGround> zones, float spacing_m) {
+    portals_.clear();
+    for (std::uint32_t z = 0; z < zones_.size(); ++z) {
+        for (unsigned side = 0; side < kMapSides; ++side) {
+            cross_side(zones, z, side, spacing_m);
         }
-        if (open) {
-            // Cells of the second may be larger or smaller: what does not join ends a run.
-            const bool joined = run.empty() || (std::abs(run.back()[1].x - pair[1].x) <= 1 &&
-                                                std::abs(run.back()[1].y - pair[1].y) <= 1);
-            if (!joined) {
-                add_portals(a, b, run);
-                run.clear();
+    }
+    for (Zone& z : zones_) {
+        z.in.clear();
+        z.out.clear();
+    }
+    for (std::uint32_t p = 0; p < portals_.size(); ++p) {
+        zones_[portals_[p].from].out.push_back(p);
+        zones_[portals_[p].to].in.push_back(p);
+    }
+}
+
+/// Along the outermost cells of a map on one side.
+void ZonePortals::cross_side(std::span<const ZoneGround> zones,
+                             std::uint32_t zone,
+                             unsigned side,
+                             float spacing_m) {
+    const Zone& first = zones_[zone];
+    const bool upright = side < 2;
+    const int count = upright ? first.grid.height() : first.grid.width();
+    const int line = side == 0 ? first.grid.width() - 1 : (side == 2 ? first.grid.height() - 1 : 0);
+    std::vector<Portal> run;
+    for (int i = 0; i < count; ++i) {
+        const Cell exit =
+            upright ? Cell{static_cast<std::uint16_t>(line), static_cast<std::uint16_t>(i)}
+                    : Cell{static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(line)};
+        Spot at = first.grid.centre(exit);
+        if (lies_in(first.region, at)) {
+            // The map ends where the zone does: a step beyond, where that is the other's first
+            // cell.
+            at = {at.x + kOutX[side] * first.grid.cell_m(),
+                  at.z + kOutZ[side] * first.grid.cell_m()};
+        }
+        const std::optional<std::uint32_t> other = zone_of(zone, at);
+        std::optional<Portal> portal;
+        if (other && *other != zone) {
+            const Zone& second = zones_[*other];
+            const Spot there = local(zone, at, *other);
+            const Cell entry = second.grid.cell(there);
+            const Place from = first.cells.place(exit);
+            const Place to = second.cells.place(entry);
+            if (second.grid.contains(there) && first.cells.passable(from) &&
+                second.cells.passable(to) &&
+                std::abs(zones[zone].ground->floor_m[from] - zones[*other].ground->floor_m[to]) <=
+                    kStep_m) {
+                portal = Portal{zone, *other, exit, entry, at};
             }
-            run.push_back(pair);
-        } else {
-            add_portals(a, b, run);
+        }
+        // Cells of the other may be larger or smaller: what does not join ends a run.
+        const bool joined = portal && !run.empty() && run.back().to == portal->to &&
+                            std::abs(run.back().entry.x - portal->entry.x) <= 1 &&
+                            std::abs(run.back().entry.y - portal->entry.y) <= 1;
+        if (!joined) {
+            add_portals(run, spacing_m);
             run.clear();
         }
+        if (portal) {
+            run.push_back(*portal);
+        }
     }
+    add_portals(run, spacing_m);
 }
 
-void ZonePortals::add_portals(std::uint32_t a,
-                              std::uint32_t b,
-                              std::span<const std::array<Cell, 2>> run) {
-    const float length = zones_[a].grid.cell_m() * static_cast<float>(run.size());
-    const auto count = static_cast<std::size_t>(std::ceil(length / kSpacing_m));
+void ZonePortals::add_portals(std::span<const Portal> run, float spacing_m) {
+    if (run.empty()) {
+        return;
+    }
+    const float length = zones_[run.front().from].grid.cell_m() * static_cast<float>(run.size());
+    const auto count = static_cast<std::size_t>(std::ceil(length / spacing_m));
     for (std::size_t i = 0; i < count; ++i) {
-        const std::array<Cell, 2>& pair = run[(2 * i + 1) * run.size() / (2 * count)];
-        const auto number = static_cast<std::uint32_t>(sides_.size());
-        sides_.push_back({a, pair[0], number + 1});
-        sides_.push_back({b, pair[1], number});
-        zones_[a].sides.push_back(number);
-        zones_[b].sides.push_back(number + 1);
+        portals_.push_back(run[(2 * i + 1) * run.size() / (2 * count)]);
     }
 }
 
-void ZonePortals::join_sides() {
-    std::vector<Waypoint> waypoints;
-    std::vector<WaypointEdge> edges;
-    for (std::uint32_t s = 0; s < sides_.size(); ++s) {
-        const Zone& z = zones_[sides_[s].zone];
-        waypoints.push_back(
-            {s, world_position(z.grid, z.origin_x, z.origin_z, sides_[s].cell), true});
-    }
+void ZonePortals::measure_zones() {
     GoalField field;
-    for (const Zone& z : zones_) {
-        for (const std::uint32_t s : z.sides) {
-            const std::uint32_t twin = sides_[s].twin;
-            edges.push_back({s, twin, (waypoints[s].position - waypoints[twin].position).norm()});
-            field.build(z.cells, sides_[s].cell);
-            for (const std::uint32_t t : z.sides) {
-                const Cost cost = field.cost(z.cells.place(sides_[t].cell));
-                if (t != s && cost != kNoCost) {
-                    edges.push_back({s,
-                                     t,
-                                     static_cast<float>(cost) / static_cast<float>(kStraight) *
-                                         z.grid.cell_m()});
+    for (Zone& z : zones_) {
+        z.cost_m.clear();
+        for (const std::uint32_t in : z.in) {
+            field.build(z.cells, portals_[in].entry);
+            for (const std::uint32_t out : z.out) {
+                const Cost cost = field.cost(z.cells.place(portals_[out].exit));
+                z.cost_m.push_back(cost == kNoCost
+                                       ? kNoWay_m
+                                       : static_cast<float>(cost) / static_cast<float>(kStraight) *
+                                             z.grid.cell_m());
+            }
+        }
+    }
+}
+
+/// Dijkstra's algorithm over portals: from beyond one, across its zone, to beyond the next.
+void ZonePortals::search_from(std::uint32_t portal) {
+    float* const cost = through_m_.data() + portal * portals_.size();
+    using Entry = std::pair<float, std::uint32_t>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    cost[portal] = 0.0F;
+    open.emplace(0.0F, portal);
+    while (!open.empty()) {
+        const auto [sum, at] = open.top();
+        open.pop();
+        if (sum > cost[at]) {
+            continue;
+        }
+        const Zone& zone = zones_[portals_[at].to];
+        const auto row = static_cast<std::size_t>(
+            std::lower_bound(zone.in.begin(), zone.in.end(), at) - zone.in.begin());
+        for (std::size_t i = 0; i < zone.out.size(); ++i) {
+            const float next =
+                sum + zone.cost_m[row * zone.out.size() + i] + crossing_m(zone.out[i]);
+            if (next < cost[zone.out[i]]) {
+                cost[zone.out[i]] = next;
+                open.emplace(next, zone.out[i]);
+            }
+        }
+    }
+}
+
+float ZonePortals::crossing_m(std::uint32_t portal) const {
+    const Portal& p = portals_[portal];
+    return std::max(kLeastCrossing_m, straight_m(zones_[p.from].grid.centre(p.exit), p.beyond));
+}
+
+std::optional<std::uint32_t> ZonePortals::zone_of(std::uint32_t zone, Spot at) const {
+    for (std::uint32_t z = 0; z < zones_.size(); ++z) {
+        if (lies_in(zones_[z].region, local(zone, at, z))) {
+            return z;
+        }
+    }
+    return std::nullopt;
+}
+
+Spot ZonePortals::local(std::uint32_t from, Spot at, std::uint32_t to) const {
+    const Zone& a = zones_[from];
+    const Zone& b = zones_[to];
+    return {static_cast<float>(static_cast<double>(at.x) + (a.origin_x - b.origin_x)),
+            static_cast<float>(static_cast<double>(at.z) + (a.origin_z - b.origin_z))};
+}
+
+/// Of each portal out of a zone what is left of a way behind it, at least. The way may end in any
+/// zone whose map has the goal on it.
+void ZonePortals::promise(std::uint32_t from,
+                          std::uint32_t to,
+                          Spot goal,
+                          std::vector<Choice>& promised) const {
+    promised.clear();
+    for (const std::uint32_t out : zones_[from].out) {
+        promised.push_back({out, out, kNoWay_m, 0.0F});
+    }
+    for (std::uint32_t z = 0; z < zones_.size(); ++z) {
+        const Zone& last = zones_[z];
+        const Spot here = local(to, goal, z);
+        Cell goal_cell = last.grid.cell(here);
+        if (!last.grid.contains(here) ||
+            (!last.cells.passable(goal_cell) &&
+             !nearest_passable(last.cells, last.grid, here, kReach, goal_cell))) {
+            continue;
+        }
+        const std::uint32_t component = last.components.of(last.cells.place(goal_cell));
+        for (const std::uint32_t in : last.in) {
+            const Cell entry = portals_[in].entry;
+            if (last.components.of(last.cells.place(entry)) != component) {
+                continue;
+            }
+            const float end_m = straight_m(last.grid.centre(entry), here);
+            for (Choice& c : promised) {
+                const float sum = crossing_m(c.first) + through(c.first, in) + end_m;
+                if (sum < c.cost_m) {
+                    c.cost_m = sum;
+                    c.last = in;
                 }
             }
         }
     }
-    auto graph = WaypointGraph::build(waypoints, edges);
-    ZONED_ASSERT(graph.ok(), "portals make a graph");
-    graph_ = std::move(graph).value();
 }
 
-Spot ZonePortals::local(std::uint32_t zone, std::uint32_t side) const {
-    const Zone& from = zones_[sides_[side].zone];
-    const Zone& to = zones_[zone];
-    const Spot at = from.grid.centre(sides_[side].cell);
-    return {static_cast<float>(from.origin_x + static_cast<double>(at.x) - to.origin_x),
-            static_cast<float>(from.origin_z + static_cast<double>(at.z) - to.origin_z)};
+std::optional<ZonePortals::Choice> ZonePortals::choose(std::uint32_t from,
+                                                       Spot start,
+                                                       std::uint32_t to,
+                                                       Spot goal,
+                                                       const LengthTo& length_to,
+                                                       Scratch& scratch) const {
+    const Zone& first = zones_[from];
+    std::vector<Choice>& promised = scratch.promised;
+    promise(from, to, goal, promised);
+    for (Choice& c : promised) {
+        c.least_m = c.cost_m + straight_m(start, first.grid.centre(portals_[c.first].exit));
+    }
+    // Those that promise most first, each as far as its length is asked for, until none promises
+    // more than the best of these.
+    std::sort(promised.begin(), promised.end(), [](const Choice& a, const Choice& b) {
+        return a.least_m != b.least_m ? a.least_m < b.least_m : a.first < b.first;
+    });
+    std::optional<Choice> best;
+    std::size_t tries = 0;
+    for (const Choice& c : promised) {
+        if (!(c.least_m < (best ? best->cost_m : kNoWay_m)) || (best && tries >= kTries)) {
+            break;
+        }
+        // Whether a way leads there at all costs next to nothing.
+        const std::optional<float> length = length_to(portals_[c.first].exit);
+        if (!length) {
+            continue;
+        }
+        ++tries;
+        if (!best || c.cost_m + *length < best->cost_m) {
+            best = {c.first, c.last, c.cost_m + *length, 0.0F};
+        }
+    }
+    return best;
+}
+
+std::optional<Spot> ZonePortals::way_out(std::uint32_t from,
+                                         Spot start,
+                                         std::uint32_t to,
+                                         Spot goal,
+                                         const LengthTo& length_to,
+                                         Scratch& scratch) const {
+    const std::optional<Choice> best = choose(from, start, to, goal, length_to, scratch);
+    return best ? std::optional<Spot>(portals_[best->first].beyond) : std::nullopt;
 }
 
 Outcome ZonePortals::route(Planner& planner,
@@ -162,68 +301,68 @@ Outcome ZonePortals::route(Planner& planner,
                            Spot start,
                            std::uint32_t to,
                            Spot goal,
-                           std::vector<ZoneLeg>& legs) {
+                           std::vector<ZoneLeg>& legs) const {
     legs.clear();
     const Zone& first = zones_[from];
     const Zone& last = zones_[to];
     Query query;
     query.start = first.grid.cell(start);
-    const Cell goal_cell = last.grid.cell(goal);
     if (!first.grid.contains(start) || !planner.map().passable(query.start)) {
         return Outcome::kStartBlocked;
     }
-    if (!last.grid.contains(goal) || !last.cells.passable(goal_cell)) {
+    if (!last.grid.contains(goal) || !last.cells.passable(last.grid.cell(goal))) {
         return Outcome::kGoalBlocked;
     }
-    double within = -1.0;
-    const auto cell_m = static_cast<double>(first.grid.cell_m());
-    if (from == to) {
-        query.goal = goal_cell;
+    const auto length_to = [&](Cell c) -> std::optional<float> {
+        query.goal = c;
         const Answer a = planner.plan(query);
-        within = a.outcome == Outcome::kFound ? a.length * cell_m : -1.0;
-    }
-    starts_.clear();
-    for (const std::uint32_t s : first.sides) {
-        query.goal = sides_[s].cell;
-        const Answer a = planner.plan(query);
-        if (a.outcome == Outcome::kFound) {
-            starts_.push_back({s, a.length * cell_m});
-        }
-    }
-    ends_.clear();
-    const std::uint32_t component = last.components.of(last.cells.place(goal_cell));
-    for (const std::uint32_t s : last.sides) {
-        if (last.components.of(last.cells.place(sides_[s].cell)) != component) {
-            continue;
-        }
-        if (from == to) {  // the way out and back is held against the one within
-            query.start = sides_[s].cell;
-            query.goal = goal_cell;
-            ends_.push_back({s, planner.plan(query).length * cell_m});
-        } else {
-            const Spot at = last.grid.centre(sides_[s].cell);
-            const double dx = static_cast<double>(at.x) - static_cast<double>(goal.x);
-            const double dz = static_cast<double>(at.z) - static_cast<double>(goal.z);
-            ends_.push_back({s, std::sqrt(dx * dx + dz * dz)});
-        }
-    }
-    const WaypointSearch::Answer through = search_.plan(graph_, starts_, ends_);
-    if (through.outcome == Outcome::kFound && (within < 0.0 || through.cost < within)) {
-        for (const std::uint32_t s : search_.way()) {
-            const Side& side = sides_[s];
-            if (legs.empty() || legs.back().zone != side.zone) {
-                legs.push_back({side.zone, {}});
-            }
-            legs.back().to = local(side.zone, side.twin);
-        }
-    } else if (within < 0.0) {
+        return a.outcome == Outcome::kFound
+                   ? std::optional<float>(static_cast<float>(a.length) * first.grid.cell_m())
+                   : std::nullopt;
+    };
+    Scratch scratch;
+    const Spot here = local(to, goal, from);
+    const std::optional<float> within =
+        first.grid.contains(here) ? length_to(first.grid.cell(here)) : std::nullopt;
+    const std::optional<Choice> best = choose(from, start, to, goal, length_to, scratch);
+    if (!within && !best) {
         return Outcome::kUnreachable;
     }
-    if (legs.empty() || legs.back().zone != to) {
-        legs.push_back({to, {}});
+    if (best && !(within && *within <= best->cost_m)) {
+        // Portal by portal the one from which the least is left.
+        std::uint32_t at = best->first;
+        legs.push_back({from, portals_[at].beyond});
+        while (at != best->last) {
+            const Zone& zone = zones_[portals_[at].to];
+            const auto row = static_cast<std::size_t>(
+                std::lower_bound(zone.in.begin(), zone.in.end(), at) - zone.in.begin());
+            std::uint32_t next = at;
+            float least = kNoWay_m;
+            for (std::size_t i = 0; i < zone.out.size(); ++i) {
+                const float sum = zone.cost_m[row * zone.out.size() + i] + crossing_m(zone.out[i]) +
+                                  through(zone.out[i], best->last);
+                if (zone.out[i] != at && sum < least) {
+                    least = sum;
+                    next = zone.out[i];
+                }
+            }
+            ZONED_ASSERT(next != at && legs.size() <= portals_.size(), "a way that was found");
+            at = next;
+            legs.push_back({portals_[at].from, portals_[at].beyond});
+        }
     }
-    legs.back().to = goal;
+    const std::uint32_t end = legs.empty() ? from : portals_[best->last].to;
+    legs.push_back({end, local(to, goal, end)});
     return Outcome::kFound;
+}
+
+std::size_t ZonePortals::bytes() const {
+    std::size_t bytes =
+        through_m_.capacity() * sizeof(float) + portals_.capacity() * sizeof(Portal);
+    for (const Zone& z : zones_) {
+        bytes += z.cost_m.capacity() * sizeof(float) + z.cells.places() * sizeof(std::uint32_t);
+    }
+    return bytes;
 }
 
 }  // namespace zoned::ai::navigation

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <memory>
 
 namespace zoned::ai::navigation {
@@ -13,10 +14,15 @@ namespace {
 
 constexpr float kZoneCell_m = 0.5F;
 
-/// A map cut into zones, each with its origin in its middle, as zones have it.
+/// A map cut into zones, each with its origin in its middle, as zones have it. Their maps go beyond
+/// them by so many cells, over their neighbours or what is outside the world.
 struct CutMap {
-    CutMap(const GridMap& map, std::initializer_list<int> lefts, std::initializer_list<int> tops)
-        : whole(map) {
+    CutMap(const GridMap& map,
+           std::initializer_list<int> lefts,
+           std::initializer_list<int> tops,
+           int beyond = 0)
+        : whole(map),
+          margin(beyond) {
         grounds.reserve(lefts.size() * tops.size());
         for (auto top = tops.begin(); top != tops.end(); ++top) {
             for (auto left = lefts.begin(); left != lefts.end(); ++left) {
@@ -31,39 +37,46 @@ struct CutMap {
     void cut(int left, int top, int width, int height) {
         const float half_x = 0.5F * kZoneCell_m * static_cast<float>(width);
         const float half_z = 0.5F * kZoneCell_m * static_cast<float>(height);
-        GridMap cells(width, height);
-        for (int y = 0; y < height; ++y) {
-            for (int x = 0; x < width; ++x) {
+        const float more = kZoneCell_m * static_cast<float>(margin);
+        GridMap cells(width + 2 * margin, height + 2 * margin);
+        for (int y = 0; y < height + 2 * margin; ++y) {
+            for (int x = 0; x < width + 2 * margin; ++x) {
                 const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
-                const Cell from{static_cast<std::uint16_t>(left + x),
-                                static_cast<std::uint16_t>(top + y)};
-                cells.set_passable(c, whole.passable(from));
+                const int column = left - margin + x;
+                const int row = top - margin + y;
+                const Cell from{static_cast<std::uint16_t>(column),
+                                static_cast<std::uint16_t>(row)};
+                cells.set_passable(c, column >= 0 && row >= 0 && whole.passable(from));
             }
         }
-        grounds.push_back({GroundGrid({-half_x, -half_z, half_x, half_z}, kZoneCell_m),
-                           cells,
-                           std::vector<float>(cells.places(), 0.0F)});
-        corners.push_back({static_cast<std::uint16_t>(left), static_cast<std::uint16_t>(top)});
+        grounds.push_back(
+            {GroundGrid({-half_x - more, -half_z - more, half_x + more, half_z + more},
+                        kZoneCell_m),
+             cells,
+             std::vector<float>(cells.places(), 0.0F)});
+        corners.push_back({left, top});
+        sizes.push_back({width, height});
         zones.push_back(
             {&grounds.back(),
              static_cast<double>(half_x) + static_cast<double>(kZoneCell_m) * left + 1e5,
-             static_cast<double>(half_z) + static_cast<double>(kZoneCell_m) * top - 3e4});
+             static_cast<double>(half_z) + static_cast<double>(kZoneCell_m) * top - 3e4,
+             GroundRect{-half_x, -half_z, half_x, half_z}});
         planners.push_back(std::make_unique<Planner>(cells));
     }
 
     std::uint32_t zone_of(Cell c) const {
         for (std::uint32_t z = 0;; ++z) {
-            const int x = c.x - corners[z].x;
-            const int y = c.y - corners[z].y;
-            if (x >= 0 && y >= 0 && x < grounds[z].cells.width() && y < grounds[z].cells.height()) {
+            const int x = c.x - corners[z][0];
+            const int y = c.y - corners[z][1];
+            if (x >= 0 && y >= 0 && x < sizes[z][0] && y < sizes[z][1]) {
                 return z;
             }
         }
     }
 
     Cell within(std::uint32_t zone, Cell c) const {
-        return {static_cast<std::uint16_t>(c.x - corners[zone].x),
-                static_cast<std::uint16_t>(c.y - corners[zone].y)};
+        return {static_cast<std::uint16_t>(c.x - corners[zone][0] + margin),
+                static_cast<std::uint16_t>(c.y - corners[zone][1] + margin)};
     }
 
     Spot spot(Cell c) const {
@@ -72,8 +85,10 @@ struct CutMap {
     }
 
     GridMap whole;
+    int margin;
     std::vector<GroundMap> grounds;
-    std::vector<Cell> corners;
+    std::vector<std::array<int, 2>> corners;  // of the zones, without what is beyond
+    std::vector<std::array<int, 2>> sizes;
     std::vector<ZoneGround> zones;
     std::vector<std::unique_ptr<Planner>> planners;
     std::unique_ptr<ZonePortals> portals;
@@ -98,8 +113,8 @@ double walked(CutMap& m, Cell start, std::span<const ZoneLeg> legs) {
             return -1.0;
         }
         length += a.length;
-        at = {static_cast<std::uint16_t>(q.goal.x + m.corners[zone].x),
-              static_cast<std::uint16_t>(q.goal.y + m.corners[zone].y)};
+        at = {static_cast<std::uint16_t>(q.goal.x + m.corners[zone][0] - m.margin),
+              static_cast<std::uint16_t>(q.goal.y + m.corners[zone][1] - m.margin)};
         if (i + 1 < legs.size()) {
             const Spot inside = grid.centre(q.goal);
             at.x = static_cast<std::uint16_t>(at.x +
@@ -112,14 +127,19 @@ double walked(CutMap& m, Cell start, std::span<const ZoneLeg> legs) {
     return length;
 }
 
-TEST(ZonePortals, LeadThroughSeveralZonesToWhateverCanBeReached) {
+/// Of zones whose maps go beyond them by so many cells.
+class ZonePortalsBeyond : public testing::TestWithParam<int> {};
+
+INSTANTIATE_TEST_SUITE_P(Maps, ZonePortalsBeyond, testing::Values(0, 3));
+
+TEST_P(ZonePortalsBeyond, LeadThroughSeveralZonesToWhateverCanBeReached) {
     core::Rng rng(51);
     double sum = 0.0;
     double sum_best = 0.0;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         const GridMap map =
             seed % 2 == 0 ? rooms_map(150, 120, 11, seed) : random_map(150, 120, 0.33F, seed);
-        CutMap m(map, {0, 40, 101}, {0, 70});
+        CutMap m(map, {0, 40, 101}, {0, 70}, GetParam());
         EXPECT_GT(m.portals->portals(), 5U);
         Planner planner(map);
         for (int i = 0; i < 150; ++i) {
@@ -172,6 +192,32 @@ TEST(ZonePortals, LeaveAZoneWhereTheWayWithinItIsLongerOrMissing) {
     Query q;
     q.goal = {0, 3};
     EXPECT_NEAR(walked(m, {0, 0}, legs), planner.plan(q).length, 1.0);
+}
+
+TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
+    // Four zones; to the right of the first one a pocket that nothing leads out of.
+    const GridMap cells = map_of(
+        {"....#.....", "....#.....", "....#.....", "..###.....", "..........", ".........."});
+    CutMap m(cells, {0, 3}, {0, 3});
+    std::vector<ZoneLeg> legs;
+    ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({1, 1}), 1, m.spot({8, 1}), legs),
+              Outcome::kFound);
+    std::vector<std::uint32_t> through;
+    for (const ZoneLeg& leg : legs) {
+        through.push_back(leg.zone);
+    }
+    EXPECT_EQ(through, (std::vector<std::uint32_t>{0, 2, 3, 1}));
+    ZonePortals::Scratch scratch;
+    const auto length = [&](Cell c) -> std::optional<float> {
+        Query q;
+        q.start = m.within(0, {1, 1});
+        q.goal = c;
+        const Answer a = m.planners[0]->plan(q);
+        return a.outcome == Outcome::kFound ? std::optional<float>(a.length) : std::nullopt;
+    };
+    EXPECT_EQ(m.portals->way_out(0, m.spot({1, 1}), 1, m.spot({8, 1}), length, scratch),
+              legs[0].to);
+    EXPECT_FALSE(m.portals->way_out(0, m.spot({1, 1}), 1, {100.0F, 0.0F}, length, scratch));
 }
 
 }  // namespace
