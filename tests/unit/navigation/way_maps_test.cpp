@@ -41,10 +41,10 @@ motion::StaticGeometry yard_with_gates() {
 
 using Shut = std::vector<std::uint8_t>;
 
-std::unique_ptr<WayMap> map_of(const std::string& kind,
-                               const motion::StaticGeometry& world,
-                               const Shut& shut,
-                               std::uint64_t work) {
+std::unique_ptr<WayMap> way_map_of(const std::string& kind,
+                                   const motion::StaticGeometry& world,
+                                   const Shut& shut,
+                                   std::uint64_t work) {
     if (kind == "grid") {
         WaySettings settings;
         settings.work_per_tick = work;
@@ -94,7 +94,7 @@ bool crosses(Spot from, std::span<const Spot> corners, const Shut& shut) {
 class WayMaps : public testing::TestWithParam<const char*> {
   protected:
     std::unique_ptr<WayMap> make(const Shut& shut, std::uint64_t work = 1'000'000) {
-        return map_of(GetParam(), yard_with_gates(), shut, work);
+        return way_map_of(GetParam(), yard_with_gates(), shut, work);
     }
 };
 
@@ -190,7 +190,7 @@ TEST_P(WayMaps, SayHowNearOneGetsToWhereNoWayLeads) {
     // The right half is shut off.
     motion::StaticGeometry half({static_box(Vec3(0.0F, 1.0F, 0.0F), Vec3(0.2F, 2.0F, 20.5F))},
                                 0.0F);
-    const auto map = map_of(GetParam(), half, {}, 1'000'000);
+    const auto map = way_map_of(GetParam(), half, {}, 1'000'000);
     const WayTicket t = map->ask({0, {-10.0F, 0.0F}, {10.0F, 4.0F}});
     const WayTicket nan = map->ask({1, {-10.0F, 0.0F}, {std::nanf(""), 4.0F}});
     map->serve();
