@@ -250,22 +250,36 @@ class GoalsTrial {
         }
     }
 
-    void judge(GoalsRun& r) {
-        std::vector<double> ratios;
-        for (std::size_t i = 0; i < agents_.size(); ++i) {
-            const WayAnswer a = service_.answer(tickets_[i]);
-            // Who walks beside an obstacle may stand in a cell whose middle is blocked.
+    /// Whether a way is free from where it began to a goal. Who walks beside an obstacle may stand
+    /// in a cell whose middle is blocked, and who stands on the edge of two cells is in both.
+    [[nodiscard]] bool leads_to(const WayAnswer& way, Spot from, Cell goal) const {
+        constexpr float kOnEdge_m = 1e-3F;
+        for (const Spot off : {Spot{-kOnEdge_m, -kOnEdge_m},
+                               Spot{kOnEdge_m, -kOnEdge_m},
+                               Spot{-kOnEdge_m, kOnEdge_m},
+                               Spot{kOnEdge_m, kOnEdge_m}}) {
             Cell at;
-            bool free = !a.waiting && a.outcome == Outcome::kFound &&
-                        ai::navigation::nearest_passable(
-                            service_.planner().map(), service_.grid(), from_[i], 1, at);
+            bool free = ai::navigation::nearest_passable(
+                service_.planner().map(), service_.grid(), {from.x + off.x, from.z + off.z}, 1, at);
             std::uint32_t looked = 0;
-            for (const Spot& corner : a.corners) {
+            for (const Spot& corner : way.corners) {
                 const Cell to = service_.grid().cell(corner);
                 free = free && ai::navigation::sees(service_.planner().map(), at, to, looked);
                 at = to;
             }
-            r.wrong += !free || at != agents_[i].goal ? 1U : 0U;
+            if (free && at == goal) {
+                return true;
+            }
+        }
+        return false;
+    }
+
+    void judge(GoalsRun& r) {
+        std::vector<double> ratios;
+        for (std::size_t i = 0; i < agents_.size(); ++i) {
+            const WayAnswer a = service_.answer(tickets_[i]);
+            const bool found = !a.waiting && a.outcome == Outcome::kFound;
+            r.wrong += found && leads_to(a, from_[i], agents_[i].goal) ? 0U : 1U;
             r.near_best += a.best ? 0U : 1U;
             ratios.push_back(static_cast<double>(a.length_m) / agents_[i].length);
         }
