@@ -50,6 +50,10 @@ fsm::OneState carry_state(const fsm::OneState& from,
     return to;
 }
 
+bool same_pace(const State& a, const State& b) {
+    return a.speed_factor == b.speed_factor && a.sprint == b.sprint;
+}
+
 /// By name. `entered`: the first state was, and what that gave stays.
 void carry_variables(const Mind& from,
                      const CompiledMachine& before,
@@ -98,6 +102,10 @@ void adopt(Mind& mind,
                 mind.doing = static_cast<std::uint16_t>(d);
                 // The same action goes on where it is.
                 mind.entered = old.entered || after.states[d].action != did.action;
+                if (!same_pace(after.states[d], did)) {
+                    mind.timed = false;  // its leg ends at another time
+                    mind.next_steering = now;
+                }
                 mind.degrees = {};
                 if (after.choices[leaf].blend >= 0 && d != leaf) {
                     mind.degrees[d - after.choices[leaf].first] = 1.0F;  // the most active alone

@@ -11,7 +11,8 @@ namespace zoned::ai {
 /// What has a name keeps it: the state, the deed within it and how long it has been in it, the
 /// places that histories remember, and variables, within their new bounds. A mind whose state is no
 /// more begins anew, as do variables that are new. A hold that was under way begins again, and a
-/// plan is made anew at the next decision, which comes when the new machine's period has it.
+/// plan is made anew at the next decision, which comes when the new machine's period has it. Who
+/// walks at another pace now does so at once. Minds are awake.
 template <class MachineOf>
 void adopt(Minds& minds,
            const Settings& before,

@@ -11,10 +11,22 @@
 
 namespace zoned::ai {
 
+namespace {
+
+std::vector<CompiledMachine> compiled_of(const std::vector<Machine>& machines, float dt) {
+    std::vector<CompiledMachine> out;
+    for (const Machine& machine : machines) {
+        out.push_back(machine.inner ? CompiledMachine{} : compile(machine, dt));
+    }
+    return out;
+}
+
+}  // namespace
+
 void compile(Settings& settings, float dt) {
-    settings.compiled.clear();
-    for (const Machine& machine : settings.machines) {
-        settings.compiled.push_back(machine.inner ? CompiledMachine{} : compile(machine, dt));
+    settings.compiled = compiled_of(settings.machines, dt);
+    for (Rung& rung : settings.ladder.rungs) {
+        rung.compiled = compiled_of(rung.machines, dt);
     }
     if (settings.avoidance) {
         crowd::AvoidanceSettings& avoidance = *settings.avoidance;

@@ -7,6 +7,7 @@
 #include "server/ai/forage.h"
 #include "server/ai/form_up.h"
 #include "server/ai/herd.h"
+#include "server/ai/ladder.h"
 #include "server/ai/make_way.h"
 #include "server/ai/minds.h"
 #include "server/ai/watched.h"
@@ -44,9 +45,10 @@ struct Settings {
     WaysSettings ways{};
     /// How minds make way for each other; its step is the world's: compile(). None: they do not.
     std::optional<crowd::AvoidanceSettings> avoidance{};
+    LadderSettings ladder{};
 };
 
-/// Fills in `compiled`, where inner machines stay empty; `dt` in s.
+/// Fills in `compiled`, also of the ladder's rungs; inner machines stay empty. `dt` in s.
 void compile(Settings& settings, float dt);
 
 /// What the step reads and moves.
@@ -117,9 +119,12 @@ class Step {
         std::vector<Vec2>
             watched_from;        ///< x, z of viewers when it was found out what they can see
         float watched_m = 1.0F;  ///< and how far, > 0
+        Ladder ladder;           ///< on which difficulty, and what players have done there
     };
 
     [[nodiscard]] const Memory& memory() const { return memory_; }
+
+    [[nodiscard]] Ladder& ladder() { return memory_.ladder; }
 
     /// `minds` are those that the memory belongs to.
     void remember(const Memory& memory,

@@ -12,7 +12,7 @@ namespace zoned::ai {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 /// No zone is so large, m.
 constexpr float kFarthest_m = 1e6F;
 
@@ -103,13 +103,32 @@ std::uint8_t most_corner(ActionKind action) {
     }
 }
 
-/// What keeps the mind from being one of `settings`; null: nothing.
-const char* wrong_with(const Mind& mind, const Settings& settings) {
+/// For writing (a const ladder) and reading.
+template <class LadderOf, class Visit>
+void visit_ladder(LadderOf& ladder, Visit& visit) {
+    visit(ladder.rung);
+    visit(ladder.level);
+    visit(ladder.successes);
+    visit(ladder.failures);
+    visit(ladder.changed_at);
+}
+
+/// Whether it is one of `settings`: on a rung, at a level within the cap. Where none adapts, it is
+/// the first.
+bool is_ladder(const Ladder& ladder, const LadderSettings& settings) {
+    const learn::Staircase& cap = settings.staircase;
+    return settings.rungs.empty() ? ladder.rung == 0
+                                  : ladder.rung < settings.rungs.size() &&
+                                        ladder.level >= cap.least && ladder.level <= cap.most;
+}
+
+/// What keeps the mind from being one of `settings` on that rung; null: nothing.
+const char* wrong_with(const Mind& mind, const Settings& settings, std::uint16_t rung) {
     if (mind.machine >= settings.compiled.size() ||
-        settings.compiled[mind.machine].states.empty()) {
+        machine_on(settings, rung, mind.machine).states.empty()) {
         return "has a machine that there is not";
     }
-    const CompiledMachine& machine = settings.compiled[mind.machine];
+    const CompiledMachine& machine = machine_on(settings, rung, mind.machine);
     const std::uint16_t leaf = mind.fsm.state();
     if (leaf >= machine.table.leaves()) {
         return "is in a state that there is not";
@@ -209,6 +228,7 @@ void write_minds(const Minds& minds,
                  std::vector<std::uint8_t>& out) {
     Writer write(out);
     write(kVersion);
+    visit_ladder(step.memory().ladder, write);
     write(static_cast<std::uint32_t>(minds.size()));
     for (std::size_t n = 0; n < minds.size(); ++n) {
         visit_fields(minds.at(minds.nth(n)), write);
@@ -232,17 +252,22 @@ void write_minds(const Minds& minds,
 }
 
 std::string read_minds(std::span<const std::uint8_t> bytes,
-                       const Settings& settings,
+                       Settings& settings,
                        Minds& minds,
                        Step& step,
                        Places& places) {
     Reader read(bytes);
     std::uint32_t version = 0;
     std::uint32_t count = 0;
+    Step::Memory memory;
     read(version);
-    read(count);
     if (read.cut_short() || version != kVersion) {
         return "version " + std::to_string(version) + " of minds, not " + std::to_string(kVersion);
+    }
+    visit_ladder(memory.ladder, read);
+    read(count);
+    if (read.cut_short() || !read.finite() || !is_ladder(memory.ladder, settings.ladder)) {
+        return "the difficulty is cut short, or none of the settings";
     }
     Minds fresh;
     EntityId before;
@@ -257,14 +282,13 @@ std::string read_minds(std::span<const std::uint8_t> bytes,
         if (!(before < mind.entity)) {
             return name + "comes after a larger one";
         }
-        const char* wrong = wrong_with(mind, settings);
+        const char* wrong = wrong_with(mind, settings, memory.ladder.rung);
         if (wrong != nullptr || !read.finite() || !read.known()) {
             return name + (wrong != nullptr ? wrong : "has a number that is none");
         }
         before = mind.entity;
         fresh.add(mind);
     }
-    Step::Memory memory;
     std::uint32_t viewers = 0;
     read(viewers);
     for (std::uint32_t v = 0; v < viewers && !read.cut_short(); ++v) {
@@ -309,6 +333,7 @@ std::string read_minds(std::span<const std::uint8_t> bytes,
     }
     minds = std::move(fresh);
     places.set_stocks(stock);
+    put_on_rung(settings, memory.ladder.rung);
     step.remember(memory, nests, minds, settings);
     return {};
 }

@@ -11,20 +11,22 @@
 
 namespace zoned::ai {
 
-/// Appends all minds, ascending by entity, what their step remembers, what is in stock, and the
-/// scents of nests, whose maps are baked anew: little endian, field by field as mind_fields.h has
-/// them, after a version and counts. What reads them goes on bit for bit.
+/// Appends on which difficulty they are (ladder.h), all minds, ascending by entity, what their step
+/// remembers, what is in stock, and the scents of nests, whose maps are baked anew: little endian,
+/// field by field as mind_fields.h has them, after a version and counts. What reads them goes on
+/// bit for bit.
 void write_minds(const Minds& minds,
                  const Step& step,
                  const Places& places,
                  std::vector<std::uint8_t>& out);
 
 /// Reads what write_minds() wrote into empty `minds`, `step`, and the stock into `places`, which
-/// have those of the settings. Empty text: done. Otherwise nothing was changed, and the text says
-/// what is wrong: another version, cut short, bytes left over, or numbers that mean nothing to
-/// `settings` (which are compiled), with the mind and the field.
+/// have those of the settings; these are put on the rung on which the minds were. Empty text: done.
+/// Otherwise nothing was changed, and the text says what is wrong: another version, cut short,
+/// bytes left over, or numbers that mean nothing to `settings` (which are compiled), with the mind
+/// and the field.
 std::string read_minds(std::span<const std::uint8_t> bytes,
-                       const Settings& settings,
+                       Settings& settings,
                        Minds& minds,
                        Step& step,
                        Places& places);

@@ -1,5 +1,6 @@
 #include "server/ai/walk.h"
 #include "server/ai/why.h"
+#include "server/app/adapting.h"
 #include "server/app/commands.h"
 #include "server/app/load.h"
 #include "server/app/measure_codec.h"
@@ -166,29 +167,26 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
             continue;
         }
         const world::Row row = state.entities.find(entity);
-        const ai::CompiledMachine& compiled = settings.ai.compiled[mind->machine];
+        const ai::Settings& minds = state.settings.ai;
+        const ai::CompiledMachine& compiled = minds.compiled[mind->machine];
         spatial::PointGrid grid;
         grid.build(state.entities.position, 8.0F);
         const physics::Query statics = state.scene.query();
-        const ai::Sight sight = ai::perceive({state.entities,
-                                              settings.types,
-                                              grid,
-                                              &statics,
-                                              now,
-                                              state.settings.dt,
-                                              settings.ai.far_m},
-                                             row,
-                                             *mind,
-                                             compiled);
+        const ai::Sight sight = ai::perceive(
+            {state.entities, settings.types, grid, &statics, now, state.settings.dt, minds.far_m},
+            row,
+            *mind,
+            compiled);
         const Vec3& at = state.entities.position[row];
         const Vec2 here = ai::whereabouts(*mind, Vec2(at.x(), at.z()), now + 1, state.settings.dt);
-        std::printf("entity %u, a %s in zone %u, after tick %lld\n%s",
+        std::printf("entity %u, a %s in zone %u, after tick %lld\n%s%s",
                     entity.value,
                     settings.types[state.entities.type[row]].name.c_str(),
                     static_cast<unsigned>(state.settings.id.value),
                     static_cast<long long>(now),
+                    difficulty_text(state).c_str(),
                     ai::why(*mind,
-                            settings.ai.machines[mind->machine],
+                            minds.machines[mind->machine],
                             compiled,
                             sight,
                             here,

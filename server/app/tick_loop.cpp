@@ -18,6 +18,7 @@ constexpr double kSpinSeconds = 200e-6;
 
 /// Sums of traffic are for people: so many ticks old at most.
 constexpr Tick kTrafficEvery = 30;
+constexpr double kBandsEvery_s = 10.0;
 
 std::string overrun_cause(const LoopStats& stats, double wall_s, double cpu_s, double period_s) {
     if (cpu_s > period_s) {
@@ -168,12 +169,17 @@ void TickLoop::count_traffic() {
     world_.sum_traffic(stats_.traffic);
     stats_.wavering = wavering_of(world_.zones());
     tell_wavering(stats_.wavering, wavering_told_);
+    tell_bands(bands_of(world_.zones()),
+               world_.now(),
+               static_cast<Tick>(kBandsEvery_s / schedule_.dt_s()),
+               bands_told_);
 }
 
 void TickLoop::count_zone(std::size_t index) {
     LoopStats& s = stats_;
     const zone::Zone& zone = *world_.zones()[index];
     const zone::StepReport& r = zone.report();
+    tell_difficulty(zone);
     for (std::size_t p = 0; p < zone::kPasses; ++p) {
         PassTotals& total = s.passes[p];
         const bool ran = r.passes[p].ran;

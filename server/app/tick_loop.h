@@ -2,6 +2,7 @@
 // only reader of the clock.
 #pragma once
 
+#include "server/app/adapting.h"
 #include "server/app/tick_schedule.h"
 #include "server/app/world.h"
 #include "server/mailbox/bounded_queue.h"
@@ -132,6 +133,7 @@ class TickLoop {
     std::thread thread_;
     std::vector<std::array<bool, zone::kPasses>> zone_ran_;  ///< which zone ever ran which pass
     std::vector<ops::WaveringFigures> wavering_told_;
+    BandsTold bands_told_;
     mutable std::mutex stats_mutex_;
     LoopStats stats_;
 };

@@ -359,12 +359,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     for (const auto& type : config.type()) {
         settings.types.push_back(expand_type(config, type, settings));
     }
-    settings.ai.machines.clear();
-    const std::vector<int> roots = root_machines(config);
-    for (int m = 0; m < config.machine_size(); ++m) {
-        settings.ai.machines.push_back(expand_machine(config, m));
-        settings.ai.machines.back().inner = !std::binary_search(roots.begin(), roots.end(), m);
-    }
+    settings.ai.machines = expand_machines(config);
     settings.ai.max_decisions_per_tick = config.ai().max_decisions_per_tick();
     settings.ai.reduce_far = config.ai().reduce_far();
     settings.ai.far_m = narrow(config.ai().far_m());

@@ -267,6 +267,16 @@ ai::Machine expand_machine(const proto::Config& config, int index) {
     return MachineExpansion(config, index).run();
 }
 
+std::vector<ai::Machine> expand_machines(const proto::Config& config) {
+    std::vector<ai::Machine> machines;
+    const std::vector<int> roots = root_machines(config);
+    for (int m = 0; m < config.machine_size(); ++m) {
+        machines.push_back(expand_machine(config, m));
+        machines.back().inner = !std::binary_search(roots.begin(), roots.end(), m);
+    }
+    return machines;
+}
+
 std::vector<int> root_machines(const proto::Config& config) {
     std::set<std::string> held;
     for (const auto& machine : config.machine()) {

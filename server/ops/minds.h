@@ -16,6 +16,9 @@ namespace zoned::ops {
 /// (ai::fsm::defects_of finds it); machines within machines end a level below the deepest allowed.
 ai::Machine expand_machine(const proto::Config& config, int index);
 
+/// All of them, told apart by who runs by itself.
+std::vector<ai::Machine> expand_machines(const proto::Config& config);
+
 /// Names that mean nothing become numbers that mean nothing.
 ai::fuzzy::FuzzyDef expand_fuzzy(const proto::Config::Fuzzy& fuzzy);
 

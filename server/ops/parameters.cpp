@@ -1,5 +1,6 @@
 #include "server/ops/parameters.h"
 
+#include "server/ops/adaptation.h"
 #include "server/ops/config_checks.h"
 
 #include <google/protobuf/descriptor.h>
@@ -68,8 +69,9 @@ const Config::Parameter* find_parameter(const Config::Behaviour& behaviour,
 }
 
 const Config::Difficulty* chosen_difficulty(const Config& config) {
+    const std::string name = first_difficulty(config);
     for (const Config::Difficulty& difficulty : config.difficulty()) {
-        if (config.ai().has_difficulty() && difficulty.name() == config.ai().difficulty()) {
+        if (!name.empty() && difficulty.name() == name) {
             return &difficulty;
         }
     }
@@ -185,6 +187,7 @@ void check_parameters(const Config& config, Diagnostics& diagnostics) {
         diagnostics.add("ai.difficulty",
                         "there is no difficulty named '" + config.ai().difficulty() + "'");
     }
+    check_adaptation(config, diagnostics);
 }
 
 ParameterValues values_of(const Config& config,
@@ -255,10 +258,10 @@ std::string parameters_text(const Settings& settings) {
         }
     }
     if (!text.empty()) {
+        const std::string first = first_difficulty(settings.config);
         text = "behaviours of types, what takes precedence first (difficulty: " +
-               (settings.config.ai().has_difficulty() ? settings.config.ai().difficulty()
-                                                      : std::string("none")) +
-               ")\n" + text;
+               (first.empty() ? std::string("none") : first) +
+               (settings.config.ai().has_adaptation() ? ", to begin with" : "") + ")\n" + text;
     }
     return text;
 }

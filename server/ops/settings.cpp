@@ -1,5 +1,6 @@
 #include "server/ops/settings.h"
 
+#include "server/ops/adaptation.h"
 #include "server/ops/behaviours.h"
 #include "server/ops/blends.h"
 #include "server/ops/choices.h"
@@ -101,6 +102,9 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     place_spawn_points(config, terrain, settings, diagnostics);
     place_entities(config, terrain, settings, diagnostics);
     settings.methods.clear();
+    if (diagnostics.empty()) {
+        expand_adaptation(written, policies, settings, diagnostics);
+    }
     if (diagnostics.empty()) {
         ai::compile(settings.ai, static_cast<float>(1.0 / settings.tick_rate_hz));
         plan_methods(settings, diagnostics);

@@ -30,6 +30,27 @@ void fall(Game& game, RulesContext& context, EntityId entity, EntityId by) {
     update_pending(game, entity);
 }
 
+bool is_npc(const RulesContext& context, world::Row row) {
+    const world::Entities& e = context.entities();
+    return !e.client[row] && context.types()[e.type[row]].mind != 0;
+}
+
+/// Of a fight between a player and an NPC, which difficulty may follow. Who killed and is gone
+/// meanwhile tells nothing.
+void tell_outcome(RulesContext& context, EntityId killed, EntityId killer) {
+    const world::Entities& e = context.entities();
+    const world::Row loser = e.find(killed);
+    const world::Row winner = killer ? e.find(killer) : world::kNoRow;
+    if (loser == world::kNoRow || winner == world::kNoRow) {
+        return;
+    }
+    if (e.client[winner] && is_npc(context, loser)) {
+        context.note_outcome(true);
+    } else if (e.client[loser] && is_npc(context, winner)) {
+        context.note_outcome(false);
+    }
+}
+
 void respawn(Game& game, RulesContext& context, EntityId entity, CharacterRecord& record) {
     context.show(entity, to_local(context, record.spawn), Vec3::Zero());
     record.health = static_cast<std::uint32_t>(game.settings.health);
@@ -47,6 +68,7 @@ void die(Game& game, RulesContext& context, EntityId entity, CharacterRecord& re
     kill.set_killed(entity.value);
     // Announced before it is hidden: afterwards nobody hears of it any more.
     context.announce(entity, event(sandbox::EVENT_KILL, kill));
+    tell_outcome(context, entity, record.killer);
     context.hide(entity);
     record.life = Life::kDead;
     record.kill_event = EventId();

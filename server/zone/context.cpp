@@ -272,6 +272,10 @@ void ZoneContext::reset_view(ClientId client) {
     state_->replicator.reset_view(client);
 }
 
+void ZoneContext::note_outcome(bool player_succeeded) {
+    ai::note_outcome(state_->mind_step.ladder(), state_->settings.ai.ladder, player_succeeded);
+}
+
 void ZoneContext::kick(ClientId client, std::string_view reason) {
     state_->out.messages.emplace_back(mailbox::Kick{client, std::string(reason)});
 }

@@ -66,6 +66,7 @@ class ZoneContext final : public RulesContext {
     void unsubscribe(ClientId client, std::string_view topic) override;
     void message(EntityId target, Bytes payload) override;
     void reset_view(ClientId client) override;
+    void note_outcome(bool player_succeeded) override;
     void kick(ClientId client, std::string_view reason) override;
 
   private:

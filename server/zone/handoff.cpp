@@ -1,6 +1,7 @@
 #include "server/zone/handoff.h"
 
 #include "server/zone/approach.h"
+#include "server/zone/minds.h"
 #include "server/zone/soft_hull.h"
 #include "shared/core/assert.h"
 
@@ -93,6 +94,10 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     h.state = read_entity(e, row);
     h.rules = state.rules->take_entity(h.state.id);
     if (state.minds.find(h.state.id) != nullptr) {
+        if (!state.settings.ai.ladder.rungs.empty()) {
+            rouse(state, row);  // it may go on by other machines
+        }
+        h.rung = state.mind_step.ladder().rung;
         state.ways.release(state.minds.slot_of(h.state.id));
         h.mind = state.minds.take(h.state.id);
     }
@@ -275,6 +280,8 @@ void accept(ZoneState& state, Handoff& handoff) {
     }
     if (handoff.mind) {
         ai::shift(*handoff.mind, shift);
+        ai::adopt_from_rung(
+            *handoff.mind, state.settings.ai, handoff.rung, state.now, state.settings.dt);
         state.minds.add(*handoff.mind);
     }
     if (handoff.client) {

@@ -75,6 +75,14 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.mind_step.hash(state.minds, state.hash);
         state.places.hash(state.hash);
     }
+    if (!state.settings.ai.ladder.rungs.empty()) {
+        const ai::Ladder& ladder = state.mind_step.memory().ladder;
+        state.hash.add(ladder.rung);
+        state.hash.add(ladder.level);
+        state.hash.add(ladder.successes);
+        state.hash.add(ladder.failures);
+        state.hash.add(static_cast<std::uint64_t>(ladder.changed_at));
+    }
     if (state.report.plan.has(Pass::kParticles)) {
         state.particles.simulated.hash(state.hash);
     }

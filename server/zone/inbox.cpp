@@ -140,6 +140,7 @@ struct Apply {
         }
         const ai::Settings before = std::move(state.settings.ai);
         state.settings.ai = *fresh.minds;
+        ai::go_on_with(state.mind_step.ladder(), before.ladder, state.settings.ai, state.now);
         const std::vector<std::uint16_t>& of_type = state.settings.ai.mind_of_type;
         ai::adopt(
             state.minds,

@@ -46,6 +46,24 @@ std::uint32_t step_minds(ZoneState& state) {
     return state.report.ai.decisions;
 }
 
+void follow_players(ZoneState& state) {
+    ai::Settings& settings = state.settings.ai;
+    ai::Ladder& ladder = state.mind_step.ladder();
+    const std::uint16_t rung = ai::rung_due(ladder, settings.ladder, state.now);
+    if (rung == ladder.rung) {
+        return;
+    }
+    for (std::size_t n = 0; n < state.minds.size(); ++n) {
+        const ai::Mind& mind = state.minds.at(state.minds.nth(n));
+        const world::Row row = state.entities.find(mind.entity);
+        if (row != world::kNoRow && settings.ladder.varies[mind.machine]) {
+            rouse(state, row);
+        }
+    }
+    state.report.rung_change =
+        ai::change_rung(state.minds, settings, ladder, rung, state.now, state.settings.dt);
+}
+
 void rouse(ZoneState& state, world::Row row) {
     ai::Mind* const mind = state.minds.find(state.entities.id[row]);
     if (mind == nullptr || mind->tier != ai::Tier::kCoarse) {

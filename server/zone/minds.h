@@ -9,6 +9,10 @@ namespace zoned::zone {
 /// many decided.
 std::uint32_t step_minds(ZoneState& state);
 
+/// Minds become those of another difficulty where what players did asks for it (ai/ladder.h), at
+/// most one change a tick, told in the report.
+void follow_players(ZoneState& state);
+
 /// An entity that something is done to must be simulated: wakes its mind where it has one that goes
 /// from event to event.
 void rouse(ZoneState& state, world::Row row);

@@ -131,6 +131,9 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
         take_inputs(s);
     }
     pass(Pass::kRules, [&] { return run_rules(s); });
+    if (!s.frozen && !s.report.stalled) {
+        follow_players(s);
+    }
     pass(Pass::kMinds, [&] { return step_minds(s); });
     pass(Pass::kMovement, [&] { return move_characters(s); });
     pass(Pass::kRepresentation, [&] { return choose_representations(s); });

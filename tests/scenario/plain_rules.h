@@ -20,6 +20,7 @@ struct PlainLog {
     std::vector<zone::Contact> contacts;
     std::vector<std::pair<EntityId, zone::Bytes>> messages;
     std::vector<std::uint16_t> commands;
+    bool busy = false;  ///< each_tick is called where no player is as well
     /// Called by each zone's on_tick; set before the world runs.
     std::function<void(zone::RulesContext&)> each_tick;
     /// Whether a viewer may know of an entity that conceals itself; all may where it is not set.
@@ -103,7 +104,7 @@ class PlainRules final : public zone::Rules {
         moves_[entity] = state.empty() ? 0 : state[0];
     }
 
-    [[nodiscard]] bool busy() const override { return false; }
+    [[nodiscard]] bool busy() const override { return log_->busy; }
 
     void hash(core::StateHash& hash) const override { hash.add(moves_.size()); }
 

@@ -82,6 +82,9 @@ TEST(MindBytes, WhoIsReadAgainGoesOnBitForBit) {
     }
 }
 
+/// Bytes before it: version, ladder (rung, level, two counts, a tick), count.
+constexpr std::size_t kFirstMind = 4 + (2 + 4 + 2 * 4 + 8) + 4;
+
 class BadMinds : public testing::Test {
   protected:
     BadMinds() {
@@ -107,12 +110,12 @@ TEST_F(BadMinds, AreRefusedWithTheirPlace) {
     EXPECT_EQ(read(), "");
     std::vector<std::uint8_t> whole = bytes;
     bytes[0] = 9;
-    EXPECT_EQ(read(), "version 9 of minds, not 2");
+    EXPECT_EQ(read(), "version 9 of minds, not 3");
     bytes = whole;
-    bytes[8 + 4] = 7;  // the first mind's machine
+    bytes[kFirstMind + 4] = 7;  // the first mind's machine
     EXPECT_EQ(read(), "mind 0 of entity 1 has a machine that there is not");
     bytes = whole;
-    bytes[8 + 4 + 2] = 200;  // its state
+    bytes[kFirstMind + 4 + 2] = 200;  // its state
     EXPECT_EQ(read(), "mind 0 of entity 1 is in a state that there is not");
     bytes = whole;
     bytes.push_back(0);

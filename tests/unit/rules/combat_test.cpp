@@ -333,5 +333,49 @@ TEST(Bite, HurtsPlayersInReachOfARunningGuardWithinItsCooldown) {
     EXPECT_EQ(zone.health(player), before);
 }
 
+TEST(Outcomes, AreToldOfFightsBetweenPlayersAndNpcsAlone) {
+    FakeZone zone(
+        1, Vec3d::Zero(), {{"bite_type", "guard"}, {"bite_damage", "100"}, {"confirm_s", "0.5"}});
+    const EntityId hunter = zone.join(1, Vec3::Zero());
+    zone.put(kGuard, Vec3(10.0F, 0.0F, 0.0F));
+    const auto shoot = [&] {
+        for (int i = 0; i < 5; ++i) {
+            zone.command(1, hunter, sandbox::COMMAND_SHOOT, shot(3.0F, 0.0F, 0.0F));
+            zone.tick(8);
+        }
+    };
+    shoot();
+    EXPECT_EQ(zone.outcomes, (std::vector<bool>{true})) << "a player has beaten a guard";
+    // Players among themselves tell nothing of difficulty.
+    const EntityId other = zone.join(2, Vec3(5.0F, 0.0F, 0.0F));
+    shoot();
+    zone.tick_seconds(1.0F);
+    ASSERT_EQ(zone.game.find(other)->life, Life::kDead);
+    EXPECT_EQ(zone.outcomes.size(), 1U);
+    const EntityId biter = zone.put(kGuard, Vec3(-1.0F, 0.0F, 0.0F));
+    zone.set_behaviour(biter, world::Behaviour::kRunning);
+    zone.tick_seconds(2.0F);
+    ASSERT_EQ(zone.game.find(hunter)->life, Life::kDead);
+    EXPECT_EQ(zone.outcomes, (std::vector<bool>{true, false})) << "told once, when it is decided";
+}
+
+TEST(Outcomes, AreToldAcrossABorderByWhoOwnsTheLoser) {
+    FakeZone a(1, Vec3d(-50.0, 0.0, 0.0));
+    FakeZone b(2, Vec3d(50.0, 0.0, 0.0));
+    const EntityId hunter = a.join(1, Vec3(45.0F, 0.0F, 0.0F));
+    const EntityId guard = b.put(kGuard, Vec3(-45.0F, 0.0F, 0.0F));
+    a.show_ghost(b, guard);
+    b.show_ghost(a, hunter);
+    for (int i = 0; i < 5; ++i) {
+        a.command(1, hunter, sandbox::COMMAND_SHOOT, shot(3.0F, 0.0F, 0.0F));
+        deliver(a, b);
+        a.tick(8);
+        b.tick(8);
+    }
+    ASSERT_TRUE(b.hidden(guard));
+    EXPECT_TRUE(a.outcomes.empty());
+    EXPECT_EQ(b.outcomes, (std::vector<bool>{true}));
+}
+
 }  // namespace
 }  // namespace zoned::rules::test

@@ -28,6 +28,7 @@ inline world::TypeTable test_types() {
     types[kPlayer].mass = 80.0F;
     types[kGuard] = types[kPlayer];
     types[kGuard].name = "guard";
+    types[kGuard].mind = 1;
     types[kBall].name = "ball";
     types[kBall].shape = world::ShapeKind::kSphere;
     types[kBall].radius = 0.2F;
@@ -342,6 +343,8 @@ class FakeZone final : public zone::RulesContext {
 
     void reset_view(ClientId client) override { resets.push_back(client); }
 
+    void note_outcome(bool player_succeeded) override { outcomes.push_back(player_succeeded); }
+
     void kick(ClientId /*client*/, std::string_view /*reason*/) override {}
 
   private:
@@ -370,6 +373,7 @@ class FakeZone final : public zone::RulesContext {
     std::uint32_t hail_near = 0;  ///< particles of "hail" wherever one asks
     std::vector<std::string> topics;
     std::vector<ClientId> resets;
+    std::vector<bool> outcomes;  ///< told to difficulty: whether a player succeeded
     float wall_x = 1e6F;
 
   private:

@@ -1,0 +1,112 @@
+#include "server/app/adapting.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::app {
+
+namespace {
+
+constexpr float kBandWorthTelling = 0.1F;
+
+bool has_band(const ai::CompiledMachine& machine) {
+    return std::any_of(machine.states.begin(), machine.states.end(), [](const ai::State& state) {
+        return state.rubber_band.has_value();
+    });
+}
+
+void add_band(float factor, BandFigures& figures) {
+    figures.least = figures.npcs == 0 ? factor : std::min(figures.least, factor);
+    figures.most = figures.npcs == 0 ? factor : std::max(figures.most, factor);
+    ++figures.npcs;
+}
+
+}  // namespace
+
+std::string difficulty_text(const zone::ZoneState& state) {
+    const ai::LadderSettings& settings = state.settings.ai.ladder;
+    if (settings.rungs.empty()) {
+        return {};
+    }
+    const ai::Ladder& ladder = state.mind_step.memory().ladder;
+    const auto name = [&](float level) {
+        return settings.rungs[static_cast<std::size_t>(level)].name;
+    };
+    return fmt::format(
+        "difficulty: {}, of {} to {}; {} successes and {} failures of players at it, level "
+        "{:.2f}\n",
+        settings.rungs[ladder.rung].name,
+        name(settings.staircase.least),
+        name(settings.staircase.most),
+        ladder.successes,
+        ladder.failures,
+        ladder.level);
+}
+
+void tell_difficulty(const zone::Zone& zone) {
+    const auto& change = zone.report().rung_change;
+    if (!change) {
+        return;
+    }
+    const ai::LadderSettings& settings = zone.state().settings.ai.ladder;
+    spdlog::info(
+        "zone {}: difficulty {} -> {} at tick {}: {} successes and {} failures of players "
+        "at {}, level {:.2f}",
+        zone.state().settings.id.value,
+        settings.rungs[change->from].name,
+        settings.rungs[change->to].name,
+        zone.report().tick,
+        change->successes,
+        change->failures,
+        settings.rungs[change->from].name,
+        change->level);
+}
+
+std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone::Zone>> zones) {
+    std::map<std::string, BandFigures> out;
+    for (const auto& zone : zones) {
+        const zone::ZoneState& state = zone->state();
+        const auto& machines = state.settings.ai.compiled;
+        if (std::none_of(machines.begin(), machines.end(), has_band)) {
+            continue;
+        }
+        for (std::size_t n = 0; n < state.minds.size(); ++n) {
+            const ai::Mind& mind = state.minds.at(state.minds.nth(n));
+            const ai::CompiledMachine& machine = machines[mind.machine];
+            if (machine.states[mind.doing].rubber_band) {
+                add_band(mind.band, out[machine.name]);
+            }
+        }
+    }
+    return out;
+}
+
+void tell_bands(const std::map<std::string, BandFigures>& now,
+                Tick tick,
+                Tick between,
+                BandsTold& told) {
+    for (const auto& [machine, figures] : now) {
+        BandsTold::Told& last = told.by_machine[machine];
+        const bool other = std::abs(figures.least - last.figures.least) >= kBandWorthTelling ||
+                           std::abs(figures.most - last.figures.most) >= kBandWorthTelling;
+        if (!other || (last.at && tick - *last.at < between)) {
+            continue;
+        }
+        spdlog::info(
+            "machine {}: rubber bands of {} NPCs: speed times {:.2f} to {:.2f}, before "
+            "{:.2f} to {:.2f} (tick {})",
+            machine,
+            figures.npcs,
+            figures.least,
+            figures.most,
+            last.figures.least,
+            last.figures.most,
+            tick);
+        last = {figures, tick};
+    }
+}
+
+}  // namespace zoned::app

@@ -1,0 +1,49 @@
+// Adapting: what difficulty and rubber bands have become as players do, in words.
+#pragma once
+
+#include "server/zone/zone.h"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace zoned::app {
+
+/// One line: the difficulty that a zone is at, of those that it may have, and what players have
+/// done there; empty where difficulty stays as it is.
+std::string difficulty_text(const zone::ZoneState& state);
+
+/// Logs the change of difficulty of the zone's last tick, where there was one.
+void tell_difficulty(const zone::Zone& zone);
+
+/// The factors of speed of NPCs in states with a rubber band.
+struct BandFigures {
+    std::uint32_t npcs = 0;
+    float least = 1.0F;
+    float most = 1.0F;
+};
+
+/// By machine, over all zones; machines of which no NPC is in such a state are left out.
+std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone::Zone>> zones);
+
+/// Rubber bands that were told, and when.
+struct BandsTold {
+    struct Told {
+        BandFigures figures;
+        std::optional<Tick> at;  ///< none: never yet
+    };
+
+    std::map<std::string, Told> by_machine;
+};
+
+/// Logs the machines whose least or most factor is off by 0.1 or more from what was told last (1 to
+/// begin with), each at most once in `between` ticks.
+void tell_bands(const std::map<std::string, BandFigures>& now,
+                Tick tick,
+                Tick between,
+                BandsTold& told);
+
+}  // namespace zoned::app

@@ -1,0 +1,62 @@
+// The world `learned`: bots who are bitten to death make hounds gentler, never beyond the cap, and
+// the log says so.
+#include "server/app/adapting.h"
+#include "tests/harness/game_test.h"
+#include "tests/scenario/log_text.h"
+
+namespace zoned::harness {
+namespace {
+
+class AdaptationGame : public GameTest {
+  protected:
+    AdaptationGame() {
+        server.config = ZONED_SOURCE_DIR "/config/learned.txtpb";
+        server.sets = {"ai.adaptation.least_between_s=1",
+                       "ai.adaptation.step=1",
+                       "rules[2]={name: \"health\" value: \"20\"}"};
+        bots.bots = 8;
+        bots.seconds = 20.0;
+    }
+
+    /// Runs the bots; what was logged.
+    std::string play(const std::string& mix) {
+        const auto shares = bot::parse_mix(mix);
+        EXPECT_TRUE(shares.ok());
+        bots.mix = *shares;
+        const scenario::LogText log;
+        Tick told = -1;
+        const measure::Report report = run([&](VirtualServer& now, double) {
+            const zone::Zone& zone = *now.world().zones().front();
+            if (zone.report().tick != told) {
+                told = zone.report().tick;
+                app::tell_difficulty(zone);
+                app::tell_bands(app::bands_of(now.world().zones()), told, 300, bands);
+            }
+        });
+        EXPECT_TRUE(report.consistent) << reasons(report);
+        rung = world->world().zones().front()->state().mind_step.memory().ladder.rung;
+        return log.text();
+    }
+
+    app::BandsTold bands;
+    std::uint16_t rung = 0;
+};
+
+TEST_F(AdaptationGame, BotsWhoAreBittenMakeItEasier) {
+    server.sets.emplace_back("rules[1].value=\"20\"");
+    const std::string log = play("wander");
+    EXPECT_EQ(rung, 0) << log;
+    EXPECT_NE(log.find("zone 1: difficulty fair -> gentle at tick"), std::string::npos) << log;
+    EXPECT_NE(log.find("machine pacer: rubber bands of"), std::string::npos) << log;
+}
+
+TEST_F(AdaptationGame, StaysWithinItsCap) {
+    server.sets.emplace_back("rules[1].value=\"20\"");
+    server.sets.emplace_back("ai.adaptation.least=fair");
+    const std::string log = play("wander");
+    EXPECT_EQ(rung, 1);
+    EXPECT_EQ(log.find("difficulty fair ->"), std::string::npos) << log;
+}
+
+}  // namespace
+}  // namespace zoned::harness

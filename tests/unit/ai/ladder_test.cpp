@@ -1,0 +1,233 @@
+// Difficulty follows what players do: it settles where they succeed as often as wanted, never
+// leaves its cap, and minds go on from one difficulty to the next.
+#include "server/ai/ladder.h"
+
+#include "server/ai/mind_bytes.h"
+#include "tests/unit/ai/field.h"
+#include "shared/core/rng.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+/// `rungs` without machines, wanted share 0.6.
+LadderSettings bare(std::size_t rungs, float step, Tick between = 0) {
+    LadderSettings settings;
+    settings.rungs.resize(rungs);
+    settings.staircase = {0.6F, step, 0.0F, static_cast<float>(rungs - 1)};
+    settings.between = between;
+    return settings;
+}
+
+TEST(Ladder, SettlesWherePlayersSucceedAsOftenAsWanted) {
+    // On none of the rungs do they succeed as often as wanted: two have to take turns.
+    constexpr std::array<float, 4> kChance = {0.95F, 0.7F, 0.5F, 0.1F};
+    constexpr int kCount = 5000;
+    constexpr float kStep = 0.05F;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const LadderSettings settings = bare(4, kStep);
+        Ladder ladder = first_of(settings);
+        core::Rng rng(seed);
+        int successes = 0;
+        std::array<int, 4> visits{};
+        for (int i = 0; i < kCount; ++i) {
+            const bool success = rng.unit() < kChance[ladder.rung];
+            successes += success ? 1 : 0;
+            note_outcome(ladder, settings, success);
+            ladder.rung = rung_due(ladder, settings, i);
+            ++visits[ladder.rung];
+            ASSERT_LT(ladder.level, 3.0F) << "the bound below holds where the cap is not met";
+        }
+        // The level is step (successes - wanted count) from the start, and nowhere above the cap;
+        // at its foot, where it starts, it is cut off by at most a few outcomes.
+        const double off = std::abs(static_cast<double>(successes) / kCount - 0.6);
+        EXPECT_LE(off, 3.0 / static_cast<double>(kStep) / kCount + 10.0 / kCount);
+        EXPECT_GT(visits[1], kCount / 5);
+        EXPECT_GT(visits[2], kCount / 5);
+        EXPECT_EQ(visits[3], 0);
+    }
+}
+
+TEST(Ladder, NeverLeavesItsCapAndWaitsBetweenChanges) {
+    LadderSettings settings = bare(5, 1.0F, 30);
+    settings.staircase.least = 1.0F;
+    settings.staircase.most = 3.0F;
+    settings.start = 2;
+    Ladder ladder = first_of(settings);
+    core::Rng rng(3);
+    int changes = 0;
+    for (Tick now = 0; now < 20000; ++now) {
+        // Minutes of one kind of outcome, so that both ends are met.
+        note_outcome(ladder, settings, (now / 500) % 2 == 0 || rng.below(10) == 0);
+        const std::uint16_t due = rung_due(ladder, settings, now);
+        ASSERT_GE(due, 1);
+        ASSERT_LE(due, 3);
+        if (due != ladder.rung) {
+            ASSERT_GE(now - ladder.changed_at, 30);
+            ladder.rung = due;
+            ladder.changed_at = now;
+            ++changes;
+        }
+    }
+    EXPECT_GT(changes, 20);
+    Ladder none;
+    note_outcome(none, {}, true);
+    EXPECT_EQ(none.level, 0.0F);
+    EXPECT_EQ(rung_due(none, {}, 1000), 0);
+}
+
+/// Walks about, rests after a time that depends on the difficulty.
+Machine walker(float rest_after_s, float pace = 0.5F) {
+    Machine m;
+    m.name = "walker";
+    m.states.resize(2);
+    m.states[0].name = "wander";
+    m.states[0].action = ActionKind::kWander;
+    m.states[0].speed_factor = pace;
+    m.states[0].radius_m = 200.0F;
+    m.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, rest_after_s, 0.0F}};
+    m.states[1].name = "rest";
+    m.states[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 2.0F, 0.0F}};
+    return m;
+}
+
+Machine idler() {
+    Machine m;
+    m.name = "idler";
+    m.states.resize(1);
+    m.states[0].name = "stand";
+    return m;
+}
+
+/// Two difficulties; walkers have machine 0, which varies, idlers machine 1.
+void furnish_ladder(Field& field) {
+    field.settings.machines = {walker(3.0F), idler()};
+    field.settings.ladder = bare(2, 0.5F);
+    field.settings.ladder.rungs[0].name = "easy";
+    field.settings.ladder.rungs[1].name = "hard";
+    field.settings.ladder.rungs[1].machines = {walker(6.0F, 0.25F), idler()};
+    field.settings.ladder.varies = {true, false};
+    compile(field.settings, kDt);
+    for (std::uint32_t id = 1; id <= 20; ++id) {
+        const auto machine = static_cast<std::uint16_t>(id % 4 == 0 ? 1 : 0);
+        field.add_npc(id, kGuard, machine, Vec3(4.0F * static_cast<float>(id), 0.9F, 0.0F));
+        begin(*field.minds.find(EntityId(id)), field.settings.compiled[machine], 0);
+    }
+    field.add_player(900, Vec3(20.0F, 0.9F, 5.0F));
+}
+
+std::uint64_t hash_of_all(Field& field) {
+    core::StateHash hash;
+    field.minds.hash(hash);
+    for (std::uint32_t id = 1; id <= 20; ++id) {
+        hash.add(field.position(id).x());
+        hash.add(field.position(id).z());
+    }
+    return hash.value();
+}
+
+void go_to(Field& field, std::uint16_t rung) {
+    change_rung(field.minds, field.settings, field.steps.ladder(), rung, field.now, kDt);
+}
+
+TEST(Ladder, MindsGoOnWithTheMachinesOfTheNextRung) {
+    Field field;
+    furnish_ladder(field);
+    field.run(2.0F);
+    const Tick since = field.minds.find(EntityId(1))->fsm.since[0][0];
+    note_outcome(field.steps.ladder(), field.settings.ladder, true);
+    const RungChange change =
+        change_rung(field.minds, field.settings, field.steps.ladder(), 1, field.now, kDt);
+    EXPECT_EQ(change.from, 0);
+    EXPECT_EQ(change.to, 1);
+    EXPECT_EQ(change.successes, 1U);
+    EXPECT_EQ(field.steps.ladder().successes, 0U);
+    EXPECT_EQ(field.settings.ladder.active, 1);
+    EXPECT_EQ(field.settings.machines[0].states[0].transitions[0].threshold, 6.0F);
+    EXPECT_EQ(machine_on(field.settings, 0, 0).name, "walker") << "what was left is kept";
+    EXPECT_EQ(field.minds.find(EntityId(1))->fsm.since[0][0], since) << "time goes on";
+    EXPECT_TRUE(field.minds.find(EntityId(1))->fresh);
+    EXPECT_FALSE(field.minds.find(EntityId(4))->fresh) << "its machine is the same everywhere";
+    const Vec3 from = field.position(1);
+    field.run(3.5F);
+    // Halfway along its first leg: 0.98 of a quarter of 4 m/s, by commands of 1/127.
+    EXPECT_NEAR((field.position(1) - from).norm(), 3.5F * 0.98F, 0.1F) << "another pace at once";
+    EXPECT_EQ(field.state(1), 0) << "after 5.5 s: it would rest on the other rung";
+    field.run(1.0F);
+    EXPECT_EQ(field.state(1), 1);
+    go_to(field, 0);
+    EXPECT_EQ(field.settings.machines[0].states[0].transitions[0].threshold, 3.0F);
+}
+
+TEST(Ladder, BytesGoOnBitForBitOnTheSameRung) {
+    Field field;
+    furnish_ladder(field);
+    field.run(5.0F);
+    go_to(field, 1);
+    note_outcome(field.steps.ladder(), field.settings.ladder, false);
+    field.run(4.0F);
+    std::vector<std::uint8_t> bytes;
+    write_minds(field.minds, field.steps, field.places, bytes);
+    Field other;
+    furnish_ladder(other);
+    other.now = field.now;
+    other.entities = field.entities;
+    other.minds = Minds();
+    ASSERT_EQ(read_minds(bytes, other.settings, other.minds, other.steps, other.places), "");
+    EXPECT_EQ(other.settings.ladder.active, 1);
+    EXPECT_EQ(other.steps.ladder().failures, 1U);
+    EXPECT_EQ(other.steps.ladder().level, field.steps.ladder().level);
+    for (int tick = 0; tick < 900; ++tick) {
+        field.step();
+        other.step();
+        ASSERT_EQ(hash_of_all(field), hash_of_all(other)) << "tick " << tick;
+    }
+    // On the wrong rung they would not have.
+    go_to(other, 0);
+    other.run(20.0F);
+    field.run(20.0F);
+    EXPECT_NE(hash_of_all(field), hash_of_all(other));
+
+    bytes[4] = 7;  // the rung
+    Minds minds;
+    EXPECT_EQ(read_minds(bytes, other.settings, minds, other.steps, other.places),
+              "the difficulty is cut short, or none of the settings");
+    EXPECT_EQ(minds.size(), 0U);
+}
+
+TEST(Ladder, SettingsThatAreReadAnewGoOnByName) {
+    Field field;
+    furnish_ladder(field);
+    Ladder ladder{1, 0.75F, 3, 4, 10};
+    const LadderSettings before = field.settings.ladder;
+    Settings fresh;
+    fresh.machines = {walker(1.0F), idler()};
+    fresh.ladder = bare(3, 0.5F);
+    fresh.ladder.rungs[1].name = "easy";
+    fresh.ladder.rungs[2].name = "hard";
+    fresh.ladder.rungs[2].machines = {walker(9.0F), idler()};
+    compile(fresh, kDt);
+    go_on_with(ladder, before, fresh, 50);
+    EXPECT_EQ(ladder.rung, 2);
+    EXPECT_EQ(ladder.level, 1.75F);
+    EXPECT_EQ(ladder.successes, 3U);
+    EXPECT_EQ(fresh.machines[0].states[0].transitions[0].threshold, 9.0F);
+
+    Settings other;
+    other.machines = {walker(1.0F), idler()};
+    other.ladder = bare(2, 0.5F);
+    other.ladder.rungs[0].name = "plain";
+    compile(other, kDt);
+    go_on_with(ladder, fresh.ladder, other, 60);
+    EXPECT_EQ(ladder.rung, 0) << "there is none of that name";
+    EXPECT_EQ(ladder.level, 0.0F);
+    EXPECT_EQ(ladder.changed_at, 60);
+}
+
+}  // namespace
+}  // namespace zoned::ai
