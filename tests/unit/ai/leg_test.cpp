@@ -8,7 +8,7 @@
 namespace zoned::ai {
 namespace {
 
-constexpr float kDt = 1.0F / 20.0F;
+constexpr float kLegDt = 1.0F / 20.0F;
 
 /// On level ground a command that is held leads along the leg: apply_input accelerates exactly, so
 /// that what is left is rounding, some ulp of 100 m per tick.
@@ -32,9 +32,9 @@ TEST(Leg, IsTheWayOfACharacterWhoseCommandIsHeld) {
                              limits.acceleration,
                              0);
     for (Tick tick = 1; tick <= 200; ++tick) {
-        body = motion::apply_input(body, command, limits, ground, kDt);
-        const Vec2 at = position_at(leg, tick, kDt);
-        const Vec2 velocity = velocity_at(leg, tick, kDt);
+        body = motion::apply_input(body, command, limits, ground, kLegDt);
+        const Vec2 at = position_at(leg, tick, kLegDt);
+        const Vec2 velocity = velocity_at(leg, tick, kLegDt);
         EXPECT_NEAR(at.x(), body.position.x(), 1e-3F) << tick;
         EXPECT_NEAR(at.y(), body.position.z(), 1e-3F) << tick;
         EXPECT_NEAR(velocity.x(), body.velocity.x(), 1e-4F) << tick;
@@ -45,22 +45,22 @@ TEST(Leg, IsTheWayOfACharacterWhoseCommandIsHeld) {
 TEST(Leg, EndsWhereABodyComesToAHalt) {
     // v^2 / 2a = 16 / 8 = 2 m, in 1 s.
     const Leg leg = leg_from(Vec2(1.0F, 0.0F), Vec2(4.0F, 0.0F), Vec2::Zero(), 0.0F, 4.0F, 10);
-    EXPECT_FLOAT_EQ(position_at(leg, 10, kDt).x(), 1.0F);
-    EXPECT_FLOAT_EQ(position_at(leg, 20, kDt).x(), 1.0F + 4.0F * 0.5F - 0.5F * 4.0F * 0.25F);
-    EXPECT_FLOAT_EQ(position_at(leg, 30, kDt).x(), 3.0F);
-    EXPECT_FLOAT_EQ(position_at(leg, 300, kDt).x(), 3.0F);
-    EXPECT_FLOAT_EQ(velocity_at(leg, 10, kDt).x(), 4.0F);
-    EXPECT_FLOAT_EQ(velocity_at(leg, 20, kDt).x(), 2.0F);
-    EXPECT_FLOAT_EQ(velocity_at(leg, 30, kDt).x(), 0.0F);
+    EXPECT_FLOAT_EQ(position_at(leg, 10, kLegDt).x(), 1.0F);
+    EXPECT_FLOAT_EQ(position_at(leg, 20, kLegDt).x(), 1.0F + 4.0F * 0.5F - 0.5F * 4.0F * 0.25F);
+    EXPECT_FLOAT_EQ(position_at(leg, 30, kLegDt).x(), 3.0F);
+    EXPECT_FLOAT_EQ(position_at(leg, 300, kLegDt).x(), 3.0F);
+    EXPECT_FLOAT_EQ(velocity_at(leg, 10, kLegDt).x(), 4.0F);
+    EXPECT_FLOAT_EQ(velocity_at(leg, 20, kLegDt).x(), 2.0F);
+    EXPECT_FLOAT_EQ(velocity_at(leg, 30, kLegDt).x(), 0.0F);
 }
 
 TEST(Leg, ArrivesAtTheFirstTickThatBeginsBeyondItsLength) {
     Leg leg = leg_from(Vec2::Zero(), Vec2::Zero(), Vec2(0.0F, 1.0F), 2.0F, 0.0F, 5);
     leg.length = 1.05F;
-    const Tick arrival = arrival_of(leg, kDt);
+    const Tick arrival = arrival_of(leg, kLegDt);
     // A tick begins where the one before it has ended.
-    EXPECT_GE(position_at(leg, arrival - 1, kDt).y(), leg.length);
-    EXPECT_LT(position_at(leg, arrival - 2, kDt).y(), leg.length);
+    EXPECT_GE(position_at(leg, arrival - 1, kLegDt).y(), leg.length);
+    EXPECT_LT(position_at(leg, arrival - 2, kLegDt).y(), leg.length);
 }
 
 }  // namespace
