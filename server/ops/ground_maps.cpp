@@ -118,8 +118,9 @@ void check_ground_maps(const Config& config,
                             cell_m),
             cell_m);
         if (!defect.empty()) {
-            diagnostics.add(ways.map() == Config::Ways::GRAPH ? "ai.ways.spacing_m" : "ai.ways.cell_m",
-                            "zone '" + zone.name + "': " + defect);
+            diagnostics.add(
+                ways.map() == Config::Ways::GRAPH ? "ai.ways.spacing_m" : "ai.ways.cell_m",
+                "zone '" + zone.name + "': " + defect);
             return;
         }
     }
