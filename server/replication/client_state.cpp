@@ -23,13 +23,6 @@ constexpr double kAway_s = 1.0;              // and two round trips: without any
 constexpr Tick kSignTicks = 2;               // between signs of life for one that was just heard
 constexpr double kNarrowBurstBytes = 512.0;  // headers are a fifth of a packet at least as large
 
-template <class List>
-auto lower_bound_entity(List& list, EntityId entity) {
-    return std::lower_bound(list.begin(), list.end(), entity, [](const auto& item, EntityId e) {
-        return item.entity < e;
-    });
-}
-
 }  // namespace
 
 double burst_bytes(const Settings& settings) {
@@ -141,35 +134,7 @@ void ClientState::sync(const std::vector<world::Visible>& visible,
     }
     drop_before(EntityId(), true);
     subscriptions.assign(scratch.begin(), scratch.end());
-    std::erase_if(followed_, [this](const Followed& f) {
-        const Subscription* s = subscription(f.entity);
-        return s == nullptr || s->delivered_version != 0;
-    });
-}
-
-/// Of a level that the client has left it keeps what it was sent last.
-void ClientState::follow_on(const Subscription& left, const StreamTable& streams) {
-    const std::uint32_t version = held_version(left);
-    const Past* past = streams.past(left.stream, version);
-    if (past != nullptr) {
-        follow({left.entity, *past, 0.0F, 0.0F});
-    } else if (version != 0) {
-        std::erase_if(followed_, [&](const Followed& f) { return f.entity == left.entity; });
-    }
-}
-
-void ClientState::follow(const Followed& what) {
-    const auto it = lower_bound_entity(followed_, what.entity);
-    if (it != followed_.end() && it->entity == what.entity) {
-        *it = what;
-    } else {
-        followed_.insert(it, what);
-    }
-}
-
-const Followed* ClientState::followed(EntityId entity) const {
-    const auto it = lower_bound_entity(followed_, entity);
-    return it != followed_.end() && it->entity == entity ? &*it : nullptr;
+    forget_followed();
 }
 
 Subscription ClientState::subscribe(const world::Visible& visible,
@@ -200,11 +165,6 @@ bool ClientState::cancel_removal(EntityId entity) {
 const Subscription* ClientState::subscription(EntityId entity) const {
     const auto it = lower_bound_entity(subscriptions, entity);
     return it != subscriptions.end() && it->entity == entity ? &*it : nullptr;
-}
-
-Tick ClientState::switch_tick(EntityId entity) const {
-    const auto it = lower_bound_entity(subscriptions, entity);
-    return it != subscriptions.end() && it->entity == entity ? it->switched_tick : 0;
 }
 
 void ClientState::add_removal(EntityId entity, Tick now) {

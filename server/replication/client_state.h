@@ -7,7 +7,17 @@
 #include "shared/wire/record/record_codec.h"
 #include "shared/wire/widening.h"
 
+#include <algorithm>
+
 namespace zoned::replication {
+
+/// The first of a list that ascends by entity which is not before one.
+template <class List>
+auto lower_bound_entity(List& list, EntityId entity) {
+    return std::lower_bound(list.begin(), list.end(), entity, [](const auto& item, EntityId e) {
+        return item.entity < e;
+    });
+}
 
 /// How often the newest copy of something was sent and what became of it.
 struct Delivery {
@@ -163,6 +173,8 @@ class ClientState {
                            bool known,
                            StreamTable& streams);
     void follow_on(const Subscription& left, const StreamTable& streams);
+    /// What is not followed any more, because the entity is not heard or its present stream is.
+    void forget_followed();
     bool cancel_removal(EntityId entity);
     void add_removal(EntityId entity, Tick now);
     void deliver(const SentEntry& entry);

@@ -1,10 +1,11 @@
 #include "tests/bench/detour_mesh.h"
 
+#include "server/ai/navigation/recast_owned.h"
+
 #include <recastnavigation/DetourCommon.h>
 #include <recastnavigation/DetourNavMesh.h>
 #include <recastnavigation/DetourNavMeshBuilder.h>
 #include <recastnavigation/DetourNavMeshQuery.h>
-#include <recastnavigation/Recast.h>
 
 #include <array>
 #include <utility>
@@ -15,6 +16,11 @@ namespace {
 
 using ai::navigation::Cell;
 using ai::navigation::GridMap;
+using ai::navigation::Recast;
+using ai::navigation::RecastContours;
+using ai::navigation::RecastFloors;
+using ai::navigation::RecastHeights;
+using ai::navigation::RecastPolygons;
 
 constexpr int kMostNodes = 65535;
 constexpr int kMostPolygons = 4096;
@@ -25,25 +31,13 @@ constexpr int kMergeRegion = 20;
 constexpr int kVerticesPerPolygon = 6;
 constexpr unsigned short kAgentHeight = 2;
 
-template <auto Free>
-struct FreeBy {
-    template <class T>
-    void operator()(T* p) const {
-        Free(p);
-    }
-};
-
-template <class T, auto Free>
-using Owned = std::unique_ptr<T, FreeBy<Free>>;
-
 /// Recast's polygons of the passable cells; null where it can't build them.
-Owned<rcPolyMesh, rcFreePolyMesh> polygons_of(const GridMap& map) {
+RecastPolygons polygons_of(const GridMap& map) {
     rcContext context(false);
-    const Owned<rcHeightfield, rcFreeHeightField> field(rcAllocHeightfield());
-    const Owned<rcCompactHeightfield, rcFreeCompactHeightfield> compact(
-        rcAllocCompactHeightfield());
-    const Owned<rcContourSet, rcFreeContourSet> contours(rcAllocContourSet());
-    Owned<rcPolyMesh, rcFreePolyMesh> mesh(rcAllocPolyMesh());
+    const RecastHeights field(rcAllocHeightfield());
+    const RecastFloors compact(rcAllocCompactHeightfield());
+    const RecastContours contours(rcAllocContourSet());
+    RecastPolygons mesh(rcAllocPolyMesh());
     const std::array<float, 3> low{0.0F, 0.0F, 0.0F};
     const std::array<float, 3> high{
         static_cast<float>(map.width()), 4.0F, static_cast<float>(map.height())};
@@ -101,8 +95,8 @@ ai::navigation::WalkMesh walk_mesh_of(const rcPolyMesh& mesh) {
 }  // namespace
 
 struct DetourMesh::Mesh {
-    Owned<dtNavMesh, dtFreeNavMesh> mesh{dtAllocNavMesh()};
-    Owned<dtNavMeshQuery, dtFreeNavMeshQuery> query{dtAllocNavMeshQuery()};
+    Recast<dtNavMesh, dtFreeNavMesh> mesh{dtAllocNavMesh()};
+    Recast<dtNavMeshQuery, dtFreeNavMeshQuery> query{dtAllocNavMeshQuery()};
     dtQueryFilter filter;
     ai::navigation::WalkMesh ours;
     std::size_t bytes = 0;

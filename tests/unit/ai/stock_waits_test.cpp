@@ -310,6 +310,13 @@ TEST(StockWaits, AreMissedWhereNobodyIsTold) {
     EXPECT_GT(different, 10) << "the comparison finds who is not told";
 }
 
+std::uint64_t hash_of_minds(const Stores& stores) {
+    core::StateHash hash;
+    stores.field.minds.hash(hash);
+    stores.field.steps.hash(stores.field.minds, hash);
+    return hash.value();
+}
+
 TEST(StockWaits, DoNotDependOnThreads) {
     Stores one(3, false, 2'000);
     Stores two(3, false, 2'000);
@@ -318,13 +325,7 @@ TEST(StockWaits, DoNotDependOnThreads) {
     for (int tick = 0; tick < 600; ++tick) {
         one.step({});
         two.step({});
-        core::StateHash a;
-        core::StateHash b;
-        one.field.minds.hash(a);
-        two.field.minds.hash(b);
-        one.field.steps.hash(one.field.minds, a);
-        two.field.steps.hash(two.field.minds, b);
-        ASSERT_EQ(a.value(), b.value()) << "tick " << tick;
+        ASSERT_EQ(hash_of_minds(one), hash_of_minds(two)) << "tick " << tick;
     }
 }
 
@@ -334,13 +335,7 @@ TEST(StockWaits, GoOnBitForBitWhereTheyAreReadAgain) {
     for (int tick = 0; tick < 1'800; ++tick) {
         one.step({});
         two.step({"Read", false, false, false, true});
-        core::StateHash a;
-        core::StateHash b;
-        one.field.minds.hash(a);
-        two.field.minds.hash(b);
-        one.field.steps.hash(one.field.minds, a);
-        two.field.steps.hash(two.field.minds, b);
-        ASSERT_EQ(a.value(), b.value()) << "tick " << tick;
+        ASSERT_EQ(hash_of_minds(one), hash_of_minds(two)) << "tick " << tick;
     }
     EXPECT_GT(one.waited, 0U);
 }
