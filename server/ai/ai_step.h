@@ -132,6 +132,9 @@ class Step {
                   const Minds& minds,
                   const Settings& settings);
 
+    /// After `ways` were read: tells them where those who wait are.
+    void wait_for(const Ways& ways, const Minds& minds);
+
   private:
     /// A mind that has something to do in this tick.
     struct Due {

@@ -47,6 +47,17 @@ void Step::ask_for_ways(Minds& minds, const World& world, const Settings& settin
     }
 }
 
+void Step::wait_for(const Ways& ways, const Minds& minds) {
+    waiting_.clear();
+    for (std::size_t n = 0; n < minds.size(); ++n) {
+        const Slot slot = minds.nth(n);
+        if (ways.has(slot, minds.at(slot).entity) && ways.answer(slot).waiting) {
+            waiting_.push_back(slot);
+        }
+    }
+    std::sort(waiting_.begin(), waiting_.end());
+}
+
 /// Ways for those who need one, most often in the tick in which they ask; others are told when
 /// theirs is there, or another than before because a door has turned.
 void Step::find_ways(Minds& minds, const World& world, const Settings& settings) {

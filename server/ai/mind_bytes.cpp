@@ -1,12 +1,10 @@
 #include "server/ai/mind_bytes.h"
 
+#include "server/ai/field_bytes.h"
 #include "server/ai/mind_fields.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
-#include <type_traits>
 
 namespace zoned::ai {
 
@@ -15,79 +13,6 @@ namespace {
 constexpr std::uint32_t kVersion = 3;
 /// No zone is so large, m.
 constexpr float kFarthest_m = 1e6F;
-
-/// As an unsigned number of the same size.
-template <class Number>
-auto bits_of(Number number) {
-    if constexpr (std::is_same_v<Number, float>) {
-        return std::bit_cast<std::uint32_t>(number);
-    } else if constexpr (std::is_same_v<Number, bool>) {
-        return static_cast<std::uint8_t>(number);
-    } else if constexpr (std::is_enum_v<Number>) {
-        return static_cast<std::underlying_type_t<Number>>(number);
-    } else {
-        return static_cast<std::make_unsigned_t<Number>>(number);
-    }
-}
-
-class Writer {
-  public:
-    explicit Writer(std::vector<std::uint8_t>& out) : out_(out) {}
-
-    template <class Number>
-    void operator()(const Number& number) {
-        const auto bits = bits_of(number);
-        for (std::size_t b = 0; b < sizeof(bits); ++b) {
-            out_.push_back(static_cast<std::uint8_t>(bits >> (8U * b) & 0xFFU));
-        }
-    }
-
-  private:
-    std::vector<std::uint8_t>& out_;
-};
-
-class Reader {
-  public:
-    explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-
-    template <class Number>
-    void operator()(Number& number) {
-        using Bits = decltype(bits_of(number));
-        Bits bits = 0;
-        if (bytes_.size() - at_ < sizeof(Bits)) {
-            short_ = true;
-            number = Number{};
-            return;
-        }
-        for (std::size_t b = 0; b < sizeof(Bits); ++b) {
-            bits = static_cast<Bits>(bits | static_cast<Bits>(bytes_[at_++]) << (8U * b));
-        }
-        if constexpr (std::is_same_v<Number, float>) {
-            number = std::bit_cast<float>(bits);
-            finite_ = finite_ && std::isfinite(number);
-        } else if constexpr (std::is_same_v<Number, bool>) {
-            known_ = known_ && bits <= 1;
-            number = bits != 0;
-        } else {
-            number = static_cast<Number>(bits);
-        }
-    }
-
-    [[nodiscard]] bool cut_short() const { return short_; }
-
-    [[nodiscard]] bool finite() const { return finite_; }
-
-    [[nodiscard]] bool known() const { return known_; }
-
-    [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
-
-  private:
-    std::span<const std::uint8_t> bytes_;
-    std::size_t at_ = 0;
-    bool short_ = false;
-    bool finite_ = true;
-    bool known_ = true;
-};
 
 /// The largest Mind::corner of who does that.
 std::uint8_t most_corner(ActionKind action) {
@@ -158,7 +83,7 @@ const char* wrong_with(const Mind& mind, const Settings& settings, std::uint16_t
     return nullptr;
 }
 
-void write_nests(const Nests::Memory& memory, Writer& write) {
+void write_nests(const Nests::Memory& memory, FieldWriter& write) {
     write(memory.delivered);
     write(memory.turned);
     write(static_cast<std::uint32_t>(memory.nests.size()));
@@ -194,7 +119,7 @@ bool is_nest(const Nests::Scents& nest, const Settings& settings) {
 }
 
 /// Empty text: done.
-std::string read_nests(Reader& read, const Settings& settings, Nests::Memory& memory) {
+std::string read_nests(FieldReader& read, const Settings& settings, Nests::Memory& memory) {
     std::uint32_t count = 0;
     read(memory.delivered);
     read(memory.turned);
@@ -226,7 +151,7 @@ void write_minds(const Minds& minds,
                  const Step& step,
                  const Places& places,
                  std::vector<std::uint8_t>& out) {
-    Writer write(out);
+    FieldWriter write(out);
     write(kVersion);
     visit_ladder(step.memory().ladder, write);
     write(static_cast<std::uint32_t>(minds.size()));
@@ -256,7 +181,7 @@ std::string read_minds(std::span<const std::uint8_t> bytes,
                        Minds& minds,
                        Step& step,
                        Places& places) {
-    Reader read(bytes);
+    FieldReader read(bytes);
     std::uint32_t version = 0;
     std::uint32_t count = 0;
     Step::Memory memory;

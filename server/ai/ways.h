@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace zoned::ai {
@@ -36,6 +37,19 @@ struct WaysSettings {
 struct WayHeights {
     float from = navigation::kOnGround;
     float to = navigation::kOnGround;
+};
+
+/// All that Ways remembers of who has asked; see navigation::WayMemory.
+struct WaysMemory {
+    struct Asked {
+        EntityId entity;
+        navigation::WayTicket ticket;
+        std::uint8_t size = 0;
+        bool beyond = false;  ///< the goal lies beyond the zone
+    };
+
+    std::vector<Asked> asked;                  ///< ascending by entity
+    std::vector<navigation::WayMemory> sizes;  ///< by size of characters
 };
 
 /// A zone has one; it is empty, and costs nothing, where no ways are planned. A tick goes:
@@ -156,6 +170,14 @@ class Ways {
     [[nodiscard]] const navigation::WayMap& map(std::size_t size) const {
         return *sizes_[size].map;
     }
+
+    /// Between serve() and the next call.
+    [[nodiscard]] WaysMemory memory() const;
+
+    /// In ways of the same ground, whose doors are as they were, while nobody has asked. `minds`
+    /// are all those that there are; one that has asked is among them. Empty: done, and all goes
+    /// on as it would have; else why not, and these ways are of no use any more.
+    std::string remember(const WaysMemory& memory, const Minds& minds);
 
     /// Counts of all sizes together.
     [[nodiscard]] navigation::WayCounts counts() const;

@@ -350,6 +350,23 @@ const Areas::Exit* Areas::best_exit(const Square& square,
     return best;
 }
 
+std::vector<Cell> Areas::prepared() const {
+    std::vector<Cell> cells;
+    std::uint32_t area = 0;
+    visit_middles([&](Cell middle) {
+        if (prepared(area++)) {
+            cells.push_back(middle);
+        }
+    });
+    return cells;
+}
+
+void Areas::forget_tables() {
+    for (auto& row : far_) {
+        row.clear();
+    }
+}
+
 Hop Areas::hop(const GridMap& map, Cell from, Cell to) const {
     const std::uint32_t area = area_of(map, from);
     const std::uint32_t goal = area_of(map, to);

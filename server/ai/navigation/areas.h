@@ -41,6 +41,11 @@ class Areas {
 
     [[nodiscard]] bool prepared(std::uint32_t area) const { return !far_[area].empty(); }
 
+    /// A cell of each area that has a table.
+    [[nodiscard]] std::vector<Cell> prepared() const;
+
+    void forget_tables();
+
     /// Whether both lie in one area: hop() then knows no more.
     [[nodiscard]] bool together(const GridMap& map, Cell a, Cell b) const {
         return area_of(map, a) == area_of(map, b);

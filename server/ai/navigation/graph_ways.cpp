@@ -316,6 +316,10 @@ Spot GraphWays::first_leg(Request& request, Spot at) const {
     return waypoint_spot(places_[past ? leg[0] : node]);
 }
 
+WayNumbers GraphWays::numbers() const {
+    return {places_.size(), places_.size() + to_.size()};
+}
+
 bool GraphWays::passable(const Hinge& hinge) const {
     return is_open(hinge.what);
 }

@@ -48,6 +48,14 @@ class GraphWays final : public QueuedWays {
     void find(const Request& request, bool late, Found& found) override;
     Spot first_leg(Request& request, Spot at) const override;
     void prepare_legs(const Request& request) override;
+    [[nodiscard]] WayNumbers numbers() const override;
+
+    [[nodiscard]] std::vector<std::uint32_t> tables() const override {
+        return clusters_.prepared();
+    }
+
+    void make_table(std::uint32_t node) override { clusters_.prepare(node); }
+
     [[nodiscard]] bool passable(const Hinge& hinge) const override;
     [[nodiscard]] bool may_be_shorter(const Request& request) const override;
 

@@ -29,6 +29,8 @@ class GridWays final : public WayMap {
 
     void turn_doors(std::span<const std::uint8_t> shut) override;
 
+    [[nodiscard]] bool knows(WayTicket ticket) const override { return service_.knows(ticket); }
+
     void serve() override { service_.serve(); }
 
     [[nodiscard]] WayAnswer answer(WayTicket ticket) const override {
@@ -68,6 +70,10 @@ class GridWays final : public WayMap {
     void know_zones(std::shared_ptr<const ZonePortals> portals, std::uint32_t zone) override;
 
     void forget_ground() override { ground_.reset(); }
+
+    [[nodiscard]] WayMemory memory() const override { return service_.memory(); }
+
+    std::string remember(const WayMemory& memory) override { return service_.remember(memory); }
 
     [[nodiscard]] const WayCounts& counts() const override { return service_.counts(); }
 

@@ -383,6 +383,10 @@ Spot MeshWays::first_leg(Request& request, Spot at) const {
     return ahead;
 }
 
+WayNumbers MeshWays::numbers() const {
+    return {mesh_.polygons().size(), mesh_.polygons().size()};
+}
+
 bool MeshWays::passable(const Hinge& hinge) const {
     return mesh_.passable(hinge.what);
 }

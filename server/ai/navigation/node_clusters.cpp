@@ -129,6 +129,16 @@ bool NodeClusters::prepare(std::uint32_t goal) {
     return true;
 }
 
+std::vector<std::uint32_t> NodeClusters::prepared() const {
+    std::vector<std::uint32_t> goals;
+    for (std::uint32_t c = 0; c < size(); ++c) {
+        if (!tables_[c].empty()) {
+            goals.push_back(nodes_[first_node_[c]]);
+        }
+    }
+    return goals;
+}
+
 bool NodeClusters::joined(std::uint32_t from, std::uint32_t goal) const {
     return cluster_[from] != kNone && prepared(goal) &&
            tables_[cluster_[goal]][cluster_[from]] != kNowhere;

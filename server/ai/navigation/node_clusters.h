@@ -43,6 +43,9 @@ class NodeClusters {
         return cluster_[goal] != kNone && !tables_[cluster_[goal]].empty();
     }
 
+    /// A node of each group that has a table.
+    [[nodiscard]] std::vector<std::uint32_t> prepared() const;
+
     /// Whether a way leads from a node to the goal. prepared(goal).
     [[nodiscard]] bool joined(std::uint32_t from, std::uint32_t goal) const;
 

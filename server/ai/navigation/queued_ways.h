@@ -25,6 +25,7 @@ class QueuedWays : public WayMap {
 
     WayTicket ask(const WayAsk& ask) final;
     void release(WayTicket ticket) final;
+    [[nodiscard]] bool knows(WayTicket ticket) const final;
     void serve() final;
     [[nodiscard]] WayAnswer answer(WayTicket ticket) const final;
     Spot heading(WayTicket ticket, Spot at, float near_m) final;
@@ -34,17 +35,16 @@ class QueuedWays : public WayMap {
 
     [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
 
+    [[nodiscard]] WayMemory memory() const final;
+    std::string remember(const WayMemory& memory) final;
+
     [[nodiscard]] const WayCounts& counts() const final { return counts_; }
 
   protected:
     static constexpr std::uint32_t kNoNode = ~0U;
 
-    /// One end of a way: where somebody is or wants to be, and where that is on the map.
-    struct End {
-        Vec3 wanted = Vec3::Zero();  ///< y: of the feet; not a number: on the ground
-        Vec3 on = Vec3::Zero();
-        std::uint32_t node = kNoNode;
-    };
+    using End = WayEnd;
+    using Hinge = navigation::Hinge;
 
     struct Request {
         std::uint32_t round = 0;
@@ -63,12 +63,6 @@ class QueuedWays : public WayMap {
         float length_m = 0.0F;
         float rest_m = 0.0F;  ///< from that corner on
         double cost = 0.0;    ///< what the map says that the way costs
-    };
-
-    /// Something that a way leads over and that doors may take away.
-    struct Hinge {
-        std::uint32_t what = 0;    ///< the map's own number
-        std::uint32_t corner = 0;  ///< it lies before this corner, and behind the one before
     };
 
     /// A way as it is found.
@@ -96,6 +90,13 @@ class QueuedWays : public WayMap {
     /// Makes ready what first_leg() looks up, as far as the tick's work goes.
     virtual void prepare_legs(const Request& request) = 0;
 
+    /// How many nodes and hinges the map numbers.
+    [[nodiscard]] virtual WayNumbers numbers() const = 0;
+
+    /// See WayMemory::tables. One is made for nothing.
+    [[nodiscard]] virtual std::vector<std::uint32_t> tables() const = 0;
+    virtual void make_table(std::uint32_t node) = 0;
+
     /// Whether one gets past this now.
     [[nodiscard]] virtual bool passable(const Hinge& hinge) const = 0;
 
@@ -119,7 +120,8 @@ class QueuedWays : public WayMap {
     [[nodiscard]] std::size_t queue_bytes() const;
 
   private:
-    [[nodiscard]] bool knows(WayTicket ticket) const;
+    [[nodiscard]] RequestMemory memory_of(std::uint32_t number) const;
+    void remember(const RequestMemory& memory);
     void wait(std::uint32_t number);
     void fail(std::uint32_t number, Outcome outcome);
     void done(std::uint32_t number);

@@ -76,6 +76,7 @@ void WayService::change(std::span<const CellChange> changes) {
     next_table_ = 0;
     for (Field& f : fields_) {
         f.goal = kNoPlace;
+        f.used = 0;
     }
     building_ = kNoPlace;
     Gap gap{opened_, {}, {}};

@@ -3,6 +3,7 @@
 
 #include "server/ai/navigation/ground_grid.h"
 #include "server/ai/navigation/query.h"
+#include "server/ai/navigation/way_memory.h"
 
 #include <cmath>
 #include <cstdint>
@@ -90,6 +91,9 @@ class WayMap {
     /// follow the old way until the new one is there. All others stay as they are.
     virtual void turn_doors(std::span<const std::uint8_t> shut) = 0;
 
+    /// Whether a ticket names a request that was not released.
+    [[nodiscard]] virtual bool knows(WayTicket ticket) const = 0;
+
     /// Once per tick: answers requests as far as the tick's work goes, and whoever has waited as
     /// long as anybody may.
     virtual void serve() = 0;
@@ -152,6 +156,13 @@ class WayMap {
     [[nodiscard]] virtual float floor_along(Spot /*from*/, float /*from_y*/, Spot /*to*/) const {
         return kOnGround;
     }
+
+    /// All who have asked and what has become of it, between serve() and the next call.
+    [[nodiscard]] virtual WayMemory memory() const = 0;
+
+    /// Of a map of the same ground whose doors are as they were, while nobody has asked. Empty:
+    /// done, all tickets are what they were; else why not, and nothing was changed.
+    virtual std::string remember(const WayMemory& memory) = 0;
 
     [[nodiscard]] virtual const WayCounts& counts() const = 0;
 

@@ -1,6 +1,7 @@
 #include "server/ai/navigation/way_queue.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace zoned::ai::navigation {
 
@@ -24,8 +25,12 @@ void WayQueue::push(std::uint32_t request, std::uint32_t asker) {
 }
 
 void WayQueue::take_turn(std::uint32_t asker) {
-    requests_[askers_[asker].first].turn = now_;
-    ++due_[(now_ + wait_) % due_.size()];
+    line_up(asker, now_);
+}
+
+void WayQueue::line_up(std::uint32_t asker, std::uint32_t turn) {
+    requests_[askers_[asker].first].turn = turn;
+    ++due_[(turn + wait_) % due_.size()];
     askers_[asker].next = kNone;
     (first_ == kNone ? first_ : askers_[last_].next) = asker;
     last_ = asker;
@@ -51,6 +56,34 @@ std::uint32_t WayQueue::required() const {
         most = std::max(most, (due + t) / (t + 1));
     }
     return most;
+}
+
+std::vector<TurnMemory> WayQueue::turns() const {
+    std::vector<TurnMemory> turns;
+    for (std::uint32_t asker = first_; asker != kNone; asker = askers_[asker].next) {
+        TurnMemory turn{asker, now_ - requests_[askers_[asker].first].turn, {}};
+        for (std::uint32_t r = askers_[asker].first; r != kNone; r = requests_[r].next) {
+            turn.requests.push_back(r);
+        }
+        turns.push_back(std::move(turn));
+    }
+    return turns;
+}
+
+void WayQueue::remember(const std::vector<TurnMemory>& turns) {
+    now_ = wait_;  // nobody has waited longer
+    for (const TurnMemory& turn : turns) {
+        for (const std::uint32_t request : turn.requests) {
+            // The first one takes its turn only now, which is put right.
+            push(request, turn.asker);
+        }
+    }
+    std::fill(due_.begin(), due_.end(), 0U);
+    first_ = kNone;
+    last_ = kNone;
+    for (const TurnMemory& turn : turns) {
+        line_up(turn.asker, now_ - turn.waited_ticks);
+    }
 }
 
 }  // namespace zoned::ai::navigation

@@ -1,6 +1,8 @@
 // WayQueue: who waits for a way, whose turn it is, and how many have to be served in a tick.
 #pragma once
 
+#include "server/ai/navigation/way_memory.h"
+
 #include <cstdint>
 #include <vector>
 
@@ -33,6 +35,12 @@ class WayQueue {
     /// now on serves as many: the most, over times t ahead, of those due by then shared out evenly.
     [[nodiscard]] std::uint32_t required() const;
 
+    /// Who waits, in order.
+    [[nodiscard]] std::vector<TurnMemory> turns() const;
+
+    /// In a queue that nobody was in: those wait, in that order.
+    void remember(const std::vector<TurnMemory>& turns);
+
     /// Ticks that the front has waited.
     [[nodiscard]] std::uint32_t waited() const { return now_ - requests_[front()].turn; }
 
@@ -49,6 +57,8 @@ class WayQueue {
     };
 
     void take_turn(std::uint32_t asker);
+    /// Puts it behind the last one; its turn began in that tick.
+    void line_up(std::uint32_t asker, std::uint32_t turn);
 
     std::vector<Request> requests_;
     std::vector<Asker> askers_;

@@ -97,6 +97,10 @@ class WayService {
 
     [[nodiscard]] const Areas& areas() const { return areas_; }
 
+    /// See WayMap.
+    [[nodiscard]] WayMemory memory() const;
+    std::string remember(const WayMemory& memory);
+
     [[nodiscard]] const WayCounts& counts() const { return counts_; }
 
     [[nodiscard]] std::size_t bytes() const;
@@ -140,6 +144,10 @@ class WayService {
     };
 
     static constexpr std::size_t kFields = 8;
+    [[nodiscard]] RequestMemory memory_of(std::uint32_t number) const;
+    void remember(const RequestMemory& memory);
+    /// What keeps it from being one of this map; empty: nothing.
+    [[nodiscard]] std::string defect_of_memory(const WayMemory& memory) const;
     /// Answers requests as far as the tick's work goes, and all that are due.
     void serve_waiting();
     /// So many requests are due in this tick still: what they need at least is kept for them.

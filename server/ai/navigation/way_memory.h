@@ -1,0 +1,88 @@
+// WayMemory: what a map of ways remembers of who has asked, for whoever writes it down.
+#pragma once
+
+#include "server/ai/navigation/ground_grid.h"
+#include "server/ai/navigation/query.h"
+#include "shared/math/types.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// Something that a way leads over and that doors may take away.
+struct Hinge {
+    std::uint32_t what = 0;    ///< the map's own number
+    std::uint32_t corner = 0;  ///< it lies before this corner, and behind the one before
+};
+
+/// One end of a way: where somebody is or wants to be, and where that is on the map.
+struct WayEnd {
+    Vec3 wanted = Vec3::Zero();  ///< y: of the feet; not a number: on the ground
+    Vec3 on = Vec3::Zero();      ///< on maps of cells: of no meaning
+    std::uint32_t node = ~0U;    ///< the map's own number: of a cell, a polygon, a waypoint
+};
+
+/// A request, by the number that its ticket has.
+struct RequestMemory {
+    std::uint32_t number = 0;
+    std::uint32_t round = 0;
+    std::uint32_t asker = 0;
+    WayEnd from;
+    WayEnd to;
+    bool taken = false;  ///< false: it was released and still has its turn
+    bool waiting = false;
+    bool usable = false;  ///< its corners lead somewhere
+    bool best = false;
+    bool reaches = false;  ///< leads to `to.on`, which may stand for a goal in an obstacle
+    Outcome outcome = Outcome::kUnreachable;
+    std::uint32_t next = 0;  ///< corner that the asker heads for
+    float length_m = 0.0F;
+    float rest_m = 0.0F;  ///< from that corner on
+    double cost = 0.0;    ///< what the map says that the way costs
+    std::vector<Spot> corners;
+    std::vector<Hinge> hinges;
+};
+
+/// An asker and its requests, whose turn is next first.
+struct TurnMemory {
+    std::uint32_t asker = 0;
+    std::uint32_t waited_ticks = 0;  ///< since its turn began
+    std::vector<std::uint32_t> requests;
+};
+
+/// Next steps to a common goal that were there; they are made anew.
+struct FieldMemory {
+    std::uint32_t goal = 0;  ///< the cell's place
+    std::uint64_t used = 0;  ///< tick of the map
+};
+
+/// All that later answers hang on beside the map itself, which is baked anew with its doors as they
+/// are. Whoever remembers it gives the same answers in the same ticks. Only while a map was still
+/// being renewed after a door had turned, another way may be found among equally long ones.
+struct WayMemory {
+    std::vector<RequestMemory> requests;  ///< ascending by number
+    std::vector<std::uint32_t> free;      ///< other numbers, the next to be used last
+    std::vector<TurnMemory> turns;
+    std::vector<std::uint32_t> unled;  ///< requests that wait since a change
+    std::vector<FieldMemory> fields;
+    std::vector<std::uint32_t> tables;  ///< a node of each part of the map that has a table to it
+    std::uint32_t next_table = 0;       ///< part that is next to have one
+    std::uint64_t tick = 0;             ///< of the map
+    std::uint64_t typical_work = 0;
+    std::uint64_t cheap_work = 0;
+};
+
+/// How many of each a map numbers.
+struct WayNumbers {
+    std::size_t nodes = 0;
+    std::size_t hinges = 0;
+    std::uint32_t longest_wait_ticks = 0;
+};
+
+/// What keeps it from being one of a map that has so many; empty: nothing. Places are finite but
+/// for heights, each number up to the largest is there once, who waits has one turn.
+std::string defect_of(const WayMemory& memory, const WayNumbers& numbers);
+
+}  // namespace zoned::ai::navigation

@@ -1,0 +1,224 @@
+#include "server/ai/way_bytes.h"
+
+#include "server/ai/field_bytes.h"
+
+#include <bit>
+
+namespace zoned::ai {
+
+namespace {
+
+using navigation::FieldMemory;
+using navigation::Hinge;
+using navigation::RequestMemory;
+using navigation::Spot;
+using navigation::TurnMemory;
+using navigation::WayEnd;
+using navigation::WayMemory;
+
+constexpr std::uint32_t kWayVersion = 1;
+
+void write_count(std::size_t count, FieldWriter& write) {
+    write(static_cast<std::uint32_t>(count));
+}
+
+/// Reads elements one by one, as many as the bytes hold at most.
+template <class Element, class ReadElement>
+void read_list(std::vector<Element>& list, FieldReader& read, const ReadElement& read_element) {
+    std::uint32_t count = 0;
+    read(count);
+    for (std::uint32_t i = 0; i < count && !read.cut_short(); ++i) {
+        read_element(list.emplace_back());
+    }
+}
+
+void write_numbers(const std::vector<std::uint32_t>& numbers, FieldWriter& write) {
+    write_count(numbers.size(), write);
+    for (const std::uint32_t number : numbers) {
+        write(number);
+    }
+}
+
+void read_numbers(std::vector<std::uint32_t>& numbers, FieldReader& read) {
+    read_list(numbers, read, [&](std::uint32_t& number) { read(number); });
+}
+
+/// Heights may be none.
+void write_height(float metres, FieldWriter& write) {
+    write(std::bit_cast<std::uint32_t>(metres));
+}
+
+void read_height(float& metres, FieldReader& read) {
+    std::uint32_t bits = 0;
+    read(bits);
+    metres = std::bit_cast<float>(bits);
+}
+
+void write_end(const WayEnd& end, FieldWriter& write) {
+    for (const Vec3& v : {end.wanted, end.on}) {
+        write(v.x());
+        write_height(v.y(), write);
+        write(v.z());
+    }
+    write(end.node);
+}
+
+void read_end(WayEnd& end, FieldReader& read) {
+    for (Vec3* const v : {&end.wanted, &end.on}) {
+        read(v->x());
+        read_height(v->y(), read);
+        read(v->z());
+    }
+    read(end.node);
+}
+
+/// All of a request that is one number.
+template <class RequestOf, class Visit>
+void visit_numbers(RequestOf& r, Visit& visit) {
+    visit(r.number);
+    visit(r.round);
+    visit(r.asker);
+    visit(r.taken);
+    visit(r.waiting);
+    visit(r.usable);
+    visit(r.best);
+    visit(r.reaches);
+    visit(r.outcome);
+    visit(r.next);
+    visit(r.length_m);
+    visit(r.rest_m);
+    visit(r.cost);
+}
+
+void write_request(const RequestMemory& r, FieldWriter& write) {
+    visit_numbers(r, write);
+    write_end(r.from, write);
+    write_end(r.to, write);
+    write_count(r.corners.size(), write);
+    for (const Spot& s : r.corners) {
+        write(s.x);
+        write(s.z);
+    }
+    write_count(r.hinges.size(), write);
+    for (const Hinge& h : r.hinges) {
+        write(h.what);
+        write(h.corner);
+    }
+}
+
+void read_request(RequestMemory& r, FieldReader& read) {
+    visit_numbers(r, read);
+    read_end(r.from, read);
+    read_end(r.to, read);
+    read_list(r.corners, read, [&](Spot& s) {
+        read(s.x);
+        read(s.z);
+    });
+    read_list(r.hinges, read, [&](Hinge& h) {
+        read(h.what);
+        read(h.corner);
+    });
+}
+
+void write_map(const WayMemory& map, FieldWriter& write) {
+    write_count(map.requests.size(), write);
+    for (const RequestMemory& r : map.requests) {
+        write_request(r, write);
+    }
+    write_numbers(map.free, write);
+    write_count(map.turns.size(), write);
+    for (const TurnMemory& turn : map.turns) {
+        write(turn.asker);
+        write(turn.waited_ticks);
+        write_numbers(turn.requests, write);
+    }
+    write_numbers(map.unled, write);
+    write_count(map.fields.size(), write);
+    for (const FieldMemory& field : map.fields) {
+        write(field.goal);
+        write(field.used);
+    }
+    write_numbers(map.tables, write);
+    write(map.next_table);
+    write(map.tick);
+    write(map.typical_work);
+    write(map.cheap_work);
+}
+
+void read_map(WayMemory& map, FieldReader& read) {
+    read_list(map.requests, read, [&](RequestMemory& r) { read_request(r, read); });
+    read_numbers(map.free, read);
+    read_list(map.turns, read, [&](TurnMemory& turn) {
+        read(turn.asker);
+        read(turn.waited_ticks);
+        read_numbers(turn.requests, read);
+    });
+    read_numbers(map.unled, read);
+    read_list(map.fields, read, [&](FieldMemory& field) {
+        read(field.goal);
+        read(field.used);
+    });
+    read_numbers(map.tables, read);
+    read(map.next_table);
+    read(map.tick);
+    read(map.typical_work);
+    read(map.cheap_work);
+}
+
+/// Of one who has asked.
+template <class AskedOf, class Visit>
+void visit_asked(AskedOf& asked, Visit& visit) {
+    visit(asked.entity.value);
+    visit(asked.ticket.slot);
+    visit(asked.ticket.round);
+    visit(asked.size);
+    visit(asked.beyond);
+}
+
+}  // namespace
+
+void write_ways(const Ways& ways, std::vector<std::uint8_t>& out) {
+    FieldWriter write(out);
+    write(kWayVersion);
+    const WaysMemory memory = ways.memory();
+    write_count(memory.asked.size(), write);
+    for (const WaysMemory::Asked& asked : memory.asked) {
+        visit_asked(asked, write);
+    }
+    write_count(memory.sizes.size(), write);
+    for (const WayMemory& map : memory.sizes) {
+        write_map(map, write);
+    }
+}
+
+std::string read_ways(std::span<const std::uint8_t> bytes,
+                      const Minds& minds,
+                      Ways& ways,
+                      Step& step) {
+    FieldReader read(bytes);
+    std::uint32_t version = 0;
+    read(version);
+    if (read.cut_short() || version != kWayVersion) {
+        return "version " + std::to_string(version) + " of ways, not " +
+               std::to_string(kWayVersion);
+    }
+    WaysMemory memory;
+    read_list(memory.asked, read, [&](WaysMemory::Asked& asked) { visit_asked(asked, read); });
+    read_list(memory.sizes, read, [&](WayMemory& map) { read_map(map, read); });
+    if (read.cut_short()) {
+        return "ways are cut short";
+    }
+    if (!read.finite() || !read.known()) {
+        return "ways have a number that is none";
+    }
+    if (read.left() > 0) {
+        return std::to_string(read.left()) + " bytes are left over";
+    }
+    std::string wrong = ways.remember(memory, minds);
+    if (wrong.empty()) {
+        step.wait_for(ways, minds);
+    }
+    return wrong;
+}
+
+}  // namespace zoned::ai

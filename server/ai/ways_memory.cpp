@@ -1,0 +1,65 @@
+#include "server/ai/ways.h"
+
+#include <algorithm>
+
+namespace zoned::ai {
+
+namespace {
+
+constexpr Slot kNobody = ~Slot{0};
+
+}  // namespace
+
+WaysMemory Ways::memory() const {
+    WaysMemory memory;
+    for (const Asked& asked : asked_) {
+        if (asked.size != kNoSize) {
+            memory.asked.push_back({asked.entity, asked.ticket, asked.size, asked.beyond});
+        }
+    }
+    std::sort(memory.asked.begin(), memory.asked.end(), [](const auto& a, const auto& b) {
+        return a.entity < b.entity;
+    });
+    for (const Size& size : sizes_) {
+        memory.sizes.push_back(size.map->memory());
+    }
+    return memory;
+}
+
+std::string Ways::remember(const WaysMemory& memory, const Minds& minds) {
+    if (memory.sizes.size() != sizes_.size()) {
+        return "ways of " + std::to_string(memory.sizes.size()) + " sizes of characters, not " +
+               std::to_string(sizes_.size());
+    }
+    for (std::size_t s = 0; s < sizes_.size(); ++s) {
+        std::string wrong = sizes_[s].map->remember(memory.sizes[s]);
+        if (!wrong.empty()) {
+            return wrong;
+        }
+        sizes_[s].mind_of_request.assign(
+            memory.sizes[s].requests.size() + memory.sizes[s].free.size(), kNobody);
+    }
+    for (const WaysMemory::Asked& asked : memory.asked) {
+        const std::string name = "the way of entity " + std::to_string(asked.entity.value) + " ";
+        if (minds.find(asked.entity) == nullptr || asked.size >= sizes_.size()) {
+            return name + "is that of no mind";
+        }
+        const Slot slot = minds.slot_of(asked.entity);
+        Size& size = sizes_[asked.size];
+        if (asked.ticket.slot >= size.mind_of_request.size() || !size.map->knows(asked.ticket) ||
+            size.mind_of_request[asked.ticket.slot] != kNobody || has(slot, asked.entity)) {
+            return name + "is none, or another's";
+        }
+        size.mind_of_request[asked.ticket.slot] = slot;
+        asked_.resize(std::max<std::size_t>(asked_.size(), slot + std::size_t{1}));
+        asked_[slot] = {asked.entity, asked.ticket, asked.size, asked.beyond};
+    }
+    std::size_t taken = 0;
+    for (const navigation::WayMemory& map : memory.sizes) {
+        taken += static_cast<std::size_t>(std::count_if(
+            map.requests.begin(), map.requests.end(), [](const auto& r) { return r.taken; }));
+    }
+    return taken == memory.asked.size() ? "" : "a way is that of nobody";
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,271 @@
+// Ways written down and read again beside minds: all goes on bit for bit; bytes that are none are
+// refused.
+#include "server/ai/way_bytes.h"
+
+#include "server/ai/mind_bytes.h"
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+constexpr std::uint32_t kWalkers = 120;
+
+/// Strolls about and home again, across walls.
+Machine goes_about() {
+    Machine m;
+    m.name = "goes_about";
+    m.states.resize(2);
+    m.states[0].name = "out";
+    m.states[0].action = ActionKind::kWander;
+    m.states[0].radius_m = 30.0F;
+    m.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 8.0F, 0.0F}};
+    m.states[1].name = "home";
+    m.states[1].action = ActionKind::kReturn;
+    m.states[1].transitions = {{0, Sensor::kHomeDistance, Compare::kBelow, 1.5F, 0.5F}};
+    return m;
+}
+
+/// Four walls along z, each with two gates: one that stays open, one that turns every 10 s from
+/// the tick on that is told.
+motion::StaticGeometry walls(Tick first_turn) {
+    std::vector<motion::StaticBox> boxes;
+    std::vector<motion::Door> gates;
+    const auto box = [](float x, float from_z, float to_z) {
+        motion::StaticBox b;
+        b.centre = Vec3(x, 1.0F, 0.5F * (from_z + to_z));
+        b.half_extents = Vec3(0.2F, 2.0F, 0.5F * (to_z - from_z));
+        return b;
+    };
+    for (const float x : {-18.0F, -6.0F, 6.0F, 18.0F}) {
+        const float gap = x > 0.0F ? 20.0F : -20.0F;
+        boxes.push_back(box(x, -30.0F, std::min(gap, 0.0F) - 1.5F));
+        boxes.push_back(box(x, std::min(gap, 0.0F) + 1.5F, std::max(gap, 0.0F) - 1.5F));
+        boxes.push_back(box(x, std::max(gap, 0.0F) + 1.5F, 30.0F));
+        motion::Door gate;
+        gate.box = box(x, -1.5F, 1.5F);
+        gate.times.period = 100'000;
+        for (Tick t = first_turn; t + 300 < 100'000; t += 600) {
+            gate.times.open.push_back({t, t + 300});
+        }
+        gates.push_back(gate);
+    }
+    return {boxes, 0.0F, motion::kStaticCell_m, {}, gates};
+}
+
+WaysSettings settings_of(WayMapKind kind, std::uint64_t work) {
+    WaysSettings settings;
+    settings.cell_m = kind == WayMapKind::kGraph ? 2.0F : 0.5F;
+    settings.map = kind;
+    settings.work_per_tick = work;
+    return settings;
+}
+
+struct Town {
+    Town(const WaysSettings& ways, Tick first_turn, Tick now = 0) {
+        field.statics = walls(first_turn);
+        field.settings.machines = {goes_about()};
+        field.settings.seen_m = 25.0F;
+        field.solid = true;
+        field.now = now;
+        for (world::EntityType& type : field.types) {
+            type.mind = 1;
+            type.character.acceleration = 20.0F;
+        }
+        field.ways = Ways(ways, field.statics, {-30, -30, 30, 30}, field.types, now);
+        compile(field.settings, kDt);
+    }
+
+    void people() {
+        for (std::uint32_t id = 1; id <= kWalkers; ++id) {
+            const auto k = static_cast<float>(id);
+            const Vec3 at(-24.0F + 12.0F * static_cast<float>(id % 5), 0.9F, 0.4F * k - 24.0F);
+            field.add_npc(id, kGuard, 0, at);
+            field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
+            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+        }
+        field.add_player(900, Vec3(20.0F, 0.9F, 5.0F));
+    }
+
+    [[nodiscard]] std::uint64_t hash() {
+        core::StateHash hash;
+        field.minds.hash(hash);
+        for (std::uint32_t id = 1; id <= kWalkers; ++id) {
+            hash.add(field.position(id).x());
+            hash.add(field.position(id).z());
+        }
+        return hash.value();
+    }
+
+    Field field;
+};
+
+/// The other town that was read from the bytes of one; `ways`: whether those were, too.
+struct Copy {
+    Copy(Town& town, const WaysSettings& settings, Tick first_turn, bool with_ways) {
+        std::vector<std::uint8_t> minds;
+        std::vector<std::uint8_t> ways;
+        Field& from = town.field;
+        write_minds(from.minds, from.steps, from.places, minds);
+        write_ways(from.ways, ways);
+        // Doors as they are between two ticks.
+        other = std::make_unique<Town>(settings, first_turn, from.now);
+        Field& to = other->field;
+        if (from.now > 0) {
+            to.ways = Ways(settings, to.statics, {-30, -30, 30, 30}, to.types, from.now - 1);
+        }
+        to.entities = from.entities;
+        EXPECT_EQ(read_minds(minds, to.settings, to.minds, to.steps, to.places), "");
+        if (with_ways) {
+            EXPECT_EQ(read_ways(ways, to.minds, to.ways, to.steps), "");
+            std::vector<std::uint8_t> again;
+            write_ways(to.ways, again);
+            EXPECT_EQ(again, ways) << "what was read is what was written";
+        }
+    }
+
+    std::unique_ptr<Town> other;
+};
+
+struct Case {
+    const char* name;
+    WayMapKind kind;
+    std::uint64_t work;  ///< of a tick
+};
+
+class WayBytes : public testing::TestWithParam<Case> {};
+
+/// First tick from which on the two differ, up to `ticks`.
+Tick differ_after(Town& one, Town& other, Tick ticks) {
+    for (Tick t = 0; t < ticks; ++t) {
+        one.field.step();
+        other.field.step();
+        if (one.hash() != other.hash()) {
+            return t;
+        }
+    }
+    return ticks;
+}
+
+TEST_P(WayBytes, GoOnBitForBitInWhateverTickTheyAreRead) {
+    const WaysSettings settings = settings_of(GetParam().kind, GetParam().work);
+    // Doors turn after all was read.
+    const Tick turn = 700;
+    Town town(settings, turn);
+    town.people();
+    std::uint32_t waited = 0;
+    for (int trial = 0; trial < 12; ++trial) {
+        town.field.run(1.5F + 0.033F * static_cast<float>(trial % 7));
+        waited += town.field.ways.counts().waiting;
+        const Copy copy(town, settings, turn, true);
+        EXPECT_EQ(differ_after(town, *copy.other, 7), 7) << "trial " << trial;
+    }
+    ASSERT_LT(town.field.now, turn);
+    const Copy last(town, settings, turn, true);
+    EXPECT_EQ(differ_after(town, *last.other, 1200), 1200);
+    EXPECT_GT(town.field.ways.counts().broken, 20U) << "doors have cut ways";
+    if (GetParam().work < 100'000) {
+        EXPECT_GT(waited, 0U) << "some wait while they are written";
+    }
+}
+
+TEST_P(WayBytes, GoOnBitForBitAfterDoorsHaveTurned) {
+    const WaysSettings settings = settings_of(GetParam().kind, GetParam().work);
+    Town town(settings, 100);
+    town.people();
+    town.field.run(9.0F);  // tick 270, between two turns
+    const Copy copy(town, settings, 100, true);
+    EXPECT_EQ(differ_after(town, *copy.other, 900), 900);
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps,
+                         WayBytes,
+                         testing::Values(Case{"Grid", WayMapKind::kGrid, 1'000'000},
+                                         Case{"GridInNeed", WayMapKind::kGrid, 3'000},
+                                         Case{"Mesh", WayMapKind::kMesh, 1'000'000},
+                                         Case{"MeshInNeed", WayMapKind::kMesh, 1'000},
+                                         Case{"Graph", WayMapKind::kGraph, 1'000'000},
+                                         Case{"GraphInNeed", WayMapKind::kGraph, 3'000}),
+                         [](const auto& kind) { return std::string(kind.param.name); });
+
+TEST(WayBytesOf, AreMissedWhereTheyAreNotRead) {
+    const WaysSettings settings = settings_of(WayMapKind::kGrid, 3'000);
+    Town town(settings, 100);
+    town.people();
+    town.field.run(9.0F);
+    const Copy copy(town, settings, 100, false);
+    EXPECT_LT(differ_after(town, *copy.other, 900), 900) << "the comparison finds it";
+}
+
+class BadWays : public testing::TestWithParam<WayMapKind> {
+  protected:
+    BadWays() : settings(settings_of(GetParam(), 3'000)), town(settings, 100) {
+        town.people();
+        town.field.run(9.0F);
+        write_ways(town.field.ways, bytes);
+    }
+
+    /// Into ways of the same ground.
+    std::string read(Ways& ways) {
+        Step step;
+        return read_ways(bytes, town.field.minds, ways, step);
+    }
+
+    [[nodiscard]] Ways fresh() const {
+        return {
+            settings, town.field.statics, {-30, -30, 30, 30}, town.field.types, town.field.now - 1};
+    }
+
+    WaysSettings settings;
+    Town town;
+    std::vector<std::uint8_t> bytes;
+};
+
+TEST_P(BadWays, AreRefusedWhereverTheyEnd) {
+    const std::vector<std::uint8_t> whole = bytes;
+    Ways ways = fresh();  // nothing is remembered of what is cut short
+    for (std::size_t size = 0; size < whole.size(); size += size < 200 ? 1 : 97) {
+        bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+        EXPECT_NE(read(ways), "") << size << " of " << whole.size();
+    }
+    bytes = whole;
+    bytes.push_back(0);
+    EXPECT_EQ(read(ways), "1 bytes are left over");
+    bytes[0] = 9;
+    EXPECT_EQ(read(ways), "version 9 of ways, not 1");
+}
+
+TEST_P(BadWays, NeverBreakAnythingWhateverBytesSay) {
+    core::Rng rng(5);
+    const std::vector<std::uint8_t> whole = bytes;
+    int taken = 0;
+    for (int trial = 0; trial < 40; ++trial) {
+        Ways ways = fresh();
+        bytes = whole;
+        for (int k = 0; k < 3; ++k) {
+            bytes[rng.below(static_cast<std::uint32_t>(bytes.size()))] =
+                static_cast<std::uint8_t>(rng.below(256));
+        }
+        if (!read(ways).empty()) {
+            continue;
+        }
+        ++taken;
+        // Goes on with whatever it is.
+        Copy copy(town, settings, 100, false);
+        copy.other->field.ways = std::move(ways);
+        for (int tick = 0; tick < 60; ++tick) {
+            copy.other->field.step();
+        }
+    }
+    EXPECT_GT(taken, 0) << "many numbers may be any number";
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps,
+                         BadWays,
+                         testing::Values(WayMapKind::kGrid, WayMapKind::kMesh, WayMapKind::kGraph));
+
+}  // namespace
+}  // namespace zoned::ai
