@@ -83,7 +83,10 @@ motion::InputCommand Brain::decide(const view::View& view, Tick tick, Voice& voi
             border(view);
             break;
         case Behaviour::kFight:
-            fight(view, tick, voice);
+            fight(view, Prey::kPlayer, tick, voice);
+            break;
+        case Behaviour::kHunt:
+            fight(view, Prey::kNpc, tick, voice);
             break;
         case Behaviour::kChat:
             chat(view, tick, voice);
@@ -195,7 +198,7 @@ void Brain::border(const view::View& view) {
     walk_to(here, border_along_x_ ? target : here.x(), border_along_x_ ? here.z() : target, true);
 }
 
-Brain::Target Brain::nearest(const view::View& view, bool character) {
+Brain::Target Brain::nearest(const view::View& view, Prey prey) {
     Target best;
     const Vec3d here = view.own().position();
     for (const auto& [id, entity] : view.store().entities()) {
@@ -203,7 +206,9 @@ Brain::Target Brain::nearest(const view::View& view, bool character) {
             continue;
         }
         const view::TypeInfo& type = view.world().types[entity.type];
-        if (type.character != character || (character && type.name != "player")) {
+        const bool player = type.name == "player";
+        const Prey kind = !type.character ? Prey::kProp : player ? Prey::kPlayer : Prey::kNpc;
+        if (kind != prey) {
             continue;
         }
         const Vec3d at = view.store().predicted(entity.versions.back(), view.tick()).position;
@@ -216,12 +221,12 @@ Brain::Target Brain::nearest(const view::View& view, bool character) {
     return best;
 }
 
-void Brain::fight(const view::View& view, Tick tick, Voice& voice) {
+void Brain::fight(const view::View& view, Prey prey, Tick tick, Voice& voice) {
     if (tick < next_act_) {
         return;
     }
     next_act_ = tick + 12 + static_cast<Tick>(rng_.below(8));
-    const Target target = nearest(view, true);
+    const Target target = nearest(view, prey);
     if (!target.id) {
         if (tick >= next_turn_) {
             pick_direction(tick);
@@ -267,7 +272,7 @@ void Brain::chat(const view::View& view, Tick tick, Voice& voice) {
 }
 
 void Brain::touch_a_prop(const view::View& view, Voice& voice) {
-    const Target prop = nearest(view, false);
+    const Target prop = nearest(view, Prey::kProp);
     if (!prop.id || prop.distance > kTouchRangeM) {
         return;
     }

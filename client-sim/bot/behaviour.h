@@ -17,12 +17,13 @@ enum class Behaviour : std::uint8_t {
     kWander,  ///< walks in random directions, touches props now and then
     kCrowd,   ///< walks to one spot, the same for all
     kBorder,  ///< walks back and forth across the nearest border between zones
-    kFight,   ///< chases and shoots the nearest character
+    kFight,   ///< chases and shoots the nearest player
+    kHunt,    ///< chases and shoots the nearest character that nobody plays
     kChat,    ///< strolls and talks
     kIdle,    ///< stands
 };
 
-inline constexpr int kBehaviours = 6;
+inline constexpr int kBehaviours = 7;
 [[nodiscard]] const char* name_of(Behaviour behaviour);
 
 /// One entry of "--behaviour NAME[:share],...".
@@ -61,6 +62,12 @@ class Brain {
     [[nodiscard]] Behaviour behaviour() const { return behaviour_; }
 
   private:
+    enum class Prey : std::uint8_t {
+        kPlayer,
+        kNpc,
+        kProp
+    };
+
     struct Target {
         EntityId id;
         Vec3d position = Vec3d::Zero();
@@ -71,11 +78,11 @@ class Brain {
     void walk_to(const Vec3d& from, double x, double z, bool sprint);
     void crowd(const view::View& view);
     void border(const view::View& view);
-    void fight(const view::View& view, Tick tick, Voice& voice);
+    void fight(const view::View& view, Prey prey, Tick tick, Voice& voice);
     void chat(const view::View& view, Tick tick, Voice& voice);
     void touch_a_prop(const view::View& view, Voice& voice);
     void pick_direction(Tick tick);
-    [[nodiscard]] static Target nearest(const view::View& view, bool character);
+    [[nodiscard]] static Target nearest(const view::View& view, Prey prey);
 
     Behaviour behaviour_;
     core::Rng rng_;

@@ -9,7 +9,7 @@ namespace zoned::bot {
 namespace {
 
 constexpr std::array<const char*, kBehaviours> kNames =
-    {"wander", "crowd", "border", "fight", "chat", "idle"};
+    {"wander", "crowd", "border", "fight", "hunt", "chat", "idle"};
 
 using Mix = core::Result<std::vector<Share>>;
 
@@ -45,7 +45,7 @@ core::Result<std::vector<Share>> parse_mix(std::string_view text) {
         }
         if (!found) {
             return Mix::failure("unknown behaviour '" + name +
-                                "'; choose from wander, crowd, border, fight, chat, idle");
+                                "'; choose from wander, crowd, border, fight, hunt, chat, idle");
         }
         if (colon != std::string_view::npos) {
             const std::string_view number = entry.substr(colon + 1);

@@ -1,5 +1,5 @@
-// The world `learned`: bots who are bitten to death make hounds gentler, never beyond the cap, and
-// the log says so.
+// The world `learned`: bots who are bitten to death make hounds gentler, those who shoot them
+// keener, never beyond the cap, and the log says so.
 #include "server/app/adapting.h"
 #include "tests/harness/game_test.h"
 #include "tests/scenario/log_text.h"
@@ -48,6 +48,14 @@ TEST_F(AdaptationGame, BotsWhoAreBittenMakeItEasier) {
     EXPECT_EQ(rung, 0) << log;
     EXPECT_NE(log.find("zone 1: difficulty fair -> gentle at tick"), std::string::npos) << log;
     EXPECT_NE(log.find("machine pacer: rubber bands of"), std::string::npos) << log;
+}
+
+/// Hounds bite for half of one per cent of a life.
+TEST_F(AdaptationGame, BotsWhoHuntThemDownMakeItHarder) {
+    server.sets.emplace_back("rules[1].value=\"0.1\"");
+    const std::string log = play("hunt");
+    EXPECT_EQ(rung, 2) << log;
+    EXPECT_NE(log.find("zone 1: difficulty fair -> keen at tick"), std::string::npos) << log;
 }
 
 TEST_F(AdaptationGame, StaysWithinItsCap) {
