@@ -106,16 +106,18 @@ bool GraphWays::follow(std::span<const std::uint8_t> shut) {
         }
     }
     opened_.clear();
-    bool changed = false;
+    touched_.clear();
     for (const Hung& h : hung_) {
         if (h.open() == is_open(h.what)) {
             continue;
         }
-        changed = true;
         if (h.what < graph_.size()) {
+            touched_.push_back(h.what);
             graph_.set_passable(h.what, h.open());
             open_[h.what] = h.open() ? 1 : 0;
         } else {
+            const std::uint32_t edge = h.what - graph_.size();
+            touched_.insert(touched_.end(), {start_of(edge), to_[edge]});
             graph_.set_open(h.what - graph_.size(), h.open());
             linked_[h.what - graph_.size()] = h.open() ? 1 : 0;
         }
@@ -128,7 +130,9 @@ bool GraphWays::follow(std::span<const std::uint8_t> shut) {
             opened_.push_back(h.what);
         }
     }
-    return changed;
+    std::sort(touched_.begin(), touched_.end());
+    touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+    return !touched_.empty();
 }
 
 bool GraphWays::is_open(std::uint32_t what) const {
@@ -138,7 +142,7 @@ bool GraphWays::is_open(std::uint32_t what) const {
 void GraphWays::turn_doors(std::span<const std::uint8_t> shut) {
     nothing_changed();
     if (follow(shut)) {
-        clusters_.build(graph());
+        clusters_.change(graph(), touched_);
         review(!opened_.empty());
     }
 }
@@ -170,7 +174,7 @@ void GraphWays::prepare_legs(const Request& request) {
 void GraphWays::find(const Request& request, bool late, Found& found) {
     const std::uint32_t from = request.from.node;
     std::uint32_t goal = request.to.node;
-    found.reaches = true;
+    found.last = goal;
     if (from == goal) {
         found.corners.push_back(waypoint_spot(request.to.on));
         found.straight = true;
@@ -181,7 +185,9 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
     if (!clusters_.joined(from, goal)) {
         goal = nearest_reached(request);
         found.outcome = Outcome::kPartial;
-        found.reaches = false;
+        found.last = goal;
+        found.short_m = (places_[goal] - request.to.on).norm();
+        clusters_.watch_parts();
         ready(goal);
     }
     const bool to_goal = found.outcome == Outcome::kFound;
@@ -200,7 +206,6 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
     found.cheap = true;
     if (!find_by_clusters(from, goal)) {
         found.outcome = Outcome::kUnreachable;
-        found.reaches = false;
         return;
     }
     for (std::size_t i = 1; i < way_.size(); ++i) {
@@ -327,7 +332,7 @@ bool GraphWays::passable(const Hinge& hinge) const {
 bool GraphWays::may_be_shorter(const Request& request) const {
     // Who has come some of the way would gain on the whole of it too.
     const Vec3& from = places_[request.from.node];
-    const Vec3& to = places_[request.to.node];
+    const Vec3& to = places_[request.last];
     const auto worth = [&](double around) {
         return graph_.least_weight_per_m() * around < kCheaper * request.cost;
     };
@@ -342,13 +347,27 @@ bool GraphWays::may_be_shorter(const Request& request) const {
            });
 }
 
+bool GraphWays::may_come_nearer(const Request& request) const {
+    return !request.usable || request.outcome != Outcome::kPartial ||
+           clusters_.joined_anew(request.last) ||
+           std::any_of(opened_.begin(), opened_.end(), [&](std::uint32_t what) {
+               const auto [begin, end] = ends_of(what);
+               return std::min((begin - request.to.on).norm(), (end - request.to.on).norm()) <=
+                      request.short_m;
+           });
+}
+
 std::pair<Vec3, Vec3> GraphWays::ends_of(std::uint32_t what) const {
     if (what < graph_.size()) {
         return {places_[what], places_[what]};
     }
     const std::uint32_t edge = what - graph_.size();
+    return {places_[start_of(edge)], places_[to_[edge]]};
+}
+
+std::uint32_t GraphWays::start_of(std::uint32_t edge) const {
     const auto next = std::upper_bound(first_.begin(), first_.end(), edge);
-    return {places_[static_cast<std::size_t>(next - first_.begin()) - 1], places_[to_[edge]]};
+    return static_cast<std::uint32_t>(next - first_.begin()) - 1;
 }
 
 bool GraphWays::straight(Spot from, float from_y, Spot to, float to_y) const {
@@ -365,7 +384,7 @@ std::size_t GraphWays::bytes() const {
                         places_.capacity() * sizeof(Vec3) + open_.capacity() + linked_.capacity() +
                         hung_.capacity() * sizeof(Hung) +
                         (first_.capacity() + to_.capacity() + return_.capacity() + way_.capacity() +
-                         opened_.capacity()) *
+                         opened_.capacity() + touched_.capacity()) *
                             sizeof(std::uint32_t);
     for (const auto* doors : {&taken_, &given_}) {
         for (const std::vector<std::uint32_t>& door : *doors) {

@@ -58,6 +58,7 @@ class GraphWays final : public QueuedWays {
 
     [[nodiscard]] bool passable(const Hinge& hinge) const override;
     [[nodiscard]] bool may_be_shorter(const Request& request) const override;
+    [[nodiscard]] bool may_come_nearer(const Request& request) const override;
 
   private:
     /// A waypoint or edge that hangs on doors, and how many of these are shut.
@@ -77,6 +78,8 @@ class GraphWays final : public QueuedWays {
     [[nodiscard]] bool is_open(std::uint32_t what) const;
     /// Of a waypoint or edge.
     [[nodiscard]] std::pair<Vec3, Vec3> ends_of(std::uint32_t what) const;
+    /// The waypoint that an edge leads from.
+    [[nodiscard]] std::uint32_t start_of(std::uint32_t edge) const;
     void ready(std::uint32_t goal);
     bool find_by_clusters(std::uint32_t from, std::uint32_t goal);
     std::uint32_t nearest_reached(const Request& request);
@@ -99,8 +102,9 @@ class GraphWays final : public QueuedWays {
     std::vector<std::vector<std::uint32_t>> taken_;  // by door, of hung_
     std::vector<std::vector<std::uint32_t>> given_;
     std::vector<std::uint8_t> shut_;
-    std::vector<std::uint32_t> opened_;  // by the last change
-    Aabb opened_box_;                    // that holds these
+    std::vector<std::uint32_t> touched_;  // waypoints, by the last change
+    std::vector<std::uint32_t> opened_;   // by it
+    Aabb opened_box_;                     // that holds these
     std::vector<std::uint32_t> way_;
 };
 

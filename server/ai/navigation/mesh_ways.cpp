@@ -116,7 +116,9 @@ void MeshWays::link_polygons() {
         first_.push_back(static_cast<std::uint32_t>(to_.size()));
     }
     linked_.assign(to_.size(), 1);
-    open_.assign(polygons.size(), 1);
+    for (std::uint32_t p = 0; p < polygons.size(); ++p) {
+        open_.push_back(mesh_.passable(p) ? 1 : 0);
+    }
     return_.assign(to_.size(), NodeClusters::kNone);
     for (std::uint32_t p = 0; p < polygons.size(); ++p) {
         for (std::uint32_t i = first_[p]; i < first_[p + 1]; ++i) {
@@ -163,7 +165,7 @@ NodeGraph MeshWays::graph() const {
 
 bool MeshWays::follow(std::span<const std::uint8_t> shut) {
     opened_.clear();
-    bool changed = false;
+    turned_.clear();
     const auto any = [&](const std::vector<std::uint32_t>& doors) {
         return std::any_of(
             doors.begin(), doors.end(), [&](std::uint32_t d) { return shut[d] != 0; });
@@ -174,7 +176,8 @@ bool MeshWays::follow(std::span<const std::uint8_t> shut) {
         if (open == mesh_.passable(p)) {
             continue;
         }
-        changed = true;
+        turned_.push_back(p);
+        open_[p] = open ? 1 : 0;
         mesh_.set_passable(p, open);
         if (open) {
             Box box{flat_spot(middles_[p]), flat_spot(middles_[p])};
@@ -187,16 +190,13 @@ bool MeshWays::follow(std::span<const std::uint8_t> shut) {
             opened_.push_back(box);
         }
     }
-    for (const std::uint32_t p : hinged_) {
-        open_[p] = mesh_.passable(p) ? 1 : 0;
-    }
-    return changed;
+    return !turned_.empty();
 }
 
 void MeshWays::turn_doors(std::span<const std::uint8_t> shut) {
     nothing_changed();
     if (follow(shut)) {
-        clusters_.build(graph());
+        clusters_.change(graph(), turned_);
         review(!opened_.empty());
     }
 }
@@ -226,15 +226,18 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
     const float off = flat_distance(flat_spot(request.to.wanted), flat_spot(request.to.on));
     End goal = request.to;
     found.outcome = off > kMoved_m ? Outcome::kPartial : Outcome::kFound;
-    found.reaches = true;
+    found.short_m = off;
+    found.last = goal.node;
     if (find_straight(request, goal, found)) {
         return;
     }
     ready(goal.node);
     if (!clusters_.joined(request.from.node, goal.node)) {
+        clusters_.watch_parts();
         goal = nearest_reached(request);
         found.outcome = Outcome::kPartial;
-        found.reaches = false;
+        found.last = goal.node;
+        found.short_m = flat_distance(flat_spot(request.to.wanted), flat_spot(goal.on));
         if (find_straight(request, goal, found)) {
             return;
         }
@@ -254,7 +257,6 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
         take(found);
     } else {
         found.outcome = Outcome::kUnreachable;
-        found.reaches = false;
     }
 }
 
@@ -393,19 +395,29 @@ bool MeshWays::passable(const Hinge& hinge) const {
 
 bool MeshWays::may_be_shorter(const Request& request) const {
     const Spot at = flat_spot(request.from.wanted);
-    const Spot to = flat_spot(request.to.on);
+    const Spot to = end_of(request);
     const float left = left_m(request);
-    const Spot wanted = flat_spot(request.to.wanted);
-    const float off = flat_distance(wanted, to);
     return std::any_of(opened_.begin(), opened_.end(), [&](const Box& box) {
-        if (off > kMoved_m && off_box(wanted, box.low, box.high) < off) {
-            return true;
-        }
         // Two places of the box first, then the best one.
         return off_box(at, box.low, box.high) + off_box(to, box.low, box.high) + kGainOnMesh_m <
                    left &&
                around_box(at, to, box.low, box.high) + kGainOnMesh_m < left;
     });
+}
+
+bool MeshWays::may_come_nearer(const Request& request) const {
+    const Spot at = flat_spot(request.from.wanted);
+    const Spot wanted = flat_spot(request.to.wanted);
+    const auto opened_within = [&](Spot spot, float reach_m) {
+        return std::any_of(opened_.begin(), opened_.end(), [&](const Box& box) {
+            return off_box(spot, box.low, box.high) <= reach_m;
+        });
+    };
+    if (!request.usable) {  // one of its ends was beside all floors
+        return opened_within(at, settings_.reach_m) || opened_within(wanted, settings_.reach_m);
+    }
+    return request.outcome != Outcome::kPartial || clusters_.joined_anew(request.last) ||
+           opened_within(wanted, request.short_m + kMoved_m);
 }
 
 bool MeshWays::straight(Spot from, float from_y, Spot to, float to_y) const {
@@ -484,7 +496,8 @@ std::size_t MeshWays::bytes() const {
            (first_.capacity() + to_.capacity() + return_.capacity() + hinged_.capacity() +
             corridor_.capacity()) *
                sizeof(std::uint32_t) +
-           linked_.capacity() + open_.capacity() + rims_.capacity() * sizeof(Rim);
+           linked_.capacity() + open_.capacity() + turned_.capacity() * sizeof(std::uint32_t) +
+           rims_.capacity() * sizeof(Rim);
 }
 
 }  // namespace zoned::ai::navigation

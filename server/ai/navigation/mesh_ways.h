@@ -57,6 +57,7 @@ class MeshWays final : public QueuedWays {
 
     [[nodiscard]] bool passable(const Hinge& hinge) const override;
     [[nodiscard]] bool may_be_shorter(const Request& request) const override;
+    [[nodiscard]] bool may_come_nearer(const Request& request) const override;
 
   private:
     /// Edges at a side of the area, where the zone can be left.
@@ -98,6 +99,7 @@ class MeshWays final : public QueuedWays {
     std::vector<std::uint8_t> linked_;
     std::vector<std::uint8_t> open_;
     std::vector<std::uint32_t> hinged_;  // polygons that hang on doors
+    std::vector<std::uint32_t> turned_;  // by the last change
     std::vector<Rim> rims_;
     std::vector<Box> opened_;
     std::vector<std::uint32_t> corridor_;

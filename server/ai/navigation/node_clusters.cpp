@@ -13,9 +13,18 @@ constexpr auto farther = [](const auto& a, const auto& b) {
     return a.cost > b.cost || (a.cost == b.cost && a.cluster > b.cluster);
 };
 
+/// Smaller clusters hang on to another beside them that has room: a change leaves such.
+constexpr std::size_t kSmall = NodeClusters::kMost / 4;
+
 /// Whether one gets along a link.
 bool leads(const NodeGraph& graph, std::uint32_t link) {
     return graph.linked[link] != 0 && graph.open[graph.to[link]] != 0;
+}
+
+/// And back.
+bool leads_both_ways(const NodeGraph& graph, std::uint32_t link) {
+    const std::uint32_t back = graph.return_[link];
+    return leads(graph, link) && back != NodeClusters::kNone && graph.linked[back] != 0;
 }
 
 }  // namespace
@@ -24,84 +33,266 @@ void NodeClusters::build(const NodeGraph& graph) {
     const std::size_t nodes = graph.places.size();
     cluster_.assign(nodes, kNone);
     within_.assign(nodes, 0);
-    first_node_.assign(1, 0);
+    for (std::uint32_t c = 0; c < size(); ++c) {
+        beside_.give_back(in_[c]);
+        beside_.give_back(out_[c]);
+    }
+    count_.clear();
     nodes_.clear();
     middle_.clear();
+    in_.clear();
+    out_.clear();
+    is_dirty_.clear();
+    free_.clear();
+    ++round_;
+    watched_ = false;
+    compared_ = false;
+    find_strays(graph);
     for (std::uint32_t n = 0; n < nodes; ++n) {
         if (graph.open[n] != 0 && cluster_[n] == kNone) {
             gather(graph, n);
         }
     }
-    ZONED_ASSERT(size() < kNowhere, "clusters of nodes are numbered with 16 bits");
-    link_clusters(graph);
-    if (tables_.size() < size()) {
-        tables_.resize(size());
-    }
-    for (Table& t : tables_) {
-        t.clear();
+    for (std::uint32_t c = 0; c < size(); ++c) {
+        link(graph, c);
     }
 }
 
-/// The nodes next to a seed, by links both ways.
-void NodeClusters::gather(const NodeGraph& graph, std::uint32_t seed) {
-    const auto number = static_cast<std::uint32_t>(size());
-    const std::size_t begin = nodes_.size();
-    Vec3 sum = Vec3::Zero();
-    const auto take = [&](std::uint32_t n) {
-        cluster_[n] = number;
-        within_[n] = static_cast<std::uint8_t>(nodes_.size() - begin);
-        nodes_.push_back(n);
-        sum += graph.places[n];
-    };
-    take(seed);
-    for (std::size_t at = begin; at < nodes_.size(); ++at) {
-        const std::uint32_t n = nodes_[at];
+void NodeClusters::find_strays(const NodeGraph& graph) {
+    strays_.clear();
+    for (std::uint32_t n = 0; n < graph.places.size(); ++n) {
         for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
             const std::uint32_t back = graph.return_[link];
-            if (nodes_.size() - begin < kMost && leads(graph, link) && back != kNone &&
-                graph.linked[back] != 0 && cluster_[graph.to[link]] == kNone) {
-                take(graph.to[link]);
+            if (back == kNone || graph.return_[back] != link) {
+                strays_.push_back({graph.to[link], n, link});
             }
         }
     }
-    middle_.push_back(sum / static_cast<float>(nodes_.size() - begin));
-    first_node_.push_back(static_cast<std::uint32_t>(nodes_.size()));
+    std::sort(strays_.begin(), strays_.end(), [](const Stray& a, const Stray& b) {
+        return a.to != b.to ? a.to < b.to : a.link < b.link;
+    });
 }
 
-void NodeClusters::link_clusters(const NodeGraph& graph) {
-    pairs_.clear();
-    for (const std::uint32_t n : nodes_) {
+std::uint32_t NodeClusters::take_number() {
+    if (!free_.empty()) {
+        const std::uint32_t number = free_.back();
+        free_.pop_back();
+        return number;
+    }
+    const auto number = static_cast<std::uint32_t>(size());
+    ZONED_ASSERT(number < kNowhere, "clusters of nodes are numbered with 16 bits");
+    count_.push_back(0);
+    nodes_.resize(nodes_.size() + kMost);
+    middle_.emplace_back(Vec3::Zero());
+    in_.emplace_back();
+    out_.emplace_back();
+    is_dirty_.push_back(0);
+    if (tables_.size() < size()) {
+        tables_.emplace_back();
+        table_round_.push_back(0);
+    }
+    return number;
+}
+
+void NodeClusters::put(std::uint32_t node, std::uint32_t cluster) {
+    cluster_[node] = cluster;
+    within_[node] = count_[cluster];
+    nodes_[cluster * kMost + count_[cluster]++] = node;
+}
+
+/// The nodes next to a seed that are in no cluster, by links both ways.
+std::uint32_t NodeClusters::gather(const NodeGraph& graph, std::uint32_t seed) {
+    const std::uint32_t number = take_number();
+    put(seed, number);
+    for (std::size_t at = 0; at < count_[number]; ++at) {
+        const std::uint32_t n = nodes_[number * kMost + at];
         for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
-            const std::uint32_t a = cluster_[n];
-            if (leads(graph, link) && cluster_[graph.to[link]] != a) {
-                pairs_.push_back(std::uint64_t{cluster_[graph.to[link]]} << 32U | a);
+            if (count_[number] < kMost && leads_both_ways(graph, link) &&
+                cluster_[graph.to[link]] == kNone) {
+                put(graph.to[link], number);
             }
         }
     }
-    const auto lay_out = [this](std::vector<std::uint32_t>& first,
-                                std::vector<std::uint32_t>& others) {
-        std::sort(pairs_.begin(), pairs_.end());
-        pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
-        first.assign(size() + 1, 0);
-        others.clear();
-        for (std::uint64_t& pair : pairs_) {
-            ++first[(pair >> 32U) + 1];
-            others.push_back(static_cast<std::uint32_t>(pair));
-            pair = pair << 32U | pair >> 32U;
-        }
-        for (std::size_t c = 1; c < first.size(); ++c) {
-            first[c] += first[c - 1];
+    find_middle(graph, number);
+    return number;
+}
+
+void NodeClusters::find_middle(const NodeGraph& graph, std::uint32_t cluster) {
+    Vec3 sum = Vec3::Zero();
+    for (const std::uint32_t n : nodes_of(cluster)) {
+        sum += graph.places[n];
+    }
+    middle_[cluster] = sum / static_cast<float>(count_[cluster]);
+}
+
+void NodeClusters::link(const NodeGraph& graph, std::uint32_t cluster) {
+    const auto keep = [&](Beside& beside) {
+        std::sort(links_.begin(), links_.end());
+        links_.erase(std::unique(links_.begin(), links_.end()), links_.end());
+        beside_.give_back(beside);
+        beside = beside_.take(static_cast<std::uint32_t>(links_.size()));
+        std::copy(links_.begin(), links_.end(), beside_.of(beside).begin());
+        links_.clear();
+    };
+    const auto note = [&](std::uint32_t node) {
+        if (cluster_[node] != kNone && cluster_[node] != cluster) {
+            links_.push_back(cluster_[node]);
         }
     };
-    lay_out(first_link_, from_);
-    lay_out(first_out_, out_);
+    links_.clear();
+    for (const std::uint32_t n : nodes_of(cluster)) {
+        for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
+            if (leads(graph, link)) {
+                note(graph.to[link]);
+            }
+        }
+    }
+    keep(out_[cluster]);
+    for (const std::uint32_t n : nodes_of(cluster)) {
+        for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
+            const std::uint32_t back = graph.return_[link];
+            if (back != kNone && graph.linked[back] != 0) {
+                note(graph.to[link]);
+            }
+        }
+        auto stray = std::lower_bound(
+            strays_.begin(), strays_.end(), n, [](const Stray& s, std::uint32_t to) {
+                return s.to < to;
+            });
+        for (; stray != strays_.end() && stray->to == n; ++stray) {
+            if (graph.linked[stray->link] != 0) {
+                note(stray->from);
+            }
+        }
+    }
+    keep(in_[cluster]);
+}
+
+void NodeClusters::mark_dirty(std::uint32_t cluster) {
+    if (is_dirty_[cluster] == 0) {
+        is_dirty_[cluster] = kDirty;
+        dirty_.push_back(cluster);
+    }
+}
+
+void NodeClusters::mark_renewed(std::uint32_t cluster) {
+    mark_dirty(cluster);
+    is_dirty_[cluster] = kRenewed;
+}
+
+void NodeClusters::mark_beside_dirty(std::uint32_t cluster) {
+    for (const Beside& beside : {in_[cluster], out_[cluster]}) {
+        for (const std::uint32_t other : beside_.of(beside)) {
+            mark_dirty(other);
+        }
+    }
+}
+
+/// Its nodes are loose from now on.
+void NodeClusters::dissolve(std::uint32_t cluster) {
+    for (const std::uint32_t n : nodes_of(cluster)) {
+        loose_.push_back(n);
+        cluster_[n] = kNone;
+    }
+    give_up(cluster);
+}
+
+void NodeClusters::give_up(std::uint32_t cluster) {
+    mark_beside_dirty(cluster);
+    for (Beside* beside : {&in_[cluster], &out_[cluster]}) {
+        beside_.give_back(*beside);
+        *beside = {};
+    }
+    count_[cluster] = 0;
+    free_.push_back(cluster);
+}
+
+/// The clusters that a node which was in none could belong to.
+void NodeClusters::dissolve_around(const NodeGraph& graph, std::uint32_t node) {
+    for (std::uint32_t link = graph.first[node]; link < graph.first[node + 1]; ++link) {
+        const std::uint32_t other = cluster_[graph.to[link]];
+        if (other != kNone && leads_both_ways(graph, link)) {
+            dissolve(other);
+        }
+    }
+}
+
+void NodeClusters::merge_if_small(const NodeGraph& graph, std::uint32_t cluster) {
+    if (count_[cluster] >= kSmall) {
+        return;
+    }
+    std::uint32_t best = kNone;
+    for (const std::uint32_t n : nodes_of(cluster)) {
+        for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
+            const std::uint32_t other = cluster_[graph.to[link]];
+            if (other != kNone && other != cluster && leads_both_ways(graph, link) &&
+                std::size_t{count_[other]} + count_[cluster] <= kMost) {
+                best = std::min(best, other);
+            }
+        }
+    }
+    if (best == kNone) {
+        return;
+    }
+    for (std::size_t i = 0; i < count_[cluster]; ++i) {
+        put(nodes_[cluster * kMost + i], best);
+    }
+    find_middle(graph, best);
+    mark_renewed(best);
+    give_up(cluster);
+}
+
+void NodeClusters::change(const NodeGraph& graph, std::span<const std::uint32_t> touched) {
+    ++round_;
+    dirty_.clear();
+    remember_parts(graph, touched);
+    loose_.clear();
+    for (const std::uint32_t n : touched) {
+        if (cluster_[n] == kNone && graph.open[n] != 0) {
+            loose_.push_back(n);
+        }
+    }
+    const std::size_t opened = loose_.size();
+    for (const std::uint32_t n : touched) {
+        if (cluster_[n] != kNone) {
+            dissolve(cluster_[n]);
+        }
+    }
+    for (std::size_t i = 0; i < opened; ++i) {
+        dissolve_around(graph, loose_[i]);
+    }
+    std::sort(loose_.begin(), loose_.end());
+    for (const std::uint32_t n : loose_) {
+        if (graph.open[n] != 0 && cluster_[n] == kNone) {
+            mark_renewed(gather(graph, n));
+        }
+    }
+    for (std::size_t i = 0; i < dirty_.size(); ++i) {
+        if (count_[dirty_[i]] != 0 && is_dirty_[dirty_[i]] == kRenewed) {
+            merge_if_small(graph, dirty_[i]);
+        }
+    }
+    // What is renewed leads to others than before, and others to it.
+    for (std::size_t i = 0; i < dirty_.size(); ++i) {
+        if (count_[dirty_[i]] != 0) {
+            link(graph, dirty_[i]);
+            if (is_dirty_[dirty_[i]] == kRenewed) {
+                mark_beside_dirty(dirty_[i]);
+            }
+        }
+    }
+    for (const std::uint32_t c : dirty_) {
+        is_dirty_[c] = 0;
+    }
+    compare_parts();
 }
 
 bool NodeClusters::prepare(std::uint32_t goal) {
     const std::uint32_t last = cluster_[goal];
-    if (last == kNone || !tables_[last].empty()) {
+    if (last == kNone || prepared(goal)) {
         return false;
     }
+    table_round_[last] = round_;
     Table& table = tables_[last];
     table.assign(size(), kNowhere);
     cost_.assign(size(), std::numeric_limits<float>::infinity());
@@ -122,8 +313,8 @@ bool NodeClusters::prepare(std::uint32_t goal) {
         if (at.cost > cost_[at.cluster]) {
             continue;
         }
-        for (std::uint32_t i = first_link_[at.cluster]; i < first_link_[at.cluster + 1]; ++i) {
-            reach(from_[i], at.cost + (middle_[from_[i]] - middle_[at.cluster]).norm(), at.cluster);
+        for (const std::uint32_t from : beside_.of(in_[at.cluster])) {
+            reach(from, at.cost + (middle_[from] - middle_[at.cluster]).norm(), at.cluster);
         }
     }
     return true;
@@ -206,10 +397,10 @@ void NodeClusters::flood(std::uint32_t from) {
     queue_.push_back(cluster_[from]);
     flooded_[cluster_[from]] = 1;
     for (std::size_t at = 0; at < queue_.size(); ++at) {
-        for (std::uint32_t i = first_out_[queue_[at]]; i < first_out_[queue_[at] + 1]; ++i) {
-            if (flooded_[out_[i]] == 0) {
-                flooded_[out_[i]] = 1;
-                queue_.push_back(out_[i]);
+        for (const std::uint32_t to : std::as_const(beside_).of(out_[queue_[at]])) {
+            if (flooded_[to] == 0) {
+                flooded_[to] = 1;
+                queue_.push_back(to);
             }
         }
     }
@@ -217,11 +408,14 @@ void NodeClusters::flood(std::uint32_t from) {
 
 std::size_t NodeClusters::bytes() const {
     std::size_t bytes =
-        (cluster_.capacity() + first_node_.capacity() + nodes_.capacity() + first_link_.capacity() +
-         from_.capacity() + first_out_.capacity() + out_.capacity() + queue_.capacity()) *
+        (cluster_.capacity() + nodes_.capacity() + free_.capacity() + table_round_.capacity() +
+         part_.capacity() + joined_.capacity() + dirty_.capacity() + loose_.capacity() +
+         links_.capacity() + queue_.capacity()) *
             sizeof(std::uint32_t) +
-        within_.capacity() + flooded_.capacity() + middle_.capacity() * sizeof(Vec3) +
-        pairs_.capacity() * sizeof(std::uint64_t) + cost_.capacity() * sizeof(float) +
+        within_.capacity() + count_.capacity() + is_dirty_.capacity() + flooded_.capacity() +
+        strays_.capacity() * sizeof(Stray) + middle_.capacity() * sizeof(Vec3) +
+        (in_.capacity() + out_.capacity()) * sizeof(Beside) + beside_.bytes() +
+        touched_.capacity() * sizeof(touched_[0]) + cost_.capacity() * sizeof(float) +
         open_.capacity() * sizeof(Open) + tables_.capacity() * sizeof(Table);
     for (const Table& t : tables_) {
         bytes += t.capacity() * sizeof(std::uint16_t);

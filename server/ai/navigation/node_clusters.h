@@ -1,11 +1,13 @@
 // NodeClusters: nodes of a graph in small groups, and which group next from anywhere to anywhere.
 #pragma once
 
+#include "server/ai/navigation/corner_pool.h"
 #include "shared/math/types.h"
 
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace zoned::ai::navigation {
@@ -33,14 +35,20 @@ class NodeClusters {
     /// Of all passable nodes. Costs as much as a look at every link. Tables to goals are gone.
     void build(const NodeGraph& graph);
 
-    [[nodiscard]] std::size_t size() const { return first_node_.size() - 1; }
+    /// After nodes or links of the graph that was built have opened or closed; `touched` are such
+    /// nodes and both ends of such links, none twice. Groups are renewed where these lie, and by
+    /// them; the rest stays as it is. Tables to goals are gone.
+    void change(const NodeGraph& graph, std::span<const std::uint32_t> touched);
+
+    /// Groups, and numbers of groups that were given up by a change.
+    [[nodiscard]] std::size_t size() const { return count_.size(); }
 
     /// Makes the table to a goal's group, where there is none: as much as a search of all groups.
     /// True: it was made now.
     bool prepare(std::uint32_t goal);
 
     [[nodiscard]] bool prepared(std::uint32_t goal) const {
-        return cluster_[goal] != kNone && !tables_[cluster_[goal]].empty();
+        return cluster_[goal] != kNone && table_round_[cluster_[goal]] == round_;
     }
 
     /// A node of each group that has a table.
@@ -64,6 +72,15 @@ class NodeClusters {
         return cluster_[node] != kNone && flooded_[cluster_[node]] != 0;
     }
 
+    /// Makes ready what the next changes need to say joined_anew(), unless it is: as much as a look
+    /// at all groups.
+    void watch_parts();
+
+    /// Whether what can be reached from this node may be more than before the last change(): what
+    /// links join there, whichever way they lead, was apart before, or there are links that lead
+    /// one way only. True where nobody watched.
+    [[nodiscard]] bool joined_anew(std::uint32_t node) const;
+
     [[nodiscard]] std::size_t bytes() const;
 
   private:
@@ -75,20 +92,64 @@ class NodeClusters {
         std::uint32_t cluster;
     };
 
-    void gather(const NodeGraph& graph, std::uint32_t seed);
-    void link_clusters(const NodeGraph& graph);
+    /// A link that is not the way back of the one that is its way back.
+    struct Stray {
+        std::uint32_t to;
+        std::uint32_t from;
+        std::uint32_t link;
+    };
 
-    std::vector<std::uint32_t> cluster_;     // by node
-    std::vector<std::uint8_t> within_;       // by node, its number within its cluster
-    std::vector<std::uint32_t> first_node_;  // by cluster, and one more
-    std::vector<std::uint32_t> nodes_;
-    std::vector<Vec3> middle_;               // by cluster
-    std::vector<std::uint32_t> first_link_;  // by cluster, and one more: clusters that lead there
-    std::vector<std::uint32_t> from_;
-    std::vector<std::uint32_t> first_out_;  // and those that one gets to from there
-    std::vector<std::uint32_t> out_;
-    std::vector<Table> tables_;  // by cluster of the goal: the next one, by cluster
-    std::vector<std::uint64_t> pairs_;
+    static constexpr std::uint8_t kDirty = 1;    ///< its links are to be found anew
+    static constexpr std::uint8_t kRenewed = 2;  ///< it has other nodes too
+
+    /// Other clusters next to one.
+    using Beside = CornerBlock;
+
+    [[nodiscard]] std::span<const std::uint32_t> nodes_of(std::uint32_t cluster) const {
+        return {nodes_.data() + cluster * kMost, count_[cluster]};
+    }
+
+    void find_strays(const NodeGraph& graph);
+    std::uint32_t take_number();
+    void put(std::uint32_t node, std::uint32_t cluster);
+    std::uint32_t gather(const NodeGraph& graph, std::uint32_t seed);
+    void dissolve(std::uint32_t cluster);
+    void give_up(std::uint32_t cluster);
+    void dissolve_around(const NodeGraph& graph, std::uint32_t node);
+    void merge_if_small(const NodeGraph& graph, std::uint32_t cluster);
+    void find_middle(const NodeGraph& graph, std::uint32_t cluster);
+    /// Clusters that one gets to from this one, and those from which one gets to it.
+    void link(const NodeGraph& graph, std::uint32_t cluster);
+    void mark_dirty(std::uint32_t cluster);
+    void mark_renewed(std::uint32_t cluster);
+    void mark_beside_dirty(std::uint32_t cluster);
+    void label_parts();
+    void remember_parts(const NodeGraph& graph, std::span<const std::uint32_t> touched);
+    void compare_parts();
+
+    std::vector<std::uint32_t> cluster_;  // by node
+    std::vector<std::uint8_t> within_;    // by node, its number within its cluster
+    std::vector<Stray> strays_;           // ascending by target
+    std::vector<std::uint8_t> count_;     // by cluster; 0: given up
+    std::vector<std::uint32_t> nodes_;    // room for kMost of each cluster
+    std::vector<Vec3> middle_;            // by cluster
+    std::vector<Beside> in_;              // by cluster, within beside_
+    std::vector<Beside> out_;
+    BlockPool<std::uint32_t> beside_;
+    std::vector<std::uint32_t> free_;  // numbers
+    std::vector<Table> tables_;        // by cluster of the goal: the next one, by cluster
+    std::vector<std::uint32_t> table_round_;
+    std::uint32_t round_ = 1;
+    std::vector<std::uint32_t> part_;  // by cluster
+    bool one_way_ = false;             // some cluster is reached by another that it doesn't reach
+    bool watched_ = false;
+    bool compared_ = false;                                         // by the last change
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> touched_;  // node, part before; then after
+    std::vector<std::uint32_t> joined_;                             // parts, ascending
+    std::vector<std::uint8_t> is_dirty_;                            // by cluster, during a change
+    std::vector<std::uint32_t> dirty_;
+    std::vector<std::uint32_t> loose_;  // nodes, during a change
+    std::vector<std::uint32_t> links_;
     std::vector<float> cost_;
     std::vector<Open> open_;
     std::vector<std::uint8_t> flooded_;

@@ -120,8 +120,9 @@ void QueuedWays::serve() {
             continue;
         }
         found_.outcome = Outcome::kFound;
-        found_.best = found_.straight = found_.cheap = found_.reaches = false;
+        found_.best = found_.straight = found_.cheap = false;
         found_.cost = 0.0;
+        found_.short_m = 0.0F;
         found_.corners.clear();
         found_.hinges.clear();
         find(request, late, found_);
@@ -149,8 +150,9 @@ void QueuedWays::done(std::uint32_t number) {
     free_blocks(request);
     request.outcome = found_.outcome;
     request.best = found_.best;
-    request.reaches = found_.reaches;
     request.cost = found_.cost;
+    request.short_m = found_.short_m;
+    request.last = found_.last;
     request.usable = true;
     request.next = 0;
     if (found_.corners.empty()) {
@@ -235,10 +237,10 @@ void QueuedWays::review(bool opened) {
             continue;
         }
         const bool broken = request.usable && cut(request);
-        const bool short_of_goal = !request.usable || !request.reaches;
         const bool longer = !broken && opened && !request.waiting &&
                             request.outcome != Outcome::kOffMap &&
-                            (short_of_goal || may_be_shorter(request));
+                            ((request.outcome != Outcome::kFound && may_come_nearer(request)) ||
+                             (request.usable && may_be_shorter(request)));
         if (!broken && !longer) {
             continue;
         }

@@ -55,14 +55,15 @@ class QueuedWays : public WayMap {
         bool waiting = false;
         bool usable = false;  ///< its corners lead somewhere
         bool best = false;
-        bool reaches = false;  ///< leads to to.on, which may stand for a goal in an obstacle
         Outcome outcome = Outcome::kUnreachable;
         CornerBlock corners;
         CornerBlock hinges;
         std::uint32_t next = 0;  ///< corner that the asker heads for
         float length_m = 0.0F;
-        float rest_m = 0.0F;  ///< from that corner on
-        double cost = 0.0;    ///< what the map says that the way costs
+        float rest_m = 0.0F;           ///< from that corner on
+        double cost = 0.0;             ///< what the map says that the way costs
+        float short_m = 0.0F;          ///< from its end to the place that was wanted
+        std::uint32_t last = kNoNode;  ///< where it ends
     };
 
     /// A way as it is found.
@@ -70,10 +71,11 @@ class QueuedWays : public WayMap {
         Outcome outcome = Outcome::kFound;
         bool best = false;
         bool straight = false;
-        bool cheap = false;    ///< from group to group
-        bool reaches = false;  ///< Request::reaches
+        bool cheap = false;  ///< from group to group
         double cost = 0.0;
-        std::vector<Spot> corners;  ///< without the start
+        float short_m = 0.0F;          ///< Request::short_m
+        std::uint32_t last = kNoNode;  ///< Request::last
+        std::vector<Spot> corners;     ///< without the start
         std::vector<Hinge> hinges;
     };
 
@@ -100,9 +102,14 @@ class QueuedWays : public WayMap {
     /// Whether one gets past this now.
     [[nodiscard]] virtual bool passable(const Hinge& hinge) const = 0;
 
-    /// Whether a way through what the last change opened could be shorter than what is left of a
-    /// way that reaches its goal, or lead nearer to that.
+    /// Whether a way through what the last change opened to where a way ends could be shorter than
+    /// what is left of that.
     [[nodiscard]] virtual bool may_be_shorter(const Request& request) const = 0;
+
+    /// Whether one that has no way, or a way that ends short of what was wanted (kPartial), may get
+    /// nearer to it after the last change: what can be reached was joined with more by it, or it
+    /// opened something nearer.
+    [[nodiscard]] virtual bool may_come_nearer(const Request& request) const = 0;
 
     /// After a change of the map: looks for ways anew. `opened`: something can be passed that could
     /// not before.
@@ -113,6 +120,11 @@ class QueuedWays : public WayMap {
     void spend(std::uint64_t units) { spent_ += units; }
 
     [[nodiscard]] bool work_left() const { return spent_ < settings_.work_per_tick; }
+
+    /// Of a request that is usable.
+    [[nodiscard]] Spot end_of(const Request& request) const {
+        return pool_.of(request.corners).back();
+    }
 
     /// What is left of a way, from where the asker was last seen.
     [[nodiscard]] float left_m(const Request& request) const;

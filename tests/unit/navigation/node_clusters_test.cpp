@@ -120,6 +120,153 @@ TEST(NodeClusters, LeadWhereverLinksDoAndNowhereElse) {
     EXPECT_GT(apart, 50U);
 }
 
+/// The waypoints that a change touches: nodes that open or close, and both ends of such links.
+std::vector<std::uint32_t> turn_some(RandomGraph& g, core::Rng& rng) {
+    std::vector<std::uint32_t> touched;
+    const auto nodes = static_cast<std::uint32_t>(g.places.size());
+    for (std::uint32_t i = rng.below(4); i > 0; --i) {
+        const std::uint32_t n = rng.below(nodes);
+        g.open[n] ^= 1U;
+        touched.push_back(n);
+    }
+    for (std::uint32_t i = rng.below(3); i > 0; --i) {
+        const std::uint32_t n = rng.below(nodes);
+        if (g.first[n] != g.first[n + 1]) {
+            const std::uint32_t link = g.first[n] + rng.below(g.first[n + 1] - g.first[n]);
+            g.linked[link] ^= 1U;
+            touched.insert(touched.end(), {n, g.to[link]});
+        }
+    }
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    return touched;
+}
+
+/// Empty, or where clusters that were changed say something else than the graph, or other than
+/// clusters that are built anew.
+std::string differs(const RandomGraph& g, NodeClusters& clusters, core::Rng& rng) {
+    NodeClusters anew;
+    anew.build(g.view());
+    const auto nodes = static_cast<std::uint32_t>(g.places.size());
+    for (int i = 0; i < 4; ++i) {
+        const std::uint32_t from = rng.below(nodes);
+        const std::uint32_t goal = rng.below(nodes);
+        if (g.open[from] == 0 || g.open[goal] == 0) {
+            continue;
+        }
+        const std::vector<bool> reached = g.reached(from);
+        clusters.prepare(goal);
+        anew.prepare(goal);
+        if (clusters.joined(from, goal) != reached[goal] ||
+            anew.joined(from, goal) != reached[goal]) {
+            return "joined";
+        }
+        clusters.flood(from);
+        for (std::uint32_t n = 0; n < nodes; ++n) {
+            if (clusters.flooded(n) != (g.open[n] != 0 && reached[n])) {
+                return "flooded " + std::to_string(n);
+            }
+        }
+        std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
+        std::uint32_t at = from;
+        for (std::uint32_t steps = 0; reached[goal] && at != goal; ++steps) {
+            const std::size_t count = clusters.leg(g.view(), at, goal, leg);
+            if (count == 0 || steps > nodes) {
+                return "a leg leads nowhere";
+            }
+            for (std::size_t k = 0; k < count; ++k) {
+                bool link = false;
+                for (std::uint32_t e = g.first[at]; e < g.first[at + 1]; ++e) {
+                    link = link || (g.to[e] == leg[k] && g.linked[e] != 0);
+                }
+                if (!link || g.open[leg[k]] == 0) {
+                    return "a leg along what is no link";
+                }
+                at = leg[k];
+            }
+        }
+    }
+    return {};
+}
+
+TEST(NodeClusters, AreAfterEachChangeAsGoodAsBuiltAnew) {
+    core::Rng rng(43);
+    std::size_t most = 0;
+    std::size_t anew_most = 0;
+    for (int world = 0; world < 3; ++world) {
+        RandomGraph g(rng, 350);
+        NodeClusters clusters;
+        clusters.build(g.view());
+        for (int change = 0; change < 150; ++change) {
+            const std::vector<std::uint32_t> touched = turn_some(g, rng);
+            clusters.change(g.view(), touched);
+            ASSERT_EQ(differs(g, clusters, rng), "") << world << " " << change;
+            NodeClusters anew;
+            anew.build(g.view());
+            most = std::max(most, clusters.size());
+            anew_most = std::max(anew_most, anew.size());
+        }
+    }
+    // Changes leave no more than twice the groups: small ones hang on to others.
+    EXPECT_LT(most, 2 * anew_most + 8);
+    // A change that nobody tells of is found out.
+    RandomGraph g(rng, 350);
+    NodeClusters clusters;
+    clusters.build(g.view());
+    for (std::uint32_t n = 0; n < 350; n += 3) {
+        g.open[n] = 0;
+    }
+    std::string found;
+    for (int i = 0; i < 50 && found.empty(); ++i) {
+        found = differs(g, clusters, rng);
+    }
+    EXPECT_NE(found, "");
+}
+
+TEST(NodeClusters, SayWhereMoreMayBeReachedThanBefore) {
+    core::Rng rng(44);
+    std::size_t more = 0;
+    std::size_t quiet = 0;
+    std::size_t asked = 0;
+    for (int world = 0; world < 3; ++world) {
+        RandomGraph g(rng, 300);
+        if (world != 0) {  // all links lead both ways
+            for (std::uint32_t link = 0; link < g.linked.size(); ++link) {
+                g.linked[link] = g.back[link] != NodeClusters::kNone ? 1 : 0;
+            }
+        }
+        NodeClusters clusters;
+        clusters.build(g.view());
+        for (int change = 0; change < 150; ++change) {
+            const RandomGraph before = g;
+            std::vector<std::uint32_t> touched;
+            for (int i = 0; i < 2; ++i) {
+                touched.push_back(rng.below(150) + static_cast<std::uint32_t>(150 * i));
+                g.open[touched.back()] ^= 1U;
+            }
+            clusters.watch_parts();
+            clusters.change(g.view(), touched);
+            for (std::uint32_t n = 0; n < 300; n += 11) {
+                if (g.open[n] == 0 || before.open[n] == 0) {
+                    continue;
+                }
+                const std::vector<bool> was = before.reached(n);
+                const std::vector<bool> is = g.reached(n);
+                bool gained = false;
+                for (std::uint32_t k = 0; k < 300; ++k) {
+                    gained = gained || (is[k] && !was[k] && before.open[k] != 0);
+                }
+                ++asked;
+                more += gained ? 1U : 0U;
+                quiet += clusters.joined_anew(n) ? 0U : 1U;
+                ASSERT_TRUE(!gained || clusters.joined_anew(n)) << world << " " << change;
+            }
+        }
+    }
+    EXPECT_GT(more, 20U);
+    EXPECT_GT(quiet, asked / 4) << "most changes join nothing where all links lead both ways";
+}
+
 }  // namespace
 
 }  // namespace zoned::ai::navigation
