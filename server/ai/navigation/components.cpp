@@ -1,159 +1,241 @@
-#include "server/ai/navigation/grid_map.h"
+#include "server/ai/navigation/components.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
+#include <numeric>
 
 namespace zoned::ai::navigation {
 
 namespace {
 
-/// So many changes at once are labelled anew.
-constexpr std::size_t kManyChanges = 256;
-/// And where more of the map than one so-manieth was flooded.
-constexpr std::uint32_t kLargeShare = 8;
+constexpr std::uint32_t kSquareSide = 64;
+static_assert(kSquareSide == 64, "a row of a square is a word of the map's bits");
 
-std::array<Place, 4> beside(const GridMap& map, Place p) {
-    return {p - map.stride(), p + map.stride(), p - 1, p + 1};
+/// `parent(i)` is a reference to what i hangs on, no later than itself; a root on itself.
+template <class Parent>
+std::uint32_t root_of(const Parent& parent, std::uint32_t at) {
+    while (parent(at) != at) {
+        parent(at) = parent(parent(at));
+        at = parent(at);
+    }
+    return at;
+}
+
+/// The earlier root becomes that of both.
+template <class Parent>
+void join_roots(const Parent& parent, std::uint32_t a, std::uint32_t b) {
+    a = root_of(parent, a);
+    b = root_of(parent, b);
+    if (a < b) {
+        parent(b) = parent(a);
+    } else {
+        parent(a) = parent(b);
+    }
 }
 
 }  // namespace
 
+void Components::label(const GridMap& map) {
+    stride_ = map.stride();
+    rows_ = map.places() / map.stride();
+    across_ = stride_ / kSquareSide;
+    const std::size_t squares = std::size_t{across_} * ((rows_ + kSquareSide - 1) / kSquareSide);
+    label_.assign(map.places(), 0);
+    regions_.assign(squares, 0);
+    links_.resize(squares);
+    stale_.assign(squares, 0);
+    joined_.clear();
+    for (std::uint32_t s = 0; s < squares; ++s) {
+        label_square(map, s);
+    }
+    for (std::uint32_t s = 0; s < squares; ++s) {
+        link_square(s);
+    }
+    join_regions();
+}
+
+std::uint32_t Components::square_of(Place p) const {
+    const std::uint32_t row = p / stride_;
+    return row / kSquareSide * across_ + (p - row * stride_) / kSquareSide;
+}
+
 void Components::update(const GridMap& map, std::span<const CellChange> changes) {
-    if (changes.size() > kManyChanges || label_.size() != map.places()) {
+    if (label_.size() != map.places() || stride_ != map.stride()) {
         label(map);
         return;
     }
+    const auto note = [this](std::uint32_t square) {
+        if (stale_[square] == 0) {
+            stale_[square] = 1;
+            stale_squares_.push_back(square);
+        }
+    };
+    stale_squares_.clear();
+    beside_.clear();
     for (const CellChange& c : changes) {
         const Place p = map.place(c.cell);
-        if (map.passable(p) && label_[p] == 0) {
-            open(map, p);
+        if (map.passable(p) == (label_[p] != 0)) {
+            continue;
         }
-    }
-    if (mark_.size() != map.places() || first_mark_ > ~0U - 8 * kManyChanges) {
-        mark_.assign(map.places(), 0);
-        first_mark_ = 1;
-    }
-    flood_count_ = 0;
-    flooded_ = 0;
-    for (const CellChange& c : changes) {
-        const Place p = map.place(c.cell);
-        if (!map.passable(p) && label_[p] != 0) {
-            label_[p] = 0;
-            for (const Place n : beside(map, p)) {
-                if (map.passable(n) && mark_[n] < first_mark_) {
-                    add_flood(n);
+        note(square_of(p));
+        if (map.passable(p)) {
+            for (const Place n : {p - stride_, p + stride_, p - 1, p + 1}) {
+                if (label_[n] != 0 && map.passable(n)) {
+                    beside_.emplace_back(p, of(n));
                 }
             }
         }
     }
-    const bool done = split(map);
-    first_mark_ += flood_count_;
-    if (!done) {
-        label(map);
+    joined_.clear();
+    if (stale_squares_.empty()) {
+        return;
+    }
+    for (const std::uint32_t s : stale_squares_) {
+        label_square(map, s);
+    }
+    // Links are kept by the square on the left, and by the one above.
+    const std::size_t changed = stale_squares_.size();
+    for (std::size_t i = 0; i < changed; ++i) {
+        const std::uint32_t s = stale_squares_[i];
+        if (s % across_ != 0) {
+            note(s - 1);
+        }
+        if (s >= across_) {
+            note(s - across_);
+        }
+    }
+    for (const std::uint32_t s : stale_squares_) {
+        link_square(s);
+        stale_[s] = 0;
+    }
+    join_regions();
+    // Components that touch the same one now, and were several.
+    for (auto& [place, before] : beside_) {
+        place = of(place);
+    }
+    std::sort(beside_.begin(), beside_.end());
+    for (std::size_t i = 1; i < beside_.size(); ++i) {
+        const auto& [now, before] = beside_[i];
+        if (beside_[i - 1].first == now && beside_[i - 1].second != before &&
+            (joined_.empty() || joined_.back() != now)) {
+            joined_.push_back(now);
+        }
     }
 }
 
-void Components::open(const GridMap& map, Place p) {
-    const auto number = static_cast<std::uint32_t>(runs_.size());
-    runs_.push_back({p, p + 1, number});
-    label_[p] = number + 1;
-    for (const Place n : beside(map, p)) {
-        if (label_[n] != 0 && map.passable(n)) {
-            join(number, label_[n] - 1);
-        }
-    }
+bool Components::joined_anew(Place p) const {
+    return std::binary_search(joined_.begin(), joined_.end(), of(p));
 }
 
-void Components::add_flood(Place p) {
-    if (flood_count_ == floods_.size()) {
-        floods_.emplace_back();
-    }
-    Flood& f = floods_[flood_count_];
-    f.cells.assign(1, p);
-    f.looked_at = 0;
-    f.joined = flood_count_;
-    f.label = of(p);
-    f.shut = false;
-    mark_[p] = first_mark_ + flood_count_;
-    ++flood_count_;
-}
-
-std::uint32_t Components::flood_root(std::uint32_t flood) const {
-    while (floods_[flood].joined != flood) {
-        flood = floods_[flood].joined;
-    }
-    return flood;
-}
-
-void Components::spread(const GridMap& map, std::uint32_t flood) {
-    Flood& f = floods_[flood];
-    for (const Place n : beside(map, f.cells[f.looked_at])) {
-        if (!map.passable(n)) {
-            continue;
-        }
-        if (mark_[n] < first_mark_) {
-            mark_[n] = first_mark_ + flood;
-            f.cells.push_back(n);
-            ++flooded_;
-        } else {
-            const std::uint32_t a = flood_root(mark_[n] - first_mark_);
-            const std::uint32_t b = flood_root(flood);
-            floods_[std::max(a, b)].joined = std::min(a, b);
-        }
-    }
-    ++f.looked_at;
-}
-
-/// Whether the floods of a component are more than one still; those that are shut in get a number
-/// of their own.
-bool Components::part(std::uint32_t label) {
-    std::uint32_t open_roots = 0;
-    for (std::uint32_t i = 0; i < flood_count_; ++i) {
-        if (floods_[i].label != label || floods_[i].shut || flood_root(i) != i) {
-            continue;
-        }
-        bool shut = true;
-        for (std::uint32_t j = i; j < flood_count_ && shut; ++j) {
-            shut = flood_root(j) != i || floods_[j].looked_at == floods_[j].cells.size();
-        }
-        if (!shut) {
-            ++open_roots;
-            continue;
-        }
-        const auto number = static_cast<std::uint32_t>(runs_.size());
-        runs_.push_back({floods_[i].cells[0], floods_[i].cells[0] + 1, number});
-        for (std::uint32_t j = i; j < flood_count_; ++j) {
-            if (flood_root(j) == i) {
-                floods_[j].shut = true;
-                for (const Place p : floods_[j].cells) {
-                    label_[p] = number + 1;
+void Components::find_runs(const GridMap& map, std::uint32_t square) {
+    const std::uint32_t top = square / across_ * kSquareSide;
+    const std::uint32_t end = std::min(top + kSquareSide, rows_);
+    const std::uint64_t* word = map.row_bits().data() + top * across_ + square % across_;
+    runs_.clear();
+    const auto parent = [this](std::uint32_t i) -> std::uint16_t& {
+        return runs_[i].parent;
+    };
+    std::size_t above = 0;
+    for (std::uint32_t y = top; y < end; ++y, word += across_) {
+        const std::size_t first = runs_.size();
+        for (std::uint64_t rest = *word; rest != 0;) {
+            // All up to the first gap: adding the lowest bit carries over the run.
+            const std::uint64_t run = rest & ~(rest + (rest & -rest));
+            rest &= ~run;
+            const auto number = static_cast<std::uint16_t>(runs_.size());
+            runs_.push_back({run, static_cast<std::uint16_t>(y), number, 0});
+            // Runs of a row ascend: those above that end before this one are done with.
+            for (std::size_t j = above; j < first; ++j) {
+                if ((runs_[j].cells & run) != 0) {
+                    join_roots(parent, static_cast<std::uint32_t>(j), number);
+                } else if (runs_[j].cells > run) {
+                    break;
                 }
             }
+            while (above < first && runs_[above].cells < (run & -run)) {
+                ++above;
+            }
         }
+        above = first;
     }
-    return open_roots > 1;
 }
 
-/// False where it was given up.
-bool Components::split(const GridMap& map) {
-    for (std::uint32_t first = 0; first < flood_count_; ++first) {
-        const std::uint32_t label = floods_[first].label;
-        const bool earlier = std::any_of(floods_.begin(),
-                                         floods_.begin() + first,
-                                         [label](const Flood& f) { return f.label == label; });
-        while (!earlier && part(label)) {
-            for (std::uint32_t i = first; i < flood_count_; ++i) {
-                Flood& f = floods_[i];
-                if (f.label == label && !f.shut && f.looked_at < f.cells.size()) {
-                    spread(map, i);
-                }
-            }
-            if (flooded_ > map.passable_cells() / kLargeShare) {
-                return false;
-            }
+void Components::label_square(const GridMap& map, std::uint32_t square) {
+    find_runs(map, square);
+    const std::uint32_t top = square / across_ * kSquareSide;
+    const std::uint32_t end = std::min(top + kSquareSide, rows_);
+    const std::uint32_t left = square % across_ * kSquareSide;
+    for (std::uint32_t y = top; y < end; ++y) {
+        std::fill_n(label_.begin() + y * stride_ + left, kSquareSide, Label{0});
+    }
+    std::uint32_t count = 0;
+    for (Run& run : runs_) {
+        // Parents come first: theirs is final.
+        Run& parent = runs_[run.parent];
+        run.region = &parent == &run ? static_cast<std::uint16_t>(count++) : parent.region;
+        const auto begin = static_cast<std::uint32_t>(std::countr_zero(run.cells));
+        std::fill_n(label_.begin() + run.row * stride_ + left + begin,
+                    std::popcount(run.cells),
+                    (square << kRegionBits | run.region) + 1);
+    }
+    regions_[square] = count;
+}
+
+void Components::link_square(std::uint32_t square) {
+    auto& links = links_[square];
+    links.clear();
+    const auto touch = [&](Place a, Place b) {
+        const std::pair<Label, Label> link(label_[a], label_[b]);
+        if (link.first != 0 && link.second != 0 && (links.empty() || links.back() != link)) {
+            links.push_back(link);
+        }
+    };
+    const std::uint32_t top = square / across_ * kSquareSide;
+    const std::uint32_t end = std::min(top + kSquareSide, rows_);
+    const std::uint32_t left = square % across_ * kSquareSide;
+    if (square % across_ + 1 < across_) {
+        for (std::uint32_t y = top; y < end; ++y) {
+            const Place p = y * stride_ + left + kSquareSide - 1;
+            touch(p, p + 1);
         }
     }
-    return true;
+    if (end < rows_) {
+        const Place last = (end - 1) * stride_ + left;
+        for (Place p = last; p < last + kSquareSide; ++p) {
+            touch(p, p + stride_);
+        }
+    }
+}
+
+void Components::join_regions() {
+    first_region_.assign(1, 0);
+    for (const std::uint32_t count : regions_) {
+        first_region_.push_back(first_region_.back() + count);
+    }
+    root_.resize(first_region_.back());
+    std::iota(root_.begin(), root_.end(), 0U);
+    const auto parent = [this](std::uint32_t i) -> std::uint32_t& {
+        return root_[i];
+    };
+    for (const auto& links : links_) {
+        for (const auto& [a, b] : links) {
+            join_roots(parent, region(a), region(b));
+        }
+    }
+    for (std::uint32_t& root : root_) {
+        root = root_[root];
+    }
+}
+
+std::size_t Components::bytes() const {
+    std::size_t bytes =
+        (label_.capacity() + regions_.capacity() + first_region_.capacity() + root_.capacity()) *
+            sizeof(std::uint32_t) +
+        stale_.capacity() + runs_.capacity() * sizeof(Run);
+    for (const auto& links : links_) {
+        bytes += sizeof(links) + links.capacity() * sizeof(links[0]);
+    }
+    return bytes;
 }
 
 }  // namespace zoned::ai::navigation

@@ -10,9 +10,6 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-/// Opposite steps differ in their last bit.
-constexpr std::array<int, 10> kHopX{1, -1, 0, 0, 1, -1, 1, -1, 0, 0};
-constexpr std::array<int, 10> kHopY{0, 0, 1, -1, 1, -1, -1, 1, 0, 0};
 constexpr unsigned kStraightHops = 4;
 
 using StepsByNeighbourhood = std::array<std::uint8_t, 512>;
@@ -57,11 +54,6 @@ std::uint32_t three_bits(const std::uint64_t* words, Place first) {
 }
 
 }  // namespace
-
-Cell hopped(Cell c, Hop hop) {
-    return {static_cast<std::uint16_t>(c.x + kHopX[hop]),
-            static_cast<std::uint16_t>(c.y + kHopY[hop])};
-}
 
 void GoalField::build(const GridMap& map, Cell goal) {
     begin(map, goal);

@@ -4,6 +4,8 @@
 #include "server/ai/navigation/cost.h"
 #include "server/ai/navigation/grid_map.h"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -17,8 +19,15 @@ using Hop = std::uint8_t;
 inline constexpr Hop kArrived = 8;  ///< at the goal
 inline constexpr Hop kNoHop = 9;    ///< blocked, or no way
 
+/// Opposite steps differ in their last bit.
+inline constexpr std::array<int, 10> kHopX{1, -1, 0, 0, 1, -1, 1, -1, 0, 0};
+inline constexpr std::array<int, 10> kHopY{0, 0, 1, -1, 1, -1, -1, 1, 0, 0};
+
 /// The neighbour of `c` in that direction; `c` itself for kArrived and kNoHop.
-Cell hopped(Cell c, Hop hop);
+inline Cell hopped(Cell c, Hop hop) {
+    return {static_cast<std::uint16_t>(c.x + kHopX[hop]),
+            static_cast<std::uint16_t>(c.y + kHopY[hop])};
+}
 
 /// A field for crowds that share a goal: looked up in place of planning, cell by cell.
 class GoalField {
@@ -57,6 +66,15 @@ class GoalField {
 
     /// Of a best way to the goal; kNoCost where there is none.
     [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
+
+    /// Of the best ways to the goal the longest.
+    [[nodiscard]] Cost longest() const {
+        Cost most = 0;
+        if (straight_size_ != 0) {
+            most = straight_[straight_size_ - 1].cost;
+        }
+        return diagonal_size_ != 0 ? std::max(most, diagonal_[diagonal_size_ - 1].cost) : most;
+    }
 
     /// All hops, by place.
     void copy_hops(std::vector<Hop>& hops) const { hops.assign(hop_.begin(), hop_.end()); }

@@ -74,10 +74,15 @@ constexpr std::uint32_t kNewShift = 16;  // directions that were not looked at y
 
 /// Ways of the same cost may enter a jump point in several directions, and which of them go on may
 /// differ: all are remembered and followed, so that exactness hangs on no order of ties.
+template <class Heuristic>
 class JumpSearch {
   public:
-    JumpSearch(const GridMap& map, const Query& query, SearchSpace& space)
+    JumpSearch(const GridMap& map,
+               const Query& query,
+               const Heuristic& heuristic,
+               SearchSpace& space)
         : map_(map),
+          heuristic_(heuristic),
           space_(space),
           rows_{map.row_bits().data(), map.stride()},
           columns_{map.column_bits().data(), map.column_stride()},
@@ -220,11 +225,13 @@ class JumpSearch {
         } else {
             space_.tag(to) |= direction << kNewShift;
         }
-        const Cost h = octile(goal_.x - cell_.x - steps * dx, goal_.y - cell_.y - steps * dy);
+        const Cost h = std::max(
+            octile(goal_.x - cell_.x - steps * dx, goal_.y - cell_.y - steps * dy), heuristic_(to));
         space_.open.push(to, (std::uint64_t{g} + h) << 32U | h);
     }
 
     const GridMap& map_;
+    const Heuristic& heuristic_;
     SearchSpace& space_;
     Lines rows_;
     Lines columns_;
@@ -240,8 +247,21 @@ class JumpSearch {
 
 }  // namespace
 
-Reached search_jump_points(const GridMap& map, const Query& query, SearchSpace& space) {
-    return JumpSearch(map, query, space).run(query.start);
+Reached search_jump_points(const GridMap& map,
+                           const Query& query,
+                           SearchSpace& space,
+                           const Landmarks* landmarks) {
+    if (landmarks == nullptr) {
+        const auto nothing = [](Place /*from*/) {
+            return Cost{0};
+        };
+        return JumpSearch(map, query, nothing, space).run(query.start);
+    }
+    const Landmarks::Towards towards(*landmarks, map.place(query.goal));
+    const auto least = [&towards](Place from) {
+        return towards.least(from);
+    };
+    return JumpSearch(map, query, least, space).run(query.start);
 }
 
 }  // namespace zoned::ai::navigation

@@ -12,6 +12,8 @@ namespace {
 
 /// Of a way through portals.
 constexpr std::size_t kPortalsLeftOut = 5;
+/// Jobs within jobs stop where the outer one does, after units of their own.
+constexpr std::uint64_t kIndexPart = 20'000;
 
 }  // namespace
 
@@ -62,6 +64,7 @@ Planner::Planner(GridMap map) : map_(std::move(map)) {
 }
 
 void Planner::prepare(const IndexBounds& bounds) {
+    label_components();
     begin_index(bounds);
     advance_index(~std::uint64_t{0});
 }
@@ -104,8 +107,6 @@ bool Planner::worth_a_try(std::uint64_t failed_at) const {
 }
 
 Slices Planner::index(IndexBounds bounds) {
-    // Jobs within jobs stop where the outer one does, after units of their own.
-    constexpr std::uint64_t kPart = 20'000;
     bool cancelled = false;
     if (old_subgoals_) {
         const std::size_t labels = old_labels_ ? old_labels_->bytes() : 0;
@@ -115,12 +116,43 @@ Slices Planner::index(IndexBounds bounds) {
         old_subgoals_.reset();
         cancelled = co_await Spent{1 + memory_units(subgoals) / 4};
     }
+    if (cancelled) {
+        co_return;
+    }
+    Slices part = index_subgoals(bounds);
+    const auto run = [&part, &cancelled] {
+        if (cancelled) {
+            part.cancel();
+        }
+        return part.advance(kIndexPart);
+    };
+    while (!run()) {
+        cancelled = co_await Spent{part.taken()};
+    }
+    cancelled = co_await Spent{part.taken()};
+    if (cancelled || labels_ || landmarks_.known()) {
+        co_return;
+    }
+    // Of the map as it is with all doors open that ever were: true however they turn.
+    if (!landmark_map_) {
+        landmark_map_ = map_;
+    }
+    label_components();
+    part = landmarks_.build(*landmark_map_, components_, bounds.landmark_bytes);
+    while (!run()) {
+        cancelled = co_await Spent{part.taken()};
+    }
+    co_await Spent{part.taken()};
+}
+
+Slices Planner::index_subgoals(IndexBounds bounds) {
+    bool cancelled = false;
     Slices part;
     const auto run = [&part, &cancelled] {
         if (cancelled) {
             part.cancel();
         }
-        return part.advance(kPart);
+        return part.advance(kIndexPart);
     };
     if (cancelled || !worth_a_try(no_subgoals_at_)) {
         co_return;
@@ -178,12 +210,17 @@ void Planner::change(std::span<const CellChange> changes) {
     for (const CellChange& c : changes) {
         if (map_.passable(c.cell) != c.passable) {
             map_.set_passable(c.cell, c.passable);
+            if (c.passable && landmark_map_ && !landmark_map_->passable(c.cell)) {
+                landmark_map_->set_passable(c.cell, true);
+                landmarks_.forget();
+            }
             ++changed_cells_;
             changed = true;
         }
     }
     ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose ways may be too long");
     if (changed) {
+        components_followed_ = components_true_;
         if (components_true_) {
             components_.update(map_, changes);
         }
@@ -228,7 +265,8 @@ Method Planner::choice() const {
 }
 
 std::size_t Planner::index_bytes() const {
-    return (subgoals_ ? subgoals_->bytes() : 0) + (labels_ ? labels_->bytes() : 0);
+    return (subgoals_ ? subgoals_->bytes() : 0) + (labels_ ? labels_->bytes() : 0) +
+           landmarks_.bytes();
 }
 
 Answer Planner::plan(const Query& query, Method method) {
@@ -283,8 +321,9 @@ Answer Planner::by_cells(const Query& query, Method method) {
     }
     Query exact = query;
     exact.weight = method == Method::kWeightedAStar ? query.weight : 1.0F;
-    const Reached reached = method == Method::kJumpPoints ? search_jump_points(map_, exact, cells_)
-                                                          : search_cells(map_, exact, cells_);
+    const Reached reached = method == Method::kJumpPoints
+                                ? search_jump_points(map_, exact, cells_, landmarks())
+                                : search_cells(map_, exact, cells_);
     way_.begin(query.start);
     append_chain(reached.last);
     return finished(reached.goal ? Outcome::kFound : Outcome::kCutOff, reached.work);
@@ -337,8 +376,9 @@ Answer Planner::by_clusters(const Query& query) {
 Answer Planner::by_subgoals(const Query& query, bool labels) {
     std::uint32_t work = 0;
     std::uint32_t looked = 0;
-    const bool found = labels ? lookup_.run(map_, *subgoals_, *labels_, query, stations_, looked)
-                              : subgoal_search_.run(map_, *subgoals_, query, stations_, work);
+    const bool found =
+        labels ? lookup_.run(map_, *subgoals_, *labels_, query, stations_, looked)
+               : subgoal_search_.run(map_, *subgoals_, landmarks(), query, stations_, work);
     ZONED_ASSERT(found || work == query.max_work, "cells of one component reach each other");
     way_.begin(query.start);
     for (const Subgoal s : stations_) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "server/ai/navigation/cluster_graph.h"
+#include "server/ai/navigation/components.h"
+#include "server/ai/navigation/landmarks.h"
 #include "server/ai/navigation/open_list.h"
 #include "server/ai/navigation/query.h"
 #include "server/ai/navigation/subgoal_search.h"
@@ -20,6 +22,7 @@ struct IndexBounds {
     std::uint32_t trees = 48;              ///< of shortest ways, from which hubs are chosen
     std::uint64_t tree_work = 40'000'000;  ///< neighbours that these trees look at
     HubLabels::Bounds labels;
+    std::size_t landmark_bytes = 20'000'000;  ///< where there are no labels; 10 MB at 512 x 512
 };
 
 /// A map, its index, and memory for one query at a time. Deterministic; no allocation in plan()
@@ -57,6 +60,12 @@ class Planner {
     /// Whether a way leads from one cell to another; false where either is blocked or off the map.
     bool joined(Cell a, Cell b);
 
+    /// Whether what this passable cell reaches was joined by the last change() from parts that did
+    /// not reach each other before; true where that is not known.
+    [[nodiscard]] bool joined_anew(Cell c) const {
+        return !components_followed_ || components_.joined_anew(map_.place(c));
+    }
+
     /// Whether the method has what it needs.
     [[nodiscard]] bool can(Method method) const;
 
@@ -81,6 +90,7 @@ class Planner {
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
 
     Slices index(IndexBounds bounds);
+    Slices index_subgoals(IndexBounds bounds);
     [[nodiscard]] bool worth_a_try(std::uint64_t failed_at) const;
     void retire_index();
     void label_components();
@@ -88,6 +98,12 @@ class Planner {
     Answer by_cells(const Query& query, Method method);
     Answer by_subgoals(const Query& query, bool labels);
     Answer by_clusters(const Query& query);
+
+    /// Null where nothing is known.
+    [[nodiscard]] const Landmarks* landmarks() const {
+        return landmarks_.known() ? &landmarks_ : nullptr;
+    }
+
     /// Appends the way that a search over cells has found.
     void append_chain(Place last);
     Answer finished(Outcome outcome, std::uint32_t work) const;
@@ -97,6 +113,7 @@ class Planner {
     GridMap map_;
     Components components_;
     bool components_true_ = false;
+    bool components_followed_ = false;  // by the last change
     std::optional<Subgoals> subgoals_;
     std::optional<HubLabels> labels_;
     std::optional<Subgoals> old_subgoals_;  // to be given back
@@ -110,6 +127,8 @@ class Planner {
     std::vector<Place> chain_;
     std::vector<Cell> through_;
     std::vector<Subgoal> hub_order_;
+    std::optional<GridMap> landmark_map_;   // all that was passable since landmarks were wanted
+    Landmarks landmarks_;                   // of that
     std::optional<Subgoals> new_subgoals_;  // until they can be used
     std::optional<HubLabels> new_labels_;
     std::optional<IndexBounds> next_index_;  // to be begun once the last one is cleared up

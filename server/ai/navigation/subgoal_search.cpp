@@ -3,6 +3,7 @@
 #include "server/ai/navigation/way.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace zoned::ai::navigation {
 
@@ -54,6 +55,7 @@ void SubgoalSearch::resize(const Subgoals& graph) {
 
 bool SubgoalSearch::run(const GridMap& map,
                         const Subgoals& graph,
+                        const Landmarks* landmarks,
                         const Query& query,
                         std::vector<Subgoal>& best,
                         std::uint32_t& work) {
@@ -66,10 +68,19 @@ bool SubgoalSearch::run(const GridMap& map,
         to_goal_[s] = graph.cost(query.goal, s);
     }
     space_.begin();
+    std::optional<Landmarks::Towards> towards;
+    if (landmarks != nullptr) {
+        towards.emplace(*landmarks, map.place(query.goal));
+    }
+    const auto least_cost = [&](Subgoal s) {
+        const Cost on_empty_map = graph.cost(query.goal, s);
+        return towards ? std::max(on_empty_map, towards->least(map.place(graph.cell(s))))
+                       : on_empty_map;
+    };
     const auto reach = [&](Subgoal s, Cost cost, Subgoal from) {
         if (cost < space_.cost(s)) {
             space_.reach(s, cost, from);
-            const Cost h = s == goal ? 0 : graph.cost(query.goal, s);
+            const Cost h = s == goal ? 0 : least_cost(s);
             space_.open.push(s, (std::uint64_t{cost} + h) << 32U | h);
         }
     };

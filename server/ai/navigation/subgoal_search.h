@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/ai/navigation/hub_labels.h"
+#include "server/ai/navigation/landmarks.h"
 #include "server/ai/navigation/query.h"
 
 #include <vector>
@@ -15,9 +16,11 @@ class SubgoalSearch {
     void resize(const Subgoals& graph);
 
     /// `best` becomes the subgoals of the way, in order. False where there is none or max_work is
-    /// exceeded: `best` then leads to the subgoal nearest to the goal that was looked at.
+    /// exceeded: `best` then leads to the subgoal nearest to the goal that was looked at. Landmarks
+    /// as of search_jump_points(); may be null.
     bool run(const GridMap& map,
              const Subgoals& graph,
+             const Landmarks* landmarks,
              const Query& query,
              std::vector<Subgoal>& best,
              std::uint32_t& work);

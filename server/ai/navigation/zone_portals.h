@@ -1,6 +1,7 @@
 // ZonePortals: ways that run through several zones, by the places where borders can be crossed.
 #pragma once
 
+#include "server/ai/navigation/components.h"
 #include "server/ai/navigation/ground_map.h"
 #include "server/ai/navigation/planner.h"
 

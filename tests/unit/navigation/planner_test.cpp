@@ -226,6 +226,52 @@ TEST(Planner, IsExactRightAfterEachChange) {
     }
 }
 
+TEST(Planner, IsExactByLandmarksAsDoorsShutAndOpenOrWallsFall) {
+    core::Rng rng(4);
+    std::uint32_t work = 0;
+    std::uint32_t plain_work = 0;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        Planner planner(seed % 2 == 0 ? random_map(90, 70, 0.3F, seed)
+                                      : rooms_map(90, 70, 6, seed));
+        IndexBounds bounds;
+        bounds.labels.labels = 0;
+        bounds.doors = seed <= 2 ? 100 : bounds.doors;  // no subgoals either
+        planner.prepare(bounds);
+        ASSERT_EQ(planner.choice(), seed <= 2 ? Method::kJumpPoints : Method::kSubgoals);
+        const std::size_t index = planner.index_bytes();
+        ASSERT_GT(index, 16U * 2U * 90U * 70U);
+        for (int round = 0; round < 40; ++round) {
+            std::vector<CellChange> changes;
+            for (std::uint32_t n = 1 + rng.below(5); n > 0; --n) {
+                const Cell c{static_cast<std::uint16_t>(rng.below(90)),
+                             static_cast<std::uint16_t>(rng.below(70))};
+                // Mostly shut: what landmarks say of the map before is still true then.
+                const bool passable = round % 4 == 3 && !planner.map().passable(c);
+                changes.push_back({c, passable});
+            }
+            planner.change(changes);
+            if (round % 8 == 7 || (seed > 2 && round % 2 != 0)) {
+                planner.begin_index(bounds);
+                planner.advance_index(~std::uint64_t{0});
+            }
+            Planner plain(planner.map());
+            for (int i = 0; i < 12; ++i) {
+                const Query q =
+                    from_to(any_passable(plain.map(), rng), any_passable(plain.map(), rng));
+                const Answer a = planner.plan(q);
+                const Answer b = plain.plan(q, Method::kAStar);
+                ASSERT_EQ(a.outcome, b.outcome);
+                ASSERT_EQ(a.cost, b.cost) << seed << " round " << round;
+                if (seed <= 2) {
+                    work += a.work;
+                    plain_work += plain.plan(q, Method::kJumpPoints).work;
+                }
+            }
+        }
+    }
+    EXPECT_LT(work, plain_work * 3 / 4);
+}
+
 TEST(Planner, KeepsItsIndexWhereAChangeChangesNothing) {
     Planner planner(random_map(20, 20, 0.2F, 1));
     planner.prepare();

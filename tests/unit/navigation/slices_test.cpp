@@ -60,6 +60,7 @@ TEST(Slices, ClearUpInPartsOnceTheyAreCancelled) {
 TEST(PlannerSlices, DoNotTryAgainWhatHasExceededItsBoundUntilTheMapIsAnother) {
     IndexBounds bounds;
     bounds.doors = 1000;
+    bounds.landmark_bytes = 0;
     Planner planner(rooms_map(120, 100, 11, 1));
     planner.prepare(bounds);
     ASSERT_FALSE(planner.can(Method::kSubgoals));
