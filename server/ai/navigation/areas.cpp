@@ -19,6 +19,10 @@ constexpr std::uint16_t kNoWayThere = 65535;
 /// Steps across a side, as Hop: to the right, left, down, up.
 constexpr Hop kSides = 4;
 constexpr std::uint32_t kAllSides = 15;
+// What is renewed costs in units of about 2 ns.
+constexpr std::uint64_t kSquareCellUnits = 5;  ///< a cell of a square whose areas are found
+constexpr std::uint64_t kExitCellUnits = 7;    ///< a cell of the steps to an exit
+constexpr std::uint64_t kJoinUnits = 5;        ///< an exit of the map, or a square
 
 Cell area_cell(int x, int y) {
     return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
@@ -42,7 +46,8 @@ Areas::Areas(const GridMap& map)
       across_((map.width() + side_ - 1) / side_),
       down_((map.height() + side_ - 1) / side_),
       squares_(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_)),
-      label_(map.places(), 0) {
+      label_(map.places(), 0),
+      stale_sides_(squares_.size(), 0) {
     for (std::uint32_t s = 0; s < squares_.size(); ++s) {
         find_areas(map, s);
     }
@@ -52,18 +57,27 @@ Areas::Areas(const GridMap& map)
     join_areas();
 }
 
-void Areas::update(const GridMap& map, std::span<const CellChange> changes) {
-    stale_sides_.resize(squares_.size(), 0);
-    stale_.clear();
-    const auto note = [this](std::uint32_t square, std::uint32_t sides) {
-        if (stale_sides_[square] == 0) {
-            stale_.push_back(square);
-        }
-        stale_sides_[square] = static_cast<std::uint8_t>(stale_sides_[square] | sides);
-    };
-    for (const CellChange& c : changes) {
-        note(square_of(c.cell), kAllSides);
+void Areas::note_square(std::uint32_t square, std::uint32_t sides) {
+    if (stale_sides_[square] == 0) {
+        stale_.push_back(square);
     }
+    stale_sides_[square] = static_cast<std::uint8_t>(stale_sides_[square] | sides);
+}
+
+void Areas::note(std::span<const CellChange> changes) {
+    for (const CellChange& c : changes) {
+        note_square(square_of(c.cell), kAllSides);
+    }
+    for (auto& row : far_) {
+        row.clear();
+    }
+}
+
+std::uint64_t Areas::settle(const GridMap& map) {
+    if (stale_.empty()) {
+        return 0;
+    }
+    units_ = 0;
     const std::size_t changed = stale_.size();
     for (std::size_t i = 0; i < changed; ++i) {
         // Exits of a square beside it are others only where the labels along their side are.
@@ -74,15 +88,18 @@ void Areas::update(const GridMap& map, std::span<const CellChange> changes) {
         for (Hop side = 0; side < kSides; ++side) {
             const std::uint32_t other = beside(square, side);
             if (before[side] != after[side] && other != square) {
-                note(other, 1U << (side ^ 1U));
+                note_square(other, 1U << (side ^ 1U));
             }
         }
     }
+    units_ += kSquareCellUnits * changed * static_cast<std::uint64_t>(side_ * side_);
     for (const std::uint32_t square : stale_) {
         find_exits(map, square, stale_sides_[square]);
         stale_sides_[square] = 0;
     }
+    stale_.clear();
     join_areas();
+    return units_ + kJoinUnits * (edges_.size() + squares_.size());
 }
 
 std::uint32_t Areas::beside(std::uint32_t square, Hop side) const {
@@ -242,10 +259,13 @@ void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t ar
 
 void Areas::add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across) {
     Square& s = squares_[square];
-    field_.build(map, crossings_, window_of(map, square));
+    // Nothing of the area lies beyond its box.
+    const Box& box = s.boxes[exit.area];
+    field_.build(
+        map, crossings_, {box.left, box.top, box.left + box.width - 1, box.top + box.height - 1});
+    units_ += kExitCellUnits * static_cast<std::uint64_t>(box.width * box.height);
     s.exits.push_back(exit);
     s.exits.back().first = static_cast<std::uint32_t>(s.steps.size());
-    const Box& box = s.boxes[exit.area];
     for (int y = box.top; y < box.top + box.height; ++y) {
         for (int x = box.left; x < box.left + box.width; ++x) {
             const Place p = map.place(area_cell(x, y));
@@ -296,7 +316,7 @@ void Areas::join_areas() {
 }
 
 void Areas::prepare(const GridMap& map, Cell to) {
-    ZONED_ASSERT(map.passable(to), "a goal that is blocked");
+    ZONED_ASSERT(settled() && map.passable(to), "a goal that is blocked, or what is not settled");
     measure(area_of(map, to));
 }
 

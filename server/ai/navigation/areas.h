@@ -24,9 +24,19 @@ class Areas {
   public:
     explicit Areas(const GridMap& map);
 
-    /// After `changes` were made to the map: renews the squares that they touch, and forgets which
-    /// areas lie how far from which.
-    void update(const GridMap& map, std::span<const CellChange> changes);
+    /// After `changes` were made to the map: forgets which areas lie how far from which. Nothing
+    /// else may be asked until settle() has renewed the squares that they touch.
+    void note(std::span<const CellChange> changes);
+
+    [[nodiscard]] bool settled() const { return stale_.empty(); }
+
+    /// Renews what was noted, for the map as it is. Units of some 2 ns that it took.
+    std::uint64_t settle(const GridMap& map);
+
+    void update(const GridMap& map, std::span<const CellChange> changes) {
+        note(changes);
+        settle(map);
+    }
 
     /// Makes the table for goals in the area of `to`, a passable cell, unless it is there. hop()
     /// is then const, for any number of threads.
@@ -36,7 +46,7 @@ class Areas {
     void prepare(std::uint32_t area) { measure(area); }
 
     [[nodiscard]] bool prepared(const GridMap& map, Cell to) const {
-        return !far_[area_of(map, to)].empty();
+        return settled() && !far_[area_of(map, to)].empty();
     }
 
     [[nodiscard]] bool prepared(std::uint32_t area) const { return !far_[area].empty(); }
@@ -164,6 +174,7 @@ class Areas {
     [[nodiscard]] std::array<std::uint64_t, 4> sides_of(const GridMap& map,
                                                         std::uint32_t square) const;
     [[nodiscard]] GoalField::Window window_of(const GridMap& map, std::uint32_t square) const;
+    void note_square(std::uint32_t square, std::uint32_t sides);
     void find_areas(const GridMap& map, std::uint32_t square);
     Box fill_area(const GridMap& map, const GoalField::Window& w, Cell first, std::uint16_t label);
     /// By the sides whose bits are set; other exits stay as they are, `square`'s areas too.
@@ -198,6 +209,7 @@ class Areas {
     std::vector<Crossing> touched_;
     std::vector<std::uint8_t> stale_sides_;  // by square: bits of sides, during an update
     std::vector<std::uint32_t> stale_;       // squares
+    std::uint64_t units_ = 0;                // of the settle() that goes on
     Square old_;                             // whose exits are found anew
 };
 

@@ -52,6 +52,14 @@ class BlockPool {
         return {corners_.data() + block.first, block.count};
     }
 
+    /// Asks for the first of them to be brought near, for who will look at them soon.
+    void fetch(const CornerBlock& block) const {
+        constexpr std::uint32_t kLine = 64 / sizeof(T);
+        for (std::uint32_t i = 0; i < block.count && i < kLines * kLine; i += kLine) {
+            __builtin_prefetch(corners_.data() + block.first + i);
+        }
+    }
+
     [[nodiscard]] std::size_t bytes() const {
         std::size_t bytes = corners_.capacity() * sizeof(T);
         for (const auto& f : free_) {
@@ -61,6 +69,8 @@ class BlockPool {
     }
 
   private:
+    static constexpr std::uint32_t kLines = 8;
+
     static std::size_t size_class(std::uint32_t count) {
         return static_cast<std::size_t>(std::countr_zero(std::bit_ceil(count)));
     }

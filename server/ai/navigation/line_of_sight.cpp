@@ -1,7 +1,5 @@
 #include "server/ai/navigation/line_of_sight.h"
 
-#include <cstdlib>
-
 namespace zoned::ai::navigation {
 
 bool sees(const GridMap& map, Cell from, Cell to, std::uint32_t& looked) {

@@ -2,8 +2,10 @@
 #include "server/ai/navigation/way_service.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace zoned::ai::navigation {
 
@@ -11,32 +13,17 @@ namespace {
 
 /// A short cut must gain more than rounding, m.
 constexpr float kGain_m = 1e-3F;
+/// Of so many closed cells at most each is held against each leg; of more the leg is walked along.
+constexpr std::size_t kFewCells = 32;
+/// So many ways ahead corners are fetched.
+constexpr std::size_t kAhead = 6;
+/// Octile lengths are up to 1 / cos(pi / 8) times the straight line.
+constexpr float kOctileOver = 1.0824F;
+/// Cells within a reach that is counted by columns and rows are so many times farther at most.
+constexpr float kReachOver = 1.4143F;
 
 float apart(Spot a, Spot b) {
     return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
-}
-
-/// Whether the line between the middles of two cells comes into the window or next to it.
-bool passes(Cell from, Cell to, const GoalField::Window& w) {
-    const int left = w.left - 1;
-    const int right = w.right + 1;
-    const int top = w.top - 1;
-    const int bottom = w.bottom + 1;
-    if (std::min(from.x, to.x) > right || std::max(from.x, to.x) < left ||
-        std::min(from.y, to.y) > bottom || std::max(from.y, to.y) < top) {
-        return false;
-    }
-    // Not where all corners of the window lie on one side of it.
-    const int dx = to.x - from.x;
-    const int dy = to.y - from.y;
-    const auto side = [&](int x, int y) {
-        return dx * (y - from.y) - dy * (x - from.x);
-    };
-    const int a = side(left, top);
-    const int b = side(right, top);
-    const int c = side(left, bottom);
-    const int d = side(right, bottom);
-    return std::min({a, b, c, d}) <= 0 && std::max({a, b, c, d}) >= 0;
 }
 
 /// How far a place lies from a box.
@@ -46,39 +33,23 @@ float off(Spot s, Spot low, Spot high) {
 
 }  // namespace
 
-void WayService::change(std::span<const CellChange> changes) {
-    requeued_.clear();
+bool WayService::sort_changes(std::span<const CellChange> changes) {
     opened_.clear();
-    GoalField::Window closed{
-        std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
-    bool changed = false;
+    closed_.clear();
     for (const CellChange& c : changes) {
         if (planner_.map().passable(c.cell) == c.passable) {
             continue;
         }
-        changed = true;
         if (c.passable) {
             opened_.push_back(grid_.centre(c.cell));
         } else {
-            closed = {std::min<int>(closed.left, c.cell.x),
-                      std::min<int>(closed.top, c.cell.y),
-                      std::max<int>(closed.right, c.cell.x),
-                      std::max<int>(closed.bottom, c.cell.y)};
+            closed_.push_back(c.cell);
         }
     }
-    if (!changed) {
-        return;
-    }
-    planner_.change(changes);
-    planner_.begin_index(settings_.index);
-    indexed_ = false;
-    areas_.update(planner_.map(), changes);
-    next_table_ = 0;
-    for (Field& f : fields_) {
-        f.goal = kNoPlace;
-        f.used = 0;
-    }
-    building_ = kNoPlace;
+    return !opened_.empty() || !closed_.empty();
+}
+
+WayService::Gap WayService::gap() const {
     Gap gap{opened_, {}, {}};
     if (!opened_.empty()) {
         const auto [left, right] = std::minmax_element(
@@ -88,91 +59,194 @@ void WayService::change(std::span<const CellChange> changes) {
         gap.low = {left->x, top->z};
         gap.high = {right->x, bottom->z};
     }
-    Blocks touched{};
-    if (closed.right >= 0) {
-        // A line may touch what it passes by a corner.
-        const auto at = [](int x, int y) {
-            return Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
-        };
-        add_blocks(touched,
-                   at(std::max(closed.left - 1, 0), std::max(closed.top - 1, 0)),
-                   at(std::min(closed.right + 1, grid_.width() - 1),
-                      std::min(closed.bottom + 1, grid_.height() - 1)));
+    return gap;
+}
+
+WayService::Closed WayService::closed() const {
+    constexpr int kMost = std::numeric_limits<int>::max();
+    Closed closed{closed_, {kMost, kMost, -1, -1}, {}};
+    for (const Cell& c : closed_) {
+        closed.around = {std::min<int>(closed.around.left, c.x),
+                         std::min<int>(closed.around.top, c.y),
+                         std::max<int>(closed.around.right, c.x),
+                         std::max<int>(closed.around.bottom, c.y)};
+        add_blocks(closed.blocks, c, c);
     }
+    return closed;
+}
+
+void WayService::change(std::span<const CellChange> changes) {
+    requeued_.clear();
+    if (!sort_changes(changes)) {
+        return;
+    }
+    planner_.change(changes);
+    planner_.begin_index(settings_.index);
+    indexed_ = false;
+    areas_.note(changes);
+    next_table_ = 0;
+    for (Field& f : fields_) {
+        f.goal = kNoPlace;
+        f.used = 0;
+    }
+    building_ = kNoPlace;
+    const Gap gap = this->gap();
+    const Closed closed = this->closed();
+    // Few words of the blocks have bits in them.
+    std::array<std::size_t, std::tuple_size_v<Blocks>> words{};
+    std::size_t count = 0;
+    for (std::size_t w = 0; w < closed.blocks.size(); ++w) {
+        if (closed.blocks[w] != 0) {
+            words[count++] = w;
+        }
+    }
+    near_.clear();
     for (std::uint32_t i = 0; i < slots_.size(); ++i) {
-        const Blocks& led = blocks_[i];
-        const bool near = ((led[0] & touched[0]) | (led[1] & touched[1]) | (led[2] & touched[2]) |
-                           (led[3] & touched[3])) != 0;
-        Slot& slot = slots_[i];
-        if ((!near && opened_.empty()) || !slot.taken) {
-            continue;
+        const bool near = std::any_of(words.begin(), words.begin() + count, [&](std::size_t w) {
+            return (blocks_[i][w] & closed.blocks[w]) != 0;
+        });
+        if (near || !opened_.empty()) {
+            near_.push_back(2 * i + (near ? 1 : 0));
         }
-        const bool broken = near && slot.usable && cut(slot, closed);
-        const bool longer = !broken && !opened_.empty() && may_be_shorter(slot, gap);
-        if (broken) {
-            slot.usable = false;
-            ++counts_.broken;
+    }
+    // Their corners lie all over the pool: asked for before their turn.
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+        if (i + kAhead < near_.size() && (near_[i + kAhead] & 1U) != 0) {
+            pool_.fetch(slots_[near_[i + kAhead] / 2].corners);
         }
-        if (longer) {
-            ++counts_.reviewed;
-        }
-        if (broken || longer) {
-            requeued_.push_back(i);
-        }
-        // Its ends are looked for anew when its turn comes.
-        if ((broken || longer) && !slot.waiting &&
-            (planner_.map().passable(slot.goal) || find_ends(i))) {
-            wait(i);
-            if (broken) {
-                unled_.push_back(i);
-            }
+        if (slots_[near_[i] / 2].taken) {
+            review(near_[i] / 2, (near_[i] & 1U) != 0, gap, closed);
         }
     }
 }
 
-/// Whether one of the legs that are left of a way leads through something blocked; `around` holds
-/// all that was closed.
-bool WayService::cut(const Slot& slot, const GoalField::Window& around) const {
+void WayService::review(std::uint32_t number, bool near, const Gap& gap, const Closed& closed) {
+    Slot& slot = slots_[number];
+    const bool broken = near && slot.usable && cut(slot, closed);
+    const bool longer = !broken && !gap.middles.empty() && may_be_shorter(slot, gap);
+    if (!broken && !longer) {
+        return;
+    }
+    if (broken) {
+        slot.usable = false;
+        ++counts_.broken;
+    } else {
+        ++counts_.reviewed;
+    }
+    requeued_.push_back(number);
+    if (!slot.waiting) {
+        slot.waiting = true;
+        ++counts_.waiting;
+        to_queue_.push_back(number);
+    }
+}
+
+void WayService::queue_again() {
+    const GridMap& map = planner_.map();
+    for (std::size_t i = 0; i < to_queue_.size(); ++i) {
+        if (i + kAhead < to_queue_.size()) {
+            __builtin_prefetch(&wanted_[map.place(slots_[to_queue_[i + kAhead]].goal)]);
+        }
+        const std::uint32_t number = to_queue_[i];
+        Slot& slot = slots_[number];
+        slot.waiting = false;
+        --counts_.waiting;
+        // Its ends are looked for anew when its turn comes.
+        if (map.passable(slot.goal) || find_ends(number)) {
+            wait(number);
+            if (!slot.usable) {
+                unled_.push_back(number);
+            }
+        }
+    }
+    to_queue_.clear();
+}
+
+/// Whether one of the legs that are left of a way leads through something that was closed.
+bool WayService::cut(const Slot& slot, const Closed& closed) const {
     const std::span<const Spot> corners = pool_.of(slot.corners);
     // Most legs lie far from it: two cells are more than what is in a cell but not in its middle.
     const auto at = [this](int x, int y) {
         return Spot{grid_.min_x() + static_cast<float>(x) * grid_.cell_m(),
                     grid_.min_z() + static_cast<float>(y) * grid_.cell_m()};
     };
-    const Spot low = at(around.left - 2, around.top - 2);
-    const Spot high = at(around.right + 3, around.bottom + 3);
+    const Spot low = at(closed.around.left - 2, closed.around.top - 2);
+    const Spot high = at(closed.around.right + 3, closed.around.bottom + 3);
+    // By which sides of the box a place lies beyond it: a leg whose ends share one passes it by.
+    const auto beyond = [&](Spot spot) {
+        return static_cast<unsigned>(spot.x < low.x) |
+               static_cast<unsigned>(spot.x > high.x) << 1U |
+               static_cast<unsigned>(spot.z < low.z) << 2U |
+               static_cast<unsigned>(spot.z > high.z) << 3U;
+    };
     Spot before = slot.next == 0 ? grid_.centre(slot.start) : corners[slot.next - 1];
-    std::uint32_t looked = 0;
+    unsigned side = beyond(before);
     for (std::size_t i = slot.next; i < corners.size(); ++i) {
         const Spot after = corners[i];
-        if (std::min(before.x, after.x) <= high.x && std::max(before.x, after.x) >= low.x &&
-            std::min(before.z, after.z) <= high.z && std::max(before.z, after.z) >= low.z) {
-            const Cell from = grid_.cell(before);
-            const Cell to = grid_.cell(after);
-            if (passes(from, to, around) && !sees(planner_.map(), from, to, looked)) {
-                return true;
-            }
+        const unsigned next_side = beyond(after);
+        if ((side & next_side) == 0 && leads_through(before, after, closed)) {
+            return true;
         }
         before = after;
+        side = next_side;
     }
     return false;
 }
 
-/// Whether a way through what was opened could be shorter than what is left of this one, or lead to
-/// the goal at all.
+/// Whether a leg that was free leads through what was closed.
+bool WayService::leads_through(Spot from, Spot to, const Closed& closed) const {
+    const Cell a = grid_.cell(from);
+    const Cell b = grid_.cell(to);
+    if (closed.cells.size() <= kFewCells) {
+        return std::any_of(
+            closed.cells.begin(), closed.cells.end(), [&](Cell c) { return touches(a, b, c); });
+    }
+    std::uint32_t looked = 0;
+    return !sees(planner_.map(), a, b, looked);
+}
+
+/// Whether a way through what was opened could be shorter than what is left of this one, or lead
+/// nearer to the goal.
 bool WayService::may_be_shorter(const Slot& slot, const Gap& gap) const {
     if (slot.waiting || slot.outcome == Outcome::kOffMap) {
         return false;
     }
-    if (!slot.usable || slot.outcome != Outcome::kFound) {
+    if (!slot.usable) {
+        // Nothing passable was near enough to one of its ends.
+        const float reach =
+            kReachOver * static_cast<float>(settings_.reach_cells + 1) * grid_.cell_m();
+        return std::any_of(gap.middles.begin(), gap.middles.end(), [&](const Spot& middle) {
+            return std::min(apart(slot.at, middle), apart(slot.to, middle)) <= reach;
+        });
+    }
+    const bool there = slot.outcome == Outcome::kFound;
+    const Spot end = there ? slot.to : pool_.of(slot.corners).back();
+    if (!there && may_come_nearer(slot, gap, end)) {
         return true;
     }
     // No cell of the gap is nearer to both ends than its box.
-    const float least = off(slot.at, gap.low, gap.high) + off(slot.to, gap.low, gap.high) + kGain_m;
+    const float least = off(slot.at, gap.low, gap.high) + off(end, gap.low, gap.high) + kGain_m;
     const float left = apart(slot.at, slot.ahead) + slot.rest_m;
     return least < left &&
            std::any_of(gap.middles.begin(), gap.middles.end(), [&](const Spot& middle) {
-               return apart(slot.at, middle) + apart(middle, slot.to) + kGain_m < left;
+               return apart(slot.at, middle) + apart(middle, end) + kGain_m < left;
+           });
+}
+
+/// Whether one whose way ends short of its goal may get nearer to it now: other cells are reached
+/// than before only where components were joined or by the cells opened themselves.
+bool WayService::may_come_nearer(const Slot& slot, const Gap& gap, Spot end) const {
+    const Cell last = grid_.cell(end);
+    if (slot.outcome != Outcome::kPartial || !planner_.map().passable(last) ||
+        planner_.joined_anew(last)) {
+        return true;
+    }
+    // Cells count by octile lengths from that which stands for the goal.
+    const float moved = apart(slot.to, grid_.centre(slot.goal));
+    const float near = kOctileOver * (apart(slot.to, end) + moved) + moved + grid_.cell_m();
+    return off(slot.to, gap.low, gap.high) <= near &&
+           std::any_of(gap.middles.begin(), gap.middles.end(), [&](const Spot& middle) {
+               return apart(slot.to, middle) <= near;
            });
 }
 

@@ -153,7 +153,13 @@ bool WayService::find_by_planner(Slot& slot) {
     return true;
 }
 
+void WayService::settle_areas() {
+    queue_again();  // who waits has a goal that is passable
+    spent_ += areas_.settle(planner_.map());
+}
+
 void WayService::prepare_table(Cell goal) {
+    settle_areas();
     if (!areas_.prepared(planner_.map(), goal)) {
         areas_.prepare(planner_.map(), goal);
         spent_ += kAreaUnits * areas_.areas();
@@ -264,11 +270,26 @@ void WayService::keep(std::uint32_t number) {
 }
 
 void WayService::add_blocks(Blocks& blocks, Cell a, Cell b) const {
-    const auto [left, right] = std::minmax({a.x >> block_shift_, b.x >> block_shift_});
-    const auto [top, bottom] = std::minmax({a.y >> block_shift_, b.y >> block_shift_});
+    // The line crosses the rows of blocks one after the other: in each it leads from where it comes
+    // in, half a cell before the middles of its first row, to where it goes out, rounded outwards.
+    const Cell& upper = a.y <= b.y ? a : b;
+    const Cell& lower = a.y <= b.y ? b : a;
+    const int rows = lower.y - upper.y;
+    const int columns = lower.x - upper.x;
+    const auto crossing = [&](int row) {
+        return upper.x + columns * (2 * (row - upper.y) - 1) / (2 * rows);
+    };
+    const int top = upper.y >> block_shift_;
+    const int bottom = lower.y >> block_shift_;
     for (int y = top; y <= bottom; ++y) {
-        for (int x = left; x <= right; ++x) {
-            const auto bit = static_cast<unsigned>(16 * y + x);
+        const int in = y == top ? int{upper.x} : crossing(y << block_shift_);
+        const int out = y == bottom ? int{lower.x} : crossing((y + 1) << block_shift_);
+        const auto [first, last] = std::minmax(in, out);
+        const auto left = static_cast<unsigned>(std::max(first - 1, 0) >> block_shift_);
+        const auto right =
+            static_cast<unsigned>(std::min(last + 1, grid_.width() - 1) >> block_shift_);
+        for (unsigned x = left; x <= right; ++x) {
+            const unsigned bit = kBlocks * static_cast<unsigned>(y) + x;
             blocks[bit / 64] |= std::uint64_t{1} << bit % 64;
         }
     }

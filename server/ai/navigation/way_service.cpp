@@ -44,8 +44,7 @@ WayService::WayService(GroundMap map, const WaySettings& settings)
                      settings.search_work > 0 && settings.reach_cells >= 0,
                  "settings of ways");
     planner_.prepare(settings.index);
-    constexpr int kBlocks = 16;
-    while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= kBlocks) {
+    while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= int{kBlocks}) {
         ++block_shift_;
     }
     for (; next_table_ < areas_.areas() && areas_.areas() <= kMostTables; ++next_table_) {
@@ -56,6 +55,7 @@ WayService::WayService(GroundMap map, const WaySettings& settings)
 }
 
 WayTicket WayService::ask(const WayAsk& ask) {
+    queue_again();
     if (free_.empty()) {
         free_.push_back(static_cast<std::uint32_t>(slots_.size()));
         slots_.emplace_back();
@@ -133,6 +133,7 @@ void WayService::lead_waiting() {
 
 void WayService::release(WayTicket ticket) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
+    queue_again();
     Slot& slot = slots_[ticket.slot];
     slot.taken = false;
     ++slot.round;
@@ -191,6 +192,7 @@ void WayService::serve_waiting() {
 
 void WayService::serve() {
     ++tick_;
+    settle_areas();
     serve_waiting();
     lead_waiting();
     counts_.index_work = 0;
@@ -291,6 +293,9 @@ Spot WayService::first_leg(const Slot& slot, Spot at) const {
     const GridMap& map = planner_.map();
     Cell from;
     if (!nearest_passable(map, grid_, at, kBesideReach, from)) {
+        return at;
+    }
+    if (!areas_.settled()) {
         return at;
     }
     if (areas_.together(map, from, slot.goal)) {

@@ -49,7 +49,9 @@ class WayService {
     /// Changes cells of the map. From now on all answers are those of the changed map. Ways that
     /// are cut, as far as their askers still have to go, are looked for anew (they wait again);
     /// so are those for which what was opened may be a short cut, who follow the old way until the
-    /// new one is there. All others stay as they are. The index is renewed over the next ticks.
+    /// new one is there, and those that could not get to their goal, where what they reach was
+    /// joined with more, or a cell opened nearer to the goal. All others stay as they are. The
+    /// index is renewed over the next ticks, and where to walk meanwhile in the next serve().
     void change(std::span<const CellChange> changes);
 
     /// Whether the index is that of the map as it is.
@@ -126,8 +128,10 @@ class WayService {
         float rest_m = 0.0F;  ///< from there on
     };
 
-    /// The map in 16 x 16 blocks, as bits: those that a way leads through, at least.
-    using Blocks = std::array<std::uint64_t, 4>;
+    /// The map in kBlocks x kBlocks blocks, as bits: those that a way leads through or by, at
+    /// least.
+    static constexpr unsigned kBlocks = 32;
+    using Blocks = std::array<std::uint64_t, kBlocks * kBlocks / 64>;
 
     /// Next steps from all cells to a goal that many ask for.
     struct Field {
@@ -141,6 +145,13 @@ class WayService {
         std::span<const Spot> middles;
         Spot low;
         Spot high;
+    };
+
+    /// What it closed: the cells, the box that holds these, and the blocks that it touches.
+    struct Closed {
+        std::span<const Cell> cells;
+        GoalField::Window around;
+        Blocks blocks;
     };
 
     static constexpr std::size_t kFields = 8;
@@ -173,6 +184,7 @@ class WayService {
     void keep(std::uint32_t number);
     /// Takes the corners of a way away.
     void drop(std::uint32_t number);
+    /// Those that the line between the middles of two cells leads through.
     void add_blocks(Blocks& blocks, Cell a, Cell b) const;
     void done(std::uint32_t number);
     void fail(std::uint32_t number, Outcome outcome);
@@ -184,8 +196,19 @@ class WayService {
     bool find_ends(std::uint32_t number);
     /// The ends of one who waited: it has walked on, and the map may have changed.
     bool refresh(std::uint32_t number);
-    [[nodiscard]] bool cut(const Slot& slot, const GoalField::Window& around) const;
+    /// Fills opened_ and closed_; false where nothing changes.
+    bool sort_changes(std::span<const CellChange> changes);
+    [[nodiscard]] Gap gap() const;
+    [[nodiscard]] Closed closed() const;
+    /// What a change means for the way of a request.
+    void review(std::uint32_t number, bool near, const Gap& gap, const Closed& closed);
+    [[nodiscard]] bool cut(const Slot& slot, const Closed& closed) const;
+    [[nodiscard]] bool leads_through(Spot from, Spot to, const Closed& closed) const;
     [[nodiscard]] bool may_be_shorter(const Slot& slot, const Gap& gap) const;
+    [[nodiscard]] bool may_come_nearer(const Slot& slot, const Gap& gap, Spot end) const;
+    /// Puts those whom changes made wait in their queues.
+    void queue_again();
+    void settle_areas();
     [[nodiscard]] bool worth_a_field(const Slot& slot) const;
     [[nodiscard]] Spot first_leg(const Slot& slot, Spot at) const;
 
@@ -202,8 +225,11 @@ class WayService {
     std::vector<std::uint32_t> answered_;  // since the last serve()
     std::vector<std::uint32_t> told_;      // by it
     std::vector<std::uint32_t> requeued_;
-    std::vector<std::uint32_t> unled_;   // that wait since a change
-    std::vector<Spot> opened_;           // middles of the cells of a change
+    std::vector<std::uint32_t> to_queue_;  // that wait since a change, in no queue yet
+    std::vector<std::uint32_t> unled_;     // that wait since a change
+    std::vector<Spot> opened_;             // middles of the cells of a change
+    std::vector<Cell> closed_;             // of it
+    std::vector<std::uint32_t> near_;  // slots that it may concern, doubled; odd: by what it closed
     std::vector<std::uint32_t> wanted_;  // by place: requests for it that wait
     std::array<Field, kFields> fields_;
     GoalField builder_;

@@ -191,6 +191,72 @@ TEST(WayChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
     EXPECT_GT(shorter, 50U);
 }
 
+TEST(WayChanges, LookAgainForWhoWasOutOfReachOnlyWhereThatMayBeOtherwise) {
+    core::Rng rng(37);
+    std::size_t out_of_reach = 0;
+    std::size_t left_alone = 0;
+    std::size_t nearer = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        // Of scattered obstacles two fifths: many pockets.
+        Askers a(random_map(90, 80, 0.4F, seed), 300, rng);
+        for (int round = 0; round < 25; ++round) {
+            std::vector<CellChange> changes =
+                line_of_cells(a.service.planner().map(), rng, round % 3 != 0);
+            const auto more = line_of_cells(a.service.planner().map(), rng, rng.below(2) != 0);
+            changes.insert(changes.end(), more.begin(), more.begin() + 1);
+            std::vector<float> off;
+            const auto off_goal = [&a](const Walker& w) {
+                const Spot goal = a.service.grid().centre(w.goal);
+                const Spot end =
+                    w.corners.empty() ? a.service.grid().centre(w.start) : w.corners.back();
+                return std::hypot(goal.x - end.x, goal.z - end.z);
+            };
+            for (const Walker& w : a.walkers) {
+                off.push_back(off_goal(w));
+            }
+            a.service.change(changes);
+            std::vector<bool> alone;
+            for (const Walker& w : a.walkers) {
+                const auto again = a.service.requeued();
+                alone.push_back(std::find(again.begin(), again.end(), w.ticket.slot) ==
+                                again.end());
+            }
+            a.settle();
+            a.remember();
+            Planner anew(a.service.planner().map());
+            for (std::size_t i = 0; i < a.walkers.size(); ++i) {
+                const Walker& w = a.walkers[i];
+                const WayAnswer answer = a.service.answer(w.ticket);
+                if (!anew.map().passable(w.start) || !anew.map().passable(w.goal)) {
+                    continue;
+                }
+                Query q;
+                q.start = w.start;
+                q.goal = w.goal;
+                q.nearest = true;
+                const Answer best = anew.plan(q);
+                ASSERT_EQ(answer.outcome, best.outcome) << seed << " round " << round;
+                ASSERT_TRUE(a.free(w));
+                if (best.outcome != Outcome::kPartial) {
+                    continue;
+                }
+                ++out_of_reach;
+                left_alone += alone[i] ? 1U : 0U;
+                nearer += off_goal(w) < off[i] ? 1U : 0U;
+                const Cell end =
+                    w.corners.empty() ? w.start : a.service.grid().cell(w.corners.back());
+                const Cell wanted = anew.way().corners().back();
+                ASSERT_EQ(octile(end.x - w.goal.x, end.y - w.goal.y),
+                          octile(wanted.x - w.goal.x, wanted.y - w.goal.y));
+                ASSERT_LE(answer.length_m, best.length + 0.01);
+            }
+        }
+    }
+    EXPECT_GT(out_of_reach, 5000U);
+    EXPECT_GT(left_alone, out_of_reach / 2);
+    EXPECT_GT(nearer, 20U);
+}
+
 TEST(WayChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
     core::Rng rng(33);
     const GridMap map = rooms_map(200, 180, 11, 5);
