@@ -88,6 +88,8 @@ void visit_numbers(RequestOf& r, Visit& visit) {
     visit(r.length_m);
     visit(r.rest_m);
     visit(r.cost);
+    visit(r.short_m);
+    visit(r.last);
 }
 
 void write_request(const RequestMemory& r, FieldWriter& write) {

@@ -115,6 +115,12 @@ DoorMap::DoorMap(std::vector<DoorCells> doors, const GridMap& open)
     }
 }
 
+void DoorMap::open_all(GridMap& map) const {
+    for (const Ground& g : ground_) {
+        map.set_passable(g.cell, true);
+    }
+}
+
 void DoorMap::turn(std::uint32_t door, bool shut, std::vector<CellChange>& changes) {
     if (shut_[door] == shut) {
         return;

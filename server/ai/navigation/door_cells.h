@@ -49,6 +49,9 @@ class DoorMap {
     /// already.
     void turn(std::uint32_t door, bool shut, std::vector<CellChange>& changes);
 
+    /// Opens all cells that hang on doors.
+    void open_all(GridMap& map) const;
+
     [[nodiscard]] bool shut(std::uint32_t door) const { return shut_[door]; }
 
     [[nodiscard]] std::size_t doors() const { return doors_.size(); }

@@ -187,7 +187,6 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
         found.outcome = Outcome::kPartial;
         found.last = goal;
         found.short_m = (places_[goal] - request.to.on).norm();
-        clusters_.watch_parts();
         ready(goal);
     }
     const bool to_goal = found.outcome == Outcome::kFound;

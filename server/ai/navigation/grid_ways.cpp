@@ -22,13 +22,15 @@ GridWays::Baked GridWays::bake(const motion::StaticGeometry& statics,
                                const GroundRect& area,
                                float cell_m,
                                std::span<const std::uint8_t> shut) {
-    Baked baked{nullptr, bake_ground(statics, limits, area, cell_m), {}};
+    Baked baked{nullptr, bake_ground(statics, limits, area, cell_m), {}, {1, 1}};
+    baked.most_open = baked.ground.cells;
     baked.open = std::make_unique<GroundMap>(baked.ground);
     if (shut.empty()) {
         return baked;
     }
     baked.doors =
         DoorMap(bake_doors(statics, limits, area, cell_m, baked.ground), baked.ground.cells);
+    baked.doors.open_all(baked.most_open);
     std::vector<CellChange> changes;
     for (std::uint32_t d = 0; d < shut.size(); ++d) {
         baked.doors.turn(d, shut[d] != 0, changes);
@@ -51,7 +53,7 @@ GridWays::GridWays(const motion::StaticGeometry& statics,
 GridWays::GridWays(Baked baked, const WaySettings& settings)
     : ground_(std::move(baked.open)),
       doors_(std::move(baked.doors)),
-      service_(std::move(baked.ground), settings) {
+      service_(std::move(baked.ground), settings, &baked.most_open) {
 }
 
 void GridWays::turn_doors(std::span<const std::uint8_t> shut) {

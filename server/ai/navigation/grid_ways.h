@@ -87,6 +87,7 @@ class GridWays final : public WayMap {
         std::unique_ptr<GroundMap> open;  ///< with all doors open
         GroundMap ground;
         DoorMap doors;
+        GridMap most_open;  ///< with all cells that doors take or give
     };
 
     static Baked bake(const motion::StaticGeometry& statics,

@@ -233,7 +233,6 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
     }
     ready(goal.node);
     if (!clusters_.joined(request.from.node, goal.node)) {
-        clusters_.watch_parts();
         goal = nearest_reached(request);
         found.outcome = Outcome::kPartial;
         found.last = goal.node;

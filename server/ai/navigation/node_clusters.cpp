@@ -10,11 +10,8 @@ namespace zoned::ai::navigation {
 namespace {
 
 constexpr auto farther = [](const auto& a, const auto& b) {
-    return a.cost > b.cost || (a.cost == b.cost && a.cluster > b.cluster);
+    return a.cost > b.cost || (a.cost == b.cost && a.name > b.name);
 };
-
-/// Smaller clusters hang on to another beside them that has room: a change leaves such.
-constexpr std::size_t kSmall = NodeClusters::kMost / 4;
 
 /// Whether one gets along a link.
 bool leads(const NodeGraph& graph, std::uint32_t link) {
@@ -48,6 +45,7 @@ void NodeClusters::build(const NodeGraph& graph) {
     watched_ = false;
     compared_ = false;
     find_strays(graph);
+    share_out(graph);
     for (std::uint32_t n = 0; n < nodes; ++n) {
         if (graph.open[n] != 0 && cluster_[n] == kNone) {
             gather(graph, n);
@@ -71,6 +69,36 @@ void NodeClusters::find_strays(const NodeGraph& graph) {
     std::sort(strays_.begin(), strays_.end(), [](const Stray& a, const Stray& b) {
         return a.to != b.to ? a.to < b.to : a.link < b.link;
     });
+}
+
+/// Up to kMost nodes next to each other are a share.
+void NodeClusters::share_out(const NodeGraph& graph) {
+    const std::size_t nodes = graph.places.size();
+    share_.assign(nodes, kNone);
+    first_share_.assign(1, 0);
+    share_nodes_.clear();
+    for (std::uint32_t seed = 0; seed < nodes; ++seed) {
+        if (share_[seed] != kNone) {
+            continue;
+        }
+        const std::size_t begin = share_nodes_.size();
+        const auto number = static_cast<std::uint32_t>(first_share_.size()) - 1;
+        share_[seed] = number;
+        share_nodes_.push_back(seed);
+        for (std::size_t at = begin; at < share_nodes_.size(); ++at) {
+            const std::uint32_t n = share_nodes_[at];
+            for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
+                const std::uint32_t other = graph.to[link];
+                if (share_nodes_.size() - begin < kMost && share_[other] == kNone &&
+                    graph.return_[link] != kNone) {
+                    share_[other] = number;
+                    share_nodes_.push_back(other);
+                }
+            }
+        }
+        std::sort(share_nodes_.begin() + static_cast<std::ptrdiff_t>(begin), share_nodes_.end());
+        first_share_.push_back(static_cast<std::uint32_t>(share_nodes_.size()));
+    }
 }
 
 std::uint32_t NodeClusters::take_number() {
@@ -100,14 +128,14 @@ void NodeClusters::put(std::uint32_t node, std::uint32_t cluster) {
     nodes_[cluster * kMost + count_[cluster]++] = node;
 }
 
-/// The nodes next to a seed that are in no cluster, by links both ways.
+/// The nodes of a share that a seed is joined with, the least of them, by links both ways.
 std::uint32_t NodeClusters::gather(const NodeGraph& graph, std::uint32_t seed) {
     const std::uint32_t number = take_number();
     put(seed, number);
     for (std::size_t at = 0; at < count_[number]; ++at) {
         const std::uint32_t n = nodes_[number * kMost + at];
         for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
-            if (count_[number] < kMost && leads_both_ways(graph, link) &&
+            if (share_[graph.to[link]] == share_[seed] && leads_both_ways(graph, link) &&
                 cluster_[graph.to[link]] == kNone) {
                 put(graph.to[link], number);
             }
@@ -188,10 +216,9 @@ void NodeClusters::mark_beside_dirty(std::uint32_t cluster) {
     }
 }
 
-/// Its nodes are loose from now on.
+/// Its nodes are in no cluster from now on.
 void NodeClusters::dissolve(std::uint32_t cluster) {
     for (const std::uint32_t n : nodes_of(cluster)) {
-        loose_.push_back(n);
         cluster_[n] = kNone;
     }
     give_up(cluster);
@@ -207,69 +234,28 @@ void NodeClusters::give_up(std::uint32_t cluster) {
     free_.push_back(cluster);
 }
 
-/// The clusters that a node which was in none could belong to.
-void NodeClusters::dissolve_around(const NodeGraph& graph, std::uint32_t node) {
-    for (std::uint32_t link = graph.first[node]; link < graph.first[node + 1]; ++link) {
-        const std::uint32_t other = cluster_[graph.to[link]];
-        if (other != kNone && leads_both_ways(graph, link)) {
-            dissolve(other);
-        }
-    }
-}
-
-void NodeClusters::merge_if_small(const NodeGraph& graph, std::uint32_t cluster) {
-    if (count_[cluster] >= kSmall) {
-        return;
-    }
-    std::uint32_t best = kNone;
-    for (const std::uint32_t n : nodes_of(cluster)) {
-        for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
-            const std::uint32_t other = cluster_[graph.to[link]];
-            if (other != kNone && other != cluster && leads_both_ways(graph, link) &&
-                std::size_t{count_[other]} + count_[cluster] <= kMost) {
-                best = std::min(best, other);
-            }
-        }
-    }
-    if (best == kNone) {
-        return;
-    }
-    for (std::size_t i = 0; i < count_[cluster]; ++i) {
-        put(nodes_[cluster * kMost + i], best);
-    }
-    find_middle(graph, best);
-    mark_renewed(best);
-    give_up(cluster);
-}
-
 void NodeClusters::change(const NodeGraph& graph, std::span<const std::uint32_t> touched) {
     ++round_;
     dirty_.clear();
     remember_parts(graph, touched);
     loose_.clear();
     for (const std::uint32_t n : touched) {
-        if (cluster_[n] == kNone && graph.open[n] != 0) {
-            loose_.push_back(n);
-        }
-    }
-    const std::size_t opened = loose_.size();
-    for (const std::uint32_t n : touched) {
-        if (cluster_[n] != kNone) {
-            dissolve(cluster_[n]);
-        }
-    }
-    for (std::size_t i = 0; i < opened; ++i) {
-        dissolve_around(graph, loose_[i]);
+        loose_.push_back(share_[n]);
     }
     std::sort(loose_.begin(), loose_.end());
-    for (const std::uint32_t n : loose_) {
-        if (graph.open[n] != 0 && cluster_[n] == kNone) {
-            mark_renewed(gather(graph, n));
+    loose_.erase(std::unique(loose_.begin(), loose_.end()), loose_.end());
+    for (const std::uint32_t share : loose_) {
+        const std::span<const std::uint32_t> nodes(share_nodes_.data() + first_share_[share],
+                                                   share_nodes_.data() + first_share_[share + 1]);
+        for (const std::uint32_t n : nodes) {
+            if (cluster_[n] != kNone) {
+                dissolve(cluster_[n]);
+            }
         }
-    }
-    for (std::size_t i = 0; i < dirty_.size(); ++i) {
-        if (count_[dirty_[i]] != 0 && is_dirty_[dirty_[i]] == kRenewed) {
-            merge_if_small(graph, dirty_[i]);
+        for (const std::uint32_t n : nodes) {
+            if (graph.open[n] != 0 && cluster_[n] == kNone) {
+                mark_renewed(gather(graph, n));
+            }
         }
     }
     // What is renewed leads to others than before, and others to it.
@@ -301,7 +287,7 @@ bool NodeClusters::prepare(std::uint32_t goal) {
         if (cost < cost_[c]) {
             cost_[c] = cost;
             table[c] = static_cast<std::uint16_t>(next);
-            open_.push_back({cost, c});
+            open_.push_back({cost, name_of(c), c});
             std::push_heap(open_.begin(), open_.end(), farther);
         }
     };
@@ -323,10 +309,11 @@ bool NodeClusters::prepare(std::uint32_t goal) {
 std::vector<std::uint32_t> NodeClusters::prepared() const {
     std::vector<std::uint32_t> goals;
     for (std::uint32_t c = 0; c < size(); ++c) {
-        if (!tables_[c].empty()) {
-            goals.push_back(nodes_[first_node_[c]]);
+        if (count_[c] != 0 && table_round_[c] == round_) {
+            goals.push_back(name_of(c));
         }
     }
+    std::sort(goals.begin(), goals.end());  // whatever their groups are numbered
     return goals;
 }
 
@@ -408,7 +395,8 @@ void NodeClusters::flood(std::uint32_t from) {
 
 std::size_t NodeClusters::bytes() const {
     std::size_t bytes =
-        (cluster_.capacity() + nodes_.capacity() + free_.capacity() + table_round_.capacity() +
+        (share_.capacity() + first_share_.capacity() + share_nodes_.capacity() +
+         cluster_.capacity() + nodes_.capacity() + free_.capacity() + table_round_.capacity() +
          part_.capacity() + joined_.capacity() + dirty_.capacity() + loose_.capacity() +
          links_.capacity() + queue_.capacity()) *
             sizeof(std::uint32_t) +

@@ -27,6 +27,10 @@ struct NodeGraph {
 /// bounded by the groups on the way, which is near the best one: hierarchical planning as of Botea,
 /// Mueller and Schaeffer, "Near optimal hierarchical path-finding", Journal of Game Development 1,
 /// 2004.
+///
+/// Nodes are shared out once, as if all were open; a group is what is joined within such a share.
+/// So groups are those of the graph as it is, whatever it was before: who builds them anew gets
+/// the same.
 class NodeClusters {
   public:
     static constexpr std::uint32_t kNone = ~0U;
@@ -36,8 +40,8 @@ class NodeClusters {
     void build(const NodeGraph& graph);
 
     /// After nodes or links of the graph that was built have opened or closed; `touched` are such
-    /// nodes and both ends of such links, none twice. Groups are renewed where these lie, and by
-    /// them; the rest stays as it is. Tables to goals are gone.
+    /// nodes and both ends of such links, none twice. The groups of their shares are renewed; the
+    /// rest stays as it is. Tables to goals are gone.
     void change(const NodeGraph& graph, std::span<const std::uint32_t> touched);
 
     /// Groups, and numbers of groups that were given up by a change.
@@ -89,6 +93,7 @@ class NodeClusters {
 
     struct Open {
         float cost;
+        std::uint32_t name;
         std::uint32_t cluster;
     };
 
@@ -110,13 +115,18 @@ class NodeClusters {
     }
 
     void find_strays(const NodeGraph& graph);
+    void share_out(const NodeGraph& graph);
+
+    /// The first node of a cluster: what it is called whatever its number.
+    [[nodiscard]] std::uint32_t name_of(std::uint32_t cluster) const {
+        return nodes_[cluster * kMost];
+    }
+
     std::uint32_t take_number();
     void put(std::uint32_t node, std::uint32_t cluster);
     std::uint32_t gather(const NodeGraph& graph, std::uint32_t seed);
     void dissolve(std::uint32_t cluster);
     void give_up(std::uint32_t cluster);
-    void dissolve_around(const NodeGraph& graph, std::uint32_t node);
-    void merge_if_small(const NodeGraph& graph, std::uint32_t cluster);
     void find_middle(const NodeGraph& graph, std::uint32_t cluster);
     /// Clusters that one gets to from this one, and those from which one gets to it.
     void link(const NodeGraph& graph, std::uint32_t cluster);
@@ -127,13 +137,16 @@ class NodeClusters {
     void remember_parts(const NodeGraph& graph, std::span<const std::uint32_t> touched);
     void compare_parts();
 
-    std::vector<std::uint32_t> cluster_;  // by node
-    std::vector<std::uint8_t> within_;    // by node, its number within its cluster
-    std::vector<Stray> strays_;           // ascending by target
-    std::vector<std::uint8_t> count_;     // by cluster; 0: given up
-    std::vector<std::uint32_t> nodes_;    // room for kMost of each cluster
-    std::vector<Vec3> middle_;            // by cluster
-    std::vector<Beside> in_;              // by cluster, within beside_
+    std::vector<std::uint32_t> share_;        // by node
+    std::vector<std::uint32_t> first_share_;  // by share, and one more
+    std::vector<std::uint32_t> share_nodes_;  // ascending
+    std::vector<std::uint32_t> cluster_;      // by node
+    std::vector<std::uint8_t> within_;        // by node, its number within its cluster
+    std::vector<Stray> strays_;               // ascending by target
+    std::vector<std::uint8_t> count_;         // by cluster; 0: given up
+    std::vector<std::uint32_t> nodes_;        // room for kMost of each cluster
+    std::vector<Vec3> middle_;                // by cluster
+    std::vector<Beside> in_;                  // by cluster, within beside_
     std::vector<Beside> out_;
     BlockPool<std::uint32_t> beside_;
     std::vector<std::uint32_t> free_;  // numbers

@@ -34,6 +34,10 @@ class Planner {
     Planner(const Planner&) = delete;  // slices of its index know where it is
     Planner& operator=(const Planner&) = delete;
 
+    /// What may ever be passable, the map included, where that is known beforehand: landmarks are
+    /// of this from the first prepare() on, and the same whatever doors have done.
+    void know_most_open(const GridMap& most) { landmark_map_ = most; }
+
     /// Builds the index for the map as it is. What exceeds a bound is left out: `can` tells.
     void prepare(const IndexBounds& bounds = {});
 

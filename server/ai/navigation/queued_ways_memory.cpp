@@ -19,12 +19,13 @@ RequestMemory QueuedWays::memory_of(std::uint32_t number) const {
     m.to = r.to;
     m.usable = r.usable;
     m.best = r.best;
-    m.reaches = r.reaches;
     m.outcome = r.outcome;
     m.next = r.next;
     m.length_m = r.length_m;
     m.rest_m = r.rest_m;
     m.cost = r.cost;
+    m.short_m = r.short_m;
+    m.last = r.last;
     const std::span<const Spot> corners = pool_.of(r.corners);
     const std::span<const Hinge> hinges = hinges_.of(r.hinges);
     m.corners.assign(corners.begin(), corners.end());
@@ -56,12 +57,16 @@ void QueuedWays::remember(const RequestMemory& m) {
     r.waiting = m.waiting;
     r.usable = m.usable;
     r.best = m.best;
-    r.reaches = m.reaches;
     r.outcome = m.outcome;
     r.next = m.next;
     r.length_m = m.length_m;
     r.rest_m = m.rest_m;
     r.cost = m.cost;
+    r.short_m = m.short_m;
+    r.last = m.last;
+    if (r.taken && r.outcome != Outcome::kFound) {
+        watch();
+    }
     r.corners = pool_.take(static_cast<std::uint32_t>(m.corners.size()));
     std::copy(m.corners.begin(), m.corners.end(), pool_.of(r.corners).begin());
     r.hinges = hinges_.take(static_cast<std::uint32_t>(m.hinges.size()));
@@ -77,6 +82,11 @@ std::string QueuedWays::remember(const WayMemory& memory) {
     std::string wrong = defect_of(memory, numbers);
     if (!wrong.empty()) {
         return wrong;
+    }
+    for (const RequestMemory& m : memory.requests) {
+        if (m.taken && m.usable && m.last == kNoNode) {
+            return "way " + std::to_string(m.number) + " ends nowhere";
+        }
     }
     requests_.resize(memory.requests.size() + memory.free.size());
     free_ = memory.free;

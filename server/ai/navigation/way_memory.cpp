@@ -40,7 +40,8 @@ const char* wrong_with(const RequestMemory& r, const WayNumbers& map) {
         return on_a_map(s.x) && on_a_map(s.z);
     });
     if (!placed || !std::isfinite(r.length_m) || !std::isfinite(r.rest_m) ||
-        !std::isfinite(r.cost)) {
+        !std::isfinite(r.cost) || !std::isfinite(r.short_m) ||
+        (r.last != ~0U && r.last >= map.nodes)) {
         return "has a number that is none";
     }
     if (r.next >= std::max<std::size_t>(r.corners.size(), r.usable ? 0 : 1)) {

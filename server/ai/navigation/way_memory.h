@@ -35,12 +35,14 @@ struct RequestMemory {
     bool waiting = false;
     bool usable = false;  ///< its corners lead somewhere
     bool best = false;
-    bool reaches = false;  ///< leads to `to.on`, which may stand for a goal in an obstacle
+    bool reaches = false;  ///< cells: the goal is no obstacle, for which another cell would stand
     Outcome outcome = Outcome::kUnreachable;
     std::uint32_t next = 0;  ///< corner that the asker heads for
     float length_m = 0.0F;
-    float rest_m = 0.0F;  ///< from that corner on
-    double cost = 0.0;    ///< what the map says that the way costs
+    float rest_m = 0.0F;   ///< from that corner on
+    double cost = 0.0;     ///< what the map says that the way costs
+    float short_m = 0.0F;  ///< from its end to the place that was wanted; nodes only, like the next
+    std::uint32_t last = ~0U;  ///< node in which it ends
     std::vector<Spot> corners;
     std::vector<Hinge> hinges;
 };

@@ -31,7 +31,7 @@ float distance(Spot a, Spot b) {
 
 }  // namespace
 
-WayService::WayService(GroundMap map, const WaySettings& settings)
+WayService::WayService(GroundMap map, const WaySettings& settings, const GridMap* most_open)
     : settings_(settings),
       grid_(map.grid),
       planner_(std::move(map.cells)),
@@ -43,6 +43,9 @@ WayService::WayService(GroundMap map, const WaySettings& settings)
     ZONED_ASSERT(settings.work_per_tick > 0 && settings.longest_wait_ticks > 0 &&
                      settings.search_work > 0 && settings.reach_cells >= 0,
                  "settings of ways");
+    if (most_open != nullptr) {
+        planner_.know_most_open(*most_open);
+    }
     planner_.prepare(settings.index);
     while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= int{kBlocks}) {
         ++block_shift_;

@@ -36,8 +36,10 @@ struct WaySettings {
 /// timed. Nothing is allocated once as many have asked, and for goals as far spread, as ever will.
 class WayService {
   public:
-    /// Prepares the map's index.
-    explicit WayService(GroundMap map, const WaySettings& settings = {});
+    /// Prepares the map's index. `most_open`: Planner::know_most_open(); may be null.
+    explicit WayService(GroundMap map,
+                        const WaySettings& settings = {},
+                        const GridMap* most_open = nullptr);
 
     /// Puts a request in its asker's queue. Off the map, and where nothing passable is near, it is
     /// answered at once.
