@@ -1,6 +1,7 @@
 // Machine: what the mind of a character is made of, as written and compiled.
 #pragma once
 
+#include "server/ai/follow_def.h"
 #include "server/ai/forage_def.h"
 #include "server/ai/formation_def.h"
 #include "server/ai/fsm/flat_machine.h"
@@ -33,14 +34,15 @@ enum class ActionKind : std::uint8_t {
     kFlee,    ///< run from the nearest player
     kFlock,  ///< separation, alignment, cohesion with its own type (Reynolds 1987), drifting around
              ///< home
-    kReturn,        ///< walk home
-    kGo = 20,       ///< walk to its spot at `place`, and stand there
-    kFollow = 110,  ///< stay within `radius_m` of its ward, or else of its target
-    kEscort = 111,  ///< stay `radius_m` beside its ward, or between it and the target
-    kForage = 171,  ///< look for food around a nest, and carry it home: `forage`
-    kFormUp = 170,  ///< keep a slot of `formation` around its ward
-    kGuard = 112,   ///< hold home: run at a target within `radius_m` of it until that is beyond
-                    ///< `leash_m`, then walk home
+    kReturn,             ///< walk home
+    kGo = 20,            ///< walk to its spot at `place`, and stand there
+    kFollow = 110,       ///< stay within `radius_m` of its ward, or else of its target
+    kEscort = 111,       ///< stay `radius_m` beside its ward, or between it and the target
+    kForage = 171,       ///< look for food around a nest, and carry it home: `forage`
+    kFormUp = 170,       ///< keep a slot of `formation` around its ward
+    kFollowTrack = 190,  ///< go along a track by a timetable: `follow`
+    kGuard = 112,  ///< hold home: run at a target within `radius_m` of it until that is beyond
+                   ///< `leash_m`, then walk home
 };
 
 /// What a transition's condition reads.
@@ -177,6 +179,7 @@ struct State {
     std::uint16_t place = 0;                  ///< of kGo
     std::optional<FormationDef> formation{};  ///< of kFormUp, which has one
     std::optional<ForageDef> forage{};        ///< of kForage, which has one
+    std::optional<FollowDef> follow{};        ///< of kFollowTrack, which has one
     std::vector<std::uint16_t> along{};       ///< of kFlock: places that the herd goes to in turn
     std::vector<Trade>
         trades{};  ///< once, as soon as they can be done; of an innermost state or deed

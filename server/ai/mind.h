@@ -40,6 +40,18 @@ struct StockWait {
 /// No plan was made yet: more facts than a domain may have.
 inline constexpr goap::World kUnplanned = ~goap::World{0};
 
+/// Where on a track one is who follows it, and when (follow_track.h).
+struct TrackWalk {
+    tracks::LaneId lane = tracks::kNoLane;
+    tracks::LaneId from = tracks::kNoLane;  ///< it changes over from that one; none: it does not
+    float s = 0.0F;        ///< on the lane, m: the end of the leg; where it changes: the beginning
+    float from_s = 0.0F;   ///< where the change begins on that one, m
+    float changed = 0.0F;  ///< way since then until the end of the leg, m
+    float to_change = 0.0F;  ///< way until another lane is drawn, m
+    Tick due = 0;            ///< it is to be at the end of its leg at the end of this tick ...
+    float due_s = 0.0F;      ///< ... and so much later, s
+};
+
 /// Positions are zone-local.
 struct Mind {
     EntityId entity;
@@ -76,6 +88,7 @@ struct Mind {
     Tick unseen_since = kNever;  ///< awake: since when nobody can see it
     bool timed = false;          ///< it goes by its leg; always where coarse
     Leg leg;
+    TrackWalk track;         ///< of who follows one
     bool on_way = false;     ///< timed: its leg is one of a way to leg.goal, which it has asked for
     Tick again_at = kNever;  ///< timed, and stands: when it looks for a way again
     Vec2 placed = Vec2::Zero();  ///< coarse: x, z where its entity was put last

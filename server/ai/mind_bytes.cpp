@@ -1,6 +1,7 @@
 #include "server/ai/mind_bytes.h"
 
 #include "server/ai/field_bytes.h"
+#include "server/ai/follow_track.h"
 #include "server/ai/mind_fields.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@ namespace zoned::ai {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 /// No zone is so large, m.
 constexpr float kFarthest_m = 1e6F;
 
@@ -21,6 +22,8 @@ std::uint8_t most_corner(ActionKind action) {
             return 3;
         case ActionKind::kGuard:
             return 1;
+        case ActionKind::kFollowTrack:
+            return kTrackEnds;
         case ActionKind::kForage:
             return ants::kDirections - 1U + kCarries + kScouts + kLost + kBegins;
         default:
@@ -45,6 +48,16 @@ bool is_ladder(const Ladder& ladder, const LadderSettings& settings) {
     return settings.rungs.empty() ? ladder.rung == 0
                                   : ladder.rung < settings.rungs.size() &&
                                         ladder.level >= cap.least && ladder.level <= cap.most;
+}
+
+/// Whether it is on lanes of the world that there are, at places of them.
+bool is_on_tracks(const TrackWalk& walk, const tracks::TrackNet* net) {
+    const auto known = [net](tracks::LaneId id, float s) {
+        return net != nullptr && id < net->lanes() && s >= 0.0F &&
+               static_cast<double>(s) <= net->lane(id).length() + 1.0;
+    };
+    return known(walk.lane, walk.s) && walk.changed >= 0.0F && walk.due <= kNever &&
+           (walk.from == tracks::kNoLane || known(walk.from, walk.from_s));
 }
 
 /// What keeps the mind from being one of `settings` on that rung; null: nothing.
@@ -76,6 +89,10 @@ const char* wrong_with(const Mind& mind, const Settings& settings, std::uint16_t
     // What has just been turned to writes it.
     if (!mind.entered && mind.corner > most_corner(machine.states[mind.doing].action)) {
         return "is at a corner that there is not";
+    }
+    if (!mind.entered && machine.states[mind.doing].action == ActionKind::kFollowTrack &&
+        !is_on_tracks(mind.track, settings.places.tracks.get())) {
+        return "is on a track that there is not";
     }
     if (mind.tier > Tier::kCoarse || (mind.tier == Tier::kCoarse && !mind.timed)) {
         return "is in no tier, or nowhere";

@@ -72,6 +72,14 @@ void visit_fields(MindOf& mind, Visit&& visit) {
     visit(mind.leg.bend_s);
     visit(mind.leg.since);
     vector(mind.leg.goal);
+    visit(mind.track.lane);
+    visit(mind.track.from);
+    visit(mind.track.s);
+    visit(mind.track.from_s);
+    visit(mind.track.changed);
+    visit(mind.track.to_change);
+    visit(mind.track.due);
+    visit(mind.track.due_s);
     visit(mind.on_way);
     visit(mind.again_at);
     vector(mind.placed);

@@ -8,7 +8,9 @@
 namespace zoned::ai {
 
 Places::Places(const PlaceSettings& settings, const Vec2d& origin, float dt)
-    : day_ticks_(std::max<Tick>(1, std::llround(settings.day_s / static_cast<double>(dt)))),
+    : tracks_(settings.tracks),
+      origin_(origin),
+      day_ticks_(std::max<Tick>(1, std::llround(settings.day_s / static_cast<double>(dt)))),
       dawn_ticks_(std::llround(settings.dawn_s / static_cast<double>(dt))),
       dt_(dt) {
     for (const PlaceDef& def : settings.places) {

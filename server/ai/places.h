@@ -1,12 +1,14 @@
 // Places: where minds go to, what is in stock there, and the time of day.
 #pragma once
 
+#include "server/ai/tracks/track_net.h"
 #include "shared/core/ids.h"
 #include "shared/core/state_hash.h"
 #include "shared/math/types.h"
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,6 +36,7 @@ struct PlaceSettings {
     std::vector<PlaceDef> places;
     double day_s = 86400.0;
     double dawn_s = 0.0;  ///< time of day at tick 0
+    std::shared_ptr<const tracks::TrackNet> tracks{};  ///< null: there are none
 };
 
 /// One good in a trade: a variable of the mind, and where the place stocks it, which.
@@ -76,6 +79,12 @@ class Places {
     /// How far `at` (x, z, m) is from the place's circle; 0 inside.
     [[nodiscard]] float outside(std::size_t place, const Vec2& at) const;
 
+    /// The tracks of the world, in its coordinates; null: there are none.
+    [[nodiscard]] const tracks::TrackNet* tracks() const { return tracks_.get(); }
+
+    /// World coordinates x, z of (0, 0), m.
+    [[nodiscard]] const Vec2d& origin() const { return origin_; }
+
     /// What is in stock at `now`.
     [[nodiscard]] float stock(std::size_t place, std::size_t stock, Tick now) const;
 
@@ -117,6 +126,8 @@ class Places {
     [[nodiscard]] float amount(const Stock& stock, Tick now) const;
 
     std::vector<Place> places_;
+    std::shared_ptr<const tracks::TrackNet> tracks_;
+    Vec2d origin_ = Vec2d::Zero();
     std::vector<Stock> stocks_;
     Tick day_ticks_ = 1;
     Tick dawn_ticks_ = 0;

@@ -1,5 +1,6 @@
 #include "server/ai/walk.h"
 
+#include "server/ai/follow_track.h"
 #include "server/ai/forage.h"
 
 #include <algorithm>
@@ -140,6 +141,8 @@ Vec2 whereabouts(const Mind& mind, const Vec2& body, Tick now, float dt) {
 bool goes_by_legs(const Mind& mind, const State& state) {
     const bool banded = state.rubber_band && (mind.prey || mind.band != 1.0F);
     switch (state.action) {
+        case ActionKind::kFollowTrack:
+            return true;
         case ActionKind::kIdle:
         case ActionKind::kWander:
         case ActionKind::kPatrol:
@@ -191,6 +194,9 @@ void follow_way(Mind& mind, const State& state, const Surroundings& around) {
 bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
     around.there = !entered && way_is_over(mind, around);
+    if (state.action == ActionKind::kFollowTrack && follow_track(mind, state, around)) {
+        return false;
+    }
     const Wish wish = wish_of(mind, state, full_speed(state, around), around);
     if (!wish.has_goal || !(wish.direction.norm() > 1e-3F)) {
         if (mind.leg.speed > 0.0F) {

@@ -1,5 +1,6 @@
 #include "server/ai/why.h"
 
+#include "server/ai/follow_track.h"
 #include "shared/core/print.h"
 
 namespace zoned::ai {
@@ -11,16 +12,22 @@ using core::print;
 /// Writes about one mind.
 class Account {
   public:
-    Account(const Mind& mind, const Machine& machine, const CompiledMachine& compiled, Tick now)
+    Account(const Mind& mind,
+            const Machine& machine,
+            const CompiledMachine& compiled,
+            const Places& places,
+            Tick now)
         : mind_(mind),
           machine_(machine),
           compiled_(compiled),
+          places_(places),
           names_(sense_names(machine)),
           now_(now) {}
 
     std::string write(const Senses& senses, float dt) {
         states(dt);
         text_ += "does " + compiled_.states[mind_.doing].name + "\n";
+        track(dt);
         learned();
         degrees();
         text_ += "senses:\n";
@@ -56,6 +63,32 @@ class Account {
                                compiled_.table.nodes[path()[level]].name.c_str(),
                                seconds_in(level, dt));
             }
+        }
+    }
+
+    /// Where on its track it is.
+    void track(float dt) {
+        if (compiled_.states[mind_.doing].action != ActionKind::kFollowTrack || mind_.entered) {
+            return;
+        }
+        const TrackPlace place = track_place(mind_, places_);
+        if (place.lane == tracks::kNoLane) {
+            return;
+        }
+        text_ += "on track " + places_.tracks()->name(place.lane);
+        if (mind_.corner == kJoins) {
+            text_ += ": walks there\n";
+        } else if (mind_.corner == kTrackEnds) {
+            text_ += ": at its end\n";
+        } else {
+            const double due =
+                static_cast<double>(mind_.track.due - now_) * static_cast<double>(dt) +
+                static_cast<double>(mind_.track.due_s);
+            text_ += print(": at %.2f m of %.2f m in %.2f s", place.s, place.length, due);
+            if (mind_.track.from != tracks::kNoLane) {
+                text_ += ", coming from " + places_.tracks()->name(mind_.track.from);
+            }
+            text_ += "\n";
         }
     }
 
@@ -163,6 +196,7 @@ class Account {
     const Mind& mind_;
     const Machine& machine_;
     const CompiledMachine& compiled_;
+    const Places& places_;
     std::vector<std::string> names_;
     Tick now_;
     std::string text_;
@@ -234,7 +268,7 @@ std::string why(const Mind& mind,
                 float dt) {
     Senses senses;
     sense(mind, compiled, sight, here, places, now, senses);
-    return Account(mind, machine, compiled, now).write(senses, dt);
+    return Account(mind, machine, compiled, places, now).write(senses, dt);
 }
 
 }  // namespace zoned::ai

@@ -1,6 +1,7 @@
 #include "server/ai/wish.h"
 
 #include "server/ai/flock.h"
+#include "server/ai/follow_track.h"
 #include "server/ai/forage.h"
 #include "server/ai/form_up.h"
 #include "shared/core/assert.h"
@@ -317,6 +318,8 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
     } else if (state.action == ActionKind::kForage) {
         mind.corner = kBegins;
         mind.target = Vec3(around.at.x(), 0.0F, around.at.y());
+    } else if (state.action == ActionKind::kFollowTrack) {
+        begin_track(mind, state, around);
     } else if (state.action == ActionKind::kFormUp) {
         mind.corner = kNoRank;
         mind.target = around.entities.position[around.self];
@@ -351,6 +354,8 @@ Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& ar
             return wish_guard(mind, state, around);
         case ActionKind::kForage:
             return go_to(flat(mind.target), around.at);
+        case ActionKind::kFollowTrack:
+            return wish_track(mind, state, around);
         case ActionKind::kFormUp:
             // Who keeps its place is steered otherwise.
             return mind.ward ? go_to(flat(mind.target), around.body()) : Wish();
@@ -386,6 +391,7 @@ float goal_floor(const Mind& mind, const State& state, const Surroundings& aroun
         case ActionKind::kGuard:
             return mind.corner == kEngaged ? of_prey() : below(mind.home.y(), own);
         case ActionKind::kFormUp:
+        case ActionKind::kFollowTrack:
         case ActionKind::kForage:
             return below(mind.target.y(), own);
         case ActionKind::kIdle:

@@ -2,6 +2,7 @@
 #include "server/app/load.h"
 #include "server/ops/ground_maps.h"
 #include "server/ops/strain_report.h"
+#include "server/ops/tracks.h"
 
 #include <cstdio>
 
@@ -49,6 +50,9 @@ int check(const std::string& config, const std::vector<std::string>& sets) {
     }
     for (const std::string& waypoint : ops::waypoint_warnings(settings)) {
         std::printf("%s: warning: %s\n", config.c_str(), waypoint.c_str());
+    }
+    for (const std::string& track : ops::track_warnings(settings)) {
+        std::printf("%s: warning: %s\n", config.c_str(), track.c_str());
     }
     return kGood;
 }

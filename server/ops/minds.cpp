@@ -253,6 +253,7 @@ static_assert(static_cast<int>(ai::ActionKind::kGo) == Config::GO);
 static_assert(static_cast<int>(ai::Sensor::kRandom) == Config::RANDOM);
 static_assert(static_cast<int>(ai::Sensor::kTimeOfDay) == Config::TIME_OF_DAY);
 static_assert(static_cast<int>(ai::ActionKind::kGuard) == Config::GUARD);
+static_assert(static_cast<int>(ai::ActionKind::kFollowTrack) == Config::FOLLOW_TRACK);
 static_assert(static_cast<int>(ai::ActionKind::kForage) == Config::FORAGE);
 static_assert(static_cast<int>(ai::ActionKind::kFormUp) == Config::FORM_UP);
 static_assert(static_cast<int>(ai::FormationShape::kRing) == Config::RING);

@@ -258,6 +258,11 @@ void check_doing(const proto::Config& config,
     } else if (doing.has_forage()) {
         diagnostics.add(path + ".forage", "is of FORAGE alone");
     }
+    if (doing.action() == Config::FOLLOW_TRACK) {
+        check_follow(config, doing.follow(), path + ".follow", diagnostics);
+    } else if (doing.has_follow()) {
+        diagnostics.add(path + ".follow", "is of FOLLOW_TRACK alone");
+    }
     if (doing.along_size() > 0 && doing.action() != Config::FLOCK) {
         diagnostics.add(join_path(path, "along", 0), "is of FLOCK alone");
     }

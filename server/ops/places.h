@@ -5,6 +5,7 @@
 #include "server/ai/machine.h"
 #include "server/ops/choices.h"
 #include "server/ops/diagnostics.h"
+#include "server/ops/tracks.h"
 #include "proto/config.pb.h"
 
 #include <algorithm>
@@ -46,6 +47,9 @@ void expand_doing(const proto::Config& config,
     }
     if (doing.action() == proto::Config::FORAGE) {
         out.forage = expand_forage(config, doing.forage());
+    }
+    if (doing.action() == proto::Config::FOLLOW_TRACK) {
+        out.follow = expand_follow(config, doing.follow());
     }
     for (const std::string& place : doing.along()) {
         out.along.push_back(static_cast<std::uint16_t>(std::max(find_place(config, place), 0)));

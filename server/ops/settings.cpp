@@ -91,6 +91,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_slow_state(config, diagnostics);
     check_ground_maps(config, settings.zones, diagnostics);
     expand_stages(config, settings);
+    settings.ai.places.tracks = build_tracks(config, diagnostics);
     give_policies(config, policies, settings.ai.machines, diagnostics);
     expand_particles(config, settings);
     settings.slow = expand_slow_state(config);

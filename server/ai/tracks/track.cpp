@@ -171,6 +171,9 @@ TrackPoint Track::beside(double s, double offset) const {
 }
 
 double Track::walked(double s, double offset, double distance) const {
+    if (offset == 0.0) {
+        return s + distance;
+    }
     // Whole steps and what is left, so that the place does not jump as the distance grows.
     for (double left = distance; std::abs(left) > 0.0;) {
         const double step = std::clamp(left, -kWalkStep, kWalkStep);

@@ -77,6 +77,10 @@ class Track {
     /// most an eighth of a metre: off by less than 1e-3 of the distance for bends down to 2 m.)
     [[nodiscard]] double walked(double s, double offset, double distance) const;
 
+    [[nodiscard]] std::size_t bytes() const {
+        return pieces_.capacity() * sizeof(Cubic) + until_.capacity() * sizeof(double);
+    }
+
   private:
     /// a + b u + c u^2 + d u^3, 0 <= u <= 1.
     struct Cubic {

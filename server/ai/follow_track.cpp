@@ -1,0 +1,435 @@
+#include "server/ai/follow_track.h"
+
+#include "server/ai/coarse_cells.h"
+#include "server/ai/tracks/change.h"
+#include "server/ai/walk.h"
+#include "shared/core/assert.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+using tracks::Lane;
+using tracks::LaneId;
+
+/// Shares of error_m, see follow_track().
+constexpr double kChordShare = 0.5;
+constexpr double kTurnShare = 0.25;
+constexpr double kStepShare = 0.15;
+/// So near to the track a mind begins to follow it, m.
+constexpr double kBoardM = 1.5;
+/// Who was pushed off farther than this walks back as to any goal, m.
+constexpr double kPushedOffM = 8.0;
+/// Who can come no nearer than this boards from there, m.
+constexpr double kAsNearM = 8.0;
+/// So far before and behind where one was the track is looked for, m.
+constexpr double kReachM = 30.0;
+/// Legs last so many ticks at least.
+constexpr double kLeastTicks = 4.0;
+/// A change of lanes is cut into so many legs at least.
+constexpr double kChangeLegs = 8.0;
+/// Whose timetable asks for less than this share of its speed goes by another one.
+constexpr double kLeastShare = 0.8;
+/// Share of full speed that timetables may take: what is left makes up for what was lost.
+constexpr double kTimetableShare = 0.98;
+/// Times a direction is looked for that allows for the turn into it.
+constexpr int kTurnTries = 3;
+/// For blends: the place ahead that is headed for is so far, s, and at least so many m.
+constexpr double kAheadS = 1.0;
+constexpr double kAheadM = 2.0;
+
+/// The tracks as one state follows them: they are in world coordinates, minds in those of a zone.
+class TrackView {
+  public:
+    TrackView(const FollowDef& def, const Surroundings& around)
+        : def_(def),
+          net_(*around.places.tracks()),
+          origin_(around.places.origin()) {}
+
+    [[nodiscard]] Vec2d world(const Vec2& at) const { return at.cast<double>() + origin_; }
+
+    [[nodiscard]] Vec2 local(const Vec2d& at) const { return (at - origin_).cast<float>(); }
+
+    [[nodiscard]] const Lane& lane(LaneId id) const { return net_.lane(id); }
+
+    [[nodiscard]] const FollowDef& def() const { return def_; }
+
+    /// Calls visit(lane, weight) for each that may be drawn.
+    template <class Visit>
+    void for_each(Visit&& visit) const {
+        for (const LaneDraw& draw : def_.draws) {
+            for (std::uint16_t k = 0; k < draw.count; ++k) {
+                visit(static_cast<LaneId>(draw.first + k),
+                      static_cast<double>(draw.weight) / static_cast<double>(draw.count));
+            }
+        }
+    }
+
+    /// One of those for which `may(lane)`; kNoLane where there is none. Draws one number.
+    template <class May>
+    LaneId draw(core::Rng& rng, May&& may) const {
+        double sum = 0.0;
+        for_each([&](LaneId id, double weight) { sum += may(id) ? weight : 0.0; });
+        double left = static_cast<double>(rng.range(0.0F, 1.0F)) * sum;
+        LaneId drawn = tracks::kNoLane;
+        for_each([&](LaneId id, double weight) {
+            if (weight > 0.0 && left >= 0.0 && may(id)) {
+                drawn = id;
+                left -= weight;
+            }
+        });
+        return drawn;
+    }
+
+  private:
+    const FollowDef& def_;
+    const tracks::TrackNet& net_;
+    Vec2d origin_;
+};
+
+const motion::CharacterLimits& body_of(const Surroundings& around) {
+    return around.types[around.entities.type[around.self]].character;
+}
+
+/// Of a body that does not hold back, m/s.
+double top_speed_of(const State& state, const Surroundings& around) {
+    const motion::CharacterLimits& body = body_of(around);
+    return static_cast<double>(body.speed) *
+           static_cast<double>(state.sprint ? body.sprint_factor : 1.0F);
+}
+
+/// That of the timetable, m/s.
+double timetable_speed(const State& state, const Surroundings& around) {
+    return top_speed_of(state, around) *
+           std::min(static_cast<double>(state.speed_factor), kTimetableShare);
+}
+
+/// From the end of the last tick to where the timetable has the end of the leg, s.
+double time_to_due(const Mind& mind, const Surroundings& around) {
+    const Tick ticks = mind.track.due - (around.now - 1);
+    return static_cast<double>(ticks) * static_cast<double>(around.dt) +
+           static_cast<double>(mind.track.due_s);
+}
+
+void set_due(Mind& mind, double from_now_s, const Surroundings& around) {
+    const double dt = static_cast<double>(around.dt);
+    const double ticks = std::floor(from_now_s / dt);
+    mind.track.due = around.now - 1 + static_cast<Tick>(ticks);
+    mind.track.due_s = static_cast<float>(from_now_s - ticks * dt);
+}
+
+bool changes_lanes(const Mind& mind) {
+    return mind.track.from != tracks::kNoLane;
+}
+
+tracks::TrackChange change_of(const Mind& mind, const TrackView& view) {
+    const TrackWalk& walk = mind.track;
+    return {{&view.lane(walk.from).curve(), static_cast<double>(walk.from_s), 0.0},
+            {&view.lane(walk.lane).curve(), static_cast<double>(walk.s), 0.0},
+            static_cast<double>(view.def().blend_m)};
+}
+
+/// Where the timetable has the mind, after `more` m from the end of its leg: world coordinates.
+Vec2d place_after(const Mind& mind, const TrackView& view, double more) {
+    const TrackWalk& walk = mind.track;
+    return changes_lanes(mind)
+               ? change_of(mind, view).at(static_cast<double>(walk.changed) + more).at
+               : view.lane(walk.lane).at(static_cast<double>(walk.s) + more).at;
+}
+
+/// From where its body is.
+void board(Mind& mind,
+           const Lane& lane,
+           double s,
+           const TrackView& view,
+           const Surroundings& around) {
+    TrackWalk& walk = mind.track;
+    walk.s = static_cast<float>(lane.on_lane(s));
+    walk.from = tracks::kNoLane;
+    walk.to_change = view.def().change_every_m;
+    mind.corner = kOnTrack;
+    set_due(mind, 0.0, around);
+}
+
+/// A target on the track, to which it walks as to any goal.
+void head_for_place(Mind& mind, std::uint8_t corner, const Vec2d& at, const TrackView& view) {
+    const Vec2 place = view.local(at);
+    mind.corner = corner;
+    mind.target = Vec3(place.x(), mind.home.y(), place.y());
+}
+
+/// Another lane beside the one that it is on, if it draws one.
+void draw_change(Mind& mind, const TrackView& view) {
+    TrackWalk& walk = mind.track;
+    walk.to_change = view.def().change_every_m;
+    const double blend = static_cast<double>(view.def().blend_m);
+    const Lane& own = view.lane(walk.lane);
+    const auto room = [blend](const Lane& lane, double s) {
+        return lane.closed() || s + blend < lane.length();
+    };
+    if (!room(own, static_cast<double>(walk.s))) {
+        return;
+    }
+    const tracks::TrackPoint here = own.at(static_cast<double>(walk.s));
+    const LaneId drawn = view.draw(mind.rng, [&](LaneId id) {
+        if (id == walk.lane) {
+            return true;
+        }
+        const Lane& lane = view.lane(id);
+        const Lane::Near near = lane.nearest(here.at);
+        return near.distance_m <= 0.5 * blend && room(lane, near.s) &&
+               lane.at(near.s).ahead.dot(here.ahead) > 0.5;
+    });
+    if (drawn == walk.lane || drawn == tracks::kNoLane) {
+        return;
+    }
+    walk.from = walk.lane;
+    walk.from_s = walk.s;
+    walk.lane = drawn;
+    walk.s = static_cast<float>(view.lane(drawn).nearest(here.at).s);
+    walk.changed = 0.0F;
+}
+
+/// At the end of an open lane: another one that begins there. False: none does.
+bool go_on_to_next(Mind& mind, const Vec2d& end, const TrackView& view) {
+    const double join = std::max(static_cast<double>(view.def().blend_m), 1.0);
+    const LaneId next = view.draw(mind.rng, [&](LaneId id) {
+        const Lane& lane = view.lane(id);
+        return (lane.closed() ? lane.nearest(end).distance_m : (lane.at(0.0).at - end).norm()) <=
+               join;
+    });
+    if (next == tracks::kNoLane) {
+        return false;
+    }
+    const Lane& lane = view.lane(next);
+    mind.track.lane = next;
+    mind.track.s = static_cast<float>(lane.closed() ? lane.nearest(end).s : 0.0);
+    return true;
+}
+
+/// What a leg from the end of the last one may be.
+tracks::LegLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
+    const double error = lane.error_m();
+    const double acceleration = static_cast<double>(body_of(around).acceleration);
+    const double step_m = speed * static_cast<double>(around.dt);
+    tracks::LegLimits limits;
+    limits.off_m = kChordShare * error;
+    // From leg to leg the heading turns by what two legs do at most. A velocity that turns by an
+    // angle t changes by v t, which leads v^2 t^2 / 2a aside.
+    limits.turn = 0.5 * kStepShare * error / step_m;
+    if (acceleration > 0.0) {
+        limits.turn =
+            std::min(limits.turn, 0.5 * std::sqrt(2.0 * kTurnShare * error * acceleration) / speed);
+    }
+    limits.most_m = static_cast<double>(CoarseCells::kPiece_m);
+    return limits;
+}
+
+/// How long the next leg is, m; at least so long that it lasts some ticks.
+double next_leg_m(const Mind& mind,
+                  const TrackView& view,
+                  double speed,
+                  const Surroundings& around) {
+    const TrackWalk& walk = mind.track;
+    const Lane& lane = view.lane(walk.lane);
+    const double at_least =
+        std::max(Lane::kLeast_m, kLeastTicks * speed * static_cast<double>(around.dt));
+    const double s = static_cast<double>(walk.s);
+    if (!changes_lanes(mind)) {
+        const double left = lane.closed() ? lane.length() : lane.length() - s;
+        double most = std::max(lane.leg_m(s, limits_of(lane, speed, around)), at_least);
+        if (view.def().change_every_m > 0.0F) {
+            most = std::min(most, std::max(static_cast<double>(walk.to_change), at_least));
+        }
+        return std::min(most, left);
+    }
+    const double changed = static_cast<double>(walk.changed);
+    const double blend = static_cast<double>(view.def().blend_m);
+    const Lane& from = view.lane(walk.from);
+    const double leg = std::min(
+        {blend / kChangeLegs,
+         lane.leg_m(s + changed, limits_of(lane, speed, around)),
+         from.leg_m(static_cast<double>(walk.from_s) + changed, limits_of(from, speed, around))});
+    return std::min(std::max(leg, at_least), blend - changed);
+}
+
+/// The timetable's place moves on by `way`.
+void advance(Mind& mind, const TrackView& view, double way) {
+    TrackWalk& walk = mind.track;
+    const Lane& lane = view.lane(walk.lane);
+    walk.to_change -= static_cast<float>(way);
+    if (!changes_lanes(mind)) {
+        walk.s = static_cast<float>(lane.on_lane(static_cast<double>(walk.s) + way));
+        return;
+    }
+    walk.changed += static_cast<float>(way);
+    if (walk.changed >= view.def().blend_m * (1.0F - 1e-5F)) {
+        walk.s = static_cast<float>(
+            lane.on_lane(static_cast<double>(walk.s) + static_cast<double>(walk.changed)));
+        walk.from = tracks::kNoLane;
+    }
+}
+
+/// The leg from where it is that leads to `goal` in `time_s`, at `most` m/s: the turn into it leads
+/// aside and costs way, for which its direction and speed allow.
+Leg leg_in_time(const Vec2& goal,
+                double time_s,
+                float most,
+                const Mind& mind,
+                const Surroundings& around) {
+    const Vec2 velocity = velocity_at(mind.leg, around.now - 1, around.dt);
+    const auto time = static_cast<float>(time_s);
+    Vec2 from = around.at;
+    Leg leg;
+    for (int attempt = 0; attempt < kTurnTries; ++attempt) {
+        const Vec2 way = goal - from;
+        const float length = way.norm();
+        if (!(length > 1e-4F)) {
+            break;
+        }
+        leg = leg_from(around.at,
+                       velocity,
+                       way / length,
+                       std::min(length / time, most),
+                       body_of(around).acceleration,
+                       around.now - 1);
+        from = leg.from;
+    }
+    leg.length = std::max((goal - leg.from).norm(), 1e-3F);
+    leg.goal = goal;
+    return leg;
+}
+
+/// Whether the mind is where its leg was to end; else it boards again from where it is.
+/// False: it is too far off.
+bool find_place(Mind& mind, const TrackView& view, const Surroundings& around) {
+    const Vec2d here = view.world(around.at);
+    if ((place_after(mind, view, 0.0) - here).norm() <= kBoardM) {
+        return true;
+    }
+    const Lane& lane = view.lane(mind.track.lane);
+    const Lane::Near near = lane.nearest(here, static_cast<double>(mind.track.s), kReachM);
+    if (near.distance_m > kPushedOffM) {
+        head_for_place(mind, kJoins, lane.at(near.s).at, view);
+        return false;
+    }
+    board(mind, lane, near.s, view, around);
+    return true;
+}
+
+/// Sets the next leg, from the place that the timetable has for the end of the last one.
+void set_next_leg(Mind& mind,
+                  const State& state,
+                  const TrackView& view,
+                  const Surroundings& around) {
+    const double top = top_speed_of(state, around);
+    const double speed = timetable_speed(state, around);
+    const double way = next_leg_m(mind, view, speed, around);
+    const Vec2 goal = view.local(place_after(mind, view, way));
+    const double straight = static_cast<double>((goal - around.at).norm());
+    double time = time_to_due(mind, around) + way / speed;
+    // By another timetable: who was held up, or has just come from beside the track.
+    if (!(straight > kLeastShare * speed * time) || !(straight < top * time + 0.5 * kBoardM)) {
+        time = std::max(straight / speed, static_cast<double>(around.dt));
+    }
+    advance(mind, view, way);
+    set_due(mind, time, around);
+    mind.leg = leg_in_time(goal, time, static_cast<float>(top), mind, around);
+    aim_along(
+        mind, Pace{mind.leg.speed / static_cast<float>(top), state.sprint}, mind.leg.direction);
+    mind.on_way = false;
+    mind.again_at = kNever;
+}
+
+}  // namespace
+
+void begin_track(Mind& mind, const State& state, const Surroundings& around) {
+    ZONED_ASSERT(state.follow && around.places.tracks() != nullptr,
+                 "who follows tracks has some to follow");
+    const TrackView view(*state.follow, around);
+    mind.track = TrackWalk{};
+    mind.track.lane = view.draw(mind.rng, [](LaneId) { return true; });
+    const Lane& lane = view.lane(mind.track.lane);
+    const Lane::Near near = lane.nearest(view.world(around.at));
+    mind.track.s = static_cast<float>(near.s);
+    head_for_place(mind, kJoins, lane.at(near.s).at, view);
+}
+
+bool follow_track(Mind& mind, const State& state, const Surroundings& around) {
+    const TrackView view(*state.follow, around);
+    if (mind.corner == kTrackEnds || !(timetable_speed(state, around) > 0.0)) {
+        return false;
+    }
+    if (mind.corner == kJoins) {
+        const Lane& lane = view.lane(mind.track.lane);
+        const Lane::Near near = lane.nearest(view.world(around.at));
+        if (near.distance_m > (around.there ? kAsNearM : kBoardM)) {
+            return false;
+        }
+        board(mind, lane, near.s, view, around);
+    } else if (!find_place(mind, view, around)) {
+        return false;
+    }
+    if (!changes_lanes(mind)) {
+        if (view.def().change_every_m > 0.0F && !(mind.track.to_change > 0.0F)) {
+            draw_change(mind, view);
+        }
+        const Lane& lane = view.lane(mind.track.lane);
+        if (!lane.closed() &&
+            static_cast<double>(mind.track.s) > lane.length() - 1e-3 * Lane::kLeast_m) {
+            const Vec2d end = lane.at(lane.length()).at;
+            if (!go_on_to_next(mind, end, view)) {
+                head_for_place(mind, kTrackEnds, end, view);
+                return false;
+            }
+        }
+    }
+    set_next_leg(mind, state, view, around);
+    return true;
+}
+
+Wish wish_track(Mind& mind, const State& state, const Surroundings& around) {
+    const Vec2 target(mind.target.x(), mind.target.z());
+    Wish wish;
+    wish.has_goal = true;
+    wish.seeks = true;
+    wish.goal = target;
+    wish.direction = target - around.at;
+    if (mind.corner == kTrackEnds) {
+        return wish.direction.norm() > 2.0F * kArriveM ? wish : Wish();
+    }
+    const TrackView view(*state.follow, around);
+    const Lane& lane = view.lane(mind.track.lane);
+    const Lane::Near near =
+        lane.nearest(view.world(around.at), static_cast<double>(mind.track.s), kReachM);
+    if (mind.timed && around.there) {
+        wish = Wish();
+        wish.far = true;  // a way may open
+        return wish;
+    }
+    if (mind.timed || near.distance_m > kPushedOffM) {
+        return wish;
+    }
+    mind.track.s = static_cast<float>(near.s);
+    const double ahead = std::max(kAheadM, kAheadS * timetable_speed(state, around));
+    wish.seeks = false;
+    wish.goal = view.local(lane.at(near.s + ahead).at);
+    wish.direction = wish.goal - around.at;
+    return wish;
+}
+
+TrackPlace track_place(const Mind& mind, const Places& places) {
+    const TrackWalk& walk = mind.track;
+    if (places.tracks() == nullptr || walk.lane >= places.tracks()->lanes()) {
+        return {};
+    }
+    const Lane& lane = places.tracks()->lane(walk.lane);
+    const double s = static_cast<double>(walk.s) +
+                     (changes_lanes(mind) ? static_cast<double>(walk.changed) : 0.0);
+    return {walk.lane, lane.on_lane(s), lane.length()};
+}
+
+}  // namespace zoned::ai

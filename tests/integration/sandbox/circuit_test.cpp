@@ -1,0 +1,75 @@
+// The world `circuit`: runners and carriages on tracks across a border, some seen and some not.
+#include "server/ai/follow_track.h"
+#include "server/zone/zone_state.h"
+#include "tests/harness/game_test.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace zoned::harness {
+namespace {
+
+class CircuitWorld : public GameTest {
+  protected:
+    CircuitWorld() {
+        server.config = ZONED_SOURCE_DIR "/config/circuit.txtpb";
+        bots.bots = 6;
+        bots.seconds = 60.0;
+    }
+
+    /// How far followers are from the lanes that they go along, and in how many zones each was.
+    void look(app::World& world) {
+        for (const auto& zone : world.zones()) {
+            const zone::ZoneState& state = zone->state();
+            const ai::tracks::TrackNet& net = *state.places.tracks();
+            for (std::size_t n = 0; n < state.minds.size(); ++n) {
+                look(state, net, state.minds.at(state.minds.nth(n)));
+            }
+        }
+    }
+
+    void look(const zone::ZoneState& state, const ai::tracks::TrackNet& net, const ai::Mind& mind) {
+        const world::Row row = state.entities.find(mind.entity);
+        if (row == world::kNoRow || mind.corner != ai::kOnTrack || mind.entered) {
+            return;
+        }
+        zones_[mind.entity.value].insert(state.settings.zone().value);
+        lanes_[mind.entity.value].insert(mind.track.lane);
+        const Vec3& at = state.entities.position[row];
+        const Vec2d here = Vec2(at.x(), at.z()).cast<double>() + state.places.origin();
+        ++samples_;
+        (mind.tier == ai::Tier::kCoarse ? coarse_ : awake_) += 1;
+        if (mind.tier == ai::Tier::kAwake && mind.track.from == ai::tracks::kNoLane) {
+            beside_ += net.lane(mind.track.lane).nearest(here).distance_m > 1.0 ? 1 : 0;
+        }
+    }
+
+    std::map<std::uint32_t, std::set<std::uint32_t>> zones_;
+    std::map<std::uint32_t, std::set<std::uint32_t>> lanes_;
+    int samples_ = 0;
+    int coarse_ = 0;
+    int awake_ = 0;
+    int beside_ = 0;
+};
+
+TEST_F(CircuitWorld, IsConsistentAndItsFollowersKeepToTheirTracks) {
+    server.network.loss = 0.02;
+    server.network.delay_s = 0.04;
+    const measure::Report report = run([this](VirtualServer& now, double) { look(now.world()); });
+    EXPECT_TRUE(report.consistent) << reasons(report);
+    EXPECT_EQ(lanes_.size(), 20U) << "all came to their tracks";
+    const auto in_two = [](const auto& seen) {
+        return seen.second.size() > 1;
+    };
+    // The course crosses the border, and takes 45 s.
+    EXPECT_GE(std::count_if(zones_.begin(), zones_.end(), in_two), 14);
+    EXPECT_GE(std::count_if(lanes_.begin(), lanes_.end(), in_two), 10) << "they changed lanes";
+    EXPECT_GT(awake_, samples_ / 10);
+    EXPECT_GT(coarse_, 0);
+    // Who makes way for others leaves its lane by as much as that takes.
+    EXPECT_LT(beside_, awake_ / 5);
+}
+
+}  // namespace
+}  // namespace zoned::harness
