@@ -72,7 +72,9 @@ TEST(MistakesInTracks, AreFoundWhereTheyAre) {
     expect_single(roads_with("width_m: 6", "width_m: 60"), "point { x_m: 20 z_m: 0", "bends with");
     expect_single(roads_with("margin_m: 1", "margin_m: 4"), "racing_line {", "half of width_m");
     expect_single(roads_with("curve: B_SPLINE", "racing_line { }"), "racing_line { }", "closed");
-    expect_single(roads_with("name: \"road\"", "name: \"ring\""),
+    expect_single(with("choice { track: \"road\"",
+                       "choice { track: \"ring\"",
+                       roads_with("name: \"road\"", "name: \"ring\"")),
                   "name: \"ring\" curve",
                   "name of another track");
     expect_single(roads_with("racing_line: true", "racing_line: true lane: 1"),
@@ -108,8 +110,6 @@ TEST(WarningsOfTracks, NameWhatCannotWork) {
     const std::string kerb =
         "statics { box { x_m: 0 y_m: 0.1 z_m: 30 size { x_m: 2 y_m: 0.2 z_m: 2 } } }\n";
     EXPECT_THAT(warnings_of(kerb + kRoads), IsEmpty());
-}
-
 }
 
 }  // namespace
