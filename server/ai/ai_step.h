@@ -211,6 +211,7 @@ class Step {
     void watch_changes(Minds& minds, const World& world) const;
     void walk_coarse(Minds& minds, const World& world, const Settings& settings);
     void find_ways(Minds& minds, const World& world, const Settings& settings);
+    void count_bodies(const World& world);
     void ask_for_ways(Minds& minds, const World& world, const Settings& settings);
     void give_commands(const Minds& minds, const World& world, const Settings& settings);
     void go_on(Minds& minds, const World& world, const Settings& settings);
@@ -236,9 +237,11 @@ class Step {
     std::vector<std::uint32_t> traders_;           // of due_, ascending by entity
     std::vector<WaitingTraders> waiting_traders_;  // the first some of them count
     std::size_t waiting_trader_groups_ = 0;
-    std::vector<Slot> asking_;                        // for ways, ascending by entity
-    std::vector<Slot> waiting_;                       // for ways that they have asked for
-    std::vector<Slot> told_;                          // ways
+    std::vector<Slot> asking_;   // for ways, ascending by entity
+    std::vector<Slot> waiting_;  // for ways that they have asked for
+    std::vector<Slot> told_;     // ways
+    std::vector<float> body_x_;  // of those whom ways lead around
+    std::vector<float> body_z_;
     std::vector<CoarseCells::Cell> watched_squares_;  // in which minds may be seen
     std::vector<Slot> left_;
     std::vector<Slot> waking_;

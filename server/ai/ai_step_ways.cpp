@@ -58,6 +58,24 @@ void Step::wait_for(const Ways& ways, const Minds& minds) {
     std::sort(waiting_.begin(), waiting_.end());
 }
 
+/// Those who are simulated: who is seen by nobody walks through everybody.
+void Step::count_bodies(const World& world) {
+    if (!world.ways->counts_bodies()) {
+        return;
+    }
+    body_x_.clear();
+    body_z_.clear();
+    const world::Entities& e = world.entities;
+    for (world::Row row = 0; row < e.size(); ++row) {
+        if (world.types[e.type[row]].kind == world::EntityKind::kCharacter &&
+            !e.has(row, world::kHidden) && !e.has(row, world::kDozing)) {
+            body_x_.push_back(e.position[row].x());
+            body_z_.push_back(e.position[row].z());
+        }
+    }
+    world.ways->count_bodies(body_x_, body_z_);
+}
+
 /// Ways for those who need one, most often in the tick in which they ask; others are told when
 /// theirs is there, or another than before because a door has turned.
 void Step::find_ways(Minds& minds, const World& world, const Settings& settings) {
@@ -65,6 +83,7 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
         return;
     }
     ask_for_ways(minds, world, settings);
+    count_bodies(world);
     world.ways->serve();
     told_.clear();
     std::copy_if(asking_.begin(), asking_.end(), std::back_inserter(told_), [&minds](Slot slot) {

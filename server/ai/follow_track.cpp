@@ -306,10 +306,15 @@ Leg leg_in_time(const Vec2& goal,
 /// Whether the mind is where its leg was to end; else it boards again from where it is.
 /// False: it is too far off.
 bool find_place(Mind& mind, const TrackView& view, const Surroundings& around) {
-    const Vec2d here = view.world(around.at);
-    if ((place_after(mind, view, 0.0) - here).norm() <= kBoardM) {
+    const auto on_it = [](float distance) {
+        return static_cast<double>(distance) <= kBoardM;
+    };
+    // That place is the goal of its leg, if it still has that one.
+    if (on_it((mind.leg.goal - around.at).norm()) ||
+        on_it((view.local(place_after(mind, view, 0.0)) - around.at).norm())) {
         return true;
     }
+    const Vec2d here = view.world(around.at);
     const Lane& lane = view.lane(mind.track.lane);
     const Lane::Near near = lane.nearest(here, static_cast<double>(mind.track.s), kReachM);
     if (near.distance_m > kPushedOffM) {

@@ -66,53 +66,84 @@ crowd::FormationSlot slot_in(const FormationDef& def, std::size_t index, std::si
     return {};
 }
 
+/// Rows of other zones whose minds may form up: members of a company that is on both sides of a
+/// border are among them.
+std::size_t ghosts_in_formations(const world::Entities& entities,
+                                 const world::TypeTable& types,
+                                 std::span<const CompiledMachine> machines) {
+    std::size_t ghosts = 0;
+    for (world::Row row = 0; row < entities.size(); ++row) {
+        const std::uint16_t mind = types[entities.type[row]].mind;
+        ghosts += entities.has(row, world::kGhost) && mind != 0 && mind <= machines.size() &&
+                          machines[mind - 1U].forms_up
+                      ? 1
+                      : 0;
+    }
+    return ghosts;
+}
+
 /// Those of one captain who do the same.
 struct Formations::Group {
     std::span<const Rank> ranks;
     const FormationDef* def;
     Vec2 centre;
     Vec2 heading;
-    bool regroups;  ///< who is there closes the gaps of who is not
+    bool regroups;        ///< who is there closes the gaps of who is not
+    std::size_t company;  ///< how many there are, on both sides of a border
 
     [[nodiscard]] Vec2 offset(std::size_t index) const {
-        const crowd::FormationSlot slot =
-            slot_in(*def, index, std::min(ranks.size(), kMostInFormation));
+        const crowd::FormationSlot slot = slot_in(*def, index, company);
         return slot.ahead * heading + slot.right * Vec2(-heading.y(), heading.x());
     }
 };
 
 void Formations::give_slots(Minds& minds, const world::Entities& entities, const Group& group) {
     const std::size_t count = std::min(group.ranks.size(), kMostInFormation);
-    taken_.assign(count, 0);
+    taken_.assign(group.company, 0);
     bool whole = true;
     bool strays = false;
     for (std::size_t i = 0; i < count && whole; ++i) {
         const std::uint8_t corner = minds.at(group.ranks[i].slot).corner;
         const std::size_t slot = corner & ~kStraggles;
         strays = strays || (corner & kStraggles) != 0;
-        whole = slot < count && taken_[slot] == 0;
+        whole = slot < group.company && taken_[slot] == 0;
         if (whole) {
             taken_[slot] = 1;
         }
     }
-    if (!whole || (strays && group.regroups)) {
+    const bool together = count == group.company;
+    if (!whole || (strays && group.regroups && together)) {
         cost_.clear();
         for (std::size_t i = 0; i < count; ++i) {
             const Vec2 at = ground_of(entities.position[group.ranks[i].row]);
-            for (std::size_t slot = 0; slot < count; ++slot) {
+            for (std::size_t slot = 0; slot < group.company; ++slot) {
                 const Vec2 way = group.centre + group.offset(slot) - at;
                 cost_.push_back(static_cast<double>(way.squaredNorm()));
             }
         }
-        const auto slots = assignment_.solve(cost_, count, count);
+        const auto slots = assignment_.solve(cost_, count, group.company);
         for (std::size_t i = 0; i < count; ++i) {
             std::uint8_t& corner = minds.at(group.ranks[i].slot).corner;
             corner = static_cast<std::uint8_t>((corner & kStraggles) | slots[i]);
+            minds.at(group.ranks[i].slot).steps = static_cast<std::uint16_t>(group.company);
         }
     }
     for (std::size_t i = count; i < group.ranks.size(); ++i) {
         minds.at(group.ranks[i].slot).corner |= kNoRank;
     }
+}
+
+/// How many a company counts: those who are here, unless they were more when they got their slots,
+/// and the rest may be among the ghosts.
+std::size_t Formations::company_of(std::span<const Rank> ranks,
+                                   const Minds& minds,
+                                   std::size_t ghosts) const {
+    const std::size_t here = std::min(ranks.size(), kMostInFormation);
+    std::size_t were = 0;
+    for (const Rank& rank : ranks) {
+        were = std::max<std::size_t>(were, minds.at(rank.slot).steps);
+    }
+    return were > here && were <= kMostInFormation && ghosts >= were - here ? were : here;
 }
 
 void Formations::place(Minds& minds,
@@ -125,6 +156,7 @@ void Formations::place(Minds& minds,
         const Mind& mind = minds.at(rank.slot);
         return &*machines[mind.machine].states[mind.doing].formation;
     };
+    const std::size_t ghosts = ghosts_in_formations(entities, types, machines);
     std::sort(ranks_.begin(), ranks_.end(), [](const Rank& a, const Rank& b) {
         return a.captain != b.captain ? a.captain < b.captain : a.entity < b.entity;
     });
@@ -134,11 +166,13 @@ void Formations::place(Minds& minds,
             ++end;
         }
         const world::Row captain = ranks_[begin].captain_row;
-        const Group group{std::span(ranks_).subspan(begin, end - begin),
+        const auto ranks = std::span<const Rank>(ranks_).subspan(begin, end - begin);
+        const Group group{ranks,
                           def_of(ranks_[begin]),
                           ground_of(entities.position[captain]),
                           heading_of_captain(entities, captain),
-                          (now + static_cast<Tick>(ranks_[begin].captain.value)) % kRegroup == 0};
+                          (now + static_cast<Tick>(ranks_[begin].captain.value)) % kRegroup == 0,
+                          company_of(ranks, minds, ghosts)};
         give_slots(minds, entities, group);
         for (const Rank& rank : group.ranks) {
             Mind& mind = minds.at(rank.slot);

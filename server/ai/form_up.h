@@ -26,7 +26,9 @@ struct Rank {
 
 /// The members of all formations of a zone. Nothing is remembered here: slots are part of the
 /// minds, and given anew, by the least sum of squared ways, when those of a captain's members are
-/// not the first so many.
+/// not the first so many. On a border, where some of them, or the captain, are ghosts of another
+/// zone, both keep to the slots that they had when they were together: as long as there are as many
+/// ghosts who may be those that are missing.
 class Formations {
   public:
     void clear() { ranks_.clear(); }
@@ -48,6 +50,9 @@ class Formations {
     struct Group;
 
     void give_slots(Minds& minds, const world::Entities& entities, const Group& group);
+    [[nodiscard]] std::size_t company_of(std::span<const Rank> ranks,
+                                         const Minds& minds,
+                                         std::size_t ghosts) const;
 
     std::vector<Rank> ranks_;
     std::vector<double> cost_;

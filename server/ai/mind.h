@@ -66,7 +66,9 @@ struct Mind {
     Vec3 home = Vec3::Zero();
     Vec3 target = Vec3::Zero();
     std::uint8_t corner = 0;  ///< of a round; what other actions keep there they say
-    std::uint16_t steps = 0;  ///< from cell to cell since it left home or food, where it forages
+    /// From cell to cell since it left home or food, where it forages; where it forms up, with how
+    /// many it was when it got its slot.
+    std::uint16_t steps = 0;
     EntityId
         prey;  ///< its target at the last decision: the nearest player, if nothing else is said
     EntityId ward;              ///< whom it looks after, likewise

@@ -16,7 +16,7 @@ using navigation::TurnMemory;
 using navigation::WayEnd;
 using navigation::WayMemory;
 
-constexpr std::uint32_t kWayVersion = 1;
+constexpr std::uint32_t kWayVersion = 2;
 
 void write_count(std::size_t count, FieldWriter& write) {
     write(static_cast<std::uint32_t>(count));
@@ -82,6 +82,7 @@ void visit_numbers(RequestOf& r, Visit& visit) {
     visit(r.waiting);
     visit(r.usable);
     visit(r.best);
+    visit(r.doubted);
     visit(r.reaches);
     visit(r.outcome);
     visit(r.next);
@@ -122,6 +123,48 @@ void read_request(RequestMemory& r, FieldReader& read) {
     });
 }
 
+/// All of a crowd's memory that is one number.
+template <class CrowdOf, class Visit>
+void visit_crowd(CrowdOf& crowd, Visit& visit) {
+    visit(crowd.ticks);
+    visit(crowd.tick);
+    visit(crowd.round);
+    visit(crowd.reviewed_round);
+    visit(crowd.next_review);
+}
+
+template <class BlockOf, class Visit>
+void visit_block(BlockOf& block, Visit& visit) {
+    visit(block.block);
+    visit(block.density);
+    visit(block.crowding);
+}
+
+template <class GoalOf, class Visit>
+void visit_goal(GoalOf& goal, Visit& visit) {
+    visit(goal.place);
+    visit(goal.used);
+    visit(goal.answers);
+}
+
+void write_crowd(const crowd::CrowdMemory& crowd, FieldWriter& write) {
+    visit_crowd(crowd, write);
+    write_count(crowd.blocks.size(), write);
+    for (const auto& block : crowd.blocks) {
+        visit_block(block, write);
+    }
+    write_count(crowd.goals.size(), write);
+    for (const auto& goal : crowd.goals) {
+        visit_goal(goal, write);
+    }
+}
+
+void read_crowd(crowd::CrowdMemory& crowd, FieldReader& read) {
+    visit_crowd(crowd, read);
+    read_list(crowd.blocks, read, [&](auto& block) { visit_block(block, read); });
+    read_list(crowd.goals, read, [&](auto& goal) { visit_goal(goal, read); });
+}
+
 void write_map(const WayMemory& map, FieldWriter& write) {
     write_count(map.requests.size(), write);
     for (const RequestMemory& r : map.requests) {
@@ -145,6 +188,7 @@ void write_map(const WayMemory& map, FieldWriter& write) {
     write(map.tick);
     write(map.typical_work);
     write(map.cheap_work);
+    write_crowd(map.crowd, write);
 }
 
 void read_map(WayMemory& map, FieldReader& read) {
@@ -165,6 +209,7 @@ void read_map(WayMemory& map, FieldReader& read) {
     read(map.tick);
     read(map.typical_work);
     read(map.cheap_work);
+    read_crowd(map.crowd, read);
 }
 
 /// Of one who has asked.

@@ -80,6 +80,7 @@ std::unique_ptr<navigation::WayMap> Ways::make_map(const WaysSettings& settings,
         case WayMapKind::kGrid: {
             navigation::WaySettings service;
             service.work_per_tick = settings.work_per_tick;
+            service.crowding = settings.crowding;
             return std::make_unique<navigation::GridWays>(
                 statics, limits, area, settings.cell_m, shut, service);
         }
@@ -148,13 +149,15 @@ void Ways::put_in_order(std::vector<Slot>& minds) {
 
 void Ways::follow_doors(Tick now) {
     requeued_.clear();
-    if (now < next_turn_ || sizes_.empty()) {
-        return;
-    }
-    see_doors(now);
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
-        sizes_[s].map->turn_doors(shut_);
-        note(sizes_[s].map->requeued(), s, requeued_);
+        note(sizes_[s].map->review_crowds(), s, requeued_);
+    }
+    if (now >= next_turn_ && !sizes_.empty()) {
+        see_doors(now);
+        for (std::size_t s = 0; s < sizes_.size(); ++s) {
+            sizes_[s].map->turn_doors(shut_);
+            note(sizes_[s].map->requeued(), s, requeued_);
+        }
     }
     put_in_order(requeued_);
 }
@@ -224,6 +227,19 @@ navigation::WayAnswer Ways::answer(Slot mind) const {
     return answer;
 }
 
+bool Ways::counts_bodies() const {
+    return std::any_of(
+        sizes_.begin(), sizes_.end(), [](const Size& size) { return size.map->counts_bodies(); });
+}
+
+void Ways::count_bodies(std::span<const float> x, std::span<const float> z) {
+    for (Size& size : sizes_) {
+        if (size.map->counts_bodies()) {
+            size.map->count_bodies(x, z);
+        }
+    }
+}
+
 void Ways::see(Slot mind, navigation::Spot at, float at_y) {
     const Asked& asked = asked_[mind];
     sizes_[asked.size].map->see(asked.ticket, at, at_y);
@@ -250,6 +266,7 @@ navigation::WayCounts Ways::counts() const {
         sum.served += c.served;
         sum.straight += c.straight;
         sum.by_field += c.by_field;
+        sum.around_crowds += c.around_crowds;
         sum.by_areas += c.by_areas;
         sum.fields += c.fields;
         sum.broken += c.broken;

@@ -1,6 +1,7 @@
 // Ways: the ways of all minds of a zone, on maps of where characters of each size can walk.
 #pragma once
 
+#include "server/ai/crowd/crowd_settings.h"
 #include "server/ai/minds.h"
 #include "server/ai/navigation/way_map.h"
 #include "server/ai/navigation/waypoint_graph.h"
@@ -28,7 +29,8 @@ struct WaysSettings {
     /// Of a tick and zone, in units of about 2 ns; shared evenly among the sizes of characters.
     std::uint64_t work_per_tick = 1'000'000;
     WayMapKind map = WayMapKind::kGrid;
-    float cell_height_m = 0.05F;  ///< kMesh: steps of height
+    float cell_height_m = 0.05F;                         ///< kMesh: steps of height
+    std::optional<crowd::CrowdWaysSettings> crowding{};  ///< kGrid; none: crowds are no matter
     /// kGraph: those of the world, in its coordinates; null: regular ones wherever one can stand.
     std::shared_ptr<const navigation::WaypointGraph> waypoints{};
 };
@@ -81,7 +83,8 @@ class Ways {
 
     [[nodiscard]] bool empty() const { return sizes_.empty(); }
 
-    /// Doors are as at `now` from here on. Ways that a door cuts, as far as their minds still have
+    /// Doors are as at `now` from here on, and some of the ways are compared with ways around
+    /// crowds. Ways that a door cuts, as far as their minds still have
     /// to go, and those that an opened one may shorten, are looked for anew. Costs nothing in a
     /// tick in which no door turns.
     void follow_doors(Tick now);
@@ -140,6 +143,12 @@ class Ways {
     /// Minds whose ways the last follow_doors() has cut, or may have made longer than need be,
     /// ascending: they wait again.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
+
+    /// Whether bodies are to be counted in this tick, before serve().
+    [[nodiscard]] bool counts_bodies() const;
+
+    /// x and z of all bodies that may be in the way, m.
+    void count_bodies(std::span<const float> x, std::span<const float> z);
 
     /// A mind that has asked is here now: who waits is told a way from where it was seen last.
     void see(Slot mind, navigation::Spot at, float at_y = navigation::kOnGround);

@@ -322,6 +322,7 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
         begin_track(mind, state, around);
     } else if (state.action == ActionKind::kFormUp) {
         mind.corner = kNoRank;
+        mind.steps = 0;
         mind.target = around.entities.position[around.self];
     } else if (state.action == ActionKind::kPatrol) {
         mind.corner = nearest_corner(mind, state.radius_m, around.at);

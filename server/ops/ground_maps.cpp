@@ -6,6 +6,7 @@
 #include "server/zone/zone_settings.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -106,6 +107,9 @@ void check_ground_maps(const Config& config,
     }
     const Config::Ways& ways = config.ai().ways();
     check_waypoints(ways, diagnostics);
+    if (ways.has_crowding() && ways.map() != Config::Ways::GRID) {
+        diagnostics.add("ai.ways.crowding", "is of map: GRID alone");
+    }
     if (ways.map() == Config::Ways::GRAPH && ways.has_waypoints()) {
         return;  // nothing is baked
     }
@@ -126,12 +130,33 @@ void check_ground_maps(const Config& config,
     }
 }
 
+namespace {
+
+ai::crowd::CrowdWaysSettings expand_crowding(const Config& config) {
+    const Config::Crowding& from = config.ai().ways().crowding();
+    ai::crowd::CrowdWaysSettings out;
+    const double ticks = from.look_s() * config.world().tick_rate_hz();
+    out.look_ticks = static_cast<std::uint32_t>(std::max(1.0, std::round(ticks)));
+    // After remember_s a count is worth 1 / e of what it was.
+    out.remember = narrow(std::exp(-from.look_s() / from.remember_s()));
+    out.jam_per_m2 = narrow(from.jam_per_m2());
+    out.least_speed = narrow(from.least_speed());
+    out.gain = narrow(from.gain());
+    out.work_per_tick = from.work_per_tick();
+    return out;
+}
+
+}  // namespace
+
 ai::WaysSettings expand_ways(const Config& config) {
     const Config::Ways& from = config.ai().ways();
     ai::WaysSettings ways;
     ways.cell_m = map_cell_m(from);
     ways.work_per_tick = from.work_per_tick();
     ways.cell_height_m = narrow(from.cell_height_m());
+    if (from.has_crowding()) {
+        ways.crowding = expand_crowding(config);
+    }
     switch (from.map()) {
         case Config::Ways::GRID:
             ways.map = ai::WayMapKind::kGrid;

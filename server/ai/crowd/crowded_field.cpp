@@ -52,27 +52,35 @@ void CrowdedField::push(const Reached& reached) {
     std::push_heap(open_.begin(), open_.end());
 }
 
-void CrowdedField::build(const GridMap& map,
-                         std::span<const Crowding> crowding,
-                         navigation::Cell goal) {
+void CrowdedField::begin_build(const GridMap& map, navigation::Cell goal) {
     ZONED_ASSERT(map.contains(goal), "a goal off the map");
-    ZONED_ASSERT(crowding.size() == map.places(), "crowding of each place");
     stride_ = map.stride();
     goal_ = map.place(goal);
     cost_.assign(map.places(), kNoWay);
     hop_.assign(map.places(), navigation::kNoHop);
     open_.clear();
+    work_ = 0;
+    phase_ = Phase::kSpread;
     if (map.passable(goal_)) {
         cost_[goal_] = 0;
         hop_[goal_] = navigation::kArrived;
         push({0, goal_});
     }
-    spread(map, crowding);
 }
 
-void CrowdedField::spread(const GridMap& map, std::span<const Crowding> crowding) {
-    work_ = 0;
-    while (!open_.empty()) {
+void CrowdedField::build(const GridMap& map,
+                         std::span<const Crowding> crowding,
+                         navigation::Cell goal) {
+    ZONED_ASSERT(crowding.size() == map.places(), "crowding of each place");
+    begin_build(map, goal);
+    while (!advance(map, crowding, map.places())) {
+    }
+}
+
+bool CrowdedField::spread(const GridMap& map,
+                          std::span<const Crowding> crowding,
+                          std::size_t most) {
+    for (std::size_t settled = 0; !open_.empty();) {
         std::pop_heap(open_.begin(), open_.end());
         const Reached at = open_.back();
         open_.pop_back();
@@ -92,7 +100,11 @@ void CrowdedField::spread(const GridMap& map, std::span<const Crowding> crowding
                 push({cost, to});
             }
         }
+        if (++settled >= most) {
+            return open_.empty();
+        }
     }
+    return true;
 }
 
 void CrowdedField::forget(Place p) {
@@ -123,38 +135,79 @@ void CrowdedField::find_again(const GridMap& map, std::span<const Crowding> crow
     }
 }
 
+/// Steps into and out of a cell, and past its corner, are steps of the nine around it.
+void CrowdedField::forget_around(const GridMap& map, Place changed) {
+    if (cost_[changed] != kNoWay || map.passable(changed)) {
+        forget(changed);
+    }
+    for (Hop hop = 0; hop < kHops; ++hop) {
+        const Place q = beside(changed, hop, stride_);
+        if (cost_[q] != kNoWay) {
+            forget(q);
+        }
+    }
+}
+
+/// Whatever led through it.
+void CrowdedField::forget_before(Place p) {
+    for (Hop hop = 0; hop < kHops; ++hop) {
+        const Place q = beside(p, hop, stride_);
+        if (cost_[q] != kNoWay && hop_[q] == back(hop)) {
+            forget(q);
+        }
+    }
+}
+
+void CrowdedField::begin_update(std::span<const Place> changed) {
+    ZONED_ASSERT(goal_ != navigation::kNoPlace, "a field is built before it is updated");
+    changed_.assign(changed.begin(), changed.end());
+    forgotten_.clear();
+    open_.clear();
+    work_ = 0;
+    phase_ = Phase::kForget;
+    next_ = 0;
+    changes_ = 0;
+}
+
+bool CrowdedField::advance(const GridMap& map,
+                           std::span<const Crowding> crowding,
+                           std::size_t most) {
+    std::size_t left = most;
+    while (phase_ == Phase::kForget && left > 0) {
+        --left;
+        if (changes_ < changed_.size()) {
+            forget_around(map, changed_[changes_++]);
+        } else if (next_ < forgotten_.size()) {
+            forget_before(forgotten_[next_++]);
+        } else {
+            phase_ = Phase::kFindAgain;
+            next_ = 0;
+        }
+    }
+    while (phase_ == Phase::kFindAgain && left > 0) {
+        --left;
+        if (next_ < forgotten_.size()) {
+            find_again(map, crowding, forgotten_[next_++]);
+        } else {
+            phase_ = Phase::kSpread;
+        }
+    }
+    return phase_ == Phase::kSpread && left > 0 && spread(map, crowding, left);
+}
+
 void CrowdedField::update(const GridMap& map,
                           std::span<const Crowding> crowding,
                           std::span<const Place> changed) {
-    ZONED_ASSERT(goal_ != navigation::kNoPlace && cost_.size() == map.places(),
-                 "a field is built before it is updated");
-    forgotten_.clear();
-    // Steps into and out of a cell, and past its corner, are steps of the nine around it.
-    for (const Place c : changed) {
-        if (cost_[c] != kNoWay || map.passable(c)) {
-            forget(c);
-        }
-        for (Hop hop = 0; hop < kHops; ++hop) {
-            const Place q = beside(c, hop, stride_);
-            if (cost_[q] != kNoWay) {
-                forget(q);
-            }
-        }
+    ZONED_ASSERT(cost_.size() == map.places(), "a field is built before it is updated");
+    begin_update(changed);
+    while (!advance(map, crowding, map.places())) {
     }
-    // And whatever led through them.
-    for (std::size_t i = 0; i < forgotten_.size(); ++i) {
-        for (Hop hop = 0; hop < kHops; ++hop) {
-            const Place q = beside(forgotten_[i], hop, stride_);
-            if (cost_[q] != kNoWay && hop_[q] == back(hop)) {
-                forget(q);
-            }
-        }
-    }
-    open_.clear();
-    for (const Place p : forgotten_) {
-        find_again(map, crowding, p);
-    }
-    spread(map, crowding);
+}
+
+std::size_t CrowdedField::bytes() const {
+    return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
+           open_.capacity() * sizeof(Reached) +
+           (changed_.capacity() + forgotten_.capacity()) * sizeof(Place);
 }
 
 }  // namespace zoned::ai::crowd

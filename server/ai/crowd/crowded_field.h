@@ -38,8 +38,25 @@ class CrowdedField {
 
     [[nodiscard]] Cost cost(navigation::Place p) const { return cost_[p]; }
 
-    /// Cells that the last call took from its queue.
+    /// The same a part at a time: nothing else may be asked for, and neither map nor crowding
+    /// change, until advance() says so.
+    void begin_build(const navigation::GridMap& map, navigation::Cell goal);
+    void begin_update(std::span<const navigation::Place> changed);
+
+    /// Looks at `most` (> 0) cells more or less; true: the field is that of now.
+    bool advance(const navigation::GridMap& map,
+                 std::span<const Crowding> crowding,
+                 std::size_t most);
+
+    /// All next steps and costs, by place.
+    [[nodiscard]] std::span<const navigation::Hop> hops() const { return hop_; }
+
+    [[nodiscard]] std::span<const Cost> costs() const { return cost_; }
+
+    /// Cells that the last build() or update() took from its queue.
     [[nodiscard]] std::size_t work() const { return work_; }
+
+    [[nodiscard]] std::size_t bytes() const;
 
   private:
     struct Reached {
@@ -53,8 +70,20 @@ class CrowdedField {
     };
 
     void push(const Reached& reached);
-    void spread(const navigation::GridMap& map, std::span<const Crowding> crowding);
+    /// What is left to do, in order.
+    enum class Phase : std::uint8_t {
+        kForget,     ///< what led through what has changed
+        kFindAgain,  ///< from what is left beside it
+        kSpread,
+    };
+
+    /// Settles `most` cells at most; true: there are no more.
+    bool spread(const navigation::GridMap& map,
+                std::span<const Crowding> crowding,
+                std::size_t most);
     void forget(navigation::Place p);
+    void forget_around(const navigation::GridMap& map, navigation::Place changed);
+    void forget_before(navigation::Place p);
     void find_again(const navigation::GridMap& map,
                     std::span<const Crowding> crowding,
                     navigation::Place p);
@@ -62,7 +91,11 @@ class CrowdedField {
     std::vector<Cost> cost_;
     std::vector<navigation::Hop> hop_;
     std::vector<Reached> open_;
+    std::vector<navigation::Place> changed_;
     std::vector<navigation::Place> forgotten_;
+    Phase phase_ = Phase::kSpread;
+    std::size_t next_ = 0;     // of forgotten_, in this phase
+    std::size_t changes_ = 0;  // of changed_, done
     navigation::Place goal_ = navigation::kNoPlace;
     std::uint32_t stride_ = 0;
     std::size_t work_ = 0;

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "server/ai/crowd/agents.h"
+#include "server/ai/crowd/crowd_settings.h"
 #include "server/ai/navigation/grid_map.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,15 +24,16 @@ struct DensitySettings {
     float jam_per_m2 = 4.5F;    ///< agents: nobody moves
     float least_speed = 0.05F;  ///< share of the free speed that is left in a jam, 0 to 1
     float remember = 0.9F;      ///< share of what was known that stays with each look, 0 to 1
+    int block = 1;              ///< squares of so many cells a side are counted as one, > 0
 };
 
-/// Agents by cells, averaged over looks, and what follows: speed falls evenly with density, down to
-/// the least (Greenshields, "A study of traffic capacity", Highway Research Board 14, 1935; people:
-/// Fruin, "Pedestrian planning and design", 1971), and a step costs the time that it takes
-/// (Treuille, Cooper and Popovic, "Continuum crowds", SIGGRAPH 2006, section 3, for speeds that
-/// depend on the density alone). A cell's crowding changes only where it is off by an eighth (or
-/// two sixteenths), so that fields which depend on it change seldom. Costs nothing where nobody is
-/// or was.
+/// Agents by cells (or blocks of them, by what is passable there), averaged over looks, and what
+/// follows: speed falls evenly with density, down to the least (Greenshields, "A study of traffic
+/// capacity", Highway Research Board 14, 1935; people: Fruin, "Pedestrian planning and design",
+/// 1971), and a step costs the time that it takes (Treuille, Cooper and Popovic, "Continuum
+/// crowds", SIGGRAPH 2006, section 3, for speeds that depend on the density alone). A cell's
+/// crowding changes only where it is off by an eighth (or two sixteenths), so that fields which
+/// depend on it change seldom. Costs nothing where nobody is or was.
 class Density {
   public:
     Density(const navigation::GridMap& map, const DensitySettings& settings);
@@ -39,30 +42,61 @@ class Density {
     /// allocation once as many cells were crowded.
     void look(const CrowdAgents& agents);
 
+    /// The same of bodies at these places.
+    void look(std::span<const float> x, std::span<const float> z);
+
     [[nodiscard]] std::span<const navigation::Place> changed() const { return changed_; }
 
     /// By place.
     [[nodiscard]] std::span<const Crowding> crowding() const { return crowding_; }
 
     /// Agents per m2.
-    [[nodiscard]] float of(navigation::Place p) const { return density_[p]; }
+    [[nodiscard]] float of(navigation::Place p) const { return density_[block_of(p)]; }
 
     /// The cell of a point, or nothing off the map.
     [[nodiscard]] navigation::Place place_of(float x, float z) const;
 
     [[nodiscard]] const DensitySettings& settings() const { return settings_; }
 
+    /// Appends what is known.
+    void write(std::vector<CrowdMemory::Block>& blocks) const;
+
+    /// Of one that nobody has looked at. False: some are no blocks of this map, there twice, or no
+    /// densities; then it is of no use.
+    bool remember(std::span<const CrowdMemory::Block> blocks);
+
+    /// Anything is crowded.
+    [[nodiscard]] bool any() const { return crowded_blocks_ > 0; }
+
+    /// Calls visit(place) for the cells of a block.
+    template <class Visit>
+    void for_each_cell(std::uint32_t block, Visit&& visit) const {
+        const int left = static_cast<int>(block % blocks_across_) * settings_.block;
+        const int top = static_cast<int>(block / blocks_across_) * settings_.block;
+        for (int y = top; y < std::min(top + settings_.block, height_); ++y) {
+            for (int x = left; x < std::min(left + settings_.block, width_); ++x) {
+                visit(map_.place({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)}));
+            }
+        }
+    }
+
   private:
     [[nodiscard]] Crowding crowding_of(float density) const;
+    [[nodiscard]] std::uint32_t block_of(navigation::Place p) const;
+    [[nodiscard]] float passable_m2(std::uint32_t block) const;
+    void set(std::uint32_t block, Crowding crowding);
 
     DensitySettings settings_;
     int width_;
     int height_;
     const navigation::GridMap& map_;
-    std::vector<float> density_;
-    std::vector<std::uint16_t> count_;
-    std::vector<Crowding> crowding_;
-    std::vector<navigation::Place> known_;  // cells with a density
+    std::uint32_t blocks_across_;
+    std::vector<float> density_;        // by block
+    std::vector<std::uint16_t> count_;  // likewise
+    std::vector<Crowding> of_block_;    // likewise
+    std::vector<Crowding> crowding_;    // by place
+    std::vector<std::uint32_t> known_;  // blocks with a density
+    std::size_t crowded_blocks_ = 0;
     std::vector<navigation::Place> changed_;
 };
 

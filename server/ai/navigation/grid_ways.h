@@ -51,6 +51,17 @@ class GridWays final : public WayMap {
         return changes_.empty() ? std::span<const std::uint32_t>() : service_.requeued();
     }
 
+    [[nodiscard]] bool counts_bodies() const override { return service_.counts_bodies(); }
+
+    void count_bodies(std::span<const float> x, std::span<const float> z) override {
+        service_.count_bodies(x, z);
+    }
+
+    std::span<const std::uint32_t> review_crowds() override {
+        service_.review_crowds();
+        return service_.doubted();
+    }
+
     [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
 
     [[nodiscard]] bool contains(Spot place) const override {

@@ -81,6 +81,9 @@ void WayService::change(std::span<const CellChange> changes) {
         return;
     }
     planner_.change(changes);
+    if (crowd_ != nullptr) {
+        crowd_->change(changes);
+    }
     planner_.begin_index(settings_.index);
     indexed_ = false;
     areas_.note(changes);

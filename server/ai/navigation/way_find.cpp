@@ -27,14 +27,15 @@ bool WayService::find(Slot& slot, bool cheaply) {
     slot.outcome = Outcome::kFound;
     slot.best = true;
     std::uint32_t looked = 0;
-    const bool straight = sees(map, slot.start, slot.goal, looked);
+    const GridMap& free = crowd_ != nullptr ? crowd_->calm() : map;
+    const bool straight = sees(free, slot.start, slot.goal, looked);
     spent_ += kSightUnits * looked;
     if (straight) {
         cells_.assign({slot.start, slot.goal});
         ++counts_.straight;
         return true;
     }
-    if (find_by_field(slot)) {
+    if (find_around_crowds(slot) || find_by_field(slot)) {
         return true;
     }
     if (cheaply) {
@@ -50,6 +51,67 @@ bool WayService::find(Slot& slot, bool cheaply) {
         }
     }
     return find_by_planner(slot);
+}
+
+/// Crowds move: such a way is the best as far as one knows now.
+bool WayService::find_around_crowds(Slot& slot) {
+    if (crowd_ == nullptr) {
+        return false;
+    }
+    cells_.assign(1, slot.start);
+    if (!crowd_->append_way(slot.start, slot.goal, cells_)) {
+        return false;
+    }
+    spent_ += kHopUnits * cells_.size();
+    ++counts_.around_crowds;
+    return true;
+}
+
+bool WayService::pays(const Slot& slot, std::uint64_t& work) const {
+    const crowd::CrowdWays::Cost best = crowd_->cost(grid_.cell(slot.at), slot.goal);
+    if (best == crowd::CrowdedField::kNoWay) {
+        return false;
+    }
+    // Steps to eight sides are up to 8 % longer than lines: in favour of what one has.
+    crowd::CrowdWays::Cost own = 0;
+    const std::span<const Spot> corners = pool_.of(slot.corners);
+    Spot before = slot.at;
+    for (std::size_t i = slot.next; i < corners.size(); ++i) {
+        own += crowd_->cost_along(before, corners[i]);
+        before = corners[i];
+    }
+    work += kSightUnits * static_cast<std::uint64_t>(own / (2 * crowd::kPerStep * kStraight));
+    const auto enough = static_cast<double>(1.0F - crowd_->settings().gain);
+    return static_cast<double>(best) < enough * static_cast<double>(own);
+}
+
+void WayService::review_crowds() {
+    /// A share of the work on crowds.
+    constexpr std::uint64_t kReviewShare = 4;
+    doubted_.clear();
+    if (crowd_ == nullptr) {
+        return;
+    }
+    if (next_review_ >= slots_.size() && reviewed_round_ != crowd_->round()) {
+        reviewed_round_ = crowd_->round();
+        next_review_ = 0;
+    }
+    const std::uint64_t most = crowd_->settings().work_per_tick / kReviewShare;
+    for (std::uint64_t work = 0; next_review_ < slots_.size() && work < most; ++next_review_) {
+        const auto number = static_cast<std::uint32_t>(next_review_);
+        Slot& slot = slots_[number];
+        work += 1;
+        if (!slot.taken || slot.waiting || !slot.usable) {
+            continue;
+        }
+        work += kTakeUnits;
+        if (pays(slot, work)) {
+            slot.doubted = true;
+            doubted_.push_back(number);
+            ++counts_.reviewed;
+            wait(number);
+        }
+    }
 }
 
 bool WayService::worth_a_field(const Slot& slot) const {
@@ -239,7 +301,7 @@ void WayService::keep(std::uint32_t number) {
     Slot& slot = slots_[number];
     std::uint32_t looked = 0;
     spent_ += kCornerUnits * cells_.size();
-    pull(planner_.map(), cells_, looked);
+    pull(crowd_ != nullptr ? crowd_->calm() : planner_.map(), cells_, looked);
     spent_ += kSightUnits * looked;
     Blocks& blocks = blocks_[number];
     blocks = {};

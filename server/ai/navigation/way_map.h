@@ -58,15 +58,17 @@ struct WayAnswer {
 struct WayCounts {
     std::uint64_t asked = 0;
     std::uint64_t served = 0;
-    std::uint64_t straight = 0;  ///< of these, by a free line
-    std::uint64_t by_field = 0;  ///< along a field to a common goal
-    std::uint64_t by_areas = 0;  ///< near the best only: the tick had no more work to give
-    std::uint64_t fields = 0;    ///< that were made
-    std::uint64_t broken = 0;    ///< ways that a change has cut
-    std::uint64_t reviewed = 0;  ///< that a change may have made longer than they need be
+    std::uint64_t straight = 0;       ///< of these, by a free line
+    std::uint64_t by_field = 0;       ///< along a field to a common goal
+    std::uint64_t around_crowds = 0;  ///< along a field that knows how crowded it is
+    std::uint64_t by_areas = 0;       ///< near the best only: the tick had no more work to give
+    std::uint64_t fields = 0;         ///< that were made
+    std::uint64_t broken = 0;         ///< ways that a change has cut
+    std::uint64_t reviewed = 0;       ///< that a change may have made longer than they need be
     std::uint32_t waiting = 0;
     std::uint32_t longest_wait_ticks = 0;  ///< from an asker's turn to its answer
     std::uint64_t work = 0;                ///< of the last tick
+    std::uint64_t crowd_work = 0;          ///< of the last tick besides, on ways around crowds
     std::uint64_t index_work = 0;          ///< of the last tick besides, on the map's index
 };
 
@@ -117,6 +119,17 @@ class WayMap {
     /// The same of those whose ways the last turn_doors() has cut, or may have made longer than
     /// need be: they wait again, or are answered that there is no way.
     [[nodiscard]] virtual std::span<const std::uint32_t> requeued() const = 0;
+
+    /// Whether bodies are to be counted in this tick, before serve(): maps that know of crowds.
+    [[nodiscard]] virtual bool counts_bodies() const { return false; }
+
+    /// All bodies, x and z, m. Where counts_bodies().
+    virtual void count_bodies(std::span<const float> /*x*/, std::span<const float> /*z*/) {}
+
+    /// Once per tick, before asks: compares some of the ways with ways around crowds, as these are
+    /// now. WayTicket::slot of those that wait again because another may pay; they follow their
+    /// way until it is there.
+    virtual std::span<const std::uint32_t> review_crowds() { return {}; }
 
     /// Whether one can walk straight from a place to another. Different threads may ask at the same
     /// time, while nobody changes anything.

@@ -1,6 +1,7 @@
 // WayMemory: what a map of ways remembers of who has asked, for whoever writes it down.
 #pragma once
 
+#include "server/ai/crowd/crowd_settings.h"
 #include "server/ai/navigation/ground_grid.h"
 #include "server/ai/navigation/query.h"
 #include "shared/math/types.h"
@@ -35,6 +36,7 @@ struct RequestMemory {
     bool waiting = false;
     bool usable = false;  ///< its corners lead somewhere
     bool best = false;
+    bool doubted = false;  ///< it waits for another way if that pays
     bool reaches = false;  ///< cells: the goal is no obstacle, for which another cell would stand
     Outcome outcome = Outcome::kUnreachable;
     std::uint32_t next = 0;  ///< corner that the asker heads for
@@ -62,7 +64,9 @@ struct FieldMemory {
 
 /// All that later answers hang on beside the map itself, which is baked anew with its doors as they
 /// are. Whoever remembers it gives the same answers in the same ticks. Only while a map was still
-/// being renewed after a door had turned, another way may be found among equally long ones.
+/// being renewed after a door had turned, another way may be found among equally long ones;
+/// and while ways around crowds were being brought up to date, the new ones are there some ticks
+/// sooner.
 struct WayMemory {
     std::vector<RequestMemory> requests;  ///< ascending by number
     std::vector<std::uint32_t> free;      ///< other numbers, the next to be used last
@@ -74,6 +78,7 @@ struct WayMemory {
     std::uint64_t tick = 0;             ///< of the map
     std::uint64_t typical_work = 0;
     std::uint64_t cheap_work = 0;
+    crowd::CrowdMemory crowd{};  ///< of maps that know of crowds
 };
 
 /// How many of each a map numbers.

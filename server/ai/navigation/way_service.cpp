@@ -53,6 +53,9 @@ WayService::WayService(GroundMap map, const WaySettings& settings, const GridMap
     for (; next_table_ < areas_.areas() && areas_.areas() <= kMostTables; ++next_table_) {
         areas_.prepare(next_table_);
     }
+    if (settings.crowding) {
+        crowd_ = std::make_unique<crowd::CrowdWays>(planner_.map(), grid_, *settings.crowding);
+    }
     // No way has more corners, pulled or not.
     cells_.reserve(planner_.map().passable_cells() + std::size_t{2});
 }
@@ -178,6 +181,14 @@ void WayService::serve_waiting() {
             queue_.pop();
             continue;
         }
+        if (std::exchange(slot.doubted, false) && slot.usable && !pays(slot, spent_)) {
+            slot.waiting = false;
+            --counts_.waiting;
+            --wanted_[planner_.map().place(slot.goal)];
+            ++served;
+            queue_.pop();
+            continue;
+        }
         if (!find(slot, late)) {
             continue;  // the tick's work is done: whoever is due is served as one that is late
         }
@@ -196,6 +207,9 @@ void WayService::serve_waiting() {
 void WayService::serve() {
     ++tick_;
     settle_areas();
+    if (crowd_ != nullptr) {
+        counts_.crowd_work = crowd_->advance();
+    }
     serve_waiting();
     lead_waiting();
     counts_.index_work = 0;
@@ -322,7 +336,8 @@ Spot WayService::first_leg(const Slot& slot, Spot at) const {
 }
 
 std::size_t WayService::bytes() const {
-    std::size_t bytes = areas_.bytes() + planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
+    std::size_t bytes = (crowd_ != nullptr ? crowd_->bytes() : 0) + areas_.bytes() +
+                        planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
                         near_goal_.bytes() + slots_.capacity() * (sizeof(Slot) + sizeof(Blocks)) +
                         wanted_.capacity() * sizeof(std::uint32_t);
     for (const Field& f : fields_) {

@@ -1,6 +1,7 @@
 // WayService: ways for anybody in a zone, asked for at any time, worked out over ticks.
 #pragma once
 
+#include "server/ai/crowd/crowd_ways.h"
 #include "server/ai/navigation/areas.h"
 #include "server/ai/navigation/corner_pool.h"
 #include "server/ai/navigation/ground_map.h"
@@ -9,6 +10,7 @@
 #include "server/ai/navigation/way_queue.h"
 
 #include <array>
+#include <memory>
 #include <optional>
 
 namespace zoned::ai::navigation {
@@ -30,6 +32,7 @@ struct WaySettings {
     /// A place in an obstacle stands for the nearest passable cell within so many.
     int reach_cells = 8;
     IndexBounds index;
+    std::optional<crowd::CrowdWaysSettings> crowding{};  ///< none: crowds are no matter
 };
 
 /// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
@@ -55,6 +58,20 @@ class WayService {
     /// joined with more, or a cell opened nearer to the goal. All others stay as they are. The
     /// index is renewed over the next ticks, and where to walk meanwhile in the next serve().
     void change(std::span<const CellChange> changes);
+
+    /// Whether bodies are to be counted in this tick, before serve().
+    [[nodiscard]] bool counts_bodies() const { return crowd_ != nullptr && crowd_->looks(); }
+
+    /// All bodies, x and z, m.
+    void count_bodies(std::span<const float> x, std::span<const float> z) { crowd_->look(x, z); }
+
+    /// Once per tick, before asks: where crowds have changed, some ways after the others are
+    /// compared with the best ones; whoever may gain by another waits again, and follows its way
+    /// until then. It gets another only if that pays from where it is then.
+    void review_crowds();
+
+    /// WayTicket::slot of those, of the last review_crowds().
+    [[nodiscard]] std::span<const std::uint32_t> doubted() const { return doubted_; }
 
     /// Whether the index is that of the map as it is.
     [[nodiscard]] bool indexed() const { return indexed_; }
@@ -122,6 +139,7 @@ class WayService {
         bool usable = false;  ///< its corners lead somewhere
         bool moved = false;   ///< the goal stands for one in an obstacle
         bool best = false;
+        bool doubted = false;  ///< it waits for another way if that pays
         Outcome outcome = Outcome::kUnreachable;
         CornerBlock corners;
         std::uint32_t next = 0;  ///< corner that the asker heads for
@@ -168,6 +186,9 @@ class WayService {
     /// Corners of the way are in `cells_`; false where the tick's work ended before it was found.
     bool find(Slot& slot, bool cheaply);
     bool find_by_field(Slot& slot);
+    bool find_around_crowds(Slot& slot);
+    /// Whether a way around crowds is so much less than what is left of its own as to be taken.
+    [[nodiscard]] bool pays(const Slot& slot, std::uint64_t& work) const;
     bool find_by_planner(Slot& slot);
     void find_by_areas(Slot& slot);
     void prepare_table(Cell goal);
@@ -232,6 +253,10 @@ class WayService {
     std::vector<Spot> opened_;             // middles of the cells of a change
     std::vector<Cell> closed_;             // of it
     std::vector<std::uint32_t> near_;  // slots that it may concern, doubled; odd: by what it closed
+    std::unique_ptr<crowd::CrowdWays> crowd_;  // null: crowds are no matter
+    std::vector<std::uint32_t> doubted_;
+    std::size_t next_review_ = 0;        // slot
+    std::uint64_t reviewed_round_ = 0;   // of the crowds
     std::vector<std::uint32_t> wanted_;  // by place: requests for it that wait
     std::array<Field, kFields> fields_;
     GoalField builder_;

@@ -22,6 +22,7 @@ RequestMemory WayService::memory_of(std::uint32_t number) const {
     m.to = {Vec3(slot.to.x, 0.0F, slot.to.z), Vec3::Zero(), placed ? map.place(slot.goal) : ~0U};
     m.usable = slot.usable;
     m.best = slot.best;
+    m.doubted = slot.doubted;
     m.reaches = !slot.moved;
     m.outcome = slot.outcome;
     m.next = slot.next;
@@ -54,6 +55,11 @@ WayMemory WayService::memory() const {
     memory.tick = tick_;
     memory.typical_work = typical_work_;
     memory.cheap_work = cheap_work_;
+    if (crowd_ != nullptr) {
+        memory.crowd = crowd_->memory();
+        memory.crowd.reviewed_round = reviewed_round_;
+        memory.crowd.next_review = next_review_;
+    }
     return memory;
 }
 
@@ -109,6 +115,7 @@ void WayService::remember(const RequestMemory& m) {
     slot.goal = m.to.node != ~0U ? map.cell(m.to.node) : Cell();
     slot.usable = m.usable;
     slot.best = m.best;
+    slot.doubted = m.doubted;
     slot.moved = !m.reaches;
     slot.outcome = m.outcome;
     slot.next = m.next;
@@ -161,6 +168,13 @@ std::string WayService::remember(const WayMemory& memory) {
     tick_ = memory.tick;
     typical_work_ = memory.typical_work;
     cheap_work_ = memory.cheap_work;
+    if (crowd_ != nullptr) {
+        reviewed_round_ = memory.crowd.reviewed_round;
+        next_review_ = static_cast<std::size_t>(memory.crowd.next_review);
+        if (!crowd_->remember(memory.crowd)) {
+            return "ways remember crowds where there are none";
+        }
+    }
     return {};
 }
 

@@ -12,6 +12,7 @@ namespace {
 constexpr std::size_t kParts = 8;  ///< of a piece, in the table of lengths
 constexpr double kPart = 1.0 / static_cast<double>(kParts);
 constexpr int kNewtonSteps = 4;
+constexpr double kNear_m = 1e-6;     ///< of Newton's method: the step after it is none
 constexpr double kWalkStep = 0.125;  ///< m
 
 /// Abscissae and weights of the rule of five points on [-1, 1] (Abramowitz and Stegun, 25.4.30).
@@ -156,6 +157,9 @@ TrackPoint Track::at(double s) const {
         const double off = length_of(piece, from, u) - (wrapped - begin);
         const double speed = piece.slope(u).norm();
         u = speed > 0.0 ? std::clamp(u - off / speed, from, from + kPart) : u;
+        if (std::abs(off) < kNear_m) {
+            break;  // the next step would be its square
+        }
     }
     const Vec2d slope = piece.slope(u);
     const double speed = slope.norm();

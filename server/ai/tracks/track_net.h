@@ -43,9 +43,6 @@ class TrackNet {
     /// Of a choice whose track, lane and racing line there are.
     [[nodiscard]] LaneId id_of(const LaneChoice& choice) const;
 
-    /// How many lanes a track has, without its racing line.
-    [[nodiscard]] std::uint16_t lanes_of(std::uint16_t track) const { return tracks_[track].lanes; }
-
     /// "NAME, lane 2 of 3, backwards" for people.
     [[nodiscard]] std::string name(LaneId id) const;
 

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
 #include <set>
 
 namespace zoned::app {
@@ -130,6 +131,98 @@ TEST(FormUp, WhoIsLostComesBackAndWhoIsGoneIsMissedByNobody) {
         slots.insert(state.minds.find(state.entities.id[row])->corner & 0x7F);
     }
     EXPECT_EQ(slots, (std::set<int>{0, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+/// Rows, seen from both zones, of those who are somebody's own: place in the world and slot.
+struct Member {
+    EntityId id;
+    Vec2d at;
+    Vec2d captain;
+    int slot;
+};
+
+/// A company that marches over a border between two zones.
+class Border {
+  public:
+    Border()
+        : crowd_(with(kDrill,
+                      "columns: 1 rows: 1 }",
+                      "columns: 2 rows: 1 } ghost_margin_m: 60 handoff_hysteresis_m: 1"),
+                 company()) {}
+
+    void tick() {
+        crowd_.tick();
+        members_.clear();
+        Vec2d captain = Vec2d::Zero();
+        for (const auto& zone : crowd_.world().zones()) {
+            const zone::ZoneState& state = zone->state();
+            const Vec2d origin(state.settings.region().origin().x(),
+                               state.settings.region().origin().z());
+            const world::Entities& e = state.entities;
+            for (world::Row row = 0; row < e.size(); ++row) {
+                if (e.has(row, world::kGhost)) {
+                    continue;
+                }
+                const Vec2d at =
+                    origin + Vec2(e.position[row].x(), e.position[row].z()).cast<double>();
+                if ((*state.settings.types)[e.type[row]].name == "captain") {
+                    captain = at;
+                } else {
+                    members_.push_back(
+                        {e.id[row], at, Vec2d::Zero(), state.minds.find(e.id[row])->corner & 0x7F});
+                    east_ += state.settings.region().min_x >= 0.0 ? 1 : 0;
+                }
+            }
+        }
+        for (Member& member : members_) {
+            member.captain = captain;
+        }
+    }
+
+    [[nodiscard]] const std::vector<Member>& members() const { return members_; }
+
+    /// How often a member was in the eastern zone.
+    [[nodiscard]] int east() const { return east_; }
+
+  private:
+    Crowd crowd_;
+    std::vector<Member> members_;
+    int east_ = 0;
+};
+
+/// Half of it is in each zone for some seconds: nobody has the slot of another, nobody takes
+/// another slot, and each is where its slot is as well as within one zone.
+TEST(FormUp, GoesOnOverABorderBetweenZones) {
+    Border border;
+    for (int t = 0; t < 12 * 30; ++t) {
+        border.tick();
+    }
+    std::map<std::uint64_t, int> slots;
+    for (const Member& member : border.members()) {
+        slots[member.id.value] = member.slot;
+    }
+    ASSERT_EQ(slots.size(), 9U);
+    ASSERT_EQ(border.east(), 0);
+    int split = 0;
+    double worst = 0.0;
+    for (int t = 0; t < 25 * 30; ++t) {
+        const int before = border.east();
+        border.tick();
+        const int east = border.east() - before;
+        split += east > 0 && east < 9 ? 1 : 0;
+        ASSERT_EQ(border.members().size(), 9U);
+        double sum = 0.0;
+        for (const Member& member : border.members()) {
+            EXPECT_EQ(member.slot, slots[member.id.value]) << "tick " << t;
+            const Vec2d place(-1.6 * static_cast<double>(member.slot / 3 + 1),
+                              1.6 * (static_cast<double>(member.slot % 3) - 1.0));
+            sum += (member.at - member.captain - place).norm();
+        }
+        worst = std::max(worst, sum / 9.0);
+    }
+    EXPECT_GT(split, 60) << "some seconds";
+    // As within one zone.
+    EXPECT_LT(worst, 0.12 * 3.0 / 1.5 + 0.1);
 }
 
 TEST(FormUp, WithoutACaptainTheyStand) {

@@ -235,7 +235,7 @@ TEST_P(BadWays, AreRefusedWhereverTheyEnd) {
     bytes.push_back(0);
     EXPECT_EQ(read(ways), "1 bytes are left over");
     bytes[0] = 9;
-    EXPECT_EQ(read(ways), "version 9 of ways, not 1");
+    EXPECT_EQ(read(ways), "version 9 of ways, not 2");
 }
 
 TEST_P(BadWays, NeverBreakAnythingWhateverBytesSay) {

@@ -39,6 +39,19 @@ TEST(WayMapsInConfigs, AreExpanded) {
     EXPECT_TRUE(waypoint_warnings(placed.settings).empty());
 }
 
+TEST(WayMapsInConfigs, LeadAroundCrowdsWhereTheySaySo) {
+    EXPECT_FALSE(parse(with_ways("")).settings.ai.ways.crowding);
+    const Outcome out =
+        parse(with_ways("crowding { look_s: 1 remember_s: 2 jam_per_m2: 1.6 gain: 0.3 }"));
+    ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
+    const ai::crowd::CrowdWaysSettings& crowding = *out.settings.ai.ways.crowding;
+    EXPECT_EQ(crowding.look_ticks, static_cast<std::uint32_t>(out.settings.tick_rate_hz));
+    EXPECT_NEAR(crowding.remember, 0.6065F, 1e-4F);
+    EXPECT_EQ(crowding.jam_per_m2, 1.6F);
+    EXPECT_EQ(crowding.gain, 0.3F);
+    expect_single(with_ways("map: MESH crowding { }"), "crowding {", "GRID alone");
+}
+
 TEST(WayMapsInConfigs, NameTheLineOfAMistakeAmongWaypoints) {
     expect_single(graph_of("node 1 0 0 0\\nnode 1 9 0 0\\n"), "waypoints:", "line 2: node 1");
     expect_single(graph_of("node 1 0 0 0\\nedge 1 2 length\\n"), "waypoints:", "no node 2");

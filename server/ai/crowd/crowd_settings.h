@@ -1,0 +1,43 @@
+// CrowdWaysSettings: when bodies are counted, and when a way is left for one around them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace zoned::ai::crowd {
+
+struct CrowdWaysSettings {
+    std::uint32_t look_ticks = 15;  ///< bodies are counted every so many ticks, > 0
+    float remember = 0.9F;          ///< share of what was known that stays with each look, [0, 1)
+    float jam_per_m2 = 4.5F;        ///< see DensitySettings
+    float least_speed = 0.1F;
+    float gain = 0.2F;  ///< a way is left for one that is less by this share, (0, 1)
+    std::uint64_t work_per_tick = 200'000;  ///< in units of about 2 ns (way_units.h)
+};
+
+/// How crowded a map is known to be, and which goals have ways around that, for whoever writes it
+/// down. Fields are made anew by what was known: their answers are the same unless they were just
+/// being brought up to date.
+struct CrowdMemory {
+    struct Block {
+        std::uint32_t block = 0;
+        float density = 0.0F;
+        std::uint16_t crowding = 0;
+    };
+
+    struct Goal {
+        std::uint32_t place = ~0U;  ///< ~0: none
+        std::uint64_t used = 0;
+        bool answers = false;
+    };
+
+    std::vector<Block> blocks;  ///< where somebody is, or was of late
+    std::vector<Goal> goals;
+    std::uint64_t ticks = 0;  ///< since the last look
+    std::uint64_t tick = 0;
+    std::uint64_t round = 0;
+    std::uint64_t reviewed_round = 0;
+    std::uint64_t next_review = 0;  ///< request
+};
+
+}  // namespace zoned::ai::crowd

@@ -1,0 +1,114 @@
+// CrowdWays: ways on a grid that lead around crowds, to goals that many or few have.
+#pragma once
+
+#include "server/ai/crowd/crowd_settings.h"
+#include "server/ai/crowd/crowded_field.h"
+#include "server/ai/crowd/density.h"
+#include "server/ai/navigation/ground_grid.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::crowd {
+
+/// How crowded a map is, and next steps by that to the goals that were asked for last. Fields are
+/// made and brought up to date in counted slices; until one is, that of before answers. Bodies are
+/// counted only when all fields are up to date. Deterministic: all hangs on the calls alone.
+class CrowdWays {
+  public:
+    using Cost = CrowdedField::Cost;
+
+    CrowdWays(const navigation::GridMap& map,
+              const navigation::GroundGrid& grid,
+              const CrowdWaysSettings& settings);
+
+    // What it counts on is a map of its own.
+    CrowdWays(const CrowdWays&) = delete;
+    CrowdWays& operator=(const CrowdWays&) = delete;
+
+    /// Whether bodies are to be counted in this tick.
+    [[nodiscard]] bool looks() const { return ticks_ >= settings_.look_ticks && !busy(); }
+
+    /// All bodies, x and z, m: where looks().
+    void look(std::span<const float> x, std::span<const float> z);
+
+    /// Cells have become passable or not. Steps into what was closed are none at once.
+    void change(std::span<const navigation::CellChange> changes);
+
+    /// Once per tick; returns the work done, at most a little more than that of the settings.
+    std::uint64_t advance();
+
+    [[nodiscard]] CrowdMemory memory() const;
+
+    /// Of one that was just made. False: it is none of this map; then this is of no use.
+    bool remember(const CrowdMemory& memory);
+
+    /// How often the answers have become others.
+    [[nodiscard]] std::uint64_t round() const { return round_; }
+
+    /// Appends to `cells`, which ends with `start`, those of the best way to the goal; false where
+    /// there is no field for it yet, which is then made.
+    bool append_way(navigation::Cell start,
+                    navigation::Cell goal,
+                    std::vector<navigation::Cell>& cells);
+
+    /// What that way costs; kNoWay where nobody knows.
+    [[nodiscard]] Cost cost(navigation::Cell start, navigation::Cell goal) const;
+
+    /// What a straight walk costs.
+    [[nodiscard]] Cost cost_along(navigation::Spot from, navigation::Spot to) const;
+
+    /// Where one can walk that is not crowded.
+    [[nodiscard]] const navigation::GridMap& calm() const { return calm_; }
+
+    [[nodiscard]] const Density& density() const { return density_; }
+
+    [[nodiscard]] const CrowdWaysSettings& settings() const { return settings_; }
+
+    [[nodiscard]] std::size_t bytes() const;
+
+  private:
+    /// So many goals have fields at a time; goals so near to one of these, and in sight of it,
+    /// share it, cells.
+    static constexpr std::size_t kGoals = 16;
+    static constexpr int kShare = 8;
+
+    enum class State : std::uint8_t {
+        kNone,
+        kWanted,  ///< to be made
+        kBuilding,
+        kUpdating,
+        kDone,
+    };
+
+    struct Goal {
+        State state = State::kNone;
+        navigation::Cell cell{};
+        std::uint64_t used = 0;
+        bool answers = false;  ///< hops and costs are there
+        CrowdedField field;
+        std::vector<Cost> costs;
+    };
+
+    /// The next step down: hangs on costs and crowding alone, not on how they came about.
+    [[nodiscard]] navigation::Hop next_hop(const Goal& goal, navigation::Cell at) const;
+    [[nodiscard]] bool busy() const;
+    [[nodiscard]] std::size_t goal_for(navigation::Cell goal) const;
+    void want(navigation::Cell goal);
+    std::uint64_t work_on(Goal& goal, std::uint64_t budget);
+
+    CrowdWaysSettings settings_;
+    navigation::GroundGrid grid_;
+    navigation::GridMap map_;
+    navigation::GridMap calm_;
+    Density density_;
+    std::array<Goal, kGoals> goals_;
+    std::vector<navigation::Place> changed_;  // that fields have yet to hear of
+    std::uint64_t ticks_ = 0;                 // since the last look
+    std::uint64_t tick_ = 0;
+    std::uint64_t round_ = 0;
+};
+
+}  // namespace zoned::ai::crowd

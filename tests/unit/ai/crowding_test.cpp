@@ -1,0 +1,161 @@
+// Ways around crowds: a crowd spreads over two gates.
+#include "tests/unit/ai/field.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace zoned::ai {
+namespace {
+
+using namespace test;
+
+constexpr std::uint32_t kWalkers = 300;
+
+motion::StaticBox wall_between(float from_z, float to_z) {
+    motion::StaticBox box;
+    box.centre = Vec3(0.0F, 1.0F, 0.5F * (from_z + to_z));
+    box.half_extents = Vec3(0.25F, 1.0F, 0.5F * (to_z - from_z));
+    return box;
+}
+
+/// A wall along z at x = 0 with two gates of 4 m, at z = 0 and 12 m from there; 300 people 1 m
+/// apart before the first, who want to be spread over a place behind it.
+class Gates {
+  public:
+    explicit Gates(const std::optional<crowd::CrowdWaysSettings>& crowding) {
+        PlaceSettings places;
+        places.places.resize(1);
+        places.places[0].name = "there";
+        places.places[0].at = {26.0, 0.0};
+        places.places[0].radius_m = 12.0F;
+        field.places = Places(places, Vec2d::Zero(), kDt);
+        field.solid = true;
+        field.statics = motion::StaticGeometry(
+            {wall_between(-30.0F, -2.0F), wall_between(2.0F, 10.0F), wall_between(14.0F, 30.0F)},
+            0.0F);
+        world::EntityType& walker = field.types[kGuard];
+        walker.mind = 1;
+        walker.radius = walker.character.radius = 0.4F;
+        walker.half_segment = walker.character.half_segment = 0.5F;
+        walker.character.acceleration = 20.0F;
+        walker.character.speed = 3.0F;
+        field.settings.machines = {single(ActionKind::kGo)};
+        field.settings.avoidance = crowd::AvoidanceSettings{};
+        compile(field.settings, kDt);
+        WaysSettings ways;
+        ways.cell_m = 0.5F;
+        ways.crowding = crowding;
+        field.ways = Ways(ways, field.statics, {-40, -30, 40, 30}, field.types, 0);
+        for (std::uint32_t id = 1; id <= kWalkers; ++id) {
+            const auto n = static_cast<int>(id - 1);
+            field.add_npc(
+                id,
+                kGuard,
+                0,
+                Vec3(
+                    -28.0F + static_cast<float>(n % 20), 0.9F, -7.0F + static_cast<float>(n / 20)));
+            field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
+            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+        }
+    }
+
+    /// Until so many are through, 250 s at most.
+    void run(std::size_t most) {
+        std::vector<int> heads(kWalkers + 1, 0);
+        while (passed_ < most && field.now < 250 * 30) {
+            field.step();
+            for (std::uint32_t id = 1; id <= kWalkers; ++id) {
+                if (!through_[id]) {
+                    look(id, heads[id]);
+                }
+            }
+        }
+    }
+
+    [[nodiscard]] double seconds() const { return static_cast<double>(field.now) * double{kDt}; }
+
+    [[nodiscard]] int by_far_gate() const { return by_far_gate_; }
+
+    /// How often the way of one led through another gate than before.
+    [[nodiscard]] const std::vector<int>& changes() const { return changes_; }
+
+    Field field;
+
+  private:
+    void look(std::uint32_t id, int& heads) {
+        const Vec3& at = field.position(id);
+        if (at.x() > 0.6F) {
+            through_[id] = true;
+            ++passed_;
+            by_far_gate_ += at.z() > 6.0F ? 1 : 0;
+            return;
+        }
+        const Slot slot = field.minds.slot_of(EntityId(id));
+        if (!field.ways.has(slot, EntityId(id))) {
+            return;
+        }
+        navigation::Spot before{at.x(), at.z()};
+        for (const navigation::Spot& corner : field.ways.answer(slot).corners) {
+            if (before.x <= 0.0F && corner.x > 0.0F) {
+                const float share = -before.x / (corner.x - before.x);
+                const int gate = before.z + share * (corner.z - before.z) > 6.0F ? 2 : 1;
+                changes_[id] += heads != 0 && heads != gate ? 1 : 0;
+                heads = gate;
+                return;
+            }
+            before = corner;
+        }
+    }
+
+    std::size_t passed_ = 0;
+    int by_far_gate_ = 0;
+    std::vector<bool> through_ = std::vector<bool>(kWalkers + 1, false);
+    std::vector<int> changes_ = std::vector<int>(kWalkers + 1, 0);
+};
+
+/// Discs of 0.4 m leave nobody room to move where there are 1.6 on a square metre: four fifths of
+/// it.
+crowd::CrowdWaysSettings around_crowds() {
+    crowd::CrowdWaysSettings crowding;
+    crowding.jam_per_m2 = 1.6F;
+    return crowding;
+}
+
+/// Two gates let twice as many through as one. Without, those whom the throng before the first one
+/// pushes far enough along the wall take the second. (Seen: 189 s without, 86 of 285 by the far
+/// gate; 100 s around crowds, 141 by the far gate.)
+TEST(Crowding, ACrowdSpreadsOverTwoGatesAndIsThroughSooner) {
+    Gates without(std::nullopt);
+    without.run(kWalkers * 95 / 100);
+    Gates around(around_crowds());
+    around.run(kWalkers * 95 / 100);
+    EXPECT_EQ(without.field.ways.counts().around_crowds, 0U);
+    EXPECT_GT(around.field.ways.counts().around_crowds, kWalkers);
+    EXPECT_LT(around.seconds(), 0.75 * without.seconds())
+        << around.seconds() << " s, without " << without.seconds() << " s";
+    EXPECT_GT(around.by_far_gate(), without.by_far_gate() + 30);
+    // Nobody goes to and fro: once where the first gate is full, once more where the second one
+    // is by then, and once where a throng has pushed it nearer to the other one, as without.
+    EXPECT_LE(*std::max_element(around.changes().begin(), around.changes().end()), 4);
+    int changes = 0;
+    for (const int count : around.changes()) {
+        changes += count;
+    }
+    EXPECT_LT(changes, static_cast<int>(kWalkers));
+}
+
+TEST(Crowding, CountsNobodyWhereItIsNotAskedFor) {
+    Gates without(std::nullopt);
+    without.run(1);
+    EXPECT_FALSE(without.field.ways.counts_bodies());
+    EXPECT_EQ(without.field.ways.counts().crowd_work, 0U);
+    Gates around(around_crowds());
+    const std::size_t more = around.field.ways.bytes();
+    EXPECT_GT(more, without.field.ways.bytes());
+}
+
+}  // namespace
+}  // namespace zoned::ai
