@@ -19,7 +19,8 @@ void begin_track(Mind& mind, const State& state, const Surroundings& around);
 /// 0.15 error_m; what is left is for the curve of the lane. It is walked at the speed by which its
 /// end is reached when the timetable says, so that nothing adds up: a follower is within error_m of
 /// the place where one would be who walked along the lane at even speed, as long as nobody is in
-/// its way. Who was held up by more than kAstrayM goes on from where it is, by another timetable.
+/// its way. Who was held up or pushed by more than 1.5 m goes on from where it is, by another
+/// timetable.
 ///
 /// False: it is not on the track, and walks to Mind::target as to any goal.
 bool follow_track(Mind& mind, const State& state, const Surroundings& around);

@@ -63,8 +63,6 @@ class CrowdWays {
     /// Where one can walk that is not crowded.
     [[nodiscard]] const navigation::GridMap& calm() const { return calm_; }
 
-    [[nodiscard]] const Density& density() const { return density_; }
-
     [[nodiscard]] const CrowdWaysSettings& settings() const { return settings_; }
 
     [[nodiscard]] std::size_t bytes() const;

@@ -48,9 +48,7 @@ class CrowdedField {
                  std::span<const Crowding> crowding,
                  std::size_t most);
 
-    /// All next steps and costs, by place.
-    [[nodiscard]] std::span<const navigation::Hop> hops() const { return hop_; }
-
+    /// All costs, by place.
     [[nodiscard]] std::span<const Cost> costs() const { return cost_; }
 
     /// Cells that the last build() or update() took from its queue.

@@ -52,8 +52,6 @@ float Density::passable_m2(std::uint32_t block) const {
 }
 
 void Density::set(std::uint32_t block, Crowding crowding) {
-    crowded_blocks_ += crowding > 0 && of_block_[block] == 0 ? 1 : 0;
-    crowded_blocks_ -= crowding == 0 && of_block_[block] > 0 ? 1 : 0;
     of_block_[block] = crowding;
     for_each_cell(block, [&](Place p) {
         crowding_[p] = crowding;

@@ -65,9 +65,6 @@ class Density {
     /// densities; then it is of no use.
     bool remember(std::span<const CrowdMemory::Block> blocks);
 
-    /// Anything is crowded.
-    [[nodiscard]] bool any() const { return crowded_blocks_ > 0; }
-
     /// Calls visit(place) for the cells of a block.
     template <class Visit>
     void for_each_cell(std::uint32_t block, Visit&& visit) const {
@@ -96,7 +93,6 @@ class Density {
     std::vector<Crowding> of_block_;    // likewise
     std::vector<Crowding> crowding_;    // by place
     std::vector<std::uint32_t> known_;  // blocks with a density
-    std::size_t crowded_blocks_ = 0;
     std::vector<navigation::Place> changed_;
 };
 
