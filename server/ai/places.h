@@ -35,7 +35,7 @@ struct PlaceDef {
 struct PlaceSettings {
     std::vector<PlaceDef> places;
     double day_s = 86400.0;
-    double dawn_s = 0.0;  ///< time of day at tick 0
+    double dawn_s = 0.0;                               ///< time of day at tick 0
     std::shared_ptr<const tracks::TrackNet> tracks{};  ///< null: there are none
 };
 
