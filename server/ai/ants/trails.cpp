@@ -1,6 +1,7 @@
 #include "server/ai/ants/trails.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace zoned::ai::ants {
 
@@ -15,6 +16,14 @@ constexpr float kMostRatio = 1e6F;
 constexpr float kStepRatio = 1.4F;
 /// Scent that is weaker is none.
 constexpr float kLeastScent = 1e-4F;
+
+/// What a cell adds to the hash: whoever adds these up need not care for an order.
+std::uint64_t term(navigation::Place at, float home, float food) {
+    const std::uint64_t scents = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(home))
+                                     << 32U |
+                                 std::bit_cast<std::uint32_t>(food);
+    return core::mix(core::mix(static_cast<std::uint64_t>(at) + 1) ^ scents);
+}
 
 constexpr int kStepX[kDirections] = {1, 1, 0, -1, -1, -1, 0, 1};
 constexpr int kStepY[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
@@ -42,6 +51,7 @@ Trails::Trails(const navigation::GridMap& map, const TrailSettings& settings)
 void Trails::evaporate() {
     const float stays = 1.0F - settings_.evaporation;
     std::size_t kept = 0;
+    sum_ = 0;
     for (const navigation::Place p : scented_) {
         bool any = false;
         for (auto& scent : scent_) {
@@ -50,6 +60,7 @@ void Trails::evaporate() {
         }
         if (any) {
             scented_[kept++] = p;
+            sum_ += term(p, scent_[kHome][p], scent_[kFood][p]);
         } else {
             is_scented_[p] = 0;
         }
@@ -68,18 +79,27 @@ void Trails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
     if (steps >= strength_.size()) {
         return;
     }
-    float& scent = scent_[which][at];
-    scent = std::max(scent, strength_[steps]);
-    note(at);
+    const float home = scent_[kHome][at];
+    const float food = scent_[kFood][at];
+    const float strength = strength_[steps];
+    set(at,
+        which == kHome ? std::max(home, strength) : home,
+        which == kFood ? std::max(food, strength) : food);
 }
 
-/// Chains cells by place, so that it does not matter in which order they were marked.
+void Trails::set(navigation::Place at, float home, float food) {
+    if (is_scented_[at] != 0) {
+        sum_ -= term(at, scent_[kHome][at], scent_[kFood][at]);
+    }
+    scent_[kHome][at] = home;
+    scent_[kFood][at] = food;
+    note(at);
+    sum_ += term(at, home, food);
+}
+
 void Trails::hash(core::StateHash& hash) const {
-    for_each_scent([&hash](navigation::Place p, float home, float food) {
-        hash.add(p);
-        hash.add(home);
-        hash.add(food);
-    });
+    hash.add(static_cast<std::uint64_t>(scented_.size()));
+    hash.add(sum_);
 }
 
 bool Trails::put_scent(navigation::Place at, float home, float food) {
@@ -89,9 +109,7 @@ bool Trails::put_scent(navigation::Place at, float home, float food) {
     if (at >= map_.places() || !known(home) || !known(food)) {
         return false;
     }
-    scent_[kHome][at] = home;
-    scent_[kFood][at] = food;
-    note(at);
+    set(at, home, food);
     return true;
 }
 

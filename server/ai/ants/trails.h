@@ -70,9 +70,11 @@ class Trails {
     /// As for_each_scent() said; false: the map has no such place, or scents are not within 0 to 1.
     bool put_scent(navigation::Place at, float home, float food);
 
+    /// Costs the same whatever there is: a sum over the cells is kept as they change.
     void hash(core::StateHash& hash) const;
 
   private:
+    void set(navigation::Place at, float home, float food);
     [[nodiscard]] bool open(navigation::Place from, unsigned direction) const;
     [[nodiscard]] float weight(navigation::Place at,
                                unsigned direction,
@@ -85,6 +87,7 @@ class Trails {
     TrailSettings settings_;
     std::array<std::vector<float>, kScents> scent_;
     std::vector<navigation::Place> scented_;  // cells with any scent
+    std::uint64_t sum_ = 0;                   // of what these add to the hash
     std::vector<std::uint8_t> is_scented_;
     std::vector<float> strength_;  // of a mark, by steps on the way
     unsigned sharpness_ = 0;       // how often ratios of scent are squared

@@ -142,4 +142,46 @@ TEST(Foraging, IsTheSameForTheSameSeed) {
 
 }  // namespace
 
+std::uint64_t hash_of(const Trails& trails) {
+    core::StateHash hash;
+    trails.hash(hash);
+    return hash.value();
+}
+
+/// It follows every change of a scent, is the same in any order of marks and after the scents were
+/// written down and read, and tells two cells from each other whose scents are exchanged.
+TEST(Trails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
+    const GridMap map = bridge();
+    Trails one(map, TrailSettings{});
+    Trails other(map, TrailSettings{});
+    const navigation::Place places[] = {map.place({2, 2}), map.place({10, 2}), map.place({10, 9})};
+    std::uint64_t before = hash_of(one);
+    for (std::uint32_t k = 0; k < 60; ++k) {
+        one.mark(k % 2 == 0 ? kHome : kFood, places[k % 3], 60 - k);
+        EXPECT_NE(hash_of(one), before) << k;
+        before = hash_of(one);
+        if (k % 10 == 9) {
+            one.evaporate();
+            EXPECT_NE(hash_of(one), before) << k;
+            before = hash_of(one);
+        }
+    }
+    one.for_each_scent([&](navigation::Place p, float home, float food) {
+        ASSERT_TRUE(other.put_scent(p, home, food));
+    });
+    EXPECT_EQ(hash_of(other), hash_of(one));
+    ASSERT_TRUE(
+        other.put_scent(places[0], one.scent(kFood, places[0]), one.scent(kHome, places[0])));
+    EXPECT_NE(hash_of(other), hash_of(one));
+    Trails forwards(map, TrailSettings{});
+    Trails backwards(map, TrailSettings{});
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        forwards.mark(kHome, places[k], k);
+        backwards.mark(kHome, places[2 - k], 2 - k);
+    }
+    EXPECT_EQ(hash_of(forwards), hash_of(backwards));
+    backwards.mark(kHome, places[1], 2);  // weaker than what is there
+    EXPECT_EQ(hash_of(forwards), hash_of(backwards));
+}
+
 }  // namespace zoned::ai::ants
