@@ -208,6 +208,18 @@ class KeptGrid {
         });
     }
 
+    /// Asks for where a point stands; then, once that is there, for its place.
+    void prefetch_slot(std::uint32_t key) const { __builtin_prefetch(&slot_of_[key], 1); }
+
+    void prefetch_place(std::uint32_t key) const {
+        const std::uint32_t slot = slot_of_[key];
+        if (slot != kNone) {
+            __builtin_prefetch(&blocks_[slot / kLanes], 1);
+            __builtin_prefetch(&radius_[slot], 1);
+            __builtin_prefetch(&keys_[slot], 1);
+        }
+    }
+
     /// Asks for the keys of a block that will be read soon.
     void prefetch(std::uint32_t block) const { __builtin_prefetch(&keys_[block * kLanes]); }
 

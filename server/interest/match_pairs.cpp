@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace zoned::interest {
 
@@ -119,6 +120,20 @@ void Matcher::merge(std::size_t viewer, const ViewCone& cone, std::size_t candid
     set.lod_changed.reserve(kRoom);
 }
 
+void Matcher::enclose_viewers() {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    viewers_.x0 = viewers_.z0 = kInfinity;
+    viewers_.x1 = viewers_.z1 = -kInfinity;
+    for (std::size_t i = 0; i < seats_.size(); ++i) {
+        if (viewer_nimbus_[i] > 0.0F) {
+            viewers_.x0 = std::min({viewers_.x0, viewer_x_[i], viewer_old_x_[i]});
+            viewers_.x1 = std::max({viewers_.x1, viewer_x_[i], viewer_old_x_[i]});
+            viewers_.z0 = std::min({viewers_.z0, viewer_z_[i], viewer_old_z_[i]});
+            viewers_.z1 = std::max({viewers_.z1, viewer_z_[i], viewer_old_z_[i]});
+        }
+    }
+}
+
 /// Entities that changed against the viewers near the place that they left and the one they came
 /// to.
 void Matcher::cross_changes() {
@@ -186,6 +201,11 @@ void Matcher::cross_viewers(const Crossings& test, const Look& look, const Box& 
     const float radius = std::max(test.radius_m, test.old_radius_m);
     Box box = places;
     box.widen(std::min(radius, largest_nimbus_m_) * widen_);
+    // Most of a large world is far from every viewer.
+    if (box.x1 < viewers_.x0 || box.x0 > viewers_.x1 || box.z1 < viewers_.z0 ||
+        box.z0 > viewers_.z1) {
+        return;
+    }
     const auto visit = [&](std::uint32_t viewer) {
         looks_.push_back({viewer, look.gone, look.row});
     };

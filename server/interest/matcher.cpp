@@ -100,6 +100,7 @@ Report Matcher::step(const world::Entities& entities,
     // Where all hear of each other, before and now, at the same level of detail, steps change
     // nothing.
     const bool still = quiet_ && was_quiet;
+    enclose_viewers();
     cross_changes();
     if (!still && !everybody_) {
         cross_steps();
@@ -287,6 +288,11 @@ void Matcher::read_viewers() {
         column->resize(size);
     }
     for (const Change& change : population_.changes()) {
+        if (change.row != world::kNoRow) {
+            __builtin_prefetch(&viewer_of_row_[change.row]);
+        }
+    }
+    for (const Change& change : population_.changes()) {
         const std::uint32_t viewer =
             change.row != world::kNoRow ? viewer_of_row_[change.row] : KeptGrid::kNone;
         if (viewer != KeptGrid::kNone) {
@@ -348,6 +354,7 @@ void Matcher::follow_entities(float cell_m) {
             }
         }
         entity_grid_.resize(size);
+        prefetch_changes();
         for (std::size_t i = 0; i < changes.size() && good; ++i) {
             good = changes[i].row == world::kNoRow || follow_entity(changes[i]);
         }
@@ -358,6 +365,20 @@ void Matcher::follow_entities(float cell_m) {
         entity_grid_.build(population_.points(), cell_m);
     }
     near_.resize(size + spatial::kLanes);
+}
+
+/// Their slots in the grid are anywhere in memory.
+void Matcher::prefetch_changes() const {
+    for (const Change& change : population_.changes()) {
+        if (change.row != world::kNoRow) {
+            entity_grid_.prefetch_slot(change.row);
+        }
+    }
+    for (const Change& change : population_.changes()) {
+        if (change.row != world::kNoRow) {
+            entity_grid_.prefetch_place(change.row);
+        }
+    }
 }
 
 bool Matcher::follow_entity(const Change& change) {

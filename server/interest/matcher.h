@@ -77,6 +77,7 @@ class Matcher {
     void read_viewer(std::size_t viewer);
     void follow_entities(float cell_m);
     bool follow_entity(const Change& change);
+    void prefetch_changes() const;
     void seat_viewers(float cell_m);
     void follow_viewers();
     void make_fresh(std::uint32_t viewer);
@@ -85,6 +86,7 @@ class Matcher {
     void refresh(std::size_t viewer);
     std::size_t keep_within_cone(std::size_t viewer, const ViewCone& cone, std::size_t candidates);
     void merge(std::size_t viewer, const ViewCone& cone, std::size_t candidates);
+    void enclose_viewers();
     void cross_changes();
     void cross_steps();
     void cross_viewers(const Crossings& test, const Look& look, const Box& places);
@@ -122,15 +124,16 @@ class Matcher {
     std::vector<float> viewer_z_;
     std::vector<float> viewer_old_x_;
     std::vector<float> viewer_old_z_;
-    std::vector<float> viewer_nimbus_;          // 0: hears nothing
-    std::vector<ViewCone> viewer_cone_;         // empty where no type has one
-    std::vector<std::uint32_t> viewer_of_row_;  // by row
-    std::vector<std::uint32_t> moved_;          // viewers that stepped
-    std::vector<std::uint32_t> fresh_;          // viewers that are matched with everything
-    std::vector<std::uint8_t> fresh_flag_;      // by viewer: whether it is among them, and why
-    std::vector<std::uint32_t> marked_;         // viewers whose sets say a difference
-    std::vector<std::uint32_t> near_;           // rows, scratch
-    std::vector<std::uint64_t> sorted_;         // entity << 32 | row, scratch
+    std::vector<float> viewer_nimbus_;           // 0: hears nothing
+    std::vector<ViewCone> viewer_cone_;          // empty where no type has one
+    std::vector<std::uint32_t> viewer_of_row_;   // by row
+    std::vector<std::uint32_t> moved_;           // viewers that stepped
+    std::vector<std::uint32_t> fresh_;           // viewers that are matched with everything
+    std::vector<std::uint8_t> fresh_flag_;       // by viewer: whether it is among them, and why
+    std::vector<std::uint32_t> marked_;          // viewers whose sets say a difference
+    std::vector<std::uint32_t> near_;            // rows, scratch
+    std::vector<std::uint64_t> sorted_;          // entity << 32 | row, scratch
+    Box viewers_ = Box(0.0F, 0.0F, 0.0F, 0.0F);  // around them all, now and a tick ago
     std::vector<Look> looks_;
     std::vector<KeptGrid::Note> notes_;  // viewers and entities near a step, the first `noted_`
     std::size_t noted_ = 0;

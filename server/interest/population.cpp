@@ -108,16 +108,32 @@ void Population::list_touched(const world::Entities& e) {
     }
     steps_.clear();
     world::for_each_row(stirring, said, [&](world::Row row) {
-        if (row >= common) {
-            return;
+        if (row < common) {
+            prefetch_all(row);
+            steps_.push_back(row);
         }
+    });
+    // What they were is anywhere in memory, and now on its way.
+    std::size_t kept = 0;
+    for (const world::Row row : steps_) {
         if (e.id[row] != ids_[row] || kind_in(e, row) != kinds_[row]) {
             touched_.push_back(row);
         } else if (bits(e.position[row].x()) != bits(x_[row]) ||
                    bits(e.position[row].z()) != bits(z_[row])) {
-            steps_.push_back(row);
+            steps_[kept++] = row;
         }
-    });
+    }
+    steps_.resize(kept);
+}
+
+void Population::prefetch_all(world::Row row) const {
+    __builtin_prefetch(&ids_[row]);
+    __builtin_prefetch(&kinds_[row]);
+    __builtin_prefetch(&x_[row], 1);
+    __builtin_prefetch(&z_[row], 1);
+    __builtin_prefetch(&old_x_[row], 1);
+    __builtin_prefetch(&old_z_[row], 1);
+    __builtin_prefetch(&aura_[row], 1);
 }
 
 /// Piece by piece in loops that each compare many rows at once, and without a branch per row.

@@ -125,6 +125,7 @@ class Population {
 
     void read_types(const world::TypeTable& types);
     void list_touched(const world::Entities& entities);
+    void prefetch_all(world::Row row) const;
     void compare_all(const world::Entities& entities, std::size_t common);
     std::uint32_t compare_kinds(const world::Entities& entities,
                                 std::size_t first,
