@@ -55,6 +55,7 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     const std::span<const Slot> awake = minds.awake();
     rows_.resize(awake.size());
     due_.clear();
+    steppers_.clear();
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const Mind& mind = minds.at(awake[i]);
         rows_[i] = row_of(world.entities, mind.entity, row_hints_[awake[i]]);
@@ -66,17 +67,27 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     events_.clear();
     minds.take_due(world.now, events_);
     call_up_waiting(minds, world, settings);
+    for (const Minds::Event& event : events_) {
+        __builtin_prefetch(&row_hints_[event.slot], 1);
+    }
     std::sort(events_.begin(), events_.end(), [](const Minds::Event& a, const Minds::Event& b) {
         return a.at != b.at ? a.at < b.at : a.entity < b.entity;
     });
     // They are anywhere in memory.
     for (const Minds::Event& event : events_) {
         world.entities.prefetch(row_hints_[event.slot]);
+        minds.prefetch_neighbours(event.slot);
     }
     for (const Minds::Event& event : events_) {
         const world::Row row = row_of(world.entities, event.entity, row_hints_[event.slot]);
         row_hints_[event.slot] = row;
-        if (row != world::kNoRow) {
+        if (row == world::kNoRow) {
+            continue;
+        }
+        const Mind& mind = minds.at(event.slot);
+        if (!event.waited && only_steps(mind, machine_of(mind, settings), coarse(world), row)) {
+            steppers_.push_back({event.entity, event.slot, row});
+        } else {
             due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
         }
     }
@@ -110,7 +121,8 @@ void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& set
         if (due.tier == Tier::kCoarse) {
             minds.at(due.slot).next_event = due.since;
             minds.schedule(due.slot, 1);  // it waits for nothing
-            minds.settle(due.slot, minds.left(due.slot), world.dt, true);
+            const Tick left = left_at(minds.at(due.slot), world, true);
+            minds.settle(due.slot, std::max(left, world.now + 1), world.dt, true);
         }
         report_.blinded += kept < budget ? 1U : 0U;
         ++report_.postponed;
@@ -118,17 +130,13 @@ void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& set
     due_.resize(kept);
 }
 
-/// The grid is made only where some awake mind looks for others than players, or goes with a herd.
+/// The grid is made only where some awake mind looks for others than players.
 void Step::find_others(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
     const auto knows_others = [&](Slot slot) {
         return machine_of(minds.at(slot), settings).knows_others;
     };
-    const bool needed =
-        std::any_of(awake.begin(), awake.end(), knows_others) ||
-        (has_herds(settings) && std::any_of(due_.begin(), due_.end(), [&](const Due& due) {
-             return machine_of(minds.at(due.slot), settings).flocks;
-         }));
+    const bool needed = std::any_of(awake.begin(), awake.end(), knows_others);
     others_ = needed ? &world.grid() : &nobody_;
 }
 
@@ -214,7 +222,9 @@ void Step::walk_coarse(Minds& minds, const World& world, const Settings& setting
             Mind& mind = minds.at(due.slot);
             const CompiledMachine& machine = machine_of(mind, settings);
             if (due.roams) {
-                due.falls = !roam(mind, machine, coarse(world), due.row, due.way);
+                const Vec3 from = world.entities.position[due.row];
+                take_step(mind, machine, coarse(world), from, due.end);
+                mind.placed = Vec2(from.x(), from.z());
                 lane.drift_m = std::max(lane.drift_m, step_of(mind));
             } else if (!roams(mind, machine) &&
                        walk_on(mind, machine, coarse(world), due.row, due.slot)) {
@@ -271,7 +281,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
                 world.entities.touch(due.row);
                 report_.moved = true;
             }
-            if (due.falls || !can_sleep(mind, machine_of(mind, settings))) {
+            if (!due.end.stands || !can_sleep(mind, machine_of(mind, settings))) {
                 waking_.push_back(due.slot);
             }
             ++report_.events;
@@ -371,10 +381,12 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     steer_awake(minds, world, settings);
     head_herds(minds, world, settings);
     walk_coarse(minds, world, settings);
+    walk_steppers(minds, world, settings);
     find_ways(minds, world, settings);
     give_commands(minds, world, settings);
     make_way(minds, world, settings);
     go_on(minds, world, settings);
+    settle_steppers(minds, world, settings);
     if (std::isfinite(settings.seen_m)) {
         send_to_sleep(minds, world, settings);
     }
@@ -411,6 +423,12 @@ void Step::hash(const Minds& minds, core::StateHash& hash) const {
         const Mind& mind = minds.at(due.slot);
         if (mind.entity == due.entity) {
             ai::hash(hash, mind);
+        }
+    }
+    for (const Stepper& stepper : steppers_) {
+        const Mind& mind = minds.at(stepper.slot);
+        if (mind.entity == stepper.entity) {
+            hash_step(hash, mind);
         }
     }
 }

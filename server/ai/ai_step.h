@@ -110,7 +110,7 @@ class Step {
     /// Results depend neither on the order of rows, nor on the history of add() and take(), nor on
     /// threads. A budget of 0 counts as 1, and one of less than kRaysPerLook rays as that: who
     /// finds no rays left waits, and goes on with what it knew, at most ceil(n / (rays /
-    /// kRaysPerLook)) ticks.
+    /// kRaysPerLook)) ticks. Steps of herds that nobody sees are no decisions.
     Report run(Minds& minds, const World& world, const Settings& settings);
 
     /// What a step knows of those before it, for snapshots.
@@ -144,14 +144,22 @@ class Step {
         world::Row row;
         Tier tier;
         bool decides = true;
-        bool changed = false;     ///< it has decided otherwise than before
-        bool moved = false;       ///< coarse: its row is another one than before
-        Vec2 way = Vec2::Zero();  ///< of its step, x, z, m
-        bool roams = false;       ///< coarse: it takes a step with its herd
-        bool falls = false;       ///< coarse: it would leave the ground with it
+        bool changed = false;  ///< it has decided otherwise than before
+        bool moved = false;    ///< coarse: its row is another one than before
+        bool roams = false;    ///< coarse: it takes a step with its herd
+        StepEnd end{};         ///< of that
         std::optional<fsm::Change> change{};
         Tick next_event = kNever;
         Tick left = kNever;  ///< coarse: when it leaves the square that it is in
+    };
+
+    /// A coarse mind that takes a step with its herd, and has nothing else to do.
+    struct Stepper {
+        EntityId entity;
+        Slot slot;
+        world::Row row;
+        StepEnd end{};
+        Tick left = kNever;
     };
 
     /// One thread's share of the minds.
@@ -201,6 +209,8 @@ class Step {
     void forage(Minds& minds, const World& world, const Settings& settings);
     [[nodiscard]] Drift drift_of(const Minds& minds, const World& world) const;
     void head_herds(Minds& minds, const World& world, const Settings& settings);
+    void walk_steppers(Minds& minds, const World& world, const Settings& settings);
+    void settle_steppers(Minds& minds, const World& world, const Settings& settings);
     [[nodiscard]] Tick event_after(Mind& mind,
                                    const Due& due,
                                    const World& world,
@@ -234,6 +244,7 @@ class Step {
     std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
     std::vector<Minds::Event> events_;
     std::vector<Due> due_;
+    std::vector<Stepper> steppers_;                // ascending by entity
     std::vector<std::uint32_t> traders_;           // of due_, ascending by entity
     std::vector<WaitingTraders> waiting_traders_;  // the first some of them count
     std::size_t waiting_trader_groups_ = 0;

@@ -1,6 +1,7 @@
 #include "server/ai/ai_step.h"
 #include "server/ai/steering.h"
 #include "server/ai/step_lookup.h"
+#include "server/ai/wish.h"
 
 #include <algorithm>
 #include <utility>
@@ -61,7 +62,7 @@ void Step::forage(Minds& minds, const World& world, const Settings& settings) {
 
 Drift Step::drift_of(const Minds& minds, const World& world) const {
     // Twice: who has to wait for its turn walks on meanwhile.
-    return {minds, slot_hints_, world.now, world.dt, 2.0F * drift_m_};
+    return {minds, slot_hints_, world.now, world.dt, kHerdStale_m + 2.0F * drift_m_};
 }
 
 /// All look around before any of them walks on.
@@ -86,14 +87,18 @@ void Step::head_herds(Minds& minds, const World& world, const Settings& settings
         get_unstuck(mind, state, around);
         slot_hints_[due.row] = due.slot;
         due.roams = true;
-        herds_.add(due.slot, due.row);
+        herds_.add(due.slot, due.row, world.entities.position[due.row]);
+    }
+    for (const Stepper& stepper : steppers_) {
+        slot_hints_[stepper.row] = stepper.slot;
+        herds_.add(stepper.slot, stepper.row, minds.at(stepper.slot).target);
     }
     const Drift drift = drift_of(minds, world);
     herds_.step(minds,
                 {world.entities,
                  world.types,
-                 *others_,
                  world.places,
+                 world.statics,
                  settings.compiled,
                  drift,
                  settings.reduce_far,
@@ -102,8 +107,54 @@ void Step::head_herds(Minds& minds, const World& world, const Settings& settings
     std::size_t n = 0;
     for (Due& due : due_) {
         if (due.roams) {
-            due.way = herds_.way(n++);
+            due.end = herds_.end(n++);
         }
+    }
+    for (Stepper& stepper : steppers_) {
+        stepper.end = herds_.end(n++);
+    }
+}
+
+void Step::walk_steppers(Minds& minds, const World& world, const Settings& settings) {
+    in_lanes(world.team, steppers_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Stepper& stepper = steppers_[i];
+            Mind& mind = minds.at(stepper.slot);
+            const CompiledMachine& machine = machine_of(mind, settings);
+            const Vec3 from = mind.target;
+            take_step(mind, machine, coarse(world), from, stepper.end);
+            const Vec2 here(from.x(), from.z());
+            // Of those beyond the border whom it may come to know of, and who may come to know of
+            // it, rows are all that is known.
+            const float known_m = machine.states[mind.doing].radius_m + kHerdStale_m;
+            const bool at_border = ((world.half_size - here.cwiseAbs()).array() < known_m).any();
+            if (at_border || !stepper.end.stands || (here - mind.placed).norm() >= kHerdStale_m) {
+                world.entities.position[stepper.row] = from;
+                world.entities.discontinuity_tick[stepper.row] = world.now;
+                mind.placed = here;
+            }
+            restart_progress(mind, from, world.now);
+            lane.drift_m = std::max(lane.drift_m, step_of(mind));
+            mind.next_event = std::min(mind.next_decision, std::max(mind.again_at, world.now + 1));
+            stepper.left = std::max(left_at(mind, world), world.now + 1);
+        }
+    });
+}
+
+/// Their next steps.
+void Step::settle_steppers(Minds& minds, const World& world, const Settings& settings) {
+    for (const Stepper& stepper : steppers_) {
+        const world::Row row = stepper.row;
+        plan(minds, stepper.slot, world, settings);
+        minds.settle(stepper.slot, stepper.left, world.dt);
+        if (world.entities.discontinuity_tick[row] == world.now) {
+            world.entities.touch(row);
+            report_.moved = true;
+        }
+        if (!stepper.end.stands) {
+            waking_.push_back(stepper.slot);
+        }
+        ++report_.events;
     }
 }
 
@@ -112,7 +163,9 @@ bool Step::set_roaming(Mind& mind, const Due& due, const World& world, const Set
     const CoarseWorld in = coarse(world);
     const CompiledMachine& machine = machine_of(mind, settings);
     start_leg(mind, in.around(mind, due.row, due.slot));
-    mind.timed = roam(mind, machine, in, due.row, way_ahead(mind, machine, in, due.row));
+    const Vec3 from = world.entities.position[due.row];
+    mind.timed = roam(mind, machine, in, due.row, from, way_ahead(mind, machine, in, due.row));
+    mind.placed = Vec2(from.x(), from.z());
     drift_m_ = std::max(drift_m_, step_of(mind));
     return mind.timed;
 }

@@ -77,10 +77,18 @@ void Step::follow_coarse(Minds& minds, const World& world) {
     left_.clear();
     minds.take_left(world.now, left_);
     for (const Slot slot : left_) {
+        __builtin_prefetch(&row_hints_[slot], 1);
+    }
+    for (const Slot slot : left_) {
+        world.entities.prefetch(row_hints_[slot]);
+        minds.prefetch_neighbours(slot);
+    }
+    for (const Slot slot : left_) {
         Mind& mind = minds.at(slot);
-        const Tick left = left_at(mind, world);
+        const bool late = mind.next_event < world.now;
+        const Tick left = left_at(mind, world, late);
         if (left > world.now) {  // it is new here
-            minds.settle(slot, left, world.dt, mind.next_event < world.now);
+            minds.settle(slot, left, world.dt, late);
             continue;
         }
         const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
@@ -88,10 +96,7 @@ void Step::follow_coarse(Minds& minds, const World& world) {
         if (row != world::kNoRow) {
             place(mind, world, row);
         }
-        minds.settle(slot,
-                     std::max(left_at(mind, world), world.now + 1),
-                     world.dt,
-                     mind.next_event < world.now);
+        minds.settle(slot, std::max(left_at(mind, world, late), world.now + 1), world.dt, late);
         if (watched_.covers(mind.placed) || outside(mind.placed, world.half_size)) {
             waking_.push_back(slot);
         }
@@ -115,7 +120,8 @@ void Step::look_at(Minds& minds, Slot slot, const World& world) {
     Mind& mind = minds.at(slot);
     const Vec2 at = position_at(mind.leg, world.now - 1, world.dt);
     const bool wakes = watched_.covers(at) || outside(at, world.half_size);
-    const bool stale = mind.leg.length > 0.0F && (at - mind.placed).norm() >= kStale_m;
+    const bool stale =
+        (mind.leg.length > 0.0F || on_step(mind)) && (at - mind.placed).norm() >= kStale_m;
     if (!wakes && !stale) {
         return;
     }

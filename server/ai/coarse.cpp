@@ -171,8 +171,9 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
     if (at != in.around(mind, row).body()) {
         const motion::CharacterLimits& limits = limits_of(in, row);
         const Vec3& body = e.position[row];
-        const Vec3 from = on_step(mind) ? place_on_step(mind, body, at) : body;
-        const bool there = on_step(mind) && from == mind.target;
+        // Where it will stand at the end of its step is nearer than where its entity was put.
+        const Vec3 from = on_step(mind) ? mind.target : body;
+        const bool there = on_step(mind) && at_step_end(mind, at);
         const float floor =
             in.ways != nullptr && in.ways->plans_for(e.type[row])
                 ? in.ways->floor_along(e.type[row],

@@ -139,9 +139,16 @@ CoarseCells::Cell CoarseCells::cell_at(const Vec2& at) {
     return cell_of(line_of(at.x()), line_of(at.y()), kSide);
 }
 
-Tick CoarseCells::left_at(const Leg& leg, const Vec2& at, const Vec2& half_size, float dt) {
+Tick CoarseCells::left_at(const Leg& leg,
+                          const Vec2& at,
+                          const Vec2& half_size,
+                          float dt,
+                          bool goes_on) {
     const float step_m = leg.speed * dt;
-    if (!(step_m > 0.0F)) {
+    const bool steps_within =
+        !goes_on && leg.length == 0.0F &&
+        ((leg.goal.array().abs() + kStepsBeyond * step_m) < half_size.array()).all();
+    if (!(step_m > 0.0F) || steps_within) {
         return kNever;
     }
     float way = piece_at(leg, at).end_m;
@@ -170,8 +177,10 @@ void CoarseCells::grow(std::size_t slots) {
 void CoarseCells::put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool goes_on) {
     Piece piece = piece_at(leg, at);
     const float step_m = leg.speed * dt;
-    if (leg.length > 0.0F && !goes_on) {
-        piece.end_m = std::clamp(leg.length + kStepsBeyond * step_m, piece.begin_m, piece.end_m);
+    if (!goes_on) {
+        // Without a length it steps with a herd, to its goal.
+        const float length = leg.length > 0.0F ? leg.length : (leg.goal - leg.from).norm();
+        piece.end_m = std::clamp(length + kStepsBeyond * step_m, piece.begin_m, piece.end_m);
     }
     const Put put{leg.since, leg.from, leg.direction, piece.begin_m, piece.end_m};
     if (puts_[slot].squares > 0 && puts_[slot].same_as(put)) {

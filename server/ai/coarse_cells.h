@@ -31,11 +31,13 @@ class CoarseCells {
     /// place on it, lies in, or leaves `half_size` (x, z, m) around the origin where `at` is
     /// within: at the end of the tick before the one returned it is outside, or may be a rounding
     /// before that; who brakes or turns may have been outside for some ticks. The same whenever it
-    /// is asked with a place of the same piece. kNever for who stands.
+    /// is asked with a place of the same piece. kNever for who stands, and for who steps with a
+    /// herd to a place within, unless it `goes_on` from there.
     [[nodiscard]] static Tick left_at(const Leg& leg,
                                       const Vec2& at,
                                       const Vec2& half_size,
-                                      float dt);
+                                      float dt,
+                                      bool goes_on = false);
 
     /// Slots below `slots` exist, new ones nowhere.
     void grow(std::size_t slots);
@@ -51,9 +53,22 @@ class CoarseCells {
     void put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool goes_on = false);
     void take(Slot slot);
 
+    /// Asks for what put() and take() read of the slot soon.
     void prefetch(Slot slot) const {
+        const Node* const nodes = &nodes_[std::size_t{slot} * kMost];
         __builtin_prefetch(&puts_[slot], 1);
-        __builtin_prefetch(&nodes_[slot * kMost], 1);
+        __builtin_prefetch(nodes, 1);
+        __builtin_prefetch(nodes + kMost / 2, 1);
+    }
+
+    /// Asks for the slots that stand beside it in the lists of its squares; once it was asked for
+    /// itself.
+    void prefetch_neighbours(Slot slot) const {
+        const Index first = slot * kMost;
+        for (Index at = first; at < first + puts_[slot].squares; ++at) {
+            prefetch_node(nodes_[at].next);
+            prefetch_node(nodes_[at].previous);
+        }
     }
 
     /// Calls visit(slot) for all that come through a square, in no order; it must change no square.
@@ -106,6 +121,12 @@ class CoarseCells {
     };
 
     class Squares;
+
+    void prefetch_node(Index at) const {
+        if (at != kNone) {
+            __builtin_prefetch(&nodes_[at], 1);
+        }
+    }
 
     void link(Slot slot, const Squares& squares);
 

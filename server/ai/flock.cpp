@@ -1,8 +1,11 @@
 #include "server/ai/flock.h"
 
 #include "server/ai/herd.h"
+#include "server/spatial/box_lanes.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -19,6 +22,12 @@ constexpr float kInertiaWeight = 0.6F;
 constexpr float kWayWeight = 1.2F;
 constexpr float kHomePullLimit = 2.5F;  ///< far from home nothing else may win
 constexpr float kFixedPoint = 4096.0F;
+/// By more than this share no square of a length is off.
+constexpr float kRounding = 1e-6F;
+/// All whole numbers up to this are floats.
+constexpr float kExact = 16'777'216.0F;
+/// Two that are nearer than this stand on the same spot, m.
+constexpr float kSameSpot = 1e-4F;
 
 /// To the nearest integer; inlined, as std::llround() is not.
 std::int64_t fixed(float value) {
@@ -49,11 +58,44 @@ Neighbour neighbour_at(const world::Entities& entities,
 /// Away from a neighbour, 1 when it touches, 0 at the separation distance. Two on the same spot
 /// part along x, the older one to the left.
 Vec2 away(const Vec2& to_neighbour, float distance, float separation, bool older) {
-    if (distance < 1e-4F) {
+    if (distance < kSameSpot) {
         return {older ? -1.0F : 1.0F, 0.0F};
     }
     return to_neighbour * (-(separation - distance) / (separation * distance));
 }
+
+using spatial::Array8;
+
+/// As fixed(), eight at a time, and still as floats: whole numbers, exact up to kExact.
+Array8 fixed_lanes(const Array8& values) {
+    const Array8 scaled = values * kFixedPoint;
+    return (scaled.max(0.0F) + 0.5F).floor() - ((-scaled).max(0.0F) + 0.5F).floor();
+}
+
+/// One in the lanes whose bits are set, else zero, for each set of bits.
+const std::array<Array8, 256>& lanes_of_bits() {
+    static const std::array<Array8, 256> lanes = [] {
+        std::array<Array8, 256> all;
+        for (std::size_t bits = 0; bits < all.size(); ++bits) {
+            for (std::size_t lane = 0; lane < spatial::kLanes; ++lane) {
+                all[bits][static_cast<Eigen::Index>(lane)] = static_cast<float>(bits >> lane & 1U);
+            }
+        }
+        return all;
+    }();
+    return lanes;
+}
+
+/// A sum of vectors, lane by lane, as long as it is exact.
+struct SumOfLanes {
+    Array8 x = Array8::Zero();
+    Array8 z = Array8::Zero();
+
+    void add(const Array8& add_x, const Array8& add_z) {
+        x += fixed_lanes(add_x);
+        z += fixed_lanes(add_z);
+    }
+};
 
 }  // namespace
 
@@ -84,8 +126,7 @@ Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m) {
 }
 
 void FlockSum::ExactSum::add(const Vec2& v) {
-    x += fixed(v.x());
-    z += fixed(v.y());
+    add(fixed(v.x()), fixed(v.y()));
 }
 
 Vec2 FlockSum::ExactSum::value() const {
@@ -98,12 +139,80 @@ void FlockSum::add(const Vec2& offset, const Vec2& velocity, bool older) {
         return;
     }
     ++neighbours_;
+    part(offset, older);
+    along_.add(velocity);
+    together_.add(offset);
+}
+
+void FlockSum::part(const Vec2& offset, bool older) {
+    const float distance = offset.norm();
     const float separation = kSeparationShare * radius_m_;
     if (distance < separation) {
         apart_.add(away(offset, distance, separation, older));
     }
-    along_.add(velocity);
-    together_.add(offset);
+}
+
+void FlockSum::add_run(const Columns& animals,
+                       std::size_t begin,
+                       std::size_t end,
+                       std::size_t self,
+                       const Vec2& here,
+                       float time_s) {
+    const std::array<Array8, 256>& lanes = lanes_of_bits();
+    // So many times eight terms add up exactly; of larger ones none.
+    const float largest = kFixedPoint * std::max(radius_m_, kFastestOfLanes) + 1.0F;
+    const auto batches = static_cast<std::size_t>(kExact / (8.0F * largest));
+    const float separation = kSeparationShare * radius_m_;
+    const auto square = [](float length, float widen) {
+        return Array8::Constant(length * length * widen).eval();
+    };
+    // Squares and roots are rounded: whoever is at the edge is asked for his distance, as add()
+    // does. Roots of eight would be approximate.
+    const Array8 within = square(radius_m_, 1.0F - kRounding);
+    const Array8 perhaps_within = square(radius_m_, 1.0F + kRounding);
+    const Array8 perhaps_apart = square(separation, 1.0F + kRounding);
+    while (begin < end) {
+        SumOfLanes along;
+        SumOfLanes together;
+        for (std::size_t k = 0; k < std::max<std::size_t>(batches, 1) && begin < end;
+             ++k, begin += spatial::kLanes) {
+            const Array8 vx = Eigen::Map<const Array8>(animals.velocity_x + begin);
+            const Array8 vz = Eigen::Map<const Array8>(animals.velocity_z + begin);
+            const Array8 dx = Eigen::Map<const Array8>(animals.x + begin) + vx * time_s - here.x();
+            const Array8 dz = Eigen::Map<const Array8>(animals.z + begin) + vz * time_s - here.y();
+            const Array8 d2 = dx * dx + dz * dz;
+            const std::uint32_t there =
+                (0xFFU >> (spatial::kLanes - std::min(end - begin, spatial::kLanes))) &
+                ~static_cast<std::uint32_t>(std::uint64_t{1}
+                                            << std::min<std::size_t>(self - begin, 32));
+            const std::uint32_t sure =
+                batches > 0 ? spatial::lanes_at_most(d2, within) & there : 0U;
+            along.add(vx * lanes[sure], vz * lanes[sure]);
+            together.add(dx * lanes[sure], dz * lanes[sure]);
+            neighbours_ += std::popcount(sure);
+            const auto one_by_one = [&](std::uint32_t bits, auto&& visit) {
+                for (; bits != 0; bits &= bits - 1) {
+                    const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+                    const auto i = static_cast<Eigen::Index>(lane);
+                    visit(Vec2(dx[i], dz[i]),
+                          Vec2(vx[i], vz[i]),
+                          animals.entity[self] < animals.entity[begin + lane]);
+                }
+            };
+            one_by_one(sure & spatial::lanes_at_most(d2, perhaps_apart),
+                       [&](const Vec2& offset, const Vec2& /*velocity*/, bool older) {
+                           part(offset, older);
+                       });
+            one_by_one(spatial::lanes_at_most(d2, perhaps_within) & there & ~sure,
+                       [&](const Vec2& offset, const Vec2& velocity, bool older) {
+                           add(offset, velocity, older);
+                       });
+        }
+        along_.add(static_cast<std::int64_t>(along.x.sum()),
+                   static_cast<std::int64_t>(along.z.sum()));
+        together_.add(static_cast<std::int64_t>(together.x.sum()),
+                      static_cast<std::int64_t>(together.z.sum()));
+    }
 }
 
 Vec2 FlockSum::heading(const Vec2& here, const FlockPull& pull) const {

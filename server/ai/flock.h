@@ -4,6 +4,7 @@
 #include "server/spatial/point_grid.h"
 #include "server/world/entities.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -13,6 +14,9 @@ struct Drift;
 
 /// Distance under which herd animals turn away from each other, as a share of the flock's radius.
 inline constexpr float kSeparationShare = 0.25F;
+
+/// Of an animal in columns, along each axis, m/s.
+inline constexpr float kFastestOfLanes = 100.0F;
 
 /// Where an animal wants to go on its own account.
 struct FlockPull {
@@ -37,6 +41,24 @@ class FlockSum {
     /// id.
     void add(const Vec2& offset, const Vec2& velocity, bool older);
 
+    /// Animals in columns; the same numbers lie behind each.
+    struct Columns {
+        const float* x;  ///< m, at time 0; kLanes more may be read behind the end of any run
+        const float* z;
+        const float* velocity_x;  ///< m/s, of kFastestOfLanes at most
+        const float* velocity_z;
+        const EntityId* entity;
+    };
+
+    /// Those from `begin` to `end` but `self`, where they are `time_s` after time 0, eight at a
+    /// time: the sums are those of add(), bit for bit.
+    void add_run(const Columns& animals,
+                 std::size_t begin,
+                 std::size_t end,
+                 std::size_t self,
+                 const Vec2& here,
+                 float time_s);
+
     /// Of an animal at `here` (x, z, m). Not normalised; may be zero.
     [[nodiscard]] Vec2 heading(const Vec2& here, const FlockPull& pull) const;
 
@@ -47,8 +69,18 @@ class FlockSum {
         std::int64_t z = 0;
 
         void add(const Vec2& v);
+
+        /// In units of the sum.
+        void add(std::int64_t add_x, std::int64_t add_z) {
+            x += add_x;
+            z += add_z;
+        }
+
         [[nodiscard]] Vec2 value() const;
     };
+
+    /// From a neighbour within the radius that is too near.
+    void part(const Vec2& offset, bool older);
 
     float radius_m_;
     ExactSum apart_;

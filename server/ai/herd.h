@@ -3,6 +3,7 @@
 
 #include "server/ai/coarse.h"
 #include "server/ai/minds.h"
+#include "shared/motion/apply_input.h"
 
 #include <cstdint>
 #include <span>
@@ -17,6 +18,12 @@ inline bool roams(const Mind& mind, const CompiledMachine& machine) {
 
 /// The fastest that one walks who roams so, m/s.
 float roam_speed(const State& state, const motion::CharacterLimits& limits);
+
+/// Of a command, as motion::apply_input() has it, x, z, m/s.
+Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimits& limits);
+
+/// Who got on by less than this share of what it wanted walks into something.
+inline constexpr float kHinderedShare = 0.9F;
 
 /// The way of its last step, m: so far it may have come from where its entity was put.
 inline float step_of(const Mind& mind) {
@@ -41,10 +48,13 @@ inline bool on_step(const Mind& mind) {
     return mind.tier == Tier::kCoarse && mind.leg.length == 0.0F && mind.leg.speed > 0.0F;
 }
 
-/// Where such a one is that is at `at` (x, z, m) now, and whose entity was put at `body`: at the
-/// end of the step where roam() has found that it will stand (mind.target), before that on the line
-/// there.
-Vec3 place_on_step(const Mind& mind, const Vec3& body, const Vec2& at);
+/// How far the entity of such a one may be from where a step of it begins, m: to place it costs
+/// whoever reads its row.
+inline constexpr float kHerdStale_m = 4.0F;
+
+/// Whether such a one is at the end of its step, where roam() has found that it will stand
+/// (mind.target), when it is at `at` (x, z, m).
+bool at_step_end(const Mind& mind, const Vec2& at);
 
 /// Whether it is time for a step.
 inline bool roams_on(const Mind& mind, const CompiledMachine& machine, Tick now) {
@@ -56,15 +66,65 @@ inline bool roams_on(const Mind& mind, const CompiledMachine& machine, Tick now)
 /// together.
 Tick roams_until(const CompiledMachine& machine, Tick now, float dt);
 
-/// The step of an animal whose entity is where it is, which catch_up() sees to, along `way` (x, z,
-/// m) until roams_until(): as a character moves that is simulated, so along walls, over ledges, up
-/// and down the ground (motion::apply_input). False: it would leave the ground; it stands where it
-/// is, and is to be woken up. Where it comes to stand is mind.target.
+/// Where a step leads.
+struct StepEnd {
+    Vec3 at = Vec3::Zero();  ///< m
+    bool stands = true;      ///< there; else it would leave the ground
+};
+
+/// The step of an animal that is at `from` to where it leads until roams_until(). Who would leave
+/// the ground stands where it is, and is to be woken up. Where it comes to stand is mind.target.
+void take_step(Mind& mind,
+               const CompiledMachine& machine,
+               const CoarseWorld& in,
+               const Vec3& from,
+               const StepEnd& end);
+
+/// A character that moves along: along walls, over ledges, up and down the ground
+/// (motion::apply_input). `free`: nothing was in the way.
+struct Walked {
+    motion::CharacterState state;
+    bool free = true;
+};
+
+/// For `time_s` by a command that is held, which is longer than a tick: in one piece where the
+/// ground is even and free, else in so many as follow it; ledges are climbed, and ground that falls
+/// away is followed down, once in each.
+Walked walked(const motion::CharacterState& from,
+              const motion::InputCommand& command,
+              const motion::CharacterLimits& limits,
+              const motion::StaticGeometry& statics,
+              float time_s,
+              Tick now);
+
+/// Where one comes that wants to go along `way` (x, z, m) in `time_s` from where it stands.
+StepEnd walk_along(const motion::CharacterState& from,
+                   const Vec2& way,
+                   float time_s,
+                   const motion::CharacterLimits& limits,
+                   const motion::StaticGeometry& statics,
+                   Tick now);
+
+/// The step of an animal that is at `from`, along `way` (x, z, m) until roams_until(): as a
+/// character moves that is simulated, so along walls, over ledges, up and down the ground
+/// (motion::apply_input). False: it would leave the ground; it stands where it is, and is to be
+/// woken up. Where it comes to stand is mind.target.
 bool roam(Mind& mind,
           const CompiledMachine& machine,
           const CoarseWorld& in,
           world::Row row,
+          const Vec3& from,
           const Vec2& way);
+
+/// Whether nothing happens to it now but that its step is over: it came on as it wanted, and
+/// decides nothing.
+bool only_steps(const Mind& mind,
+                const CompiledMachine& machine,
+                const CoarseWorld& in,
+                world::Row row);
+
+/// Chains what such a step changes.
+void hash_step(core::StateHash& hash, const Mind& mind);
 
 /// The way that it goes until then where nothing changes its heading, x, z, m.
 Vec2 way_ahead(const Mind& mind,
@@ -72,19 +132,20 @@ Vec2 way_ahead(const Mind& mind,
                const CoarseWorld& in,
                world::Row row);
 
-/// Herds for a step: who looks at whom is found once, then the rule is asked at the very ticks at
-/// which a simulated animal would decide and steer, by where all of them are then (Verlet,
-/// "Computer experiments on classical fluids I", Physical Review 159, 1967, section 4, for the
-/// lists). In between they walk straight. Animals of the herd that are simulated are foretold by
-/// the same rule. What is left out until the step is over is what they walk into, and that others
-/// turn.
+/// Herds for a step: all animals that may come near each other until it is over stand in columns by
+/// cells, and the rule is asked at the very ticks at which a simulated animal would decide and
+/// steer, by where all of them are then: cells are so large that who is farther off than one is no
+/// neighbour until the step is over (Hockney and Eastwood, "Computer Simulation Using Particles",
+/// 1988, section 8-4-1, chaining mesh). In between they walk straight. Animals of the herd that are
+/// simulated are foretold by the same rule. What is left out until the step is over is that ways
+/// over surfaces may be barred, and that others turn who are not of a herd.
 class Herds {
   public:
     struct Scene {
         const world::Entities& entities;
         const world::TypeTable& types;
-        const spatial::PointGrid& grid;
         const Places& places;
+        const motion::StaticGeometry& statics;
         const std::vector<CompiledMachine>& machines;
         const Drift& drift;
         bool reduce_far;  ///< those far from players steer every kFarPeriod ticks
@@ -94,48 +155,86 @@ class Herds {
 
     void clear() { roaming_.clear(); }
 
-    /// In any order.
-    void add(Slot slot, world::Row row) { roaming_.push_back({slot, row}); }
-
-    [[nodiscard]] bool empty() const { return roaming_.empty(); }
+    /// In any order: one that is at `at`, x, z, m.
+    void add(Slot slot, world::Row row, const Vec3& at) { roaming_.push_back({slot, row, at}); }
 
     /// Sets their aims as they are at the end of their steps.
     void step(Minds& minds, const Scene& scene);
 
-    /// The way of the n-th that was added, x, z, m.
-    [[nodiscard]] const Vec2& way(std::size_t n) const { return way_[n]; }
+    /// Where the n-th that was added comes.
+    [[nodiscard]] const StepEnd& end(std::size_t n) const { return ends_[n]; }
 
   private:
     struct Roaming {
         Slot slot;
         world::Row row;
+        Vec3 at;
     };
 
-    void gather(const Minds& minds, const Scene& scene);
-    std::uint32_t add_animal(const Mind* mind, world::Row row, const Scene& scene);
-    std::uint32_t place_of(const Minds& minds, world::Row row, const Scene& scene);
-    void see(const Minds& minds, std::size_t n, const Scene& scene);
+    /// What is known of one beside the columns.
+    struct Animal {
+        EntityId entity;
+        world::Row row;
+        TypeIndex type;
+        const Mind* mind;      // null: it goes straight on
+        std::uint32_t number;  // of those who step; kNoNumber: it does not
+        Tick until;            // who steps: when that is over
+        Vec2 at;               // when it begins
+        Vec2 velocity;         // m/s
+        motion::InputCommand aim;
+        float reach;                  // m: whom it may come to know of
+        bool tries;                   // something may be in the way: it tries each piece of its way
+        motion::CharacterState body;  // then: at the end of the piece that it walks
+        std::uint32_t cell;
+    };
+
+    /// Cells in lines; those of a type follow those of another.
+    struct Mesh {
+        Vec2 origin = Vec2::Zero();
+        float per_m = 1.0F;
+        std::uint32_t columns = 1;
+        std::uint32_t lines = 1;
+
+        [[nodiscard]] std::uint32_t cells() const { return columns * lines; }
+    };
+
+    static constexpr std::uint32_t kNoNumber = 0xFFFFFFFFU;
+
+    void gather(Minds& minds, const Scene& scene);
+    void add_animal(const Mind* mind,
+                    world::Row row,
+                    std::uint32_t number,
+                    const Vec2& at,
+                    const Scene& scene);
+    [[nodiscard]] bool is_barred(const Animal& animal, float reach_m, const Scene& scene) const;
+    void walk_on(std::size_t n, const Scene& scene, Tick now);
+    void add_others(const Minds& minds, const Scene& scene);
+    void lay_mesh();
+    void sort_by_cells();
+    [[nodiscard]] std::uint32_t rank_of(TypeIndex type) const;
+    [[nodiscard]] Vec2 place(std::size_t n, float time_s) const;
     void turn_all(Minds& minds, const Scene& scene, Tick now);
-    void turn(Minds& minds, std::size_t n, const Scene& scene, Tick now);
-    void walk_until(std::size_t n, Tick end, float dt);
-    void leave(Minds& minds, std::size_t n, Tick now, float dt);
+    [[nodiscard]] Vec2 turned(Minds& minds, std::size_t n, const Scene& scene, Tick now);
+    void set_velocity(std::size_t n, const Vec2& velocity, float time_s);
+    void leave(Minds& minds, std::size_t n, const Scene& scene, float time_s);
 
     std::vector<Roaming> roaming_;
-    // By animal: those who step, then others whom they see.
-    std::vector<world::Row> row_;
+    std::vector<TypeIndex> types_;  // of those who step, each once
+    std::vector<Animal> found_;
+    std::vector<Animal> animals_;  // by cells
+    Mesh mesh_;
+    std::vector<std::uint32_t> first_;  // by cell, and one past the end
+    // By animal: where it would be when the step begins if it always walked as it does now.
+    std::vector<float> x_;
+    std::vector<float> z_;
+    std::vector<float> velocity_x_;
+    std::vector<float> velocity_z_;
     std::vector<EntityId> entity_;
-    std::vector<const Mind*> mind_;  // null: it goes straight on
-    std::vector<Vec2> from_;
-    std::vector<Vec2> at_;  // at the end of tick since_
-    std::vector<Tick> since_;
-    std::vector<Vec2> velocity_;  // since then, m/s
-    std::vector<motion::InputCommand> aim_;
-    std::vector<Tick> turns_at_;        // kNever: it goes straight on
-    std::vector<Vec2> wanted_;          // velocity after a turn
-    std::vector<std::uint32_t> first_;  // of sees_
-    std::vector<std::uint32_t> sees_;
-    std::vector<std::uint32_t> place_of_row_;
-    std::vector<Vec2> way_;  // of those who step
+    std::vector<Tick> turns_at_;  // kNever: it goes straight on
+    std::vector<std::uint32_t> turning_;
+    std::vector<Vec2> wanted_;   // velocities of those who turn
+    std::vector<bool> among_;    // by row: it is one of them; all false between two steps
+    std::vector<StepEnd> ends_;  // of those who step
 };
 
 }  // namespace zoned::ai

@@ -149,6 +149,7 @@ void Minds::take_due(Tick now, std::vector<Event>& due) {
             mind.next_decision =
                 std::min(mind.next_decision, next_decision(mind.entity, period, now - 1));
             mind.wait = StockWait{};
+            due[i].waited = true;
             waits_.leave(due[i].slot);
         }
     }
@@ -161,12 +162,18 @@ void Minds::prefetch(Slot slot) const {
     for (std::size_t at = 0; at < sizeof(Mind); at += kLine) {
         __builtin_prefetch(mind + at, 1);
     }
+    __builtin_prefetch(&traces_[slot], 1);
+    events_.prefetch(slot);
     leaving_.prefetch(slot);
     cells_.prefetch(slot);
+    waits_.prefetch(slot);
 }
 
 void Minds::take_left(Tick now, std::vector<Slot>& left) {
-    leaving_.take_due(now, [&](Slot slot, Tick /*at*/) { left.push_back(slot); });
+    leaving_.take_due(now, [&](Slot slot, Tick /*at*/) {
+        prefetch(slot);
+        left.push_back(slot);
+    });
 }
 
 void Minds::forget_coarse(Slot slot) {

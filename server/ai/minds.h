@@ -24,6 +24,7 @@ class Minds {
         Tick at;
         EntityId entity;
         Slot slot;
+        bool waited = false;  ///< for stock
     };
 
     /// An entity has one mind; its `machine` must exist in the settings.
@@ -65,6 +66,13 @@ class Minds {
     /// Appends what is due at `now`, in no order, and forgets that it is, and what it waited for;
     /// who did wait decides as well when its decision is due. Ticks ascend.
     void take_due(Tick now, std::vector<Event>& due);
+
+    /// Asks for all that is linked with a coarse mind; take_due() and take_left() have asked for
+    /// the mind itself.
+    void prefetch_neighbours(Slot slot) const {
+        leaving_.prefetch_neighbours(slot);
+        cells_.prefetch_neighbours(slot);
+    }
 
     /// The minds that wait for stock; `period_of` tells the period of a mind's decisions, ticks,
     /// for those that came with what they wait for.

@@ -66,6 +66,9 @@ class StockWaits {
     void join(Slot slot, EntityId entity, const Key& key);
     void leave(Slot slot);
 
+    /// Asks for what group_of() and leave() read of the slot soon.
+    void prefetch(Slot slot) const { __builtin_prefetch(&places_[slot], 1); }
+
     /// Null: it waits for nothing.
     [[nodiscard]] const Group* group_of(Slot slot) const {
         return places_[slot].group == kNone ? nullptr : &groups_[places_[slot].group];

@@ -98,7 +98,14 @@ Leg some_leg(core::Rng& rng, Tick since) {
                        acceleration,
                        since);
     leg.length = speed > 0.0F && rng.below(4) != 0 ? rng.range(1.0F, 700.0F) : 0.0F;
+    // Without a length it is a step with a herd.
+    leg.goal = leg.from + leg.direction * (leg.length > 0.0F ? leg.length : rng.range(0.5F, 20.0F));
     return leg;
+}
+
+/// After that it walks on.
+Tick end_of_step(const Leg& leg) {
+    return leg.since + static_cast<Tick>((leg.goal - leg.from).norm() / (leg.speed * kDt)) + 2;
 }
 
 /// Whether the slot is in a square that comes as near to `at`, or may be anywhere.
@@ -137,11 +144,14 @@ TEST(CoarseCells, HoldWhoComesThroughWhereverThatIs) {
             placed[slot] = position_at(leg, now - 1, kDt);
             // Half of them have no event where their leg ends.
             cells.put(slot, leg, placed[slot], kDt, slot % 2 == 0);
-            const Tick left = CoarseCells::left_at(leg, placed[slot], everywhere, kDt);
+            const bool goes_on = slot % 2 == 0;
+            const Tick left = CoarseCells::left_at(leg, placed[slot], everywhere, kDt, goes_on);
             ASSERT_GT(left, now - 2);
-            const bool ends = slot % 2 != 0 && leg.length > 0.0F;
-            const Tick end =
-                std::min({left, now + 4'000, ends ? arrival_of(leg, kDt) + 1 : kNever});
+            const bool ends = !goes_on && leg.speed > 0.0F;
+            const Tick last = !ends               ? kNever
+                              : leg.length > 0.0F ? arrival_of(leg, kDt) + 1
+                                                  : end_of_step(leg);
+            const Tick end = std::min({left, now + 4'000, last});
             for (; now < end; now += 1 + rng.below(20)) {
                 const Vec2 at = position_at(leg, now - 1, kDt);
                 ASSERT_TRUE(is_near(cells, slot, at, CoarseCells::kAside_m + 1e-3F))
