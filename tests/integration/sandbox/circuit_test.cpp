@@ -14,13 +14,13 @@ class CircuitWorld : public GameTest {
   protected:
     CircuitWorld() {
         server.config = ZONED_SOURCE_DIR "/config/circuit.txtpb";
-        bots.bots = 6;
+        bots.bots = 2;
         bots.seconds = 60.0;
     }
 
     /// How far followers are from the lanes that they go along, and in how many zones each was.
-    void look(app::World& world) {
-        for (const auto& zone : world.zones()) {
+    void look(app::World& now) {
+        for (const auto& zone : now.zones()) {
             const zone::ZoneState& state = zone->state();
             const ai::tracks::TrackNet& net = *state.places.tracks();
             for (std::size_t n = 0; n < state.minds.size(); ++n) {
@@ -34,7 +34,7 @@ class CircuitWorld : public GameTest {
         if (row == world::kNoRow || mind.corner != ai::kOnTrack || mind.entered) {
             return;
         }
-        zones_[mind.entity.value].insert(state.settings.zone().value);
+        zones_[mind.entity.value].insert(state.settings.id.value);
         lanes_[mind.entity.value].insert(mind.track.lane);
         const Vec3& at = state.entities.position[row];
         const Vec2d here = Vec2(at.x(), at.z()).cast<double>() + state.places.origin();
@@ -66,7 +66,7 @@ TEST_F(CircuitWorld, IsConsistentAndItsFollowersKeepToTheirTracks) {
     EXPECT_GE(std::count_if(zones_.begin(), zones_.end(), in_two), 14);
     EXPECT_GE(std::count_if(lanes_.begin(), lanes_.end(), in_two), 10) << "they changed lanes";
     EXPECT_GT(awake_, samples_ / 10);
-    EXPECT_GT(coarse_, 0);
+    EXPECT_GT(coarse_, samples_ / 100) << "at the ends of the road nobody looks";
     // Who makes way for others leaves its lane by as much as that takes.
     EXPECT_LT(beside_, awake_ / 5);
 }
