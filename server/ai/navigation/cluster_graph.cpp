@@ -37,8 +37,9 @@ ClusterGraph::ClusterGraph(const GridMap& map)
 
 void ClusterGraph::update(const GridMap& map, std::span<const CellChange> changes) {
     std::vector<std::uint32_t> touched;
+    bool others = false;  // portals than before
     const auto renew = [&](std::uint32_t cluster, bool right, std::uint32_t other) {
-        find_portals(map, cluster, right);
+        others = find_portals(map, cluster, right) || others;
         touched.push_back(other);
     };
     for (const CellChange& change : changes) {
@@ -60,19 +61,22 @@ void ClusterGraph::update(const GridMap& map, std::span<const CellChange> change
     }
     std::sort(touched.begin(), touched.end());
     touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-    number_nodes();
+    if (others) {
+        number_nodes();
+    }
     for (const std::uint32_t cluster : touched) {
         measure(map, cluster);
     }
 }
 
-void ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, bool right) {
+bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, bool right) {
     std::vector<Cell>& portals = right ? clusters_[cluster].right : clusters_[cluster].below;
+    portals.swap(old_portals_);
     portals.clear();
     const GoalField::Window w = window(map, cluster);
     const int line = right ? w.right : w.bottom;
     if (line + 1 >= (right ? map.width() : map.height())) {
-        return;
+        return false;
     }
     const auto at = [right, line](int i, int beyond) {
         return right ? cell_of(line + beyond, i) : cell_of(i, line + beyond);
@@ -91,6 +95,7 @@ void ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, bool 
         }
         first = after;
     }
+    return portals != old_portals_;
 }
 
 void ClusterGraph::number_nodes() {

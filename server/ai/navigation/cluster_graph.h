@@ -55,7 +55,8 @@ class ClusterGraph {
         return c.y / kSide * across_ + c.x / kSide;
     }
 
-    void find_portals(const GridMap& map, std::uint32_t cluster, bool right);
+    /// True: they are others than before.
+    bool find_portals(const GridMap& map, std::uint32_t cluster, bool right);
     void number_nodes();
     void measure(const GridMap& map, std::uint32_t cluster);
     [[nodiscard]] GoalField::Window window(const GridMap& map, std::uint32_t cluster) const;
@@ -68,8 +69,9 @@ class ClusterGraph {
     std::vector<Node> nodes_;
     SearchSpace space_;  // nodes, then the goal
     GoalField field_;
-    std::vector<Cost> to_goal_;  // of the nodes in the goal's cluster
-    Cost direct_ = kNoCost;      // from start to goal within one cluster
+    std::vector<Cell> old_portals_;  // of the border that is looked at
+    std::vector<Cost> to_goal_;      // of the nodes in the goal's cluster
+    Cost direct_ = kNoCost;          // from start to goal within one cluster
 };
 
 }  // namespace zoned::ai::navigation
