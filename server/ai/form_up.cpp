@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace zoned::ai {
 
@@ -135,15 +136,16 @@ void Formations::give_slots(Minds& minds, const world::Entities& entities, const
 
 /// How many a company counts: those who are here, unless they were more when they got their slots,
 /// and the rest may be among the ghosts.
+template <class Ghosts>
 std::size_t Formations::company_of(std::span<const Rank> ranks,
                                    const Minds& minds,
-                                   std::size_t ghosts) const {
+                                   Ghosts&& ghosts) {
     const std::size_t here = std::min(ranks.size(), kMostInFormation);
     std::size_t were = 0;
     for (const Rank& rank : ranks) {
         were = std::max<std::size_t>(were, minds.at(rank.slot).steps);
     }
-    return were > here && were <= kMostInFormation && ghosts >= were - here ? were : here;
+    return were > here && were <= kMostInFormation && ghosts() >= were - here ? were : here;
 }
 
 void Formations::place(Minds& minds,
@@ -156,7 +158,13 @@ void Formations::place(Minds& minds,
         const Mind& mind = minds.at(rank.slot);
         return &*machines[mind.machine].states[mind.doing].formation;
     };
-    const std::size_t ghosts = ghosts_in_formations(entities, types, machines);
+    // Looked for once, and only where somebody is missing.
+    auto ghosts = [&, found = std::optional<std::size_t>()]() mutable {
+        if (!found) {
+            found = ghosts_in_formations(entities, types, machines);
+        }
+        return *found;
+    };
     std::sort(ranks_.begin(), ranks_.end(), [](const Rank& a, const Rank& b) {
         return a.captain != b.captain ? a.captain < b.captain : a.entity < b.entity;
     });

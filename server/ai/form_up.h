@@ -50,9 +50,10 @@ class Formations {
     struct Group;
 
     void give_slots(Minds& minds, const world::Entities& entities, const Group& group);
-    [[nodiscard]] std::size_t company_of(std::span<const Rank> ranks,
-                                         const Minds& minds,
-                                         std::size_t ghosts) const;
+    template <class Ghosts>
+    [[nodiscard]] static std::size_t company_of(std::span<const Rank> ranks,
+                                                const Minds& minds,
+                                                Ghosts&& ghosts);
 
     std::vector<Rank> ranks_;
     std::vector<double> cost_;

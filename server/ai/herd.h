@@ -171,6 +171,13 @@ class Herds {
         Vec3 at;
     };
 
+    /// Where all of them are, m, and the farthest that one reaches.
+    struct Extent {
+        Vec2 low;
+        Vec2 high;
+        float reach = 0.0F;
+    };
+
     /// What is known of one beside the columns.
     struct Animal {
         EntityId entity;
@@ -209,6 +216,7 @@ class Herds {
     [[nodiscard]] bool is_barred(const Animal& animal, float reach_m, const Scene& scene) const;
     void walk_on(std::size_t n, const Scene& scene, Tick now);
     void add_others(const Minds& minds, const Scene& scene);
+    [[nodiscard]] Extent extent_of_found() const;
     void lay_mesh();
     void sort_by_cells();
     [[nodiscard]] std::uint32_t rank_of(TypeIndex type) const;

@@ -102,19 +102,24 @@ bool Herds::is_barred(const Animal& animal, float reach_m, const Scene& scene) c
     return barred;
 }
 
+Herds::Extent Herds::extent_of_found() const {
+    Extent all;
+    all.low.setConstant(std::numeric_limits<float>::infinity());
+    all.high = -all.low;
+    for (const Animal& animal : found_) {
+        all.low = all.low.cwiseMin(animal.at);
+        all.high = all.high.cwiseMax(animal.at);
+        all.reach = std::max(all.reach, animal.reach);
+    }
+    return all;
+}
+
 /// Those of the same types whom somebody who steps may come to know of.
 void Herds::add_others(const Minds& minds, const Scene& scene) {
     const world::Entities& e = scene.entities;
-    Vec2 low = Vec2::Constant(std::numeric_limits<float>::infinity());
-    Vec2 high = -low;
-    float reach = 0.0F;
-    for (const Animal& animal : found_) {
-        low = low.cwiseMin(animal.at);
-        high = high.cwiseMax(animal.at);
-        reach = std::max(reach, animal.reach);
-    }
-    low = low.array() - (reach + scene.drift.reach_m);
-    high = high.array() + (reach + scene.drift.reach_m);
+    const Extent known = extent_of_found();
+    const Vec2 low = known.low.array() - (known.reach + scene.drift.reach_m);
+    const Vec2 high = known.high.array() + (known.reach + scene.drift.reach_m);
     for (world::Row row = 0; row < e.size(); ++row) {
         if (among_[row] || rank_of(e.type[row]) == types_.size() || e.has(row, world::kHidden)) {
             continue;
@@ -165,22 +170,16 @@ std::uint32_t Herds::rank_of(TypeIndex type) const {
 
 /// Cells as wide as anybody reaches.
 void Herds::lay_mesh() {
-    Vec2 low = Vec2::Constant(std::numeric_limits<float>::infinity());
-    Vec2 high = -low;
-    float cell_m = 1.0F;
-    for (const Animal& animal : found_) {
-        low = low.cwiseMin(animal.at);
-        high = high.cwiseMax(animal.at);
-        cell_m = std::max(cell_m, animal.reach);
-    }
-    const Vec2 size = high - low;
+    const Extent all = extent_of_found();
+    const Vec2 size = all.high - all.low;
+    float cell_m = std::max(1.0F, all.reach);
     const auto cells = [&] {
         return (std::floor(size.x() / cell_m) + 1.0F) * (std::floor(size.y() / cell_m) + 1.0F);
     };
     while (cells() * static_cast<float>(types_.size()) > kMostMeshCells) {
         cell_m *= 2.0F;
     }
-    mesh_.origin = low;
+    mesh_.origin = all.low;
     mesh_.per_m = 1.0F / cell_m;
     mesh_.columns = static_cast<std::uint32_t>(size.x() * mesh_.per_m) + 1;
     mesh_.lines = static_cast<std::uint32_t>(size.y() * mesh_.per_m) + 1;

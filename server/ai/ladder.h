@@ -6,8 +6,10 @@
 #include "server/ai/machine.h"
 #include "shared/core/ids.h"
 
+#include <concepts>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace zoned::ai {
@@ -42,6 +44,17 @@ struct Ladder {
     std::uint32_t failures = 0;
     Tick changed_at = 0;
 };
+
+/// Calls `visit(number)` for each number of a ladder, in one order; `ladder` may be const.
+template <class LadderOf, class Visit>
+void visit_fields(LadderOf& ladder,
+                  Visit&& visit) requires std::same_as<std::remove_const_t<LadderOf>, Ladder> {
+    visit(ladder.rung);
+    visit(ladder.level);
+    visit(ladder.successes);
+    visit(ladder.failures);
+    visit(ladder.changed_at);
+}
 
 /// For people: what a change came of.
 struct RungChange {

@@ -31,16 +31,6 @@ std::uint8_t most_corner(ActionKind action) {
     }
 }
 
-/// For writing (a const ladder) and reading.
-template <class LadderOf, class Visit>
-void visit_ladder(LadderOf& ladder, Visit& visit) {
-    visit(ladder.rung);
-    visit(ladder.level);
-    visit(ladder.successes);
-    visit(ladder.failures);
-    visit(ladder.changed_at);
-}
-
 /// Whether it is one of `settings`: on a rung, at a level within the cap. Where none adapts, it is
 /// the first.
 bool is_ladder(const Ladder& ladder, const LadderSettings& settings) {
@@ -170,7 +160,7 @@ void write_minds(const Minds& minds,
                  std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
     write(kVersion);
-    visit_ladder(step.memory().ladder, write);
+    visit_fields(step.memory().ladder, write);
     write(static_cast<std::uint32_t>(minds.size()));
     for (std::size_t n = 0; n < minds.size(); ++n) {
         visit_fields(minds.at(minds.nth(n)), write);
@@ -206,7 +196,7 @@ std::string read_minds(std::span<const std::uint8_t> bytes,
     if (read.cut_short() || version != kVersion) {
         return "version " + std::to_string(version) + " of minds, not " + std::to_string(kVersion);
     }
-    visit_ladder(memory.ladder, read);
+    visit_fields(memory.ladder, read);
     read(count);
     if (read.cut_short() || !read.finite() || !is_ladder(memory.ladder, settings.ladder)) {
         return "the difficulty is cut short, or none of the settings";

@@ -43,11 +43,13 @@ struct WayHeights {
 
 /// All that Ways remembers of who has asked; see navigation::WayMemory.
 struct WaysMemory {
+    static constexpr std::uint8_t kNoSize = 255;
+
     struct Asked {
         EntityId entity;
         navigation::WayTicket ticket;
-        std::uint8_t size = 0;
-        bool beyond = false;  ///< the goal lies beyond the zone
+        std::uint8_t size = kNoSize;  ///< of its character; kNoSize: it has not asked
+        bool beyond = false;          ///< the goal lies beyond the zone
     };
 
     std::vector<Asked> asked;                  ///< ascending by entity
@@ -84,9 +86,9 @@ class Ways {
     [[nodiscard]] bool empty() const { return sizes_.empty(); }
 
     /// Doors are as at `now` from here on, and some of the ways are compared with ways around
-    /// crowds. Ways that a door cuts, as far as their minds still have
-    /// to go, and those that an opened one may shorten, are looked for anew. Costs nothing in a
-    /// tick in which no door turns.
+    /// crowds. Ways that a door cuts, as far as their minds still have to go, and those that an
+    /// opened one may shorten, are looked for anew. Costs nothing where no door turns and no crowd
+    /// has changed.
     void follow_doors(Tick now);
 
     /// What portals of one size are made of, see WayMap::ground_map().
@@ -194,20 +196,14 @@ class Ways {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    static constexpr std::uint8_t kNoSize = 255;
+    static constexpr std::uint8_t kNoSize = WaysMemory::kNoSize;
 
     struct Size {
         std::unique_ptr<navigation::WayMap> map;
         std::vector<Slot> mind_of_request;  // by the service's number of the request
     };
 
-    /// By slot of the mind.
-    struct Asked {
-        EntityId entity;
-        navigation::WayTicket ticket;
-        std::uint8_t size = kNoSize;
-        bool beyond = false;  ///< the goal lies beyond the zone
-    };
+    using Asked = WaysMemory::Asked;
 
     /// The map of characters of one size.
     static std::unique_ptr<navigation::WayMap> make_map(const WaysSettings& settings,
@@ -228,7 +224,7 @@ class Ways {
     std::vector<Size> sizes_;
     std::vector<motion::Timetable> timetables_;   // of the doors
     Tick next_turn_ = motion::Timetable::kNever;  // of any door
-    std::vector<Asked> asked_;
+    std::vector<Asked> asked_;                    // by slot of the mind
     std::vector<Slot> answered_;
     std::vector<Slot> requeued_;
     std::vector<std::uint8_t> shut_;  // by door

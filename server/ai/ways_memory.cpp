@@ -14,7 +14,7 @@ WaysMemory Ways::memory() const {
     WaysMemory memory;
     for (const Asked& asked : asked_) {
         if (asked.size != kNoSize) {
-            memory.asked.push_back({asked.entity, asked.ticket, asked.size, asked.beyond});
+            memory.asked.push_back(asked);
         }
     }
     std::sort(memory.asked.begin(), memory.asked.end(), [](const auto& a, const auto& b) {
@@ -52,7 +52,7 @@ std::string Ways::remember(const WaysMemory& memory, const Minds& minds) {
         }
         size.mind_of_request[asked.ticket.slot] = slot;
         asked_.resize(std::max<std::size_t>(asked_.size(), slot + std::size_t{1}));
-        asked_[slot] = {asked.entity, asked.ticket, asked.size, asked.beyond};
+        asked_[slot] = asked;
     }
     std::size_t taken = 0;
     for (const navigation::WayMemory& map : memory.sizes) {

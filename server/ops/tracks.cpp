@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 namespace zoned::ops {
@@ -53,14 +54,6 @@ NamedTrack track_of(const Config::Track& track) {
         out.racing_margin_m = narrow(track.racing_line().margin_m());
     }
     return out;
-}
-
-/// The point of the track that `fault` names, or all of the track.
-std::string place_of_fault(const std::string& fault, const std::string& path, int points) {
-    const std::size_t at = fault.find("point ");
-    const int number = at == std::string::npos ? -1 : std::atoi(fault.c_str() + at + 6);
-    const bool named = at != std::string::npos && fault.find("points,") == std::string::npos;
-    return named && number >= 0 && number < points ? join_path(path, "point", number) : path;
 }
 
 void check_track(const Config& config, int index, Diagnostics& diagnostics) {
@@ -202,17 +195,20 @@ std::shared_ptr<const TrackNet> build_tracks(const Config& config, Diagnostics& 
         }
         check_track(config, t, diagnostics);
         tracks.push_back(track_of(track));
-        const auto curve = ai::tracks::Track::make(tracks.back().def);
+        std::optional<std::size_t> point;
+        const auto curve = ai::tracks::Track::make(tracks.back().def, &point);
         if (!curve) {
-            diagnostics.add(place_of_fault(curve.error(), path, track.point_size()), curve.error());
+            diagnostics.add(point ? join_path(path, "point", static_cast<int>(*point)) : path,
+                            curve.error());
         }
     }
     if (tracks.empty() || diagnostics.size() > before) {
         return nullptr;
     }
-    auto net = TrackNet::make(tracks);
+    std::size_t wrong = 0;
+    auto net = TrackNet::make(tracks, &wrong);
     if (!net) {
-        diagnostics.add(join_path("", "track", 0), net.error());
+        diagnostics.add(join_path("", "track", static_cast<int>(wrong)), net.error());
         return nullptr;
     }
     return std::make_shared<const TrackNet>(std::move(net).value());

@@ -76,12 +76,8 @@ std::uint32_t hash_tick(ZoneState& state) {
         state.places.hash(state.hash);
     }
     if (!state.settings.ai.ladder.rungs.empty()) {
-        const ai::Ladder& ladder = state.mind_step.memory().ladder;
-        state.hash.add(ladder.rung);
-        state.hash.add(ladder.level);
-        state.hash.add(ladder.successes);
-        state.hash.add(ladder.failures);
-        state.hash.add(static_cast<std::uint64_t>(ladder.changed_at));
+        ai::visit_fields(state.mind_step.memory().ladder,
+                         [&state](const auto& number) { state.hash.add(number); });
     }
     if (state.report.plan.has(Pass::kParticles)) {
         state.particles.simulated.hash(state.hash);

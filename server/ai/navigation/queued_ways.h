@@ -46,24 +46,9 @@ class QueuedWays : public WayMap {
     using End = WayEnd;
     using Hinge = navigation::Hinge;
 
-    struct Request {
-        std::uint32_t round = 0;
-        std::uint32_t asker = 0;
-        End from;
-        End to;
-        bool taken = false;
-        bool waiting = false;
-        bool usable = false;  ///< its corners lead somewhere
-        bool best = false;
-        Outcome outcome = Outcome::kUnreachable;
+    struct Request : RequestState {
         CornerBlock corners;
         CornerBlock hinges;
-        std::uint32_t next = 0;  ///< corner that the asker heads for
-        float length_m = 0.0F;
-        float rest_m = 0.0F;           ///< from that corner on
-        double cost = 0.0;             ///< what the map says that the way costs
-        float short_m = 0.0F;          ///< from its end to the place that was wanted
-        std::uint32_t last = kNoNode;  ///< where it ends
     };
 
     /// A way as it is found.
@@ -73,8 +58,8 @@ class QueuedWays : public WayMap {
         bool straight = false;
         bool cheap = false;  ///< from group to group
         double cost = 0.0;
-        float short_m = 0.0F;          ///< Request::short_m
-        std::uint32_t last = kNoNode;  ///< Request::last
+        float short_m = 0.0F;          ///< RequestState::short_m
+        std::uint32_t last = kNoNode;  ///< RequestState::last
         std::vector<Spot> corners;     ///< without the start
         std::vector<Hinge> hinges;
     };

@@ -8,24 +8,13 @@ RequestMemory QueuedWays::memory_of(std::uint32_t number) const {
     const Request& r = requests_[number];
     RequestMemory m;
     m.number = number;
-    m.round = r.round;
-    m.asker = r.asker;
-    m.taken = r.taken;
-    m.waiting = r.waiting;
-    if (!r.taken) {
+    if (!r.taken) {  // of no use but for its turn
+        m.round = r.round;
+        m.asker = r.asker;
+        m.waiting = r.waiting;
         return m;
     }
-    m.from = r.from;
-    m.to = r.to;
-    m.usable = r.usable;
-    m.best = r.best;
-    m.outcome = r.outcome;
-    m.next = r.next;
-    m.length_m = r.length_m;
-    m.rest_m = r.rest_m;
-    m.cost = r.cost;
-    m.short_m = r.short_m;
-    m.last = r.last;
+    static_cast<RequestState&>(m) = r;
     const std::span<const Spot> corners = pool_.of(r.corners);
     const std::span<const Hinge> hinges = hinges_.of(r.hinges);
     m.corners.assign(corners.begin(), corners.end());
@@ -49,21 +38,7 @@ WayMemory QueuedWays::memory() const {
 
 void QueuedWays::remember(const RequestMemory& m) {
     Request& r = requests_[m.number];
-    r.round = m.round;
-    r.asker = m.asker;
-    r.from = m.from;
-    r.to = m.to;
-    r.taken = m.taken;
-    r.waiting = m.waiting;
-    r.usable = m.usable;
-    r.best = m.best;
-    r.outcome = m.outcome;
-    r.next = m.next;
-    r.length_m = m.length_m;
-    r.rest_m = m.rest_m;
-    r.cost = m.cost;
-    r.short_m = m.short_m;
-    r.last = m.last;
+    static_cast<RequestState&>(r) = m;
     if (r.taken && r.outcome != Outcome::kFound) {
         watch();
     }

@@ -25,9 +25,8 @@ struct WayEnd {
     std::uint32_t node = ~0U;    ///< the map's own number: of a cell, a polygon, a waypoint
 };
 
-/// A request, by the number that its ticket has.
-struct RequestMemory {
-    std::uint32_t number = 0;
+/// What a map of nodes knows of a request beside its corners and what they hang on.
+struct RequestState {
     std::uint32_t round = 0;
     std::uint32_t asker = 0;
     WayEnd from;
@@ -36,8 +35,6 @@ struct RequestMemory {
     bool waiting = false;
     bool usable = false;  ///< its corners lead somewhere
     bool best = false;
-    bool doubted = false;  ///< it waits for another way if that pays
-    bool reaches = false;  ///< cells: the goal is no obstacle, for which another cell would stand
     Outcome outcome = Outcome::kUnreachable;
     std::uint32_t next = 0;  ///< corner that the asker heads for
     float length_m = 0.0F;
@@ -45,6 +42,13 @@ struct RequestMemory {
     double cost = 0.0;     ///< what the map says that the way costs
     float short_m = 0.0F;  ///< from its end to the place that was wanted; nodes only, like the next
     std::uint32_t last = ~0U;  ///< node in which it ends
+};
+
+/// A request, by the number that its ticket has.
+struct RequestMemory : RequestState {
+    std::uint32_t number = 0;
+    bool doubted = false;  ///< cells: it waits for another way if that pays
+    bool reaches = false;  ///< cells: the goal is no obstacle, for which another cell would stand
     std::vector<Spot> corners;
     std::vector<Hinge> hinges;
 };

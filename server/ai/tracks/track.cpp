@@ -27,7 +27,7 @@ constexpr std::array<double, 5> kGaussWeight{0.236926885056189087514264,
                                              0.478628670499366468041292,
                                              0.236926885056189087514264};
 
-std::string fault_of(const TrackDef& def) {
+std::string fault_of(const TrackDef& def, std::optional<std::size_t>& at) {
     const std::size_t least = def.closed ? 3 : 2;
     if (def.points.size() < least || def.points.size() > Track::kMostPoints) {
         return "a track has from " + std::to_string(least) + " to " +
@@ -39,6 +39,7 @@ std::string fault_of(const TrackDef& def) {
     }
     for (std::size_t i = 0; i < def.points.size(); ++i) {
         const Vec2& p = def.points[i];
+        at = i;
         if (!(std::abs(p.x()) <= Track::kFarthest && std::abs(p.y()) <= Track::kFarthest)) {
             return "point " + std::to_string(i) + " is not finite or more than 100 km away";
         }
@@ -47,14 +48,18 @@ std::string fault_of(const TrackDef& def) {
             return "point " + std::to_string(i) + " and the next one are less than 1 mm apart";
         }
     }
+    at.reset();
     return {};
 }
 
 }  // namespace
 
-core::Result<Track> Track::make(const TrackDef& def) {
+core::Result<Track> Track::make(const TrackDef& def, std::optional<std::size_t>* at) {
     using Made = core::Result<Track>;
-    if (const std::string fault = fault_of(def); !fault.empty()) {
+    std::optional<std::size_t> unasked;
+    std::optional<std::size_t>& wrong = at != nullptr ? *at : unasked;
+    wrong.reset();
+    if (const std::string fault = fault_of(def, wrong); !fault.empty()) {
         return Made::failure(fault);
     }
     Track track;
@@ -77,8 +82,10 @@ core::Result<Track> Track::make(const TrackDef& def) {
         track.add_piece({point(i - 1), point(i), point(i + 1), point(i + 2)}, def.curve);
     }
     track.measure();
-    if (const std::string fault = track.narrow_bend(); !fault.empty()) {
-        return Made::failure(fault);
+    wrong = track.narrow_bend();
+    if (wrong) {
+        return Made::failure("behind point " + std::to_string(*wrong) +
+                             " the track bends with a radius below half its width");
     }
     return track;
 }
@@ -130,17 +137,17 @@ void Track::measure() {
     }
 }
 
-std::string Track::narrow_bend() const {
+/// The point behind which it is.
+std::optional<std::size_t> Track::narrow_bend() const {
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
         for (std::size_t k = 0; k <= 2 * kParts; ++k) {
             const double u = 0.5 * kPart * static_cast<double>(k);
             if (std::abs(curvature_of(pieces_[i], u)) * 0.5 * static_cast<double>(width_) >= 1.0) {
-                return "behind point " + std::to_string(i) +
-                       " the track bends with a radius below half its width";
+                return i;
             }
         }
     }
-    return {};
+    return std::nullopt;
 }
 
 TrackPoint Track::at(double s) const {

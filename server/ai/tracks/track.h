@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -48,7 +49,8 @@ class Track {
     /// Errors name the point: too few (2, closed 3) or too many, not finite or too far, twice the
     /// same one after the other, width or lanes out of range, or a bend narrower than half the
     /// width, in which lanes would run backwards.
-    static core::Result<Track> make(const TrackDef& def);
+    /// `at`, if given: the point that is named; nothing where none is.
+    static core::Result<Track> make(const TrackDef& def, std::optional<std::size_t>* at = nullptr);
 
     /// m.
     [[nodiscard]] double length() const { return until_.back(); }
@@ -99,7 +101,7 @@ class Track {
     void measure();
     [[nodiscard]] static double length_of(const Cubic& piece, double from, double to);
     [[nodiscard]] static double curvature_of(const Cubic& piece, double u);
-    [[nodiscard]] std::string narrow_bend() const;
+    [[nodiscard]] std::optional<std::size_t> narrow_bend() const;
 
     std::vector<Cubic> pieces_;
     std::vector<double> until_;  // length from the start to the end of each eighth of a piece

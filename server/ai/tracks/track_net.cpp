@@ -13,10 +13,14 @@ constexpr std::size_t kRacingSamples = 256;
 
 }  // namespace
 
-core::Result<TrackNet> TrackNet::make(std::span<const NamedTrack> tracks) {
+core::Result<TrackNet> TrackNet::make(std::span<const NamedTrack> tracks, std::size_t* at) {
     TrackNet net;
-    for (const NamedTrack& track : tracks) {
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+        const NamedTrack& track = tracks[t];
         if (const std::string fault = net.add(track); !fault.empty()) {
+            if (at != nullptr) {
+                *at = t;
+            }
             return core::Result<TrackNet>::failure("track '" + track.name + "': " + fault);
         }
     }

@@ -34,7 +34,9 @@ class TrackNet {
     static constexpr double kMost_m = 1e6;
 
     /// Errors name the track, and are those of Track::make, or that all together are too long.
-    static core::Result<TrackNet> make(std::span<const NamedTrack> tracks);
+    /// `at`, if given: the number of that track.
+    static core::Result<TrackNet> make(std::span<const NamedTrack> tracks,
+                                       std::size_t* at = nullptr);
 
     [[nodiscard]] std::size_t lanes() const { return lanes_.size(); }
 
