@@ -25,6 +25,9 @@ constexpr float kBerth = 0.05F;
 constexpr float kRounding = 1e-4F;
 /// Who comes to stand within this is not turned aside by walls on the way, m.
 constexpr float kShortStop = 0.1F;
+/// How much lower ground may lie after a way of 1 m that is walked down: somewhat more than the
+/// steepest that carries.
+constexpr float kSteepestFall = 1.2F;
 /// Shares of the best velocity that are tried, one after the other; the last is to brake.
 constexpr std::array kTries = {1.0F, 0.75F, 0.5F, 0.25F, 0.0F};
 /// A batch of eight at a time.
@@ -404,7 +407,30 @@ MakeWay::Stop MakeWay::stop_of(world::Row row,
         scene.now);
     const Vec2 at = on_ground(after.position);
     const Vec2 end = braking_end(at, on_ground(after.velocity), limits);
-    return {at, end, brakes_freely(after.position, end, limits, scene.statics, scene.now)};
+    const bool free = brakes_freely(after.position, end, limits, scene.statics, scene.now);
+    return {at, end, after.position.y(), free};
+}
+
+/// Whether there is ground where one comes to stand, as near below as movement keeps to it.
+bool MakeWay::is_carried(world::Row row, const Stop& stop, const Scene& scene) {
+    const motion::CharacterLimits& limits = scene.types[scene.entities.type[row]].character;
+    const float feet = stop.y - limits.radius - limits.half_segment;
+    const float steep = (stop.end - stop.at).norm() * kSteepestFall;
+    const float drop = limits.step_down + steep;
+    if (feet - scene.statics.ground_height() <= drop) {
+        return true;
+    }
+    const Vec3 above(stop.end.x(), stop.y + limits.step_up, stop.end.y());
+    const float fall = limits.step_up + drop;
+    const motion::CapsuleSweep sweep(
+        scene.statics,
+        {limits.radius, limits.half_segment},
+        Aabb{above - Vec3(0.0F, fall, 0.0F), above}.grown(limits.radius + 0.1F),
+        scene.now);
+    const motion::SweepHit hit = sweep.sweep_down(above, fall, [&](const motion::SweepHit& h) {
+        return h.normal.y() >= limits.max_slope_cos;
+    });
+    return hit.hit;
 }
 
 void MakeWay::give_command(std::uint32_t one, const crowd::CrowdBatch& batch, const Scene& scene) {
@@ -414,6 +440,8 @@ void MakeWay::give_command(std::uint32_t one, const crowd::CrowdBatch& batch, co
     const motion::InputCommand want = command;
     const float full = std::max(1e-3F, gait(scene.types[scene.entities.type[row]].character, want));
     const Vec2 best = Vec2(close_.vx[near], close_.vz[near]) / full;
+    // Nobody is made to step off an edge, but who means to may.
+    const bool leaps = !is_carried(row, stop_of(row, want, scene), scene);
     for (const float share : kTries) {
         command.move_x = slower(share * best.x());
         command.move_z = slower(share * best.y());
@@ -423,7 +451,7 @@ void MakeWay::give_command(std::uint32_t one, const crowd::CrowdBatch& batch, co
             break;
         }
         const Stop stop = stop_of(row, command, scene);
-        bool keeps = stop.free;
+        bool keeps = stop.free && (leaps || is_carried(row, stop, scene));
         for_each_near(batch, [&](std::uint32_t other) {
             if (!keeps || other == one || apart_in_height(one, other)) {
                 return;

@@ -34,10 +34,10 @@ struct WayReport {
 /// to know about acceleration and quantised commands. Between two that both yield lies a line half
 /// way between where they are and where they would come to stand if they braked now. A command is
 /// given only if its character, after this tick and after braking from then on, keeps to its side,
-/// as apply_input itself says. To brake is always among these, so whoever does not overlap will
-/// not, unless moved by others. The idea of sets that can be kept for ever by stopping: Fraichard
-/// and Asama, "Inevitable collision states", Advanced Robotics 18, 2004; the lines:
-/// crowd::Avoidance.
+/// as apply_input itself says, and nobody who keeps to the ground is led off it. To brake is always
+/// among these, so whoever does not overlap will not, unless moved by others. The idea of sets that
+/// can be kept for ever by stopping: Fraichard and Asama, "Inevitable collision states", Advanced
+/// Robotics 18, 2004; the lines: crowd::Avoidance.
 class MakeWay {
   public:
     struct Scene {
@@ -76,6 +76,7 @@ class MakeWay {
     struct Stop {
         Vec2 at = Vec2::Zero();   ///< after the tick
         Vec2 end = Vec2::Zero();  ///< after braking
+        float y = 0.0F;           ///< after the tick
         bool free = true;         ///< no wall turns it aside meanwhile
     };
 
@@ -101,6 +102,7 @@ class MakeWay {
     [[nodiscard]] Stop stop_of(world::Row row,
                                const motion::InputCommand& command,
                                const Scene& scene) const;
+    [[nodiscard]] static bool is_carried(world::Row row, const Stop& stop, const Scene& scene);
 
     crowd::CrowdAgents seen_;          // walkers, then others by entity id
     std::size_t walkers_ = 0;          // the first so many of seen_

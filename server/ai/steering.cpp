@@ -25,6 +25,8 @@ constexpr float kBlendPace = 0.1F;
 constexpr float kOffLegM = 0.2F;
 /// In what time at least, s: where the leg has come by then, or at its end.
 constexpr float kPutRightS = 0.5F;
+/// Who falls faster, m/s, has left its floor: some 0.2 m below it.
+constexpr float kFalls = 2.0F;
 
 void stand(Mind& mind, const Surroundings& around) {
     mind.aim = motion::InputCommand{};
@@ -226,12 +228,23 @@ void put_right(Mind& mind, const State& state, const Surroundings& around) {
     }
 }
 
+/// Off its floor: not merely over a step.
+bool falls(const Surroundings& around) {
+    const world::Entities& e = around.entities;
+    return !e.has(around.self, world::kGrounded) && e.velocity[around.self].y() < -kFalls;
+}
+
 /// Keeps the body to the leg, which is set anew where it has come to its end, or the body was
 /// pushed away or held up. True: it needs a way.
 bool steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     Surroundings self = around;
     const Vec2 off = position_at(mind.leg, around.now - 1, around.dt) - around.body();
     const bool anew = !mind.timed || off.norm() > kAstrayM;
+    if (falls(around)) {
+        mind.timed = false;  // where it lands its way may lead elsewhere
+        mind.next_steering = around.now + 1;
+        return false;
+    }
     const bool over = leg_is_over(mind, around.now, around.dt);
     // In another zone than the one that knew its way.
     const bool lost =

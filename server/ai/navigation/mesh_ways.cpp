@@ -35,6 +35,17 @@ float flat_distance(Spot a, Spot b) {
     return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
 }
 
+/// Whether a place that was meant for `wanted_y` (kOnGround: on none above) lies on another floor.
+bool on_another_floor(float wanted_y, const Vec3& on) {
+    return std::abs(wanted_y - on.y()) > WalkMesh::kOnFloor_m;
+}
+
+/// How far the place that stands for a goal is from it: over the ground where it is its floor.
+float off_goal(const Vec3& wanted, const Vec3& on) {
+    return on_another_floor(wanted.y(), on) ? (wanted - on).norm()
+                                            : flat_distance(flat_spot(wanted), flat_spot(on));
+}
+
 /// How far a place lies from a box.
 float off_box(Spot s, Spot low, Spot high) {
     return flat_distance(s, {std::clamp(s.x, low.x, high.x), std::clamp(s.z, low.z, high.z)});
@@ -223,7 +234,7 @@ void MeshWays::prepare_legs(const Request& request) {
 }
 
 void MeshWays::find(const Request& request, bool late, Found& found) {
-    const float off = flat_distance(flat_spot(request.to.wanted), flat_spot(request.to.on));
+    const float off = off_goal(request.to.wanted, request.to.on);
     End goal = request.to;
     found.outcome = off > kMoved_m ? Outcome::kPartial : Outcome::kFound;
     found.short_m = off;
@@ -236,7 +247,7 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
         goal = nearest_reached(request);
         found.outcome = Outcome::kPartial;
         found.last = goal.node;
-        found.short_m = flat_distance(flat_spot(request.to.wanted), flat_spot(goal.on));
+        found.short_m = off_goal(request.to.wanted, goal.on);
         if (find_straight(request, goal, found)) {
             return;
         }
@@ -428,7 +439,8 @@ bool MeshWays::straight(Spot from, float from_y, Spot to, float to_y) const {
     const std::uint32_t first =
         mesh_.nearest(Vec3(from.x, from_y, from.z), kMoved_m, kAnyHeight, start);
     const std::uint32_t last = mesh_.nearest(Vec3(to.x, to_y, to.z), kMoved_m, kAnyHeight, goal);
-    if (first == WalkMesh::kNone || last == WalkMesh::kNone) {
+    if (first == WalkMesh::kNone || last == WalkMesh::kNone || on_another_floor(from_y, start) ||
+        on_another_floor(to_y, goal)) {
         return false;
     }
     const std::uint32_t end = mesh_.walk(first, start, goal, [](std::uint32_t) {});

@@ -22,5 +22,6 @@ using RecastHeights = Recast<rcHeightfield, rcFreeHeightField>;
 using RecastFloors = Recast<rcCompactHeightfield, rcFreeCompactHeightfield>;
 using RecastContours = Recast<rcContourSet, rcFreeContourSet>;
 using RecastPolygons = Recast<rcPolyMesh, rcFreePolyMesh>;
+using RecastDetail = Recast<rcPolyMeshDetail, rcFreePolyMeshDetail>;
 
 }  // namespace zoned::ai::navigation

@@ -17,12 +17,21 @@ float turn(const Vec3& a, const Vec3& b, const Vec3& c) {
     return (b.x() - a.x()) * (c.z() - a.z()) - (c.x() - a.x()) * (b.z() - a.z());
 }
 
-Vec3 nearest_on_edge(const Vec3& a, const Vec3& b, const Vec3& place) {
-    const Vec2 along(b.x() - a.x(), b.z() - a.z());
-    const Vec2 offset(place.x() - a.x(), place.z() - a.z());
-    const float squared = along.squaredNorm();
-    const float share = squared > 0.0F ? std::clamp(offset.dot(along) / squared, 0.0F, 1.0F) : 0.0F;
-    return a + share * (b - a);
+/// Of a triangle, either way round, over x and z.
+struct OverTriangle {
+    float depth = 0.0F;   ///< >= 0: the place is above or below it; else how far outside
+    float height = 0.0F;  ///< of its plane at the place
+};
+
+OverTriangle over_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& place) {
+    const float whole = turn(a, b, c);
+    if (whole == 0.0F) {
+        return {-std::numeric_limits<float>::infinity(), a.y()};
+    }
+    const float u = turn(a, place, c) / whole;
+    const float v = turn(a, b, place) / whole;
+    const float w = turn(place, b, c) / whole;
+    return {std::min({u, v, w}), w * a.y() + u * b.y() + v * c.y()};
 }
 
 Vec3 middle_of(const WalkMesh& mesh, const WalkMesh::Polygon& polygon) {
@@ -112,14 +121,13 @@ int WalkMesh::way_out(std::uint32_t number,
 Vec3 WalkMesh::nearest_on(std::uint32_t number, const Vec3& place) const {
     const Polygon& p = polygons_[number];
     float height = 0.0F;
-    if (over(p, place, height)) {
+    if (over(number, place, height)) {
         return {place.x(), height, place.z()};
     }
     Vec3 best = Vec3::Zero();
     float least = std::numeric_limits<float>::infinity();
     for (int e = 0; e < p.size; ++e) {
-        const std::array<Vec3, 2> edge = edge_of(*this, p, e);
-        const Vec3 near = nearest_on_edge(edge[0], edge[1], place);
+        const Vec3 near = nearest_on_edge(number, e, place);
         if (const float d = (near - place).squaredNorm(); d < least) {
             least = d;
             best = near;
@@ -182,24 +190,50 @@ void WalkMesh::index_polygons() {
     visit([&](std::size_t cell, std::uint32_t p) { listed_[fill[cell]++] = p; });
 }
 
-bool WalkMesh::over(const Polygon& polygon, const Vec3& place, float& height) const {
+bool WalkMesh::over(std::uint32_t number, const Vec3& place, float& height) const {
     // A fan of triangles; the edges of neighbours belong to both.
-    const Vec3& a = vertices_[polygon.corners[0]];
+    const Polygon& polygon = polygons_[number];
     for (int i = 1; i + 1 < polygon.size; ++i) {
-        const Vec3& b = vertices_[polygon.corners[static_cast<std::size_t>(i)]];
-        const Vec3& c = vertices_[polygon.corners[static_cast<std::size_t>(i) + 1]];
-        const float whole = turn(a, b, c);
-        const float u = turn(a, place, c);
-        const float v = turn(a, b, place);
-        const float w = turn(place, b, c);
-        const bool same = whole > 0.0F ? u >= 0.0F && v >= 0.0F && w >= 0.0F
-                                       : u <= 0.0F && v <= 0.0F && w <= 0.0F;
-        if (whole != 0.0F && same) {
-            height = (w * a.y() + u * b.y() + v * c.y()) / whole;
+        const OverTriangle at =
+            over_triangle(vertices_[polygon.corners[0]],
+                          vertices_[polygon.corners[static_cast<std::size_t>(i)]],
+                          vertices_[polygon.corners[static_cast<std::size_t>(i) + 1]],
+                          place);
+        if (at.depth >= 0.0F) {
+            height = relief_at(number, place, at.height);
             return true;
         }
     }
     return false;
+}
+
+float WalkMesh::relief_at(std::uint32_t number, const Vec3& place, float height) const {
+    if (relief_first_.empty()) {
+        return height;
+    }
+    // On an edge, or between two triangles, it may be beside all of them by rounding.
+    float deepest = -std::numeric_limits<float>::infinity();
+    for (std::uint32_t t = relief_first_[number]; t < relief_first_[number + 1] && deepest < 0.0F;
+         ++t) {
+        const OverTriangle at = over_triangle(relief_[t][0], relief_[t][1], relief_[t][2], place);
+        if (at.depth > deepest) {
+            deepest = at.depth;
+            height = at.height;
+        }
+    }
+    return height;
+}
+
+Vec3 WalkMesh::nearest_on_edge(std::uint32_t number, int i, const Vec3& place) const {
+    const std::array<Vec3, 2> edge = edge_of(*this, polygons_[number], i);
+    const Vec3 way = edge[1] - edge[0];
+    const Vec2 along(way.x(), way.z());
+    const Vec2 offset(place.x() - edge[0].x(), place.z() - edge[0].z());
+    const float squared = along.squaredNorm();
+    const float share = squared > 0.0F ? std::clamp(offset.dot(along) / squared, 0.0F, 1.0F) : 0.0F;
+    Vec3 near = edge[0] + share * way;
+    near.y() = relief_at(number, near, near.y());
+    return near;
 }
 
 std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, float height_m, Vec3& on) const {
@@ -219,22 +253,11 @@ std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, float height_m
     };
     const auto over_or_under = [&](std::uint32_t p) {
         float height = 0.0F;
-        if (over(polygons_[p], place, height)) {
+        if (over(p, place, height)) {
             const float off = on_ground ? height : std::abs(height - place.y());
             // A floor far above or below is not what is meant.
             if (on_ground || off <= height_m) {
                 consider(p, off, Vec3(place.x(), height, place.z()));
-            }
-        }
-    };
-    const auto beside = [&](std::uint32_t p) {
-        for (int e = 0; e < polygons_[p].size; ++e) {
-            const std::array<Vec3, 2> edge = edge_of(*this, polygons_[p], e);
-            const Vec3 near = nearest_on_edge(edge[0], edge[1], place);
-            const Vec3 way = near - place;
-            const float off = on_ground ? Vec2(way.x(), way.z()).norm() : way.norm();
-            if (off <= reach_m) {
-                consider(p, off, near);
             }
         }
     };
@@ -255,15 +278,28 @@ std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, float height_m
         }
     };
     visit(0.0F, over_or_under);
-    if (best == kNone) {
-        visit(reach_m, beside);
+    if (best != kNone && (on_ground || least <= kOnFloor_m)) {
+        return best;
     }
+    const bool on_another = best != kNone;
+    visit(reach_m, [&](std::uint32_t p) {
+        for (int e = 0; e < polygons_[p].size; ++e) {
+            const Vec3 near = nearest_on_edge(p, e, place);
+            const Vec3 way = near - place;
+            const float off = on_ground ? Vec2(way.x(), way.z()).norm() : way.norm();
+            if (off <= reach_m && !(on_another && std::abs(way.y()) > kOnFloor_m)) {
+                consider(p, off, near);
+            }
+        }
+    });
     return best;
 }
 
 std::size_t WalkMesh::bytes() const {
     return vertices_.capacity() * sizeof(Vec3) + polygons_.capacity() * sizeof(Polygon) +
-           passable_.capacity() + gates_.capacity() * sizeof(Gate) +
+           relief_.capacity() * sizeof(relief_[0]) +
+           relief_first_.capacity() * sizeof(std::uint32_t) + passable_.capacity() +
+           gates_.capacity() * sizeof(Gate) +
            (first_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
 }
 

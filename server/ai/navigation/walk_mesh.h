@@ -23,8 +23,9 @@ struct MeshSettings {
 /// ground plane, boxes through and through, height grids down to the bottom, and the triangles of
 /// other surfaces. Recast's rules decide what can be walked: headroom, slope, a step's height, and
 /// distance to walls and edges, each rounded to cells. Unlike movement it knows no rims, so that
-/// GroundMap is nearer to the truth where a zone has one floor. Heights are those of a polygon's
-/// corners: over hilly ground it may be some way off in between.
+/// GroundMap is nearer to the truth where a zone has one floor. Within a polygon heights are those
+/// of triangles that Recast lays over its floors, 0.2 m off where it looks (every 4 cells); along
+/// its edges they are those of its corners.
 ///
 /// Doors: the ground is baked without them and with each of them shut. What that takes away or
 /// gives (a bridge) is polygons of its own, as an area of Recast's, so that a door that turns
@@ -34,6 +35,8 @@ class WalkMesh {
   public:
     static constexpr int kMostCorners = 6;
     static constexpr std::uint32_t kNone = ~0U;
+    /// Who is no farther from a floor in height, m, stands on it.
+    static constexpr float kOnFloor_m = 1.0F;
 
     struct Polygon {
         std::array<std::uint32_t, kMostCorners> corners{};
@@ -80,10 +83,12 @@ class WalkMesh {
         passable_[polygon] = passable ? 1 : 0;
     }
 
-    /// The passable polygon below or above a place, that is nearest in height, by no more than
-    /// `height_m`; beside all of them the one whose edge is nearest, no farther than `reach_m`;
-    /// else kNone. `on` becomes the place on it. A place whose height is not a number is on the
-    /// ground: the lowest polygon there.
+    /// The passable polygon that a place is on: the one below or above it that is nearest in
+    /// height, by no more than `height_m`. Where that is not within kOnFloor_m, or there is none,
+    /// one beside it whose edge is nearer (in three dimensions), no farther than `reach_m`, and
+    /// within kOnFloor_m in height if there is one below or above: at the rim of a bridge one is
+    /// on the bridge. kNone: there is none. `on` becomes the place on it. A place whose height is
+    /// not a number is on the ground: the lowest polygon there.
     [[nodiscard]] std::uint32_t nearest(const Vec3& place,
                                         float reach_m,
                                         float height_m,
@@ -115,7 +120,12 @@ class WalkMesh {
                               std::uint32_t before,
                               const Vec3& from,
                               const Vec3& to) const;
-    [[nodiscard]] bool over(const Polygon& polygon, const Vec3& place, float& height) const;
+    /// Whether a place is above or below a polygon, whose height there is `height`.
+    [[nodiscard]] bool over(std::uint32_t polygon, const Vec3& place, float& height) const;
+    /// The nearest place of a polygon's edge `i`, over x and z.
+    [[nodiscard]] Vec3 nearest_on_edge(std::uint32_t polygon, int i, const Vec3& place) const;
+    /// The height of a place on a polygon; `height` where its corners tell all.
+    [[nodiscard]] float relief_at(std::uint32_t polygon, const Vec3& place, float height) const;
     /// All polygons turn the same way round; they are listed by cells.
     void finish();
     void index_polygons();
@@ -124,6 +134,10 @@ class WalkMesh {
     std::vector<Polygon> polygons_;
     std::vector<Gate> gates_{1};
     std::vector<std::uint8_t> passable_;  // by polygon
+    // Triangles over the floors of each polygon, those of polygon p from relief_first_[p] on; none
+    // for polygons from elsewhere, and where the corners' heights are those of all.
+    std::vector<std::array<Vec3, 3>> relief_;
+    std::vector<std::uint32_t> relief_first_;  // by polygon, and one more; or empty
     float rim_m_ = 0.0F;
     // Polygons by cells over x and z in which their bounds lie.
     float min_x_ = 0.0F;

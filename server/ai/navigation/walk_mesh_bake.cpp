@@ -16,6 +16,9 @@ namespace zoned::ai::navigation {
 namespace {
 
 constexpr float kContourError = 1.3F;  // as in Recast's demonstration
+/// Heights within polygons are looked at every so many cells, and kept to so much, m.
+constexpr float kReliefCells = 4.0F;
+constexpr float kReliefError_m = 0.2F;
 constexpr int kMinRegion = 8;
 constexpr int kMergeRegion = 20;
 /// Recast links so many floors of a column.
@@ -345,7 +348,55 @@ class MeshBakery {
             out.polygons_.push_back(polygon);
         }
         out.finish();
+        if (!lay_relief(out)) {
+            return R::failure("Recast can't build the heights of this ground");
+        }
         return out;
+    }
+
+    /// Triangles over the floors of all polygons that are not flat.
+    bool lay_relief(WalkMesh& out) {
+        const float apart = kReliefCells * frame_.grid.cell_m();
+        if (out.polygons_.empty()) {
+            return true;
+        }
+        if (!rcBuildPolyMeshDetail(&context_, *mesh_, *compact_, apart, kReliefError_m, *detail_)) {
+            return false;
+        }
+        std::vector<std::uint32_t> first(1, 0);
+        for (std::uint32_t p = 0; p < out.polygons_.size(); ++p) {
+            if (!is_flat(out, p)) {
+                const unsigned* part = detail_->meshes + std::ptrdiff_t{4} * p;
+                for (unsigned t = part[2]; t < part[2] + part[3]; ++t) {
+                    const unsigned char* corner = detail_->tris + std::ptrdiff_t{4} * t;
+                    out.relief_.push_back({detail_at(part[0] + corner[0]),
+                                           detail_at(part[0] + corner[1]),
+                                           detail_at(part[0] + corner[2])});
+                }
+            }
+            first.push_back(static_cast<std::uint32_t>(out.relief_.size()));
+        }
+        if (!out.relief_.empty()) {
+            out.relief_first_ = std::move(first);
+        }
+        return true;
+    }
+
+    /// Whether the corners of a polygon tell all heights over it.
+    [[nodiscard]] bool is_flat(const WalkMesh& out, std::uint32_t p) const {
+        const unsigned* part = detail_->meshes + std::ptrdiff_t{4} * p;
+        bool flat = true;
+        for (unsigned v = part[0]; v < part[0] + part[1] && flat; ++v) {
+            const Vec3 at = detail_at(v);
+            flat = std::abs(out.nearest_on(p, at).y() - at.y()) <= frame_.step_m;
+        }
+        return flat;
+    }
+
+    /// Recast puts these a step above the floor.
+    [[nodiscard]] Vec3 detail_at(unsigned v) const {
+        const float* at = detail_->verts + std::ptrdiff_t{3} * v;
+        return {at[0], at[1] - frame_.step_m, at[2]};
     }
 
     static constexpr unsigned kNoFloor = ~0U;
@@ -364,6 +415,7 @@ class MeshBakery {
     RecastFloors compact_{rcAllocCompactHeightfield()};
     RecastContours contours_{rcAllocContourSet()};
     RecastPolygons mesh_{rcAllocPolyMesh()};
+    RecastDetail detail_{rcAllocPolyMeshDetail()};
 };
 
 core::Result<WalkMesh> WalkMesh::bake(const motion::StaticGeometry& world,

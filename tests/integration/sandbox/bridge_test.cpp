@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace zoned::harness {
 namespace {
@@ -16,24 +17,31 @@ class BridgeWorld : public GameTest {
         bots.seconds = 100.0;
     }
 
-    /// Where those with minds stand who have come to the place on the bridge, and below it.
+    /// Who stands at the place on the bridge or below it, and whether that is the one he goes to.
     void look(app::World& of) {
         const zone::ZoneState& state = of.zones().front()->state();
         const world::Entities& e = state.entities;
         for (world::Row row = 0; row < e.size(); ++row) {
-            const world::EntityType& type = (*state.settings.types)[e.type[row]];
+            const ai::Mind* mind = state.minds.find(e.id[row]);
             const Vec3& at = e.position[row];
-            if (type.mind == 0 || std::hypot(at.x(), at.z()) > 3.0F) {
+            if (mind == nullptr || std::hypot(at.x(), at.z()) > 1.5F) {
                 continue;
             }
+            const ai::CompiledMachine& machine = state.settings.ai.compiled[mind->machine];
+            const std::string_view doing = machine.states[mind->doing].name;
+            const world::EntityType& type = (*state.settings.types)[e.type[row]];
             const float feet = at.y() - type.radius - type.half_segment;
-            (std::abs(feet - 3.0F) < 0.3F ? on_ : std::abs(feet) < 0.3F ? below_ : between_) += 1;
+            if (doing == "up") {
+                (std::abs(feet - 3.0F) < 0.3F ? on_ : astray_) += 1;
+            } else if (doing == "down") {
+                (std::abs(feet) < 0.3F ? below_ : astray_) += 1;
+            }
         }
     }
 
     int on_ = 0;
     int below_ = 0;
-    int between_ = 0;
+    int astray_ = 0;
 };
 
 TEST_F(BridgeWorld, IsConsistentAndItsPeopleFindTheirFloors) {
@@ -44,7 +52,7 @@ TEST_F(BridgeWorld, IsConsistentAndItsPeopleFindTheirFloors) {
     // Sixteen people, for some 30 s of 40 at each place.
     EXPECT_GT(on_, 1000);
     EXPECT_GT(below_, 1000);
-    EXPECT_LT(between_, (on_ + below_) / 100);
+    EXPECT_LT(astray_, (on_ + below_) / 100) << "on the wrong floor";
     const ai::Ways& ways = world->world().zones().front()->state().ways;
     EXPECT_EQ(ways.sizes(), 2U) << "people and oxen";
     EXPECT_GT(ways.counts().broken, 0U) << "the gate shut before somebody";

@@ -94,6 +94,54 @@ TEST(WalkMesh, HasFloorsOneOverTheOther) {
     EXPECT_GT(up.length_m, 2.0F * length);
 }
 
+TEST(WalkMesh, PutsWhoStandsAtTheRimOfADeckOntoTheDeck) {
+    // 4 m wide, of which a person uses the middle: its polygon ends 0.4 to 0.65 m from the edge.
+    const WalkMesh mesh = mesh_of({static_box(Vec3(0.0F, 2.9F, 0.0F), Vec3(4.0F, 0.1F, 2.0F))});
+    for (const float z : {0.0F, 1.2F, 1.7F, 1.95F, -1.95F}) {
+        Vec3 on;
+        ASSERT_NE(mesh.nearest(Vec3(0.5F, 3.0F, z), 4.0F, 100.0F, on), WalkMesh::kNone);
+        EXPECT_NEAR(on.y(), 3.0F, 0.15F) << z;
+        EXPECT_LE(std::abs(on.z() - z), kPerson.radius + 1.8F * 0.25F);
+        ASSERT_NE(mesh.nearest(Vec3(0.5F, 0.0F, z), 4.0F, 100.0F, on), WalkMesh::kNone);
+        EXPECT_EQ(Vec2(on.x(), on.z()), Vec2(0.5F, z)) << "below it";
+        EXPECT_NEAR(on.y(), 0.0F, 0.1F);
+    }
+    // In the air beside it, nearer to the ground.
+    Vec3 on;
+    ASSERT_NE(mesh.nearest(Vec3(0.5F, 1.2F, 2.5F), 4.0F, 100.0F, on), WalkMesh::kNone);
+    EXPECT_NEAR(on.y(), 0.0F, 0.1F);
+}
+
+TEST(WalkMesh, KnowsTheHeightsOfHillsWithinItsPolygons) {
+    // 2.8 m high, as wide as the area: most of it is one region without a corner on it.
+    const auto heights = std::make_shared<std::vector<float>>();
+    constexpr float kTurn = 0.314159265F;
+    for (int k = 0; k <= 40; ++k) {
+        for (int i = 0; i <= 40; ++i) {
+            heights->push_back(0.7F * (1.0F - std::cos(kTurn * 0.5F * static_cast<float>(i))) *
+                               (1.0F - std::cos(kTurn * 0.5F * static_cast<float>(k))));
+        }
+    }
+    motion::StaticSurface surface;
+    const motion::HeightGrid grid{41, 41, 0.5F, 0.5F, 1.0F, *heights};
+    surface.surface = std::make_shared<motion::Surface>(grid, heights);
+    const motion::StaticGeometry world({}, -20.0F, 16.0F, {surface});
+    const auto mesh = WalkMesh::bake(world, kPerson, kTwentyMetres);
+    ASSERT_TRUE(mesh.ok());
+    for (float z = -8.0F; z <= 8.0F; z += 0.37F) {
+        for (float x = -8.0F; x <= 8.0F; x += 0.37F) {
+            const float height = 0.7F * (1.0F - std::cos(kTurn * (x + 10.0F))) *
+                                 (1.0F - std::cos(kTurn * (z + 10.0F)));
+            Vec3 on;
+            ASSERT_NE(mesh->nearest(Vec3(x, height, z), 0.5F, 100.0F, on), WalkMesh::kNone);
+            EXPECT_EQ(Vec2(on.x(), on.z()), Vec2(x, z));
+            // What is allowed every metre; columns of 0.25 m stand as high as their highest place
+            // (slopes of up to 0.44); two steps; and what a chord of 1 m along an arc is off.
+            EXPECT_NEAR(on.y(), height, 0.2F + 0.11F + 0.1F + 0.05F);
+        }
+    }
+}
+
 TEST(WalkMesh, FollowsHeights) {
     const auto heights = std::make_shared<std::vector<float>>();
     for (int k = 0; k <= 40; ++k) {
