@@ -60,6 +60,9 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
         const Mind& mind = minds.at(awake[i]);
         rows_[i] = row_of(world.entities, mind.entity, row_hints_[awake[i]]);
         row_hints_[awake[i]] = rows_[i];
+        if (rows_[i] != world::kNoRow && reaches_.any()) {
+            slot_hints_[rows_[i]] = awake[i];
+        }
         if (rows_[i] != world::kNoRow && mind.next_decision <= world.now) {
             due_.push_back({mind.next_decision, mind.entity, awake[i], rows_[i], Tier::kAwake});
         }
@@ -122,7 +125,7 @@ void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& set
             minds.at(due.slot).next_event = due.since;
             minds.schedule(due.slot, 1);  // it waits for nothing
             const Tick left = left_at(minds.at(due.slot), world, true);
-            minds.settle(due.slot, std::max(left, world.now + 1), world.dt, true);
+            settle(minds, due.slot, std::max(left, world.now + 1), world, true);
         }
         report_.blinded += kept < budget ? 1U : 0U;
         ++report_.postponed;
@@ -130,26 +133,31 @@ void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& set
     due_.resize(kept);
 }
 
-/// The grid is made only where some awake mind looks for others than players.
+/// The grid is made only where some awake mind looks for others than players, or is looked for.
 void Step::find_others(Minds& minds, const World& world, const Settings& settings) {
     const std::span<const Slot> awake = minds.awake();
-    const auto knows_others = [&](Slot slot) {
-        return machine_of(minds.at(slot), settings).knows_others;
-    };
-    const bool needed = std::any_of(awake.begin(), awake.end(), knows_others);
+    bool needed = false;
+    for (std::size_t i = 0; i < awake.size() && !needed; ++i) {
+        const Mind& mind = minds.at(awake[i]);
+        needed = machine_of(mind, settings).knows_others ||
+                 (reaches_.any() && rows_[i] != world::kNoRow &&
+                  reaches_.farthest({world.entities.type[rows_[i]], mind.machine}) >= 0.0F);
+    }
     others_ = needed ? &world.grid() : &nobody_;
 }
 
 // ---------------------------------------------------------------- doing it
 
-void Step::decide_one(Mind& mind,
+void Step::decide_one(Minds& minds,
                       Due& due,
                       const World& world,
                       const Settings& settings,
                       Lane& lane) {
+    Mind& mind = minds.at(due.slot);
     const CompiledMachine& machine = machine_of(mind, settings);
     const world::Entities& e = world.entities;
     const bool awake = due.tier == Tier::kAwake;
+    const Timetables timetables{minds, slot_hints_};
     const Sight sight = awake ? perceive({e,
                                           world.types,
                                           *others_,
@@ -157,7 +165,8 @@ void Step::decide_one(Mind& mind,
                                           world.now,
                                           world.dt,
                                           settings.far_m,
-                                          &players_},
+                                          &players_,
+                                          reaches_.any() ? &timetables : nullptr},
                                          due.row,
                                          mind,
                                          machine)
@@ -196,7 +205,7 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
         lane.thinking.max_plan_nodes = settings.max_plan_nodes;
         for (std::size_t i = begin; i < end; ++i) {
             if (due_[i].decides) {
-                decide_one(minds.at(due_[i].slot), due_[i], world, settings, lane);
+                decide_one(minds, due_[i], world, settings, lane);
             }
         }
     });
@@ -276,7 +285,7 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
             Mind& mind = minds.at(due.slot);
             mind.next_event = due.next_event;
             plan(minds, due.slot, world, settings);
-            minds.settle(due.slot, due.left, world.dt);
+            settle(minds, due.slot, due.left, world);
             if (due.moved) {
                 world.entities.touch(due.row);
                 report_.moved = true;
@@ -301,17 +310,27 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
             continue;
         }
         const CompiledMachine& machine = machine_of(mind, settings);
-        if (!mind.timed && goes_by_legs(mind, machine.states[mind.doing])) {
+        // A blend goes by none while it is awake, however settled it is.
+        const bool blends = machine.choices[mind.fsm.state()].blend >= 0;
+        if (blends ? world.now < mind.detour_until
+                   : !mind.timed && goes_by_legs(mind, machine.states[mind.doing])) {
             continue;  // on a detour
+        }
+        if (!meets_nobody(minds, due, world, calm)) {
+            mind.unseen_since = world.now;  // others are no better than viewers
+            continue;
         }
         if (roams(mind, machine) && !set_roaming(mind, due, world, settings)) {
             continue;  // on its way down
         }
         fall_asleep(mind, machine, coarse(world), due.row);
+        if (mind.look_at != kNever) {
+            encounters_.put(due.slot, world.entities.type[due.row], scene(minds, world), false);
+        }
         mind.next_event = next_event(mind, machine, coarse(world));
         minds.put_to_sleep(due.slot);
         plan(minds, due.slot, world, settings);
-        minds.settle(due.slot, std::max(left_at(mind, world), world.now + 1), world.dt);
+        settle(minds, due.slot, std::max(left_at(mind, world), world.now + 1), world);
         fell_asleep_.push_back(mind.entity);
     }
     std::sort(fell_asleep_.begin(), fell_asleep_.end());
@@ -366,8 +385,10 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     woke_up_.clear();
     row_hints_.resize(minds.slots(), world::kNoRow);
     players_.gather(world.entities);
+    know_sleepers(minds, world, settings);
     if (std::isfinite(settings.seen_m)) {
         follow_viewers(minds, world, settings);
+        meet(minds, world);
         wake_seen(minds, world, settings);
     }
     call_foragers(minds, world, settings);
@@ -402,6 +423,7 @@ void Step::remember(const Memory& memory,
                     const Settings& settings) {
     memory_ = memory;
     nests_.remember(nests);
+    reaches_ = Reaches();  // who sleeps is found anew
     watch();
     waking_.clear();
     for (std::size_t n = 0; n < minds.size(); ++n) {

@@ -4,6 +4,7 @@
 
 #include "server/ai/coarse.h"
 #include "server/ai/decision.h"
+#include "server/ai/encounters.h"
 #include "server/ai/forage.h"
 #include "server/ai/form_up.h"
 #include "server/ai/herd.h"
@@ -67,6 +68,7 @@ struct World {
     float dt;                               ///< s
     const physics::Query* query = nullptr;  ///< what lines of sight meet; null: nothing
     Ways* ways = nullptr;                   ///< null: none are planned
+    float shared_m = 0.0F;  ///< so far within half_size entities may belong to other zones
 };
 
 struct Report {
@@ -188,13 +190,27 @@ class Step {
     void look_at_coarse(Minds& minds, const World& world, bool all);
     void look_at(Minds& minds, Slot slot, const World& world);
     void place(Mind& mind, const World& world, world::Row row);
+    void know_sleepers(Minds& minds, const World& world, const Settings& settings);
+    void meet(Minds& minds, const World& world);
+    void look_around(const Minds& minds, const World& world, Reaches::Kind kind, world::Row row);
+    void check_sleeper(Minds& minds, const World& world, Slot slot);
+    void settle(Minds& minds, Slot slot, Tick left, const World& world, bool late = false);
+    [[nodiscard]] bool meets_nobody(Minds& minds, const Due& due, const World& world, Tick calm);
+    [[nodiscard]] const Mind* mind_at(const Minds& minds,
+                                      const world::Entities& entities,
+                                      world::Row row) const;
+    [[nodiscard]] Encounters::Scene scene(const Minds& minds, const World& world) const;
     void wake_seen(Minds& minds, const World& world, const Settings& settings);
     void collect_due(Minds& minds, const World& world, const Settings& settings);
     void keep_to_budgets(Minds& minds, const World& world, const Settings& settings);
     void find_others(Minds& minds, const World& world, const Settings& settings);
     [[nodiscard]] CoarseWorld coarse(const World& world) const;
     void decide_due(Minds& minds, const World& world, const Settings& settings);
-    void decide_one(Mind& mind, Due& due, const World& world, const Settings& settings, Lane& lane);
+    void decide_one(Minds& minds,
+                    Due& due,
+                    const World& world,
+                    const Settings& settings,
+                    Lane& lane);
     void call_up_waiting(Minds& minds, const World& world, const Settings& settings);
     void settle_trades(Minds& minds, const World& world, const Settings& settings);
     void collect_traders(Minds& minds, const Settings& settings);
@@ -239,7 +255,8 @@ class Step {
     std::vector<EntityId> viewers_before_;
     Players players_;
     std::vector<world::Row> row_hints_;  // by slot: where the entity was last
-    std::vector<Slot> slot_hints_;       // by row: of coarse minds that roam
+    /// By row: of coarse minds that roam, and of awake ones that meet others.
+    std::vector<Slot> slot_hints_;
     float drift_m_ = 0.0F;  // so far may animals that nobody sees be from their rows; 0: none are
     std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
     std::vector<Minds::Event> events_;
@@ -256,6 +273,9 @@ class Step {
     std::vector<CoarseCells::Cell> watched_squares_;  // in which minds may be seen
     std::vector<Slot> left_;
     std::vector<Slot> waking_;
+    Reaches reaches_;
+    Encounters encounters_;
+    std::vector<Slot> met_;  // sleepers, by one who looked whether it might sleep
     std::vector<EntityId> fell_asleep_;
     std::vector<EntityId> woke_up_;
     std::array<Lane, kLanes> lanes_;

@@ -146,7 +146,7 @@ void Step::settle_steppers(Minds& minds, const World& world, const Settings& set
     for (const Stepper& stepper : steppers_) {
         const world::Row row = stepper.row;
         plan(minds, stepper.slot, world, settings);
-        minds.settle(stepper.slot, stepper.left, world.dt);
+        settle(minds, stepper.slot, stepper.left, world);
         if (world.entities.discontinuity_tick[row] == world.now) {
             world.entities.touch(row);
             report_.moved = true;

@@ -88,7 +88,7 @@ void Step::follow_coarse(Minds& minds, const World& world) {
         const bool late = mind.next_event < world.now;
         const Tick left = left_at(mind, world, late);
         if (left > world.now) {  // it is new here
-            minds.settle(slot, left, world.dt, late);
+            settle(minds, slot, left, world, late);
             continue;
         }
         const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
@@ -96,7 +96,7 @@ void Step::follow_coarse(Minds& minds, const World& world) {
         if (row != world::kNoRow) {
             place(mind, world, row);
         }
-        minds.settle(slot, std::max(left_at(mind, world, late), world.now + 1), world.dt, late);
+        settle(minds, slot, std::max(left_at(mind, world, late), world.now + 1), world, late);
         if (watched_.covers(mind.placed) || outside(mind.placed, world.half_size)) {
             waking_.push_back(slot);
         }
@@ -155,6 +155,7 @@ void Step::wake_seen(Minds& minds, const World& world, const Settings& settings)
         }
         wake_up(mind, machine_of(mind, settings), coarse(world), row);
         minds.wake(slot);
+        encounters_.forget(slot);
         woke_up_.push_back(mind.entity);
         report_.moved = true;
     }

@@ -138,7 +138,7 @@ bool Step::call_up_trader(Minds& minds, const World& world, const Settings& sett
     if (due_.size() >= std::max<std::size_t>(1, settings.max_decisions_per_tick)) {
         mind.next_event = world.now;
         minds.schedule(slot, 1);
-        minds.settle(slot, std::max(left_at(mind, world, true), world.now + 1), world.dt, true);
+        settle(minds, slot, std::max(left_at(mind, world, true), world.now + 1), world, true);
         ++report_.postponed;
         return false;
     }

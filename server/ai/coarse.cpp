@@ -3,12 +3,16 @@
 #include "server/ai/decision.h"
 #include "server/ai/herd.h"
 #include "server/ai/quiet.h"
+#include "server/ai/steering.h"
 #include "server/ai/walk.h"
 #include "shared/motion/apply_input.h"
 #include "shared/motion/capsule_sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <span>
 #include <utility>
 
 namespace zoned::ai {
@@ -88,6 +92,56 @@ float top_speed(const Mind& mind, const CompiledMachine& machine, const CoarseWo
                : std::max(speed, roam_speed(machine.states[mind.doing], limits_of(in, row)));
 }
 
+/// What an input of a blend is as long as the mind perceives nobody; no number where that may
+/// change.
+float input_alone(SenseIndex sense, const Mind& mind, const CompiledMachine& machine) {
+    switch (sense) {
+        case kSensePlayerDistance:
+            return Sight::none().distance;
+        case kSenseConfidence:
+        case kSenseAllies:
+        case kSenseFoes:
+            return 0.0F;
+        default:
+            break;
+    }
+    const std::size_t v = sense - std::size_t{kOwnSenses};
+    const std::size_t count = machine.variables.size();
+    const bool constant =
+        sense >= kOwnSenses && v < count && machine.rates[mind.doing * count + v] == 0.0F;
+    return constant ? mind.variables[v] : std::numeric_limits<float>::quiet_NaN();
+}
+
+/// Who blends goes by no legs while it is simulated.
+bool blends(const Mind& mind, const CompiledMachine& machine) {
+    return machine.choices[mind.fsm.state()].blend >= 0;
+}
+
+/// Whether a blend does one deed with all its heart, and goes on to: the next decision leaves its
+/// degrees as they are to the last bit, and so do all after it. Degrees come to that within
+/// response_s where inputs stay (fuzzy::FuzzyMachine moves them by a bounded step).
+bool is_settled(const Mind& mind,
+                const CompiledMachine& machine,
+                const CompiledMachine::Choice& choice) {
+    if (mind.doing < choice.first) {
+        return false;
+    }
+    const CompiledMachine::Blend& blend = machine.blends[static_cast<std::size_t>(choice.blend)];
+    std::array<float, fuzzy::kMaxInputs> in{};
+    for (std::size_t k = 0; k < blend.inputs.size(); ++k) {
+        in[k] = input_alone(blend.inputs[k], mind, machine);
+        if (std::isnan(in[k])) {
+            return false;
+        }
+    }
+    std::array<float, kMaxBlended> only{};
+    only[mind.doing - choice.first] = 1.0F;
+    std::array<float, kMaxBlended> next = mind.degrees;
+    blend.machine.step_one(std::span<const float>(in.data(), blend.inputs.size()),
+                           std::span(next.data(), blend.machine.states()));
+    return mind.degrees == only && next == only;
+}
+
 /// A tick before which a trade at the place where the mind is cannot be done while `wait` lasts, to
 /// which it adds.
 Tick trade_from(const Mind& mind,
@@ -139,10 +193,11 @@ Tick trades_from(const Mind& mind,
 
 bool can_sleep(const Mind& mind, const CompiledMachine& machine) {
     const State& state = machine.states[mind.doing];
-    // A blend and a policy do a little else at each decision.
-    const bool even = machine.choices[mind.fsm.state()].blend < 0 &&
+    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
+    // A policy does a little else at each tick.
+    const bool even = (choice.blend < 0 || is_settled(mind, machine, choice)) &&
                       !std::holds_alternative<PolicyChoice>(state.choice);
-    return machine.sleeps && even && !mind.prey;
+    return even && !mind.prey && !mind.ward;
 }
 
 void fall_asleep(Mind& mind,
@@ -151,7 +206,8 @@ void fall_asleep(Mind& mind,
                  world::Row row) {
     world::Entities& e = in.entities;
     if (!mind.timed) {
-        const Surroundings around = in.around(mind, row);
+        Surroundings around = in.around(mind, row);
+        around.all_out = blends(mind, machine);
         start_leg(mind, around);
         plan_leg(mind, machine.states[mind.doing], true, around);
     }
@@ -195,7 +251,8 @@ bool walk_on(Mind& mind,
     const State& state = machine.states[mind.doing];
     const bool entered = std::exchange(mind.entered, false);
     mind.fresh = false;
-    const Surroundings around = in.around(mind, row, slot);
+    Surroundings around = in.around(mind, row, slot);
+    around.all_out = blends(mind, machine);
     if (entered) {
         begin_deed(mind, state, around);
     }
@@ -232,6 +289,10 @@ void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, 
     e.set(row, world::kGrounded, true);
     e.discontinuity_tick[row] = in.now;
     mind.unseen_since = kNever;
+    mind.look_at = kNever;
+    // Who is far from players goes on at its turn, as it would have.
+    const Tick over = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : mind.again_at;
+    mind.next_steering = std::clamp(over, in.now, next_turn(mind, in.now - 1));
     mind.detour_until = 0;
     mind.next_decision = next_decision(mind.entity, decision_period(machine, in.dt), in.now - 1);
     restart_progress(mind, e.position[row], in.now);

@@ -24,8 +24,8 @@ struct CoarseWorld {
     }
 };
 
-/// Whether what the mind does can go on from event to event: it depends on nobody else, or on a
-/// herd alone (herd.h).
+/// Whether what the mind does can go on from event to event, as long as it meets nobody
+/// (encounters.h): it depends on nobody else, or on a herd alone (herd.h).
 bool can_sleep(const Mind& mind, const CompiledMachine& machine);
 
 /// The entity comes to rest where it is; its way goes on in mind.leg.

@@ -258,7 +258,6 @@ CompiledMachine compile(const Machine& machine, float dt) {
         out.states.back().name = out.table.state_name(leaf);
     }
     compile_choices(out, dt);
-    out.sleeps = !out.perception.concerns_others();
     const auto some = [&out](ActionKind action) {
         return std::any_of(out.states.begin(), out.states.end(), [action](const State& state) {
             return state.action == action;

@@ -301,8 +301,6 @@ struct CompiledMachine {
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
     Perception perception{};
-    /// Its minds may go from event to event where no player is: nobody else matters to them.
-    bool sleeps = true;
     /// Its minds need to know who is near, players or not.
     bool knows_others = false;
     bool flocks = false;    ///< some state of it does

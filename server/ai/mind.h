@@ -95,7 +95,8 @@ struct Mind {
     Tick again_at = kNever;  ///< timed, and stands: when it looks for a way again
     Vec2 placed = Vec2::Zero();  ///< coarse: x, z where its entity was put last
     Tick next_event = kNever;    ///< coarse
-    StockWait wait;              ///< coarse
+    Tick look_at = kNever;  ///< coarse: before then it meets nobody (encounters.h); kNever: ever
+    StockWait wait;         ///< coarse
 };
 
 /// Puts a mind into the first state of its machine, with variables as they start.

@@ -11,7 +11,7 @@ namespace zoned::ai {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 /// No zone is so large, m.
 constexpr float kFarthest_m = 1e6F;
 

@@ -84,6 +84,7 @@ void visit_fields(MindOf& mind, Visit&& visit) {
     visit(mind.again_at);
     vector(mind.placed);
     visit(mind.next_event);
+    visit(mind.look_at);
     visit(mind.wait.clauses);
     visit(mind.wait.held);
     visit(mind.wait.trades);

@@ -1,5 +1,7 @@
 #include "server/ai/perception.h"
 
+#include "server/ai/minds.h"
+#include "server/ai/walk.h"
 #include "server/physics/query/query.h"
 
 #include <algorithm>
@@ -110,21 +112,28 @@ class Looking {
           mind_(mind),
           how_(machine.perception),
           sight_m_(machine.perception_m),
-          eye_(around.entities.position[self]) {
-        const double turn = static_cast<std::int16_t>(e_.yaw[self]) * (std::numbers::pi / 32768.0);
+          eye_(stand_of(self).at) {
+        const bool on_leg = timetable_of(self) != nullptr;
+        const std::uint16_t yaw = on_leg ? mind.aim.yaw : e_.yaw[self];
+        const double turn = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 32768.0);
         ahead_ = Vec2(static_cast<float>(std::sin(turn)), static_cast<float>(std::cos(turn)));
     }
 
     Sight run() {
         Sight sight;
+        const float range = std::max(sight_m_, how_.hearing_m);
+        const float beside = around_.timetables != nullptr ? kAstrayM : 0.0F;
         around_.grid.for_each_within(
-            eye_.x(), eye_.z(), std::max(sight_m_, how_.hearing_m), [&](world::Row row, float d2) {
-                consider(row, d2, sight);
+            eye_.x(), eye_.z(), range + beside, [&](world::Row row, float d2) {
+                const Stand stand = stand_of(row);
+                const Vec3 way = stand.at - eye_;
+                const float own2 = way.x() * way.x() + way.z() * way.z();
+                consider(row, stand, stand.by_leg || beside > 0.0F ? own2 : d2, sight);
             });
         const Noticed target = choose();
         if (target.row != world::kNoRow) {
             sight.prey = target.id;
-            sight.place = e_.position[target.row];
+            sight.place = stand_of(target.row).at;
             sight.distance = std::sqrt(target.d2);
             sight.confidence = 1.0F;
         } else {
@@ -138,7 +147,38 @@ class Looking {
     }
 
   private:
-    void consider(world::Row row, float d2, Sight& sight) {
+    /// Where one is and how fast it goes.
+    struct Stand {
+        Vec3 at;
+        Vec2 velocity;
+        bool by_leg = false;
+    };
+
+    /// Null: it goes by none that is known.
+    [[nodiscard]] const Leg* timetable_of(world::Row row) const {
+        const Timetables* const all = around_.timetables;
+        if (all == nullptr || row >= all->slots.size() || all->slots[row] >= all->minds.slots()) {
+            return nullptr;
+        }
+        const Mind& mind = all->minds.at(all->slots[row]);
+        const Vec3& body = e_.position[row];
+        const bool keeps = mind.entity == e_.id[row] &&
+                           keeps_to_leg(mind, {body.x(), body.z()}, around_.now, around_.dt);
+        return keeps ? &mind.leg : nullptr;
+    }
+
+    [[nodiscard]] Stand stand_of(world::Row row) const {
+        const Vec3& body = e_.position[row];
+        const Vec3& velocity = e_.velocity[row];
+        const Leg* const leg = timetable_of(row);
+        if (leg == nullptr) {
+            return {body, {velocity.x(), velocity.z()}};
+        }
+        const Vec2 at = position_at(*leg, around_.now - 1, around_.dt);
+        return {{at.x(), body.y(), at.y()}, velocity_at(*leg, around_.now - 1, around_.dt), true};
+    }
+
+    void consider(world::Row row, const Stand& stand, float d2, Sight& sight) {
         if (row == self_ || e_.has(row, world::kHidden)) {
             return;
         }
@@ -156,8 +196,8 @@ class Looking {
         if (!(player && how_.players) && !is_one_of(how_.targets, type)) {
             return;
         }
-        const bool heard = hears(row, d2);
-        if (!heard && !(within && in_cone(row, d2))) {
+        const bool heard = hears(row, stand, d2);
+        if (!heard && !(within && in_cone(stand, d2))) {
             return;
         }
         sight.foes += 1.0F;
@@ -195,21 +235,20 @@ class Looking {
         return nearest_;
     }
 
-    [[nodiscard]] bool in_cone(world::Row row, float d2) const {
+    [[nodiscard]] bool in_cone(const Stand& stand, float d2) const {
         if (how_.cos_half_angle <= -1.0F || d2 <= how_.around_m * how_.around_m) {
             return true;
         }
-        const Vec3 way = e_.position[row] - eye_;
+        const Vec3 way = stand.at - eye_;
         return ahead_.dot(Vec2(way.x(), way.z())) >= how_.cos_half_angle * std::sqrt(d2);
     }
 
-    [[nodiscard]] bool hears(world::Row row, float d2) const {
+    [[nodiscard]] bool hears(world::Row row, const Stand& stand, float d2) const {
         if (!(d2 <= how_.hearing_m * how_.hearing_m) || !(how_.hearing_m > 0.0F)) {
             return false;
         }
         const world::EntityType& type = around_.types[e_.type[row]];
-        const Vec3& v = e_.velocity[row];
-        const float speed = Vec2(v.x(), v.z()).norm() / std::max(0.01F, type.character.speed);
+        const float speed = stand.velocity.norm() / std::max(0.01F, type.character.speed);
         const float carries =
             type.aura_m[e_.behaviour[row]] * std::min(speed, type.character.sprint_factor);
         return d2 <= carries * carries && carries > 0.0F;
@@ -222,7 +261,7 @@ class Looking {
         const Vec3 up(0.0F, how_.eyes_m, 0.0F);
         physics::Ray ray;
         ray.origin = eye_ + up;
-        ray.direction = e_.position[row] - eye_;
+        ray.direction = stand_of(row).at - eye_;
         ray.max_distance = ray.direction.norm();
         if (!(ray.max_distance > 1e-3F)) {
             return true;

@@ -7,6 +7,7 @@
 #include "server/world/entities.h"
 
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace zoned::physics {
@@ -14,6 +15,8 @@ class Query;
 }
 
 namespace zoned::ai {
+
+class Minds;
 
 /// Rays that one look may cast: at its target of before and at the nearest others.
 inline constexpr std::uint32_t kRaysPerLook = 4;
@@ -56,6 +59,13 @@ struct Players {
     void gather(const world::Entities& entities);
 };
 
+/// Who goes by a timetable is perceived where that says, and by one that is where its own says:
+/// so it is perceived at the same tick however closely its body has kept to it.
+struct Timetables {
+    const Minds& minds;
+    std::span<const std::uint32_t> slots;  ///< by row: of its mind; others may be in the way
+};
+
 /// What looking needs besides the one who looks.
 struct Onlooker {
     const world::Entities& entities;
@@ -65,7 +75,8 @@ struct Onlooker {
     Tick now;
     float dt;  ///< s
     float far_m;
-    const Players* players = nullptr;  ///< null: they are looked for in `grid`
+    const Players* players = nullptr;        ///< null: they are looked for in `grid`
+    const Timetables* timetables = nullptr;  ///< null: all are where their bodies are
 };
 
 /// look(), unless the machine says how its minds perceive. Then a target is noticed

@@ -76,12 +76,6 @@ void get_around(Mind& mind, const State& state, const Vec2& direction, const Sur
     step_aside(mind, {state.speed_factor * mind.band, state.sprint}, direction, around);
 }
 
-/// Who is far steers every few ticks, taking turns by entity id so that the load is even over
-/// ticks, and when its goal is reached: late turns would add up.
-Tick next_turn(const Mind& mind, Tick now) {
-    return now + kFarPeriod - (now + static_cast<Tick>(mind.entity.value)) % kFarPeriod;
-}
-
 Tick next_steering(const Mind& mind, const Wish& wish, float speed, const Surroundings& around) {
     const Tick period = next_turn(mind, around.now) - around.now;
     if (!wish.has_goal) {
@@ -224,7 +218,10 @@ void put_right(Mind& mind, const State& state, const Surroundings& around) {
     const float length = way.norm();
     if (length > 0.0F) {
         const float speed = length / (static_cast<float>(ticks) * around.dt);
+        // It faces the way of its leg, as one that nobody sees does.
+        const std::uint16_t facing = mind.aim.yaw;
         aim_along(mind, Pace{speed / full, state.sprint}, way / length);
+        mind.aim.yaw = facing;
     }
 }
 
@@ -281,6 +278,10 @@ bool steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundin
 }
 
 }  // namespace
+
+Tick next_turn(const Mind& mind, Tick now) {
+    return now + kFarPeriod - (now + static_cast<Tick>(mind.entity.value)) % kFarPeriod;
+}
 
 void get_unstuck(Mind& mind, const State& state, const Surroundings& around) {
     if (moving(mind) && blocked(mind, Wish(), full_speed(state, around), around)) {

@@ -16,6 +16,10 @@ inline constexpr float kPatienceS = 2.0F;
 /// between. Standing still is exactly zero. True: it needs a way first, see plan_leg().
 bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around);
 
+/// The next turn after `now` of one that is far: every few ticks, by entity id so that the load is
+/// even over ticks. It steers as well when its goal is reached: late turns would add up.
+Tick next_turn(const Mind& mind, Tick now);
+
 /// One of a herd that makes no progress for kPatienceS walks across its way for a while
 /// (mind.detour_until).
 void get_unstuck(Mind& mind, const State& state, const Surroundings& around);

@@ -80,7 +80,8 @@ void set_out(Mind& mind,
     Vec2 way = goal - around.at;
     for (int attempt = 0; attempt < 2; ++attempt) {
         aim_along(mind,
-                  Pace{std::min(state.speed_factor * mind.band, kUsed), state.sprint},
+                  Pace{std::min(state.speed_factor * mind.band, around.all_out ? 1.0F : kUsed),
+                       state.sprint},
                   way / way.norm());
         const float speed = commanded_speed(mind, limits_of(around));
         if (!(speed > 0.0F)) {

@@ -34,6 +34,7 @@ struct Surroundings {
     Slot slot = 0;                 ///< of the mind
     Vec2 at = Vec2::Zero();        ///< x, z where the mind takes itself to be, m: walk.h
     bool there = false;            ///< its way ends here: nearer to its goal it does not come
+    bool all_out = false;          ///< it keeps no speed back, for no body has to follow its leg
     const Drift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
                                    ///< their rows say
 

@@ -1,11 +1,15 @@
 // Blends: degrees, directions and speeds of states that are active together, worked out by hand.
 #include "server/ai/adopt.h"
+#include "server/ai/walk.h"
 #include "server/ai/why.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 namespace zoned::ai::test {
 namespace {
@@ -129,6 +133,91 @@ TEST(Blend, WalksAroundWhatIsInItsWay) {
         stuck.field.step();
     }
     EXPECT_NE(stuck.field.command(1).move_z, 0) << "across its way";
+}
+
+/// Roams, and would run from a player; rests now and then.
+Machine roamer() {
+    Machine machine = shy(1.0F);
+    machine.states[0].deeds[0].action = ActionKind::kWander;
+    machine.states[0].deeds[0].radius_m = 20.0F;
+    machine.states[0].deeds[0].speed_factor = 1.0F;
+    machine.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 50.0F, 0.0F}};
+    machine.states.emplace_back();
+    machine.states[1].name = "rest";
+    machine.states[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 10.0F, 0.0F}};
+    return machine;
+}
+
+constexpr std::uint32_t kRoamers = 24;
+
+/// Of each of some that roam for ten minutes: its way, m, and its mean distance from home, m.
+struct Roamed {
+    std::array<double, kRoamers> way{};
+    std::array<double, kRoamers> off{};
+    std::uint64_t awake = 0;
+    std::vector<std::uint16_t> states;
+};
+
+Roamed roamed(bool simulated, std::uint32_t first) {
+    constexpr int kSeconds = 600;
+    Field field;
+    field.settings.machines = {roamer()};
+    field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
+    compile(field.settings, kDt);
+    for (std::uint32_t k = 0; k < kRoamers; ++k) {
+        field.add_npc(first + k, kGuard, 0, Vec3(100.0F * static_cast<float>(k), 0.9F, 0.0F));
+        field.entities.set(field.entities.find(EntityId(first + k)), world::kGrounded, true);
+    }
+    Roamed out;
+    std::array<Vec2, kRoamers> before{};
+    for (int s = 0; s < kSeconds; ++s) {
+        for (int t = 0; t < 30; ++t) {
+            field.step();
+            out.awake += field.minds.awake().size();
+        }
+        for (std::uint32_t k = 0; k < kRoamers; ++k) {
+            const Mind& mind = *field.minds.find(EntityId(first + k));
+            const Vec3& body = field.position(first + k);
+            const Vec2 at = whereabouts(mind, {body.x(), body.z()}, field.now, kDt);
+            out.way[k] += s > 0 ? (at - before[k]).norm() : 0.0F;
+            out.off[k] += (at - Vec2(mind.home.x(), mind.home.z())).norm() / kSeconds;
+            out.states.push_back(field.state(first + k));
+            before[k] = at;
+        }
+    }
+    return out;
+}
+
+double mean_of(const std::array<double, kRoamers>& samples) {
+    return std::accumulate(samples.begin(), samples.end(), 0.0) / kRoamers;
+}
+
+/// Welch's t of two means.
+double welch(const std::array<double, kRoamers>& a, const std::array<double, kRoamers>& b) {
+    const auto square = [](const std::array<double, kRoamers>& samples) {
+        double sum = 0.0;
+        for (const double sample : samples) {
+            sum += (sample - mean_of(samples)) * (sample - mean_of(samples));
+        }
+        return sum / (kRoamers - 1) / kRoamers;
+    };
+    return std::abs(mean_of(a) - mean_of(b)) / std::sqrt(square(a) + square(b));
+}
+
+/// With 46 degrees of freedom |t| exceeds 2.69 in one of a hundred cases in which nothing differs.
+constexpr double kMostT = 2.69;
+
+TEST(Blend, IsSkippedWhereItHasSettledAndNobodySees) {
+    const Roamed seen = roamed(true, 1);
+    const Roamed unseen = roamed(false, 1);
+    const Roamed others = roamed(false, 100);
+    EXPECT_EQ(seen.states, unseen.states) << "they rest by time alone";
+    EXPECT_LT(unseen.awake, seen.awake / 20);
+    for (const Roamed* const run : {&unseen, &others}) {
+        EXPECT_LT(welch(seen.way, run->way), kMostT) << mean_of(seen.way) << mean_of(run->way);
+        EXPECT_LT(welch(seen.off, run->off), kMostT) << mean_of(seen.off) << mean_of(run->off);
+    }
+    EXPECT_GT(mean_of(seen.way), 1000.0) << "they roam";
 }
 
 TEST(Blend, TellsItsDegrees) {

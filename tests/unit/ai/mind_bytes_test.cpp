@@ -110,7 +110,7 @@ TEST_F(BadMinds, AreRefusedWithTheirPlace) {
     EXPECT_EQ(read(), "");
     std::vector<std::uint8_t> whole = bytes;
     bytes[0] = 9;
-    EXPECT_EQ(read(), "version 9 of minds, not 4");
+    EXPECT_EQ(read(), "version 9 of minds, not 5");
     bytes = whole;
     bytes[kFirstMind + 4] = 7;  // the first mind's machine
     EXPECT_EQ(read(), "mind 0 of entity 1 has a machine that there is not");

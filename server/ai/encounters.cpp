@@ -1,0 +1,209 @@
+#include "server/ai/encounters.h"
+
+#include "server/ai/walk.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace zoned::ai {
+
+namespace {
+
+/// How much farther than it may be perceived one looks for who may come, m.
+constexpr float kAhead_m = 96.0F;
+/// Two bodies may be so far from where their minds take themselves to be, m, and a rounding.
+constexpr float kBodies_m = 2.0F * kAstrayM + 0.1F;
+/// Who walks may be a rounding beside its squares, or what one walks in some ticks, m.
+constexpr float kBeside_m = 2.0F;
+/// Ticks that a bound is early: places are those of the end of the last tick.
+constexpr Tick kEarly = 2;
+constexpr float kMostTicks = 1e6F;
+
+Tick ticks_of(float way_m, float speed, float dt) {
+    const float step_m = std::max(speed, 1e-3F) * dt;
+    return static_cast<Tick>(std::clamp(std::floor(way_m / step_m), -1.0F, kMostTicks)) - kEarly;
+}
+
+float perceives_within(const CompiledMachine& machine) {
+    return std::max(machine.perception_m, machine.perception.hearing_m);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------- who looks for whom
+
+bool Reaches::set(std::span<const CompiledMachine> machines,
+                  std::span<const std::uint16_t> mind_of_type,
+                  const world::TypeTable& types) {
+    any_ = std::any_of(machines.begin(), machines.end(), [](const CompiledMachine& machine) {
+        return machine.perception.concerns_others();
+    });
+    if (!any_) {
+        looks_.clear();
+        return false;
+    }
+    before_.swap(looks_);
+    machine_before_.swap(machine_of_);
+    types_ = types.size();
+    machine_of_.assign(types_, kMindless);
+    for (std::size_t t = 0; t < types_; ++t) {
+        const std::uint16_t mind = mind_of_type.empty() ? types[t].mind : mind_of_type[t];
+        machine_of_[t] = mind > 0 ? static_cast<std::uint16_t>(mind - 1) : kMindless;
+    }
+    looks_.assign(machines.size() * types_, -1.0F);
+    for (std::size_t m = 0; m < machines.size(); ++m) {
+        const Perception& how = machines[m].perception;
+        if (!how.concerns_others()) {
+            continue;
+        }
+        for (const auto* wanted : {&how.targets, &how.allies, &how.wards}) {
+            for (const TypeIndex type : *wanted) {
+                looks_[m * types_ + type] = perceives_within(machines[m]);
+            }
+        }
+    }
+    if (before_ == looks_ && machine_before_ == machine_of_) {
+        return false;
+    }
+    sees_.assign(machines.size(), -1.0F);
+    seen_.assign(types_, -1.0F);
+    for (std::size_t m = 0; m < machines.size(); ++m) {
+        for (std::size_t t = 0; t < types_; ++t) {
+            sees_[m] = std::max(sees_[m], looks_[m * types_ + t]);
+            seen_[t] = std::max(seen_[t], looks_[m * types_ + t]);
+        }
+    }
+    top_speed_.assign(types_, 0.0F);
+    fastest_ = 0.0F;
+    for (std::size_t t = 0; t < types_; ++t) {
+        if (types[t].kind == world::EntityKind::kCharacter) {
+            const motion::CharacterLimits& limits = types[t].character;
+            top_speed_[t] = limits.speed * std::max(1.0F, limits.sprint_factor);
+        }
+        fastest_ = std::max(fastest_, top_speed_[t]);
+    }
+    return true;
+}
+
+bool Reaches::has_strangers(const std::vector<world::Entities::Count>& counts) const {
+    for (std::size_t t = 0; t < std::min(counts.size(), types_); ++t) {
+        const bool mindless = machine_of_[t] == kMindless && counts[t].shown > 0;
+        if ((counts[t].ghosts > 0 || mindless) &&
+            farthest(kind_of(static_cast<TypeIndex>(t))) >= 0.0F) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// ---------------------------------------------------------------- who sleeps where
+
+void Encounters::clear() {
+    for (Slot slot = 0; slot < members_.size(); ++slot) {
+        forget(slot);
+    }
+}
+
+void Encounters::forget(Slot slot) {
+    if (slot < members_.size() && members_[slot].entity) {
+        cells_.take(slot);
+        looks_.cancel(slot);
+        members_[slot] = Member();
+    }
+}
+
+void Encounters::grow(std::size_t slots) {
+    if (slots > members_.size()) {
+        members_.resize(slots);
+        cells_.grow(slots);
+        looks_.grow(slots);
+    }
+}
+
+void Encounters::put(Slot slot, TypeIndex type, const Scene& scene, bool late) {
+    const Mind& mind = scene.minds.at(slot);
+    members_[slot] = {mind.entity, type};
+    const Vec2 at = position_at(mind.leg, scene.now - 1, scene.dt);
+    const Vec2 anywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
+    const Tick left = CoarseCells::left_at(mind.leg, at, anywhere, scene.dt, late);
+    cells_.put(slot, mind.leg, at, scene.dt, late);
+    const Tick look = std::max(std::min(mind.look_at, left), scene.now + 1);
+    if (looks_.at(slot) != look) {
+        looks_.schedule(slot, look);
+    }
+}
+
+Encounters::Body Encounters::sleeper(Slot slot, const Scene& scene) const {
+    const Mind& mind = scene.minds.at(slot);
+    const TypeIndex type = members_[slot].type;
+    return {{type, mind.machine},
+            mind.entity,
+            position_at(mind.leg, scene.now - 1, scene.dt),
+            scene.reaches.top_speed(type)};
+}
+
+template <class Visit>
+void Encounters::for_each_near(const Vec2& at, float radius_m, const Scene& scene, Visit&& visit) {
+    const auto look = [&](Slot slot) {
+        if (is_asleep(slot, scene)) {
+            visit(slot);
+        }
+    };
+    const std::array<Vec2, 1> place{at};
+    CoarseCells::within(place, radius_m + CoarseCells::kAside_m + kBeside_m, squares_);
+    for (const CoarseCells::Cell square : squares_) {
+        cells_.visit(square, look);
+    }
+    cells_.visit_anywhere(look);
+}
+
+// ---------------------------------------------------------------- who may meet whom, and when
+
+Tick Encounters::apart(const Body& a, const Body& b, float reach_m, float dt) {
+    const float way = (a.at - b.at).norm() - reach_m - kBodies_m;
+    return ticks_of(way, a.speed + b.speed, dt);
+}
+
+float Encounters::within(float reach_m, float speed, Tick ticks, float dt) {
+    return reach_m + kBodies_m + speed * static_cast<float>(ticks + kEarly + 1) * dt;
+}
+
+Tick Encounters::apart(const Body& body, const Scene& scene, std::vector<Slot>& near) {
+    const float farthest = scene.reaches.farthest(body.kind);
+    const float fastest = body.speed + scene.reaches.fastest();
+    Tick least = ticks_of(kAhead_m - kBodies_m, fastest, scene.dt);
+    const float border = (scene.half_size - body.at.cwiseAbs()).minCoeff() - 2.0F * scene.shared_m;
+    if (std::isfinite(border)) {
+        least = std::min(least, ticks_of(border - farthest - kBodies_m, body.speed, scene.dt));
+    }
+    for_each_near(body.at, farthest + kAhead_m, scene, [&](Slot slot) {
+        const Body other = sleeper(slot, scene);
+        const float reach = scene.reaches.between(body.kind, other.kind);
+        if (reach < 0.0F || other.entity == body.entity) {
+            return;
+        }
+        const Tick ticks = apart(body, other, reach, scene.dt);
+        least = std::min(least, ticks);
+        if (ticks < kSoon) {
+            near.push_back(slot);
+        }
+    });
+    return least;
+}
+
+void Encounters::look_around(const Body& body, const Scene& scene, std::vector<Slot>& near) {
+    const float farthest = scene.reaches.farthest(body.kind);
+    const float fastest = body.speed + scene.reaches.fastest();
+    const float radius = within(farthest, fastest, kTurn + kSoon, scene.dt);
+    for_each_near(body.at, radius, scene, [&](Slot slot) {
+        const Body other = sleeper(slot, scene);
+        const float reach = scene.reaches.between(body.kind, other.kind);
+        if (reach >= 0.0F && other.entity != body.entity &&
+            apart(body, other, reach, scene.dt) < kTurn + kSoon) {
+            near.push_back(slot);
+        }
+    });
+}
+
+}  // namespace zoned::ai

@@ -1,0 +1,177 @@
+// Encounters: when minds that nobody sees may come to perceive somebody, or somebody them.
+#pragma once
+
+#include "server/ai/coarse_cells.h"
+#include "server/ai/event_queue.h"
+#include "server/ai/minds.h"
+#include "server/world/entities.h"
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace zoned::ai {
+
+/// Who looks for whom, and from how far off one may come to know of the other.
+class Reaches {
+  public:
+    /// As minds are of machines now, and entities of types. `mind_of_type` as in Settings. Returns
+    /// whether that has changed.
+    bool set(std::span<const CompiledMachine> machines,
+             std::span<const std::uint16_t> mind_of_type,
+             const world::TypeTable& types);
+
+    /// Stands for the machine of who has none.
+    static constexpr std::uint16_t kMindless = 0xFFFF;
+
+    /// Of one who meets others.
+    struct Kind {
+        TypeIndex type = 0;
+        std::uint16_t machine = kMindless;
+    };
+
+    /// Whether anybody looks for others than players.
+    [[nodiscard]] bool any() const { return any_; }
+
+    /// Below 0: neither looks for the other. Else from how far off one may perceive the other, m.
+    [[nodiscard]] float between(Kind a, Kind b) const {
+        return std::max(looks(a.machine, b.type), looks(b.machine, a.type));
+    }
+
+    /// The farthest of between() with anybody; below 0: it meets nobody.
+    [[nodiscard]] float farthest(Kind of) const {
+        return std::max(of.machine < sees_.size() ? sees_[of.machine] : -1.0F, seen_[of.type]);
+    }
+
+    /// The fastest that a character of the type goes on its own account, m/s; of others 0.
+    [[nodiscard]] float top_speed(TypeIndex type) const { return top_speed_[type]; }
+
+    /// Of all types.
+    [[nodiscard]] float fastest() const { return fastest_; }
+
+    /// Of an entity whose mind is in another zone, or that has none.
+    [[nodiscard]] Kind kind_of(TypeIndex type) const { return {type, machine_of_[type]}; }
+
+    /// Whether some may be met here whose minds are not here: ghosts, and the mindless.
+    [[nodiscard]] bool has_strangers(const std::vector<world::Entities::Count>& counts) const;
+
+  private:
+    [[nodiscard]] float looks(std::uint16_t machine, TypeIndex type) const {
+        const std::size_t at = machine * types_ + type;
+        return machine != kMindless && at < looks_.size() ? looks_[at] : -1.0F;
+    }
+
+    std::size_t types_ = 0;
+    bool any_ = false;
+    float fastest_ = 0.0F;
+    std::vector<float> looks_;  // by machine x type
+    std::vector<float> before_;
+    std::vector<float> sees_;  // by machine
+    std::vector<float> seen_;  // by type
+    std::vector<float> top_speed_;
+    std::vector<std::uint16_t> machine_of_;  // by type
+    std::vector<std::uint16_t> machine_before_;
+};
+
+/// Pairs of which one looks for the other are kept apart by time: from where both are and how fast
+/// they can go follows a tick before which neither can perceive the other, so that none of them
+/// needs to look before it (kinetic data structures: Basch, Guibas, Hershberger, "Data Structures
+/// for Mobile Data", J. Algorithms 31, 1999, whose certificates are the distances here). Those who
+/// sleep are found by the squares that their walks lead through, and checked against each other
+/// when the first of these ticks comes; those who are simulated look around in turn for sleepers
+/// whom they might meet until it is their turn again, and at once when they were put somewhere or
+/// go faster than they can by themselves. Who may meet somebody soon is woken, both of a pair. So
+/// whoever perceives and whoever is perceived is simulated, and all others perceive nobody.
+/// The checks of a mind hang on places and speeds alone (Mind::look_at), not on the order of rows.
+class Encounters {
+  public:
+    /// Those who are simulated look around once in so many ticks, in turn.
+    static constexpr Tick kTurn = 16;
+    /// Who may meet somebody within so many ticks is woken.
+    static constexpr Tick kSoon = 8;
+
+    /// What is met: where, and how fast it may go, m/s.
+    struct Body {
+        Reaches::Kind kind;
+        EntityId entity;
+        Vec2 at = Vec2::Zero();
+        float speed = 0.0F;
+    };
+
+    struct Scene {
+        const Minds& minds;
+        const Reaches& reaches;
+        /// x, z: what lies beyond is not known, m; and so far within it may belong to others.
+        Vec2 half_size;
+        float shared_m;
+        Tick now;
+        float dt;  ///< s
+    };
+
+    /// Forgets all sleepers.
+    void clear();
+    void grow(std::size_t slots);
+    /// It sleeps no more.
+    void forget(Slot slot);
+
+    /// Whether that mind is among the sleepers.
+    [[nodiscard]] bool knows(Slot slot, EntityId entity) const {
+        return slot < members_.size() && members_[slot].entity == entity;
+    }
+
+    /// A mind that sleeps, and meets somebody: it walks by its leg as that is now, and is checked
+    /// at Mind::look_at. `late`: it goes on from the end of its leg.
+    void put(Slot slot, TypeIndex type, const Scene& scene, bool late);
+
+    /// Calls visit(slot) for those whose check is due, in no order. Ticks ascend.
+    template <class Visit>
+    void take_due(const Scene& scene, Visit&& visit) {
+        due_.clear();
+        looks_.take_due(scene.now, [&](Slot slot, Tick /*at*/) { due_.push_back(slot); });
+        for (const Slot slot : due_) {
+            if (is_asleep(slot, scene)) {
+                visit(slot);
+            }
+        }
+    }
+
+    /// One that sleeps here, at the end of the last tick.
+    [[nodiscard]] Body sleeper(Slot slot, const Scene& scene) const;
+
+    /// Ticks within which `body` meets no sleeper, nor what lies beyond the border; at most those
+    /// that it takes to meet who is farther off than is looked. Appends the sleepers to `near` that
+    /// may be met within kSoon.
+    Tick apart(const Body& body, const Scene& scene, std::vector<Slot>& near);
+
+    /// Appends the sleepers to `near` whom one who is simulated may meet until its next turn.
+    void look_around(const Body& body, const Scene& scene, std::vector<Slot>& near);
+
+    /// Ticks within which two do not meet; may be negative.
+    static Tick apart(const Body& a, const Body& b, float reach_m, float dt);
+
+    /// How near, m, whoever one may meet within so many ticks is, who goes at `speed` at most.
+    static float within(float reach_m, float speed, Tick ticks, float dt);
+
+  private:
+    struct Member {
+        EntityId entity;
+        TypeIndex type = 0;
+    };
+
+    [[nodiscard]] bool is_asleep(Slot slot, const Scene& scene) const {
+        const Mind& mind = scene.minds.at(slot);
+        return mind.entity && mind.tier == Tier::kCoarse && knows(slot, mind.entity);
+    }
+
+    template <class Visit>
+    void for_each_near(const Vec2& at, float radius_m, const Scene& scene, Visit&& visit);
+
+    CoarseCells cells_;
+    EventQueue looks_;
+    std::vector<Member> members_;  // by slot
+    std::vector<Slot> due_;
+    std::vector<CoarseCells::Cell> squares_;
+};
+
+}  // namespace zoned::ai
