@@ -120,9 +120,9 @@ Made Distances::of_graph(std::size_t size, std::span<const Edge> edges) {
     return make(size, std::move(lengths));
 }
 
-std::vector<Place> Distances::nearest(std::size_t count) const {
+std::vector<Neighbour> Distances::nearest(std::size_t count) const {
     std::vector<Place> all(size_);
-    std::vector<Place> lists;
+    std::vector<Neighbour> lists;
     lists.reserve(size_ * count);
     for (Place from = 0; from < size_; ++from) {
         all.clear();
@@ -135,7 +135,9 @@ std::vector<Place> Distances::nearest(std::size_t count) const {
         std::partial_sort(all.begin(), middle, all.end(), [&](Place a, Place b) {
             return std::pair(between(from, a), a) < std::pair(between(from, b), b);
         });
-        lists.insert(lists.end(), all.begin(), middle);
+        for (auto to = all.begin(); to != middle; ++to) {
+            lists.push_back({*to, between(from, *to)});
+        }
     }
     return lists;
 }

@@ -13,6 +13,12 @@ namespace zoned::ai::ants {
 using Place = std::uint32_t;
 using Length = std::int32_t;
 
+/// A place near another, and how far it is.
+struct Neighbour {
+    Place place;
+    Length length;
+};
+
 /// Symmetric distances between `size` places, row by row, and the nearest neighbours of each.
 class Distances {
   public:
@@ -35,8 +41,13 @@ class Distances {
 
     [[nodiscard]] Length between(Place a, Place b) const { return lengths_[a * size_ + b]; }
 
+    /// To all places, by number.
+    [[nodiscard]] std::span<const Length> from(Place p) const {
+        return {lengths_.data() + p * size_, size_};
+    }
+
     /// The nearest `count` others of each place, nearest first, ties by number: size x count.
-    [[nodiscard]] std::vector<Place> nearest(std::size_t count) const;
+    [[nodiscard]] std::vector<Neighbour> nearest(std::size_t count) const;
 
     /// Of a closed tour.
     [[nodiscard]] std::int64_t length_of(std::span<const Place> tour) const;

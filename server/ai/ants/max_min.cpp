@@ -65,8 +65,8 @@ MaxMin::MaxMin(const Distances& distances, const MaxMinSettings& settings)
     ZONED_ASSERT(settings_.evaporation < 1.0F && settings_.nearness <= 8, "settings in range");
     const std::size_t n = distances.size();
     for (std::size_t i = 0; i < nearest_.size(); ++i) {
-        const auto from = static_cast<Place>(i / near_);
-        const Length d = distances.between(from, nearest_[i]);
+        near_place_.push_back(nearest_[i].place);
+        const Length d = nearest_[i].length;
         // Places on the same spot are as near as half a unit of length.
         const float per = 1.0F / std::max(static_cast<float>(d), 0.5F);
         float power = 1.0F;
@@ -163,7 +163,7 @@ void MaxMin::walk() {
 /// Among near neighbours by chance, as trails and nearness weigh them.
 Place MaxMin::next_of(Place from) {
     const float* const weight = weight_.data() + from * near_;
-    const Place* const to = nearest_.data() + from * near_;
+    const Place* const to = near_place_.data() + from * near_;
     float* const share = share_.data();
     const float* const open = open_.data();
     const std::size_t near = near_;
@@ -190,16 +190,20 @@ Place MaxMin::next_of(Place from) {
 }
 
 Place MaxMin::nearest_open(Place from) const {
-    Place best = from;
-    Length least = std::numeric_limits<Length>::max();
-    for (Place p = 0; p < distances_.size(); ++p) {
-        const Length d = distances_.between(from, p);
-        if (open_[p] > 0.0F && d < least) {
-            least = d;
-            best = p;
+    constexpr Length kFar = std::numeric_limits<Length>::max();
+    const std::size_t n = distances_.size();
+    const Length* const to = distances_.from(from).data();
+    const float* const open = open_.data();
+    Length least = kFar;
+    for (std::size_t p = 0; p < n; ++p) {
+        least = std::min(least, open[p] > 0.0F ? to[p] : kFar);
+    }
+    for (Place p = 0; p < n && least < kFar; ++p) {
+        if (open[p] > 0.0F && to[p] == least) {
+            return p;
         }
     }
-    return best;
+    return from;
 }
 
 void MaxMin::lay_anew() {
@@ -240,7 +244,7 @@ void MaxMin::deposit(std::span<const Place> tour, std::int64_t length) {
 
 void MaxMin::deposit_on(Place from, Place to, float amount) {
     for (std::size_t k = from * near_; k < (from + 1) * near_; ++k) {
-        if (nearest_[k] == to) {
+        if (near_place_[k] == to) {
             trail_[k] += amount;
             return;
         }

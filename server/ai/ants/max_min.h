@@ -62,9 +62,10 @@ class MaxMin {
 
     const Distances& distances_;
     MaxMinSettings settings_;
-    std::size_t near_ = 0;         // neighbours of each place
-    std::vector<Place> nearest_;   // near_ of each
-    std::vector<float> nearness_;  // by neighbour
+    std::size_t near_ = 0;            // neighbours of each place
+    std::vector<Neighbour> nearest_;  // near_ of each
+    std::vector<Place> near_place_;   // the same without lengths
+    std::vector<float> nearness_;     // by neighbour
     std::vector<float> trail_;
     std::vector<float> weight_;  // trail times nearness
     std::vector<float> share_;   // scratch of one choice

@@ -29,7 +29,7 @@ void Tour::reverse(Place first, Place last) {
     const std::size_t n = order_.size();
     std::size_t i = at_[first];
     std::size_t j = at_[last];
-    std::size_t inside = (j + n - i) % n + 1;
+    std::size_t inside = places_after(first, last) + 1;
     if (2 * inside > n) {
         std::swap(i, j);
         i = i + 1 < n ? i + 1 : 0;
@@ -56,7 +56,7 @@ void Tour::move(Place first, std::size_t count, Place left, bool turned) {
         std::reverse(piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(count));
     }
     // Those between the piece and its new place make room, on the side where they are fewer.
-    const std::size_t onwards = (at_[left] + n - i) % n + 1 - count;
+    const std::size_t onwards = places_after(first, left) + 1 - count;
     const std::size_t back = n - count - onwards;
     if (onwards <= back) {
         for (std::size_t k = 0; k < onwards; ++k) {
@@ -83,9 +83,7 @@ std::int64_t Tour::try_two_opt(const Near& near, Place a) {
     for (const bool onwards : {true, false}) {
         const Place a1 = onwards ? after(a) : before(a);
         const Length own = d.between(a, a1);
-        for (std::size_t k = 0; k < near.per_place; ++k) {
-            const Place b = near.nearest[a * near.per_place + k];
-            const Length joined = d.between(a, b);
+        for (const auto& [b, joined] : near.of(a)) {
             if (joined >= own) {
                 break;
             }
@@ -109,27 +107,27 @@ std::int64_t Tour::try_two_opt(const Near& near, Place a) {
 
 /// The way from `first` on to `last` goes to where `first` (or `last`, if not forward) is next to a
 /// near neighbour.
-std::int64_t Tour::try_insertions(const Near& near, Place first, Place last, bool forward) {
+std::int64_t Tour::try_insertions(const Near& near,
+                                  Place first,
+                                  Place last,
+                                  std::size_t count,
+                                  bool forward) {
     const Distances& d = near.distances;
-    const std::size_t n = order_.size();
-    const std::size_t count = (at_[last] + n - at_[first]) % n + 1;
     const Place left = before(first);
     const Place right = after(last);
     const Length freed = d.between(left, first) + d.between(last, right) - d.between(left, right);
     const Place end = forward ? first : last;    // next to the neighbour
     const Place other = forward ? last : first;  // next to one beside the neighbour
-    for (std::size_t k = 0; k < near.per_place; ++k) {
-        const Place b = near.nearest[end * near.per_place + k];
-        const Length joined = d.between(end, b);
+    for (const auto& [b, joined] : near.of(end)) {
         if (joined >= freed) {
             break;
         }
-        if ((at_[b] + n - at_[first]) % n < count) {
+        if (places_after(first, b) < count) {
             continue;  // on the way itself
         }
         for (const bool beyond : {true, false}) {
             const Place c = beyond ? after(b) : before(b);
-            if ((at_[c] + n - at_[first]) % n < count) {
+            if (places_after(first, c) < count) {
                 continue;
             }
             const Length gain = freed - joined - d.between(other, c) + d.between(b, c);
@@ -151,9 +149,9 @@ std::int64_t Tour::try_or_opt(const Near& near, Place a) {
     Place back = a;
     for (std::size_t count = 1; count <= kLongestPiece && count + 2 < order_.size(); ++count) {
         // `a` at either end of the piece is what comes next to its neighbour.
-        std::int64_t gain = try_insertions(near, a, onwards, true);
-        if (gain == 0) {
-            gain = try_insertions(near, back, a, false);
+        std::int64_t gain = try_insertions(near, a, onwards, count, true);
+        if (gain == 0 && count > 1) {
+            gain = try_insertions(near, back, a, count, false);
         }
         if (gain > 0) {
             return gain;
@@ -165,7 +163,7 @@ std::int64_t Tour::try_or_opt(const Near& near, Place a) {
 }
 
 std::int64_t Tour::improve(const Distances& distances,
-                           std::span<const Place> nearest,
+                           std::span<const Neighbour> nearest,
                            std::size_t per_place,
                            LocalSearch search) {
     std::int64_t gained = 0;

@@ -47,20 +47,37 @@ class Tour {
     /// problems", ORSA Journal on Computing 4, 1992; Or-opt: Or, 1976, as there), first
     /// improvement, places in the order of the tour.
     std::int64_t improve(const Distances& distances,
-                         std::span<const Place> nearest,
+                         std::span<const Neighbour> nearest,
                          std::size_t per_place,
                          LocalSearch search);
 
   private:
     struct Near {
         const Distances& distances;
-        std::span<const Place> nearest;
+        std::span<const Neighbour> nearest;
         std::size_t per_place;
+
+        /// Nearest first.
+        [[nodiscard]] std::span<const Neighbour> of(Place p) const {
+            return nearest.subspan(p * per_place, per_place);
+        }
     };
 
     std::int64_t try_two_opt(const Near& near, Place a);
     std::int64_t try_or_opt(const Near& near, Place a);
-    std::int64_t try_insertions(const Near& near, Place first, Place last, bool forward);
+    std::int64_t try_insertions(const Near& near,
+                                Place first,
+                                Place last,
+                                std::size_t count,
+                                bool forward);
+
+    /// How many places after `from` along the tour, 0 to size() - 1.
+    [[nodiscard]] std::size_t places_after(Place from, Place p) const {
+        const std::size_t i = at_[p];
+        const std::size_t j = at_[from];
+        return i >= j ? i - j : i + order_.size() - j;
+    }
+
     /// Turns the way from `first` to `last` (onwards) around.
     void reverse(Place first, Place last);
     /// Moves the way of `count` places from `first` on to between `left` and the place after it,

@@ -25,54 +25,55 @@ ClusterGraph::ClusterGraph(const GridMap& map)
     : across_(squares(map.width())),
       down_(squares(map.height())) {
     clusters_.resize(std::size_t{across_} * down_);
+    nodes_.resize(clusters_.size() * kMostOfCluster);
+    space_.resize(static_cast<std::uint32_t>(nodes_.size()) + 1);
+    cells_.reserve(kMostOfCluster);
+    to_goal_.reserve(kMostOfCluster);
     for (std::uint32_t c = 0; c < clusters_.size(); ++c) {
-        find_portals(map, c, true);
-        find_portals(map, c, false);
+        find_portals(map, c, kRight);
+        find_portals(map, c, kBelow);
     }
-    number_nodes();
     for (std::uint32_t c = 0; c < clusters_.size(); ++c) {
+        list_nodes(c);
         measure(map, c);
     }
 }
 
 void ClusterGraph::update(const GridMap& map, std::span<const CellChange> changes) {
-    std::vector<std::uint32_t> touched;
-    bool others = false;  // portals than before
-    const auto renew = [&](std::uint32_t cluster, bool right, std::uint32_t other) {
-        others = find_portals(map, cluster, right) || others;
-        touched.push_back(other);
+    touched_.clear();
+    const auto renew = [&](std::uint32_t cluster, Side side) {
+        if (find_portals(map, cluster, side)) {
+            touched_.push_back(cluster);
+            touched_.push_back(beyond(cluster, side));
+        }
     };
     for (const CellChange& change : changes) {
         const Cell c = change.cell;
         const std::uint32_t cluster = cluster_of(c);
-        touched.push_back(cluster);
+        touched_.push_back(cluster);
         const int x = c.x % kSide;
         const int y = c.y % kSide;
         if (x == 0 && c.x > 0) {
-            renew(cluster - 1, true, cluster - 1);
+            renew(beyond(cluster, kLeft), kRight);
         } else if (x == kSide - 1 && c.x + 1 < map.width()) {
-            renew(cluster, true, cluster + 1);
+            renew(cluster, kRight);
         }
         if (y == 0 && c.y > 0) {
-            renew(cluster - across_, false, cluster - across_);
+            renew(beyond(cluster, kAbove), kBelow);
         } else if (y == kSide - 1 && c.y + 1 < map.height()) {
-            renew(cluster, false, cluster + across_);
+            renew(cluster, kBelow);
         }
     }
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-    if (others) {
-        number_nodes();
-    }
-    for (const std::uint32_t cluster : touched) {
+    std::sort(touched_.begin(), touched_.end());
+    touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+    for (const std::uint32_t cluster : touched_) {
+        list_nodes(cluster);
         measure(map, cluster);
     }
 }
 
-bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, bool right) {
-    std::vector<Cell>& portals = right ? clusters_[cluster].right : clusters_[cluster].below;
-    portals.swap(old_portals_);
-    portals.clear();
+bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, Side side) {
+    const bool right = side == kRight;
     const GoalField::Window w = window(map, cluster);
     const int line = right ? w.right : w.bottom;
     if (line + 1 >= (right ? map.width() : map.height())) {
@@ -81,6 +82,11 @@ bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, bool 
     const auto at = [right, line](int i, int beyond) {
         return right ? cell_of(line + beyond, i) : cell_of(i, line + beyond);
     };
+    const std::uint32_t here = first_node(cluster, side);
+    const std::uint32_t there = twin(here);
+    std::uint8_t& count = clusters_[cluster].count[side];
+    std::uint8_t found = 0;
+    bool others = false;
     const int end = (right ? w.bottom : w.right) + 1;
     for (int first = right ? w.top : w.left; first < end; ++first) {
         int after = first;
@@ -89,43 +95,31 @@ bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, bool 
         }
         // Evenly over where the border can be crossed, in the middles of their shares.
         const int length = after - first;
-        const int count = (length + kSpacing - 1) / kSpacing;
-        for (int i = 0; i < count; ++i) {
-            portals.push_back(at(first + (2 * i + 1) * length / (2 * count), 0));
+        const int shares = (length + kSpacing - 1) / kSpacing;
+        for (int i = 0; i < shares; ++i, ++found) {
+            const int middle = first + (2 * i + 1) * length / (2 * shares);
+            others = others || found >= count || nodes_[here + found].cell != at(middle, 0);
+            nodes_[here + found].cell = at(middle, 0);
+            nodes_[there + found].cell = at(middle, 1);
         }
         first = after;
     }
-    return portals != old_portals_;
+    others = others || found != count;
+    portals_ = portals_ + found - count;
+    count = found;
+    clusters_[beyond(cluster, side)].count[kSides - 1 - side] = found;
+    return others;
 }
 
-void ClusterGraph::number_nodes() {
-    nodes_.clear();
-    for (Cluster& c : clusters_) {
-        c.nodes.clear();
-    }
-    const auto add = [this](Cell cell, std::uint32_t cluster, std::uint32_t twin) {
-        Cluster& c = clusters_[cluster];
-        const auto number = static_cast<std::uint32_t>(nodes_.size());
-        nodes_.push_back({cell, cluster, static_cast<std::uint32_t>(c.nodes.size()), twin});
-        c.nodes.push_back(number);
-    };
-    // Within a cluster the order hangs on its own borders alone: costs of others stay where they
-    // are.
-    for (std::uint32_t c = 0; c < clusters_.size(); ++c) {
-        for (const Cell cell : clusters_[c].right) {
-            const auto number = static_cast<std::uint32_t>(nodes_.size());
-            add(cell, c, number + 1);
-            add(cell_of(cell.x + 1, cell.y), c + 1, number);
+void ClusterGraph::list_nodes(std::uint32_t cluster) {
+    Cluster& c = clusters_[cluster];
+    c.nodes.clear();
+    for (const Side side : {kAbove, kLeft, kRight, kBelow}) {
+        const std::uint32_t first = first_node(cluster, side);
+        for (std::uint32_t i = 0; i < c.count[side]; ++i) {
+            nodes_[first + i].local = static_cast<std::uint32_t>(c.nodes.size());
+            c.nodes.push_back(first + i);
         }
-        for (const Cell cell : clusters_[c].below) {
-            const auto number = static_cast<std::uint32_t>(nodes_.size());
-            add(cell, c, number + 1);
-            add(cell_of(cell.x, cell.y + 1), c + across_, number);
-        }
-    }
-    space_.resize(static_cast<std::uint32_t>(nodes_.size()) + 1);
-    for (const Cluster& c : clusters_) {
-        to_goal_.reserve(c.nodes.size());
     }
 }
 
@@ -140,14 +134,14 @@ GoalField::Window ClusterGraph::window(const GridMap& map, std::uint32_t cluster
 
 void ClusterGraph::measure(const GridMap& map, std::uint32_t cluster) {
     Cluster& c = clusters_[cluster];
-    const std::size_t n = c.nodes.size();
-    c.cost.resize(n * n);
-    for (std::size_t i = 0; i < n; ++i) {
-        field_.build(map, nodes_[c.nodes[i]].cell, window(map, cluster));
-        for (std::size_t j = 0; j < n; ++j) {
-            c.cost[i * n + j] = field_.cost(map.place(nodes_[c.nodes[j]].cell));
-        }
+    cells_.clear();
+    for (const std::uint32_t n : c.nodes) {
+        cells_.push_back(nodes_[n].cell);
     }
+    c.cost.resize(cells_.size() * cells_.size());
+    const GoalField::Window w = window(map, cluster);
+    square_.measure(
+        map, cell_of(w.left, w.top), w.right - w.left + 1, w.bottom - w.top + 1, cells_, c.cost);
 }
 
 void ClusterGraph::reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goal) {
@@ -176,7 +170,7 @@ void ClusterGraph::open_ends(const GridMap& map, const Query& query) {
     for (const std::uint32_t n : first.nodes) {
         const Cost cost = field_.cost(map.place(nodes_[n].cell));
         if (cost != kNoCost) {
-            reach(nodes_[n].twin, cost + kStraight, kFromStart, query.goal);
+            reach(twin(n), cost + kStraight, kFromStart, query.goal);
         }
     }
     if (direct_ != kNoCost) {
@@ -200,22 +194,23 @@ bool ClusterGraph::run(const GridMap& map,
         if (at == goal) {
             for (std::uint32_t n = space_.from(goal); n != kFromStart; n = space_.from(n)) {
                 through.push_back(nodes_[n].cell);
-                through.push_back(nodes_[nodes_[n].twin].cell);
+                through.push_back(nodes_[twin(n)].cell);
             }
             through.push_back(query.start);
             std::reverse(through.begin(), through.end());
             return true;
         }
         const Node& node = nodes_[at];
-        const Cluster& cluster = clusters_[node.cluster];
+        const std::uint32_t here = at / kMostOfCluster;
+        const Cluster& cluster = clusters_[here];
         const Cost g = space_.cost(at);
-        if (node.cluster == last && to_goal_[node.local] != kNoCost) {
+        if (here == last && to_goal_[node.local] != kNoCost) {
             reach(goal, g + to_goal_[node.local], at, query.goal);
         }
         const Cost* const row = cluster.cost.data() + node.local * cluster.nodes.size();
         for (std::size_t i = 0; i < cluster.nodes.size(); ++i) {
             if (row[i] != kNoCost && i != node.local) {
-                reach(nodes_[cluster.nodes[i]].twin, g + row[i] + kStraight, at, query.goal);
+                reach(twin(cluster.nodes[i]), g + row[i] + kStraight, at, query.goal);
             }
         }
     }
@@ -226,8 +221,8 @@ bool ClusterGraph::run(const GridMap& map,
 std::size_t ClusterGraph::bytes() const {
     std::size_t bytes = nodes_.capacity() * sizeof(Node);
     for (const Cluster& c : clusters_) {
-        bytes += sizeof(Cluster) + (c.right.capacity() + c.below.capacity()) * sizeof(Cell) +
-                 c.nodes.capacity() * sizeof(std::uint32_t) + c.cost.capacity() * sizeof(Cost);
+        bytes += sizeof(Cluster) + c.nodes.capacity() * sizeof(std::uint32_t) +
+                 c.cost.capacity() * sizeof(Cost);
     }
     return bytes;
 }

@@ -4,7 +4,9 @@
 #include "server/ai/navigation/goal_field.h"
 #include "server/ai/navigation/open_list.h"
 #include "server/ai/navigation/query.h"
+#include "server/ai/navigation/square_costs.h"
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -16,12 +18,13 @@ namespace zoned::ai::navigation {
 /// portals are known. Ways through portals are not the best, but nearly.
 class ClusterGraph {
   public:
-    static constexpr int kSide = 32;    ///< of a square, cells
-    static constexpr int kSpacing = 6;  ///< of portals along a border, cells at most
+    static constexpr int kSide = SquareCosts::kSide;  ///< of a square, cells
+    static constexpr int kSpacing = 6;                ///< of portals along a border, cells at most
 
     explicit ClusterGraph(const GridMap& map);
 
-    /// After `changes` were made to the map: renews the squares that they touch.
+    /// After `changes` were made to the map: renews the squares that they lie in, and those across
+    /// a border whose portals are others now; the rest costs nothing, however large the map is.
     void update(const GridMap& map, std::span<const CellChange> changes);
 
     /// Cells from start to goal, these two among them, that a good way goes through; neighbours in
@@ -32,32 +35,62 @@ class ClusterGraph {
              std::vector<Cell>& through,
              std::uint32_t& work);
 
-    [[nodiscard]] std::size_t portals() const { return nodes_.size() / 2; }
+    [[nodiscard]] std::size_t portals() const { return portals_; }
 
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    struct Node {
-        Cell cell;
-        std::uint32_t cluster = 0;
-        std::uint32_t local = 0;  ///< place in its cluster's list
-        std::uint32_t twin = 0;   ///< across the border
+    /// Sides of a square.
+    enum Side : std::uint32_t {
+        kAbove,
+        kLeft,
+        kRight,
+        kBelow,
+        kSides
     };
 
+    /// Two portals of a side don't lie next to each other.
+    static constexpr std::uint32_t kMostOfSide = kSide / 2;
+    static constexpr std::uint32_t kMostOfCluster = kSides * kMostOfSide;
+
+    /// The portals of a cluster on its side of the borders. Their numbers hang on the cluster and
+    /// the side alone, so that a change leaves the others theirs.
     struct Cluster {
-        std::vector<Cell> right;           ///< portals on its right border, and below it: the cells
-        std::vector<Cell> below;           ///< on this side
-        std::vector<std::uint32_t> nodes;  ///< numbers
+        std::array<std::uint8_t, kSides> count{};
+        std::vector<std::uint32_t> nodes;  ///< numbers, ascending
         std::vector<Cost> cost;            ///< between its nodes, row by row
+    };
+
+    struct Node {
+        Cell cell;
+        std::uint32_t local = 0;  ///< place in its cluster's list
     };
 
     [[nodiscard]] std::uint32_t cluster_of(Cell c) const {
         return c.y / kSide * across_ + c.x / kSide;
     }
 
-    /// True: they are others than before.
-    bool find_portals(const GridMap& map, std::uint32_t cluster, bool right);
-    void number_nodes();
+    /// The cells of both sides of a border, kRight or kBelow. True: they are others than before.
+    bool find_portals(const GridMap& map, std::uint32_t cluster, Side side);
+    void list_nodes(std::uint32_t cluster);
+
+    [[nodiscard]] static std::uint32_t first_node(std::uint32_t cluster, Side side) {
+        return cluster * kMostOfCluster + side * kMostOfSide;
+    }
+
+    /// The cluster across a border.
+    [[nodiscard]] std::uint32_t beyond(std::uint32_t cluster, Side side) const {
+        const std::array<std::uint32_t, kSides> by{~across_ + 1, ~0U, 1, across_};
+        return cluster + by[side];
+    }
+
+    /// The node across the border.
+    [[nodiscard]] std::uint32_t twin(std::uint32_t node) const {
+        const auto side = static_cast<Side>(node / kMostOfSide % kSides);
+        const auto other = static_cast<Side>(kSides - 1 - side);
+        return first_node(beyond(node / kMostOfCluster, side), other) + node % kMostOfSide;
+    }
+
     void measure(const GridMap& map, std::uint32_t cluster);
     [[nodiscard]] GoalField::Window window(const GridMap& map, std::uint32_t cluster) const;
     void open_ends(const GridMap& map, const Query& query);
@@ -66,12 +99,15 @@ class ClusterGraph {
     std::uint32_t across_;
     std::uint32_t down_;
     std::vector<Cluster> clusters_;
-    std::vector<Node> nodes_;
+    std::vector<Node> nodes_;  // by number; room for kMostOfCluster of each cluster
+    std::size_t portals_ = 0;
     SearchSpace space_;  // nodes, then the goal
     GoalField field_;
-    std::vector<Cell> old_portals_;  // of the border that is looked at
-    std::vector<Cost> to_goal_;      // of the nodes in the goal's cluster
-    Cost direct_ = kNoCost;          // from start to goal within one cluster
+    SquareCosts square_;
+    std::vector<Cell> cells_;  // of the nodes of the cluster that is looked at
+    std::vector<std::uint32_t> touched_;
+    std::vector<Cost> to_goal_;  // of the nodes in the goal's cluster
+    Cost direct_ = kNoCost;      // from start to goal within one cluster
 };
 
 }  // namespace zoned::ai::navigation

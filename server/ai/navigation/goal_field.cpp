@@ -16,8 +16,13 @@ using StepsByNeighbourhood = std::array<std::uint8_t, 512>;
 
 /// Steps on from a place, as bits, that may lead to a best way: by the hop back to where it was
 /// reached from (kArrived: from nowhere), and by the nine cells around and at it (bit 3 (dy + 1) +
-/// dx + 1 is set where a cell is passable). What the place behind reaches for less by itself is
-/// left out: all beside and behind but what an obstacle hides from it.
+/// dx + 1 is set where a cell is passable). What the place behind reaches for less without it is
+/// left out: all beside and behind but what an obstacle hides from it. So is a diagonal step after
+/// a straight one where the place behind can take the diagonal first, for the same.
+///
+/// Nothing is lost, whichever of several best ways a place is reached by: straight steps on a best
+/// way are never left out, for then it would be no best one; and where a diagonal step is, the
+/// place that the diagonal from behind leads to has a straight step to the same cell.
 constexpr std::array<StepsByNeighbourhood, 9> steps_by_hop() {
     std::array<StepsByNeighbourhood, 9> table{};
     for (unsigned n = 0; n < 512; ++n) {
@@ -31,10 +36,13 @@ constexpr std::array<StepsByNeighbourhood, 9> steps_by_hop() {
                 const int dx = kHopX[h];
                 const int dy = kHopY[h];
                 const int ahead = -(dx * bx + dy * by);  // of where it came from, if above 0
-                const bool straight = bx == 0 || by == 0;
-                const bool hidden = straight && ahead == 0 && !passable(dx + bx, dy + by);
+                const bool behind_straight = bx == 0 || by == 0;
+                const bool aside = behind_straight && (dx * by != 0 || dy * bx != 0);
+                // Beside the place behind: what the step leads past.
+                const bool hidden = aside && !passable(bx != 0 ? bx : dx, by != 0 ? by : dy);
+                const bool natural = behind_straight ? ahead > 0 && !aside : ahead > 0;
                 if (passable(dx, dy) && passable(dx, 0) && passable(0, dy) &&
-                    (back == kArrived || ahead > 0 || hidden)) {
+                    (back == kArrived || natural || (hidden && ahead >= 0))) {
                     table[back][n] |= static_cast<std::uint8_t>(1U << h);
                 }
             }
@@ -108,68 +116,103 @@ void GoalField::make_room(const GridMap& map, std::size_t reached) {
         cost_.resize(map.places());
         hop_.resize(map.places());
     }
-    if (straight_.size() < reached + 1) {
-        straight_.resize(reached + 1);
-        diagonal_.resize(reached + 1);
+    // One more than can be in a bucket: what is no news is written behind the last one.
+    if (buckets_[0].places.size() < reached + 1) {
+        for (Bucket& b : buckets_) {
+            b.places.resize(reached + 1);
+        }
     }
 }
 
 void GoalField::start(const GridMap& map, std::span<const Cell> goals) {
-    straight_size_ = 0;
-    diagonal_size_ = 0;
-    next_straight_ = 0;
-    next_diagonal_ = 0;
+    for (Bucket& b : buckets_) {
+        b.size = 0;
+    }
+    first_cost_ = 0;
+    next_ = 0;
+    longest_ = 0;
     for (const Cell goal : goals) {
         ZONED_ASSERT(map.contains(goal), "a goal off the map");
         const Place first = map.place(goal);
         if (map.passable(first)) {
             cost_[first] = 0;
             hop_[first] = kArrived;
-            straight_[straight_size_++] = {0, first};
+            buckets_[0].places[buckets_[0].size++] = first;
         }
     }
 }
 
 bool GoalField::advance(const GridMap& map, std::uint32_t cells) {
-    for (; cells != 0; --cells) {
-        const Cost a = next_straight_ < straight_size_ ? straight_[next_straight_].cost : kNoCost;
-        const Cost b = next_diagonal_ < diagonal_size_ ? diagonal_[next_diagonal_].cost : kNoCost;
-        if (a == kNoCost && b == kNoCost) {
-            return true;
+    while (cells != 0) {
+        if (next_ == buckets_[0].size) {
+            if (buckets_[1].size == 0 && buckets_[2].size == 0) {
+                return true;
+            }
+            std::rotate(buckets_.begin(), buckets_.begin() + 1, buckets_.end());
+            buckets_.back().size = 0;
+            first_cost_ += kStraight;
+            next_ = 0;
         }
-        const Reached at = a <= b ? straight_[next_straight_++] : diagonal_[next_diagonal_++];
-        if (cost_[at.place] == at.cost) {
-            spread(map, at);
-        }
+        const std::size_t count = std::min<std::size_t>(cells, buckets_[0].size - next_);
+        spread(map, count);
+        cells -= static_cast<std::uint32_t>(count);
     }
     return false;
 }
 
-void GoalField::spread(const GridMap& map, const Reached& from) {
+void GoalField::spread(const GridMap& map, std::size_t count) {
     const auto stride = static_cast<std::int32_t>(map.stride());
-    const std::uint64_t* const words = map.row_bits().data();
-    const std::uint32_t around = three_bits(words, from.place - map.stride() - 1) |
-                                 three_bits(words, from.place - 1) << 3U |
-                                 three_bits(words, from.place + map.stride() - 1) << 6U;
     const std::array<std::int32_t, 8> offsets{
         1, -1, stride, -stride, stride + 1, -stride - 1, 1 - stride, stride - 1};
-    for (std::uint32_t steps = kSteps[hop_[from.place]][around]; steps != 0; steps &= steps - 1) {
-        const auto h = static_cast<unsigned>(std::countr_zero(steps));
-        const auto to = static_cast<Place>(static_cast<std::int32_t>(from.place) + offsets[h]);
-        const Cost cost = from.cost + (h < kStraightHops ? kStraight : kDiagonal);
-        if (cost < cost_[to]) {
-            cost_[to] = cost;
-            hop_[to] = static_cast<Hop>(h ^ 1U);
-            // Each queue takes a place once: later steps of its kind come from no cheaper places.
-            (h < kStraightHops ? straight_[straight_size_++] : diagonal_[diagonal_size_++]) = {cost,
-                                                                                               to};
+    const std::uint64_t* const words = map.row_bits().data();
+    const Place* const from = buckets_[0].places.data() + next_;
+    Place* const next = buckets_[1].places.data();
+    Place* const after = buckets_[2].places.data();
+    std::size_t next_size = buckets_[1].size;
+    std::size_t after_size = buckets_[2].size;
+    const Cost next_end = first_cost_ + 2 * kStraight;
+    const Cost after_end = first_cost_ + 3 * kStraight;
+    Cost* const cost = cost_.data();
+    Hop* const hop = hop_.data();
+    Cost longest = longest_;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Place at = from[i];
+        const Cost here = cost[at];
+        if (here < first_cost_) {
+            continue;  // settled in an earlier bucket
+        }
+        longest = std::max(longest, here);
+        const std::uint32_t around = three_bits(words, at - map.stride() - 1) |
+                                     three_bits(words, at - 1) << 3U |
+                                     three_bits(words, at + map.stride() - 1) << 6U;
+        for (std::uint32_t steps = kSteps[hop[at]][around]; steps != 0; steps &= steps - 1) {
+            const auto h = static_cast<unsigned>(std::countr_zero(steps));
+            const auto to = static_cast<Place>(static_cast<std::int32_t>(at) + offsets[h]);
+            const Cost there = here + (h < kStraightHops ? kStraight : kDiagonal);
+            const Cost before = cost[to];
+            if (there < before) {
+                cost[to] = there;
+                hop[to] = static_cast<Hop>(h ^ 1U);
+                // Into its bucket, unless it is there already.
+                if (there < next_end) {
+                    next[next_size] = to;
+                    next_size += before >= next_end ? 1 : 0;
+                } else {
+                    after[after_size] = to;
+                    after_size += before >= after_end ? 1 : 0;
+                }
+            }
         }
     }
+    next_ += count;
+    buckets_[1].size = next_size;
+    buckets_[2].size = after_size;
+    longest_ = longest;
 }
 
 std::size_t GoalField::bytes() const {
     return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
-           (straight_.capacity() + diagonal_.capacity()) * sizeof(Reached);
+           kBuckets * buckets_[0].places.capacity() * sizeof(Place);
 }
 
 std::size_t NextHops::add(const GridMap& map, const GoalField& field) {

@@ -4,7 +4,6 @@
 #include "server/ai/navigation/cost.h"
 #include "server/ai/navigation/grid_map.h"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -32,12 +31,14 @@ inline Cell hopped(Cell c, Hop hop) {
 /// A field for crowds that share a goal: looked up in place of planning, cell by cell.
 class GoalField {
   public:
-    /// Best ways from all cells to `goal`, which is on the map. Dijkstra in linear time: steps have
-    /// two costs only, so that what is reached by either comes up in order of cost by itself and
-    /// two queues stand for the heap (after Orlin, Madduri, Subramani and Williamson, "A faster
-    /// algorithm for the single source shortest path problem with few distinct positive lengths",
-    /// Journal of Discrete Algorithms 8, 2010). Allocates nothing where the map is no larger than
-    /// the last one. A blocked goal is reached from nowhere.
+    /// Best ways from all cells to `goal`, which is on the map. Dijkstra in linear time: no step
+    /// costs less than kStraight, so that cells whose costs lie within kStraight of each other,
+    /// from a multiple of it on, may be settled in any order (Denardo and Fox, "Shortest-route
+    /// methods: 1. Reaching, pruning, and buckets", Operations Research 27, 1979), and of ways of
+    /// the same cost only those are followed that have their diagonal steps first (Sturtevant and
+    /// Rabin, "Canonical orderings on grids", IJCAI 2016): most cells are reached once. Allocates
+    /// nothing where the map is no larger than the last one. A blocked goal is reached from
+    /// nowhere.
     void build(const GridMap& map, Cell goal);
 
     /// As build(), in slices: begin(), then advance() until it says that the field is there. The
@@ -68,13 +69,7 @@ class GoalField {
     [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
 
     /// Of the best ways to the goal the longest.
-    [[nodiscard]] Cost longest() const {
-        Cost most = 0;
-        if (straight_size_ != 0) {
-            most = straight_[straight_size_ - 1].cost;
-        }
-        return diagonal_size_ != 0 ? std::max(most, diagonal_[diagonal_size_ - 1].cost) : most;
-    }
+    [[nodiscard]] Cost longest() const { return longest_; }
 
     /// All hops, by place.
     void copy_hops(std::vector<Hop>& hops) const { hops.assign(hop_.begin(), hop_.end()); }
@@ -82,25 +77,30 @@ class GoalField {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    struct Reached {
-        Cost cost;
-        Place place;
+    /// Places whose costs lie between two multiples of kStraight, each once; and such as have got
+    /// cheaper since, which are in an earlier bucket too. Only `size` of them count: the rest is
+    /// room.
+    struct Bucket {
+        std::vector<Place> places;
+        std::size_t size = 0;
     };
+
+    /// A diagonal step leads into the bucket after the next one at most.
+    static constexpr std::size_t kBuckets = 3;
 
     /// For a field that reaches so many cells at most.
     void make_room(const GridMap& map, std::size_t reached);
     void close_window(const GridMap& map, const Window& window);
     void start(const GridMap& map, std::span<const Cell> goals);
-    void spread(const GridMap& map, const Reached& from);
+    /// Settles `count` places of the first bucket.
+    void spread(const GridMap& map, std::size_t count);
 
     std::vector<Cost> cost_;
     std::vector<Hop> hop_;
-    std::vector<Reached> straight_;  // reached by a straight step last, ascending
-    std::vector<Reached> diagonal_;
-    std::size_t straight_size_ = 0;
-    std::size_t diagonal_size_ = 0;
-    std::size_t next_straight_ = 0;
-    std::size_t next_diagonal_ = 0;
+    std::array<Bucket, kBuckets> buckets_;  // that of first_cost_, and the ones after it
+    Cost first_cost_ = 0;                   // of the first bucket, at least
+    std::size_t next_ = 0;                  // in it
+    Cost longest_ = 0;
 };
 
 /// Hops to goals that are asked for often, at half a byte for each cell of the map and goal.

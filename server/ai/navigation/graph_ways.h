@@ -60,8 +60,6 @@ class GraphWays final : public QueuedWays {
     [[nodiscard]] bool may_be_shorter(const Request& request) const override;
     [[nodiscard]] bool may_come_nearer(const Request& request) const override;
 
-    void watch() override { clusters_.watch_parts(); }
-
   private:
     /// A waypoint or edge that hangs on doors, and how many of these are shut.
     struct Hung {

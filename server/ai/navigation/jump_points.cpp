@@ -1,5 +1,6 @@
 #include "server/ai/navigation/cell_search.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace zoned::ai::navigation {
@@ -12,55 +13,58 @@ struct Lines {
     std::uint32_t stride;
 };
 
-/// 64 bits from `at` on, the first lowest.
-std::uint64_t bits_from(const std::uint64_t* words, std::uint32_t at) {
-    const std::uint64_t* w = words + (at >> 6U);
-    const std::uint32_t shift = at & 63U;
-    return shift == 0 ? w[0] : w[0] >> shift | w[1] << (64 - shift);
+/// 64 bits from the `shift`-th of a word on, the first lowest.
+std::uint64_t bits_from(const std::uint64_t* word, std::uint32_t shift) {
+    return word[0] >> shift | word[1] << 1U << (63 - shift);
 }
 
-/// 64 bits up to `at`, the last highest.
-std::uint64_t bits_to(const std::uint64_t* words, std::uint32_t at) {
-    const std::uint64_t* w = words + (at >> 6U);
-    const std::uint32_t shift = 63 - (at & 63U);
-    return shift == 0 ? w[0] : w[0] << shift | w[-1] >> (64 - shift);
+/// 64 bits up to the (63 - `shift`)-th of a word, the last highest.
+std::uint64_t bits_to(const std::uint64_t* word, std::uint32_t shift) {
+    return word[0] << shift | word[-1] >> 1U >> (63 - shift);
 }
+
+/// Cells that are looked at together: those behind the first one are seen with it.
+constexpr std::uint32_t kSeen = 63;
 
 /// The next jump point on the line after `at`: the goal, or a cell beside which a row of obstacles
 /// has just ended, so that turning there may pay. kNoPlace where an obstacle comes first.
 std::uint32_t jump_up(const Lines& l, std::uint32_t at, std::uint32_t goal) {
-    for (std::uint32_t first = at + 1;; first += 64) {
-        const std::uint64_t a = bits_from(l.words, first - l.stride);
-        const std::uint64_t b = bits_from(l.words, first + l.stride);
-        const std::uint64_t ends = (a & ~bits_from(l.words, first - l.stride - 1)) |
-                                   (b & ~bits_from(l.words, first + l.stride - 1));
-        const std::uint64_t blocked = ~bits_from(l.words, first);
+    const std::uint32_t line = l.stride >> 6U;
+    for (;; at += kSeen) {
+        const std::uint64_t* const word = l.words + (at >> 6U);
+        const std::uint32_t shift = at & 63U;
+        const std::uint64_t a = bits_from(word - line, shift);
+        const std::uint64_t b = bits_from(word + line, shift);
+        const std::uint64_t ends = (a >> 1U & ~a) | (b >> 1U & ~b);
+        const std::uint64_t blocked = ~bits_from(word, shift) >> 1U;
         const std::uint64_t stop = ends | blocked;
         const auto steps = static_cast<std::uint32_t>(std::countr_zero(stop));  // 64 for none
-        if (goal - first < steps) {
+        if (goal - at - 1 < std::min(steps, kSeen)) {
             return goal;
         }
         if (stop != 0) {
-            return (blocked >> steps & 1U) != 0 ? kNoPlace : first + steps;
+            return (blocked >> steps & 1U) != 0 ? kNoPlace : at + 1 + steps;
         }
     }
 }
 
 /// As jump_up, to smaller numbers.
 std::uint32_t jump_down(const Lines& l, std::uint32_t at, std::uint32_t goal) {
-    for (std::uint32_t last = at - 1;; last -= 64) {
-        const std::uint64_t a = bits_to(l.words, last - l.stride);
-        const std::uint64_t b = bits_to(l.words, last + l.stride);
-        const std::uint64_t ends = (a & ~bits_to(l.words, last - l.stride + 1)) |
-                                   (b & ~bits_to(l.words, last + l.stride + 1));
-        const std::uint64_t blocked = ~bits_to(l.words, last);
+    const std::uint32_t line = l.stride >> 6U;
+    for (;; at -= kSeen) {
+        const std::uint64_t* const word = l.words + (at >> 6U);
+        const std::uint32_t shift = 63 - (at & 63U);
+        const std::uint64_t a = bits_to(word - line, shift);
+        const std::uint64_t b = bits_to(word + line, shift);
+        const std::uint64_t ends = (a << 1U & ~a) | (b << 1U & ~b);
+        const std::uint64_t blocked = ~bits_to(word, shift) << 1U;
         const std::uint64_t stop = ends | blocked;
         const auto steps = static_cast<std::uint32_t>(std::countl_zero(stop));
-        if (last - goal < steps) {
+        if (at - 1 - goal < std::min(steps, kSeen)) {
             return goal;
         }
         if (stop != 0) {
-            return (blocked << steps >> 63U) != 0 ? kNoPlace : last - steps;
+            return (blocked << steps >> 63U) != 0 ? kNoPlace : at - 1 - steps;
         }
     }
 }
@@ -164,60 +168,86 @@ class JumpSearch {
         return map_.passable(static_cast<Place>(static_cast<int>(at_) + offset));
     }
 
-    void along_row(int dx) {
-        const Place to =
-            dx > 0 ? jump_up(rows_, at_, goal_in_rows_) : jump_down(rows_, at_, goal_in_rows_);
-        if (to != kNoPlace) {
-            const int steps = static_cast<int>(to) - static_cast<int>(at_);
-            relax(to, dx, 0, std::abs(steps));
+    /// A cell that is looked at: itself or one on a diagonal from there.
+    struct From {
+        Place place;
+        std::uint32_t column_place;
+        Cell cell;
+        Cost cost;
+    };
+
+    [[nodiscard]] From here() const { return {at_, map_.column_place(cell_), cell_, cost_}; }
+
+    void along_row(int dx) { along_row(here(), dx); }
+
+    void along_column(int dy) { along_column(here(), dy); }
+
+    /// Whether there is a jump point.
+    bool along_row(const From& from, int dx) {
+        const Place to = dx > 0 ? jump_up(rows_, from.place, goal_in_rows_)
+                                : jump_down(rows_, from.place, goal_in_rows_);
+        if (to == kNoPlace) {
+            return false;
         }
+        const int steps = static_cast<int>(to) - static_cast<int>(from.place);
+        const Cost cost = from.cost + kStraight * static_cast<Cost>(std::abs(steps));
+        relax(to, from.cell.x + steps, from.cell.y, direction_bit(dx, 0), cost);
+        return true;
     }
 
-    void along_column(int dy) {
-        const std::uint32_t at = map_.column_place(cell_);
-        const std::uint32_t to = dy > 0 ? jump_up(columns_, at, goal_in_columns_)
-                                        : jump_down(columns_, at, goal_in_columns_);
-        if (to != kNoPlace) {
-            const int steps = static_cast<int>(to) - static_cast<int>(at);
-            const int down = steps * static_cast<int>(map_.stride());
-            relax(static_cast<Place>(static_cast<int>(at_) + down), 0, dy, std::abs(steps));
+    bool along_column(const From& from, int dy) {
+        const std::uint32_t to = dy > 0 ? jump_up(columns_, from.column_place, goal_in_columns_)
+                                        : jump_down(columns_, from.column_place, goal_in_columns_);
+        if (to == kNoPlace) {
+            return false;
         }
+        const int steps = static_cast<int>(to) - static_cast<int>(from.column_place);
+        const int down = steps * static_cast<int>(map_.stride());
+        const Cost cost = from.cost + kStraight * static_cast<Cost>(std::abs(steps));
+        relax(static_cast<Place>(static_cast<int>(from.place) + down),
+              from.cell.x,
+              from.cell.y + steps,
+              direction_bit(0, dy),
+              cost);
+        return true;
     }
 
-    /// To the first cell from which a row or a column leads on to a jump point.
+    /// The jump points that rows and columns lead to from the cells of a diagonal: these cells are
+    /// not looked at themselves (pruned as in Harabor and Grastien, "Improving jump point search",
+    /// ICAPS 2014), but for the kAhead-th from the first with such a point on, which goes on if its
+    /// turn comes: diagonals may be long, and mostly lead away.
     void diagonal(int dx, int dy) {
         const int down = dy * static_cast<int>(map_.stride());
         const int column_step = dx * static_cast<int>(map_.column_stride()) + dy;
-        auto p = static_cast<int>(at_);
-        auto q = static_cast<int>(map_.column_place(cell_));
-        const auto passable = [this](int place) {
-            return map_.passable(static_cast<Place>(place));
+        From on = here();
+        int passed = 0;
+        const auto open = [this, &on](int offset) {
+            return map_.passable(static_cast<Place>(static_cast<int>(on.place) + offset));
         };
-        for (int steps = 1;; ++steps) {
-            if (!passable(p + dx) || !passable(p + down) || !passable(p + dx + down)) {
-                return;
+        while (open(dx) && open(down) && open(dx + down)) {
+            on.place = static_cast<Place>(static_cast<int>(on.place) + dx + down);
+            on.column_place =
+                static_cast<std::uint32_t>(static_cast<int>(on.column_place) + column_step);
+            on.cell = {static_cast<std::uint16_t>(on.cell.x + dx),
+                       static_cast<std::uint16_t>(on.cell.y + dy)};
+            on.cost += kDiagonal;
+            bool stop = on.place == goal_in_rows_;
+            if (!stop) {
+                const bool row = along_row(on, dx);
+                const bool column = along_column(on, dy);
+                passed += passed != 0 || row || column ? 1 : 0;
+                stop = passed == kAhead;
             }
-            p += dx + down;
-            q += column_step;
-            const auto row = static_cast<std::uint32_t>(p);
-            const auto column = static_cast<std::uint32_t>(q);
-            if (row == goal_in_rows_ ||
-                (dx > 0 ? jump_up(rows_, row, goal_in_rows_)
-                        : jump_down(rows_, row, goal_in_rows_)) != kNoPlace ||
-                (dy > 0 ? jump_up(columns_, column, goal_in_columns_)
-                        : jump_down(columns_, column, goal_in_columns_)) != kNoPlace) {
-                relax(row, dx, dy, steps);
+            if (stop) {
+                relax(on.place, on.cell.x, on.cell.y, direction_bit(dx, dy), on.cost);
                 return;
             }
         }
     }
 
-    /// `to` lies so many steps of (dx, dy) away.
-    void relax(Place to, int dx, int dy, int steps) {
-        const Cost step = dx != 0 && dy != 0 ? kDiagonal : kStraight;
-        const Cost g = cost_ + step * static_cast<Cost>(steps);
+    /// `to` at (x, y) is reached for `g`, last in that direction.
+    void relax(Place to, int x, int y, std::uint32_t direction, Cost g) {
         const Cost known = space_.cost(to);
-        const std::uint32_t direction = direction_bit(dx, dy);
         if (g < known) {
             space_.reach(to, g, at_, direction << kNewShift);
         } else if (g > known || ((space_.tag(to) | space_.tag(to) >> kNewShift) & direction) != 0) {
@@ -225,10 +255,11 @@ class JumpSearch {
         } else {
             space_.tag(to) |= direction << kNewShift;
         }
-        const Cost h = std::max(
-            octile(goal_.x - cell_.x - steps * dx, goal_.y - cell_.y - steps * dy), heuristic_(to));
+        const Cost h = std::max(octile(goal_.x - x, goal_.y - y), heuristic_(to));
         space_.open.push(to, (std::uint64_t{g} + h) << 32U | h);
     }
+
+    static constexpr int kAhead = 4;
 
     const GridMap& map_;
     const Heuristic& heuristic_;

@@ -59,8 +59,6 @@ class MeshWays final : public QueuedWays {
     [[nodiscard]] bool may_be_shorter(const Request& request) const override;
     [[nodiscard]] bool may_come_nearer(const Request& request) const override;
 
-    void watch() override { clusters_.watch_parts(); }
-
   private:
     /// Edges at a side of the area, where the zone can be left.
     struct Rim {

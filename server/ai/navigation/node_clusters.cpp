@@ -40,20 +40,25 @@ void NodeClusters::build(const NodeGraph& graph) {
     in_.clear();
     out_.clear();
     is_dirty_.clear();
+    is_one_way_.clear();
+    one_way_ = 0;
     free_.clear();
     ++round_;
-    watched_ = false;
     compared_ = false;
     find_strays(graph);
     share_out(graph);
+    share_out_blocks(graph);
     for (std::uint32_t n = 0; n < nodes; ++n) {
         if (graph.open[n] != 0 && cluster_[n] == kNone) {
             gather(graph, n);
         }
     }
+    parts_.start(blocks_);
     for (std::uint32_t c = 0; c < size(); ++c) {
         link(graph, c);
+        parts_.add(c, block_of(c));
     }
+    renew_parts();
 }
 
 void NodeClusters::find_strays(const NodeGraph& graph) {
@@ -115,6 +120,7 @@ std::uint32_t NodeClusters::take_number() {
     in_.emplace_back();
     out_.emplace_back();
     is_dirty_.push_back(0);
+    is_one_way_.push_back(0);
     if (tables_.size() < size()) {
         tables_.emplace_back();
         table_round_.push_back(0);
@@ -194,6 +200,9 @@ void NodeClusters::link(const NodeGraph& graph, std::uint32_t cluster) {
         }
     }
     keep(in_[cluster]);
+    const std::span<const std::uint32_t> in = beside_.of(in_[cluster]);
+    const std::span<const std::uint32_t> out = beside_.of(out_[cluster]);
+    note_one_way(cluster, !std::equal(in.begin(), in.end(), out.begin(), out.end()));
 }
 
 void NodeClusters::mark_dirty(std::uint32_t cluster) {
@@ -218,6 +227,7 @@ void NodeClusters::mark_beside_dirty(std::uint32_t cluster) {
 
 /// Its nodes are in no cluster from now on.
 void NodeClusters::dissolve(std::uint32_t cluster) {
+    parts_.remove(cluster);
     for (const std::uint32_t n : nodes_of(cluster)) {
         cluster_[n] = kNone;
     }
@@ -230,6 +240,7 @@ void NodeClusters::give_up(std::uint32_t cluster) {
         beside_.give_back(*beside);
         *beside = {};
     }
+    note_one_way(cluster, false);
     count_[cluster] = 0;
     free_.push_back(cluster);
 }
@@ -245,8 +256,7 @@ void NodeClusters::change(const NodeGraph& graph, std::span<const std::uint32_t>
     std::sort(loose_.begin(), loose_.end());
     loose_.erase(std::unique(loose_.begin(), loose_.end()), loose_.end());
     for (const std::uint32_t share : loose_) {
-        const std::span<const std::uint32_t> nodes(share_nodes_.data() + first_share_[share],
-                                                   share_nodes_.data() + first_share_[share + 1]);
+        const std::span<const std::uint32_t> nodes = nodes_of_share(share);
         for (const std::uint32_t n : nodes) {
             if (cluster_[n] != kNone) {
                 dissolve(cluster_[n]);
@@ -254,7 +264,9 @@ void NodeClusters::change(const NodeGraph& graph, std::span<const std::uint32_t>
         }
         for (const std::uint32_t n : nodes) {
             if (graph.open[n] != 0 && cluster_[n] == kNone) {
-                mark_renewed(gather(graph, n));
+                const std::uint32_t renewed = gather(graph, n);
+                mark_renewed(renewed);
+                parts_.add(renewed, block_of(renewed));
             }
         }
     }
@@ -269,6 +281,9 @@ void NodeClusters::change(const NodeGraph& graph, std::span<const std::uint32_t>
     }
     for (const std::uint32_t c : dirty_) {
         is_dirty_[c] = 0;
+        if (count_[c] != 0) {
+            parts_.touch(c);
+        }
     }
     compare_parts();
 }
@@ -397,14 +412,15 @@ std::size_t NodeClusters::bytes() const {
     std::size_t bytes =
         (share_.capacity() + first_share_.capacity() + share_nodes_.capacity() +
          cluster_.capacity() + nodes_.capacity() + free_.capacity() + table_round_.capacity() +
-         part_.capacity() + joined_.capacity() + dirty_.capacity() + loose_.capacity() +
+         share_block_.capacity() + joined_.capacity() + dirty_.capacity() + loose_.capacity() +
          links_.capacity() + queue_.capacity()) *
             sizeof(std::uint32_t) +
         within_.capacity() + count_.capacity() + is_dirty_.capacity() + flooded_.capacity() +
         strays_.capacity() * sizeof(Stray) + middle_.capacity() * sizeof(Vec3) +
         (in_.capacity() + out_.capacity()) * sizeof(Beside) + beside_.bytes() +
         touched_.capacity() * sizeof(touched_[0]) + cost_.capacity() * sizeof(float) +
-        open_.capacity() * sizeof(Open) + tables_.capacity() * sizeof(Table);
+        open_.capacity() * sizeof(Open) + parts_.bytes() + is_one_way_.capacity() +
+        tables_.capacity() * sizeof(Table);
     for (const Table& t : tables_) {
         bytes += t.capacity() * sizeof(std::uint16_t);
     }

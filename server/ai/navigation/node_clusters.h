@@ -1,6 +1,7 @@
 // NodeClusters: nodes of a graph in small groups, and which group next from anywhere to anywhere.
 #pragma once
 
+#include "server/ai/navigation/cluster_parts.h"
 #include "server/ai/navigation/corner_pool.h"
 #include "shared/math/types.h"
 
@@ -76,13 +77,9 @@ class NodeClusters {
         return cluster_[node] != kNone && flooded_[cluster_[node]] != 0;
     }
 
-    /// Makes ready what the next changes need to say joined_anew(), unless it is: as much as a look
-    /// at all groups.
-    void watch_parts();
-
     /// Whether what can be reached from this node may be more than before the last change(): what
     /// links join there, whichever way they lead, was apart before, or there are links that lead
-    /// one way only. True where nobody watched.
+    /// one way only. True before the first change.
     [[nodiscard]] bool joined_anew(std::uint32_t node) const;
 
     [[nodiscard]] std::size_t bytes() const;
@@ -114,8 +111,22 @@ class NodeClusters {
         return {nodes_.data() + cluster * kMost, count_[cluster]};
     }
 
+    /// Shares next to each other that are a block of ClusterParts: a change renews some nine of
+    /// these, and looks at what joins all of them.
+    static constexpr std::uint32_t kSharesOfBlock = 64;
+
     void find_strays(const NodeGraph& graph);
     void share_out(const NodeGraph& graph);
+    void share_out_blocks(const NodeGraph& graph);
+
+    [[nodiscard]] std::span<const std::uint32_t> nodes_of_share(std::uint32_t share) const {
+        return {share_nodes_.data() + first_share_[share],
+                share_nodes_.data() + first_share_[share + 1]};
+    }
+
+    [[nodiscard]] std::uint32_t block_of(std::uint32_t cluster) const {
+        return share_block_[share_[name_of(cluster)]];
+    }
 
     /// The first node of a cluster: what it is called whatever its number.
     [[nodiscard]] std::uint32_t name_of(std::uint32_t cluster) const {
@@ -133,30 +144,34 @@ class NodeClusters {
     void mark_dirty(std::uint32_t cluster);
     void mark_renewed(std::uint32_t cluster);
     void mark_beside_dirty(std::uint32_t cluster);
-    void label_parts();
+    void renew_parts();
+    void note_one_way(std::uint32_t cluster, bool one_way);
     void remember_parts(const NodeGraph& graph, std::span<const std::uint32_t> touched);
     void compare_parts();
 
     std::vector<std::uint32_t> share_;        // by node
     std::vector<std::uint32_t> first_share_;  // by share, and one more
     std::vector<std::uint32_t> share_nodes_;  // ascending
-    std::vector<std::uint32_t> cluster_;      // by node
-    std::vector<std::uint8_t> within_;        // by node, its number within its cluster
-    std::vector<Stray> strays_;               // ascending by target
-    std::vector<std::uint8_t> count_;         // by cluster; 0: given up
-    std::vector<std::uint32_t> nodes_;        // room for kMost of each cluster
-    std::vector<Vec3> middle_;                // by cluster
-    std::vector<Beside> in_;                  // by cluster, within beside_
+    std::vector<std::uint32_t> share_block_;  // by share
+    std::uint32_t blocks_ = 0;
+    std::vector<std::uint32_t> cluster_;  // by node
+    std::vector<std::uint8_t> within_;    // by node, its number within its cluster
+    std::vector<Stray> strays_;           // ascending by target
+    std::vector<std::uint8_t> count_;     // by cluster; 0: given up
+    std::vector<std::uint32_t> nodes_;    // room for kMost of each cluster
+    std::vector<Vec3> middle_;            // by cluster
+    std::vector<Beside> in_;              // by cluster, within beside_
     std::vector<Beside> out_;
     BlockPool<std::uint32_t> beside_;
     std::vector<std::uint32_t> free_;  // numbers
     std::vector<Table> tables_;        // by cluster of the goal: the next one, by cluster
     std::vector<std::uint32_t> table_round_;
     std::uint32_t round_ = 1;
-    std::vector<std::uint32_t> part_;  // by cluster
-    bool one_way_ = false;             // some cluster is reached by another that it doesn't reach
-    bool watched_ = false;
-    bool compared_ = false;                                         // by the last change
+    ClusterParts parts_;
+    std::vector<std::uint8_t> is_one_way_;  // by cluster: reached by another that it doesn't reach
+    std::uint32_t one_way_ = 0;             // how many are
+    bool were_one_way_ = false;             // some were, before the last change
+    bool compared_ = false;                 // by the last change
     std::vector<std::pair<std::uint32_t, std::uint32_t>> touched_;  // node, part before; then after
     std::vector<std::uint32_t> joined_;                             // parts, ascending
     std::vector<std::uint8_t> is_dirty_;                            // by cluster, during a change

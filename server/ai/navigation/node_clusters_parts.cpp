@@ -2,53 +2,56 @@
 #include "server/ai/navigation/node_clusters.h"
 
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
 namespace zoned::ai::navigation {
 
-void NodeClusters::watch_parts() {
-    if (!watched_) {
-        watched_ = true;
-        label_parts();
+/// By what lies next to each other, as nodes are shared out.
+void NodeClusters::share_out_blocks(const NodeGraph& graph) {
+    const std::size_t shares = first_share_.size() - 1;
+    share_block_.assign(shares, kNone);
+    blocks_ = 0;
+    for (std::uint32_t seed = 0; seed < shares; ++seed) {
+        if (share_block_[seed] != kNone) {
+            continue;
+        }
+        queue_.assign(1, seed);
+        share_block_[seed] = blocks_;
+        for (std::size_t at = 0; at < queue_.size(); ++at) {
+            for (const std::uint32_t n : nodes_of_share(queue_[at])) {
+                for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
+                    const std::uint32_t other = share_[graph.to[link]];
+                    if (queue_.size() < kSharesOfBlock && share_block_[other] == kNone) {
+                        share_block_[other] = blocks_;
+                        queue_.push_back(other);
+                    }
+                }
+            }
+        }
+        ++blocks_;
     }
 }
 
-/// Clusters that links join, whichever way these lead.
-void NodeClusters::label_parts() {
-    part_.resize(size());
-    std::iota(part_.begin(), part_.end(), 0U);
-    const auto root = [this](std::uint32_t c) {
-        while (part_[c] != c) {
-            part_[c] = part_[part_[c]];
-            c = part_[c];
-        }
-        return c;
+void NodeClusters::note_one_way(std::uint32_t cluster, bool one_way) {
+    const std::uint8_t is = one_way ? 1 : 0;
+    one_way_ = one_way_ + is - is_one_way_[cluster];
+    is_one_way_[cluster] = is;
+}
+
+void NodeClusters::renew_parts() {
+    const auto beside = [this](const std::vector<Beside>& of) {
+        return [this, &of](std::uint32_t c) {
+            return std::as_const(beside_).of(of[c]);
+        };
     };
-    for (std::uint32_t c = 0; c < size(); ++c) {
-        for (const std::uint32_t other : beside_.of(out_[c])) {
-            const std::uint32_t a = root(c);
-            const std::uint32_t b = root(other);
-            part_[std::max(a, b)] = std::min(a, b);
-        }
-    }
-    for (std::uint32_t& part : part_) {
-        part = part_[part];
-    }
-    one_way_ = false;
-    for (std::uint32_t c = 0; c < size() && !one_way_; ++c) {
-        const std::span<const std::uint32_t> in = beside_.of(in_[c]);
-        const std::span<const std::uint32_t> out = beside_.of(out_[c]);
-        one_way_ = !std::equal(in.begin(), in.end(), out.begin(), out.end());
-    }
+    parts_.renew(beside(out_), beside(in_));
 }
 
 void NodeClusters::remember_parts(const NodeGraph& graph, std::span<const std::uint32_t> touched) {
     touched_.clear();
-    if (!watched_) {
-        return;
-    }
+    were_one_way_ = one_way_ != 0;
     const auto remember = [this](std::uint32_t node) {
-        touched_.emplace_back(node, cluster_[node] == kNone ? kNone : part_[cluster_[node]]);
+        touched_.emplace_back(node, cluster_[node] == kNone ? kNone : parts_.of(cluster_[node]));
     };
     for (const std::uint32_t n : touched) {
         remember(n);
@@ -66,15 +69,11 @@ void NodeClusters::remember_parts(const NodeGraph& graph, std::span<const std::u
 }
 
 void NodeClusters::compare_parts() {
-    compared_ = watched_;
+    compared_ = true;
     joined_.clear();
-    if (!watched_) {
-        return;
-    }
-    const bool were_one_way = one_way_;
-    label_parts();
+    renew_parts();
     for (auto& [now, before] : touched_) {
-        now = cluster_[now] == kNone ? kNone : part_[cluster_[now]];
+        now = cluster_[now] == kNone ? kNone : parts_.of(cluster_[now]);
     }
     std::sort(touched_.begin(), touched_.end());
     for (std::size_t i = 0; i < touched_.size(); ++i) {
@@ -82,7 +81,7 @@ void NodeClusters::compare_parts() {
         const auto [now, before] = touched_[i];
         const bool first = i == 0 || touched_[i - 1].first != now;
         const bool several = !first && before != kNone && touched_[i - 1].second != before;
-        if (now != kNone && (several || one_way_ || were_one_way) &&
+        if (now != kNone && (several || one_way_ != 0 || were_one_way_) &&
             (joined_.empty() || joined_.back() != now)) {
             joined_.push_back(now);
         }
@@ -91,7 +90,7 @@ void NodeClusters::compare_parts() {
 
 bool NodeClusters::joined_anew(std::uint32_t node) const {
     return !compared_ || cluster_[node] == kNone ||
-           std::binary_search(joined_.begin(), joined_.end(), part_[cluster_[node]]);
+           std::binary_search(joined_.begin(), joined_.end(), parts_.of(cluster_[node]));
 }
 
 }  // namespace zoned::ai::navigation

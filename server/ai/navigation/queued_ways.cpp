@@ -153,9 +153,6 @@ void QueuedWays::done(std::uint32_t number) {
     request.cost = found_.cost;
     request.short_m = found_.short_m;
     request.last = found_.last;
-    if (found_.outcome != Outcome::kFound) {
-        watch();
-    }
     request.usable = true;
     request.next = 0;
     if (found_.corners.empty()) {

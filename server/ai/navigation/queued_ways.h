@@ -96,9 +96,6 @@ class QueuedWays : public WayMap {
     /// opened something nearer.
     [[nodiscard]] virtual bool may_come_nearer(const Request& request) const = 0;
 
-    /// Changes from now on are followed as may_come_nearer() needs it.
-    virtual void watch() = 0;
-
     /// After a change of the map: looks for ways anew. `opened`: something can be passed that could
     /// not before.
     void review(bool opened);

@@ -39,9 +39,6 @@ WayMemory QueuedWays::memory() const {
 void QueuedWays::remember(const RequestMemory& m) {
     Request& r = requests_[m.number];
     static_cast<RequestState&>(r) = m;
-    if (r.taken && r.outcome != Outcome::kFound) {
-        watch();
-    }
     r.corners = pool_.take(static_cast<std::uint32_t>(m.corners.size()));
     std::copy(m.corners.begin(), m.corners.end(), pool_.of(r.corners).begin());
     r.hinges = hinges_.take(static_cast<std::uint32_t>(m.hinges.size()));

@@ -74,7 +74,7 @@ TEST(Tour, StaysATourAndIsAsMuchShorterAsItSays) {
         const std::size_t n = 3 + rng.below(40);
         const Distances d = random_distances(rng, n);
         const std::size_t near = std::min<std::size_t>(n - 1, 1 + rng.below(12));
-        const std::vector<Place> nearest = d.nearest(near);
+        const std::vector<Neighbour> nearest = d.nearest(near);
         std::vector<Place> order(n);
         for (Place p = 0; p < n; ++p) {
             order[p] = p;

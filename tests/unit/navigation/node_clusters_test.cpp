@@ -38,14 +38,37 @@ struct RandomGraph {
                 }
             }
         }
+        link(out);
+        for (std::uint8_t& l : linked) {
+            l = rng.below(12) != 0 ? 1 : 0;
+        }
+    }
+
+    /// Nodes in rows and columns, those beside each other linked both ways.
+    explicit RandomGraph(std::uint32_t side) {
+        std::vector<std::vector<std::uint32_t>> out(std::size_t{side} * side);
+        for (std::uint32_t n = 0; n < side * side; ++n) {
+            places.emplace_back(static_cast<float>(n % side), 0.0F, static_cast<float>(n / side));
+            open.push_back(1);
+            for (const std::uint32_t other : {n + 1, n + side}) {
+                if (other < side * side && (other == n + side || other % side != 0)) {
+                    out[n].push_back(other);
+                    out[other].push_back(n);
+                }
+            }
+        }
+        link(out);
+    }
+
+    void link(const std::vector<std::vector<std::uint32_t>>& out) {
         first.push_back(0);
         for (const auto& links : out) {
             to.insert(to.end(), links.begin(), links.end());
             first.push_back(static_cast<std::uint32_t>(to.size()));
         }
-        for (std::uint32_t a = 0; a < nodes; ++a) {
+        linked.assign(to.size(), 1);
+        for (std::uint32_t a = 0; a < out.size(); ++a) {
             for (std::uint32_t i = first[a]; i < first[a + 1]; ++i) {
-                linked.push_back(rng.below(12) != 0 ? 1 : 0);
                 back.push_back(NodeClusters::kNone);
                 for (std::uint32_t k = first[to[i]]; k < first[to[i] + 1]; ++k) {
                     if (to[k] == a) {
@@ -241,7 +264,6 @@ TEST(NodeClusters, SayWhereMoreMayBeReachedThanBefore) {
                 touched.push_back(rng.below(150) + static_cast<std::uint32_t>(150 * i));
                 g.open[touched.back()] ^= 1U;
             }
-            clusters.watch_parts();
             clusters.change(g.view(), touched);
             for (std::uint32_t n = 0; n < 300; n += 11) {
                 if (g.open[n] == 0 || before.open[n] == 0) {
@@ -262,6 +284,59 @@ TEST(NodeClusters, SayWhereMoreMayBeReachedThanBefore) {
     }
     EXPECT_GT(more, 20U);
     EXPECT_GT(quiet, asked / 4) << "most changes join nothing where all links lead both ways";
+}
+
+/// Rooms of a graph that is many blocks of clusters, with doors between them.
+TEST(NodeClusters, SayExactlyWhatDoorsOfALargeGraphHaveJoined) {
+    constexpr std::uint32_t kSide = 90;
+    constexpr std::uint32_t kRoom = 15;
+    core::Rng rng(45);
+    RandomGraph g(kSide);
+    std::vector<std::uint32_t> doors;
+    for (std::uint32_t n = 0; n < kSide * kSide; ++n) {
+        const std::uint32_t x = n % kSide % kRoom;
+        const std::uint32_t y = n / kSide % kRoom;
+        if (x == 0 || y == 0) {
+            g.open[n] = 0;
+            if (x == 7 || y == 7) {
+                doors.push_back(n);
+                g.open[n] = rng.below(2) == 0 ? 1 : 0;
+            }
+        }
+    }
+    NodeClusters clusters;
+    clusters.build(g.view());
+    std::size_t joined = 0;
+    std::size_t quiet = 0;
+    for (int change = 0; change < 120; ++change) {
+        const RandomGraph before = g;
+        std::vector<std::uint32_t> touched;
+        for (std::uint32_t i = 0; i <= rng.below(3); ++i) {
+            touched.push_back(doors[rng.below(static_cast<std::uint32_t>(doors.size()))]);
+        }
+        std::sort(touched.begin(), touched.end());
+        touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+        for (const std::uint32_t n : touched) {
+            g.open[n] ^= 1U;
+        }
+        clusters.change(g.view(), touched);
+        for (int i = 0; i < 6; ++i) {
+            const std::uint32_t n = rng.below(kSide * kSide);
+            if (g.open[n] == 0 || before.open[n] == 0) {
+                continue;
+            }
+            const std::vector<bool> was = before.reached(n);
+            const std::vector<bool> is = g.reached(n);
+            bool gained = false;
+            for (std::uint32_t k = 0; k < kSide * kSide; ++k) {
+                gained = gained || (is[k] && !was[k] && before.open[k] != 0);
+            }
+            ASSERT_EQ(clusters.joined_anew(n), gained) << change << " " << n;
+            ++(gained ? joined : quiet);
+        }
+    }
+    EXPECT_GT(joined, 20U);
+    EXPECT_GT(quiet, 100U);
 }
 
 }  // namespace

@@ -1,0 +1,133 @@
+// ClusterParts: which clusters of nodes links join, kept up to date as some of them change.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace zoned::ai::navigation {
+
+/// What links join whichever way they lead, in two levels, as Components does for cells: clusters
+/// lie in blocks; those of a block that links within it join are a region, and regions are joined
+/// by the links between blocks. A change costs the blocks in which clusters or their links are
+/// others than before, the blocks beside these, and a look at all regions: a small share of a look
+/// at all clusters.
+class ClusterParts {
+  public:
+    static constexpr std::uint32_t kNone = ~0U;
+
+    /// No clusters, and so many blocks.
+    void start(std::uint32_t blocks);
+
+    /// A cluster that is new, in a block.
+    void add(std::uint32_t cluster, std::uint32_t block);
+
+    /// One that is gone; all that it had links with are touched.
+    void remove(std::uint32_t cluster);
+
+    /// One that has other links now.
+    void touch(std::uint32_t cluster) { mark(block_[cluster]); }
+
+    /// Once all changes are told. `out(c)` and `in(c)` are the clusters that links from c lead to,
+    /// and those from which links lead to c.
+    template <class Out, class In>
+    void renew(const Out& out, const In& in);
+
+    /// A number that clusters share exactly where they are joined, until the next renew().
+    [[nodiscard]] std::uint32_t of(std::uint32_t cluster) const {
+        return root_[first_[block_[cluster]] + region_[cluster]];
+    }
+
+    [[nodiscard]] std::size_t bytes() const;
+
+  private:
+    /// A link from a region to one of another block.
+    struct Link {
+        std::uint32_t region;
+        std::uint32_t block;
+        std::uint32_t other;
+
+        friend auto operator<=>(const Link&, const Link&) = default;
+    };
+
+    struct Block {
+        std::vector<std::uint32_t> clusters;
+        std::vector<Link> links;  ///< ascending, each once
+        std::uint32_t regions = 0;
+        bool stale = false;  ///< its regions, during a change
+        bool noted = false;  ///< its links, likewise
+    };
+
+    void mark(std::uint32_t block);
+    void note(std::uint32_t block);
+    void number_regions(Block& block);
+    void keep_links(Block& block);
+    void join_regions();
+
+    /// `parent[i]` is what i hangs on; a root on itself.
+    static std::uint32_t root_of(std::span<std::uint32_t> parent, std::uint32_t at) {
+        while (parent[at] != at) {
+            parent[at] = parent[parent[at]];
+            at = parent[at];
+        }
+        return at;
+    }
+
+    static void join(std::span<std::uint32_t> parent, std::uint32_t a, std::uint32_t b) {
+        a = root_of(parent, a);
+        b = root_of(parent, b);
+        parent[a < b ? b : a] = a < b ? a : b;
+    }
+
+    std::vector<Block> blocks_;
+    std::vector<std::uint32_t> block_;   // by cluster
+    std::vector<std::uint32_t> within_;  // its place in its block
+    std::vector<std::uint32_t> region_;  // number in its block
+    std::vector<std::uint32_t> parent_;  // by cluster, while a block is looked at
+    std::vector<std::uint32_t> first_;   // by block: the number of its first region
+    std::vector<std::uint32_t> root_;    // by region of all
+    std::vector<std::uint32_t> stale_;   // blocks, during a change
+    std::vector<std::uint32_t> noted_;
+};
+
+template <class Out, class In>
+void ClusterParts::renew(const Out& out, const In& in) {
+    for (const std::uint32_t b : stale_) {
+        for (const std::uint32_t c : blocks_[b].clusters) {
+            parent_[c] = c;
+        }
+        for (const std::uint32_t c : blocks_[b].clusters) {
+            for (const std::uint32_t other : out(c)) {
+                if (block_[other] == b) {
+                    join(parent_, c, other);
+                }
+            }
+        }
+        number_regions(blocks_[b]);
+    }
+    // Who has links to regions that are numbered anew names them anew.
+    for (const std::uint32_t b : stale_) {
+        note(b);
+        for (const std::uint32_t c : blocks_[b].clusters) {
+            for (const std::uint32_t other : in(c)) {
+                note(block_[other]);
+            }
+        }
+    }
+    for (const std::uint32_t b : noted_) {
+        Block& block = blocks_[b];
+        block.links.clear();
+        for (const std::uint32_t c : block.clusters) {
+            for (const std::uint32_t other : out(c)) {
+                if (block_[other] != b) {
+                    block.links.push_back({region_[c], block_[other], region_[other]});
+                }
+            }
+        }
+        keep_links(block);
+    }
+    join_regions();
+}
+
+}  // namespace zoned::ai::navigation
