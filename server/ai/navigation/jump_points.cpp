@@ -78,7 +78,7 @@ constexpr std::uint32_t kNewShift = 16;  // directions that were not looked at y
 
 /// Ways of the same cost may enter a jump point in several directions, and which of them go on may
 /// differ: all are remembered and followed, so that exactness hangs on no order of ties.
-template <class Heuristic>
+template <class Heuristic, bool kLooksAhead>
 class JumpSearch {
   public:
     JumpSearch(const GridMap& map,
@@ -182,10 +182,20 @@ class JumpSearch {
 
     void along_column(int dy) { along_column(here(), dy); }
 
+    [[nodiscard]] Place next_in_row(const From& from, int dx) const {
+        return dx > 0 ? jump_up(rows_, from.place, goal_in_rows_)
+                      : jump_down(rows_, from.place, goal_in_rows_);
+    }
+
+    /// By columns.
+    [[nodiscard]] std::uint32_t next_in_column(const From& from, int dy) const {
+        return dy > 0 ? jump_up(columns_, from.column_place, goal_in_columns_)
+                      : jump_down(columns_, from.column_place, goal_in_columns_);
+    }
+
     /// Whether there is a jump point.
     bool along_row(const From& from, int dx) {
-        const Place to = dx > 0 ? jump_up(rows_, from.place, goal_in_rows_)
-                                : jump_down(rows_, from.place, goal_in_rows_);
+        const Place to = next_in_row(from, dx);
         if (to == kNoPlace) {
             return false;
         }
@@ -196,8 +206,7 @@ class JumpSearch {
     }
 
     bool along_column(const From& from, int dy) {
-        const std::uint32_t to = dy > 0 ? jump_up(columns_, from.column_place, goal_in_columns_)
-                                        : jump_down(columns_, from.column_place, goal_in_columns_);
+        const std::uint32_t to = next_in_column(from, dy);
         if (to == kNoPlace) {
             return false;
         }
@@ -215,7 +224,8 @@ class JumpSearch {
     /// The jump points that rows and columns lead to from the cells of a diagonal: these cells are
     /// not looked at themselves (pruned as in Harabor and Grastien, "Improving jump point search",
     /// ICAPS 2014), but for the kAhead-th from the first with such a point on, which goes on if its
-    /// turn comes: diagonals may be long, and mostly lead away.
+    /// turn comes: diagonals may be long, and mostly lead away. Without landmarks cells cost little
+    /// to look at, and the first one goes on.
     void diagonal(int dx, int dy) {
         const int down = dy * static_cast<int>(map_.stride());
         const int column_step = dx * static_cast<int>(map_.column_stride()) + dy;
@@ -232,7 +242,9 @@ class JumpSearch {
                        static_cast<std::uint16_t>(on.cell.y + dy)};
             on.cost += kDiagonal;
             bool stop = on.place == goal_in_rows_;
-            if (!stop) {
+            if (!stop && !kLooksAhead) {
+                stop = next_in_row(on, dx) != kNoPlace || next_in_column(on, dy) != kNoPlace;
+            } else if (!stop) {
                 const bool row = along_row(on, dx);
                 const bool column = along_column(on, dy);
                 passed += passed != 0 || row || column ? 1 : 0;
@@ -286,13 +298,13 @@ Reached search_jump_points(const GridMap& map,
         const auto nothing = [](Place /*from*/) {
             return Cost{0};
         };
-        return JumpSearch(map, query, nothing, space).run(query.start);
+        return JumpSearch<decltype(nothing), false>(map, query, nothing, space).run(query.start);
     }
     const Landmarks::Towards towards(*landmarks, map.place(query.goal));
     const auto least = [&towards](Place from) {
         return towards.least(from);
     };
-    return JumpSearch(map, query, least, space).run(query.start);
+    return JumpSearch<decltype(least), true>(map, query, least, space).run(query.start);
 }
 
 }  // namespace zoned::ai::navigation
