@@ -92,6 +92,7 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
             steppers_.push_back({event.entity, event.slot, row});
         } else {
             due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
+            due_.back().waited = event.waited || mind.wait.any();
         }
     }
     const auto before = [](const Due& a, const Due& b) {
@@ -443,7 +444,12 @@ void Step::hash(const Minds& minds, core::StateHash& hash) const {
     for (const Due& due : due_) {
         // It may have gone to another zone since.
         const Mind& mind = minds.at(due.slot);
-        if (mind.entity == due.entity) {
+        if (mind.entity != due.entity) {
+            continue;
+        }
+        if (due.tier == Tier::kCoarse && !due.decides && !due.waited && !due.changed) {
+            hash_walk(hash, mind);
+        } else {
             ai::hash(hash, mind);
         }
     }

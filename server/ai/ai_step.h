@@ -146,6 +146,7 @@ class Step {
         world::Row row;
         Tier tier;
         bool decides = true;
+        bool waited = false;   ///< coarse: for stock
         bool changed = false;  ///< it has decided otherwise than before
         bool moved = false;    ///< coarse: its row is another one than before
         bool roams = false;    ///< coarse: it takes a step with its herd

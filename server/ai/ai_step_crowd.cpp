@@ -179,7 +179,10 @@ Tick Step::event_after(Mind& mind,
     if (due.roams && !due.decides) {
         return std::min(mind.next_decision, std::max(mind.again_at, world.now + 1));
     }
-    return next_event(mind, machine_of(mind, settings), coarse(world));
+    const CompiledMachine& machine = machine_of(mind, settings);
+    return due.decides || due.waited || due.changed
+               ? next_event(mind, machine, coarse(world))
+               : next_event_undecided(mind, machine, coarse(world));
 }
 
 // ---------------------------------------------------------------- formations, avoidance

@@ -78,18 +78,23 @@ const motion::CharacterLimits& limits_of(const CoarseWorld& in, world::Row row) 
     return in.types[in.entities.type[row]].character;
 }
 
-/// The most that the entity walks at from now on, m/s.
-float top_speed(const Leg& leg, Tick now, float dt) {
-    return std::max(leg.speed, velocity_at(leg, now - 1, dt).norm());
-}
+/// How the entity walks until its next event.
+struct Course {
+    float speed = 0.0F;        ///< the most that it walks at, m/s
+    const Leg* leg = nullptr;  ///< that it keeps to; null: one that goes with a herd, which sets
+                               ///< out anew before the forecast ends
+};
 
-/// The same of one that goes with a herd, which sets out anew before the forecast ends.
-float top_speed(const Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
-    const float speed = top_speed(mind.leg, in.now, in.dt);
-    const world::Row row = roams(mind, machine) ? in.entities.find(mind.entity) : world::kNoRow;
-    return row == world::kNoRow
-               ? speed
-               : std::max(speed, roam_speed(machine.states[mind.doing], limits_of(in, row)));
+Course course_of(const Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
+    const float speed = std::max(mind.leg.speed, velocity_at(mind.leg, in.now - 1, in.dt).norm());
+    if (!roams(mind, machine)) {
+        return {speed, &mind.leg};
+    }
+    const world::Row row = in.entities.find(mind.entity);
+    return {row == world::kNoRow
+                ? speed
+                : std::max(speed, roam_speed(machine.states[mind.doing], limits_of(in, row))),
+            nullptr};
 }
 
 /// What an input of a blend is as long as the mind perceives nobody; no number where that may
@@ -164,29 +169,51 @@ Tick trade_from(const Mind& mind,
     return kNever;
 }
 
+/// A tick before which the mind is not at a place where it is not at now.
+Tick at_place_from(const Mind& mind,
+                   std::size_t place,
+                   const Course& course,
+                   const CoarseWorld& in) {
+    const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
+    const float way = in.places.outside(place, here) - kAtPlaceM;
+    const Tick by_speed = in.now + static_cast<Tick>(std::min(way / (course.speed * in.dt), 1e9F));
+    return course.leg == nullptr ? by_speed
+                                 : std::max(by_speed,
+                                            stays_until(*course.leg,
+                                                        in.places.centre(place),
+                                                        in.places.radius_m(place) + kAtPlaceM,
+                                                        in.now,
+                                                        in.dt));
+}
+
 /// A tick before which no trade that the mind still wants can be done while `wait` lasts, to which
 /// it adds: at other places not before it can have walked there.
 Tick trades_from(const Mind& mind,
                  const CompiledMachine& machine,
+                 const Course& course,
                  const CoarseWorld& in,
                  StockWait& wait) {
     const std::vector<Trade>& trades = machine.states[mind.doing].trades;
     if (mind.wants == 0 || trades.empty()) {
         return kNever;
     }
-    const float step_m = top_speed(mind, machine, in) * in.dt;
     const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
     Tick from = kNever;
     for (std::size_t t = 0; t < trades.size(); ++t) {
-        const float way = in.places.outside(trades[t].place, here) - kAtPlaceM;
-        if ((mind.wants & 1U << t) == 0 || (way > 0.0F && !(step_m > 0.0F))) {
+        const bool away = in.places.outside(trades[t].place, here) > kAtPlaceM;
+        if ((mind.wants & 1U << t) == 0 || (away && !(course.speed * in.dt > 0.0F))) {
             continue;
         }
         from = std::min(from,
-                        way > 0.0F ? in.now + static_cast<Tick>(std::min(way / step_m, 1e9F))
-                                   : trade_from(mind, machine, t, in, wait));
+                        away ? at_place_from(mind, trades[t].place, course, in)
+                             : trade_from(mind, machine, t, in, wait));
     }
     return std::max(from, in.now + 1);
+}
+
+Tick leg_or_decision(const Mind& mind, const CoarseWorld& in) {
+    const Tick arrives = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : mind.again_at;
+    return std::min(mind.next_decision, std::max(arrives, in.now + 1));
 }
 
 }  // namespace
@@ -265,16 +292,23 @@ Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& i
     const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
     const std::uint64_t wanted = machine.senses_of_leaf[mind.fsm.state()];
     sense(mind, machine, Sight::none(), here, in.places, in.now, senses, wanted);
-    const float speed = top_speed(mind, machine, in);
-    Quiet quiet = quiet_until(mind, machine, senses, {speed, in.places.day_s(), in.dt}, in.now);
-    quiet.until = std::min(quiet.until, trades_from(mind, machine, in, quiet.wait));
+    const Course course = course_of(mind, machine, in);
+    const Outlook outlook{course.speed, in.places.day_s(), in.dt, in.places, course.leg};
+    Quiet quiet = quiet_until(mind, machine, senses, outlook, in.now);
+    quiet.until = std::min(quiet.until, trades_from(mind, machine, course, in, quiet.wait));
     mind.next_decision =
         quiet.until == kNever ? kNever : next_decision(mind.entity, period, quiet.until - 1);
     // Who looks at its very next decision anyway need not wait as well.
     const bool at_once = mind.next_decision == next_decision(mind.entity, period, in.now);
     mind.wait = at_once ? StockWait{} : quiet.wait;
-    const Tick arrives = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : mind.again_at;
-    return std::min(mind.next_decision, std::max(arrives, in.now + 1));
+    return leg_or_decision(mind, in);
+}
+
+Tick next_event_undecided(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
+    const std::uint64_t reads = machine.senses_of_leaf[mind.fsm.state()];
+    const bool trades = mind.wants != 0 && !machine.states[mind.doing].trades.empty();
+    return trades || (reads & machine.senses_of_place) != 0 ? next_event(mind, machine, in)
+                                                            : leg_or_decision(mind, in);
 }
 
 void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row) {

@@ -48,6 +48,10 @@ bool walk_on(Mind& mind,
 /// happens to it and to stock in this tick. Sets mind.next_decision and mind.wait.
 Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in);
 
+/// The same after an event at which the mind took no decision, did not trade and waited for no
+/// stock: the forecast of its last decision holds where that does not hang on where it walks.
+Tick next_event_undecided(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in);
+
 /// The entity goes on as one that was simulated all the time: position, velocity, command.
 void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
 

@@ -88,8 +88,14 @@ class CoarseCells::Squares {
     void add_way(const Vec2& a, const Vec2& b) {
         const Vec2 low = a.cwiseMin(b);
         const Vec2 high = a.cwiseMax(b);
+        const std::int32_t first = line_of(low.y());
         const std::int32_t last = line_of(high.y());
-        for (std::int32_t z = line_of(low.y()); z <= last && !many_; ++z) {
+        const std::int32_t column = line_of(low.x());
+        if (first == last && column == line_of(high.x())) {
+            add(cell_of(column, first, kSide));  // most ways
+            return;
+        }
+        for (std::int32_t z = first; z <= last && !many_; ++z) {
             // Where the way is within this row of squares.
             float first_x = a.x();
             float last_x = b.x();

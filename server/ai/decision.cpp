@@ -185,6 +185,16 @@ void sense(const Mind& mind,
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
         senses[kOwnSenses + v] = variable_at(mind, machine, v, now);
     }
+    sense_more(mind, machine, here, places, now, senses, wanted);
+}
+
+void sense_more(const Mind& mind,
+                const CompiledMachine& machine,
+                const Vec2& here,
+                const Places& places,
+                Tick now,
+                Senses& senses,
+                std::uint64_t wanted) {
     for (const CompiledMachine::Fuzzy& fuzzy : machine.fuzzy) {
         const std::uint64_t outputs = ~std::uint64_t{0} >> (64U - fuzzy.system.outputs());
         if ((wanted >> fuzzy.first & outputs) == 0) {
@@ -221,13 +231,16 @@ bool decide(Mind& mind,
             Tick now,
             Thinking& thinking) {
     Senses senses;
-    sense(mind, machine, sight, here, places, now, senses);
+    const std::uint64_t wanted = machine.senses_of_leaf[mind.fsm.state()];
+    sense(mind, machine, sight, here, places, now, senses, wanted);
     take_notice(mind, sight, machine, now);
     mind.far = sight.player_far;
     mind.fresh = true;
     const Known known(senses.data(), machine.senses);
     const std::optional<fsm::Change> change = fsm::step_one(machine.table, mind.fsm, known, now);
     if (change) {
+        const std::uint64_t then = machine.senses_of_leaf[mind.fsm.state()];
+        sense_more(mind, machine, here, places, now, senses, then & ~wanted);
         grow(mind, machine, now);
         gain(mind, machine, machine.table.transitions[change->transition].level);
     }
@@ -280,9 +293,9 @@ Tick decision_period(const CompiledMachine& machine, float dt) {
 }
 
 Tick next_decision(EntityId entity, Tick period, Tick now) {
-    const Tick phase = static_cast<Tick>(entity.value) % period;
     const Tick earliest = now + 1;
-    return earliest + ((phase - earliest) % period + period) % period;
+    const Tick after = (earliest - static_cast<Tick>(entity.value)) % period;
+    return earliest + (after > 0 ? period - after : -after);
 }
 
 }  // namespace zoned::ai

@@ -47,6 +47,15 @@ void sense(const Mind& mind,
            Senses& senses,
            std::uint64_t wanted = ~std::uint64_t{0});
 
+/// Of what sense() left out, those `wanted`.
+void sense_more(const Mind& mind,
+                const CompiledMachine& machine,
+                const Vec2& here,
+                const Places& places,
+                Tick now,
+                Senses& senses,
+                std::uint64_t wanted);
+
 /// Senses, and takes the transition that fires, if any (fsm::step_one); what
 /// the states that it enters give is added. Then finds what to do: as the state says, its tree or
 /// its plan, which is made anew when a fact has changed since; where no plan is found, the state's

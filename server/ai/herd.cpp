@@ -209,21 +209,21 @@ bool only_steps(const Mind& mind,
 
 void hash_step(core::StateHash& hash, const Mind& mind) {
     core::BlockHash block;
-    block.add(mind.entity.value);
+    block.pack(mind.entity.value);
     for (int axis = 0; axis < 2; ++axis) {
-        block.add(mind.leg.from[axis]);
-        block.add(mind.leg.goal[axis]);
-        block.add(mind.placed[axis]);
+        block.pack(mind.leg.from[axis]);
+        block.pack(mind.leg.goal[axis]);
+        block.pack(mind.placed[axis]);
     }
-    block.add(mind.leg.speed);
-    block.add(mind.leg.since);
-    block.add(mind.target.y());
-    block.add(mind.aim.move_x);
-    block.add(mind.aim.move_z);
-    block.add(mind.aim.yaw);
-    block.add(mind.again_at);
-    block.add(mind.next_event);
-    block.add(mind.rng.state);
+    block.pack(mind.leg.speed);
+    block.pack(mind.leg.since);
+    block.pack(mind.target.y());
+    block.pack(mind.aim.move_x);
+    block.pack(mind.aim.move_z);
+    block.pack(mind.aim.yaw);
+    block.pack(mind.again_at);
+    block.pack(mind.next_event);
+    block.pack(mind.rng.state);
     hash.add(block.value());
 }
 

@@ -59,6 +59,11 @@ Leg leg_from(const Vec2& here,
              float acceleration,
              Tick tick);
 
+/// A tick > `now` before which who goes on along the leg, and is there at the end of `now` - 1,
+/// does not come into the circle around `centre` (x, z, m), or does not leave it where it is
+/// inside; what floats make of either is allowed for. kNever: it will not.
+Tick stays_until(const Leg& leg, const Vec2& centre, float radius_m, Tick now, float dt);
+
 /// The tick at whose beginning the goal of a leg that has one is reached.
 Tick arrival_of(const Leg& leg, float dt);
 

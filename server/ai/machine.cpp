@@ -143,10 +143,12 @@ Watch watch_of(const fsm::FlatTest& test) {
             test.threshold * test.sign};
 }
 
-/// Appends a clause; conditions on stock come last.
+/// Appends a clause; conditions on stock come last, and before them those on chance, which a
+/// forecast looks at the longest.
 void add_clause(std::vector<Watch> watches, Clause clause, CompiledMachine& out) {
     const auto stock = std::partition(
         watches.begin(), watches.end(), [&out](const Watch& w) { return !out.is_stock(w.sense); });
+    std::partition(watches.begin(), stock, [](const Watch& w) { return w.sense != kSenseRandom; });
     clause.first = static_cast<std::uint32_t>(out.watches.size());
     clause.others = static_cast<std::uint16_t>(stock - watches.begin());
     clause.on_stock = static_cast<std::uint16_t>(watches.end() - stock);
@@ -207,15 +209,42 @@ void compile_clauses(CompiledMachine& out) {
         }
     }
     out.first_clause.push_back(static_cast<std::uint32_t>(out.clauses.size()));
+}
+
+/// Which senses matter where; to be called when clauses are there.
+void compile_senses(CompiledMachine& out) {
+    const auto bit = [&out](SenseIndex sense) {
+        return sense < out.senses ? std::uint64_t{1} << sense : std::uint64_t{0};
+    };
     for (std::size_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         std::uint64_t senses = 0;
+        const int blend = out.choices[leaf].blend;
+        if (blend >= 0) {
+            for (const SenseIndex in : out.blends[static_cast<std::size_t>(blend)].inputs) {
+                senses |= bit(in);
+            }
+        }
         for (const Clause& clause : out.clauses_of(leaf)) {
             for (std::size_t w = 0; w < clause.others + clause.on_stock; ++w) {
-                const SenseIndex sense = out.watches[clause.first + w].sense;
-                senses |= sense < out.senses ? std::uint64_t{1} << sense : 0U;
+                senses |= bit(out.watches[clause.first + w].sense);
             }
         }
         out.senses_of_leaf.push_back(senses);
+    }
+    out.senses_of_place = bit(kSenseHomeDistance);
+    for (std::size_t k = 0; k < out.places.size(); ++k) {
+        const auto sense = static_cast<SenseIndex>(out.first_place_sense + k);
+        out.senses_of_place |= out.is_stock(sense) ? std::uint64_t{0} : bit(sense);
+    }
+    for (const CompiledMachine::Fuzzy& fuzzy : out.fuzzy) {
+        const bool by_place =
+            std::any_of(fuzzy.inputs.begin(), fuzzy.inputs.end(), [&](SenseIndex in) {
+                return (out.senses_of_place & bit(in)) != 0;
+            });
+        for (std::size_t o = 0; o < fuzzy.system.outputs(); ++o) {
+            out.senses_of_place |=
+                by_place ? bit(static_cast<SenseIndex>(fuzzy.first + o)) : std::uint64_t{0};
+        }
     }
 }
 
@@ -269,6 +298,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
     out.forages = some(ActionKind::kForage);
     compile_changes(machine, dt, out);
     compile_clauses(out);
+    compile_senses(out);
     return out;
 }
 

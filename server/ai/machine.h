@@ -309,7 +309,9 @@ struct CompiledMachine {
     std::vector<Watch> watches;
     std::vector<Clause> clauses;              ///< transitions of a leaf in the order of their tests
     std::vector<std::uint32_t> first_clause;  ///< by leaf, and the end of the last
-    std::vector<std::uint64_t> senses_of_leaf;  ///< by leaf: what its clauses read, by bit
+    /// By leaf: what its clauses and its blend read, by bit.
+    std::vector<std::uint64_t> senses_of_leaf;
+    std::uint64_t senses_of_place = 0;  ///< those that change where a mind walks, by bit
 
     /// All that decisions in a leaf depend on.
     [[nodiscard]] std::span<const Clause> clauses_of(std::size_t leaf) const {

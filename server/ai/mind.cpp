@@ -19,13 +19,15 @@ void hash(core::StateHash& hash, const Mind& mind) {
     core::BlockHash block;
     // Inlined, so that which chain a number enters is known when this is compiled.
     visit_fields(
-        mind, [&block](const auto& number) __attribute__((always_inline)) {
-            if constexpr (std::is_enum_v<std::remove_cvref_t<decltype(number)>>) {
-                block.add(static_cast<std::uint64_t>(number));
-            } else {
-                block.add(number);
-            }
-        });
+        mind, [&block](const auto& number) __attribute__((always_inline)) { block.pack(number); });
+    hash.add(block.value());
+}
+
+void hash_walk(core::StateHash& hash, const Mind& mind) {
+    core::BlockHash block;
+    block.pack(mind.entity.value);
+    visit_walk_fields(
+        mind, [&block](const auto& number) __attribute__((always_inline)) { block.pack(number); });
     hash.add(block.value());
 }
 

@@ -108,4 +108,7 @@ void shift(Mind& mind, const Vec3& offset);
 /// All of it.
 void hash(core::StateHash& hash, const Mind& mind);
 
+/// What of a mind may become other where its leg ends, and it decides nothing.
+void hash_walk(core::StateHash& hash, const Mind& mind);
+
 }  // namespace zoned::ai

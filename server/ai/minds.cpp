@@ -162,6 +162,7 @@ void Minds::prefetch(Slot slot) const {
     for (std::size_t at = 0; at < sizeof(Mind); at += kLine) {
         __builtin_prefetch(mind + at, 1);
     }
+    __builtin_prefetch(mind + sizeof(Mind) - 1, 1);
     __builtin_prefetch(&traces_[slot], 1);
     events_.prefetch(slot);
     leaving_.prefetch(slot);

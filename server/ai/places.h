@@ -73,6 +73,9 @@ class Places {
     /// x, z of its centre, m.
     [[nodiscard]] Vec2 centre(std::size_t place) const { return places_[place].at; }
 
+    /// m
+    [[nodiscard]] float radius_m(std::size_t place) const { return places_[place].radius_m; }
+
     /// Of the feet of who stands there, m; not a number: on the ground, whatever is above that.
     [[nodiscard]] float floor(std::size_t place) const { return places_[place].y; }
 

@@ -68,7 +68,12 @@ class Forecast {
           day_s_(outlook.day_s),
           period_(decision_period(machine, outlook.dt)),
           now_(now),
-          dt_(outlook.dt) {}
+          dt_(outlook.dt),
+          places_(outlook.places),
+          leg_(outlook.leg) {}
+
+    /// What comes at this tick or later need not be told apart.
+    void look_until(Tick tick) { limit_ = tick; }
 
     /// A tick before which the clause stays as the mind found it while `wait` lasts, to which it
     /// adds.
@@ -87,7 +92,7 @@ class Forecast {
         for (const Watch& watch : others) {
             if (whole) {
                 at = std::min(at, change_of(watch));
-            } else if (!holds_now(watch)) {
+            } else if (at < limit_ && !holds_now(watch)) {
                 at = std::max(at, change_of(watch));
             }
         }
@@ -138,7 +143,7 @@ class Forecast {
             case kSenseFoes:
                 return kNever;
             case kSenseHomeDistance:
-                return after(std::abs(value - watch.threshold), step_m_);
+                return passed(watch, Vec2(mind_.home.x(), mind_.home.z()));
             case kSenseRandom:
                 return drawn(watch);
             case kSenseTimeOfDay:
@@ -151,7 +156,8 @@ class Forecast {
             return grown(own, watch);
         }
         if (watch.sense >= machine_.first_place_sense) {
-            return after(std::abs(value - watch.threshold), step_m_);
+            const PlaceSense& of = machine_.places[watch.sense - machine_.first_place_sense];
+            return passed(watch, places_.spot(of.place, mind_.entity));
         }
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
     }
@@ -164,6 +170,14 @@ class Forecast {
         }
         const float ticks = std::floor(amount / per_tick) - 1.0F;
         return ticks < 1e9F ? now_ + std::max<Tick>(1, static_cast<Tick>(ticks)) : kNever;
+    }
+
+    /// Of a distance to `place` (x, z, m).
+    [[nodiscard]] Tick passed(const Watch& watch, const Vec2& place) const {
+        const Tick by_speed = after(std::abs(senses_[watch.sense] - watch.threshold), step_m_);
+        return leg_ == nullptr
+                   ? by_speed
+                   : std::max(by_speed, stays_until(*leg_, place, watch.threshold, now_, dt_));
     }
 
     /// Time in a state, which begins at the tick in which the state was entered, s.
@@ -206,14 +220,14 @@ class Forecast {
 
     /// The next decision at which the number drawn says otherwise.
     [[nodiscard]] Tick drawn(const Watch& watch) const {
-        Tick at = now_;
-        for (int k = 0; k < kLookAhead; ++k) {
-            at = next_decision(mind_.entity, period_, at);
-            if (is(watch, drawn_at(mind_, at)) != holds_now(watch)) {
+        const bool now_is = holds_now(watch);
+        Tick at = next_decision(mind_.entity, period_, now_);
+        for (int k = 0; k < kLookAhead && at < limit_; ++k, at += period_) {
+            if (is(watch, drawn_at(mind_, at)) != now_is) {
                 return at;
             }
         }
-        return at + 1;
+        return at;
     }
 
     [[nodiscard]] bool fuzzy_changes(SenseIndex sense) const {
@@ -251,7 +265,10 @@ class Forecast {
     float day_s_;
     Tick period_;
     Tick now_;
+    Tick limit_ = kNever;
     float dt_;
+    const Places& places_;
+    const Leg* leg_;
 };
 
 /// Whether the mind would choose what it does by what it senses and remembers.
@@ -275,7 +292,7 @@ Quiet quiet_until(const Mind& mind,
     if (!does_as_chosen(mind, machine, senses)) {
         return {now + 1};
     }
-    const Forecast forecast(mind, machine, senses, outlook, now);
+    Forecast forecast(mind, machine, senses, outlook, now);
     const fsm::FlatTransition* const pending = mind.fsm.pending[0] != fsm::kNone
                                                    ? &machine.table.transitions[mind.fsm.pending[0]]
                                                    : nullptr;
@@ -287,6 +304,7 @@ Quiet quiet_until(const Mind& mind,
         if (is_held && transition && machine.table.transitions[clause.transition].hold > 0) {
             continue;
         }
+        forecast.look_until(quiet.until);
         quiet.until = std::min(quiet.until, forecast.change_of(clause, quiet.wait));
         is_held = is_held || (transition && clause.transition == mind.fsm.pending[0]);
         if (quiet.until <= now + 1) {

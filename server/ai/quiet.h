@@ -10,6 +10,8 @@ struct Outlook {
     float speed = 0.0F;  ///< of its entity, m/s
     float day_s = 0.0F;
     float dt = 0.0F;  ///< s
+    const Places& places;
+    const Leg* leg = nullptr;  ///< that it goes along until it is asked again; null: anywhere
 };
 
 /// What quiet_until() finds.
@@ -24,10 +26,11 @@ struct Quiet {
 /// its state, tree or plan becomes other than the mind found it. `senses` are those of `now`, which
 /// need not be those that it decided by: what has become other since then may change something at
 /// once. A transition or a fact holds where all its conditions do, so it does not before the last
-/// of those that fail. A distance changes at most by the way that is walked, a variable grows at
-/// its rate, time passes; what cannot be told in advance (fuzzy outputs of what changes) may change
-/// at once. Random numbers are known in advance: they are looked at for a number of decisions.
-/// Others change stock: where nothing but stock keeps a condition as it is, that is waited for.
+/// of those that fail. A distance changes at most by the way that is walked, or as the walk
+/// leads, a variable grows at its rate, time passes; what cannot be told in advance (fuzzy outputs
+/// of what changes) may change at once. Random numbers are known in advance: they are looked at for
+/// a number of decisions. Others change stock: where nothing but stock keeps a condition as it is,
+/// that is waited for.
 ///
 /// So between two such ticks nothing needs to be computed, and what happens at them is exactly what
 /// would have happened (next-event time progression; Law, "Simulation Modeling and Analysis", 5th

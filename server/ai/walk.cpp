@@ -77,14 +77,16 @@ void set_out(Mind& mind,
     const Vec2 velocity = velocity_at(mind.leg, around.now - 1, around.dt);
     const Vec2 whole = mind.leg.goal;
     const float acceleration = limits_of(around).acceleration;
+    const Pace pace{std::min(state.speed_factor * mind.band, around.all_out ? 1.0F : kUsed),
+                    state.sprint};
     Vec2 way = goal - around.at;
+    Vec2 towards = Vec2::Zero();
     for (int attempt = 0; attempt < 2; ++attempt) {
-        aim_along(mind,
-                  Pace{std::min(state.speed_factor * mind.band, around.all_out ? 1.0F : kUsed),
-                       state.sprint},
-                  way / way.norm());
+        towards = way / way.norm();
+        move_along(mind.aim, pace, towards);
         const float speed = commanded_speed(mind, limits_of(around));
         if (!(speed > 0.0F)) {
+            face_along(mind.aim, towards);
             halt(mind, around, velocity);
             return;
         }
@@ -96,6 +98,7 @@ void set_out(Mind& mind,
         }
         way = rest;
     }
+    face_along(mind.aim, towards);
     head_for(goal, near_m, aim_direction(mind), mind.leg);
     mind.leg.goal = whole;
     mind.again_at = kNever;

@@ -414,15 +414,23 @@ void aim_along(Mind& mind, const Pace& pace, const Vec2& direction) {
     aim_along(mind.aim, pace, direction);
 }
 
-void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction) {
+void move_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction) {
     const float scale = kFullMove * std::clamp(pace.factor, 0.0F, 1.0F);
     aim.move_x = static_cast<std::int8_t>(std::lround(direction.x() * scale));
     aim.move_z = static_cast<std::int8_t>(std::lround(direction.y() * scale));
+    aim.buttons = pace.sprint ? motion::kButtonSprint : 0;
+}
+
+void face_along(motion::InputCommand& aim, const Vec2& direction) {
     // Turning +z about +y by an angle gives (sin, cos) in (x, z).
     const float turns =
         std::atan2(direction.x(), direction.y()) / (2.0F * std::numbers::pi_v<float>);
     aim.yaw = static_cast<std::uint16_t>(std::lround(turns * 65536.0F) & 0xFFFF);
-    aim.buttons = pace.sprint ? motion::kButtonSprint : 0;
+}
+
+void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction) {
+    move_along(aim, pace, direction);
+    face_along(aim, direction);
 }
 
 float full_speed(const State& state, const Surroundings& around) {

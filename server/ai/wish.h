@@ -110,6 +110,9 @@ struct Pace {
 };
 
 /// `direction` has unit length.
+void move_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction);
+void face_along(motion::InputCommand& aim, const Vec2& direction);
+/// Both.
 void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction);
 void aim_along(Mind& mind, const Pace& pace, const Vec2& direction);
 void aim_along(Mind& mind, const State& state, const Vec2& direction);

@@ -12,25 +12,31 @@ void hash_row(const world::Entities& e, world::Row row, core::StateHash& hash) {
     core::BlockHash block;
     const auto add = [&](const auto& vector) {
         for (Eigen::Index i = 0; i < vector.size(); ++i) {
-            block.add(vector[i]);
+            block.pack(vector[i]);
         }
     };
-    block.add(e.id[row].value);
-    block.add(e.flags[row]);
+    block.pack(e.id[row].value);
+    block.pack(e.flags[row]);
     add(e.position[row]);
-    add(e.orientation[row].coeffs());
-    add(e.velocity[row]);
-    add(e.angular_velocity[row]);
-    block.add(e.yaw[row]);
-    block.add(e.appearance[row]);
+    // Who dozes is put elsewhere and is otherwise as it was when it began to: it stands, and faces
+    // where its yaw says.
+    if (!e.has(row, world::kDozing)) {
+        add(e.orientation[row].coeffs());
+        add(e.velocity[row]);
+        add(e.angular_velocity[row]);
+    }
+    block.pack(e.yaw[row]);
+    block.pack(e.appearance[row]);
     hash.add(block.value());
 }
 
 void prefetch(const world::Entities& e, world::Row row) {
     __builtin_prefetch(&e.position[row]);
-    __builtin_prefetch(&e.orientation[row]);
-    __builtin_prefetch(&e.velocity[row]);
-    __builtin_prefetch(&e.angular_velocity[row]);
+    if (!e.has(row, world::kDozing)) {
+        __builtin_prefetch(&e.orientation[row]);
+        __builtin_prefetch(&e.velocity[row]);
+        __builtin_prefetch(&e.angular_velocity[row]);
+    }
     __builtin_prefetch(&e.yaw[row]);
     __builtin_prefetch(&e.appearance[row]);
 }

@@ -75,29 +75,61 @@ void NpcZone::settle(int ticks) {
     }
 }
 
-NpcZoneCost NpcZone::run(int ticks) {
+/// Of all people.
+NpcZoneCost NpcZone::measured_tick() {
     NpcZoneCost cost;
-    for (int t = 0; t < ticks; ++t) {
-        const std::uint64_t begin = cpu_now();
-        tick();
-        cost.ns += static_cast<double>(cpu_now() - begin);
-        const zone::StepReport& report = world_->zones().front()->report();
-        for (std::size_t p = 0; p < zone::kPasses; ++p) {
-            cost.pass_ns[p] += static_cast<double>(report.passes[p].ns);
-        }
-        cost.awake += report.ai.awake;
-        cost.events_per_tick += report.ai.events;
-    }
+    const std::uint64_t begin = cpu_now();
+    tick();
+    cost.ns = static_cast<double>(cpu_now() - begin);
+    const zone::StepReport& report = world_->zones().front()->report();
     cost.rest_ns = cost.ns;
-    for (double& pass : cost.pass_ns) {
-        cost.rest_ns -= pass;
-        pass /= static_cast<double>(ticks) * people_;
+    for (std::size_t p = 0; p < zone::kPasses; ++p) {
+        cost.pass_ns[p] = static_cast<double>(report.passes[p].ns);
+        cost.rest_ns -= cost.pass_ns[p];
     }
-    cost.ns /= static_cast<double>(ticks) * people_;
-    cost.rest_ns /= static_cast<double>(ticks) * people_;
-    cost.awake /= ticks;
-    cost.events_per_tick /= ticks;
+    cost.awake = report.ai.awake;
+    cost.events_per_tick = report.ai.events;
     return cost;
+}
+
+NpcZoneCost NpcZone::mean(std::span<const NpcZoneCost> ticks) const {
+    NpcZoneCost mean;
+    const auto count = static_cast<double>(ticks.size());
+    for (const NpcZoneCost& tick : ticks) {
+        mean.ns += tick.ns / (count * people_);
+        mean.rest_ns += tick.rest_ns / (count * people_);
+        for (std::size_t p = 0; p < zone::kPasses; ++p) {
+            mean.pass_ns[p] += tick.pass_ns[p] / (count * people_);
+        }
+        mean.awake += tick.awake / count;
+        mean.events_per_tick += tick.events_per_tick / count;
+    }
+    return mean;
+}
+
+NpcZoneCost NpcZone::run(int ticks) {
+    return day(ticks, ticks).mean;
+}
+
+NpcZoneDay NpcZone::day(int ticks, int stretch) {
+    std::vector<NpcZoneCost> costs;
+    costs.reserve(static_cast<std::size_t>(ticks));
+    for (int t = 0; t < ticks; ++t) {
+        costs.push_back(measured_tick());
+    }
+    const auto length = static_cast<std::size_t>(std::min(ticks, stretch));
+    std::size_t busiest = 0;
+    double events = 0.0;
+    double most = 0.0;
+    for (std::size_t t = 0; t < costs.size(); ++t) {
+        events +=
+            costs[t].events_per_tick - (t >= length ? costs[t - length].events_per_tick : 0.0);
+        if (t + 1 >= length && events > most) {
+            most = events;
+            busiest = t + 1 - length;
+        }
+    }
+    return {mean(costs), mean(std::span(costs).subspan(busiest, length))};
 }
 
 }  // namespace zoned::bench

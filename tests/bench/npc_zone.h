@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,12 @@ struct NpcZoneCost {
     double rest_ns = 0.0;  ///< the census, inputs and what a world does around its zones
     double awake = 0.0;    ///< minds, of all people
     double events_per_tick = 0.0;
+};
+
+/// Means over all ticks of a day, and over its busiest stretch.
+struct NpcZoneDay {
+    NpcZoneCost mean;
+    NpcZoneCost busiest;
 };
 
 class NpcZone {
@@ -38,8 +45,14 @@ class NpcZone {
 
     [[nodiscard]] NpcZoneCost run(int ticks);
 
+    /// `ticks` of which none is left out, and of these the `stretch` on end with the most events:
+    /// the same in every run, whatever else the machine does.
+    [[nodiscard]] NpcZoneDay day(int ticks, int stretch);
+
   private:
     void tick();
+    [[nodiscard]] NpcZoneCost measured_tick();
+    [[nodiscard]] NpcZoneCost mean(std::span<const NpcZoneCost> ticks) const;
 
     int people_;
     ops::Settings settings_;

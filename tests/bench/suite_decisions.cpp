@@ -475,7 +475,8 @@ void run_decisions(Session& session) {
         "episodes that they never saw, on average. npc_100k: a tick of the minds of a town of a "
         "hundred thousand, a tenth of which players can see, CPU time of the first of two threads; "
         "coarse_share: what one that nobody sees costs in a tick of a whole zone, of one that is "
-        "simulated");
+        "simulated; _day: over a whole day of ten minutes; _busiest: over its 400 ticks with the "
+        "most events");
     const auto scene = [&session](const char* name, auto&& run) {
         if (session.wants_scene(name)) {
             session.progress(std::string("decisions ") + name);

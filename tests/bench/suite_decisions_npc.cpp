@@ -64,6 +64,17 @@ NpcZoneCost zone_cost(const Session& session, NpcZone::Plan plan, int ticks) {
     return zone.run(session.quick ? 10 : ticks);
 }
 
+/// A day of ten minutes, and how long a busy stretch of it is.
+constexpr int kDayTicks = 12'000;
+constexpr int kStretchTicks = 400;
+
+NpcZoneDay zone_day(const Session& session, NpcZone::Plan plan) {
+    plan.people = session.quick ? kQuickPeople : plan.people;
+    NpcZone zone(plan);
+    zone.settle(session.quick ? 50 : kSettle);
+    return session.quick ? zone.day(200, 20) : zone.day(kDayTicks, kStretchTicks);
+}
+
 /// Where the time of a tick goes, one line.
 std::string by_pass(const std::string& what, const NpcZoneCost& cost) {
     std::array<char, 64> text{};
@@ -89,6 +100,7 @@ void run_zones(Session& session, Row& row) {
     const NpcZoneCost ten = zone_cost(session, {10'000, true, false}, 400);
     const NpcZoneCost alone = zone_cost(session, {kPeople, true, false}, 400);
     const NpcZoneCost viewed = zone_cost(session, {kPeople, true, true}, 400);
+    const NpcZoneDay day = zone_day(session, {kPeople, true, false});
     // Those few that the viewer wakes cost what they cost anyway.
     const double awake = viewed.awake - alone.awake;
     const double people = session.quick ? kQuickPeople : kPeople;
@@ -97,6 +109,8 @@ void run_zones(Session& session, Row& row) {
     session.note(by_pass("npc_100k: 10,000 unseen", ten));
     session.note(by_pass("npc_100k: 100,000 unseen", alone));
     session.note(by_pass("npc_100k: 100,000 and a viewer near few", viewed));
+    session.note(by_pass("npc_100k: 100,000 unseen, a whole day", day.mean));
+    session.note(by_pass("npc_100k: 100,000 unseen, its busiest 20 s", day.busiest));
     row.metric("full_ns_per_npc", full.ns);
     row.metric("coarse_ns_per_npc_10k", ten.ns);
     row.metric("coarse_ns_per_npc", alone.ns);
@@ -104,6 +118,10 @@ void run_zones(Session& session, Row& row) {
     row.metric("coarse_events_per_tick", alone.events_per_tick);
     row.metric("coarse_share", alone.ns / full.ns);
     row.metric("coarse_share_viewer", viewed_ns / full.ns);
+    row.metric("coarse_share_day", day.mean.ns / full.ns);
+    row.metric("coarse_share_busiest", day.busiest.ns / full.ns);
+    row.metric("coarse_events_per_tick_day", day.mean.events_per_tick);
+    row.metric("coarse_events_per_tick_busiest", day.busiest.events_per_tick);
 }
 
 }  // namespace

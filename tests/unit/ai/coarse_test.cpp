@@ -1,8 +1,10 @@
 // Minds that nobody sees: they go from event to event, and come out as if somebody had looked.
+#include "server/ai/mind_fields.h"
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <tuple>
 
 namespace zoned::ai {
@@ -190,6 +192,87 @@ TEST(Coarse, WalkersDoWhatTheyWouldHaveDoneAtTheSameTicks) {
         EXPECT_GT(all.lives[id - 1].size(), 9U) << "it did something";
     }
     EXPECT_LT(some.awake, 20U * 100U);
+}
+
+/// Wanders far, and would do something else near home or very far from it.
+Machine rover() {
+    Machine m;
+    m.name = "rover";
+    m.states.resize(2);
+    m.states[0].name = "roam";
+    m.states[0].action = ActionKind::kWander;
+    m.states[0].radius_m = 200.0F;
+    m.states[0].transitions = {{1, Sensor::kHomeDistance, Compare::kBelow, 20.0F, 0.0F},
+                               {1, Sensor::kHomeDistance, Compare::kAbove, 1e3F, 0.0F}};
+    m.states[0].transitions[0].also = {{kStateTime, Compare::kAbove, 10.0F}};
+    m.states[1].name = "rest";
+    m.states[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 3.0F, 0.0F}};
+    return m;
+}
+
+/// A straight walk comes within 20 m of home, or never does: it is looked at where it begins, where
+/// it ends, and at the decisions by which it may have come there and be gone again. Looks at each
+/// half of what is left would be some six to a walk of 100 m and more.
+TEST(Coarse, WalkersAreLeftAloneUntilTheirWayLeadsSomewhere) {
+    Lives all(rover(), true);
+    Lives some(rover(), false);
+    all.run(1'200.0F);
+    some.run(1'200.0F);
+    std::size_t entered = 0;
+    for (std::uint32_t id = 1; id <= 20; ++id) {
+        EXPECT_EQ(all.lives[id - 1], some.lives[id - 1]) << id;
+        entered += some.lives[id - 1].size();
+    }
+    EXPECT_GT(entered, 20U * 5U) << "they came home now and then";
+    // Two points of a disc of 200 m are 128/45 pi x 200 m = 181 m apart on average: 45 s.
+    const double walks = 20.0 * 1'200.0 / 45.0;
+    EXPECT_LT(static_cast<double>(some.events), 2.0 * walks + 4.0 * static_cast<double>(entered));
+}
+
+/// `of` with all that is said to change where a leg ends from `then`.
+Mind walked_on(Mind of, const Mind& then) {
+    std::vector<std::uint64_t> numbers;
+    visit_walk_fields(then, [&numbers](const auto& number) {
+        numbers.push_back(0);
+        std::memcpy(&numbers.back(), &number, sizeof(number));
+    });
+    std::size_t next = 0;
+    visit_walk_fields(
+        of, [&](auto& number) { std::memcpy(&number, &numbers[next++], sizeof(number)); });
+    return of;
+}
+
+/// Hashes of such events leave the rest of a mind out.
+TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
+    const auto hash_of = [](const Mind& mind) {
+        core::StateHash hash;
+        ai::hash(hash, mind);
+        return hash.value();
+    };
+    for (const Machine& machine : {walker(), rover(), drowsy()}) {
+        Lives some(machine, false);
+        some.run(10.0F);
+        int ends = 0;
+        int changed = 0;
+        for (int tick = 0; tick < 18'000; ++tick) {
+            std::vector<Mind> before;
+            for (std::uint32_t id = 1; id <= 20; ++id) {
+                before.push_back(*some.field.minds.find(EntityId(id)));
+            }
+            const Tick now = some.field.now;
+            some.field.step();
+            for (const Mind& was : before) {
+                const Mind& is = *some.field.minds.find(was.entity);
+                if (was.next_event == now && was.next_decision > now) {
+                    ++ends;
+                    changed += hash_of(was) != hash_of(is) ? 1 : 0;
+                    ASSERT_EQ(hash_of(walked_on(was, is)), hash_of(is)) << tick;
+                }
+            }
+        }
+        EXPECT_EQ(changed, ends);
+        EXPECT_EQ(ends > 100, machine.name != "drowsy") << "who never walks ends no leg";
+    }
 }
 
 TEST(Coarse, WakesWhereAViewerComes) {

@@ -1,6 +1,7 @@
 // Legs: where their walkers are, against movement's own function.
 #include "server/ai/leg.h"
 
+#include "shared/core/rng.h"
 #include "shared/motion/apply_input.h"
 
 #include <gtest/gtest.h>
@@ -61,6 +62,69 @@ TEST(Leg, ArrivesAtTheFirstTickThatBeginsBeyondItsLength) {
     // A tick begins where the one before it has ended.
     EXPECT_GE(position_at(leg, arrival - 1, kLegDt).y(), leg.length);
     EXPECT_LT(position_at(leg, arrival - 2, kLegDt).y(), leg.length);
+}
+
+/// The first tick after `now` at the end of the one before which the walker is on the other side of
+/// the circle, or `last`.
+Tick crosses_at(const Leg& leg, const Vec2& centre, float radius_m, Tick now, Tick last) {
+    const auto inside = [&](Tick tick) {
+        return (position_at(leg, tick - 1, kLegDt) - centre).norm() < radius_m;
+    };
+    const bool before = inside(now);
+    Tick tick = now + 1;
+    while (tick < last && inside(tick) == before) {
+        ++tick;
+    }
+    return tick;
+}
+
+/// Never late, against every tick of walks in all directions, near and far, that turn and brake;
+/// and not early: by two ticks where the walk is straight and meets the circle steeply, one for
+/// what is cut off and one for rounding.
+TEST(Leg, StaysUntilItCrossesACircle) {
+    core::Rng rng(11);
+    const auto point = [&rng](float size) {
+        return Vec2(rng.range(-size, size), rng.range(-size, size));
+    };
+    constexpr Tick kLast = 2'000;
+    int crossings = 0;
+    int steep = 0;
+    for (int n = 0; n < 3'000; ++n) {
+        const float far = n % 2 == 0 ? 5.0F : 5'000.0F;
+        const Vec2 here = point(far);
+        const Vec2 centre = here + point(n % 3 == 0 ? 3.0F : 60.0F);
+        const float radius_m = rng.range(0.5F, 20.0F);
+        const Vec2 velocity = n % 4 == 0 ? point(6.0F) : Vec2(Vec2::Zero());
+        const float speed = n % 16 == 0 ? 0.0F : rng.range(0.2F, 6.0F);
+        const Vec2 heading = point(1.0F).normalized();
+        const Leg leg = leg_from(here, velocity, heading, speed, n % 4 == 0 ? 9.0F : 0.0F, 40);
+        for (const Tick now : {Tick{41}, Tick{47}, Tick{140}}) {
+            const Tick until = stays_until(leg, centre, radius_m, now, kLegDt);
+            const Tick crosses = crosses_at(leg, centre, radius_m, now, kLast);
+            ASSERT_LE(until, crosses == kLast ? kNever : crosses) << n << " from " << now;
+            ASSERT_GT(until, now) << n;
+            crossings += crosses < kLast ? 1 : 0;
+            // So much of the speed leads across the circle that rounding at 5 km is below a step.
+            const Vec2 there = position_at(leg, crosses - 1, kLegDt) - centre;
+            const bool is_steep = std::abs(heading.dot(there.normalized())) * speed > 1.0F;
+            if (crosses < kLast && n % 4 != 0 && is_steep) {
+                ++steep;
+                ASSERT_GE(until, std::min(crosses, std::max(now + 1, crosses - 2))) << n;
+            }
+        }
+    }
+    EXPECT_GT(crossings, 1'000);
+    EXPECT_GT(steep, 500);
+}
+
+TEST(Leg, StaysForEverWhereItLeadsElsewhere) {
+    const Leg leg = leg_from(Vec2(10.0F, 0.0F), Vec2::Zero(), Vec2(1.0F, 0.0F), 2.0F, 0.0F, 0);
+    EXPECT_EQ(stays_until(leg, Vec2::Zero(), 4.0F, 1, kLegDt), kNever) << "away";
+    EXPECT_EQ(stays_until(leg, Vec2(20.0F, 9.0F), 4.0F, 1, kLegDt), kNever) << "past it";
+    Leg stands = leg;
+    stands.speed = 0.0F;
+    EXPECT_EQ(stays_until(stands, Vec2(20.0F, 0.0F), 4.0F, 1, kLegDt), kNever);
+    EXPECT_EQ(stays_until(stands, Vec2(20.0F, 0.0F), 10.0F, 1, kLegDt), 2) << "nobody can tell";
 }
 
 }  // namespace

@@ -48,6 +48,56 @@ TEST(BlockHash, SeesOrderCountAndTheSignOfZero) {
     EXPECT_NE(plus.value(), minus.value());
 }
 
+struct Record {
+    std::uint8_t small = 3;
+    float real = 1.5F;
+    std::int16_t negative = -2;
+    bool yes = true;
+    std::uint64_t large = 1;
+    std::int64_t other = -1;
+};
+
+std::uint64_t packed(const Record& record) {
+    BlockHash hash;
+    hash.pack(record.small);
+    hash.pack(record.real);
+    hash.pack(record.negative);
+    hash.pack(record.yes);
+    hash.pack(record.large);
+    hash.pack(record.other);
+    return hash.value();
+}
+
+TEST(BlockHash, SeesEachNumberThatIsPacked) {
+    std::set<std::uint64_t> seen = {packed({})};
+    std::size_t changes = 1;
+    const auto see = [&](const Record& record) {
+        seen.insert(packed(record));
+        ++changes;
+    };
+    for (unsigned bit = 0; bit < 8; ++bit) {
+        see({.small = static_cast<std::uint8_t>(3U ^ 1U << bit)});
+    }
+    for (unsigned bit = 0; bit < 16; ++bit) {
+        see({.negative = static_cast<std::int16_t>(-2 ^ static_cast<int>(1U << bit))});
+    }
+    for (unsigned bit = 0; bit < 64; ++bit) {
+        see({.large = 1U ^ std::uint64_t{1} << bit});
+        see({.other = static_cast<std::int64_t>(~std::uint64_t{0} ^ std::uint64_t{1} << bit)});
+    }
+    see({.yes = false});
+    see({.real = 0.0F});
+    see({.real = -0.0F});
+    EXPECT_EQ(seen.size(), changes);
+    // What is negative fills no word but its own bits.
+    BlockHash minus;
+    minus.pack(std::int8_t{-1});
+    minus.pack(std::uint8_t{0});
+    BlockHash wide;
+    wide.pack(std::int16_t{0xFF});
+    EXPECT_EQ(minus.value(), wide.value());
+}
+
 TEST(BlockHash, IsTheSameOnEveryMachine) {
     BlockHash hash;
     for (std::uint32_t i = 0; i < 1'000; ++i) {
