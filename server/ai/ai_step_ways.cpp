@@ -120,7 +120,7 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
         go_on_from(mind, slot, world, settings);
         if (mind.tier == Tier::kCoarse) {
             plan(minds, slot, world, settings);
-            minds.settle(slot, std::max(left_at(mind, world), world.now + 1), world.dt);
+            settle(minds, slot, std::max(left_at(mind, world), world.now + 1), world);
         }
     }
 }

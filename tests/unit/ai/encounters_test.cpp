@@ -246,6 +246,90 @@ TEST(Encounters, FindNobodyAsleepWhomAnybodyCouldPerceive) {
     EXPECT_EQ(in_sight, 0U);
 }
 
+/// Walls across the town with a gate every 30 m, of which each other one shuts every 10 s.
+motion::StaticGeometry gated() {
+    std::vector<motion::StaticBox> walls;
+    std::vector<motion::Door> gates;
+    const auto piece = [](float x, float z, float half_length) {
+        motion::StaticBox box;
+        box.centre = Vec3(x, 1.0F, z);
+        box.half_extents = Vec3(0.3F, 2.0F, half_length);
+        return box;
+    };
+    for (const float x : {25.0F, 65.0F, 115.0F, 155.0F, 205.0F, 245.0F}) {
+        for (int k = 0; k < 13; ++k) {
+            const float z = -45.0F + 30.0F * static_cast<float>(k);
+            walls.push_back(piece(x, z, 13.0F));
+            motion::Door gate;
+            gate.box = piece(x, z + 15.0F, 2.0F);
+            gate.times.period = 600;
+            const Tick turn = k % 2 == 0 ? 600 : 300;
+            gate.times.open.push_back({turn - 300, turn});
+            gates.push_back(gate);
+        }
+    }
+    return {walls, 0.0F, motion::kStaticCell_m, {}, gates};
+}
+
+/// Somebody of whom a zone knows places alone: of another zone, or without a mind.
+void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
+    world::Entities& e = town.field.entities;
+    world::Row row = e.find(EntityId(id));
+    if (row == world::kNoRow) {
+        row = e.add(EntityId(id), type);
+        e.set(row, world::kGhost, type == kSheep);
+    }
+    e.position[row] = from + velocity * (static_cast<float>(town.field.now) * kDt);
+    e.velocity[row] = velocity;
+}
+
+/// Sleeping watchmen in whose sight a ghost is: 901 and so on.
+std::uint32_t asleep_beside_ghosts(Town& town, std::uint32_t ghosts) {
+    std::uint32_t found = 0;
+    for (std::uint32_t ghost = 901; ghost < 901 + ghosts; ++ghost) {
+        const Vec3& at = town.field.position(ghost);
+        for (std::uint32_t id = 1; id <= Town::kWatchmen; ++id) {
+            const bool sleeps = town.field.minds.find(EntityId(id))->tier == Tier::kCoarse;
+            found += sleeps && (town.at(id) - Vec2(at.x(), at.z())).norm() < kSight_m ? 1U : 0U;
+        }
+    }
+    return found;
+}
+
+TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
+    constexpr std::uint32_t kGhosts = 20;
+    Town some(false);
+    Machine& watch = some.field.settings.machines[kWatch];
+    watch.states[0].action = ActionKind::kWander;
+    watch.states[0].radius_m = 150.0F;
+    watch.states[0].speed_factor = 1.0F;
+    compile(some.field.settings, kDt);
+    some.field.statics = gated();
+    some.field.types[kGuard].mind = kWatch + 1;
+    some.field.types[kSheep].mind = kThief + 1;
+    some.field.types[kCitizen].mind = kFolk + 1;
+    WaysSettings ways;
+    ways.cell_m = 1.0F;
+    some.field.ways = Ways(ways, some.field.statics, {-60, -60, 345, 345}, some.field.types, 0);
+    std::uint64_t in_sight = 0;
+    some.script = [&in_sight](Town& town) {
+        for (std::uint32_t k = 0; k < kGhosts; ++k) {
+            // Each comes along its own line every now and then.
+            const float from = -60.0F - 80.0F * static_cast<float>(k);
+            move(town,
+                 901 + k,
+                 kSheep,
+                 Vec3(from, 0.9F, 14.0F * static_cast<float>(k)),
+                 Vec3(2.9F, 0.0F, 0.0F));
+        }
+        in_sight += asleep_in_sight(town) + asleep_beside_ghosts(town, kGhosts);
+    };
+    some.run(200.0F);
+    EXPECT_EQ(in_sight, 0U);
+    EXPECT_GT(some.field.ways.counts().broken, 20U) << "gates shut before somebody";
+    EXPECT_GT(entered(some, 1, Town::kWatchmen), 20U);
+}
+
 /// As if who looks for whom reached less far, or somebody was faster than was thought.
 void look_too_late(Town& town) {
     for (std::size_t n = 0; n < town.field.minds.size(); ++n) {
@@ -303,18 +387,6 @@ TEST(Encounters, AreMadeAtOnceByWhoIsBornOrPutBesideASleeper) {
     some.script = script;
     expect_same_lives(all, some, 240.0F);
     EXPECT_LT(some.awake, all.awake);
-}
-
-/// Somebody of whom a zone knows places alone: of another zone, or without a mind.
-void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
-    world::Entities& e = town.field.entities;
-    world::Row row = e.find(EntityId(id));
-    if (row == world::kNoRow) {
-        row = e.add(EntityId(id), type);
-        e.set(row, world::kGhost, type == kSheep);
-    }
-    e.position[row] = from + velocity * (static_cast<float>(town.field.now) * kDt);
-    e.velocity[row] = velocity;
 }
 
 TEST(Encounters, AreMadeByGhostsAndByWhatIsThrown) {
