@@ -143,12 +143,12 @@ void Bot::hear_of_commands(const wire::OwnState& own) {
     }
 }
 
-void Bot::hear_of_ways() {
+void Bot::on_path_answers() {
     const link::UplinkNews& news = client_.uplink();
     std::size_t late = 0;
     if (commands_.on_news(news, late) && lead_) {
-        lead_->add_way(news.server_receive_s - client_.clock().server_time(news.sent_s),
-                       static_cast<int>(late));
+        lead_->add_path(news.server_receive_s - client_.clock().server_time(news.sent_s),
+                        static_cast<int>(late));
     }
 }
 
@@ -232,7 +232,7 @@ bool Bot::on_packet(const link::OpenedPacket& packet) {
         return false;
     }
     packet_sent_s_ = packet.server_send_s;
-    hear_of_ways();
+    on_path_answers();
     const view::Taken taken = view_->apply(packet, now_s_);
     // What could not be read has not arrived, as news goes.
     if (taken.read && client_.clock().ready()) {

@@ -125,7 +125,7 @@ class Bot final : public link::SessionHandler, public view::ViewListener, public
     void evaluate();
     void send_inputs();
     void hear_of_commands(const wire::OwnState& own);
-    void hear_of_ways();
+    void on_path_answers();
     [[nodiscard]] double input_position() const;
     void housekeeping();
 

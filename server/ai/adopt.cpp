@@ -17,7 +17,7 @@ std::uint16_t node_of(const fsm::FlatMachine& table, const std::string& name) {
     return fsm::kNone;
 }
 
-/// The state `leaf` of `after`, with what `from` remembers of it. All levels that both paths share
+/// The state `leaf` of `after`, with what `from` remembers of it. All levels that both ways share
 /// keep their times.
 fsm::OneState carry_state(const fsm::OneState& from,
                           const fsm::FlatMachine& before,

@@ -44,7 +44,7 @@ CoarseWorld Step::coarse(const World& world) const {
             world.statics,
             world.now,
             world.dt,
-            world.ways};
+            world.paths};
 }
 
 // ---------------------------------------------------------------- what is to be done
@@ -356,7 +356,7 @@ void Step::steer_awake(Minds& minds, const World& world, const Settings& setting
                                     row,
                                     world.now,
                                     world.dt,
-                                    world.ways,
+                                    world.paths,
                                     awake[i]};
                 around.at = whereabouts(mind, around.body(), world.now, world.dt);
                 around.drift = drift_m_ > 0.0F ? &drift : nullptr;
@@ -404,7 +404,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     head_herds(minds, world, settings);
     walk_coarse(minds, world, settings);
     walk_steppers(minds, world, settings);
-    find_ways(minds, world, settings);
+    find_paths(minds, world, settings);
     give_commands(minds, world, settings);
     make_way(minds, world, settings);
     go_on(minds, world, settings);

@@ -43,7 +43,7 @@ struct Settings {
     float seen_m = std::numeric_limits<float>::infinity();
     float calm_s = 2.0F;  ///< only after so long out of sight
     PlaceSettings places{};
-    WaysSettings ways{};
+    PathfindingSettings pathfinding{};
     /// How minds make way for each other; its step is the world's: compile(). None: they do not.
     std::optional<crowd::AvoidanceSettings> avoidance{};
     LadderSettings ladder{};
@@ -67,7 +67,7 @@ struct World {
     Tick now;
     float dt;                               ///< s
     const physics::Query* query = nullptr;  ///< what lines of sight meet; null: nothing
-    Ways* ways = nullptr;                   ///< null: none are planned
+    PathService* paths = nullptr;           ///< null: none are planned
     float shared_m = 0.0F;  ///< so far within half_size entities may belong to other zones
 };
 
@@ -86,7 +86,7 @@ struct Report {
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
     std::uint64_t delivered = 0;          ///< food that was brought to nests, so far
-    WayReport ways;                       ///< who met whom
+    WayReport paths;                      ///< who met whom
     bool moved = false;                   ///< some entity was placed: the grid is no longer true
 };
 
@@ -134,8 +134,8 @@ class Step {
                   const Minds& minds,
                   const Settings& settings);
 
-    /// After `ways` were read: tells them where those who wait are.
-    void wait_for(const Ways& ways, const Minds& minds);
+    /// After `paths` were read: tells them where those who wait are.
+    void wait_for(const PathService& paths, const Minds& minds);
 
   private:
     /// A mind that has something to do in this tick.
@@ -237,9 +237,9 @@ class Step {
     void make_way(Minds& minds, const World& world, const Settings& settings);
     void watch_changes(Minds& minds, const World& world) const;
     void walk_coarse(Minds& minds, const World& world, const Settings& settings);
-    void find_ways(Minds& minds, const World& world, const Settings& settings);
+    void find_paths(Minds& minds, const World& world, const Settings& settings);
     void count_bodies(const World& world);
-    void ask_for_ways(Minds& minds, const World& world, const Settings& settings);
+    void request_paths(Minds& minds, const World& world, const Settings& settings);
     void give_commands(const Minds& minds, const World& world, const Settings& settings);
     void go_on(Minds& minds, const World& world, const Settings& settings);
     void go_on_from(Mind& mind, Slot slot, const World& world, const Settings& settings);
@@ -266,10 +266,10 @@ class Step {
     std::vector<std::uint32_t> traders_;           // of due_, ascending by entity
     std::vector<WaitingTraders> waiting_traders_;  // the first some of them count
     std::size_t waiting_trader_groups_ = 0;
-    std::vector<Slot> asking_;   // for ways, ascending by entity
-    std::vector<Slot> waiting_;  // for ways that they have asked for
-    std::vector<Slot> told_;     // ways
-    std::vector<float> body_x_;  // of those whom ways lead around
+    std::vector<Slot> asking_;   // for paths, ascending by entity
+    std::vector<Slot> waiting_;  // for paths that they have asked for
+    std::vector<Slot> told_;     // paths
+    std::vector<float> body_x_;  // of those whom paths lead around
     std::vector<float> body_z_;
     std::vector<CoarseCells::Cell> watched_squares_;  // in which minds may be seen
     std::vector<Slot> left_;

@@ -164,7 +164,7 @@ bool Step::set_roaming(Mind& mind, const Due& due, const World& world, const Set
     const CompiledMachine& machine = machine_of(mind, settings);
     start_leg(mind, in.around(mind, due.row, due.slot));
     const Vec3 from = world.entities.position[due.row];
-    mind.timed = roam(mind, machine, in, due.row, from, way_ahead(mind, machine, in, due.row));
+    mind.timed = roam(mind, machine, in, due.row, from, path_ahead(mind, machine, in, due.row));
     mind.placed = Vec2(from.x(), from.z());
     drift_m_ = std::max(drift_m_, step_of(mind));
     return mind.timed;
@@ -229,7 +229,7 @@ void Step::make_way(Minds& minds, const World& world, const Settings& settings) 
                 {rows_[i], way_left(mind, state, world.places, Vec2(at.x(), at.z()))});
         }
     }
-    report_.ways = make_way_.step(
+    report_.avoidance = make_way_.step(
         walkers_,
         {world.entities, world.types, world.statics, walls_, world.team, world.now, world.dt},
         *settings.avoidance);

@@ -7,7 +7,7 @@
 namespace zoned::ai {
 
 /// In the order of entities, so that what is answered when does not depend on lanes.
-void Step::ask_for_ways(Minds& minds, const World& world, const Settings& settings) {
+void Step::request_paths(Minds& minds, const World& world, const Settings& settings) {
     asking_.clear();
     for (Lane& lane : lanes_) {
         asking_.insert(asking_.end(), lane.asking.begin(), lane.asking.end());
@@ -28,30 +28,30 @@ void Step::ask_for_ways(Minds& minds, const World& world, const Settings& settin
         const motion::CharacterLimits& body = world.types[e.type[row]].character;
         return e.position[row].y() - body.radius - body.half_segment;
     };
-    waiting_.insert(waiting_.end(), world.ways->requeued().begin(), world.ways->requeued().end());
+    waiting_.insert(waiting_.end(), world.paths->requeued().begin(), world.paths->requeued().end());
     for (const Slot slot : waiting_) {
         const EntityId entity = minds.at(slot).entity;
         row_hints_[slot] = row_of(e, entity, row_hints_[slot]);
-        if (world.ways->has(slot, entity) && row_hints_[slot] != world::kNoRow) {
-            world.ways->see(slot, at(slot), feet(slot));
+        if (world.paths->has(slot, entity) && row_hints_[slot] != world::kNoRow) {
+            world.paths->see(slot, at(slot), feet(slot));
         }
     }
     for (const Slot slot : asking_) {
         Mind& mind = minds.at(slot);
-        mind.on_way = true;
+        mind.on_path = true;
         const navigation::Spot goal{mind.leg.goal.x(), mind.leg.goal.y()};
         const world::Row row = row_hints_[slot];
         const State& state = machine_of(mind, settings).states[mind.doing];
         const float floor = goal_floor(mind, state, coarse(world).around(mind, row, slot));
-        world.ways->ask(slot, mind.entity, e.type[row], at(slot), goal, {feet(slot), floor});
+        world.paths->ask(slot, mind.entity, e.type[row], at(slot), goal, {feet(slot), floor});
     }
 }
 
-void Step::wait_for(const Ways& ways, const Minds& minds) {
+void Step::wait_for(const PathService& paths, const Minds& minds) {
     waiting_.clear();
     for (std::size_t n = 0; n < minds.size(); ++n) {
         const Slot slot = minds.nth(n);
-        if (ways.has(slot, minds.at(slot).entity) && ways.answer(slot).waiting) {
+        if (paths.has(slot, minds.at(slot).entity) && paths.answer(slot).waiting) {
             waiting_.push_back(slot);
         }
     }
@@ -60,7 +60,7 @@ void Step::wait_for(const Ways& ways, const Minds& minds) {
 
 /// Those who are simulated: who is seen by nobody walks through everybody.
 void Step::count_bodies(const World& world) {
-    if (!world.ways->counts_bodies()) {
+    if (!world.paths->counts_bodies()) {
         return;
     }
     body_x_.clear();
@@ -73,28 +73,28 @@ void Step::count_bodies(const World& world) {
             body_z_.push_back(e.position[row].z());
         }
     }
-    world.ways->count_bodies(body_x_, body_z_);
+    world.paths->count_bodies(body_x_, body_z_);
 }
 
-/// Ways for those who need one, most often in the tick in which they ask; others are told when
+/// Paths for those who need one, most often in the tick in which they ask; others are told when
 /// theirs is there, or another than before because a door has turned.
-void Step::find_ways(Minds& minds, const World& world, const Settings& settings) {
-    if (world.ways == nullptr) {
+void Step::find_paths(Minds& minds, const World& world, const Settings& settings) {
+    if (world.paths == nullptr) {
         return;
     }
-    ask_for_ways(minds, world, settings);
+    request_paths(minds, world, settings);
     count_bodies(world);
-    world.ways->serve();
+    world.paths->serve();
     told_.clear();
     std::copy_if(asking_.begin(), asking_.end(), std::back_inserter(told_), [&minds](Slot slot) {
         return minds.at(slot).timed;
     });
     waiting_.insert(waiting_.end(), asking_.begin(), asking_.end());
-    for (const Slot slot : world.ways->answered()) {
+    for (const Slot slot : world.paths->answered()) {
         Mind& mind = minds.at(slot);
-        const bool walks = mind.timed && mind.on_way && world.ways->has(slot, mind.entity);
-        if (!mind.on_way) {
-            world.ways->release(slot);
+        const bool walks = mind.timed && mind.on_path && world.paths->has(slot, mind.entity);
+        if (!mind.on_path) {
+            world.paths->release(slot);
         }
         const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
         if (walks && row != world::kNoRow) {
@@ -107,7 +107,7 @@ void Step::find_ways(Minds& minds, const World& world, const Settings& settings)
         slots->erase(std::unique(slots->begin(), slots->end()), slots->end());
     }
     std::erase_if(waiting_, [&](Slot slot) {
-        return !world.ways->has(slot, minds.at(slot).entity) || !world.ways->answer(slot).waiting;
+        return !world.paths->has(slot, minds.at(slot).entity) || !world.paths->answer(slot).waiting;
     });
     for (const Slot slot : told_) {
         Mind& mind = minds.at(slot);
@@ -130,7 +130,7 @@ void Step::go_on_from(Mind& mind, Slot slot, const World& world, const Settings&
     const CompiledMachine& machine = machine_of(mind, settings);
     const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
     row_hints_[slot] = row;
-    follow_way(mind, machine.states[mind.doing], coarse(world).around(mind, row, slot));
+    follow_path(mind, machine.states[mind.doing], coarse(world).around(mind, row, slot));
     mind.next_steering = world.now + 1;
     if (mind.tier == Tier::kCoarse) {
         mind.next_event = next_event(mind, machine, coarse(world));

@@ -258,11 +258,11 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
         const Vec3 from = on_step(mind) ? mind.target : body;
         const bool there = on_step(mind) && at_step_end(mind, at);
         const float floor =
-            in.ways != nullptr && in.ways->plans_for(e.type[row])
-                ? in.ways->floor_along(e.type[row],
-                                       {from.x(), from.z()},
-                                       from.y() - limits.radius - limits.half_segment,
-                                       {at.x(), at.y()})
+            in.paths != nullptr && in.paths->plans_for(e.type[row])
+                ? in.paths->floor_along(e.type[row],
+                                        {from.x(), from.z()},
+                                        from.y() - limits.radius - limits.half_segment,
+                                        {at.x(), at.y()})
                 : navigation::kOnGround;
         e.position[row] = there ? from : standing_at(in.statics, limits, from, at, floor, in.now);
         e.discontinuity_tick[row] = in.now;

@@ -14,11 +14,11 @@ struct CoarseWorld {
     const Places& places;
     const motion::StaticGeometry& statics;
     Tick now;
-    float dt;              ///< s
-    Ways* ways = nullptr;  ///< where they are planned
+    float dt;                      ///< s
+    PathService* paths = nullptr;  ///< where they are planned
 
     [[nodiscard]] Surroundings around(const Mind& mind, world::Row row, Slot slot = 0) const {
-        Surroundings around{entities, types, grid, places, row, now, dt, ways, slot};
+        Surroundings around{entities, types, grid, places, row, now, dt, paths, slot};
         around.at = whereabouts(mind, around.body(), now, dt);
         return around;
     }

@@ -22,7 +22,7 @@ std::int32_t line_of(float coordinate) {
 }
 
 /// The way along `direction` from `from` to where it leaves [low, high], which lies ahead, m.
-float way_out(float from, float direction, float low, float high) {
+float straight_exit(float from, float direction, float low, float high) {
     if (direction == 0.0F) {
         return std::numeric_limits<float>::infinity();
     }
@@ -48,7 +48,7 @@ bool turns_far(const Leg& leg) {
     return !(std::max(start_m, leg.speed * leg.bend_s) < CoarseCells::kPiece_m);
 }
 
-/// A piece of the walk at full speed: between these ways along the leg, m.
+/// A piece of the walk at full speed: between these paths along the leg, m.
 struct Piece {
     float begin_m = 0.0F;
     float end_m = 0.0F;
@@ -85,14 +85,14 @@ class CoarseCells::Squares {
     }
 
     /// All that a straight way touches.
-    void add_way(const Vec2& a, const Vec2& b) {
+    void add_path(const Vec2& a, const Vec2& b) {
         const Vec2 low = a.cwiseMin(b);
         const Vec2 high = a.cwiseMax(b);
         const std::int32_t first = line_of(low.y());
         const std::int32_t last = line_of(high.y());
         const std::int32_t column = line_of(low.x());
         if (first == last && column == line_of(high.x())) {
-            add(cell_of(column, first, kSide));  // most ways
+            add(cell_of(column, first, kSide));  // most paths
             return;
         }
         for (std::int32_t z = first; z <= last && !many_; ++z) {
@@ -162,7 +162,8 @@ Tick CoarseCells::left_at(const Leg& leg,
         if (std::abs(at[axis]) <= half_size[axis]) {
             way = std::min(
                 way,
-                way_out(leg.from[axis], leg.direction[axis], -half_size[axis], half_size[axis]));
+                straight_exit(
+                    leg.from[axis], leg.direction[axis], -half_size[axis], half_size[axis]));
         }
     }
     const float bent = std::ceil(leg.bend_s / dt);
@@ -200,11 +201,11 @@ void CoarseCells::put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool 
             squares.add_box(turn.start.cwiseMin(turn.control).cwiseMin(turn.end),
                             turn.start.cwiseMax(turn.control).cwiseMax(turn.end));
         } else {
-            squares.add_way(turn.start, turn.end);
+            squares.add_path(turn.start, turn.end);
         }
         begin = turn.end;
     }
-    squares.add_way(begin, step_m > 0.0F ? Vec2(leg.from + leg.direction * piece.end_m) : begin);
+    squares.add_path(begin, step_m > 0.0F ? Vec2(leg.from + leg.direction * piece.end_m) : begin);
     if (turns_far(leg) || squares.found().empty()) {
         squares.add_anywhere();
     }

@@ -12,7 +12,7 @@ namespace zoned::ai {
 
 /// Squares that repeat after kSide of them in x and z, so that the plane needs no bounds: who is
 /// asked for by square has to be asked where it is. Who walks is in all squares that its way leads
-/// through, so that nothing needs to be done when it goes from one to the next; ways are cut where
+/// through, so that nothing needs to be done when it goes from one to the next; paths are cut where
 /// they would lead through too many. Squares are lists through the slots: nothing is allocated but
 /// where slots are new.
 class CoarseCells {

@@ -19,7 +19,7 @@ constexpr float kAlignmentWeight = 1.0F;
 constexpr float kCohesionWeight = 0.8F;
 constexpr float kHomeWeight = 0.6F;
 constexpr float kInertiaWeight = 0.6F;
-constexpr float kWayWeight = 1.2F;
+constexpr float kPathWeight = 1.2F;
 constexpr float kHomePullLimit = 2.5F;  ///< far from home nothing else may win
 constexpr float kFixedPoint = 4096.0F;
 /// By more than this share no square of a length is off.
@@ -101,9 +101,9 @@ struct SumOfLanes {
 
 Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m) {
     if (stops.size() == 1) {
-        const Vec2 way = stops[0] - here;
-        const float distance = way.norm();
-        return distance > width_m ? Vec2(way / distance) : Vec2(Vec2::Zero());
+        const Vec2 path = stops[0] - here;
+        const float distance = path.norm();
+        return distance > width_m ? Vec2(path / distance) : Vec2(Vec2::Zero());
     }
     float least = std::numeric_limits<float>::infinity();
     Vec2 wanted = Vec2::Zero();
@@ -223,8 +223,8 @@ Vec2 FlockSum::heading(const Vec2& here, const FlockPull& pull) const {
         heading += kAlignmentWeight * share / pull.speed * along_.value();
         heading += kCohesionWeight * share / pull.radius_m * together_.value();
     }
-    if (pull.way != Vec2::Zero()) {
-        return heading + kWayWeight * pull.way;
+    if (pull.path != Vec2::Zero()) {
+        return heading + kPathWeight * pull.path;
     }
     const Vec2 to_home = pull.home - here;
     const float distance = to_home.norm();

@@ -21,8 +21,8 @@ inline constexpr float kFastestOfLanes = 100.0F;
 /// Where an animal wants to go on its own account.
 struct FlockPull {
     Vec2 home = Vec2::Zero();  ///< x, z, m
-    /// Along a way, unit length; zero: it is drawn home instead.
-    Vec2 way = Vec2::Zero();
+    /// Along a path, unit length; zero: it is drawn home instead.
+    Vec2 path = Vec2::Zero();
     Vec2 heading = Vec2::Zero();  ///< own direction now: unit length, or zero when it stands
     float radius_m = 20.0F;       ///< who counts as a neighbour
     float speed = 1.0F;           ///< m/s, full speed of the gait, > 0
@@ -30,7 +30,7 @@ struct FlockPull {
 
 /// Separation, alignment and cohesion (Reynolds, "Flocks, herds, and schools: a distributed
 /// behavioral model", SIGGRAPH 1987, as weighted sums) over the neighbours of one animal, plus a
-/// pull towards home that grows with distance, or along a way, and some inertia. The sums are
+/// pull towards home that grows with distance, or along a path, and some inertia. The sums are
 /// integers, so that they do not depend on the order in which neighbours are added.
 class FlockSum {
   public:

@@ -256,16 +256,16 @@ double next_leg_m(const Mind& mind,
     return std::min(std::max(leg, at_least), blend - changed);
 }
 
-/// The timetable's place moves on by `way`.
-void advance(Mind& mind, const TrackView& view, double way) {
+/// The timetable's place moves on by `path`.
+void advance(Mind& mind, const TrackView& view, double path) {
     TrackWalk& walk = mind.track;
     const Lane& lane = view.lane(walk.lane);
-    walk.to_change -= static_cast<float>(way);
+    walk.to_change -= static_cast<float>(path);
     if (!changes_lanes(mind)) {
-        walk.s = static_cast<float>(lane.on_lane(static_cast<double>(walk.s) + way));
+        walk.s = static_cast<float>(lane.on_lane(static_cast<double>(walk.s) + path));
         return;
     }
-    walk.changed += static_cast<float>(way);
+    walk.changed += static_cast<float>(path);
     if (walk.changed >= view.def().blend_m * (1.0F - 1e-5F)) {
         walk.s = static_cast<float>(
             lane.on_lane(static_cast<double>(walk.s) + static_cast<double>(walk.changed)));
@@ -274,7 +274,7 @@ void advance(Mind& mind, const TrackView& view, double way) {
 }
 
 /// The leg from where it is that leads to `goal` in `time_s`, at `most` m/s: the turn into it leads
-/// aside and costs way, for which its direction and speed allow.
+/// aside and costs path, for which its direction and speed allow.
 Leg leg_in_time(const Vec2& goal,
                 double time_s,
                 float most,
@@ -285,14 +285,14 @@ Leg leg_in_time(const Vec2& goal,
     Vec2 from = around.at;
     Leg leg;
     for (int attempt = 0; attempt < kTurnTries; ++attempt) {
-        const Vec2 way = goal - from;
-        const float length = way.norm();
+        const Vec2 path = goal - from;
+        const float length = path.norm();
         if (!(length > 1e-4F)) {
             break;
         }
         leg = leg_from(around.at,
                        velocity,
-                       way / length,
+                       path / length,
                        std::min(length / time, most),
                        body_of(around).acceleration,
                        around.now - 1);
@@ -332,20 +332,20 @@ void set_next_leg(Mind& mind,
                   const Surroundings& around) {
     const double top = top_speed_of(state, around);
     const double speed = timetable_speed(state, around);
-    const double way = next_leg_m(mind, view, speed, around);
-    const Vec2 goal = view.local(place_after(mind, view, way));
+    const double path = next_leg_m(mind, view, speed, around);
+    const Vec2 goal = view.local(place_after(mind, view, path));
     const double straight = static_cast<double>((goal - around.at).norm());
-    double time = time_to_due(mind, around) + way / speed;
+    double time = time_to_due(mind, around) + path / speed;
     // By another timetable: who was held up, or has just come from beside the track.
     if (!(straight > kLeastShare * speed * time) || !(straight < top * time + 0.5 * kBoardM)) {
         time = std::max(straight / speed, static_cast<double>(around.dt));
     }
-    advance(mind, view, way);
+    advance(mind, view, path);
     set_due(mind, time, around);
     mind.leg = leg_in_time(goal, time, static_cast<float>(top), mind, around);
     aim_along(
         mind, Pace{mind.leg.speed / static_cast<float>(top), state.sprint}, mind.leg.direction);
-    mind.on_way = false;
+    mind.on_path = false;
     mind.again_at = kNever;
 }
 
@@ -412,7 +412,7 @@ Wish wish_track(Mind& mind, const State& state, const Surroundings& around) {
         lane.nearest(view.world(around.at), static_cast<double>(mind.track.s), kReachM);
     if (mind.timed && around.there) {
         wish = Wish();
-        wish.far = true;  // a way may open
+        wish.far = true;  // a path may open
         return wish;
     }
     if (mind.timed || near.distance_m > kPushedOffM) {

@@ -15,11 +15,11 @@ void begin_track(Mind& mind, const State& state, const Surroundings& around);
 
 /// Once the leg is over, or is to be made anew: sets the next one along the track. A leg is as long
 /// as its line is within 0.5 error_m of the lane, its turn within what a body that accelerates as
-/// this one does takes 0.25 error_m for, and a tick's way beyond its end leads off by less than
+/// this one does takes 0.25 error_m for, and a tick's path beyond its end leads off by less than
 /// 0.15 error_m; what is left is for the curve of the lane. It is walked at the speed by which its
 /// end is reached when the timetable says, so that nothing adds up: a follower is within error_m of
 /// the place where one would be who walked along the lane at even speed, as long as nobody is in
-/// its way. Who was held up or pushed by more than 1.5 m goes on from where it is, by another
+/// its path. Who was held up or pushed by more than 1.5 m goes on from where it is, by another
 /// timetable.
 ///
 /// False: it is not on the track, and walks to Mind::target as to any goal.

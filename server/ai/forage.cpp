@@ -40,7 +40,7 @@ void end_leg(Mind& mind, Tick now) {
 }
 
 /// Scouts are not, nor whoever has been on its way for long, half of the time: old scents may lead
-/// to where there is no way any more.
+/// to where there is no path any more.
 bool is_guided(const Mind& mind, const ForageDef& def) {
     const bool scouts = (mind.corner & (kCarries | kScouts)) == kScouts;
     return !scouts && (mind.steps / def.trails.patience) % 2 == 0;

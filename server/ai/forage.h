@@ -1,4 +1,4 @@
-// Forage: creatures that look for food around a nest, and find the shortest way by scents.
+// Forage: creatures that look for food around a nest, and find the shortest path by scents.
 #pragma once
 
 #include "server/ai/minds.h"
@@ -40,7 +40,7 @@ inline bool goes_by_cells(const Mind& mind, const State& state) {
 /// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to
 /// that of the next by a timetable (walk.h), and what they smell and mark happens at the ends of
 /// these legs, in the order of ticks and then of entities: the same whether somebody sees them or
-/// not. Where they are on their way is part of their minds (`corner`, `target`, `steps`), and goes
+/// not. Where they are on their path is part of their minds (`corner`, `target`, `steps`), and goes
 /// with them to another zone: from there they walk straight home. Scents stay, and are part of the
 /// zone's state.
 class Nests {

@@ -118,8 +118,8 @@ void Formations::give_slots(Minds& minds, const world::Entities& entities, const
         for (std::size_t i = 0; i < count; ++i) {
             const Vec2 at = ground_of(entities.position[group.ranks[i].row]);
             for (std::size_t slot = 0; slot < group.company; ++slot) {
-                const Vec2 way = group.centre + group.offset(slot) - at;
-                cost_.push_back(static_cast<double>(way.squaredNorm()));
+                const Vec2 path = group.centre + group.offset(slot) - at;
+                cost_.push_back(static_cast<double>(path.squaredNorm()));
             }
         }
         const auto slots = assignment_.solve(cost_, count, group.company);
@@ -195,7 +195,7 @@ void Formations::place(Minds& minds,
             const bool stray = straggles(mind) ? distance > settings.taken_back_m || !sees
                                                : distance > settings.straggler_m || !sees;
             mind.corner = static_cast<std::uint8_t>(slot | (stray ? kStraggles : 0U));
-            // Behind a wall from its place it follows the captain, who came by some way.
+            // Behind a wall from its place it follows the captain, who came by some path.
             const Vec2 to = sees ? place : group.centre;
             mind.target = Vec3(to.x(), entities.position[rank.row].y(), to.y());
         }

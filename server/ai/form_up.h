@@ -25,7 +25,7 @@ struct Rank {
 };
 
 /// The members of all formations of a zone. Nothing is remembered here: slots are part of the
-/// minds, and given anew, by the least sum of squared ways, when those of a captain's members are
+/// minds, and given anew, by the least sum of squared paths, when those of a captain's members are
 /// not the first so many. On a border, where some of them, or the captain, are ghosts of another
 /// zone, both keep to the slots that they had when they were together: as long as there are as many
 /// ghosts who may be those that are missing.

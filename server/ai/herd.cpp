@@ -145,10 +145,10 @@ Tick roams_until(const CompiledMachine& machine, Tick now, float dt) {
     return (now / period + 1) * period;
 }
 
-Vec2 way_ahead(const Mind& mind,
-               const CompiledMachine& machine,
-               const CoarseWorld& in,
-               world::Row row) {
+Vec2 path_ahead(const Mind& mind,
+                const CompiledMachine& machine,
+                const CoarseWorld& in,
+                world::Row row) {
     const auto ticks = static_cast<float>(roams_until(machine, in.now, in.dt) - in.now);
     return wanted_by(mind.aim, in.types[in.entities.type[row]].character) * (ticks * in.dt);
 }
@@ -172,7 +172,7 @@ void take_step(Mind& mind,
     }
     mind.target = Vec3(mind.leg.goal.x(), end.at.y(), mind.leg.goal.y());
     mind.timed = true;
-    mind.on_way = false;
+    mind.on_path = false;
     mind.fresh = false;
     mind.again_at = until;
 }

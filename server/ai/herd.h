@@ -127,17 +127,17 @@ bool only_steps(const Mind& mind,
 void hash_step(core::StateHash& hash, const Mind& mind);
 
 /// The way that it goes until then where nothing changes its heading, x, z, m.
-Vec2 way_ahead(const Mind& mind,
-               const CompiledMachine& machine,
-               const CoarseWorld& in,
-               world::Row row);
+Vec2 path_ahead(const Mind& mind,
+                const CompiledMachine& machine,
+                const CoarseWorld& in,
+                world::Row row);
 
 /// Herds for a step: all animals that may come near each other until it is over stand in columns by
 /// cells, and the rule is asked at the very ticks at which a simulated animal would decide and
 /// steer, by where all of them are then: cells are so large that who is farther off than one is no
 /// neighbour until the step is over (Hockney and Eastwood, "Computer Simulation Using Particles",
 /// 1988, section 8-4-1, chaining mesh). In between they walk straight. Animals of the herd that are
-/// simulated are foretold by the same rule. What is left out until the step is over is that ways
+/// simulated are foretold by the same rule. What is left out until the step is over is that paths
 /// over surfaces may be barred, and that others turn who are not of a herd.
 class Herds {
   public:

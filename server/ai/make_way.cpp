@@ -25,7 +25,7 @@ constexpr float kBerth = 0.05F;
 constexpr float kRounding = 1e-4F;
 /// Who comes to stand within this is not turned aside by walls on the way, m.
 constexpr float kShortStop = 0.1F;
-/// How much lower ground may lie after a way of 1 m that is walked down: somewhat more than the
+/// How much lower ground may lie after a path of 1 m that is walked down: somewhat more than the
 /// steepest that carries.
 constexpr float kSteepestFall = 1.2F;
 /// Shares of the best velocity that are tried, one after the other; the last is to brake.
@@ -73,10 +73,10 @@ float height_of(const world::EntityType& type) {
 
 /// The point of the segment from a to b that is nearest to p.
 Vec2 nearest_on(const Vec2& a, const Vec2& b, const Vec2& p) {
-    const Vec2 way = b - a;
-    const float length2 = way.squaredNorm();
-    const float t = length2 > 0.0F ? std::clamp(way.dot(p - a) / length2, 0.0F, 1.0F) : 0.0F;
-    return a + t * way;
+    const Vec2 path = b - a;
+    const float length2 = path.squaredNorm();
+    const float t = length2 > 0.0F ? std::clamp(path.dot(p - a) / length2, 0.0F, 1.0F) : 0.0F;
+    return a + t * path;
 }
 
 /// The nearest points of two segments that do not cross: one of them is an end.
@@ -111,21 +111,21 @@ std::int8_t slower(float share) {
 }
 
 /// Whether nothing turns aside who brakes on the way to `end`: then it comes to stand elsewhere.
-/// Short ways are not looked at.
+/// Short paths are not looked at.
 bool brakes_freely(const Vec3& from,
                    const Vec2& end,
                    const motion::CharacterLimits& limits,
                    const motion::StaticGeometry& statics,
                    Tick now) {
-    const Vec3 way(end.x() - from.x(), 0.0F, end.y() - from.z());
-    if (way.squaredNorm() <= kShortStop * kShortStop) {
+    const Vec3 path(end.x() - from.x(), 0.0F, end.y() - from.z());
+    if (path.squaredNorm() <= kShortStop * kShortStop) {
         return true;
     }
     const motion::CapsuleSweep sweep(statics,
                                      {limits.radius, limits.half_segment},
-                                     Aabb{from, from}.grown(way.norm() + 0.1F),
+                                     Aabb{from, from}.grown(path.norm() + 0.1F),
                                      now);
-    const motion::SweepHit hit = sweep.sweep(from, way);
+    const motion::SweepHit hit = sweep.sweep(from, path);
     return !hit.hit || hit.ground_plane || hit.normal.y() >= limits.max_slope_cos;
 }
 
@@ -159,7 +159,7 @@ void MakeWay::add_walker(const Walker& walker, const Scene& scene) {
     seen_.vz.back() = velocity.y();
     seen_.want_x.back() = want.x();
     seen_.want_z.back() = want.y();
-    seen_.way_left.back() = walker.way_left_m;
+    seen_.way_left.back() = walker.path_left_m;
     // Nobody brakes in the air.
     const bool walks = e.has(row, world::kGrounded);
     seen_.yield.back() = walks ? 1.0F : 0.0F;
@@ -321,7 +321,7 @@ bool MakeWay::is_crowded(std::uint32_t one,
             crowded = true;
             return;
         }
-        // Nobody who is beyond the ends of both courses and a tick's way can be in the way.
+        // Nobody who is beyond the ends of both courses and a tick's path can be in the way.
         const float most = seen_.radius[one] + seen_.radius[other] +
                            (courses_[one].end - courses_[one].at).norm() +
                            (courses_[other].end - courses_[other].at).norm() +

@@ -18,7 +18,7 @@ namespace zoned::ai {
 /// Who makes way: the entity of an awake mind.
 struct Walker {
     world::Row row = world::kNoRow;
-    float way_left_m = 0.0F;  ///< to where it goes; who has less goes first
+    float path_left_m = 0.0F;  ///< to where it goes; who has less goes first
 };
 
 /// How far a mind that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
@@ -32,7 +32,7 @@ struct WayReport {
 
 /// Commands are what characters make of them (motion::apply_input), so a promise about places has
 /// to know about acceleration and quantised commands. Between two that both yield lies a line half
-/// way between where they are and where they would come to stand if they braked now. A command is
+/// path between where they are and where they would come to stand if they braked now. A command is
 /// given only if its character, after this tick and after braking from then on, keeps to its side,
 /// as apply_input itself says, and nobody who keeps to the ground is led off it. To brake is always
 /// among these, so whoever does not overlap will not, unless moved by others. The idea of sets that

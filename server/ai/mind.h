@@ -91,7 +91,7 @@ struct Mind {
     bool timed = false;          ///< it goes by its leg; always where coarse
     Leg leg;
     TrackWalk track;         ///< of who follows one
-    bool on_way = false;     ///< timed: its leg is one of a way to leg.goal, which it has asked for
+    bool on_path = false;    ///< timed: its leg is one of a way to leg.goal, which it has asked for
     Tick again_at = kNever;  ///< timed, and stands: when it looks for a way again
     Vec2 placed = Vec2::Zero();  ///< coarse: x, z where its entity was put last
     Tick next_event = kNever;    ///< coarse

@@ -94,7 +94,7 @@ template <class MindOf, class Visit>
     visit(mind.track.to_change);
     visit(mind.track.due);
     visit(mind.track.due_s);
-    visit(mind.on_way);
+    visit(mind.on_path);
     visit(mind.again_at);
     visit_vector(mind.placed, visit);
     visit(mind.next_event);
@@ -117,7 +117,7 @@ template <class MindOf, class Visit>
     visit(mind.aim.move_z);
     visit(mind.aim.yaw);
     visit(mind.timed);
-    visit(mind.on_way);
+    visit(mind.on_path);
     visit(mind.entered);
     visit(mind.fresh);
     visit_vector(mind.anchor, visit);

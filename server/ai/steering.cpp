@@ -54,7 +54,7 @@ bool blocked(Mind& mind, const Wish& wish, float speed, const Surroundings& arou
     return blocked(mind, wish.has_goal ? &wish.goal : nullptr, speed, around);
 }
 
-/// Walks across its way for a while.
+/// Walks across its path for a while.
 void step_aside(Mind& mind, const Pace& pace, const Vec2& direction, const Surroundings& around) {
     const float side = (mind.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
     aim_along(mind, pace, Vec2(side * direction.y(), -side * direction.x()));
@@ -81,8 +81,8 @@ Tick next_steering(const Mind& mind, const Wish& wish, float speed, const Surrou
     if (!wish.has_goal) {
         return around.now + period;
     }
-    const float way = wish.direction.norm() - kArriveM;
-    const auto ticks = static_cast<Tick>(std::clamp(way / (speed * around.dt), 0.0F, 8.0F));
+    const float path = wish.direction.norm() - kArriveM;
+    const auto ticks = static_cast<Tick>(std::clamp(path / (speed * around.dt), 0.0F, 8.0F));
     return around.now + std::clamp<Tick>(ticks, 1, period);
 }
 
@@ -172,12 +172,12 @@ void steer_blend(Mind& mind,
     }
 }
 
-/// What hangs on others: looked at anew whenever it steers. True: it needs a way.
+/// What hangs on others: looked at anew whenever it steers. True: it needs a path.
 bool steer_freely(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     const float speed = std::max(0.01F, full_speed(state, around));
     Wish wish = wish_of(mind, state, speed, around);
     const Vec2 goal = wish.goal;
-    const bool asks = turn_to_way(mind, state, wish, around);
+    const bool asks = turn_to_path(mind, state, wish, around);
     if (asks) {
         mind.leg = Leg();
         mind.leg.goal = goal;
@@ -214,13 +214,13 @@ void put_right(Mind& mind, const State& state, const Surroundings& around) {
                          time_on(mind.leg, around.now, around.dt);
     const float time_s = std::clamp(left_s, kPutRightS, soon_s);
     const auto ticks = static_cast<Tick>(std::lround(time_s / around.dt));
-    const Vec2 way = position_at(mind.leg, around.now - 1 + ticks, around.dt) - around.body();
-    const float length = way.norm();
+    const Vec2 path = position_at(mind.leg, around.now - 1 + ticks, around.dt) - around.body();
+    const float length = path.norm();
     if (length > 0.0F) {
         const float speed = length / (static_cast<float>(ticks) * around.dt);
-        // It faces the way of its leg, as one that nobody sees does.
+        // It faces the path of its leg, as one that nobody sees does.
         const std::uint16_t facing = mind.aim.yaw;
-        aim_along(mind, Pace{speed / full, state.sprint}, way / length);
+        aim_along(mind, Pace{speed / full, state.sprint}, path / length);
         mind.aim.yaw = facing;
     }
 }
@@ -232,20 +232,20 @@ bool falls(const Surroundings& around) {
 }
 
 /// Keeps the body to the leg, which is set anew where it has come to its end, or the body was
-/// pushed away or held up. True: it needs a way.
+/// pushed away or held up. True: it needs a path.
 bool steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     Surroundings self = around;
     const Vec2 off = position_at(mind.leg, around.now - 1, around.dt) - around.body();
     const bool anew = !mind.timed || off.norm() > kAstrayM;
     if (falls(around)) {
-        mind.timed = false;  // where it lands its way may lead elsewhere
+        mind.timed = false;  // where it lands its path may lead elsewhere
         mind.next_steering = around.now + 1;
         return false;
     }
     const bool over = leg_is_over(mind, around.now, around.dt);
-    // In another zone than the one that knew its way.
+    // In another zone than the one that knew its path.
     const bool lost =
-        mind.on_way && (around.ways == nullptr || !around.ways->has(around.slot, mind.entity));
+        mind.on_path && (around.paths == nullptr || !around.paths->has(around.slot, mind.entity));
     if (over || mind.leg.length == 0.0F || !mind.timed) {
         restart_progress(mind, around.entities.position[around.self], around.now);
     }
@@ -313,7 +313,7 @@ bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         mind.timed = false;
         steer_in_formation(mind, state, entered, around);
     } else if (around.now < mind.detour_until) {
-        // It walks on across its way.
+        // It walks on across its path.
     } else if (goes_by_legs(mind, state)) {
         asks = steer_by_leg(mind, state, entered, around);
     } else {

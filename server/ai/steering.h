@@ -13,14 +13,14 @@ inline constexpr float kPatienceS = 2.0F;
 
 /// Updates mind.aim. Every change of direction costs a publication for each level of detail, so the
 /// heading is corrected only when it is off by some degrees: few at the tick of a decision, more in
-/// between. Standing still is exactly zero. True: it needs a way first, see plan_leg().
+/// between. Standing still is exactly zero. True: it needs a path first, see plan_leg().
 bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around);
 
 /// The next turn after `now` of one that is far: every few ticks, by entity id so that the load is
 /// even over ticks. It steers as well when its goal is reached: late turns would add up.
 Tick next_turn(const Mind& mind, Tick now);
 
-/// One of a herd that makes no progress for kPatienceS walks across its way for a while
+/// One of a herd that makes no progress for kPatienceS walks across its path for a while
 /// (mind.detour_until).
 void get_unstuck(Mind& mind, const State& state, const Surroundings& around);
 

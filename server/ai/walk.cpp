@@ -17,10 +17,10 @@ const motion::CharacterLimits& limits_of(const Surroundings& around) {
 /// A walk by a timetable leaves so much of full speed unused that a body can make up for what
 /// commands, whose headings and speeds are few, and others on its way have cost it.
 constexpr float kUsed = 0.98F;
-/// A corner of a way counts as passed so near to it, m; who goes there aims nearer.
+/// A corner of a path counts as passed so near to it, m; who goes there aims nearer.
 constexpr float kCornerM = 0.5F;
 constexpr float kTurnM = 0.2F;
-/// Who finds no way looks again after so long, s; who waits to be told, sooner.
+/// Who finds no path looks again after so long, s; who waits to be told, sooner.
 constexpr float kLookAgain_s = 5.0F;
 constexpr float kAskAgain_s = 0.25F;
 
@@ -55,14 +55,14 @@ void look_again(Mind& mind, float after_s, const Surroundings& around) {
 /// little to the side; the length to where it is within `near_m`, where it counts as reached. Where
 /// it would pass by farther than that, corrections on the way lead it straight there.
 void head_for(const Vec2& goal, float near_m, const Vec2& heading, Leg& leg) {
-    const Vec2 way = goal - leg.from;
-    const float along = way.dot(heading);
-    const float aside2 = std::max(0.0F, way.squaredNorm() - along * along);
+    const Vec2 path = goal - leg.from;
+    const float along = path.dot(heading);
+    const float aside2 = std::max(0.0F, path.squaredNorm() - along * along);
     if (aside2 < 0.25F * near_m * near_m) {
         leg.length = along - std::sqrt(near_m * near_m - aside2);
     } else {
-        leg.direction = way / way.norm();
-        leg.length = way.norm() - near_m;
+        leg.direction = path / path.norm();
+        leg.length = path.norm() - near_m;
     }
     leg.length = std::max(leg.length, 1e-3F);
 }
@@ -79,10 +79,10 @@ void set_out(Mind& mind,
     const float acceleration = limits_of(around).acceleration;
     const Pace pace{std::min(state.speed_factor * mind.band, around.all_out ? 1.0F : kUsed),
                     state.sprint};
-    Vec2 way = goal - around.at;
+    Vec2 path = goal - around.at;
     Vec2 towards = Vec2::Zero();
     for (int attempt = 0; attempt < 2; ++attempt) {
-        towards = way / way.norm();
+        towards = path / path.norm();
         move_along(mind.aim, pace, towards);
         const float speed = commanded_speed(mind, limits_of(around));
         if (!(speed > 0.0F)) {
@@ -96,7 +96,7 @@ void set_out(Mind& mind,
         if (!(rest.norm() > near_m)) {
             break;
         }
-        way = rest;
+        path = rest;
     }
     face_along(mind.aim, towards);
     head_for(goal, near_m, aim_direction(mind), mind.leg);
@@ -104,8 +104,8 @@ void set_out(Mind& mind,
     mind.again_at = kNever;
 }
 
-bool has_way(const Mind& mind, const Surroundings& around) {
-    return mind.on_way && around.ways != nullptr && around.ways->has(around.slot, mind.entity);
+bool has_path(const Mind& mind, const Surroundings& around) {
+    return mind.on_path && around.paths != nullptr && around.paths->has(around.slot, mind.entity);
 }
 
 /// So near to its goal a straight walk is over, m.
@@ -121,14 +121,14 @@ float reach_of(const Mind& mind, const State& state, const Wish& wish, const Sur
                      wish.direction.norm() - around.places.outside(state.forage->nest, around.at));
 }
 
-/// Whether the mind has come to where its way ends.
-bool way_is_over(const Mind& mind, const Surroundings& around) {
-    if (!has_way(mind, around)) {
+/// Whether the mind has come to where its path ends.
+bool path_is_over(const Mind& mind, const Surroundings& around) {
+    if (!has_path(mind, around)) {
         return false;
     }
-    const navigation::WayAnswer way = around.ways->answer(around.slot);
-    return !way.waiting &&
-           (way.corners.empty() || (flat_of(way.corners.back()) - around.at).norm() < kCornerM);
+    const navigation::PathResult path = around.paths->answer(around.slot);
+    return !path.waiting &&
+           (path.corners.empty() || (flat_of(path.corners.back()) - around.at).norm() < kCornerM);
 }
 
 }  // namespace
@@ -178,11 +178,11 @@ void start_leg(Mind& mind, const Surroundings& around) {
                         0.0F,
                         around.now - 1);
     mind.timed = true;
-    mind.on_way = false;
+    mind.on_path = false;
 }
 
-void follow_way(Mind& mind, const State& state, const Surroundings& around) {
-    const Vec2 next = flat_of(around.ways->heading(around.slot, spot_of(around.at), kCornerM));
+void follow_path(Mind& mind, const State& state, const Surroundings& around) {
+    const Vec2 next = flat_of(around.paths->heading(around.slot, spot_of(around.at), kCornerM));
     const bool last = (next - mind.leg.goal).norm() < kTurnM;
     const float near_m = last ? kArriveM : kTurnM;
     if ((next - around.at).norm() > near_m) {
@@ -197,7 +197,7 @@ void follow_way(Mind& mind, const State& state, const Surroundings& around) {
 
 bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
-    around.there = !entered && way_is_over(mind, around);
+    around.there = !entered && path_is_over(mind, around);
     if (state.action == ActionKind::kFollowTrack && follow_track(mind, state, around)) {
         return false;
     }
@@ -206,7 +206,7 @@ bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& 
         if (mind.leg.speed > 0.0F) {
             halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
         }
-        mind.on_way = false;
+        mind.on_path = false;
         mind.again_at = kNever;
         if (wish.far || state.action == ActionKind::kForage) {
             look_again(mind, wish.far ? kLookAgain_s : kAskAgain_s, around);
@@ -215,40 +215,40 @@ bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& 
     }
     const bool same = !entered && wish.goal == mind.leg.goal;
     const bool by_cells = goes_by_cells(mind, state);
-    if (same && !by_cells && has_way(mind, around)) {
-        follow_way(mind, state, around);
+    if (same && !by_cells && has_path(mind, around)) {
+        follow_path(mind, state, around);
         return false;
     }
     const TypeIndex type = around.entities.type[around.self];
-    if (!by_cells && around.ways != nullptr && around.ways->plans_for(type)) {
+    if (!by_cells && around.paths != nullptr && around.paths->plans_for(type)) {
         mind.leg.goal = wish.goal;
         return true;
     }
     if (!same || mind.leg.length == 0.0F) {
-        mind.on_way = false;
+        mind.on_path = false;
         mind.leg.goal = wish.goal;
         set_out(mind, state, around, wish.goal, reach_of(mind, state, wish, around));
     }
     return false;
 }
 
-bool turn_to_way(Mind& mind, const State& state, Wish& wish, const Surroundings& around) {
+bool turn_to_path(Mind& mind, const State& state, Wish& wish, const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];
     const navigation::Spot body = spot_of(around.body());
-    if (!wish.seeks || around.ways == nullptr || !around.ways->plans_for(type)) {
-        mind.on_way = false;
+    if (!wish.seeks || around.paths == nullptr || !around.paths->plans_for(type)) {
+        mind.on_path = false;
         return false;
     }
     const float feet_m = limits_of(around).radius + limits_of(around).half_segment;
-    const WayHeights heights{around.entities.position[around.self].y() - feet_m,
-                             goal_floor(mind, state, around)};
-    if (around.ways->straight(type, body, spot_of(wish.goal), heights)) {
-        mind.on_way = false;
+    const PathHeights heights{around.entities.position[around.self].y() - feet_m,
+                              goal_floor(mind, state, around)};
+    if (around.paths->straight(type, body, spot_of(wish.goal), heights)) {
+        mind.on_path = false;
         return false;
     }
-    const bool asks = mind.fresh || !has_way(mind, around);
-    if (has_way(mind, around)) {
-        const Vec2 next = flat_of(around.ways->heading(around.slot, body, kCornerM));
+    const bool asks = mind.fresh || !has_path(mind, around);
+    if (has_path(mind, around)) {
+        const Vec2 next = flat_of(around.paths->heading(around.slot, body, kCornerM));
         wish.direction = next - around.body();
         // Progress is what leads to the corner.
         wish.goal = next;

@@ -27,24 +27,24 @@ bool goes_by_legs(const Mind& mind, const State& state);
 /// leads.
 void start_leg(Mind& mind, const Surroundings& around);
 
-/// Whether the leg is at its end, or it is time to look again for a way that was not there.
+/// Whether the leg is at its end, or it is time to look again for a path that was not there.
 inline bool leg_is_over(const Mind& mind, Tick now, float dt) {
     return now >= (mind.leg.length > 0.0F ? arrival_of(mind.leg, dt) : mind.again_at);
 }
 
-/// Sets the leg to what the mind wants now, from its leg as it is: to the next corner of its way,
-/// or to another goal. Moves on targets that are reached. True: it needs a way to mind.leg.goal
-/// first (whoever asks for it sets mind.on_way), and follow_way() in the same tick; nothing has
+/// Sets the leg to what the mind wants now, from its leg as it is: to the next corner of its path,
+/// or to another goal. Moves on targets that are reached. True: it needs a path to mind.leg.goal
+/// first (whoever asks for it sets mind.on_path), and follow_path() in the same tick; nothing has
 /// changed so far. Different minds may plan at the same time.
 bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& around);
 
-/// For walks that go by no legs: turns `wish` to the next corner of a way to its goal where the
-/// body can't go straight there. True: it needs a way, asked for anew at each decision, since goals
-/// move.
-bool turn_to_way(Mind& mind, const State& state, Wish& wish, const Surroundings& around);
+/// For walks that go by no legs: turns `wish` to the next corner of a path to its goal where the
+/// body can't go straight there. True: it needs a path, asked for anew at each decision, since
+/// goals move.
+bool turn_to_path(Mind& mind, const State& state, Wish& wish, const Surroundings& around);
 
-/// Once the mind's way was asked for and served: sets out to its next corner, or ahead of it as
+/// Once the mind's path was asked for and served: sets out to its next corner, or ahead of it as
 /// long as it waits; stands where there is none.
-void follow_way(Mind& mind, const State& state, const Surroundings& around);
+void follow_path(Mind& mind, const State& state, const Surroundings& around);
 
 }  // namespace zoned::ai

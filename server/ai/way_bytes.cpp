@@ -8,15 +8,15 @@ namespace zoned::ai {
 
 namespace {
 
-using navigation::FieldMemory;
 using navigation::Hinge;
-using navigation::RequestMemory;
+using navigation::PathEnd;
+using navigation::SavedField;
+using navigation::SavedPaths;
+using navigation::SavedRequest;
+using navigation::SavedTurn;
 using navigation::Spot;
-using navigation::TurnMemory;
-using navigation::WayEnd;
-using navigation::WayMemory;
 
-constexpr std::uint32_t kWayVersion = 2;
+constexpr std::uint32_t kPathVersion = 2;
 
 void write_count(std::size_t count, FieldWriter& write) {
     write(static_cast<std::uint32_t>(count));
@@ -54,7 +54,7 @@ void read_height(float& metres, FieldReader& read) {
     metres = std::bit_cast<float>(bits);
 }
 
-void write_end(const WayEnd& end, FieldWriter& write) {
+void write_end(const PathEnd& end, FieldWriter& write) {
     for (const Vec3& v : {end.wanted, end.on}) {
         write(v.x());
         write_height(v.y(), write);
@@ -63,7 +63,7 @@ void write_end(const WayEnd& end, FieldWriter& write) {
     write(end.node);
 }
 
-void read_end(WayEnd& end, FieldReader& read) {
+void read_end(PathEnd& end, FieldReader& read) {
     for (Vec3* const v : {&end.wanted, &end.on}) {
         read(v->x());
         read_height(v->y(), read);
@@ -93,7 +93,7 @@ void visit_numbers(RequestOf& r, Visit& visit) {
     visit(r.last);
 }
 
-void write_request(const RequestMemory& r, FieldWriter& write) {
+void write_request(const SavedRequest& r, FieldWriter& write) {
     visit_numbers(r, write);
     write_end(r.from, write);
     write_end(r.to, write);
@@ -109,7 +109,7 @@ void write_request(const RequestMemory& r, FieldWriter& write) {
     }
 }
 
-void read_request(RequestMemory& r, FieldReader& read) {
+void read_request(SavedRequest& r, FieldReader& read) {
     visit_numbers(r, read);
     read_end(r.from, read);
     read_end(r.to, read);
@@ -147,7 +147,7 @@ void visit_goal(GoalOf& goal, Visit& visit) {
     visit(goal.answers);
 }
 
-void write_crowd(const crowd::CrowdMemory& crowd, FieldWriter& write) {
+void write_crowd(const crowd::SavedCrowds& crowd, FieldWriter& write) {
     visit_crowd(crowd, write);
     write_count(crowd.blocks.size(), write);
     for (const auto& block : crowd.blocks) {
@@ -159,27 +159,27 @@ void write_crowd(const crowd::CrowdMemory& crowd, FieldWriter& write) {
     }
 }
 
-void read_crowd(crowd::CrowdMemory& crowd, FieldReader& read) {
+void read_crowd(crowd::SavedCrowds& crowd, FieldReader& read) {
     visit_crowd(crowd, read);
     read_list(crowd.blocks, read, [&](auto& block) { visit_block(block, read); });
     read_list(crowd.goals, read, [&](auto& goal) { visit_goal(goal, read); });
 }
 
-void write_map(const WayMemory& map, FieldWriter& write) {
+void write_map(const SavedPaths& map, FieldWriter& write) {
     write_count(map.requests.size(), write);
-    for (const RequestMemory& r : map.requests) {
+    for (const SavedRequest& r : map.requests) {
         write_request(r, write);
     }
     write_numbers(map.free, write);
     write_count(map.turns.size(), write);
-    for (const TurnMemory& turn : map.turns) {
+    for (const SavedTurn& turn : map.turns) {
         write(turn.asker);
         write(turn.waited_ticks);
         write_numbers(turn.requests, write);
     }
     write_numbers(map.unled, write);
     write_count(map.fields.size(), write);
-    for (const FieldMemory& field : map.fields) {
+    for (const SavedField& field : map.fields) {
         write(field.goal);
         write(field.used);
     }
@@ -191,16 +191,16 @@ void write_map(const WayMemory& map, FieldWriter& write) {
     write_crowd(map.crowd, write);
 }
 
-void read_map(WayMemory& map, FieldReader& read) {
-    read_list(map.requests, read, [&](RequestMemory& r) { read_request(r, read); });
+void read_map(SavedPaths& map, FieldReader& read) {
+    read_list(map.requests, read, [&](SavedRequest& r) { read_request(r, read); });
     read_numbers(map.free, read);
-    read_list(map.turns, read, [&](TurnMemory& turn) {
+    read_list(map.turns, read, [&](SavedTurn& turn) {
         read(turn.asker);
         read(turn.waited_ticks);
         read_numbers(turn.requests, read);
     });
     read_numbers(map.unled, read);
-    read_list(map.fields, read, [&](FieldMemory& field) {
+    read_list(map.fields, read, [&](SavedField& field) {
         read(field.goal);
         read(field.used);
     });
@@ -224,46 +224,47 @@ void visit_asked(AskedOf& asked, Visit& visit) {
 
 }  // namespace
 
-void write_ways(const Ways& ways, std::vector<std::uint8_t>& out) {
+void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
-    write(kWayVersion);
-    const WaysMemory memory = ways.memory();
+    write(kPathVersion);
+    const SavedPathService memory = paths.memory();
     write_count(memory.asked.size(), write);
-    for (const WaysMemory::Asked& asked : memory.asked) {
+    for (const SavedPathService::Asked& asked : memory.asked) {
         visit_asked(asked, write);
     }
     write_count(memory.sizes.size(), write);
-    for (const WayMemory& map : memory.sizes) {
+    for (const SavedPaths& map : memory.sizes) {
         write_map(map, write);
     }
 }
 
-std::string read_ways(std::span<const std::uint8_t> bytes,
-                      const Minds& minds,
-                      Ways& ways,
-                      Step& step) {
+std::string deserialize_paths(std::span<const std::uint8_t> bytes,
+                              const Minds& minds,
+                              PathService& paths,
+                              Step& step) {
     FieldReader read(bytes);
     std::uint32_t version = 0;
     read(version);
-    if (read.cut_short() || version != kWayVersion) {
-        return "version " + std::to_string(version) + " of ways, not " +
-               std::to_string(kWayVersion);
+    if (read.cut_short() || version != kPathVersion) {
+        return "version " + std::to_string(version) + " of paths, not " +
+               std::to_string(kPathVersion);
     }
-    WaysMemory memory;
-    read_list(memory.asked, read, [&](WaysMemory::Asked& asked) { visit_asked(asked, read); });
-    read_list(memory.sizes, read, [&](WayMemory& map) { read_map(map, read); });
+    SavedPathService memory;
+    read_list(
+        memory.asked, read, [&](SavedPathService::Asked& asked) { visit_asked(asked, read); });
+    read_list(memory.sizes, read, [&](SavedPaths& map) { read_map(map, read); });
     if (read.cut_short()) {
-        return "ways are cut short";
+        return "paths are cut short";
     }
     if (!read.finite() || !read.known()) {
-        return "ways have a number that is none";
+        return "paths have a number that is none";
     }
     if (read.left() > 0) {
         return std::to_string(read.left()) + " bytes are left over";
     }
-    std::string wrong = ways.remember(memory, minds);
+    std::string wrong = paths.remember(memory, minds);
     if (wrong.empty()) {
-        step.wait_for(ways, minds);
+        step.wait_for(paths, minds);
     }
     return wrong;
 }

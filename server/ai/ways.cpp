@@ -33,12 +33,12 @@ Tick next_turn(std::span<const motion::Timetable> doors, Tick now) {
 
 }  // namespace
 
-Ways::Ways(const WaysSettings& settings,
-           const motion::StaticGeometry& statics,
-           const navigation::GroundRect& area,
-           const world::TypeTable& types,
-           Tick now,
-           const Vec3d& origin)
+PathService::PathService(const PathfindingSettings& settings,
+                         const motion::StaticGeometry& statics,
+                         const navigation::GroundRect& area,
+                         const world::TypeTable& types,
+                         Tick now,
+                         const Vec3d& origin)
     : size_of_type_(types.size(), kNoSize) {
     if (settings.cell_m == 0.0F) {
         return;
@@ -62,7 +62,7 @@ Ways::Ways(const WaysSettings& settings,
         timetables_.push_back(door.times);
     }
     see_doors(now);
-    WaysSettings share = settings;
+    PathfindingSettings share = settings;
     share.work_per_tick = std::max<std::uint64_t>(
         1, settings.work_per_tick / std::max<std::size_t>(1, bodies.size()));
     for (const motion::CharacterLimits& body : bodies) {
@@ -70,21 +70,22 @@ Ways::Ways(const WaysSettings& settings,
     }
 }
 
-std::unique_ptr<navigation::WayMap> Ways::make_map(const WaysSettings& settings,
-                                                   const motion::StaticGeometry& statics,
-                                                   const navigation::GroundRect& area,
-                                                   const motion::CharacterLimits& limits,
-                                                   std::span<const std::uint8_t> shut,
-                                                   const Vec3d& origin) {
+std::unique_ptr<navigation::PathProvider> PathService::make_map(
+    const PathfindingSettings& settings,
+    const motion::StaticGeometry& statics,
+    const navigation::GroundRect& area,
+    const motion::CharacterLimits& limits,
+    std::span<const std::uint8_t> shut,
+    const Vec3d& origin) {
     switch (settings.map) {
-        case WayMapKind::kGrid: {
-            navigation::WaySettings service;
+        case PathMapKind::kGrid: {
+            navigation::GridPathSettings service;
             service.work_per_tick = settings.work_per_tick;
             service.crowding = settings.crowding;
-            return std::make_unique<navigation::GridWays>(
+            return std::make_unique<navigation::GridPaths>(
                 statics, limits, area, settings.cell_m, shut, service);
         }
-        case WayMapKind::kMesh: {
+        case PathMapKind::kMesh: {
             // A mesh ends before the sides of what is baked: by the body's width, rounded up, a
             // cell that Recast takes for a ledge, and what contours are off.
             const float more = limits.radius + 4.0F * settings.cell_m;
@@ -93,35 +94,36 @@ std::unique_ptr<navigation::WayMap> Ways::make_map(const WaysSettings& settings,
             auto mesh = navigation::WalkMesh::bake(
                 statics, limits, wide, {settings.cell_m, settings.cell_height_m});
             if (!mesh) {
-                throw std::runtime_error("ai.ways: no mesh of a zone: " + mesh.error());
+                throw std::runtime_error("ai.pathfinding: no mesh of a zone: " + mesh.error());
             }
-            navigation::MeshWaysSettings ways;
-            ways.queue.work_per_tick = settings.work_per_tick;
+            navigation::MeshWaysSettings paths;
+            paths.queue.work_per_tick = settings.work_per_tick;
             return std::make_unique<navigation::MeshWays>(
-                std::move(mesh).value(), wide, shut, ways);
+                std::move(mesh).value(), wide, shut, paths);
         }
-        case WayMapKind::kGraph: {
+        case PathMapKind::kGraph: {
             auto graph =
                 settings.waypoints
                     ? core::Result<navigation::WaypointGraph>(settings.waypoints->seen_from(origin))
                     : navigation::waypoint_lattice(
                           navigation::bake_ground(statics, limits, area, settings.cell_m));
             if (!graph) {
-                throw std::runtime_error("ai.ways: no waypoints of a zone: " + graph.error());
+                throw std::runtime_error("ai.pathfinding: no waypoints of a zone: " +
+                                         graph.error());
             }
             std::vector<navigation::WaypointDoor> doors =
                 navigation::waypoint_doors(*graph, statics, limits);
-            navigation::GraphWaysSettings ways;
-            ways.queue.work_per_tick = settings.work_per_tick;
+            navigation::GraphWaysSettings paths;
+            paths.queue.work_per_tick = settings.work_per_tick;
             return std::make_unique<navigation::GraphWays>(
-                std::move(graph).value(), std::move(doors), shut, ways);
+                std::move(graph).value(), std::move(doors), shut, paths);
         }
     }
     ZONED_ASSERT(false, "a map is one of the enumeration");
     return nullptr;
 }
 
-void Ways::see_doors(Tick now) {
+void PathService::see_doors(Tick now) {
     shut_.clear();
     for (const motion::Timetable& door : timetables_) {
         shut_.push_back(door.open_at(now) ? 0 : 1);
@@ -129,9 +131,9 @@ void Ways::see_doors(Tick now) {
     next_turn_ = next_turn(timetables_, now);
 }
 
-void Ways::note(std::span<const std::uint32_t> requests,
-                std::size_t number,
-                std::vector<Slot>& out) const {
+void PathService::note(std::span<const std::uint32_t> requests,
+                       std::size_t number,
+                       std::vector<Slot>& out) const {
     const Size& size = sizes_[number];
     for (const std::uint32_t request : requests) {
         // The request may have been released since, and be another's by now.
@@ -142,12 +144,12 @@ void Ways::note(std::span<const std::uint32_t> requests,
     }
 }
 
-void Ways::put_in_order(std::vector<Slot>& minds) {
+void PathService::put_in_order(std::vector<Slot>& minds) {
     std::sort(minds.begin(), minds.end());
     minds.erase(std::unique(minds.begin(), minds.end()), minds.end());
 }
 
-void Ways::follow_doors(Tick now) {
+void PathService::follow_doors(Tick now) {
     requeued_.clear();
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
         note(sizes_[s].map->review_crowds(), s, requeued_);
@@ -162,13 +164,13 @@ void Ways::follow_doors(Tick now) {
     put_in_order(requeued_);
 }
 
-void Ways::ask(Slot mind,
-               EntityId entity,
-               TypeIndex type,
-               navigation::Spot from,
-               navigation::Spot to,
-               WayHeights heights) {
-    ZONED_ASSERT(plans_for(type), "characters with minds ask for ways where ways are planned");
+void PathService::ask(Slot mind,
+                      EntityId entity,
+                      TypeIndex type,
+                      navigation::Spot from,
+                      navigation::Spot to,
+                      PathHeights heights) {
+    ZONED_ASSERT(plans_for(type), "characters with minds ask for paths where paths are planned");
     release(mind);
     if (mind >= asked_.size()) {
         asked_.resize(mind + std::size_t{1});
@@ -180,8 +182,8 @@ void Ways::ask(Slot mind,
         heights.to = out->y;
         beyond = true;
     }
-    const navigation::WayTicket ticket =
-        size.map->ask({navigation::WayAsk::kAlone, from, to, heights.from, heights.to});
+    const navigation::PathRequestId ticket =
+        size.map->ask({navigation::PathRequest::kAlone, from, to, heights.from, heights.to});
     asked_[mind] = {entity, ticket, size_of_type_[type], beyond};
     if (ticket.slot >= size.mind_of_request.size()) {
         size.mind_of_request.resize(ticket.slot + std::size_t{1});
@@ -189,26 +191,26 @@ void Ways::ask(Slot mind,
     size.mind_of_request[ticket.slot] = mind;
 }
 
-void Ways::know_zones(std::size_t size,
-                      std::shared_ptr<const navigation::ZonePortals> portals,
-                      std::uint32_t zone) {
+void PathService::know_zones(std::size_t size,
+                             std::shared_ptr<const navigation::ZonePortals> portals,
+                             std::uint32_t zone) {
     sizes_[size].map->know_zones(std::move(portals), zone);
 }
 
-void Ways::forget_ground() {
+void PathService::forget_ground() {
     for (Size& size : sizes_) {
         size.map->forget_ground();
     }
 }
 
-void Ways::release(Slot mind) {
+void PathService::release(Slot mind) {
     if (mind < asked_.size() && asked_[mind].size != kNoSize) {
         sizes_[asked_[mind].size].map->release(asked_[mind].ticket);
         asked_[mind] = Asked();
     }
 }
 
-void Ways::serve() {
+void PathService::serve() {
     answered_.clear();
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
         sizes_[s].map->serve();
@@ -218,21 +220,21 @@ void Ways::serve() {
     put_in_order(answered_);
 }
 
-navigation::WayAnswer Ways::answer(Slot mind) const {
+navigation::PathResult PathService::answer(Slot mind) const {
     const Asked& asked = asked_[mind];
-    navigation::WayAnswer answer = sizes_[asked.size].map->answer(asked.ticket);
+    navigation::PathResult answer = sizes_[asked.size].map->answer(asked.ticket);
     if (asked.beyond && answer.outcome == navigation::Outcome::kFound) {
         answer.outcome = navigation::Outcome::kPartial;
     }
     return answer;
 }
 
-bool Ways::counts_bodies() const {
+bool PathService::counts_bodies() const {
     return std::any_of(
         sizes_.begin(), sizes_.end(), [](const Size& size) { return size.map->counts_bodies(); });
 }
 
-void Ways::count_bodies(std::span<const float> x, std::span<const float> z) {
+void PathService::count_bodies(std::span<const float> x, std::span<const float> z) {
     for (Size& size : sizes_) {
         if (size.map->counts_bodies()) {
             size.map->count_bodies(x, z);
@@ -240,28 +242,28 @@ void Ways::count_bodies(std::span<const float> x, std::span<const float> z) {
     }
 }
 
-void Ways::see(Slot mind, navigation::Spot at, float at_y) {
+void PathService::see(Slot mind, navigation::Spot at, float at_y) {
     const Asked& asked = asked_[mind];
     sizes_[asked.size].map->see(asked.ticket, at, at_y);
 }
 
-navigation::Spot Ways::heading(Slot mind, navigation::Spot at, float near_m) {
+navigation::Spot PathService::heading(Slot mind, navigation::Spot at, float near_m) {
     const Asked& asked = asked_[mind];
     return sizes_[asked.size].map->heading(asked.ticket, at, near_m);
 }
 
-bool Ways::straight(TypeIndex type,
-                    navigation::Spot from,
-                    navigation::Spot to,
-                    WayHeights heights) const {
-    ZONED_ASSERT(plans_for(type), "characters with minds ask for ways where ways are planned");
+bool PathService::straight(TypeIndex type,
+                           navigation::Spot from,
+                           navigation::Spot to,
+                           PathHeights heights) const {
+    ZONED_ASSERT(plans_for(type), "characters with minds ask for paths where paths are planned");
     return sizes_[size_of_type_[type]].map->straight(from, heights.from, to, heights.to);
 }
 
-navigation::WayCounts Ways::counts() const {
-    navigation::WayCounts sum;
+navigation::PathCounts PathService::counts() const {
+    navigation::PathCounts sum;
     for (const Size& size : sizes_) {
-        const navigation::WayCounts& c = size.map->counts();
+        const navigation::PathCounts& c = size.map->counts();
         sum.asked += c.asked;
         sum.served += c.served;
         sum.straight += c.straight;
@@ -278,7 +280,7 @@ navigation::WayCounts Ways::counts() const {
     return sum;
 }
 
-std::size_t Ways::bytes() const {
+std::size_t PathService::bytes() const {
     std::size_t bytes = asked_.capacity() * sizeof(Asked) +
                         (answered_.capacity() + requeued_.capacity()) * sizeof(Slot) +
                         shut_.capacity();

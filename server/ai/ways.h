@@ -1,4 +1,4 @@
-// Ways: the ways of all minds of a zone, on maps of where characters of each size can walk.
+// PathService: the paths of all minds of a zone, on maps of where characters of each size can walk.
 #pragma once
 
 #include "server/ai/crowd/crowd_settings.h"
@@ -17,66 +17,66 @@
 
 namespace zoned::ai {
 
-/// What ways lead over.
-enum class WayMapKind : std::uint8_t {
+/// What paths lead over.
+enum class PathMapKind : std::uint8_t {
     kGrid,   ///< cells, one floor: exact in what can be walked, the fastest
     kMesh,   ///< polygons by Recast, any number of floors
     kGraph,  ///< waypoints with weighted edges: as somebody placed them, or regular
 };
 
-struct WaysSettings {
-    float cell_m = 0.0F;  ///< of the maps; 0: no ways are planned. kGraph: distance of waypoints
+struct PathfindingSettings {
+    float cell_m = 0.0F;  ///< of the maps; 0: no paths are planned. kGraph: distance of waypoints
     /// Of a tick and zone, in units of about 2 ns; shared evenly among the sizes of characters.
     std::uint64_t work_per_tick = 1'000'000;
-    WayMapKind map = WayMapKind::kGrid;
+    PathMapKind map = PathMapKind::kGrid;
     float cell_height_m = 0.05F;                         ///< kMesh: steps of height
     std::optional<crowd::CrowdWaysSettings> crowding{};  ///< kGrid; none: crowds are no matter
     /// kGraph: those of the world, in its coordinates; null: regular ones wherever one can stand.
     std::shared_ptr<const navigation::WaypointGraph> waypoints{};
 };
 
-/// Heights of the ends of a way, of the feet, zone-local, m.
-struct WayHeights {
+/// Heights of the ends of a path, of the feet, zone-local, m.
+struct PathHeights {
     float from = navigation::kOnGround;
     float to = navigation::kOnGround;
 };
 
-/// All that Ways remembers of who has asked; see navigation::WayMemory.
-struct WaysMemory {
+/// All that PathService remembers of who has asked; see navigation::SavedPaths.
+struct SavedPathService {
     static constexpr std::uint8_t kNoSize = 255;
 
     struct Asked {
         EntityId entity;
-        navigation::WayTicket ticket;
+        navigation::PathRequestId ticket;
         std::uint8_t size = kNoSize;  ///< of its character; kNoSize: it has not asked
         bool beyond = false;          ///< the goal lies beyond the zone
     };
 
-    std::vector<Asked> asked;                  ///< ascending by entity
-    std::vector<navigation::WayMemory> sizes;  ///< by size of characters
+    std::vector<Asked> asked;                   ///< ascending by entity
+    std::vector<navigation::SavedPaths> sizes;  ///< by size of characters
 };
 
-/// A zone has one; it is empty, and costs nothing, where no ways are planned. A tick goes:
+/// A zone has one; it is empty, and costs nothing, where no paths are planned. A tick goes:
 /// follow_doors(), then any ask() and release(), then serve(); answers hold until the next
 /// follow_doors(), ask() or release() of the same mind, or serve().
 ///
-/// A mind has one way at most. What is answered, and when, hangs on the calls and their order
+/// A mind has one path at most. What is answered, and when, hangs on the calls and their order
 /// alone: ask in an order that is always the same (ascending by entity). Nothing is allocated once
 /// as many have asked as ever will.
-class Ways {
+class PathService {
   public:
-    Ways() = default;
+    PathService() = default;
 
     /// Bakes a map of `area` (zone-local, m; navigation::GroundGrid::defect_of() is empty) and an
     /// index for each size of character that has a mind: types whose capsules and abilities to
     /// climb are alike share one. Doors are as at `now`. `origin`: of the zone in the world. Throws
     /// where Recast can't make a mesh of the area.
-    Ways(const WaysSettings& settings,
-         const motion::StaticGeometry& statics,
-         const navigation::GroundRect& area,
-         const world::TypeTable& types,
-         Tick now,
-         const Vec3d& origin = Vec3d::Zero());
+    PathService(const PathfindingSettings& settings,
+                const motion::StaticGeometry& statics,
+                const navigation::GroundRect& area,
+                const world::TypeTable& types,
+                Tick now,
+                const Vec3d& origin = Vec3d::Zero());
 
     /// Whether a character of that type can ask.
     [[nodiscard]] bool plans_for(TypeIndex type) const {
@@ -85,18 +85,18 @@ class Ways {
 
     [[nodiscard]] bool empty() const { return sizes_.empty(); }
 
-    /// Doors are as at `now` from here on, and some of the ways are compared with ways around
-    /// crowds. Ways that a door cuts, as far as their minds still have to go, and those that an
+    /// Doors are as at `now` from here on, and some of the paths are compared with paths around
+    /// crowds. Paths that a door cuts, as far as their minds still have to go, and those that an
     /// opened one may shorten, are looked for anew. Costs nothing where no door turns and no crowd
     /// has changed.
     void follow_doors(Tick now);
 
-    /// What portals of one size are made of, see WayMap::ground_map().
+    /// What portals of one size are made of, see PathProvider::ground_map().
     [[nodiscard]] const navigation::GroundMap* ground_map(std::size_t size) const {
         return sizes_[size].map->ground_map();
     }
 
-    /// From now on ways to places that cannot be reached within the zone lead through the portals
+    /// From now on paths to places that cannot be reached within the zone lead through the portals
     /// of the world; this zone is `zone` there.
     void know_zones(std::size_t size,
                     std::shared_ptr<const navigation::ZonePortals> portals,
@@ -105,22 +105,22 @@ class Ways {
     /// Where no other zone will be known.
     void forget_ground();
 
-    /// A way from a place to another, both zone-local; in place of the one that the mind has.
+    /// A path from a place to another, both zone-local; in place of the one that the mind has.
     /// plans_for(type). To a place beyond the map, or in it but out of reach within it where the
-    /// world's portals are known, the way leads to where that is best left (kPartial; see
-    /// WayMap::exit_towards). Maps of one floor do not look at heights.
+    /// world's portals are known, the path leads to where that is best left (kPartial; see
+    /// PathProvider::exit_towards). Maps of one floor do not look at heights.
     void ask(Slot mind,
              EntityId entity,
              TypeIndex type,
              navigation::Spot from,
              navigation::Spot to,
-             WayHeights heights = {});
+             PathHeights heights = {});
 
-    /// The mind wants no way any more, or is gone. Nothing where it has none.
+    /// The mind wants no path any more, or is gone. Nothing where it has none.
     void release(Slot mind);
 
     /// Once per tick, after all have asked. Who asked in this tick is answered in it, unless its
-    /// work is used up: then in its turn, after WaySettings::longest_wait_ticks at most.
+    /// work is used up: then in its turn, after GridPathSettings::longest_wait_ticks at most.
     void serve();
 
     /// Whether the mind of that entity has asked. The slot may have been another's.
@@ -129,20 +129,20 @@ class Ways {
                asked_[mind].entity == entity;
     }
 
-    /// Of a mind that has asked. Corners are those where the way turns, in any direction, the last
+    /// Of a mind that has asked. Corners are those where the path turns, in any direction, the last
     /// is its end; without the start. kFound: to the place itself. kPartial: to the nearest place
-    /// from which one comes no nearer; best = false: a way that is near the best.
-    [[nodiscard]] navigation::WayAnswer answer(Slot mind) const;
+    /// from which one comes no nearer; best = false: a path that is near the best.
+    [[nodiscard]] navigation::PathResult answer(Slot mind) const;
 
-    /// Where to walk from `at`, see WayService::heading: somewhere sensible before the way is there
-    /// too. Different minds may ask at the same time.
+    /// Where to walk from `at`, see GridPathRequests::heading: somewhere sensible before the path
+    /// is there too. Different minds may ask at the same time.
     navigation::Spot heading(Slot mind, navigation::Spot at, float near_m);
 
-    /// Minds whose answers the last serve() has made, ascending; those whose way a door has cut or
+    /// Minds whose answers the last serve() has made, ascending; those whose path a door has cut or
     /// shortened are among them again once they have another.
     [[nodiscard]] std::span<const Slot> answered() const { return answered_; }
 
-    /// Minds whose ways the last follow_doors() has cut, or may have made longer than need be,
+    /// Minds whose paths the last follow_doors() has cut, or may have made longer than need be,
     /// ascending: they wait again.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 
@@ -152,19 +152,19 @@ class Ways {
     /// x and z of all bodies that may be in the way, m.
     void count_bodies(std::span<const float> x, std::span<const float> z);
 
-    /// A mind that has asked is here now: who waits is told a way from where it was seen last.
+    /// A mind that has asked is here now: who waits is told a path from where it was seen last.
     void see(Slot mind, navigation::Spot at, float at_y = navigation::kOnGround);
 
     /// Whether a character of that type can walk straight from one place to another, as far as the
-    /// map tells: then it needs no way. Different threads may ask at the same time, while nobody
+    /// map tells: then it needs no path. Different threads may ask at the same time, while nobody
     /// changes anything.
     [[nodiscard]] bool straight(TypeIndex type,
                                 navigation::Spot from,
                                 navigation::Spot to,
-                                WayHeights heights = {}) const;
+                                PathHeights heights = {}) const;
 
     /// Heights of floors, of the feet of a character of that type, plans_for(type), as
-    /// WayMap::ground() and WayMap::floor_along() say.
+    /// PathProvider::ground() and PathProvider::floor_along() say.
     [[nodiscard]] float ground(TypeIndex type, navigation::Spot place) const {
         return sizes_[size_of_type_[type]].map->ground(place);
     }
@@ -178,40 +178,40 @@ class Ways {
 
     [[nodiscard]] std::size_t sizes() const { return sizes_.size(); }
 
-    [[nodiscard]] const navigation::WayMap& map(std::size_t size) const {
+    [[nodiscard]] const navigation::PathProvider& map(std::size_t size) const {
         return *sizes_[size].map;
     }
 
     /// Between serve() and the next call.
-    [[nodiscard]] WaysMemory memory() const;
+    [[nodiscard]] SavedPathService memory() const;
 
-    /// In ways of the same ground, whose doors are as they were, while nobody has asked. `minds`
+    /// In paths of the same ground, whose doors are as they were, while nobody has asked. `minds`
     /// are all those that there are; one that has asked is among them. Empty: done, and all goes
-    /// on as it would have; else why not, and these ways are of no use any more.
-    std::string remember(const WaysMemory& memory, const Minds& minds);
+    /// on as it would have; else why not, and these paths are of no use any more.
+    std::string remember(const SavedPathService& memory, const Minds& minds);
 
     /// Counts of all sizes together.
-    [[nodiscard]] navigation::WayCounts counts() const;
+    [[nodiscard]] navigation::PathCounts counts() const;
 
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    static constexpr std::uint8_t kNoSize = WaysMemory::kNoSize;
+    static constexpr std::uint8_t kNoSize = SavedPathService::kNoSize;
 
     struct Size {
-        std::unique_ptr<navigation::WayMap> map;
+        std::unique_ptr<navigation::PathProvider> map;
         std::vector<Slot> mind_of_request;  // by the service's number of the request
     };
 
-    using Asked = WaysMemory::Asked;
+    using Asked = SavedPathService::Asked;
 
     /// The map of characters of one size.
-    static std::unique_ptr<navigation::WayMap> make_map(const WaysSettings& settings,
-                                                        const motion::StaticGeometry& statics,
-                                                        const navigation::GroundRect& area,
-                                                        const motion::CharacterLimits& limits,
-                                                        std::span<const std::uint8_t> shut,
-                                                        const Vec3d& origin);
+    static std::unique_ptr<navigation::PathProvider> make_map(const PathfindingSettings& settings,
+                                                              const motion::StaticGeometry& statics,
+                                                              const navigation::GroundRect& area,
+                                                              const motion::CharacterLimits& limits,
+                                                              std::span<const std::uint8_t> shut,
+                                                              const Vec3d& origin);
     /// Which doors are shut at a tick.
     void see_doors(Tick now);
     /// Appends whose requests of a size these are.

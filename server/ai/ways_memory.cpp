@@ -10,8 +10,8 @@ constexpr Slot kNobody = ~Slot{0};
 
 }  // namespace
 
-WaysMemory Ways::memory() const {
-    WaysMemory memory;
+SavedPathService PathService::memory() const {
+    SavedPathService memory;
     for (const Asked& asked : asked_) {
         if (asked.size != kNoSize) {
             memory.asked.push_back(asked);
@@ -26,9 +26,9 @@ WaysMemory Ways::memory() const {
     return memory;
 }
 
-std::string Ways::remember(const WaysMemory& memory, const Minds& minds) {
+std::string PathService::remember(const SavedPathService& memory, const Minds& minds) {
     if (memory.sizes.size() != sizes_.size()) {
-        return "ways of " + std::to_string(memory.sizes.size()) + " sizes of characters, not " +
+        return "paths of " + std::to_string(memory.sizes.size()) + " sizes of characters, not " +
                std::to_string(sizes_.size());
     }
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
@@ -39,8 +39,8 @@ std::string Ways::remember(const WaysMemory& memory, const Minds& minds) {
         sizes_[s].mind_of_request.assign(
             memory.sizes[s].requests.size() + memory.sizes[s].free.size(), kNobody);
     }
-    for (const WaysMemory::Asked& asked : memory.asked) {
-        const std::string name = "the way of entity " + std::to_string(asked.entity.value) + " ";
+    for (const SavedPathService::Asked& asked : memory.asked) {
+        const std::string name = "the path of entity " + std::to_string(asked.entity.value) + " ";
         if (minds.find(asked.entity) == nullptr || asked.size >= sizes_.size()) {
             return name + "is that of no mind";
         }
@@ -55,11 +55,11 @@ std::string Ways::remember(const WaysMemory& memory, const Minds& minds) {
         asked_[slot] = asked;
     }
     std::size_t taken = 0;
-    for (const navigation::WayMemory& map : memory.sizes) {
+    for (const navigation::SavedPaths& map : memory.sizes) {
         taken += static_cast<std::size_t>(std::count_if(
             map.requests.begin(), map.requests.end(), [](const auto& r) { return r.taken; }));
     }
-    return taken == memory.asked.size() ? "" : "a way is that of nobody";
+    return taken == memory.asked.size() ? "" : "a path is that of nobody";
 }
 
 }  // namespace zoned::ai

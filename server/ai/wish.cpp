@@ -28,7 +28,7 @@ constexpr float kNearShare = 1.5F;
 constexpr float kFollowStop = 0.7F;
 /// Places that a herd goes along, at most.
 constexpr std::size_t kMostStops = 32;
-/// How far beside its way a herd turns back by half a right angle, as a share of its radius.
+/// How far beside its path a herd turns back by half a right angle, as a share of its radius.
 constexpr float kTrackShare = 0.5F;
 /// What Mind::corner means to one who guards.
 constexpr std::uint8_t kAtPost = 0;
@@ -88,10 +88,10 @@ bool on_other_floor(const Mind& mind,
                     const Vec2& goal,
                     const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];
-    if (around.ways == nullptr || !around.ways->plans_for(type)) {
+    if (around.paths == nullptr || !around.paths->plans_for(type)) {
         return false;
     }
-    const float ground = around.ways->ground(type, {goal.x(), goal.y()});
+    const float ground = around.paths->ground(type, {goal.x(), goal.y()});
     const float told = goal_floor(mind, state, around);
     const float floor = std::isnan(told) ? ground : told;
     const motion::CharacterLimits& body = around.types[type].character;
@@ -263,7 +263,7 @@ FlockPull flock_pull(const Mind& mind,
         for (std::size_t i = 0; i < count; ++i) {
             stops[i] = places.centre(state.along[i]);
         }
-        pull.way = round_trip(std::span(stops.data(), count), here, kTrackShare * state.radius_m);
+        pull.path = round_trip(std::span(stops.data(), count), here, kTrackShare * state.radius_m);
         pull.home = stops[0];
     }
     return pull;

@@ -30,10 +30,10 @@ struct Surroundings {
     world::Row self;
     Tick now;
     float dt;                      ///< s
-    Ways* ways = nullptr;          ///< null, or without its type: it walks straight
+    PathService* paths = nullptr;  ///< null, or without its type: it walks straight
     Slot slot = 0;                 ///< of the mind
     Vec2 at = Vec2::Zero();        ///< x, z where the mind takes itself to be, m: walk.h
-    bool there = false;            ///< its way ends here: nearer to its goal it does not come
+    bool there = false;            ///< its path ends here: nearer to its goal it does not come
     bool all_out = false;          ///< it keeps no speed back, for no body has to follow its leg
     const Drift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
                                    ///< their rows say
@@ -50,9 +50,9 @@ struct Wish {
     bool has_goal = false;          ///< progress means coming nearer to `goal`
     Vec2 goal = Vec2::Zero();
     float fresh_cos;     ///< re-aim at a decision when the cosine is below this
-    bool seeks = false;  ///< wants to get to `goal`: by a way, where it can't go straight
+    bool seeks = false;  ///< wants to get to `goal`: by a path, where it can't go straight
     bool keep = false;   ///< nothing new: the aim stays
-    bool far = false;    ///< it stands where it did not want to: a way may open
+    bool far = false;    ///< it stands where it did not want to: a path may open
 
     Wish();
 };
@@ -61,7 +61,7 @@ struct Wish {
 void begin_deed(Mind& mind, const State& state, const Surroundings& around);
 
 /// Where an escort goes, m: between its ward and a threat, `radius_m` from the ward but no farther
-/// than half way; without a threat beside a ward that moves, across its way, on the side on which
+/// than half way; without a threat beside a ward that moves, across its path, on the side on which
 /// the escort is; of one that stands to within half a radius more than that.
 Vec2 escort_place(const Vec2& here,
                   const Vec2& ward,

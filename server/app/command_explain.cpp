@@ -17,9 +17,9 @@ namespace zoned::app {
 
 namespace {
 
-const char* name_of(ai::WayMapKind map) {
-    return map == ai::WayMapKind::kGrid ? "cells"
-                                        : (map == ai::WayMapKind::kMesh ? "a mesh" : "waypoints");
+const char* name_of(ai::PathMapKind map) {
+    return map == ai::PathMapKind::kGrid ? "cells"
+                                         : (map == ai::PathMapKind::kMesh ? "a mesh" : "waypoints");
 }
 
 void join_viewers(unsigned viewers, std::vector<mailbox::InboxItem>& items) {
@@ -119,15 +119,15 @@ void print_zone(const ops::ZoneRegion& region,
             last.particles.particles,
             last.particles.on_device);
     }
-    if (const ai::Ways& ways = zone.state().ways; !ways.empty()) {
-        const ai::navigation::WayCounts w = ways.counts();
+    if (const ai::PathService& paths = zone.state().paths; !paths.empty()) {
+        const ai::navigation::PathCounts w = paths.counts();
         std::printf(
-            "  ways: over %s, %zu sizes of characters, %.1f MiB, %llu asked for (%llu straight), "
+            "  paths: over %s, %zu sizes of characters, %.1f MiB, %llu asked for (%llu straight), "
             "%u "
             "waiting, %llu cut by doors\n",
-            name_of(zone.state().settings.ai.ways.map),
-            ways.sizes(),
-            static_cast<double>(ways.bytes()) / 1048576.0,
+            name_of(zone.state().settings.ai.pathfinding.map),
+            paths.sizes(),
+            static_cast<double>(paths.bytes()) / 1048576.0,
             static_cast<unsigned long long>(w.asked),
             static_cast<unsigned long long>(w.straight),
             w.waiting,

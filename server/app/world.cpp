@@ -53,7 +53,7 @@ World::World(const ops::Settings& settings, unsigned threads, zone::Stopwatch st
         zones_.back()->state().scene.work_with(&team);
         zones_.back()->state().team = &team;
     }
-    zone::join_ways(states_);
+    zone::join_paths(states_);
     if (!settings.slow.empty()) {
         slow_ = std::make_shared<clock::SlowState>(settings.slow, 1.0 / settings.tick_rate_hz);
         slow_->begin(settings.slow);

@@ -18,10 +18,10 @@ using ai::fsm::DefectKind;
 using proto::Config;
 
 /// What a state does is said in one way. False where it names a tree or plan that is none.
-bool check_ways(const Config& config,
-                const Config::State& state,
-                const std::string& here,
-                Diagnostics& diagnostics) {
+bool check_pathfinding(const Config& config,
+                       const Config::State& state,
+                       const std::string& here,
+                       Diagnostics& diagnostics) {
     if (static_cast<int>(state.has_machine()) + static_cast<int>(state.has_tree()) +
             static_cast<int>(state.has_domain()) + static_cast<int>(state.has_policy()) +
             static_cast<int>(state.has_blend()) >
@@ -72,7 +72,7 @@ bool check_states(const Config& config,
             diagnostics.add(here + ".name", "'" + state.name() + "' is the name of another state");
             right = false;
         }
-        right = check_ways(config, state, here, diagnostics) && right;
+        right = check_pathfinding(config, state, here, diagnostics) && right;
         if (state.has_leash_m() && state.leash_m() < state.radius_m()) {
             diagnostics.add(here + ".leash_m", "is shorter than radius_m");
         }
@@ -208,7 +208,7 @@ class RootCheck {
   private:
     /// Transitions of all machines inside, judged by what this one's minds perceive; finds cycles.
     void transitions(int index) {
-        way_.push_back(index);
+        path_.push_back(index);
         looked_at_[static_cast<std::size_t>(index)] = true;
         broken_ = broken_ || !named_[static_cast<std::size_t>(index)];
         const Config::Machine& machine = config_.machine(index);
@@ -246,13 +246,13 @@ class RootCheck {
             if (inside < 0) {
                 continue;
             }
-            if (std::find(way_.begin(), way_.end(), inside) != way_.end()) {
+            if (std::find(path_.begin(), path_.end(), inside) != path_.end()) {
                 cycle(here, inside);
             } else if (done_.count(inside) == 0) {
                 transitions(inside);
             }
         }
-        way_.pop_back();
+        path_.pop_back();
         done_.insert(index);
     }
 
@@ -293,7 +293,7 @@ class RootCheck {
     void cycle(const std::string& here, int inside) {
         broken_ = true;
         std::string names;
-        for (auto at = std::find(way_.begin(), way_.end(), inside); at != way_.end(); ++at) {
+        for (auto at = std::find(path_.begin(), path_.end(), inside); at != path_.end(); ++at) {
             names += "'" + config_.machine(*at).name() + "' holds ";
         }
         diagnostics_.add(here + ".machine",
@@ -365,7 +365,7 @@ class RootCheck {
     const std::vector<bool>& named_;
     std::vector<bool>& looked_at_;
     Diagnostics& diagnostics_;
-    std::vector<int> way_;
+    std::vector<int> path_;
     std::set<int> done_;
     bool broken_ = false;
 };

@@ -367,8 +367,8 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     settings.ai.max_plan_nodes = config.ai().max_plan_nodes();
     settings.ai.avoidance = expand_avoidance(config);
     settings.ai.places = expand_places(config);
-    if (config.ai().has_ways()) {
-        settings.ai.ways = expand_ways(config);
+    if (config.ai().has_pathfinding()) {
+        settings.ai.pathfinding = expand_pathfinding(config);
     }
     settings.ai.calm_s = narrow(config.ai().calm_s());
     settings.ai.seen_m = config.ai().skip_unseen()

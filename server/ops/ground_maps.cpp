@@ -20,20 +20,22 @@ using proto::Config;
 /// Waypoints that a warning names.
 constexpr std::size_t kNamedWaypoints = 5;
 
-float map_cell_m(const Config::Ways& ways) {
-    return narrow(ways.map() == Config::Ways::GRAPH ? ways.spacing_m() : ways.cell_m());
+float map_cell_m(const Config::Pathfinding& paths) {
+    return narrow(paths.map() == Config::Pathfinding::WAYPOINT_GRAPH ? paths.spacing_m()
+                                                                     : paths.cell_m());
 }
 
-void check_waypoints(const Config::Ways& ways, Diagnostics& diagnostics) {
-    if (!ways.has_waypoints()) {
+void check_waypoints(const Config::Pathfinding& paths, Diagnostics& diagnostics) {
+    if (!paths.has_waypoints()) {
         return;
     }
-    if (ways.map() != Config::Ways::GRAPH) {
-        diagnostics.add("ai.ways.waypoints", "waypoints are used with map: GRAPH alone");
-    } else if (const auto graph = ai::navigation::parse_waypoints(ways.waypoints()); !graph) {
-        diagnostics.add("ai.ways.waypoints", graph.error());
+    if (paths.map() != Config::Pathfinding::WAYPOINT_GRAPH) {
+        diagnostics.add("ai.pathfinding.waypoints",
+                        "waypoints are used with map: WAYPOINT_GRAPH alone");
+    } else if (const auto graph = ai::navigation::parse_waypoints(paths.waypoints()); !graph) {
+        diagnostics.add("ai.pathfinding.waypoints", graph.error());
     } else if (graph->size() == 0) {
-        diagnostics.add("ai.ways.waypoints", "there is no waypoint among them");
+        diagnostics.add("ai.pathfinding.waypoints", "there is no waypoint among them");
     }
 }
 
@@ -45,7 +47,8 @@ void warn_of(const WaypointGraph& graph,
     if (numbers.empty()) {
         return;
     }
-    std::string names = numbers.size() == 1 ? "ai.ways: waypoint " : "ai.ways: waypoints ";
+    std::string names =
+        numbers.size() == 1 ? "ai.pathfinding: waypoint " : "ai.pathfinding: waypoints ";
     const std::size_t named = std::min(numbers.size(), kNamedWaypoints);
     for (std::size_t i = 0; i < named; ++i) {
         names += (i == 0 ? "" : ", ") + std::to_string(graph.id(numbers[i]));
@@ -81,50 +84,51 @@ std::vector<std::uint32_t> joined_waypoints(const WaypointGraph& graph) {
 }  // namespace
 
 void load_waypoints(Config& config, Diagnostics& diagnostics) {
-    if (!config.ai().ways().has_waypoints_file()) {
+    if (!config.ai().pathfinding().has_waypoints_file()) {
         return;
     }
-    Config::Ways& ways = *config.mutable_ai()->mutable_ways();
-    if (ways.has_waypoints()) {
-        diagnostics.add("ai.ways.waypoints_file", "waypoints are given inline already");
+    Config::Pathfinding& paths = *config.mutable_ai()->mutable_pathfinding();
+    if (paths.has_waypoints()) {
+        diagnostics.add("ai.pathfinding.waypoints_file", "waypoints are given inline already");
         return;
     }
     std::string text;
-    const std::string wrong = read_text(ways.waypoints_file(), text);
+    const std::string wrong = read_text(paths.waypoints_file(), text);
     if (!wrong.empty()) {
-        diagnostics.add("ai.ways.waypoints_file", wrong);
+        diagnostics.add("ai.pathfinding.waypoints_file", wrong);
         return;
     }
-    ways.set_waypoints(std::move(text));
-    ways.clear_waypoints_file();
+    paths.set_waypoints(std::move(text));
+    paths.clear_waypoints_file();
 }
 
 void check_ground_maps(const Config& config,
                        const std::vector<ZoneRegion>& zones,
                        Diagnostics& diagnostics) {
-    if (!config.ai().has_ways()) {
+    if (!config.ai().has_pathfinding()) {
         return;
     }
-    const Config::Ways& ways = config.ai().ways();
-    check_waypoints(ways, diagnostics);
-    if (ways.has_crowding() && ways.map() != Config::Ways::GRID) {
-        diagnostics.add("ai.ways.crowding", "is of map: GRID alone");
+    const Config::Pathfinding& paths = config.ai().pathfinding();
+    check_waypoints(paths, diagnostics);
+    if (paths.has_crowding() && paths.map() != Config::Pathfinding::GRID) {
+        diagnostics.add("ai.pathfinding.crowding", "is of map: GRID alone");
     }
-    if (ways.map() == Config::Ways::GRAPH && ways.has_waypoints()) {
+    if (paths.map() == Config::Pathfinding::WAYPOINT_GRAPH && paths.has_waypoints()) {
         return;  // nothing is baked
     }
-    const float cell_m = map_cell_m(ways);
+    const float cell_m = map_cell_m(paths);
     for (const ZoneRegion& zone : zones) {
         const std::string defect = ai::navigation::GroundGrid::defect_of(
-            zone::ways_area(zone.max_x - zone.min_x,
-                            zone.max_z - zone.min_z,
-                            narrow(config.zones().handoff_hysteresis_m()),
-                            cell_m),
+            zone::paths_area(zone.max_x - zone.min_x,
+                             zone.max_z - zone.min_z,
+                             narrow(config.zones().handoff_hysteresis_m()),
+                             cell_m),
             cell_m);
         if (!defect.empty()) {
-            diagnostics.add(
-                ways.map() == Config::Ways::GRAPH ? "ai.ways.spacing_m" : "ai.ways.cell_m",
-                "zone '" + zone.name + "': " + defect);
+            diagnostics.add(paths.map() == Config::Pathfinding::WAYPOINT_GRAPH
+                                ? "ai.pathfinding.spacing_m"
+                                : "ai.pathfinding.cell_m",
+                            "zone '" + zone.name + "': " + defect);
             return;
         }
     }
@@ -133,7 +137,7 @@ void check_ground_maps(const Config& config,
 namespace {
 
 ai::crowd::CrowdWaysSettings expand_crowding(const Config& config) {
-    const Config::Crowding& from = config.ai().ways().crowding();
+    const Config::Crowding& from = config.ai().pathfinding().crowding();
     ai::crowd::CrowdWaysSettings out;
     const double ticks = from.look_s() * config.world().tick_rate_hz();
     out.look_ticks = static_cast<std::uint32_t>(std::max(1.0, std::round(ticks)));
@@ -148,41 +152,41 @@ ai::crowd::CrowdWaysSettings expand_crowding(const Config& config) {
 
 }  // namespace
 
-ai::WaysSettings expand_ways(const Config& config) {
-    const Config::Ways& from = config.ai().ways();
-    ai::WaysSettings ways;
-    ways.cell_m = map_cell_m(from);
-    ways.work_per_tick = from.work_per_tick();
-    ways.cell_height_m = narrow(from.cell_height_m());
+ai::PathfindingSettings expand_pathfinding(const Config& config) {
+    const Config::Pathfinding& from = config.ai().pathfinding();
+    ai::PathfindingSettings paths;
+    paths.cell_m = map_cell_m(from);
+    paths.work_per_tick = from.work_per_tick();
+    paths.cell_height_m = narrow(from.cell_height_m());
     if (from.has_crowding()) {
-        ways.crowding = expand_crowding(config);
+        paths.crowding = expand_crowding(config);
     }
     switch (from.map()) {
-        case Config::Ways::GRID:
-            ways.map = ai::WayMapKind::kGrid;
+        case Config::Pathfinding::GRID:
+            paths.map = ai::PathMapKind::kGrid;
             break;
-        case Config::Ways::MESH:
-            ways.map = ai::WayMapKind::kMesh;
+        case Config::Pathfinding::NAVMESH:
+            paths.map = ai::PathMapKind::kMesh;
             break;
-        case Config::Ways::GRAPH:
-            ways.map = ai::WayMapKind::kGraph;
+        case Config::Pathfinding::WAYPOINT_GRAPH:
+            paths.map = ai::PathMapKind::kGraph;
             break;
     }
     if (from.has_waypoints()) {
         // What is wrong with them check_ground_maps() says.
         if (auto graph = ai::navigation::parse_waypoints(from.waypoints())) {
-            ways.waypoints = std::make_shared<const WaypointGraph>(std::move(graph).value());
+            paths.waypoints = std::make_shared<const WaypointGraph>(std::move(graph).value());
         }
     }
-    return ways;
+    return paths;
 }
 
 std::vector<std::string> waypoint_warnings(const Settings& settings) {
     std::vector<std::string> warnings;
-    if (!settings.ai.ways.waypoints) {
+    if (!settings.ai.pathfinding.waypoints) {
         return warnings;
     }
-    const WaypointGraph& graph = *settings.ai.ways.waypoints;
+    const WaypointGraph& graph = *settings.ai.pathfinding.waypoints;
     const std::vector<std::uint32_t> joined = joined_waypoints(graph);
     std::vector<std::uint32_t> count(graph.size(), 0);
     std::vector<std::uint8_t> entered(graph.size(), 0);
@@ -217,7 +221,7 @@ std::vector<std::string> waypoint_warnings(const Settings& settings) {
     warn_of(graph, apart, "not joined by edges with most of the others", warnings);
     warn_of(graph, one_way, "without an edge that leads there, or without one away", warnings);
     if (graph.size() == 1) {
-        warnings.push_back("ai.ways: a single waypoint leads nowhere");
+        warnings.push_back("ai.pathfinding: a single waypoint leads nowhere");
     }
     return warnings;
 }

@@ -1,4 +1,4 @@
-// Ground maps: whether ways can be planned in the zones of a config, and on what.
+// Ground maps: whether paths can be planned in the zones of a config, and on what.
 #pragma once
 
 #include "server/ai/ways.h"
@@ -10,18 +10,18 @@
 
 namespace zoned::ops {
 
-/// Puts the text of ai.ways.waypoints_file in the place of its name, so that the config holds all
-/// of it; reports a file that can't be read.
+/// Puts the text of ai.pathfinding.waypoints_file in the place of its name, so that the config
+/// holds all of it; reports a file that can't be read.
 void load_waypoints(proto::Config& config, Diagnostics& diagnostics);
 
-/// Where ai.ways is set: reports cells that are too large or too small for a zone, and what is
-/// wrong with waypoints, by their line. `zones` as expanded.
+/// Where ai.pathfinding is set: reports cells that are too large or too small for a zone, and what
+/// is wrong with waypoints, by their line. `zones` as expanded.
 void check_ground_maps(const proto::Config& config,
                        const std::vector<ZoneRegion>& zones,
                        Diagnostics& diagnostics);
 
-/// ai.ways, which is set.
-ai::WaysSettings expand_ways(const proto::Config& config);
+/// ai.pathfinding, which is set.
+ai::PathfindingSettings expand_pathfinding(const proto::Config& config);
 
 /// One sentence each about waypoints of a good config that nobody may get to: in no zone, without
 /// edges that lead there or away, or not joined with most of the others.

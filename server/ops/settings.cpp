@@ -58,8 +58,8 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
             resolve(*config.mutable_statics()->mutable_surface(k)->mutable_file(), folder);
         }
     }
-    if (config.ai().ways().has_waypoints_file()) {
-        resolve(*config.mutable_ai()->mutable_ways()->mutable_waypoints_file(), folder);
+    if (config.ai().pathfinding().has_waypoints_file()) {
+        resolve(*config.mutable_ai()->mutable_pathfinding()->mutable_waypoints_file(), folder);
     }
     for (int k = 0; k < config.policy_size(); ++k) {
         if (config.policy(k).has_file()) {

@@ -53,12 +53,12 @@ class TypeFamilies {
         const Config::Type& own = config_.type(index);
         const std::string path = join_path("", "type", index);
         Resolved out;
-        way_.push_back(index);
+        path_.push_back(index);
         const int base = base_of(own, path);
         if (base >= 0) {
             out = resolve(base);
         }
-        way_.pop_back();
+        path_.pop_back();
         if (own.has_machine()) {
             out.uses.clear();
         }
@@ -94,12 +94,12 @@ class TypeFamilies {
             return -1;
         }
         const int base = static_cast<int>(at - types.begin());
-        const auto seen = std::find(way_.begin(), way_.end(), base);
-        if (seen == way_.end()) {
+        const auto seen = std::find(path_.begin(), path_.end(), base);
+        if (seen == path_.end()) {
             return base;
         }
         std::string names;
-        for (auto on = seen; on != way_.end(); ++on) {
+        for (auto on = seen; on != path_.end(); ++on) {
             names += "'" + config_.type(*on).name() + "' is like ";
         }
         diagnostics_.add(path + ".base",
@@ -182,7 +182,7 @@ class TypeFamilies {
     const Config& config_;
     Diagnostics& diagnostics_;
     std::vector<std::optional<Resolved>> done_;
-    std::vector<int> way_;  ///< types that are being resolved, each the base of the one before it
+    std::vector<int> path_;  ///< types that are being resolved, each the base of the one before it
 };
 
 }  // namespace

@@ -98,7 +98,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
             rouse(state, row);  // it may go on by other machines
         }
         h.rung = state.mind_step.ladder().rung;
-        state.ways.release(state.minds.slot_of(h.state.id));
+        state.paths.release(state.minds.slot_of(h.state.id));
         h.mind = state.minds.take(h.state.id);
     }
     const int index = h.state.client ? find_client(state, h.state.client) : -1;

@@ -34,7 +34,7 @@ std::uint32_t step_minds(ZoneState& state) {
                           state.now,
                           state.settings.dt,
                           &statics,
-                          state.ways.empty() ? nullptr : &state.ways,
+                          state.paths.empty() ? nullptr : &state.paths,
                           state.settings.handoff_hysteresis_m};
     state.report.ai = state.mind_step.run(state.minds, world, state.settings.ai);
     for (const EntityId entity : state.mind_step.fell_asleep()) {

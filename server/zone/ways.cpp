@@ -9,15 +9,15 @@
 
 namespace zoned::zone {
 
-void join_ways(std::span<ZoneState* const> zones) {
+void join_paths(std::span<ZoneState* const> zones) {
     if (zones.size() < 2) {
         for (ZoneState* zone : zones) {
-            zone->ways.forget_ground();
+            zone->paths.forget_ground();
         }
         return;
     }
-    for (std::size_t size = 0; size < zones.front()->ways.sizes(); ++size) {
-        if (zones.front()->ways.ground_map(size) == nullptr) {
+    for (std::size_t size = 0; size < zones.front()->paths.sizes(); ++size) {
+        if (zones.front()->paths.ground_map(size) == nullptr) {
             continue;  // portals are made of cells alone
         }
         std::vector<ai::navigation::ZoneGround> grounds;
@@ -26,14 +26,14 @@ void join_ways(std::span<ZoneState* const> zones) {
             const Vec3d origin = region.origin();
             const auto half_x = static_cast<float>(0.5 * (region.max_x - region.min_x));
             const auto half_z = static_cast<float>(0.5 * (region.max_z - region.min_z));
-            grounds.push_back({zone->ways.ground_map(size),
+            grounds.push_back({zone->paths.ground_map(size),
                                origin.x(),
                                origin.z(),
                                ai::navigation::GroundRect{-half_x, -half_z, half_x, half_z}});
         }
         auto portals = std::make_shared<const ai::navigation::ZonePortals>(grounds);
         for (std::uint32_t z = 0; z < zones.size(); ++z) {
-            zones[z]->ways.know_zones(size, portals, z);
+            zones[z]->paths.know_zones(size, portals, z);
         }
     }
 }

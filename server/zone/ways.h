@@ -1,4 +1,4 @@
-// Ways between zones: what zones need to know of each other to plan ways through several of them.
+// Paths between zones: what zones need to know of each other to plan paths through several of them.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@ struct ZoneState;
 
 /// Makes the portals of the world from the maps of all its zones, in the order of their ids, for
 /// each size of character, and gives them to each zone. Once, before the first tick; nothing where
-/// no ways are planned, or there is but one zone.
-void join_ways(std::span<ZoneState* const> zones);
+/// no paths are planned, or there is but one zone.
+void join_paths(std::span<ZoneState* const> zones);
 
 }  // namespace zoned::zone

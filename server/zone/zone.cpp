@@ -117,8 +117,8 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     // they were read.
     s.report.plan = plan_for(s.report.census);
     pass(Pass::kDoors, [&] { return turn_doors(s); });
-    if (!s.ways.empty()) {
-        s.ways.follow_doors(now);
+    if (!s.paths.empty()) {
+        s.paths.follow_doors(now);
     }
     pass(Pass::kInbox, [&] { return apply_inbox(s, inbox); });
     if (s.report.plan.has(Pass::kInbox)) {

@@ -44,12 +44,12 @@ struct Region {
     }
 };
 
-/// Where minds of a zone plan ways, zone-local, m: in its region and around it, two cells farther
+/// Where minds of a zone plan paths, zone-local, m: in its region and around it, two cells farther
 /// than where what leaves it is another zone's.
-inline ai::navigation::GroundRect ways_area(double wide_m,
-                                            double deep_m,
-                                            float hysteresis_m,
-                                            float cell_m) {
+inline ai::navigation::GroundRect paths_area(double wide_m,
+                                             double deep_m,
+                                             float hysteresis_m,
+                                             float cell_m) {
     const float margin = hysteresis_m + 2.0F * cell_m;
     const float x = static_cast<float>(0.5 * wide_m) + margin;
     const float z = static_cast<float>(0.5 * deep_m) + margin;

@@ -117,15 +117,15 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
     add_doors(*this);
     add_particle_systems(*this);
     const Region& region = settings.region();
-    ways = ai::Ways(settings.ai.ways,
-                    *settings.statics,
-                    ways_area(region.max_x - region.min_x,
-                              region.max_z - region.min_z,
-                              settings.handoff_hysteresis_m,
-                              settings.ai.ways.cell_m),
-                    *settings.types,
-                    now,
-                    origin);
+    paths = ai::PathService(settings.ai.pathfinding,
+                            *settings.statics,
+                            paths_area(region.max_x - region.min_x,
+                                       region.max_z - region.min_z,
+                                       settings.handoff_hysteresis_m,
+                                       settings.ai.pathfinding.cell_m),
+                            *settings.types,
+                            now,
+                            origin);
 }
 
 world::Visibility& matched_sets(ZoneState& state) {
@@ -237,7 +237,7 @@ EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
 void despawn_entity(ZoneState& state, world::Row row) {
     remove_body(state, row);
     if (state.minds.find(state.entities.id[row]) != nullptr) {
-        state.ways.release(state.minds.slot_of(state.entities.id[row]));
+        state.paths.release(state.minds.slot_of(state.entities.id[row]));
         state.minds.take(state.entities.id[row]);
     }
     state.entities.remove(row);

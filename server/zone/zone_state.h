@@ -158,7 +158,7 @@ struct ZoneState {
     ai::Minds minds;
     ai::Step mind_step;
     ai::Places places;
-    ai::Ways ways;  ///< empty where none are planned
+    ai::PathService paths;  ///< empty where none are planned
     DoorBodies doors;
     std::unique_ptr<Rules> rules;
     core::Rng rng;

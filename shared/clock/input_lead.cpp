@@ -39,15 +39,15 @@ void InputLead::begin(double rtt_s, double now_s) {
     wanted_ = lead_;
 }
 
-void InputLead::add_way(double way_s, int late) {
-    way_s += tick_s_ * static_cast<double>(late);
-    if (!(std::abs(way_s) <= most_s())) {
+void InputLead::add_path(double path_s, int late) {
+    path_s += tick_s_ * static_cast<double>(late);
+    if (!(std::abs(path_s) <= most_s())) {
         return;
     }
-    ways_[count_ % kSamples] = way_s;
+    paths_[count_ % kSamples] = path_s;
     ++count_;
     // The longest shows at once, the rest of the picture changes slowly.
-    if (count_ >= kLeastSamples && (count_ >= next_measure_ || way_s + kMarginS > wanted_)) {
+    if (count_ >= kLeastSamples && (count_ >= next_measure_ || path_s + kMarginS > wanted_)) {
         measure();
         next_measure_ = count_ + kLeastSamples;
     }
@@ -55,7 +55,7 @@ void InputLead::add_way(double way_s, int late) {
 
 void InputLead::measure() {
     const std::size_t n = std::min(count_, kSamples);
-    std::copy_n(ways_.begin(), n, sorted_.begin());
+    std::copy_n(paths_.begin(), n, sorted_.begin());
     const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(n / 2);
     const auto end = sorted_.begin() + static_cast<std::ptrdiff_t>(n);
     std::nth_element(sorted_.begin(), middle, end);

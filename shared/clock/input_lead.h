@@ -30,11 +30,11 @@ class InputLead {
 
     [[nodiscard]] bool begun() const { return begun_; }
 
-    /// A packet's way up took `way_s`, from our estimate of the server's time at sending to the
+    /// A packet's way up took `path_s`, from our estimate of the server's time at sending to the
     /// server's own at arrival; the `late` commands before its newest had not come earlier either.
     /// May be negative when that estimate is off. What took longer than the largest lead is an
     /// outage and says nothing.
-    void add_way(double way_s, int late);
+    void add_path(double path_s, int late);
 
     /// Share of the packets up that are lost, 0..1.
     void set_loss(double share) { loss_ = share; }
@@ -70,8 +70,8 @@ class InputLead {
     double last_s_ = 0.0;
     double rising_s_ = -1e9;  // when the lead was last below what is wanted
     double loss_ = 0.0;
-    double told_ = 0.0;                    // what the server's word adds
-    std::array<double, kSamples> ways_{};  // a ring
+    double told_ = 0.0;                     // what the server's word adds
+    std::array<double, kSamples> paths_{};  // a ring
     std::array<double, kSamples> sorted_{};
     std::size_t count_ = 0;
     std::size_t next_measure_ = 0;

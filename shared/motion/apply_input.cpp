@@ -181,7 +181,7 @@ class Mover {
     /// Moves through the air: `way` and `velocity` (at the end of it) are three-dimensional.
     void fall(Vec3 way, Vec3 velocity, bool wants_rest) {
         Obstacles surfaces;
-        const Vec3 whole_way = way;
+        const Vec3 whole_path = way;
         const Vec3 whole_velocity = velocity;
         Vec3 rest = way;
         state_.grounded = false;
@@ -203,8 +203,8 @@ class Mover {
         state_.velocity = velocity;
         // Steep surfaces that together hold the character up carry it: nobody falls for ever in a
         // gap between a rock and a wall.
-        const bool held = whole_way.y() < 0.0F &&
-                          start_height_ - state_.position.y() < 0.01F * -whole_way.y() &&
+        const bool held = whole_path.y() < 0.0F &&
+                          start_height_ - state_.position.y() < 0.01F * -whole_path.y() &&
                           surfaces.count() >= 2 && surfaces.sum().y() > 0.1F;
         if (held) {
             state_.grounded = true;

@@ -151,7 +151,7 @@ SweepHit CapsuleSweep::sweep_triangle(const FacedTriangle& triangle,
 
 SweepHit CapsuleSweep::sweep(const Vec3& from, const Vec3& move) const {
     SweepHit first = sweep_ground(from, move);
-    for_each_on_way(from, move, [&](std::uint32_t box) {
+    for_each_on_path(from, move, [&](std::uint32_t box) {
         const SweepHit hit = sweep_box(box, from, move);
         if (hit.hit && (!first.hit || hit.fraction < first.fraction)) {
             first = hit;
@@ -201,7 +201,7 @@ Vec3 CapsuleSweep::parted(Vec3 position, float most_of_doors) const {
     const std::size_t fixed = world_.boxes().size();
     for (int pass = 0; pass < kPartingPasses; ++pass) {
         bool overlapped = false;
-        for_each_on_way(position, Vec3::Zero(), [&](std::uint32_t index) {
+        for_each_on_path(position, Vec3::Zero(), [&](std::uint32_t index) {
             const StaticBox& box = world_.box(index);
             const Mat3& axes = world_.box_axes(index);
             const LocalSegment segment = local_segment(box, axes, position, capsule_.half_segment);

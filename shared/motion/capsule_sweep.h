@@ -75,7 +75,7 @@ class CapsuleSweep {
         };
         bool found = consider(sweep_ground(from, move));
         if (!found) {
-            for_each_on_way(from, move, [&](std::uint32_t box) {
+            for_each_on_path(from, move, [&](std::uint32_t box) {
                 found = consider(sweep_box(box, from, move));
                 return found;
             });
@@ -128,7 +128,7 @@ class CapsuleSweep {
     /// Calls `visit(box)` for each gathered box whose bounds the moving capsule may touch, until it
     /// returns true.
     template <class Visit>
-    void for_each_on_way(const Vec3& from, const Vec3& move, Visit&& visit) const {
+    void for_each_on_path(const Vec3& from, const Vec3& move, Visit&& visit) const {
         const Vec3 to = from + move;
         const Aabb way{from.cwiseMin(to) - reach_, from.cwiseMax(to) + reach_};
         bool done = false;

@@ -21,7 +21,7 @@ void run_crowd_suite(Session& session) {
 }
 
 const Registration kCrowd({"crowd",
-                           "crowds: time of a step, overlaps, ways for many at once",
+                           "crowds: time of a step, overlaps, paths for many at once",
                            {kGoalsScene, kAvoidanceScene, kFlockScene},
                            {"default", "cpu_1", "cpu_2", "opencl"},
                            run_crowd_suite});

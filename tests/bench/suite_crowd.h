@@ -15,7 +15,7 @@ void run_crowd_avoidance(Session& session);
 /// one and a device.
 void run_crowd_flock(Session& session);
 
-/// Pictures of a corridor, of two doors with the ways that avoid a crowd, and of scents.
+/// Pictures of a corridor, of two doors with the paths that avoid a crowd, and of scents.
 void draw_crowds(Session& session);
 
 inline const std::string kAvoidanceScene = "avoidance_20k";

@@ -57,7 +57,7 @@ class AvoidanceTrial final : public JudgedTrial {
         stuck_ += report.stuck;
     }
 
-    /// Runs that are only timed go straight on: their 80 steps are 5 m, less than most ways.
+    /// Runs that are only timed go straight on: their 80 steps are 5 m, less than most paths.
     void observe() override {
         worst_overlap_ = std::max(worst_overlap_, overlap());
         for (std::size_t i = 0; i < agents_.size(); ++i) {

@@ -16,12 +16,12 @@ namespace {
 
 using ai::navigation::Cell;
 using ai::navigation::GridInstance;
+using ai::navigation::GridPathRequests;
 using ai::navigation::GroundMap;
 using ai::navigation::Outcome;
+using ai::navigation::PathRequestId;
+using ai::navigation::PathResult;
 using ai::navigation::Spot;
-using ai::navigation::WayAnswer;
-using ai::navigation::WayService;
-using ai::navigation::WayTicket;
 
 constexpr std::size_t kGoalAgents = 5000;
 /// Ticks of 50 ms at 5 m/s, where a cell is a metre.
@@ -37,7 +37,7 @@ GroundMap metre_cells(const ai::navigation::GridMap& cells) {
     return {ai::navigation::GroundGrid(area, 1.0F), cells, std::vector<float>(cells.places())};
 }
 
-/// The queries of the scenario with the longest ways; fewer queries than agents come again.
+/// The queries of the scenario with the longest paths; fewer queries than agents come again.
 std::vector<GridInstance> farthest(const GridScene& scene, std::size_t count) {
     std::vector<std::size_t> order(scene.instances.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -53,7 +53,7 @@ std::vector<GridInstance> farthest(const GridScene& scene, std::size_t count) {
     return agents;
 }
 
-/// Doors on the ways of many that shut, and open again.
+/// Doors on the paths of many that shut, and open again.
 constexpr std::size_t kGoalDoors = 8;
 /// Ticks after which a door turns again, long before the index is renewed.
 constexpr int kHastyTicks = 5;
@@ -67,9 +67,9 @@ struct DoorRun {
     std::vector<double> unit_ns;    ///< of ticks with work, per unit that they say
     int ticks_to_repair = 0;        ///< until nobody waits
     int ticks_to_index = 0;         ///< until the planner is as quick as before
-    std::uint64_t broken = 0;       ///< ways that they cut
+    std::uint64_t broken = 0;       ///< paths that they cut
     std::uint64_t reviewed = 0;     ///< that they might have made shorter
-    std::size_t wrong = 0;          ///< ways that lead through one that is shut
+    std::size_t wrong = 0;          ///< paths that lead through one that is shut
 };
 
 struct GoalsRun {
@@ -77,10 +77,10 @@ struct GoalsRun {
     std::vector<double> tick_ms;
     int ticks_to_all = -1;
     std::size_t still = 0;     ///< agents that did not move in the first tick
-    std::size_t backward = 0;  ///< whose first leg ends no nearer to the goal, along best ways
-    std::size_t wrong = 0;     ///< without a free way to the goal
+    std::size_t backward = 0;  ///< whose first leg ends no nearer to the goal, along best paths
+    std::size_t wrong = 0;     ///< without a free path to the goal
     std::size_t near_best = 0;
-    double excess = 0.0;  ///< of ways over the best on the grid, mean; pulled ones may be shorter
+    double excess = 0.0;  ///< of paths over the best on the grid, mean; pulled ones may be shorter
 };
 
 class GoalsTrial {
@@ -113,7 +113,7 @@ class GoalsTrial {
             }
             for (std::size_t i = 0; i < agents_.size(); ++i) {
                 const bool waits = service_.answer(tickets_[i]).waiting;
-                from_[i] = waits ? at_[i] : from_[i];  // its way begins where it was last seen
+                from_[i] = waits ? at_[i] : from_[i];  // its path begins where it was last seen
             }
             if (r.ticks_to_all < 0 && service_.counts().waiting == 0) {
                 r.ticks_to_all = tick + 1;
@@ -122,13 +122,13 @@ class GoalsTrial {
         }
         judge(r);
         turn_doors(r.door);
-        for (const WayTicket t : tickets_) {
+        for (const PathRequestId t : tickets_) {
             service_.release(t);
         }
         return r;
     }
 
-    [[nodiscard]] const WayService& service() const { return service_; }
+    [[nodiscard]] const GridPathRequests& service() const { return service_; }
 
   private:
     void ask() {
@@ -171,7 +171,7 @@ class GoalsTrial {
     /// Doors one after the other: each shuts and opens, and does so again before the index is
     /// renewed.
     void turn_doors(DoorRun& d) {
-        const ai::navigation::WayCounts before = service_.counts();
+        const ai::navigation::PathCounts before = service_.counts();
         for (std::size_t i = 0; i < std::min(kGoalDoors, agents_.size()); ++i) {
             std::vector<ai::navigation::CellChange> door = door_of(i * agents_.size() / kGoalDoors);
             turn(d, door, false, kPatience);
@@ -196,7 +196,7 @@ class GoalsTrial {
         follow(d, ticks);
     }
 
-    /// Ticks until the ways and the index are what they ought to be, at most so many.
+    /// Ticks until the paths and the index are what they ought to be, at most so many.
     void follow(DoorRun& d, int most) {
         for (int tick = 1; tick <= most; ++tick) {
             const std::int64_t begin = thread_cpu_ns();
@@ -221,8 +221,8 @@ class GoalsTrial {
         }
     }
 
-    /// What is left of a way, as far as it is known from where its asker stands.
-    bool free_from(WayTicket ticket, Spot at) {
+    /// What is left of a path, as far as it is known from where its asker stands.
+    bool free_from(PathRequestId ticket, Spot at) {
         const Spot head = service_.heading(ticket, at, kGoalNear_m);
         const std::span<const Spot> corners = service_.answer(ticket).corners;
         std::uint32_t looked = 0;
@@ -250,9 +250,9 @@ class GoalsTrial {
         }
     }
 
-    /// Whether a way is free from where it began to a goal. Who walks beside an obstacle may stand
+    /// Whether a path is free from where it began to a goal. Who walks beside an obstacle may stand
     /// in a cell whose middle is blocked, and who stands on the edge of two cells is in both.
-    [[nodiscard]] bool leads_to(const WayAnswer& way, Spot from, Cell goal) const {
+    [[nodiscard]] bool leads_to(const PathResult& path, Spot from, Cell goal) const {
         constexpr float kOnEdge_m = 1e-3F;
         for (const Spot off : {Spot{-kOnEdge_m, -kOnEdge_m},
                                Spot{kOnEdge_m, -kOnEdge_m},
@@ -262,7 +262,7 @@ class GoalsTrial {
             bool free = ai::navigation::nearest_passable(
                 service_.planner().map(), service_.grid(), {from.x + off.x, from.z + off.z}, 1, at);
             std::uint32_t looked = 0;
-            for (const Spot& corner : way.corners) {
+            for (const Spot& corner : path.corners) {
                 const Cell to = service_.grid().cell(corner);
                 free = free && ai::navigation::sees(service_.planner().map(), at, to, looked);
                 at = to;
@@ -277,7 +277,7 @@ class GoalsTrial {
     void judge(GoalsRun& r) {
         std::vector<double> ratios;
         for (std::size_t i = 0; i < agents_.size(); ++i) {
-            const WayAnswer a = service_.answer(tickets_[i]);
+            const PathResult a = service_.answer(tickets_[i]);
             const bool found = !a.waiting && a.outcome == Outcome::kFound;
             r.wrong += found && leads_to(a, from_[i], agents_[i].goal) ? 0U : 1U;
             r.near_best += a.best ? 0U : 1U;
@@ -287,8 +287,8 @@ class GoalsTrial {
     }
 
     std::vector<GridInstance> agents_;
-    WayService service_;
-    std::vector<WayTicket> tickets_;
+    GridPathRequests service_;
+    std::vector<PathRequestId> tickets_;
     std::vector<Spot> at_;
     std::vector<Spot> heads_;
     std::vector<Spot> from_;
@@ -348,9 +348,11 @@ void run_crowd_goals(Session& session) {
     session.note(
         "goals_5000: 5,000 agents ask for the farthest goals of the map's scenario in the same "
         "tick of 50 ms; path_ms_per_tick is the CPU time of asking, serving and heading in the "
-        "dearest tick, median of the runs after the first; excess_mean is over the best way on the "
+        "dearest tick, median of the runs after the first; excess_mean is over the best path on "
+        "the "
         "grid, below 0 where pulling straight gains more than it costs to be near the best. Then "
-        "doors of 3 x 3 cells on agents' ways shut and open, one after the other, and again before "
+        "doors of 3 x 3 cells on agents' paths shut and open, one after the other, and again "
+        "before "
         "the index is renewed (door_*; door_serve_ms is the CPU time of a tick's serving alone)");
     for (const std::string name : {"den520d", "brc202d", "random512-10-0"}) {
         session.progress("crowd " + kGoalsScene + " " + name);

@@ -1,4 +1,4 @@
-// Pictures of crowds, of ways that avoid them and of scents, for reports.
+// Pictures of crowds, of paths that avoid them and of scents, for reports.
 #include "server/ai/ants/foraging.h"
 #include "server/ai/crowd/avoidance.h"
 #include "server/ai/crowd/crowded_field.h"
@@ -71,7 +71,7 @@ std::string corridor_picture() {
     return picture.svg();
 }
 
-/// A crowd at one of two doors, the density, and the ways that avoid it.
+/// A crowd at one of two doors, the density, and the paths that avoid it.
 class DoorsScene {
   public:
     DoorsScene() : map_(25, 20) {
@@ -209,7 +209,7 @@ void draw_crowds(Session& session) {
                         "Two crowds through each other after 11 s: colours are directions",
                         corridor_picture()});
     pictures.push_back({"crowd_doors",
-                        "A crowd that spreads over two doors after 17.5 s: density, and the ways "
+                        "A crowd that spreads over two doors after 17.5 s: density, and the paths "
                         "that avoid it",
                         DoorsScene().picture()});
     pictures.push_back({"ants_scents",

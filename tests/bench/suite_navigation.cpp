@@ -1,4 +1,4 @@
-// Suite `navigation`: ways on maps of the Moving AI benchmark, by our planners beside Detour.
+// Suite `navigation`: paths on maps of the Moving AI benchmark, by our planners beside Detour.
 #include "tests/bench/suite_navigation.h"
 
 #include "server/ai/navigation/planner.h"
@@ -31,36 +31,38 @@ constexpr std::size_t kSlowShare = 16;
 /// Of the times of one query the median of so many counts.
 constexpr int kTimesEach = 5;
 
-/// So many queries are held to the shortest ways on the mesh.
+/// So many queries are held to the shortest paths on the mesh.
 constexpr std::size_t kHeldToExact = 100;
 
 /// Recast takes minutes for this one, of which every fifth cell touches an obstacle.
 constexpr const char* kNoMesh = "random512-10-0";
 
-/// What is asked: gives the length of the way found, below 0 for none.
+/// What is asked: gives the length of the path found, below 0 for none.
 using Ask = std::function<double(const GridInstance&)>;
 
 /// What lengths are held to.
-enum class WayLength {
+enum class PathLength {
     kBest,  ///< those of the scenario
     kNear,  ///< the excess over them is the error
     kAny,   ///< on another map of the same world
 };
 
-struct WayMethod {
+struct PathTrialMethod {
     std::string name;
     std::string peer;
     bool slow = false;
-    WayLength length = WayLength::kBest;
+    PathLength length = PathLength::kBest;
     Ask ask;
     double preprocess_s = 0.0;
     double index_mib = 0.0;
     Ask exact{};  ///< on the mesh that it plans on
 };
 
-class WayTrial final : public JudgedTrial {
+class PathTrial final : public JudgedTrial {
   public:
-    WayTrial(const GridScene& scene, const WayMethod& method) : scene_(scene), method_(method) {}
+    PathTrial(const GridScene& scene, const PathTrialMethod& method)
+        : scene_(scene),
+          method_(method) {}
 
     void frame() override {
         for_queries(turn_++ % kShares, [this](const GridInstance& i) { sum_ += method_.ask(i); });
@@ -82,7 +84,7 @@ class WayTrial final : public JudgedTrial {
         for (const GridInstance& i : scene_.instances) {
             const double length = method_.ask(i);
             const double off = std::abs(length - i.length);
-            if (length < 0.0 || (method_.length == WayLength::kBest && off > kLengthTolerance)) {
+            if (length < 0.0 || (method_.length == PathLength::kBest && off > kLengthTolerance)) {
                 ++wrong;
             }
             worst = std::max(worst, off);
@@ -91,9 +93,9 @@ class WayTrial final : public JudgedTrial {
         row.error = static_cast<double>(wrong);
         row.error_unit = "wrong";
         row.metric("instances", static_cast<double>(scene_.instances.size()));
-        if (method_.length == WayLength::kBest) {
+        if (method_.length == PathLength::kBest) {
             row.metric("worst_off_cells", worst);
-        } else if (method_.length == WayLength::kNear) {
+        } else if (method_.length == PathLength::kNear) {
             row.error = mean(ratios) - 1.0;
             row.error_unit = "mean excess";
             row.metric("worst_excess", largest(ratios) - 1.0);
@@ -116,7 +118,7 @@ class WayTrial final : public JudgedTrial {
         }
     }
 
-    /// Some of the ways, to the shortest ones on the same mesh.
+    /// Some of the paths, to the shortest ones on the same mesh.
     void hold_to_exact(Row& row) {
         if (!method_.exact) {
             return;
@@ -159,7 +161,7 @@ class WayTrial final : public JudgedTrial {
     }
 
     const GridScene& scene_;
-    const WayMethod& method_;
+    const PathTrialMethod& method_;
     std::size_t turn_ = 0;
     double sum_ = 0.0;
 };
@@ -171,11 +173,11 @@ double seconds_of(const Work& work) {
     return static_cast<double>(thread_cpu_ns() - before) * 1e-9;
 }
 
-WayMethod planner_method(const std::string& name,
-                         ai::navigation::Method method,
-                         const std::shared_ptr<Planner>& planner,
-                         bool slow) {
-    WayMethod m;
+PathTrialMethod planner_method(const std::string& name,
+                               ai::navigation::Method method,
+                               const std::shared_ptr<Planner>& planner,
+                               bool slow) {
+    PathTrialMethod m;
     m.name = name;
     m.slow = slow;
     m.ask = [planner, method](const GridInstance& i) {
@@ -195,8 +197,8 @@ Vec3 centre_on_mesh(ai::navigation::Cell c) {
 constexpr float kMeshReach = 2.0F;
 
 /// Our own search over the polygons that Detour has: places are found, the corridor, and corners.
-WayMethod mesh_method(const std::shared_ptr<DetourMesh>& mesh, double baked_s) {
-    WayMethod m{"mesh", "", false, WayLength::kAny, {}, baked_s, 0.0, {}};
+PathTrialMethod mesh_method(const std::shared_ptr<DetourMesh>& mesh, double baked_s) {
+    PathTrialMethod m{"mesh", "", false, PathLength::kAny, {}, baked_s, 0.0, {}};
     m.ask = [mesh, search = std::make_shared<ai::navigation::MeshSearch>()](const GridInstance& i) {
         const auto a = search->plan(
             mesh->walk_mesh(), centre_on_mesh(i.start), centre_on_mesh(i.goal), kMeshReach);
@@ -239,13 +241,13 @@ ai::navigation::WaypointGraph waypoints_of(const ai::navigation::GridMap& map) {
     return std::move(ai::navigation::WaypointGraph::build(nodes, edges)).value();
 }
 
-WayMethod graph_method(const GridScene& scene) {
+PathTrialMethod graph_method(const GridScene& scene) {
     struct Waypoints {
         ai::navigation::WaypointGraph graph;
         ai::navigation::WaypointSearch search;
     };
 
-    WayMethod m{"graph", "", true, WayLength::kBest, {}, 0.0, 0.0, {}};
+    PathTrialMethod m{"graph", "", true, PathLength::kBest, {}, 0.0, 0.0, {}};
     const auto w = std::make_shared<Waypoints>();
     m.preprocess_s = seconds_of([&] { w->graph = waypoints_of(scene.map); });
     m.ask = [w, &scene](const GridInstance& i) {
@@ -258,13 +260,13 @@ WayMethod graph_method(const GridScene& scene) {
     return m;
 }
 
-std::vector<WayMethod> way_methods(const GridScene& scene) {
+std::vector<PathTrialMethod> path_methods(const GridScene& scene) {
     using ai::navigation::Method;
     constexpr double kMib = 1024.0 * 1024.0;
     const auto indexed = std::make_shared<Planner>(scene.map);
     const double prepared_s = seconds_of([&indexed] { indexed->prepare(); });
     const auto bare = std::make_shared<Planner>(scene.map);
-    std::vector<WayMethod> methods;
+    std::vector<PathTrialMethod> methods;
     methods.push_back(planner_method("default", Method::kDefault, indexed, false));
     methods.back().preprocess_s = prepared_s;
     methods.back().index_mib = static_cast<double>(indexed->index_bytes()) / kMib;
@@ -275,7 +277,7 @@ std::vector<WayMethod> way_methods(const GridScene& scene) {
     methods.push_back(planner_method("astar", Method::kAStar, bare, true));
     const double clusters_s = seconds_of([&bare] { bare->prepare_clusters(); });
     methods.push_back(planner_method("hierarchical", Method::kHierarchical, bare, false));
-    methods.back().length = WayLength::kNear;
+    methods.back().length = PathLength::kNear;
     methods.back().preprocess_s = clusters_s;
     methods.back().index_mib = static_cast<double>(bare->clusters()->bytes()) / kMib;
     methods.push_back(graph_method(scene));
@@ -289,7 +291,7 @@ std::vector<WayMethod> way_methods(const GridScene& scene) {
         };
         methods.push_back(mesh_method(mesh, baked_s));
         methods.back().exact = shortest;
-        WayMethod m{"default", "detour", false, WayLength::kAny, {}, baked_s, 0.0, shortest};
+        PathTrialMethod m{"default", "detour", false, PathLength::kAny, {}, baked_s, 0.0, shortest};
         m.ask = [mesh](const GridInstance& i) {
             return mesh->find(i.start, i.goal);
         };
@@ -323,19 +325,19 @@ void compare_with_detour(std::vector<Row>& rows) {
     }
 }
 
-void run_way_scene(Session& session, const GridScene& scene) {
-    const std::vector<WayMethod> all = way_methods(scene);
+void run_path_scene(Session& session, const GridScene& scene) {
+    const std::vector<PathTrialMethod> all = path_methods(scene);
     if (all.back().peer.empty()) {
         session.note("navigation: no mesh by Recast of " + scene.name);
     }
     std::vector<Method> methods;
     std::vector<std::size_t> queries;
-    for (const WayMethod& m : all) {
+    for (const PathTrialMethod& m : all) {
         if (session.wants_method(m.name, m.peer)) {
             methods.push_back({m.name, m.peer, [&scene, &m] {
-                                   return std::make_unique<WayTrial>(scene, m);
+                                   return std::make_unique<PathTrial>(scene, m);
                                }});
-            queries.push_back(WayTrial(scene, m).queries());
+            queries.push_back(PathTrial(scene, m).queries());
         }
     }
     if (methods.empty()) {
@@ -350,14 +352,14 @@ void run_way_scene(Session& session, const GridScene& scene) {
     session.add(std::move(rows));
 }
 
-const std::vector<std::string>& way_scenes() {
+const std::vector<std::string>& path_scenes() {
     static const std::vector<std::string> names{
         "den520d", "brc202d", "AR0011SR", "den312d", "arena", "random512-10-0"};
     return names;
 }
 
-std::vector<std::string> all_way_scenes() {
-    std::vector<std::string> names = way_scenes();
+std::vector<std::string> all_path_scenes() {
+    std::vector<std::string> names = path_scenes();
     names.push_back(kPatchedScene);
     return names;
 }
@@ -365,14 +367,14 @@ std::vector<std::string> all_way_scenes() {
 void run_navigation(Session& session) {
     session.note(
         "navigation: all queries of each scenario, on one thread; time is the mean over them, per "
-        "query, with its way put together; error is the number of wrong lengths (of hierarchical, "
+        "query, with its path put together; error is the number of wrong lengths (of hierarchical, "
         "the mean excess over the best; of mesh, our search over Detour's polygons, that over the "
-        "shortest ways there, found by visibility, of 100 queries, as is excess_mean of detour, "
-        "whose error counts queries without a way; graph: A* along a waypoint in each cell). "
+        "shortest paths there, found by visibility, of 100 queries, as is excess_mean of detour, "
+        "whose error counts queries without a path; graph: A* along a waypoint in each cell). "
         "next_hop: time of one lookup, tables of 16 goals; flow_field: time of a field to a new "
         "goal; arena2_patched: an empty map that 439 patches build up and change between 2,000 "
         "queries. detour is Debian's, built for baseline x86-64");
-    for (const std::string& name : way_scenes()) {
+    for (const std::string& name : path_scenes()) {
         if (!session.wants_scene(name)) {
             continue;
         }
@@ -380,7 +382,7 @@ void run_navigation(Session& session) {
         std::string why;
         const std::optional<GridScene> scene = read_grid_scene(name, session.quick ? 40 : 1, why);
         if (scene) {
-            run_way_scene(session, *scene);
+            run_path_scene(session, *scene);
             run_goal_fields(session, *scene);
             run_doors(session, *scene);
         } else {
@@ -394,8 +396,8 @@ void run_navigation(Session& session) {
 }
 
 const Registration kNavigation({"navigation",
-                                "ways on grids: time per query, lengths that are wrong",
-                                all_way_scenes(),
+                                "paths on grids: time per query, lengths that are wrong",
+                                all_path_scenes(),
                                 {"default",
                                  "subgoals",
                                  "jump_points",

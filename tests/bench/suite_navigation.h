@@ -11,8 +11,8 @@ namespace zoned::bench {
 /// Rows `next_hop` (time of a lookup) and `flow_field` (time of a field to a new goal).
 void run_goal_fields(Session& session, const GridScene& scene);
 
-/// Row `door`: time until a planner with squares may be asked again after a cell of a way was
-/// blocked or opened; wrong are ways that are not as long as A* finds them then.
+/// Row `door`: time until a planner with squares may be asked again after a cell of a path was
+/// blocked or opened; wrong are paths that are not as long as A* finds them then.
 void run_doors(Session& session, const GridScene& scene);
 
 /// The map that is patched between queries: rows of scene `kPatchedScene`.

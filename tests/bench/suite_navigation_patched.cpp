@@ -86,13 +86,13 @@ Replayed replay(const std::vector<GridPatch>& patches, const std::vector<GridEve
     return r;
 }
 
-/// Doors that shut: cells in the middle of best ways.
+/// Doors that shut: cells in the middle of best paths.
 constexpr std::size_t kDoors = 48;
 
-/// Puts shut and open doors on a planner with squares, and asks for a way past each.
+/// Puts shut and open doors on a planner with squares, and asks for a path past each.
 struct DoorTimes {
     std::vector<double> us;  ///< of a change, until a query may be asked again
-    std::size_t wrong = 0;   ///< ways that are not as long as A* finds
+    std::size_t wrong = 0;   ///< paths that are not as long as A* finds
     std::size_t asked = 0;
 };
 
@@ -109,7 +109,7 @@ DoorTimes shut_doors(const GridScene& scene) {
         Query nowhere = query;
         nowhere.goal = nowhere.start;
         planner.plan(query);
-        ai::navigation::cells_of(planner.way().corners(), cells);
+        ai::navigation::cells_of(planner.path().corners(), cells);
         if (cells.size() < 3) {
             continue;
         }

@@ -24,8 +24,8 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
     return one.size() == other.size();
 }
 
-/// Rigid bodies, networks, then worlds: rigid bodies and minds, soft bodies, particles, all ways to
-/// decide, policies.
+/// Rigid bodies, networks, then worlds: rigid bodies and minds, soft bodies, particles, all paths
+/// to decide, policies.
 std::vector<Line> all_lines(unsigned threads) {
     std::vector<Line> lines = physics_lines(threads);
     const std::vector<Line> networks = training_lines(threads);

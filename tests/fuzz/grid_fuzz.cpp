@@ -15,7 +15,7 @@ namespace {
 using namespace ai::navigation;
 
 constexpr std::size_t kMaxText = 20000;
-/// Larger maps are read, but no ways are looked for on them.
+/// Larger maps are read, but no paths are looked for on them.
 constexpr std::uint32_t kMostPlaces = 20000;
 
 template <class R>
@@ -52,7 +52,7 @@ void use_map(const GridMap& map) {
     }
 }
 
-/// Between the first waypoints: what is found costs no more than its first edge or way back says.
+/// Between the first waypoints: what is found costs no more than its first edge or path back says.
 void use_waypoints(const WaypointGraph& graph) {
     WaypointSearch search;
     const std::uint32_t count = std::min(graph.size(), 20U);
@@ -60,13 +60,13 @@ void use_waypoints(const WaypointGraph& graph) {
         for (std::uint32_t b = 0; b < count; ++b) {
             const WaypointSearch::Answer found = search.plan(graph, a, b);
             ZONED_ASSERT(found.outcome != Outcome::kFound ||
-                             (search.way().front() == a && search.way().back() == b),
-                         "a way from start to goal");
+                             (search.path().front() == a && search.path().back() == b),
+                         "a path from start to goal");
         }
         for (const WaypointGraph::Edge& e : graph.edges(a)) {
             ZONED_ASSERT(!graph.passable(a) || !graph.passable(e.to) ||
                              search.plan(graph, a, e.to).cost <= static_cast<double>(e.weight),
-                         "no way is dearer than an edge");
+                         "no path is dearer than an edge");
         }
     }
 }

@@ -27,22 +27,22 @@ constexpr std::int64_t kUnreached = INT64_MAX;
 void reach(std::span<const Distances::Edge> arcs,
            std::span<const std::size_t> begin,
            Place from,
-           std::vector<std::int64_t>& way) {
-    std::fill(way.begin(), way.end(), kUnreached);
+           std::vector<std::int64_t>& path) {
+    std::fill(path.begin(), path.end(), kUnreached);
     using Reached = std::pair<std::int64_t, Place>;
     std::priority_queue<Reached, std::vector<Reached>, std::greater<>> open;
-    way[from] = 0;
+    path[from] = 0;
     open.push({0, from});
     while (!open.empty()) {
         const auto [length, at] = open.top();
         open.pop();
-        if (length > way[at]) {
+        if (length > path[at]) {
             continue;
         }
         for (std::size_t i = begin[at]; i < begin[at + 1]; ++i) {
             const std::int64_t to = length + arcs[i].length;
-            if (to < way[arcs[i].b]) {
-                way[arcs[i].b] = to;
+            if (to < path[arcs[i].b]) {
+                path[arcs[i].b] = to;
                 open.push({to, arcs[i].b});
             }
         }
@@ -106,15 +106,15 @@ Made Distances::of_graph(std::size_t size, std::span<const Edge> edges) {
     }
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<Length> lengths(size * size);
-    std::vector<std::int64_t> way(size);
+    std::vector<std::int64_t> path(size);
     for (Place from = 0; from < size; ++from) {
-        reach(arcs, begin, from, way);
+        reach(arcs, begin, from, path);
         for (Place to = 0; to < size; ++to) {
-            if (way[to] > kLongest) {
-                return Made::failure("no way, or too long a one, from place " +
+            if (path[to] > kLongest) {
+                return Made::failure("no path, or too long a one, from place " +
                                      std::to_string(from) + " to " + std::to_string(to));
             }
-            lengths[from * size + to] = static_cast<Length>(way[to]);
+            lengths[from * size + to] = static_cast<Length>(path[to]);
         }
     }
     return make(size, std::move(lengths));

@@ -29,7 +29,7 @@ class Distances {
     /// Errors name the first two places that are wrong. 3 <= size <= kMostPlaces.
     static core::Result<Distances> make(std::size_t size, std::vector<Length> lengths);
 
-    /// The shortest ways in an undirected graph; an error names a place that others do not reach.
+    /// The shortest paths in an undirected graph; an error names a place that others do not reach.
     struct Edge {
         Place a, b;
         Length length;

@@ -23,7 +23,7 @@ void Foraging::add_walkers(std::size_t count) {
         direction_.push_back(static_cast<std::uint8_t>(rng_.below(kDirections)));
         carries_.push_back(0);
         busy_.push_back(0);
-        on_way_.push_back(0);
+        on_path_.push_back(0);
         scouts_.push_back(0);
         set_out(i);
     }
@@ -41,7 +41,7 @@ void Foraging::set_slowness(Cell cell, std::uint8_t ticks) {
 void Foraging::step() {
     trails_.evaporate();
     for (std::size_t i = 0; i < at_.size(); ++i) {
-        ++on_way_[i];
+        ++on_path_[i];
         if (busy_[i] > 0) {
             --busy_[i];
         } else {
@@ -51,14 +51,14 @@ void Foraging::step() {
 }
 
 void Foraging::walk(std::size_t i) {
-    if (on_way_[i] > settings_.patience) {
-        // It has lost its way: another one leaves home in its place.
+    if (on_path_[i] > settings_.patience) {
+        // It has lost its path: another one leaves home in its place.
         at_[i] = home_;
-        on_way_[i] = 0;
+        on_path_[i] = 0;
         carries_[i] = 0;
         set_out(i);
     }
-    trails_.mark(carries_[i] != 0 ? kFood : kHome, at_[i], on_way_[i]);
+    trails_.mark(carries_[i] != 0 ? kFood : kHome, at_[i], on_path_[i]);
     const bool guided = carries_[i] != 0 || scouts_[i] == 0;
     const unsigned direction =
         trails_.choose(at_[i], direction_[i], carries_[i] != 0 ? kHome : kFood, guided, rng_);
@@ -70,7 +70,7 @@ void Foraging::walk(std::size_t i) {
     if (carries_[i] == 0 && food_[at_[i]] != 0) {
         carries_[i] = 1;
         turn_back(i);
-    } else if (at_[i] == home_ && (carries_[i] != 0 || on_way_[i] > 1)) {
+    } else if (at_[i] == home_ && (carries_[i] != 0 || on_path_[i] > 1)) {
         delivered_ += carries_[i];
         carries_[i] = 0;
         turn_back(i);
@@ -83,7 +83,7 @@ void Foraging::set_out(std::size_t i) {
 }
 
 void Foraging::turn_back(std::size_t i) {
-    on_way_[i] = 0;
+    on_path_[i] = 0;
     direction_[i] = static_cast<std::uint8_t>((direction_[i] + kDirections / 2) % kDirections);
 }
 

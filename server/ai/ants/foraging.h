@@ -1,4 +1,4 @@
-// Foraging: creatures that look for food and find the shortest way home by the scents they leave.
+// Foraging: creatures that look for food and find the shortest path home by the scents they leave.
 #pragma once
 
 #include "server/ai/ants/trails.h"
@@ -22,7 +22,7 @@ struct ForagingSettings {
 
 /// Scents on a map, and walkers that follow them. A walker that comes from home marks cells with
 /// the scent of home, one that carries food with that of food (trails.h); all evaporate, so that a
-/// way that is no longer walked is forgotten, and one that has become longer is marked anew with
+/// path that is no longer walked is forgotten, and one that has become longer is marked anew with
 /// what it is worth. Scouts go where no scent leads until they find food. Deterministic by seed.
 class Foraging {
   public:
@@ -75,8 +75,8 @@ class Foraging {
     std::vector<std::uint8_t> direction_;  // 0 to 7, by eighths of a turn
     std::vector<std::uint8_t> carries_;
     std::vector<std::uint8_t> scouts_;
-    std::vector<std::uint8_t> busy_;     // ticks until the next step
-    std::vector<std::uint32_t> on_way_;  // ticks since home or food
+    std::vector<std::uint8_t> busy_;      // ticks until the next step
+    std::vector<std::uint32_t> on_path_;  // ticks since home or food
     std::uint64_t delivered_ = 0;
 };
 

@@ -105,8 +105,8 @@ std::int64_t Tour::try_two_opt(const Near& near, Place a) {
     return 0;
 }
 
-/// The way from `first` on to `last` goes to where `first` (or `last`, if not forward) is next to a
-/// near neighbour.
+/// The path from `first` on to `last` goes to where `first` (or `last`, if not forward) is next to
+/// a near neighbour.
 std::int64_t Tour::try_insertions(const Near& near,
                                   Place first,
                                   Place last,

@@ -78,9 +78,9 @@ class Tour {
         return i >= j ? i - j : i + order_.size() - j;
     }
 
-    /// Turns the way from `first` to `last` (onwards) around.
+    /// Turns the path from `first` to `last` (onwards) around.
     void reverse(Place first, Place last);
-    /// Moves the way of `count` places from `first` on to between `left` and the place after it,
+    /// Moves the path of `count` places from `first` on to between `left` and the place after it,
     /// which are not on it; `turned`: the other way round.
     void move(Place first, std::size_t count, Place left, bool turned);
     void look_again(Place p);

@@ -45,7 +45,7 @@ class Trails {
     void mark(Scent which, navigation::Place at, std::uint32_t steps);
 
     /// Where one who came in `direction` goes on to find what has the scent `wanted`; without being
-    /// `guided` by it anywhere ahead. kDirections where there is no way out.
+    /// `guided` by it anywhere ahead. kDirections where there is no path out.
     [[nodiscard]] unsigned choose(navigation::Place at,
                                   unsigned direction,
                                   Scent wanted,

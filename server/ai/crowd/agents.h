@@ -18,7 +18,7 @@ struct CrowdAgents {
     /// numbers. Zero: it is moved by others (a player, a vehicle), only looked at, and everybody
     /// else makes all the way.
     std::vector<float> yield;
-    /// Along its way to its goal, m: of two that are in each other's way, who has less left goes
+    /// Along its path to its goal, m: of two that are in each other's way, who has less left goes
     /// first. The same for all (0) where nobody knows.
     std::vector<float> way_left;
     std::vector<std::uint32_t> id;  ///< what its random choices come from

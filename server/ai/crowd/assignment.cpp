@@ -45,7 +45,7 @@ std::span<const std::uint32_t> Assignment::solve(std::span<const double> cost,
 void Assignment::solve_exactly(std::span<const double> cost, std::size_t rows, std::size_t slots) {
     row_price_.assign(rows, 0.0);
     slot_price_.assign(slots, 0.0);
-    way_.resize(slots);
+    path_.resize(slots);
     from_.resize(slots);
     done_.resize(slots);
     for (std::size_t row = 0; row < rows; ++row) {
@@ -57,7 +57,7 @@ void Assignment::solve_exactly(std::span<const double> cost, std::size_t rows, s
 /// the path move on by one.
 void Assignment::augment(std::span<const double> cost, std::size_t row, std::size_t slots) {
     std::fill(done_.begin(), done_.end(), std::uint8_t{0});
-    std::fill(way_.begin(), way_.end(), kFar);
+    std::fill(path_.begin(), path_.end(), kFar);
     std::fill(from_.begin(), from_.end(), kNoSlot);
     auto at = static_cast<std::uint32_t>(row);
     std::uint32_t through = kNoSlot;
@@ -69,15 +69,15 @@ void Assignment::augment(std::span<const double> cost, std::size_t row, std::siz
             if (done_[s] != 0) {
                 continue;
             }
-            const double way = reached + cost[at * slots + s] - row_price_[at] - slot_price_[s];
-            if (way < way_[s]) {
-                way_[s] = way;
+            const double path = reached + cost[at * slots + s] - row_price_[at] - slot_price_[s];
+            if (path < path_[s]) {
+                path_[s] = path;
                 from_[s] = through;
             }
-            next = next == kNoSlot || way_[s] < way_[next] ? s : next;
+            next = next == kNoSlot || path_[s] < path_[next] ? s : next;
         }
         done_[next] = 1;
-        reached = way_[next];
+        reached = path_[next];
         through = next;
         if (row_of_[next] == kNoSlot) {
             found = next;
@@ -88,8 +88,8 @@ void Assignment::augment(std::span<const double> cost, std::size_t row, std::siz
     row_price_[row] += reached;
     for (std::size_t s = 0; s < slots; ++s) {
         if (done_[s] != 0 && s != found) {
-            slot_price_[s] -= reached - way_[s];
-            row_price_[row_of_[s]] += reached - way_[s];
+            slot_price_[s] -= reached - path_[s];
+            row_price_[row_of_[s]] += reached - path_[s];
         }
     }
     for (std::uint32_t s = found; s != kNoSlot; s = from_[s]) {

@@ -1,4 +1,4 @@
-// Assignment: who takes which place, so that all together have the least way.
+// Assignment: who takes which place, so that all together have the shortest distance.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +37,7 @@ class Assignment {
 
     std::vector<std::uint32_t> slot_of_;
     std::vector<std::uint32_t> row_of_;  // by slot
-    std::vector<double> row_price_, slot_price_, way_;
+    std::vector<double> row_price_, slot_price_, path_;
     std::vector<std::uint32_t> from_;  // slot before, on the shortest path
     std::vector<std::uint8_t> done_;
     std::vector<double> turned_;  // costs with rows and slots exchanged

@@ -22,9 +22,9 @@ constexpr int kHalvings = 6;
 constexpr float kRoundingShare = 1e-3F;
 /// Who overlaps another parts from it by this share a step, so that neither jumps.
 constexpr float kPartShare = 0.5F;
-/// Differences of ways that are smaller do not tell who goes first, m.
-constexpr float kSameWay = 0.1F;
-/// So many times as much way makes who goes after the other.
+/// Differences of paths that are smaller do not tell who goes first, m.
+constexpr float kSamePath = 0.1F;
+/// So many times as much path makes who goes after the other.
 constexpr float kGivesWay = 4.0F;
 /// Restless agents keep to a direction that they try for so many steps.
 constexpr std::uint64_t kTrySteps = 12;
@@ -40,7 +40,7 @@ struct LaneAgents {
 struct LanePlanes {
     LaneSection<kMostWallPlanes> walls;
     LaneSection<kMostNearPlanes> near;
-    LaneSection<kMostWayPlanes> way;
+    LaneSection<kMostWayPlanes> path;
     unsigned pressed = 0;
 };
 
@@ -161,9 +161,9 @@ void look_at(const LaneAgents& a,
     const unsigned tight = bits_of(room < a.speed) & near;
     planes.near.add(tight, {nx, nz, -room});
     planes.pressed |= bits_of(overlap) & near;
-    // Who goes first is taken to move as it wants, also while it is blocked, and makes less way.
-    const LaneInts after = o.way_left < a.way_left - kSameWay;
-    const LaneInts ahead = o.way_left > a.way_left + kSameWay;
+    // Who goes first is taken to move as it wants, also while it is blocked, and makes less path.
+    const LaneInts after = o.way_left < a.way_left - kSamePath;
+    const LaneInts ahead = o.way_left > a.way_left + kSamePath;
     const Lanes weight =
         a.yield * pick(after, splat(kGivesWay), pick(ahead, splat(1.0F / kGivesWay), splat(1.0F)));
     const Lanes part = weight / (weight + o.yield);
@@ -172,13 +172,13 @@ void look_at(const LaneAgents& a,
     const LaneEscape e = escape(px, pz, vx, vz, both, d2, 1.0F / settings.horizon_s);
     const Lanes c = e.nx * a.vx + e.nz * a.vz + part * e.depth;
     const unsigned bound = bits_of((c > -a.speed) & (gap > none)) & near;
-    planes.way.add(bound, {e.nx, e.nz, c});
+    planes.path.add(bound, {e.nx, e.nz, c});
     // Who goes after keeps a distance: without, queues are pressed into arches that nobody leaves.
     // Where none goes first both do.
     const Lanes spare =
         pick(after, splat(1.0F), share) * (gap - settings.comfort_m) * (1.0F / settings.comfort_s);
     const unsigned kept = bits_of((spare < a.speed) & ~ahead) & near;
-    planes.way.add(kept, {nx, nz, -spare});
+    planes.path.add(kept, {nx, nz, -spare});
 }
 
 /// What a wall means to eight: nobody gets nearer to it than it is, less what it walks in the
@@ -279,7 +279,7 @@ LaneVelocity choose(const LaneAgents& a,
     const std::size_t walls = p.rows;
     p.append(planes.near);
     const std::size_t fixed = p.rows;
-    p.append(planes.way);
+    p.append(planes.path);
     p.fixed = fixed;
     LaneSolution s = solve_with_slack(p, 2.0F * a.speed, kHalvings);
     // Who overlaps nobody can always stand; who does need not find what allows that.

@@ -21,7 +21,7 @@ struct AvoidanceSettings {
     /// How much one who gets nowhere tries other directions, as a share of its speed, 0 to 1.
     /// Without, some who block each other evenly would wait for ever.
     float restless = 0.7F;
-    /// How far one whose way is blocked turns to its right, as a share of its speed, 0 to 1: who
+    /// How far one whose path is blocked turns to its right, as a share of its speed, 0 to 1: who
     /// meet head-on pass each other, crowds that meet form lanes.
     float keep_right = 0.5F;
 };

@@ -1,4 +1,4 @@
-// CrowdWaysSettings: when bodies are counted, and when a way is left for one around them.
+// CrowdWaysSettings: when bodies are counted, and when a path is left for one around them.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@ struct CrowdWaysSettings {
     float remember = 0.9F;          ///< share of what was known that stays with each look, [0, 1)
     float jam_per_m2 = 4.5F;        ///< see DensitySettings
     float least_speed = 0.1F;
-    float gain = 0.2F;  ///< a way is left for one that is less by this share, (0, 1)
-    std::uint64_t work_per_tick = 200'000;  ///< in units of about 2 ns (way_units.h)
+    float gain = 0.2F;  ///< a path is left for one that is less by this share, (0, 1)
+    std::uint64_t work_per_tick = 200'000;  ///< in units of about 2 ns (work_units.h)
 };
 
-/// How crowded a map is known to be, and which goals have ways around that, for whoever writes it
+/// How crowded a map is known to be, and which goals have paths around that, for whoever writes it
 /// down. Fields are made anew by what was known: their answers are the same unless they were just
 /// being brought up to date.
-struct CrowdMemory {
+struct SavedCrowds {
     struct Block {
         std::uint32_t block = 0;
         float density = 0.0F;

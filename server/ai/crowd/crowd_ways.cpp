@@ -166,7 +166,7 @@ Hop CrowdWays::next_hop(const Goal& goal, Cell at) const {
                map_.passable(Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
     };
     Hop best = navigation::kNoHop;
-    Cost least = CrowdedField::kNoWay;
+    Cost least = CrowdedField::kNoPath;
     for (Hop hop = 0; hop < navigation::kArrived; ++hop) {
         const Cell to = navigation::hopped(at, hop);
         const int dx = to.x - at.x;
@@ -190,7 +190,7 @@ Hop CrowdWays::next_hop(const Goal& goal, Cell at) const {
     return best;
 }
 
-bool CrowdWays::append_way(Cell start, Cell goal, std::vector<Cell>& cells) {
+bool CrowdWays::append_path(Cell start, Cell goal, std::vector<Cell>& cells) {
     const std::size_t number = goal_for(goal);
     if (number == kGoals) {
         want(goal);
@@ -198,7 +198,7 @@ bool CrowdWays::append_way(Cell start, Cell goal, std::vector<Cell>& cells) {
     }
     Goal& to = goals_[number];
     to.used = tick_;
-    if (!to.answers || to.costs[map_.place(start)] == CrowdedField::kNoWay) {
+    if (!to.answers || to.costs[map_.place(start)] == CrowdedField::kNoPath) {
         return false;
     }
     const std::size_t before = cells.size();
@@ -231,7 +231,7 @@ bool CrowdWays::append_way(Cell start, Cell goal, std::vector<Cell>& cells) {
 
 CrowdWays::Cost CrowdWays::cost(Cell start, Cell goal) const {
     const std::size_t number = goal_for(goal);
-    return number == kGoals || !goals_[number].answers ? CrowdedField::kNoWay
+    return number == kGoals || !goals_[number].answers ? CrowdedField::kNoPath
                                                        : goals_[number].costs[map_.place(start)];
 }
 
@@ -254,8 +254,8 @@ CrowdWays::Cost CrowdWays::cost_along(Spot from, Spot to) const {
                              static_cast<double>(sixteenths) / static_cast<double>(pieces));
 }
 
-CrowdMemory CrowdWays::memory() const {
-    CrowdMemory memory;
+SavedCrowds CrowdWays::memory() const {
+    SavedCrowds memory;
     density_.write(memory.blocks);
     for (const Goal& goal : goals_) {
         const bool there = goal.state != State::kNone;
@@ -267,20 +267,20 @@ CrowdMemory CrowdWays::memory() const {
     return memory;
 }
 
-bool CrowdWays::remember(const CrowdMemory& memory) {
+bool CrowdWays::remember(const SavedCrowds& memory) {
     if (memory.goals.size() != kGoals || !density_.remember(memory.blocks)) {
         return false;
     }
     ticks_ = memory.ticks;
     tick_ = memory.tick;
     round_ = memory.round;
-    for (const CrowdMemory::Block& block : memory.blocks) {
+    for (const SavedCrowds::Block& block : memory.blocks) {
         density_.for_each_cell(block.block, [&](navigation::Place p) {
             calm_.set_passable(map_.cell(p), map_.passable(p) && density_.crowding()[p] == 0);
         });
     }
     for (std::size_t g = 0; g < kGoals; ++g) {
-        const CrowdMemory::Goal& from = memory.goals[g];
+        const SavedCrowds::Goal& from = memory.goals[g];
         if (from.place == ~0U) {
             continue;
         }

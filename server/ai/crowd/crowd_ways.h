@@ -1,4 +1,4 @@
-// CrowdWays: ways on a grid that lead around crowds, to goals that many or few have.
+// CrowdWays: paths on a grid that lead around crowds, to goals that many or few have.
 #pragma once
 
 #include "server/ai/crowd/crowd_settings.h"
@@ -14,8 +14,9 @@
 namespace zoned::ai::crowd {
 
 /// How crowded a map is, and next steps by that to the goals that were asked for last. Fields are
-/// made and brought up to date in counted slices; until one is, that of before answers. Bodies are
-/// counted only when all fields are up to date. Deterministic: all hangs on the calls alone.
+/// made and brought up to date in counted resumable_task; until one is, that of before answers.
+/// Bodies are counted only when all fields are up to date. Deterministic: all hangs on the calls
+/// alone.
 class CrowdWays {
   public:
     using Cost = CrowdedField::Cost;
@@ -40,21 +41,21 @@ class CrowdWays {
     /// Once per tick; returns the work done, at most a little more than that of the settings.
     std::uint64_t advance();
 
-    [[nodiscard]] CrowdMemory memory() const;
+    [[nodiscard]] SavedCrowds memory() const;
 
     /// Of one that was just made. False: it is none of this map; then this is of no use.
-    bool remember(const CrowdMemory& memory);
+    bool remember(const SavedCrowds& memory);
 
     /// How often the answers have become others.
     [[nodiscard]] std::uint64_t round() const { return round_; }
 
-    /// Appends to `cells`, which ends with `start`, those of the best way to the goal; false where
+    /// Appends to `cells`, which ends with `start`, those of the best path to the goal; false where
     /// there is no field for it yet, which is then made.
-    bool append_way(navigation::Cell start,
-                    navigation::Cell goal,
-                    std::vector<navigation::Cell>& cells);
+    bool append_path(navigation::Cell start,
+                     navigation::Cell goal,
+                     std::vector<navigation::Cell>& cells);
 
-    /// What that way costs; kNoWay where nobody knows.
+    /// What that path costs; kNoPath where nobody knows.
     [[nodiscard]] Cost cost(navigation::Cell start, navigation::Cell goal) const;
 
     /// What a straight walk costs.

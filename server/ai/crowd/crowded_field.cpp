@@ -56,7 +56,7 @@ void CrowdedField::begin_build(const GridMap& map, navigation::Cell goal) {
     ZONED_ASSERT(map.contains(goal), "a goal off the map");
     stride_ = map.stride();
     goal_ = map.place(goal);
-    cost_.assign(map.places(), kNoWay);
+    cost_.assign(map.places(), kNoPath);
     hop_.assign(map.places(), navigation::kNoHop);
     open_.clear();
     work_ = 0;
@@ -108,7 +108,7 @@ bool CrowdedField::spread(const GridMap& map,
 }
 
 void CrowdedField::forget(Place p) {
-    cost_[p] = kNoWay;
+    cost_[p] = kNoPath;
     hop_[p] = navigation::kNoHop;
     forgotten_.push_back(p);
 }
@@ -120,7 +120,7 @@ void CrowdedField::find_again(const GridMap& map, std::span<const Crowding> crow
     } else if (map.passable(p)) {
         for (Hop hop = 0; hop < kHops; ++hop) {
             const Place q = beside(p, hop, stride_);
-            if (cost_[q] == kNoWay || !open_step(map, p, hop)) {
+            if (cost_[q] == kNoPath || !open_step(map, p, hop)) {
                 continue;
             }
             const Cost cost = cost_[q] + step_cost(crowding, p, q, hop);
@@ -130,19 +130,19 @@ void CrowdedField::find_again(const GridMap& map, std::span<const Crowding> crow
             }
         }
     }
-    if (cost_[p] != kNoWay) {
+    if (cost_[p] != kNoPath) {
         push({cost_[p], p});
     }
 }
 
 /// Steps into and out of a cell, and past its corner, are steps of the nine around it.
 void CrowdedField::forget_around(const GridMap& map, Place changed) {
-    if (cost_[changed] != kNoWay || map.passable(changed)) {
+    if (cost_[changed] != kNoPath || map.passable(changed)) {
         forget(changed);
     }
     for (Hop hop = 0; hop < kHops; ++hop) {
         const Place q = beside(changed, hop, stride_);
-        if (cost_[q] != kNoWay) {
+        if (cost_[q] != kNoPath) {
             forget(q);
         }
     }
@@ -152,7 +152,7 @@ void CrowdedField::forget_around(const GridMap& map, Place changed) {
 void CrowdedField::forget_before(Place p) {
     for (Hop hop = 0; hop < kHops; ++hop) {
         const Place q = beside(p, hop, stride_);
-        if (cost_[q] != kNoWay && hop_[q] == back(hop)) {
+        if (cost_[q] != kNoPath && hop_[q] == back(hop)) {
             forget(q);
         }
     }

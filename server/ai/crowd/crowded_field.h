@@ -1,4 +1,4 @@
-// CrowdedField: from every cell the next step to a goal, by ways that avoid crowds.
+// CrowdedField: from every cell the next step to a goal, by paths that avoid crowds.
 #pragma once
 
 #include "server/ai/crowd/density.h"
@@ -19,10 +19,10 @@ namespace zoned::ai::crowd {
 /// field that is built anew.
 class CrowdedField {
   public:
-    /// Length of a way, in kStraight * 2 kPerStep for a straight step between empty cells.
+    /// Length of a path, in kStraight * 2 kPerStep for a straight step between empty cells.
     using Cost = std::uint64_t;
 
-    static constexpr Cost kNoWay = ~Cost{0};
+    static constexpr Cost kNoPath = ~Cost{0};
 
     /// Field to `goal` (on the map) from everywhere.
     void build(const navigation::GridMap& map,

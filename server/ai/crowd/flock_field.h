@@ -1,5 +1,5 @@
 // FlockField: directions over the ground that steer a flock, made from a path or from a field of
-// ways to a goal.
+// paths to a goal.
 #pragma once
 
 #include "server/ai/navigation/goal_field.h"
@@ -31,7 +31,7 @@ struct FlockField {
 FlockField along_path(std::span<const Vec2> path, const FlockField& rectangle, float width_m);
 
 /// By the steps of a field to a goal on a grid map whose first cell's corner is at (x0, z0), cells
-/// of `cell_m`. Where there is no way, and at the goal, zero: nobody is steered but by the others.
+/// of `cell_m`. Where there is no path, and at the goal, zero: nobody is steered but by the others.
 FlockField to_goal(const navigation::GridMap& map,
                    const navigation::GoalField& field,
                    float x0,

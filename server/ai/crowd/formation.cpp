@@ -21,7 +21,7 @@ float cross(const Vec2& a, const Vec2& b) {
 
 float free_share(const Vec2& a, const Vec2& b, const Walls& walls) {
     float share = 1.0F;
-    const Vec2 way = b - a;
+    const Vec2 path = b - a;
     walls.for_each_near(std::min(a.x(), b.x()),
                         std::min(a.y(), b.y()),
                         std::max(a.x(), b.x()),
@@ -29,12 +29,12 @@ float free_share(const Vec2& a, const Vec2& b, const Walls& walls) {
                         [&](const Wall& w) {
                             const Vec2 from(w.ax, w.az);
                             const Vec2 along = Vec2(w.bx, w.bz) - from;
-                            const float slope = cross(way, along);
+                            const float slope = cross(path, along);
                             if (slope == 0.0F) {
                                 return;  // beside it
                             }
                             const float t = cross(from - a, along) / slope;
-                            const float u = cross(from - a, way) / slope;
+                            const float u = cross(from - a, path) / slope;
                             if (t >= 0.0F && t < share && u >= 0.0F && u <= 1.0F) {
                                 share = t;
                             }
@@ -121,10 +121,10 @@ Vec2 Formation::slot_of(std::size_t i, const Walls& walls, float radius) const {
     return slot_before_walls(centre_, offset, radius, walls);
 }
 
-void Formation::follow_way(std::size_t i,
-                           CrowdAgents& agents,
-                           const Vec2& slot,
-                           const Route& route) {
+void Formation::follow_path(std::size_t i,
+                            CrowdAgents& agents,
+                            const Vec2& slot,
+                            const Route& route) {
     const std::size_t row = rows_[i];
     const Vec2 at(agents.x[row], agents.z[row]);
     if (asked_[i] == 0 || (corner_[i] - at).norm() < kAtCorner) {
@@ -132,9 +132,9 @@ void Formation::follow_way(std::size_t i,
         asked_[i] = settings_.ask_every;
     }
     --asked_[i];
-    const Vec2 way = corner_[i] - at;
-    const float d = way.norm();
-    const Vec2 want = d > 0.0F ? Vec2(way * (agents.most_speed[row] / d)) : Vec2(Vec2::Zero());
+    const Vec2 path = corner_[i] - at;
+    const float d = path.norm();
+    const Vec2 want = d > 0.0F ? Vec2(path * (agents.most_speed[row] / d)) : Vec2(Vec2::Zero());
     agents.want_x[row] = want.x();
     agents.want_z[row] = want.y();
     agents.way_left[row] = d + (slot - corner_[i]).norm();
@@ -154,7 +154,7 @@ void Formation::aim(CrowdAgents& agents, const Walls& walls, const Route& route)
             asked_[i] = 0;
         }
         if (straggles_[i] != 0) {
-            follow_way(i, agents, slot, route);
+            follow_path(i, agents, slot, route);
             continue;
         }
         Vec2 want = pull_to_slot(settings_, velocity_, slot - at) +

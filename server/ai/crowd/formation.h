@@ -27,7 +27,7 @@ struct FormationSettings {
     float taken_back_m = 3.0F;     ///< until it is as near as this and sees its place
     float repel_m = 0.5F;          ///< from the body to a wall, in which walls push
     float repel_speed = 0.8F;      ///< m/s, at a wall
-    std::uint32_t ask_every = 20;  ///< steps after which a straggler asks for its way anew
+    std::uint32_t ask_every = 20;  ///< steps after which a straggler asks for its path anew
 };
 
 /// What a member in its place wants, m/s: to go with the centre at `velocity`, and to its slot,
@@ -46,12 +46,12 @@ Vec2 slot_before_walls(const Vec2& centre, const Vec2& offset, float radius, con
 
 /// Slots around a moving centre. A member is drawn to its slot, by a force that grows with the
 /// distance at first and then fades, so that nobody is dragged along walls by a group that is far.
-/// Who is far, or has a wall between itself and its slot, is a straggler: it asks for a way, walks
+/// Who is far, or has a wall between itself and its slot, is a straggler: it asks for a path, walks
 /// it, and is taken back. A slot behind a wall, seen from the centre, moves towards the centre
 /// until it is before the wall, and walls push whoever is near: so nobody is drawn into a trap.
 class Formation {
   public:
-    /// Where to walk next, from a place to another: the next corner of a way, or `to` itself.
+    /// Where to walk next, from a place to another: the next corner of a path, or `to` itself.
     using Route = std::function<Vec2(std::size_t row, const Vec2& from, const Vec2& to)>;
 
     Formation(std::vector<FormationSlot> slots, const FormationSettings& settings);
@@ -74,7 +74,7 @@ class Formation {
     [[nodiscard]] bool straggles(std::size_t i) const { return straggles_[i] != 0; }
 
   private:
-    void follow_way(std::size_t i, CrowdAgents& agents, const Vec2& slot, const Route& route);
+    void follow_path(std::size_t i, CrowdAgents& agents, const Vec2& slot, const Route& route);
 
     std::vector<FormationSlot> slots_;
     FormationSettings settings_;
@@ -90,7 +90,7 @@ class Formation {
     Assignment assignment_;
 };
 
-/// The share of the way from a to b, 0 to 1, after which it meets a wall; 1 where it meets none.
+/// The share of the path from a to b, 0 to 1, after which it meets a wall; 1 where it meets none.
 float free_share(const Vec2& a, const Vec2& b, const Walls& walls);
 
 }  // namespace zoned::ai::crowd

@@ -31,7 +31,7 @@ std::int8_t part(float share) {
 }
 
 /// How far it may get from here before it is on its way home.
-float way_needed(float speed, const Guarded& body, const motion::CharacterLimits& limits) {
+float path_needed(float speed, const Guarded& body, const motion::CharacterLimits& limits) {
     return speed * body.horizon_s + speed * speed / limits.acceleration;
 }
 
@@ -66,7 +66,8 @@ motion::InputCommand guarded(const Guard& guard,
     bool home = false;
     if (guard.max_home_m > 0.0F) {
         const float speed = std::max(body.velocity.norm(), share * top);
-        home = !(distance + way_needed(speed, body, limits) <= guard.max_home_m) && distance > 0.0F;
+        home =
+            !(distance + path_needed(speed, body, limits) <= guard.max_home_m) && distance > 0.0F;
         direction = home ? Vec2(-body.from_home) : direction;
     }
     if (direction.squaredNorm() > 0.0F) {

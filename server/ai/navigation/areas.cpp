@@ -15,7 +15,7 @@ constexpr int kSmallestSide = 32;
 constexpr int kMostSquares = 1024;
 /// How far an exit may be at most, in cells; larger is cut to it.
 constexpr std::uint32_t kFarthestExit = 4095;
-constexpr std::uint16_t kNoWayThere = 65535;
+constexpr std::uint16_t kNoPathThere = 65535;
 /// Steps across a side, as Hop: to the right, left, down, up.
 constexpr Hop kSides = 4;
 constexpr std::uint32_t kAllSides = 15;
@@ -340,7 +340,7 @@ void Areas::measure(std::uint32_t goal) {
     std::vector<std::uint16_t>& row = far_[goal];
     row.reserve(far_.size());
     for (const std::uint32_t c : cells_to_) {
-        row.push_back(static_cast<std::uint16_t>(std::min<std::uint32_t>(c, kNoWayThere)));
+        row.push_back(static_cast<std::uint16_t>(std::min<std::uint32_t>(c, kNoPathThere)));
     }
 }
 
@@ -407,7 +407,7 @@ std::uint32_t Areas::cells(const GridMap& map, Cell from, Cell to) const {
     const Square& square = squares_[square_of(from)];
     const Exit* const exit = best_exit(square, area, goal, from);
     if (exit == nullptr) {
-        return kNoWayThere;
+        return kNoPathThere;
     }
     const Cell middle = squares_[square_of(to)].boxes[label_[map.place(to)] - 1U].middle;
     return (std::uint32_t{step(square, *exit, from)} >> kHopBits) + 1 +

@@ -16,9 +16,10 @@ namespace zoned::ai::navigation {
 /// has an exit to each area beyond the square's sides that it touches. Each cell knows the next
 /// step to each exit of its area, and how far that is; each area learns how far it is to a goal's
 /// area when somebody asks for one there (routes over coarse regions, as in Sturtevant, "Memory-
-/// efficient abstractions for pathfinding", AIIDE 2007). So who has no way yet can set out at once.
+/// efficient abstractions for pathfinding", AIIDE 2007). So who has no path yet can set out at
+/// once.
 ///
-/// Hops lead to the goal, not by a best way: on, each exit leads nearer to it, area by area, and
+/// Hops lead to the goal, not by a best path: on, each exit leads nearer to it, area by area, and
 /// each step nearer to an exit.
 class Areas {
   public:
@@ -62,7 +63,7 @@ class Areas {
     }
 
     /// Both passable, `to` prepared. kArrived where both lie in one area, kNoHop where there is no
-    /// way.
+    /// path.
     [[nodiscard]] Hop hop(const GridMap& map, Cell from, Cell to) const;
 
     /// About how far it is by hops, in cells; both passable, joined, `to` prepared.
@@ -70,7 +71,7 @@ class Areas {
 
     /// Calls `visit(cell, hop)` for each cell that hops lead to from `from`, and the hop there,
     /// until it says false or the goal's area is entered. Each area is left by the exit that is
-    /// best from where it is entered. False where there is no way.
+    /// best from where it is entered. False where there is no path.
     template <class Visit>
     bool lead(const GridMap& map, Cell from, Cell to, const Visit& visit) const {
         const std::uint32_t goal = area_of(map, to);

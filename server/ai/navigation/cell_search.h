@@ -22,7 +22,7 @@ Reached search_cells(const GridMap& map, const Query& query, SearchSpace& space)
 
 /// Jump-point search without cutting corners, 64 cells of a row or column at a time (Harabor and
 /// Grastien, "Improving jump point search", ICAPS 2014, section 3; "Online graph pruning for
-/// pathfinding on grid maps", AAAI 2011). The best way by query.weight = 1 whatever the weight.
+/// pathfinding on grid maps", AAAI 2011). The best path by query.weight = 1 whatever the weight.
 /// A place is reached from another along the diagonal first, then straight. Landmarks are those
 /// of the map, or of one that has passable cells besides; a cell may then be looked at twice, for
 /// what they tell is rounded.

@@ -7,7 +7,7 @@ namespace zoned::ai::navigation {
 namespace {
 
 constexpr std::uint32_t kFromStart = ~0U;
-/// What is ahead counts for more by one so-manieth: a way through portals may cost as much more
+/// What is ahead counts for more by one so-manieth: a path through portals may cost as much more
 /// than the best of these (Pohl 1970), and where many are nearly as good fewer are looked at.
 constexpr Cost kHaste = 48;
 

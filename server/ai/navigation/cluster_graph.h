@@ -15,7 +15,7 @@ namespace zoned::ai::navigation {
 /// Hierarchical planning (Botea, Mueller and Schaeffer, "Near optimal hierarchical path-finding",
 /// Journal of Game Development 1, 2004): pairs of cells on either side of a border are portals,
 /// at most kSpacing cells apart where it can be crossed; within a square the best costs between its
-/// portals are known. Ways through portals are not the best, but nearly.
+/// portals are known. Paths through portals are not the best, but nearly.
 class ClusterGraph {
   public:
     static constexpr int kSide = SquareCosts::kSide;  ///< of a square, cells
@@ -27,7 +27,7 @@ class ClusterGraph {
     /// a border whose portals are others now; the rest costs nothing, however large the map is.
     void update(const GridMap& map, std::span<const CellChange> changes);
 
-    /// Cells from start to goal, these two among them, that a good way goes through; neighbours in
+    /// Cells from start to goal, these two among them, that a good path goes through; neighbours in
     /// the list are in one square or in two next to each other. False where there is none, or
     /// query.max_work is exceeded. Start and goal are passable.
     bool run(const GridMap& map,

@@ -1,4 +1,4 @@
-// CornerPool: the corners of all ways of a zone, in one array.
+// CornerPool: the corners of all paths of a zone, in one array.
 #pragma once
 
 #include "server/ai/navigation/ground_grid.h"
@@ -11,7 +11,7 @@
 
 namespace zoned::ai::navigation {
 
-/// Where the corners of one way lie.
+/// Where the corners of one path lie.
 struct CornerBlock {
     std::uint32_t first = 0;
     std::uint32_t count = 0;

@@ -1,4 +1,4 @@
-// Cost: lengths of ways on a grid as whole numbers, so that sums do not depend on their order.
+// Cost: lengths of paths on a grid as whole numbers, so that sums do not depend on their order.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,20 @@ namespace zoned::ai::navigation {
 
 /// Straight steps and diagonal ones are in the ratio 985 : 1393, a convergent of 1 : sqrt 2 that is
 /// off by 3.7e-7 of a straight step per diagonal one (Hardy and Wright, "An Introduction to the
-/// Theory of Numbers", 10.9: |p/q - sqrt 2| < 1 / (2 sqrt 2 q^2)). Where two ways are compared, the
-/// error is that of the difference of their diagonals: below 0.011 for 29,000 of them.
+/// Theory of Numbers", 10.9: |p/q - sqrt 2| < 1 / (2 sqrt 2 q^2)). Where two paths are compared,
+/// the error is that of the difference of their diagonals: below 0.011 for 29,000 of them.
 using Cost = std::uint32_t;
 
 inline constexpr Cost kStraight = 985;
 inline constexpr Cost kDiagonal = 1393;
 inline constexpr Cost kNoCost = ~Cost{0};
 
-/// So many passable cells may a map have that no way is too long for a Cost: no best way enters a
+/// So many passable cells may a map have that no path is too long for a Cost: no best path enters a
 /// cell twice.
 inline constexpr std::uint32_t kMostPassable = 3'000'000;
 static_assert(std::uint64_t{kMostPassable} * kDiagonal < kNoCost);
 
-/// Cost of the best way on an empty map between cells that are (dx, dy) apart. Admissible and
+/// Cost of the best path on an empty map between cells that are (dx, dy) apart. Admissible and
 /// consistent: a step changes it by at most what the step costs.
 inline Cost octile(int dx, int dy) {
     const auto x = static_cast<Cost>(std::abs(dx));

@@ -14,14 +14,14 @@ constexpr unsigned kStraightHops = 4;
 
 using StepsByNeighbourhood = std::array<std::uint8_t, 512>;
 
-/// Steps on from a place, as bits, that may lead to a best way: by the hop back to where it was
+/// Steps on from a place, as bits, that may lead to a best path: by the hop back to where it was
 /// reached from (kArrived: from nowhere), and by the nine cells around and at it (bit 3 (dy + 1) +
 /// dx + 1 is set where a cell is passable). What the place behind reaches for less without it is
 /// left out: all beside and behind but what an obstacle hides from it. So is a diagonal step after
 /// a straight one where the place behind can take the diagonal first, for the same.
 ///
-/// Nothing is lost, whichever of several best ways a place is reached by: straight steps on a best
-/// way are never left out, for then it would be no best one; and where a diagonal step is, the
+/// Nothing is lost, whichever of several best paths a place is reached by: straight steps on a best
+/// path are never left out, for then it would be no best one; and where a diagonal step is, the
 /// place that the diagonal from behind leads to has a straight step to the same cell.
 constexpr std::array<StepsByNeighbourhood, 9> steps_by_hop() {
     std::array<StepsByNeighbourhood, 9> table{};
@@ -94,7 +94,7 @@ void GoalField::build(const GridMap& map, std::span<const Cell> goals, const Win
 }
 
 void GoalField::close_window(const GridMap& map, const Window& window) {
-    // Around the rectangle all is reached for nothing already: no way leads out.
+    // Around the rectangle all is reached for nothing already: no path leads out.
     const Place corner = map.place({static_cast<std::uint16_t>(window.left),
                                     static_cast<std::uint16_t>(window.top)}) -
                          map.stride() - 1;
@@ -111,7 +111,7 @@ void GoalField::close_window(const GridMap& map, const Window& window) {
 }
 
 void GoalField::make_room(const GridMap& map, std::size_t reached) {
-    ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose ways may be too long");
+    ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose paths may be too long");
     if (cost_.size() != map.places()) {
         cost_.resize(map.places());
         hop_.resize(map.places());

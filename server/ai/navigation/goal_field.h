@@ -16,7 +16,7 @@ namespace zoned::ai::navigation {
 using Hop = std::uint8_t;
 
 inline constexpr Hop kArrived = 8;  ///< at the goal
-inline constexpr Hop kNoHop = 9;    ///< blocked, or no way
+inline constexpr Hop kNoHop = 9;    ///< blocked, or no path
 
 /// Opposite steps differ in their last bit.
 inline constexpr std::array<int, 10> kHopX{1, -1, 0, 0, 1, -1, 1, -1, 0, 0};
@@ -31,18 +31,18 @@ inline Cell hopped(Cell c, Hop hop) {
 /// A field for crowds that share a goal: looked up in place of planning, cell by cell.
 class GoalField {
   public:
-    /// Best ways from all cells to `goal`, which is on the map. Dijkstra in linear time: no step
+    /// Best paths from all cells to `goal`, which is on the map. Dijkstra in linear time: no step
     /// costs less than kStraight, so that cells whose costs lie within kStraight of each other,
     /// from a multiple of it on, may be settled in any order (Denardo and Fox, "Shortest-route
-    /// methods: 1. Reaching, pruning, and buckets", Operations Research 27, 1979), and of ways of
+    /// methods: 1. Reaching, pruning, and buckets", Operations Research 27, 1979), and of paths of
     /// the same cost only those are followed that have their diagonal steps first (Sturtevant and
     /// Rabin, "Canonical orderings on grids", IJCAI 2016): most cells are reached once. Allocates
     /// nothing where the map is no larger than the last one. A blocked goal is reached from
     /// nowhere.
     void build(const GridMap& map, Cell goal);
 
-    /// As build(), in slices: begin(), then advance() until it says that the field is there. The
-    /// map stays as it is meanwhile.
+    /// As build(), in resumable_task: begin(), then advance() until it says that the field is
+    /// there. The map stays as it is meanwhile.
     void begin(const GridMap& map, Cell goal);
 
     /// Spreads from so many cells at most. True: the field is there.
@@ -56,7 +56,7 @@ class GoalField {
         int bottom;
     };
 
-    /// As above by ways within a rectangle, in which the goal lies; only what lies in it may be
+    /// As above by paths within a rectangle, in which the goal lies; only what lies in it may be
     /// asked for afterwards.
     void build(const GridMap& map, Cell goal, const Window& window);
 
@@ -65,10 +65,10 @@ class GoalField {
 
     [[nodiscard]] Hop hop(Place p) const { return hop_[p]; }
 
-    /// Of a best way to the goal; kNoCost where there is none.
+    /// Of a best path to the goal; kNoCost where there is none.
     [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
 
-    /// Of the best ways to the goal the longest.
+    /// Of the best paths to the goal the longest.
     [[nodiscard]] Cost longest() const { return longest_; }
 
     /// All hops, by place.

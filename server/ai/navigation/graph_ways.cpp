@@ -11,13 +11,13 @@ namespace {
 
 // What things cost in units of about 2 ns.
 constexpr std::uint64_t kWaypointUnits = 80;     ///< a waypoint of a search
-constexpr std::uint64_t kAlongUnits = 10;        ///< one of a way that is put together
+constexpr std::uint64_t kAlongUnits = 10;        ///< one of a path that is put together
 constexpr std::uint64_t kGraphGroupUnits = 60;   ///< a group of a table to a goal
 constexpr std::uint64_t kWaypointScanUnits = 4;  ///< one of a scan of all
 
 /// Who is no farther from an edge stands on it, m.
 constexpr float kBesideEdge_m = 0.75F;
-/// A way must be cheaper by more than rounding, as a share.
+/// A path must be cheaper by more than rounding, as a share.
 constexpr double kCheaper = 1.0 - 1e-6;
 
 Spot waypoint_spot(const Vec3& v) {
@@ -34,7 +34,7 @@ GraphWays::GraphWays(WaypointGraph graph,
                      std::vector<WaypointDoor> doors,
                      std::span<const std::uint8_t> shut,
                      const GraphWaysSettings& settings)
-    : QueuedWays(settings.queue),
+    : PathRequestQueue(settings.queue),
       settings_(settings),
       graph_(std::move(graph)),
       shut_(doors.size(), 0) {
@@ -195,7 +195,7 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
             search_.plan(graph_, from, goal, settings_.search_work);
         spend(kWaypointUnits * answer.work);
         if (answer.outcome == Outcome::kFound) {
-            way_.assign(search_.way().begin(), search_.way().end());
+            path_.assign(search_.path().begin(), search_.path().end());
             found.best = true;
             found.cost = answer.cost;
             take(request, to_goal, found);
@@ -207,8 +207,8 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
         found.outcome = Outcome::kUnreachable;
         return;
     }
-    for (std::size_t i = 1; i < way_.size(); ++i) {
-        found.cost += static_cast<double>(graph_.edge(edge_between(way_[i - 1], way_[i])).weight);
+    for (std::size_t i = 1; i < path_.size(); ++i) {
+        found.cost += static_cast<double>(graph_.edge(edge_between(path_[i - 1], path_[i])).weight);
     }
     take(request, to_goal, found);
 }
@@ -231,15 +231,15 @@ std::uint32_t GraphWays::nearest_reached(const Request& request) {
 
 bool GraphWays::find_by_clusters(std::uint32_t from, std::uint32_t goal) {
     std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
-    way_.assign(1, from);
-    while (way_.back() != goal) {
-        const std::size_t count = clusters_.leg(graph(), way_.back(), goal, leg);
+    path_.assign(1, from);
+    while (path_.back() != goal) {
+        const std::size_t count = clusters_.leg(graph(), path_.back(), goal, leg);
         if (count == 0) {
             return false;
         }
-        way_.insert(way_.end(), leg.begin(), leg.begin() + static_cast<std::ptrdiff_t>(count));
+        path_.insert(path_.end(), leg.begin(), leg.begin() + static_cast<std::ptrdiff_t>(count));
     }
-    spend(kAlongUnits * way_.size());
+    spend(kAlongUnits * path_.size());
     return true;
 }
 
@@ -257,23 +257,23 @@ std::uint32_t GraphWays::edge_between(std::uint32_t from, std::uint32_t to) cons
 }
 
 bool GraphWays::on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to) const {
-    const Vec3 way = places_[to] - places_[from];
+    const Vec3 path = places_[to] - places_[from];
     const Vec3 off = place - places_[from];
-    const float length2 = way.squaredNorm();
-    const float along = off.dot(way);
+    const float length2 = path.squaredNorm();
+    const float along = off.dot(path);
     if (!(along > 0.0F) || along > length2) {
         return false;
     }
-    return (off - way * (along / length2)).norm() <= kBesideEdge_m;
+    return (off - path * (along / length2)).norm() <= kBesideEdge_m;
 }
 
 void GraphWays::take(const Request& request, bool to_goal, Found& found) const {
     std::size_t first = 0;
-    std::size_t end = way_.size();
-    if (way_.size() > 1 && on_edge(request.from.on, way_[0], way_[1])) {
+    std::size_t end = path_.size();
+    if (path_.size() > 1 && on_edge(request.from.on, path_[0], path_[1])) {
         first = 1;
     }
-    if (to_goal && end - first > 1 && on_edge(request.to.on, way_[end - 1], way_[end - 2])) {
+    if (to_goal && end - first > 1 && on_edge(request.to.on, path_[end - 1], path_[end - 2])) {
         --end;
     }
     const auto hinge = [&](std::uint32_t what) {
@@ -285,13 +285,13 @@ void GraphWays::take(const Request& request, bool to_goal, Found& found) const {
             found.hinges.push_back({what, static_cast<std::uint32_t>(found.corners.size())});
         }
     };
-    for (std::size_t i = 0; i < way_.size(); ++i) {
+    for (std::size_t i = 0; i < path_.size(); ++i) {
         if (i > 0) {
-            hinge(graph_.size() + edge_between(way_[i - 1], way_[i]));
+            hinge(graph_.size() + edge_between(path_[i - 1], path_[i]));
         }
-        hinge(way_[i]);
+        hinge(path_[i]);
         if (i >= first && i < end) {
-            found.corners.push_back(waypoint_spot(places_[way_[i]]));
+            found.corners.push_back(waypoint_spot(places_[path_[i]]));
         }
     }
     if (to_goal) {
@@ -320,7 +320,7 @@ Spot GraphWays::first_leg(Request& request, Spot at) const {
     return waypoint_spot(places_[past ? leg[0] : node]);
 }
 
-WayNumbers GraphWays::numbers() const {
+MapNumbers GraphWays::numbers() const {
     return {places_.size(), places_.size() + to_.size()};
 }
 
@@ -329,7 +329,7 @@ bool GraphWays::passable(const Hinge& hinge) const {
 }
 
 bool GraphWays::may_be_shorter(const Request& request) const {
-    // Who has come some of the way would gain on the whole of it too.
+    // Who has come some of the path would gain on the whole of it too.
     const Vec3& from = places_[request.from.node];
     const Vec3& to = places_[request.last];
     const auto worth = [&](double around) {
@@ -382,8 +382,8 @@ std::size_t GraphWays::bytes() const {
     std::size_t bytes = queue_bytes() + graph_.bytes() + search_.bytes() + clusters_.bytes() +
                         places_.capacity() * sizeof(Vec3) + open_.capacity() + linked_.capacity() +
                         hung_.capacity() * sizeof(Hung) +
-                        (first_.capacity() + to_.capacity() + return_.capacity() + way_.capacity() +
-                         opened_.capacity() + touched_.capacity()) *
+                        (first_.capacity() + to_.capacity() + return_.capacity() +
+                         path_.capacity() + opened_.capacity() + touched_.capacity()) *
                             sizeof(std::uint32_t);
     for (const auto* doors : {&taken_, &given_}) {
         for (const std::vector<std::uint32_t>& door : *doors) {

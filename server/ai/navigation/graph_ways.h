@@ -1,4 +1,4 @@
-// GraphWays: ways along waypoints, where doors turn.
+// GraphWays: paths along waypoints, where doors turn.
 #pragma once
 
 #include "server/ai/navigation/node_clusters.h"
@@ -14,16 +14,16 @@ namespace zoned::ai::navigation {
 
 struct GraphWaysSettings {
     QueueSettings queue;
-    /// Waypoints that one search may look at; beyond, the way goes from group to group.
+    /// Waypoints that one search may look at; beyond, the path goes from group to group.
     std::uint32_t search_work = 20'000;
 };
 
 /// From the waypoint nearest to a place to the one nearest to the goal by the least sum of weights,
 /// then to the goal itself; straight there where both are the same. Who stands on the way's first
 /// edge does not go back to its beginning, nor beyond a goal on its last one. To a goal whose
-/// waypoint can't be reached a way leads to the nearest one that can (kPartial). Whoever places
+/// waypoint can't be reached a path leads to the nearest one that can (kPartial). Whoever places
 /// waypoints sees to it that the nearest one to a place can be walked to.
-class GraphWays final : public QueuedWays {
+class GraphWays final : public PathRequestQueue {
   public:
     /// `doors` as waypoint_doors() says of the graph; `shut` by door.
     GraphWays(WaypointGraph graph,
@@ -37,7 +37,7 @@ class GraphWays final : public QueuedWays {
     /// Any place is nearest to some waypoint.
     [[nodiscard]] bool contains(Spot place) const override;
 
-    WayExit way_out(Spot /*from*/, float /*from_y*/, Spot to) override { return {to}; }
+    MapExit straight_exit(Spot /*from*/, float /*from_y*/, Spot to) override { return {to}; }
 
     [[nodiscard]] std::size_t bytes() const override;
 
@@ -48,7 +48,7 @@ class GraphWays final : public QueuedWays {
     void find(const Request& request, bool late, Found& found) override;
     Spot first_leg(Request& request, Spot at) const override;
     void prepare_legs(const Request& request) override;
-    [[nodiscard]] WayNumbers numbers() const override;
+    [[nodiscard]] MapNumbers numbers() const override;
 
     [[nodiscard]] std::vector<std::uint32_t> tables() const override {
         return clusters_.prepared();
@@ -105,7 +105,7 @@ class GraphWays final : public QueuedWays {
     std::vector<std::uint32_t> touched_;  // waypoints, by the last change
     std::vector<std::uint32_t> opened_;   // by it
     Aabb opened_box_;                     // that holds these
-    std::vector<std::uint32_t> way_;
+    std::vector<std::uint32_t> path_;
 };
 
 }  // namespace zoned::ai::navigation

@@ -11,7 +11,7 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-/// Longest way that a scenario may claim, cells: more than any map has.
+/// Longest path that a scenario may claim, cells: more than any map has.
 constexpr double kLongest = 1e9;
 constexpr int kMostPatches = 1'000'000;
 

@@ -20,7 +20,7 @@ core::Result<GridMap> parse_grid_map(std::string_view text);
 struct GridInstance {
     Cell start;
     Cell goal;
-    double length = 0.0;  ///< of a best way, cells
+    double length = 0.0;  ///< of a best path, cells
     int line = 0;
 };
 

@@ -17,11 +17,11 @@ float spots_apart(Spot a, Spot b) {
 
 }  // namespace
 
-GridWays::Baked GridWays::bake(const motion::StaticGeometry& statics,
-                               const motion::CharacterLimits& limits,
-                               const GroundRect& area,
-                               float cell_m,
-                               std::span<const std::uint8_t> shut) {
+GridPaths::Baked GridPaths::bake(const motion::StaticGeometry& statics,
+                                 const motion::CharacterLimits& limits,
+                                 const GroundRect& area,
+                                 float cell_m,
+                                 std::span<const std::uint8_t> shut) {
     Baked baked{nullptr, bake_ground(statics, limits, area, cell_m), {}, {1, 1}};
     baked.most_open = baked.ground.cells;
     baked.open = std::make_unique<GroundMap>(baked.ground);
@@ -41,22 +41,22 @@ GridWays::Baked GridWays::bake(const motion::StaticGeometry& statics,
     return baked;
 }
 
-GridWays::GridWays(const motion::StaticGeometry& statics,
-                   const motion::CharacterLimits& limits,
-                   const GroundRect& area,
-                   float cell_m,
-                   std::span<const std::uint8_t> shut,
-                   const WaySettings& settings)
-    : GridWays(bake(statics, limits, area, cell_m, shut), settings) {
+GridPaths::GridPaths(const motion::StaticGeometry& statics,
+                     const motion::CharacterLimits& limits,
+                     const GroundRect& area,
+                     float cell_m,
+                     std::span<const std::uint8_t> shut,
+                     const GridPathSettings& settings)
+    : GridPaths(bake(statics, limits, area, cell_m, shut), settings) {
 }
 
-GridWays::GridWays(Baked baked, const WaySettings& settings)
+GridPaths::GridPaths(Baked baked, const GridPathSettings& settings)
     : ground_(std::move(baked.open)),
       doors_(std::move(baked.doors)),
       service_(std::move(baked.ground), settings, &baked.most_open) {
 }
 
-void GridWays::turn_doors(std::span<const std::uint8_t> shut) {
+void GridPaths::turn_doors(std::span<const std::uint8_t> shut) {
     changes_.clear();
     for (std::uint32_t d = 0; d < shut.size(); ++d) {
         doors_.turn(d, shut[d] != 0, changes_);
@@ -66,7 +66,7 @@ void GridWays::turn_doors(std::span<const std::uint8_t> shut) {
     }
 }
 
-bool GridWays::straight(Spot from, float /*from_y*/, Spot to, float /*to_y*/) const {
+bool GridPaths::straight(Spot from, float /*from_y*/, Spot to, float /*to_y*/) const {
     const GroundGrid& grid = service_.grid();
     const GridMap& map = service_.planner().map();
     if (!grid.contains(from) || !grid.contains(to) || !map.passable(grid.cell(from)) ||
@@ -77,7 +77,7 @@ bool GridWays::straight(Spot from, float /*from_y*/, Spot to, float /*to_y*/) co
     return sees(map, grid.cell(from), grid.cell(to), looked);
 }
 
-WayExit GridWays::way_out(Spot from, float /*from_y*/, Spot to) {
+MapExit GridPaths::straight_exit(Spot from, float /*from_y*/, Spot to) {
     const GroundGrid& grid = service_.grid();
     const GridMap& map = service_.planner().map();
     const int right = grid.width() - 1;
@@ -105,15 +105,15 @@ WayExit GridWays::way_out(Spot from, float /*from_y*/, Spot to) {
     return {best};
 }
 
-std::optional<WayExit> GridWays::exit_towards(Spot from, float from_y, Spot to) {
+std::optional<MapExit> GridPaths::exit_towards(Spot from, float from_y, Spot to) {
     const bool place = std::isfinite(to.x) && std::isfinite(to.z);
     if (const auto out = place ? portal_towards(from, to) : std::nullopt) {
-        return WayExit{*out};
+        return MapExit{*out};
     }
-    return WayMap::exit_towards(from, from_y, to);
+    return PathProvider::exit_towards(from, from_y, to);
 }
 
-std::optional<Spot> GridWays::portal_towards(Spot from, Spot to) {
+std::optional<Spot> GridPaths::portal_towards(Spot from, Spot to) {
     if (portals_ == nullptr) {
         return std::nullopt;
     }
@@ -129,7 +129,7 @@ std::optional<Spot> GridWays::portal_towards(Spot from, Spot to) {
     if (!other) {
         return std::nullopt;
     }
-    return portals_->way_out(
+    return portals_->straight_exit(
         zone_,
         from,
         *other,
@@ -138,13 +138,13 @@ std::optional<Spot> GridWays::portal_towards(Spot from, Spot to) {
         scratch_);
 }
 
-void GridWays::know_zones(std::shared_ptr<const ZonePortals> portals, std::uint32_t zone) {
+void GridPaths::know_zones(std::shared_ptr<const ZonePortals> portals, std::uint32_t zone) {
     portals_ = std::move(portals);
     zone_ = zone;
     ground_.reset();
 }
 
-std::size_t GridWays::bytes() const {
+std::size_t GridPaths::bytes() const {
     const std::size_t kept =
         ground_ != nullptr ? ground_->floor_m.capacity() * sizeof(float) : std::size_t{0};
     return kept + service_.bytes() + doors_.bytes() + changes_.capacity() * sizeof(CellChange);

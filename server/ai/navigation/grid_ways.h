@@ -1,4 +1,4 @@
-// GridWays: ways over the cells of a zone's ground, where doors turn.
+// GridPaths: paths over the cells of a zone's ground, where doors turn.
 #pragma once
 
 #include "server/ai/navigation/door_cells.h"
@@ -12,36 +12,36 @@
 
 namespace zoned::ai::navigation {
 
-/// A WayService on the ground of a zone for characters of one size.
-class GridWays final : public WayMap {
+/// A GridPathRequests on the ground of a zone for characters of one size.
+class GridPaths final : public PathProvider {
   public:
     /// GroundGrid::defect_of() is empty; `shut` by door.
-    GridWays(const motion::StaticGeometry& statics,
-             const motion::CharacterLimits& limits,
-             const GroundRect& area,
-             float cell_m,
-             std::span<const std::uint8_t> shut,
-             const WaySettings& settings);
+    GridPaths(const motion::StaticGeometry& statics,
+              const motion::CharacterLimits& limits,
+              const GroundRect& area,
+              float cell_m,
+              std::span<const std::uint8_t> shut,
+              const GridPathSettings& settings);
 
-    WayTicket ask(const WayAsk& ask) override { return service_.ask(ask); }
+    PathRequestId ask(const PathRequest& ask) override { return service_.ask(ask); }
 
-    void release(WayTicket ticket) override { service_.release(ticket); }
+    void release(PathRequestId ticket) override { service_.release(ticket); }
 
     void turn_doors(std::span<const std::uint8_t> shut) override;
 
-    [[nodiscard]] bool knows(WayTicket ticket) const override { return service_.knows(ticket); }
+    [[nodiscard]] bool knows(PathRequestId ticket) const override { return service_.knows(ticket); }
 
     void serve() override { service_.serve(); }
 
-    [[nodiscard]] WayAnswer answer(WayTicket ticket) const override {
+    [[nodiscard]] PathResult answer(PathRequestId ticket) const override {
         return service_.answer(ticket);
     }
 
-    Spot heading(WayTicket ticket, Spot at, float near_m) override {
+    Spot heading(PathRequestId ticket, Spot at, float near_m) override {
         return service_.heading(ticket, at, near_m);
     }
 
-    void see(WayTicket ticket, Spot at, float /*at_y*/) override { service_.see(ticket, at); }
+    void see(PathRequestId ticket, Spot at, float /*at_y*/) override { service_.see(ticket, at); }
 
     [[nodiscard]] std::span<const std::uint32_t> answered() const override {
         return service_.answered();
@@ -70,11 +70,11 @@ class GridWays final : public WayMap {
 
     /// Of the cells that can be reached along the sides of the map that the place lies beyond, the
     /// one by which two straight lines lead there soonest.
-    WayExit way_out(Spot from, float from_y, Spot to) override;
+    MapExit straight_exit(Spot from, float from_y, Spot to) override;
 
     /// By the portals of the world where they are known and lead there (doors of other zones count
     /// as open).
-    std::optional<WayExit> exit_towards(Spot from, float from_y, Spot to) override;
+    std::optional<MapExit> exit_towards(Spot from, float from_y, Spot to) override;
 
     [[nodiscard]] const GroundMap* ground_map() const override { return ground_.get(); }
 
@@ -82,15 +82,15 @@ class GridWays final : public WayMap {
 
     void forget_ground() override { ground_.reset(); }
 
-    [[nodiscard]] WayMemory memory() const override { return service_.memory(); }
+    [[nodiscard]] SavedPaths memory() const override { return service_.memory(); }
 
-    std::string remember(const WayMemory& memory) override { return service_.remember(memory); }
+    std::string remember(const SavedPaths& memory) override { return service_.remember(memory); }
 
-    [[nodiscard]] const WayCounts& counts() const override { return service_.counts(); }
+    [[nodiscard]] const PathCounts& counts() const override { return service_.counts(); }
 
     [[nodiscard]] std::size_t bytes() const override;
 
-    [[nodiscard]] WayService& service() { return service_; }
+    [[nodiscard]] GridPathRequests& service() { return service_; }
 
   private:
     /// The ground as the doors are, and what they do to it.
@@ -107,7 +107,7 @@ class GridWays final : public WayMap {
                       float cell_m,
                       std::span<const std::uint8_t> shut);
 
-    GridWays(Baked baked, const WaySettings& settings);
+    GridPaths(Baked baked, const GridPathSettings& settings);
 
     std::optional<Spot> portal_towards(Spot from, Spot to);
 
@@ -116,7 +116,7 @@ class GridWays final : public WayMap {
     std::uint32_t zone_ = 0;                      // in them
     ZonePortals::Scratch scratch_;
     DoorMap doors_;
-    WayService service_;
+    GridPathRequests service_;
     std::vector<CellChange> changes_;  // of the last turn
 };
 

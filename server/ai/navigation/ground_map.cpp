@@ -341,11 +341,11 @@ class Bakery {
         const float cell = out_.grid.cell_m();
         const int dx = to.x - from.x;
         const int dz = to.y - from.y;
-        const float way = cell * (dx != 0 && dz != 0 ? std::numbers::sqrt2_v<float> : 1.0F);
+        const float path = cell * (dx != 0 && dz != 0 ? std::numbers::sqrt2_v<float> : 1.0F);
         const int ticks =
-            static_cast<int>(std::ceil(way / (kShareOfRadius * std::max(limits_.radius, 0.01F))));
+            static_cast<int>(std::ceil(path / (kShareOfRadius * std::max(limits_.radius, 0.01F))));
         const float carried = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
-        const float steepest = way * std::sqrt(1.0F - carried * carried) / carried;
+        const float steepest = path * std::sqrt(1.0F - carried * carried) / carried;
         const float ledge = limits_.step_up + 0.1F * limits_.radius;
         if (floors_[b] - floors_[a] > static_cast<float>(ticks) * ledge + steepest) {
             return false;  // higher than any stair: no need to try
@@ -354,14 +354,14 @@ class Bakery {
         const Spot end = out_.grid.centre(to);
         motion::CharacterState state;
         state.position = Vec3(begin.x, floors_[a] + half_height_, begin.z);
-        state.velocity = Vec3(end.x - begin.x, 0.0F, end.z - begin.z) / way;
+        state.velocity = Vec3(end.x - begin.x, 0.0F, end.z - begin.z) / path;
         state.grounded = true;
         motion::InputCommand command;
         command.move_x = static_cast<std::int8_t>(127 * dx);
         command.move_z = static_cast<std::int8_t>(127 * dz);
         for (int i = 0; i < ticks && state.grounded; ++i) {
             state = motion::apply_input(
-                state, command, limits_, world_, way / static_cast<float>(ticks));
+                state, command, limits_, world_, path / static_cast<float>(ticks));
         }
         const float off_x = state.position.x() - end.x;
         const float off_z = state.position.z() - end.z;

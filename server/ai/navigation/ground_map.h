@@ -22,10 +22,10 @@ struct GroundMap {
 /// the capsule is put down by motion::CapsuleSweep, and wherever something is near, a step from a
 /// cell to the next counts if motion::apply_input makes it, from the lower to the higher. Where a
 /// step can't be made, the higher of both cells is blocked (of two as high, that with the smaller
-/// place): so ways keep away from edges that are too high, and each step of a way can be walked in
-/// either direction, but that one down off a ledge may be a jump of more than step_down.
-/// Over heights all of whose triangles carry, steps need no trial. On rough heights a walker may
-/// slide off its line beside a face that is too steep; then it has to ask again. Several sizes of
+/// place): so paths keep away from edges that are too high, and each step of a path can be walked
+/// in either direction, but that one down off a ledge may be a jump of more than step_down. Over
+/// heights all of whose triangles carry, steps need no trial. On rough heights a walker may slide
+/// off its line beside a face that is too steep; then it has to ask again. Several sizes of
 /// characters have a map each. GroundGrid::defect_of() is empty.
 GroundMap bake_ground(const motion::StaticGeometry& world,
                       const motion::CharacterLimits& limits,

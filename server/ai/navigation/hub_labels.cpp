@@ -116,10 +116,10 @@ std::optional<HubLabels> HubLabels::build(const Subgoals& graph,
     return built;
 }
 
-Slices HubLabels::build(const Subgoals& graph,
-                        const std::vector<Subgoal>& order,
-                        Bounds bounds,
-                        std::optional<HubLabels>& built) {
+ResumableTask HubLabels::build(const Subgoals& graph,
+                               const std::vector<Subgoal>& order,
+                               Bounds bounds,
+                               std::optional<HubLabels>& built) {
     ZONED_ASSERT(order.size() == graph.size(), "each subgoal has a place in the order");
     built.reset();
     if (order.size() > kMostHubs) {

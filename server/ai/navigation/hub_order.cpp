@@ -9,11 +9,11 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-/// Shortest ways from one subgoal to all others. `below` counts the subgoals whose way leads
+/// Shortest paths from one subgoal to all others. `below` counts the subgoals whose path leads
 /// through each, itself among them, as far as no hub covers them.
-class WayTree {
+class PathTree {
   public:
-    WayTree(const Subgoals& graph, Subgoal root, SearchSpace& space)
+    PathTree(const Subgoals& graph, Subgoal root, SearchSpace& space)
         : root_(root),
           nodes_(graph.size()) {
         space.begin();
@@ -45,7 +45,7 @@ class WayTree {
         return units;
     }
 
-    /// Once all are reached: sums up from the ends of ways; `weight` gains what each has below.
+    /// Once all are reached: sums up from the ends of paths; `weight` gains what each has below.
     void sum_up(std::span<const Subgoal> order, std::span<std::uint64_t> weight) {
         for (auto s = order.rbegin(); s != order.rend(); ++s) {
             Node& node = nodes_[*s];
@@ -58,7 +58,7 @@ class WayTree {
         }
     }
 
-    /// All ways through s are covered from now on; `lost(t, n)` is told that n fewer lead through
+    /// All paths through s are covered from now on; `lost(t, n)` is told that n fewer lead through
     /// t.
     template <class Lost>
     void cover(Subgoal s, const Lost& lost) {
@@ -97,7 +97,7 @@ class WayTree {
     struct Node {
         Subgoal from = kNoSubgoal;
         std::uint32_t below = 0;
-        Subgoal child = kNoSubgoal;   ///< one whose way comes from here
+        Subgoal child = kNoSubgoal;   ///< one whose path comes from here
         Subgoal beside = kNoSubgoal;  ///< another that comes from where this one does
     };
 
@@ -117,13 +117,13 @@ std::vector<Subgoal> hub_order(const Subgoals& graph, std::uint32_t trees) {
     return order;
 }
 
-Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal>& order) {
+ResumableTask hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal>& order) {
     constexpr std::uint32_t kSpreadAtOnce = 256;
     constexpr std::uint64_t kSumUnits = 16;    // of a subgoal of a tree
     constexpr std::uint64_t kCoverUnits = 24;  // of one that is covered
     constexpr std::uint64_t kLookUnits = 4;    // of a tree that is looked at
     std::vector<std::uint64_t> weight(graph.size(), 0);
-    std::vector<WayTree> sample;
+    std::vector<PathTree> sample;
     sample.reserve(trees);
     order.clear();
     bool cancelled = false;
@@ -135,7 +135,7 @@ Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal
         core::Rng rng(1);
         for (std::uint32_t i = 0; i < std::min(trees, graph.size()) && !cancelled; ++i) {
             sample.emplace_back(graph, rng.below(graph.size()), space);
-            cancelled = co_await Spent{memory_units(WayTree::bytes(graph))};
+            cancelled = co_await Spent{memory_units(PathTree::bytes(graph))};
             reached.clear();
             while (!cancelled && !space.open.empty()) {
                 const std::uint64_t units =
@@ -166,7 +166,7 @@ Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal
         }
         order.push_back(s);
         std::uint64_t covered = 0;
-        for (WayTree& tree : sample) {
+        for (PathTree& tree : sample) {
             tree.cover(s, [&weight, &covered](Subgoal t, std::uint32_t n) {
                 weight[t] -= n;
                 ++covered;
@@ -175,7 +175,7 @@ Slices hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<Subgoal
         cancelled = co_await Spent{kCoverUnits * (1 + covered) + kLookUnits * sample.size()};
     }
     const std::uint64_t tree_units = 1 + memory_units(weight.size() * 16);
-    for (WayTree& tree : sample) {
+    for (PathTree& tree : sample) {
         tree.clear();
         co_await Spent{tree_units};
     }

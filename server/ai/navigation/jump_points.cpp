@@ -76,7 +76,7 @@ constexpr std::uint32_t direction_bit(int dx, int dy) {
 
 constexpr std::uint32_t kNewShift = 16;  // directions that were not looked at yet lie above
 
-/// Ways of the same cost may enter a jump point in several directions, and which of them go on may
+/// Paths of the same cost may enter a jump point in several directions, and which of them go on may
 /// differ: all are remembered and followed, so that exactness hangs on no order of ties.
 template <class Heuristic, bool kLooksAhead>
 class JumpSearch {
@@ -132,7 +132,7 @@ class JumpSearch {
         }
     }
 
-    /// Only where a best way may go on that came this way.
+    /// Only where a best path may go on that came this way.
     void expand(int dx, int dy) {
         if (dx == 0 && dy == 0) {
             for (const int s : {-1, 1}) {

@@ -13,7 +13,9 @@ constexpr std::uint64_t kCountUnits = 2;  ///< one that is counted
 
 }  // namespace
 
-Slices Landmarks::build(const GridMap& map, const Components& components, std::size_t most_bytes) {
+ResumableTask Landmarks::build(const GridMap& map,
+                               const Components& components,
+                               std::size_t most_bytes) {
     known_ = false;
     const std::size_t each = std::size_t{map.places()} * sizeof(std::uint16_t);
     count_ = kMost * each <= most_bytes ? kMost : kLanes * each <= most_bytes ? kLanes : 0;
@@ -49,7 +51,7 @@ Slices Landmarks::build(const GridMap& map, const Components& components, std::s
             }
         }
         if (i == 1) {
-            // Costs of the first one: no way is longer than twice the longest of these.
+            // Costs of the first one: no path is longer than twice the longest of these.
             constexpr Cost kMostUnits = 65'000;
             unit_ = 2 * field_.longest() / kMostUnits + 1;
         }

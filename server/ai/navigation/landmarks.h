@@ -13,28 +13,28 @@
 
 namespace zoned::ai::navigation {
 
-/// Differential heuristics: of any landmark l no way from a to b is shorter than
+/// Differential heuristics: of any landmark l no path from a to b is shorter than
 /// |d(a, l) - d(b, l)| (Sturtevant, Felner, Barrer, Schaeffer and Burch, "Memory-based heuristics
 /// for explicit state spaces", IJCAI 2009; the landmarks of Goldberg and Harrelson, "Computing the
 /// shortest path: A* search meets graph theory", SODA 2005, each the cell farthest from those
-/// before it). Where obstacles are scattered all over a map, ways are longer than on an empty one
+/// before it). Where obstacles are scattered all over a map, paths are longer than on an empty one
 /// by about as much everywhere: this a landmark behind the goal or the start tells.
 ///
 /// What holds for a map holds for each that has fewer passable cells too.
 class Landmarks {
   public:
     /// Two bytes for each landmark and place: 16 landmarks, or half as many where these would take
-    /// more than `most_bytes`, or none. In slices: `map` and the labels of its components, or of
-    /// those of a map that has fewer passable cells, stay as they are until all is done. Memory is
-    /// kept for the next time.
-    Slices build(const GridMap& map, const Components& components, std::size_t most_bytes);
+    /// more than `most_bytes`, or none. In resumable_task: `map` and the labels of its components,
+    /// or of those of a map that has fewer passable cells, stay as they are until all is done.
+    /// Memory is kept for the next time.
+    ResumableTask build(const GridMap& map, const Components& components, std::size_t most_bytes);
 
     /// Whether something is known, of the map that was built last.
     [[nodiscard]] bool known() const { return known_; }
 
     void forget() { known_ = false; }
 
-    /// What is known of the way from places to a goal.
+    /// What is known of the path from places to a goal.
     class Towards {
       public:
         Towards(const Landmarks& landmarks, Place goal)
@@ -44,7 +44,7 @@ class Landmarks {
             std::copy_n(far_ + std::size_t{goal} * count_, count_, goal_far_.begin());
         }
 
-        /// Of the best way from a place of the map, at least; 0 from where no landmark is reached.
+        /// Of the best path from a place of the map, at least; 0 from where no landmark is reached.
         [[nodiscard]] Cost least(Place from) const {
             const std::uint16_t* const far = far_ + std::size_t{from} * count_;
             const std::uint16_t most = std::max(

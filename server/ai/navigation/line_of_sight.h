@@ -1,4 +1,4 @@
-// Lines of sight over cells, and ways pulled straight along them.
+// Lines of sight over cells, and paths pulled straight along them.
 #pragma once
 
 #include "server/ai/navigation/grid_map.h"
@@ -29,9 +29,9 @@ inline bool touches(Cell from, Cell to, Cell cell) {
     return 2 * std::abs(off) <= std::abs(dx) + std::abs(dy);
 }
 
-/// Leaves out the corners of a way that are not needed: from each corner that is kept on to the
-/// last of those behind it up to which all are seen from there. Never longer than the way.
-/// `corners` begins with the start, which stays; so does the goal. Each leg of the way is free.
+/// Leaves out the corners of a path that are not needed: from each corner that is kept on to the
+/// last of those behind it up to which all are seen from there. Never longer than the path.
+/// `corners` begins with the start, which stays; so does the goal. Each leg of the path is free.
 void pull(const GridMap& map, std::vector<Cell>& corners, std::uint32_t& looked);
 
 }  // namespace zoned::ai::navigation

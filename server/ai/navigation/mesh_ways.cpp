@@ -71,7 +71,7 @@ Vec3 least_detour(const Vec3& a, const Vec3& b, Spot from, Spot to) {
     return a + std::clamp(at, 0.0F, 1.0F) * (b - a);
 }
 
-/// Length of the shortest way from a place to another by way of a box over the ground: straight
+/// Length of the shortest path from a place to another by way of a box over the ground: straight
 /// where that passes through it, else by one of its sides.
 float around_box(Spot from, Spot to, Spot low, Spot high) {
     const std::array<Vec3, 4> corners{Vec3(low.x, 0.0F, low.z),
@@ -96,7 +96,7 @@ MeshWays::MeshWays(WalkMesh mesh,
                    const GroundRect& area,
                    std::span<const std::uint8_t> shut,
                    const MeshWaysSettings& settings)
-    : QueuedWays(settings.queue),
+    : PathRequestQueue(settings.queue),
       settings_(settings),
       area_(area),
       mesh_(std::move(mesh)) {
@@ -292,7 +292,7 @@ bool MeshWays::find_straight(const Request& request, const End& goal, Found& fou
     return true;
 }
 
-QueuedWays::End MeshWays::nearest_reached(const Request& request) {
+PathRequestQueue::End MeshWays::nearest_reached(const Request& request) {
     clusters_.flood(request.from.node);
     End best = request.from;
     // On the ground where the goal's height is not told: where it was found.
@@ -395,7 +395,7 @@ Spot MeshWays::first_leg(Request& request, Spot at) const {
     return ahead;
 }
 
-WayNumbers MeshWays::numbers() const {
+MapNumbers MeshWays::numbers() const {
     return {mesh_.polygons().size(), mesh_.polygons().size()};
 }
 
@@ -452,10 +452,10 @@ bool MeshWays::contains(Spot place) const {
            place.z < area_.max_z;
 }
 
-WayExit MeshWays::way_out(Spot from, float from_y, Spot to) {
+MapExit MeshWays::straight_exit(Spot from, float from_y, Spot to) {
     const std::array<bool, 4> beyond{
         to.x < area_.min_x, to.x >= area_.max_x, to.z < area_.min_z, to.z >= area_.max_z};
-    WayExit best{{std::clamp(to.x, area_.min_x, std::nextafter(area_.max_x, area_.min_x)),
+    MapExit best{{std::clamp(to.x, area_.min_x, std::nextafter(area_.max_x, area_.min_x)),
                   std::clamp(to.z, area_.min_z, std::nextafter(area_.max_z, area_.min_z))}};
     Vec3 on;
     const std::uint32_t node =
@@ -497,7 +497,7 @@ float MeshWays::floor_along(Spot from, float from_y, Spot to) const {
     const Vec3 goal(to.x, on.y(), to.z);
     std::uint32_t last = first;
     mesh_.walk(first, on, goal, [&last](std::uint32_t p) { last = p; });
-    // Beside the last one where a corner of the way lies on the edge of the mesh.
+    // Beside the last one where a corner of the path lies on the edge of the mesh.
     return mesh_.nearest_on(last, goal).y();
 }
 

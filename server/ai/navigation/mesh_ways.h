@@ -1,4 +1,4 @@
-// MeshWays: ways over the floors of a zone, one over the other, where doors turn.
+// MeshWays: paths over the floors of a zone, one over the other, where doors turn.
 #pragma once
 
 #include "server/ai/navigation/node_clusters.h"
@@ -11,16 +11,17 @@ namespace zoned::ai::navigation {
 
 struct MeshWaysSettings {
     QueueSettings queue;
-    /// Polygons that one search may look at; beyond, the way goes from group to group.
+    /// Polygons that one search may look at; beyond, the path goes from group to group.
     std::uint32_t search_work = 20'000;
     /// A place beside all floors stands for the nearest one within so much, m.
     float reach_m = 4.0F;
 };
 
 /// A straight line over the polygons where one is free, else MeshSearch, else, where the tick has
-/// no more work to give, from group of polygons to group. To a goal that can't be reached a way
-/// leads to the place nearest to it that can (kPartial). A way is near the best; a straight one is.
-class MeshWays final : public QueuedWays {
+/// no more work to give, from group of polygons to group. To a goal that can't be reached a path
+/// leads to the place nearest to it that can (kPartial). A path is near the best; a straight one
+/// is.
+class MeshWays final : public PathRequestQueue {
   public:
     /// `area` as the mesh was baked; `shut` by door.
     MeshWays(WalkMesh mesh,
@@ -34,7 +35,7 @@ class MeshWays final : public QueuedWays {
 
     /// Of the places that can be reached along the sides of the area that the place lies beyond,
     /// the one by which two straight lines lead there soonest.
-    WayExit way_out(Spot from, float from_y, Spot to) override;
+    MapExit straight_exit(Spot from, float from_y, Spot to) override;
 
     [[nodiscard]] float ground(Spot place) const override;
     [[nodiscard]] float floor_along(Spot from, float from_y, Spot to) const override;
@@ -47,7 +48,7 @@ class MeshWays final : public QueuedWays {
     void find(const Request& request, bool late, Found& found) override;
     Spot first_leg(Request& request, Spot at) const override;
     void prepare_legs(const Request& request) override;
-    [[nodiscard]] WayNumbers numbers() const override;
+    [[nodiscard]] MapNumbers numbers() const override;
 
     [[nodiscard]] std::vector<std::uint32_t> tables() const override {
         return clusters_.prepared();

@@ -59,11 +59,11 @@ class NodeClusters {
     /// A node of each group that has a table.
     [[nodiscard]] std::vector<std::uint32_t> prepared() const;
 
-    /// Whether a way leads from a node to the goal. prepared(goal).
+    /// Whether a path leads from a node to the goal. prepared(goal).
     [[nodiscard]] bool joined(std::uint32_t from, std::uint32_t goal) const;
 
-    /// Nodes of a way from a node, without it, to where it enters the next group, or to the goal in
-    /// the same one; 0 where there is none. prepared(goal).
+    /// Nodes of a path from a node, without it, to where it enters the next group, or to the goal
+    /// in the same one; 0 where there is none. prepared(goal).
     std::size_t leg(const NodeGraph& graph,
                     std::uint32_t from,
                     std::uint32_t goal,
@@ -94,7 +94,7 @@ class NodeClusters {
         std::uint32_t cluster;
     };
 
-    /// A link that is not the way back of the one that is its way back.
+    /// A link that is not the path back of the one that is its path back.
     struct Stray {
         std::uint32_t to;
         std::uint32_t from;

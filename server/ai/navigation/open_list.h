@@ -132,7 +132,7 @@ class SearchSpace {
         return known_[node].search == search_ ? known_[node].cost : kNoCost;
     }
 
-    /// Where its way comes from; of a node that was reached.
+    /// Where its path comes from; of a node that was reached.
     [[nodiscard]] std::uint32_t from(std::uint32_t node) const { return known_[node].from; }
 
     void reach(std::uint32_t node, Cost cost, std::uint32_t from, std::uint32_t tag = 0) {

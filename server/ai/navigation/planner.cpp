@@ -10,7 +10,7 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-/// Of a way through portals.
+/// Of a path through portals.
 constexpr std::size_t kPortalsLeftOut = 5;
 /// Jobs within jobs stop where the outer one does, after units of their own.
 constexpr std::uint64_t kIndexPart = 20'000;
@@ -58,8 +58,8 @@ const char* to_string(Method method) {
 }
 
 Planner::Planner(GridMap map) : map_(std::move(map)) {
-    ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose ways may be too long");
-    way_.reserve(map_.passable_cells());
+    ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose paths may be too long");
+    path_.reserve(map_.passable_cells());
     chain_.reserve(map_.passable_cells());
 }
 
@@ -106,7 +106,7 @@ bool Planner::worth_a_try(std::uint64_t failed_at) const {
     return failed_at == kNever || changed_cells_ - failed_at > map_.passable_cells() / kRetryShare;
 }
 
-Slices Planner::index(IndexBounds bounds) {
+ResumableTask Planner::index(IndexBounds bounds) {
     bool cancelled = false;
     if (old_subgoals_) {
         const std::size_t labels = old_labels_ ? old_labels_->bytes() : 0;
@@ -119,7 +119,7 @@ Slices Planner::index(IndexBounds bounds) {
     if (cancelled) {
         co_return;
     }
-    Slices part = index_subgoals(bounds);
+    ResumableTask part = index_subgoals(bounds);
     const auto run = [&part, &cancelled] {
         if (cancelled) {
             part.cancel();
@@ -145,9 +145,9 @@ Slices Planner::index(IndexBounds bounds) {
     co_await Spent{part.taken()};
 }
 
-Slices Planner::index_subgoals(IndexBounds bounds) {
+ResumableTask Planner::index_subgoals(IndexBounds bounds) {
     bool cancelled = false;
-    Slices part;
+    ResumableTask part;
     const auto run = [&part, &cancelled] {
         if (cancelled) {
             part.cancel();
@@ -218,7 +218,7 @@ void Planner::change(std::span<const CellChange> changes) {
             changed = true;
         }
     }
-    ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose ways may be too long");
+    ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose paths may be too long");
     if (changed) {
         components_followed_ = components_true_;
         if (components_true_) {
@@ -298,8 +298,8 @@ Answer Planner::plan(const Query& query, Method method) {
 
 Answer Planner::route(const Query& query, Method method) {
     if (free_line(map_, query.start, query.goal)) {
-        way_.begin(query.start);
-        way_.go(query.goal);
+        path_.begin(query.start);
+        path_.go(query.goal);
         return finished(Outcome::kFound, 0);
     }
     method = method == Method::kDefault ? choice() : method;
@@ -324,7 +324,7 @@ Answer Planner::by_cells(const Query& query, Method method) {
     const Reached reached = method == Method::kJumpPoints
                                 ? search_jump_points(map_, exact, cells_, landmarks())
                                 : search_cells(map_, exact, cells_);
-    way_.begin(query.start);
+    path_.begin(query.start);
     append_chain(reached.last);
     return finished(reached.goal ? Outcome::kFound : Outcome::kCutOff, reached.work);
 }
@@ -335,7 +335,7 @@ void Planner::append_chain(Place last) {
         chain_.push_back(p);
     }
     for (auto p = chain_.rbegin(); p != chain_.rend(); ++p) {
-        way_.go(map_.cell(*p));
+        path_.go(map_.cell(*p));
     }
 }
 
@@ -344,11 +344,11 @@ Answer Planner::by_clusters(const Query& query) {
         cells_.resize(map_.places());
     }
     std::uint32_t work = 0;
-    way_.begin(query.start);
+    path_.begin(query.start);
     if (!clusters_->run(map_, query, through_, work)) {
         return finished(Outcome::kCutOff, work);
     }
-    // Best ways between every so many-th of the portals: those between are not gone through.
+    // Best paths between every so many-th of the portals: those between are not gone through.
     Query leg = query;
     for (std::size_t at = 0; at + 1 < through_.size();) {
         const std::size_t next = std::min(at + kPortalsLeftOut, through_.size() - 1);
@@ -359,7 +359,7 @@ Answer Planner::by_clusters(const Query& query) {
             return finished(Outcome::kCutOff, work);
         }
         if (free_line(map_, leg.start, leg.goal)) {
-            way_.go(leg.goal);
+            path_.go(leg.goal);
         } else {
             const Reached reached = search_jump_points(map_, leg, cells_);
             work += reached.work;
@@ -380,12 +380,12 @@ Answer Planner::by_subgoals(const Query& query, bool labels) {
         labels ? lookup_.run(map_, *subgoals_, *labels_, query, stations_, looked)
                : subgoal_search_.run(map_, *subgoals_, landmarks(), query, stations_, work);
     ZONED_ASSERT(found || work == query.max_work, "cells of one component reach each other");
-    way_.begin(query.start);
+    path_.begin(query.start);
     for (const Subgoal s : stations_) {
-        way_.go(subgoals_->cell(s));
+        path_.go(subgoals_->cell(s));
     }
     if (found) {
-        way_.arrive(query.goal);  // doors are in free reach of the goal, as seen from there
+        path_.arrive(query.goal);  // doors are in free reach of the goal, as seen from there
     }
     Answer answer = finished(found ? Outcome::kFound : Outcome::kCutOff, work);
     answer.looked = looked;
@@ -393,7 +393,7 @@ Answer Planner::by_subgoals(const Query& query, bool labels) {
 }
 
 Answer Planner::finished(Outcome outcome, std::uint32_t work) const {
-    return {outcome, way_.cost(), way_.length(), work, 0};
+    return {outcome, path_.cost(), path_.length(), work, 0};
 }
 
 Cell Planner::nearest_reached(Cell from, Cell to, std::uint32_t& looked) const {

@@ -1,4 +1,4 @@
-// Planner: ways on one grid map, by whichever method suits the map and the query.
+// Planner: paths on one grid map, by whichever method suits the map and the query.
 #pragma once
 
 #include "server/ai/navigation/cluster_graph.h"
@@ -19,7 +19,7 @@ namespace zoned::ai::navigation {
 /// What an index may cost. Counted, not timed: the same map gives the same index everywhere.
 struct IndexBounds {
     std::size_t doors = 1'500'000;         ///< of all cells together
-    std::uint32_t trees = 48;              ///< of shortest ways, from which hubs are chosen
+    std::uint32_t trees = 48;              ///< of shortest paths, from which hubs are chosen
     std::uint64_t tree_work = 40'000'000;  ///< neighbours that these trees look at
     HubLabels::Bounds labels;
     std::size_t landmark_bytes = 20'000'000;  ///< where there are no labels; 10 MB at 512 x 512
@@ -31,7 +31,7 @@ class Planner {
   public:
     /// At most kMostPassable cells of the map are passable.
     explicit Planner(GridMap map);
-    Planner(const Planner&) = delete;  // slices of its index know where it is
+    Planner(const Planner&) = delete;  // resumable_task of its index know where it is
     Planner& operator=(const Planner&) = delete;
 
     /// What may ever be passable, the map included, where that is known beforehand: landmarks are
@@ -41,9 +41,9 @@ class Planner {
     /// Builds the index for the map as it is. What exceeds a bound is left out: `can` tells.
     void prepare(const IndexBounds& bounds = {});
 
-    /// As prepare(), in slices: begins now, and is done once advance_index() says so. Answers are
-    /// exact meanwhile, by whatever is there; a change drops what has been done so far. What has
-    /// exceeded a bound is not tried again before one cell in kRetryShare has changed.
+    /// As prepare(), in resumable_task: begins now, and is done once advance_index() says so.
+    /// Answers are exact meanwhile, by whatever is there; a change drops what has been done so far.
+    /// What has exceeded a bound is not tried again before one cell in kRetryShare has changed.
     void begin_index(const IndexBounds& bounds = {});
 
     static constexpr std::uint32_t kRetryShare = 64;
@@ -61,7 +61,7 @@ class Planner {
     /// changed; answers are exact all the same.
     void change(std::span<const CellChange> changes);
 
-    /// Whether a way leads from one cell to another; false where either is blocked or off the map.
+    /// Whether a path leads from one cell to another; false where either is blocked or off the map.
     bool joined(Cell a, Cell b);
 
     /// Whether what this passable cell reaches was joined by the last change() from parts that did
@@ -76,11 +76,11 @@ class Planner {
     /// What kDefault is for the map as it is, where no straight line leads to the goal.
     [[nodiscard]] Method choice() const;
 
-    /// Finds a way; `way()` holds it until the next call (kFound, kPartial, kCutOff). The method is
-    /// one that it can. A free straight line is always taken without any search.
+    /// Finds a path; `path()` holds it until the next call (kFound, kPartial, kCutOff). The method
+    /// is one that it can. A free straight line is always taken without any search.
     Answer plan(const Query& query, Method method = Method::kDefault);
 
-    [[nodiscard]] const Way& way() const { return way_; }
+    [[nodiscard]] const GridPath& path() const { return path_; }
 
     [[nodiscard]] const GridMap& map() const { return map_; }
 
@@ -93,8 +93,8 @@ class Planner {
   private:
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
 
-    Slices index(IndexBounds bounds);
-    Slices index_subgoals(IndexBounds bounds);
+    ResumableTask index(IndexBounds bounds);
+    ResumableTask index_subgoals(IndexBounds bounds);
     [[nodiscard]] bool worth_a_try(std::uint64_t failed_at) const;
     void retire_index();
     void label_components();
@@ -108,7 +108,7 @@ class Planner {
         return landmarks_.known() ? &landmarks_ : nullptr;
     }
 
-    /// Appends the way that a search over cells has found.
+    /// Appends the path that a search over cells has found.
     void append_chain(Place last);
     Answer finished(Outcome outcome, std::uint32_t work) const;
     /// The passable cell nearest to `to`, as on an empty map, that `from` reaches.
@@ -126,7 +126,7 @@ class Planner {
     SubgoalSearch subgoal_search_;
     LabelLookup lookup_;
     SearchSpace cells_;  // made at its first use
-    Way way_;
+    GridPath path_;
     std::vector<Subgoal> stations_;
     std::vector<Place> chain_;
     std::vector<Cell> through_;
@@ -140,7 +140,7 @@ class Planner {
     std::uint64_t no_subgoals_at_ = kNever;  // changed_cells_ when a bound was exceeded
     std::uint64_t no_labels_at_ = kNever;
     std::uint64_t index_work_ = 0;
-    Slices indexing_;  // last: goes before what it works on
+    ResumableTask indexing_;  // last: goes before what it works on
 };
 
 }  // namespace zoned::ai::navigation

@@ -23,18 +23,19 @@ Spot spot_under(const Vec3& v) {
 
 }  // namespace
 
-QueuedWays::QueuedWays(const QueueSettings& settings)
+PathRequestQueue::PathRequestQueue(const QueueSettings& settings)
     : settings_(settings),
       queue_(settings.longest_wait_ticks - 1) {
-    ZONED_ASSERT(settings.work_per_tick > 0 && settings.longest_wait_ticks > 0, "settings of ways");
+    ZONED_ASSERT(settings.work_per_tick > 0 && settings.longest_wait_ticks > 0,
+                 "settings of paths");
 }
 
-bool QueuedWays::knows(WayTicket ticket) const {
+bool PathRequestQueue::knows(PathRequestId ticket) const {
     return ticket.slot < requests_.size() && requests_[ticket.slot].round == ticket.round &&
            requests_[ticket.slot].taken;
 }
 
-WayTicket QueuedWays::ask(const WayAsk& ask) {
+PathRequestId PathRequestQueue::ask(const PathRequest& ask) {
     if (free_.empty()) {
         free_.push_back(static_cast<std::uint32_t>(requests_.size()));
         requests_.emplace_back();
@@ -46,7 +47,7 @@ WayTicket QueuedWays::ask(const WayAsk& ask) {
     const std::uint32_t round = request.round;
     request = Request();
     request.round = round;
-    request.asker = ask.asker == WayAsk::kAlone ? number : ask.asker;
+    request.asker = ask.asker == PathRequest::kAlone ? number : ask.asker;
     request.from.wanted = Vec3(ask.from.x, ask.from_y, ask.from.z);
     request.to.wanted = Vec3(ask.to.x, ask.to_y, ask.to.z);
     request.taken = true;
@@ -65,21 +66,21 @@ WayTicket QueuedWays::ask(const WayAsk& ask) {
     return {number, request.round};
 }
 
-void QueuedWays::wait(std::uint32_t number) {
+void PathRequestQueue::wait(std::uint32_t number) {
     Request& request = requests_[number];
     request.waiting = true;
     ++counts_.waiting;
     queue_.push(number, request.asker);
 }
 
-void QueuedWays::free_blocks(Request& request) {
+void PathRequestQueue::free_blocks(Request& request) {
     pool_.give_back(request.corners);
     hinges_.give_back(request.hinges);
     request.corners = {};
     request.hinges = {};
 }
 
-void QueuedWays::release(WayTicket ticket) {
+void PathRequestQueue::release(PathRequestId ticket) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     Request& request = requests_[ticket.slot];
     request.taken = false;
@@ -92,7 +93,7 @@ void QueuedWays::release(WayTicket ticket) {
     free_.push_back(ticket.slot);
 }
 
-void QueuedWays::serve() {
+void PathRequestQueue::serve() {
     const std::uint32_t required = queue_.required();
     std::uint32_t served = 0;
     while (!queue_.empty()) {
@@ -145,7 +146,7 @@ void QueuedWays::serve() {
     answered_.clear();
 }
 
-void QueuedWays::done(std::uint32_t number) {
+void PathRequestQueue::done(std::uint32_t number) {
     Request& request = requests_[number];
     free_blocks(request);
     request.outcome = found_.outcome;
@@ -175,7 +176,7 @@ void QueuedWays::done(std::uint32_t number) {
     answered_.push_back(number);
 }
 
-void QueuedWays::fail(std::uint32_t number, Outcome outcome) {
+void PathRequestQueue::fail(std::uint32_t number, Outcome outcome) {
     Request& request = requests_[number];
     free_blocks(request);
     request.outcome = outcome;
@@ -184,7 +185,7 @@ void QueuedWays::fail(std::uint32_t number, Outcome outcome) {
     answered_.push_back(number);
 }
 
-WayAnswer QueuedWays::answer(WayTicket ticket) const {
+PathResult PathRequestQueue::answer(PathRequestId ticket) const {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     const Request& request = requests_[ticket.slot];
     if (request.waiting && !request.usable) {
@@ -193,7 +194,7 @@ WayAnswer QueuedWays::answer(WayTicket ticket) const {
     return {false, request.outcome, request.best, request.length_m, pool_.of(request.corners)};
 }
 
-Spot QueuedWays::heading(WayTicket ticket, Spot at, float near_m) {
+Spot PathRequestQueue::heading(PathRequestId ticket, Spot at, float near_m) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     Request& request = requests_[ticket.slot];
     if (request.waiting && !request.usable) {
@@ -213,23 +214,23 @@ Spot QueuedWays::heading(WayTicket ticket, Spot at, float near_m) {
     return corners[request.next];
 }
 
-void QueuedWays::see(WayTicket ticket, Spot at, float at_y) {
+void PathRequestQueue::see(PathRequestId ticket, Spot at, float at_y) {
     requests_[ticket.slot].from.wanted = Vec3(at.x, at_y, at.z);
 }
 
-float QueuedWays::left_m(const Request& request) const {
+float PathRequestQueue::left_m(const Request& request) const {
     const std::span<const Spot> corners = pool_.of(request.corners);
     return ground_distance(spot_under(request.from.wanted), corners[request.next]) + request.rest_m;
 }
 
-bool QueuedWays::cut(const Request& request) const {
+bool PathRequestQueue::cut(const Request& request) const {
     const std::span<const Hinge> hinges = hinges_.of(request.hinges);
     return std::any_of(hinges.begin(), hinges.end(), [&](const Hinge& h) {
         return h.corner >= request.next && !passable(h);
     });
 }
 
-void QueuedWays::review(bool opened) {
+void PathRequestQueue::review(bool opened) {
     requeued_.clear();
     for (std::uint32_t i = 0; i < requests_.size(); ++i) {
         Request& request = requests_[i];
@@ -264,7 +265,7 @@ void QueuedWays::review(bool opened) {
     }
 }
 
-std::size_t QueuedWays::queue_bytes() const {
+std::size_t PathRequestQueue::queue_bytes() const {
     return pool_.bytes() + hinges_.bytes() + requests_.capacity() * sizeof(Request) +
            (free_.capacity() + answered_.capacity() + told_.capacity() + requeued_.capacity() +
             unled_.capacity()) *

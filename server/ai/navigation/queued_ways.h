@@ -1,4 +1,5 @@
-// QueuedWays: requests for ways over a map of nodes, served in turn: what all such maps share.
+// PathRequestQueue: requests for paths over a map of nodes, served in turn: what all such maps
+// share.
 #pragma once
 
 #include "server/ai/navigation/corner_pool.h"
@@ -13,37 +14,37 @@ namespace zoned::ai::navigation {
 struct QueueSettings {
     /// Of a tick, in units of about 2 ns.
     std::uint64_t work_per_tick = 1'000'000;
-    /// Who has asked for one way alone has it after so many ticks, whatever the load.
+    /// Who has asked for one path alone has it after so many ticks, whatever the load.
     std::uint32_t longest_wait_ticks = 20;
 };
 
-/// A map says where nodes are, finds ways, and says what a change cuts; the rest is here: turns,
+/// A map says where nodes are, finds paths, and says what a change cuts; the rest is here: turns,
 /// the tick's work, corners, who has come how far, and who looks anew after a change.
-class QueuedWays : public WayMap {
+class PathRequestQueue : public PathProvider {
   public:
-    explicit QueuedWays(const QueueSettings& settings);
+    explicit PathRequestQueue(const QueueSettings& settings);
 
-    WayTicket ask(const WayAsk& ask) final;
-    void release(WayTicket ticket) final;
-    [[nodiscard]] bool knows(WayTicket ticket) const final;
+    PathRequestId ask(const PathRequest& ask) final;
+    void release(PathRequestId ticket) final;
+    [[nodiscard]] bool knows(PathRequestId ticket) const final;
     void serve() final;
-    [[nodiscard]] WayAnswer answer(WayTicket ticket) const final;
-    Spot heading(WayTicket ticket, Spot at, float near_m) final;
-    void see(WayTicket ticket, Spot at, float at_y) final;
+    [[nodiscard]] PathResult answer(PathRequestId ticket) const final;
+    Spot heading(PathRequestId ticket, Spot at, float near_m) final;
+    void see(PathRequestId ticket, Spot at, float at_y) final;
 
     [[nodiscard]] std::span<const std::uint32_t> answered() const final { return told_; }
 
     [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
 
-    [[nodiscard]] WayMemory memory() const final;
-    std::string remember(const WayMemory& memory) final;
+    [[nodiscard]] SavedPaths memory() const final;
+    std::string remember(const SavedPaths& memory) final;
 
-    [[nodiscard]] const WayCounts& counts() const final { return counts_; }
+    [[nodiscard]] const PathCounts& counts() const final { return counts_; }
 
   protected:
     static constexpr std::uint32_t kNoNode = ~0U;
 
-    using End = WayEnd;
+    using End = PathEnd;
     using Hinge = navigation::Hinge;
 
     struct Request : RequestState {
@@ -51,7 +52,7 @@ class QueuedWays : public WayMap {
         CornerBlock hinges;
     };
 
-    /// A way as it is found.
+    /// A path as it is found.
     struct Found {
         Outcome outcome = Outcome::kFound;
         bool best = false;
@@ -67,37 +68,37 @@ class QueuedWays : public WayMap {
     /// The places on the map of both ends. kFound, or why there are none.
     virtual Outcome locate(Request& request) = 0;
 
-    /// Puts a way into `found`, whose vectors are empty, and adds what it cost to spent(). `late`:
+    /// Puts a path into `found`, whose vectors are empty, and adds what it cost to spent(). `late`:
     /// the tick's work is used up.
     virtual void find(const Request& request, bool late, Found& found) = 0;
 
-    /// Where to go from a place as long as the way is not there; moves `from` there.
+    /// Where to go from a place as long as the path is not there; moves `from` there.
     virtual Spot first_leg(Request& request, Spot at) const = 0;
 
     /// Makes ready what first_leg() looks up, as far as the tick's work goes.
     virtual void prepare_legs(const Request& request) = 0;
 
     /// How many nodes and hinges the map numbers.
-    [[nodiscard]] virtual WayNumbers numbers() const = 0;
+    [[nodiscard]] virtual MapNumbers numbers() const = 0;
 
-    /// See WayMemory::tables. One is made for nothing.
+    /// See SavedPaths::tables. One is made for nothing.
     [[nodiscard]] virtual std::vector<std::uint32_t> tables() const = 0;
     virtual void make_table(std::uint32_t node) = 0;
 
     /// Whether one gets past this now.
     [[nodiscard]] virtual bool passable(const Hinge& hinge) const = 0;
 
-    /// Whether a way through what the last change opened to where a way ends could be shorter than
-    /// what is left of that.
+    /// Whether a path through what the last change opened to where a path ends could be shorter
+    /// than what is left of that.
     [[nodiscard]] virtual bool may_be_shorter(const Request& request) const = 0;
 
-    /// Whether one that has no way, or a way that ends short of what was wanted (kPartial), may get
-    /// nearer to it after the last change: what can be reached was joined with more by it, or it
-    /// opened something nearer.
+    /// Whether one that has no path, or a path that ends short of what was wanted (kPartial), may
+    /// get nearer to it after the last change: what can be reached was joined with more by it, or
+    /// it opened something nearer.
     [[nodiscard]] virtual bool may_come_nearer(const Request& request) const = 0;
 
-    /// After a change of the map: looks for ways anew. `opened`: something can be passed that could
-    /// not before.
+    /// After a change of the map: looks for paths anew. `opened`: something can be passed that
+    /// could not before.
     void review(bool opened);
 
     void nothing_changed() { requeued_.clear(); }
@@ -111,14 +112,14 @@ class QueuedWays : public WayMap {
         return pool_.of(request.corners).back();
     }
 
-    /// What is left of a way, from where the asker was last seen.
+    /// What is left of a path, from where the asker was last seen.
     [[nodiscard]] float left_m(const Request& request) const;
 
     [[nodiscard]] std::size_t queue_bytes() const;
 
   private:
-    [[nodiscard]] RequestMemory memory_of(std::uint32_t number) const;
-    void remember(const RequestMemory& memory);
+    [[nodiscard]] SavedRequest memory_of(std::uint32_t number) const;
+    void remember(const SavedRequest& memory);
     void wait(std::uint32_t number);
     void fail(std::uint32_t number, Outcome outcome);
     void done(std::uint32_t number);
@@ -129,7 +130,7 @@ class QueuedWays : public WayMap {
     QueueSettings settings_;
     CornerPool pool_;
     BlockPool<Hinge> hinges_;
-    WayQueue queue_;
+    RequestTurns queue_;
     std::vector<Request> requests_;
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> answered_;  // since the last serve()
@@ -138,7 +139,7 @@ class QueuedWays : public WayMap {
     std::vector<std::uint32_t> unled_;  // that wait since a change
     Found found_;
     std::uint64_t spent_ = 0;
-    WayCounts counts_;
+    PathCounts counts_;
 };
 
 }  // namespace zoned::ai::navigation

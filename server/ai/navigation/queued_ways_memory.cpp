@@ -4,9 +4,9 @@
 
 namespace zoned::ai::navigation {
 
-RequestMemory QueuedWays::memory_of(std::uint32_t number) const {
+SavedRequest PathRequestQueue::memory_of(std::uint32_t number) const {
     const Request& r = requests_[number];
-    RequestMemory m;
+    SavedRequest m;
     m.number = number;
     if (!r.taken) {  // of no use but for its turn
         m.round = r.round;
@@ -22,8 +22,8 @@ RequestMemory QueuedWays::memory_of(std::uint32_t number) const {
     return m;
 }
 
-WayMemory QueuedWays::memory() const {
-    WayMemory memory;
+SavedPaths PathRequestQueue::memory() const {
+    SavedPaths memory;
     memory.free = free_;
     for (std::uint32_t i = 0; i < requests_.size(); ++i) {
         if (requests_[i].taken || requests_[i].waiting) {
@@ -36,7 +36,7 @@ WayMemory QueuedWays::memory() const {
     return memory;
 }
 
-void QueuedWays::remember(const RequestMemory& m) {
+void PathRequestQueue::remember(const SavedRequest& m) {
     Request& r = requests_[m.number];
     static_cast<RequestState&>(r) = m;
     r.corners = pool_.take(static_cast<std::uint32_t>(m.corners.size()));
@@ -48,22 +48,22 @@ void QueuedWays::remember(const RequestMemory& m) {
     }
 }
 
-std::string QueuedWays::remember(const WayMemory& memory) {
-    WayNumbers numbers = this->numbers();
+std::string PathRequestQueue::remember(const SavedPaths& memory) {
+    MapNumbers numbers = this->numbers();
     numbers.longest_wait_ticks = settings_.longest_wait_ticks;
     std::string wrong = defect_of(memory, numbers);
     if (!wrong.empty()) {
         return wrong;
     }
-    for (const RequestMemory& m : memory.requests) {
+    for (const SavedRequest& m : memory.requests) {
         if (m.taken && m.usable && m.last == kNoNode) {
-            return "way " + std::to_string(m.number) + " ends nowhere";
+            return "path " + std::to_string(m.number) + " ends nowhere";
         }
     }
     requests_.resize(memory.requests.size() + memory.free.size());
     free_ = memory.free;
     free_.reserve(requests_.capacity());
-    for (const RequestMemory& m : memory.requests) {
+    for (const SavedRequest& m : memory.requests) {
         remember(m);
     }
     queue_.remember(memory.turns);

@@ -1,4 +1,4 @@
-// Slices: work written in one piece that is done a part at a time.
+// ResumableTask: work written in one piece that is done a part at a time.
 #pragma once
 
 #include <coroutine>
@@ -25,11 +25,11 @@ constexpr std::uint64_t memory_units(std::size_t bytes) {
 ///
 /// `co_await` is true once the work is cancelled: then the coroutine gives back what it has made,
 /// in parts too, touches nothing else, and returns.
-class Slices {
+class ResumableTask {
   public:
     class promise_type {
       public:
-        Slices get_return_object() { return Slices(Handle::from_promise(*this)); }
+        ResumableTask get_return_object() { return ResumableTask(Handle::from_promise(*this)); }
 
         static std::suspend_always initial_suspend() noexcept { return {}; }
 
@@ -57,28 +57,28 @@ class Slices {
         }
 
       private:
-        friend class Slices;
+        friend class ResumableTask;
         std::uint64_t given_ = 0;
         std::uint64_t spent_ = 0;
         bool cancelled_ = false;
     };
 
-    Slices() = default;
+    ResumableTask() = default;
 
-    Slices(Slices&& other) noexcept
+    ResumableTask(ResumableTask&& other) noexcept
         : handle_(std::exchange(other.handle_, nullptr)),
           owed_(std::exchange(other.owed_, 0)) {}
 
-    Slices& operator=(Slices&& other) noexcept {
+    ResumableTask& operator=(ResumableTask&& other) noexcept {
         std::swap(handle_, other.handle_);
         std::swap(owed_, other.owed_);
         return *this;
     }
 
-    Slices(const Slices&) = delete;
-    Slices& operator=(const Slices&) = delete;
+    ResumableTask(const ResumableTask&) = delete;
+    ResumableTask& operator=(const ResumableTask&) = delete;
 
-    ~Slices() {
+    ~ResumableTask() {
         if (handle_) {
             handle_.destroy();
         }
@@ -117,7 +117,7 @@ class Slices {
   private:
     using Handle = std::coroutine_handle<promise_type>;
 
-    explicit Slices(Handle handle) : handle_(handle) {}
+    explicit ResumableTask(Handle handle) : handle_(handle) {}
 
     Handle handle_;
     std::uint64_t owed_ = 0;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int32_t kStraightStep = kStraight;
 constexpr std::int32_t kDiagonalStep = kDiagonal;
-/// More than any way within a square costs; with steps on top no overflow.
+/// More than any path within a square costs; with steps on top no overflow.
 constexpr std::int32_t kUnreachedCost = 1 << 30;
 static_assert(SquareCosts::kSide * SquareCosts::kSide * kDiagonalStep < kUnreachedCost);
 static_assert(kernels::kLanes * sizeof(std::int32_t) == sizeof(kernels::LaneInts));

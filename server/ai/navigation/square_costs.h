@@ -18,7 +18,7 @@ namespace zoned::ai::navigation {
 /// after row downwards and upwards until nothing gets cheaper (the sweeps of Zhao, "A fast sweeping
 /// method for Eikonal equations", Mathematics of Computation 74, 2005, for which on a graph the
 /// bound of Bellman and Ford holds; costs are whole, so that the end is exact). Sweeps needed are
-/// the turns between down and up of a best way, and two: rows are looked at again only where the
+/// the turns between down and up of a best path, and two: rows are looked at again only where the
 /// one that leads to them has changed.
 class SquareCosts {
   public:
@@ -27,9 +27,9 @@ class SquareCosts {
 
     SquareCosts() : costs_(kSide * kSide) {}
 
-    /// Of best ways between `cells`, each passable, that stay within the rectangle from (left, top)
-    /// on: row by row into `costs`, which has room for the square of their number. kNoCost where
-    /// there is none. 1 <= width, height <= kSide. Allocates nothing.
+    /// Of best paths between `cells`, each passable, that stay within the rectangle from (left,
+    /// top) on: row by row into `costs`, which has room for the square of their number. kNoCost
+    /// where there is none. 1 <= width, height <= kSide. Allocates nothing.
     void measure(const GridMap& map,
                  Cell corner,
                  int width,

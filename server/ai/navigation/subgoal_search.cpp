@@ -20,7 +20,7 @@ std::span<const Subgoal> doors_of(const GridMap& map,
 }
 
 /// Calls found(t, cost) for a door t of the start from which the goal is in free reach, where that
-/// makes a way that costs less than `least`, which found lowers.
+/// makes a path that costs less than `least`, which found lowers.
 template <class Found>
 void look_across(const GridMap& map,
                  const Subgoals& graph,

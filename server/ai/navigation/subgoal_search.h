@@ -1,4 +1,4 @@
-// Ways among subgoals: by A*, or by labels.
+// Paths among subgoals: by A*, or by labels.
 #pragma once
 
 #include "server/ai/navigation/hub_labels.h"
@@ -15,7 +15,7 @@ class SubgoalSearch {
   public:
     void resize(const Subgoals& graph);
 
-    /// `best` becomes the subgoals of the way, in order. False where there is none or max_work is
+    /// `best` becomes the subgoals of the path, in order. False where there is none or max_work is
     /// exceeded: `best` then leads to the subgoal nearest to the goal that was looked at. Landmarks
     /// as of search_jump_points(); may be null.
     bool run(const GridMap& map,
@@ -30,12 +30,12 @@ class SubgoalSearch {
     std::vector<Cost> to_goal_;  // of doors of the goal, else kNoCost
 };
 
-/// The way by looking up what the doors of start and goal know of hubs.
+/// The path by looking up what the doors of start and goal know of hubs.
 class LabelLookup {
   public:
     void resize(const Subgoals& graph);
 
-    /// As SubgoalSearch::run, without a search: false only where no way joins them. `looked` grows
+    /// As SubgoalSearch::run, without a search: false only where no path joins them. `looked` grows
     /// by the labels looked at.
     bool run(const GridMap& map,
              const Subgoals& graph,

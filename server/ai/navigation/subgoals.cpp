@@ -14,7 +14,7 @@ constexpr int kDirections = 8;
 constexpr std::array<int, kDirections> kStepX{1, 0, -1, 0, 1, -1, -1, 1};
 constexpr std::array<int, kDirections> kStepY{0, 1, 0, -1, 1, 1, -1, -1};
 
-/// How far one can go from each place, until a blocked cell bars the way or a subgoal is reached.
+/// How far one can go from each place, until a blocked cell bars the path or a subgoal is reached.
 class Clearances {
   public:
     Clearances(const GridMap& map, std::span<const Subgoal> numbers)
@@ -217,7 +217,9 @@ std::optional<Subgoals> Subgoals::build(const GridMap& map, std::size_t most_doo
     return built;
 }
 
-Slices Subgoals::build(const GridMap& map, std::size_t most_doors, std::optional<Subgoals>& built) {
+ResumableTask Subgoals::build(const GridMap& map,
+                              std::size_t most_doors,
+                              std::optional<Subgoals>& built) {
     // Units are about 2 ns.
     constexpr std::uint64_t kPlaceUnits = 5;
     constexpr std::uint64_t kDoorUnits = 8;

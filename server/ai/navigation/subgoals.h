@@ -19,24 +19,27 @@ inline constexpr Subgoal kNoSubgoal = ~Subgoal{0};
 
 /// Simple subgoal graph (Uras, Koenig and Hernandez, "Subgoal graphs for optimal pathfinding in
 /// eight-neighbor grids", ICAPS 2013). A subgoal is a passable cell next to a blocked one across a
-/// corner that can be walked around. Two see each other where all ways between them that are as
-/// short as on an empty map are free and none passes a third; a best way between subgoals leads
+/// corner that can be walked around. Two see each other where all paths between them that are as
+/// short as on an empty map are free and none passes a third; a best path between subgoals leads
 /// along such pairs (theorem 1 there).
 ///
 /// Other cells keep their doors only, far fewer: the jump points that the straight rays from a cell
 /// and from the cells on its diagonals meet first (Harabor and Grastien, "Online graph pruning for
 /// pathfinding on grid maps", AAAI 2011; without cutting corners diagonals have none of their own).
-/// From a to b either the way along the diagonal first and then straight is free, or some best way
-/// leads through a door t of a. Then from b to t either that way is free, or some best way leads
-/// through a door u of b. So what is best is free_line(a, b), or a - t - b with free_line(b, t), or
-/// a - t - u - b.
+/// From a to b either the path along the diagonal first and then straight is free, or some best
+/// path leads through a door t of a. Then from b to t either that path is free, or some best path
+/// leads through a door u of b. So what is best is free_line(a, b), or a - t - b with free_line(b,
+/// t), or a - t - u - b.
 class Subgoals {
   public:
     /// Takes the map as it is. Nothing where all cells together have more than `most_doors`.
     static std::optional<Subgoals> build(const GridMap& map, std::size_t most_doors);
 
-    /// The same in slices; `map` stays as it is, and `built` where it is, until all is done.
-    static Slices build(const GridMap& map, std::size_t most_doors, std::optional<Subgoals>& built);
+    /// The same in resumable_task; `map` stays as it is, and `built` where it is, until all is
+    /// done.
+    static ResumableTask build(const GridMap& map,
+                               std::size_t most_doors,
+                               std::optional<Subgoals>& built);
 
     [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(cells_.size()); }
 

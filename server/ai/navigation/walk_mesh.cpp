@@ -84,10 +84,10 @@ void WalkMesh::finish() {
     index_polygons();
 }
 
-int WalkMesh::way_out(std::uint32_t number,
-                      std::uint32_t before,
-                      const Vec3& from,
-                      const Vec3& to) const {
+int WalkMesh::straight_exit(std::uint32_t number,
+                            std::uint32_t before,
+                            const Vec3& from,
+                            const Vec3& to) const {
     // The part of the line within the polygon ends at the first of the edges that it leads out
     // through (Cyrus and Beck, Computers and Graphics 3, 1978). Of edges that it meets at their
     // common corner the one beyond which it goes on.
@@ -226,12 +226,12 @@ float WalkMesh::relief_at(std::uint32_t number, const Vec3& place, float height)
 
 Vec3 WalkMesh::nearest_on_edge(std::uint32_t number, int i, const Vec3& place) const {
     const std::array<Vec3, 2> edge = edge_of(*this, polygons_[number], i);
-    const Vec3 way = edge[1] - edge[0];
-    const Vec2 along(way.x(), way.z());
+    const Vec3 path = edge[1] - edge[0];
+    const Vec2 along(path.x(), path.z());
     const Vec2 offset(place.x() - edge[0].x(), place.z() - edge[0].z());
     const float squared = along.squaredNorm();
     const float share = squared > 0.0F ? std::clamp(offset.dot(along) / squared, 0.0F, 1.0F) : 0.0F;
-    Vec3 near = edge[0] + share * way;
+    Vec3 near = edge[0] + share * path;
     near.y() = relief_at(number, near, near.y());
     return near;
 }
@@ -285,9 +285,9 @@ std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, float height_m
     visit(reach_m, [&](std::uint32_t p) {
         for (int e = 0; e < polygons_[p].size; ++e) {
             const Vec3 near = nearest_on_edge(p, e, place);
-            const Vec3 way = near - place;
-            const float off = on_ground ? Vec2(way.x(), way.z()).norm() : way.norm();
-            if (off <= reach_m && !(on_another && std::abs(way.y()) > kOnFloor_m)) {
+            const Vec3 path = near - place;
+            const float off = on_ground ? Vec2(path.x(), path.z()).norm() : path.norm();
+            if (off <= reach_m && !(on_another && std::abs(path.y()) > kOnFloor_m)) {
                 consider(p, off, near);
             }
         }

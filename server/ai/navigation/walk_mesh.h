@@ -116,10 +116,10 @@ class WalkMesh {
     friend class MeshBakery;
 
     /// Where a line leaves a polygon: the edge, or -1 where it ends in it.
-    [[nodiscard]] int way_out(std::uint32_t polygon,
-                              std::uint32_t before,
-                              const Vec3& from,
-                              const Vec3& to) const;
+    [[nodiscard]] int straight_exit(std::uint32_t polygon,
+                                    std::uint32_t before,
+                                    const Vec3& from,
+                                    const Vec3& to) const;
     /// Whether a place is above or below a polygon, whose height there is `height`.
     [[nodiscard]] bool over(std::uint32_t polygon, const Vec3& place, float& height) const;
     /// The nearest place of a polygon's edge `i`, over x and z.
@@ -157,7 +157,7 @@ std::uint32_t WalkMesh::walk(std::uint32_t polygon,
     // No line passes through a convex polygon twice.
     for (std::size_t steps = 0; steps <= polygons_.size(); ++steps) {
         visit(polygon);
-        const int edge = way_out(polygon, before, from, to);
+        const int edge = straight_exit(polygon, before, from, to);
         if (edge < 0) {
             return polygon;
         }
@@ -173,7 +173,7 @@ std::uint32_t WalkMesh::walk(std::uint32_t polygon,
 
 /// A* over passable polygons, then the string pulled straight through the edges between them (the
 /// funnel of Lee and Preparata, "Euclidean shortest paths in the presence of rectilinear barriers",
-/// Networks 14, 1984). The corridor is chosen by the middles of edges: the way is near the best.
+/// Networks 14, 1984). The corridor is chosen by the middles of edges: the path is near the best.
 /// Memory for one query at a time, none allocated once warm.
 class MeshSearch {
   public:

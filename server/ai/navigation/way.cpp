@@ -12,7 +12,7 @@ Cell moved(Cell c, int dx, int dy) {
     return {static_cast<std::uint16_t>(c.x + dx), static_cast<std::uint16_t>(c.y + dy)};
 }
 
-/// Where the diagonal part of the way from `from` to `to` ends.
+/// Where the diagonal part of the path from `from` to `to` ends.
 Cell turn_of(Cell from, Cell to) {
     const int dx = to.x - from.x;
     const int dy = to.y - from.y;
@@ -22,17 +22,17 @@ Cell turn_of(Cell from, Cell to) {
 
 }  // namespace
 
-void Way::go(Cell to) {
+void GridPath::go(Cell to) {
     leg(turn_of(corners_.back(), to));
     leg(to);
 }
 
-void Way::arrive(Cell to) {
+void GridPath::arrive(Cell to) {
     leg(turn_of(to, corners_.back()));
     leg(to);
 }
 
-void Way::leg(Cell to) {
+void GridPath::leg(Cell to) {
     const Cell from = corners_.back();
     const int dx = to.x - from.x;
     const int dy = to.y - from.y;

@@ -1,4 +1,4 @@
-// Way: corners of a way on a grid, put together leg by leg.
+// GridPath: corners of a path on a grid, put together leg by leg.
 #pragma once
 
 #include "server/ai/navigation/query.h"
@@ -8,9 +8,9 @@
 
 namespace zoned::ai::navigation {
 
-/// Cells at which a way turns, with its first and last cell: between neighbours it runs along a
+/// Cells at which a path turns, with its first and last cell: between neighbours it runs along a
 /// row, a column or a diagonal.
-class Way {
+class GridPath {
   public:
     void begin(Cell start) {
         corners_.clear();
@@ -42,10 +42,10 @@ class Way {
     std::uint32_t diagonal_ = 0;
 };
 
-/// All cells of a way from its corners, start and goal among them.
+/// All cells of a path from its corners, start and goal among them.
 void cells_of(std::span<const Cell> corners, std::vector<Cell>& cells);
 
-/// True where the way along the diagonal first and then straight is free: no best way is shorter.
+/// True where the path along the diagonal first and then straight is free: no best path is shorter.
 bool free_line(const GridMap& map, Cell from, Cell to);
 
 }  // namespace zoned::ai::navigation

@@ -15,7 +15,7 @@ namespace {
 constexpr float kGain_m = 1e-3F;
 /// Of so many closed cells at most each is held against each leg; of more the leg is walked along.
 constexpr std::size_t kFewCells = 32;
-/// So many ways ahead corners are fetched.
+/// So many paths ahead corners are fetched.
 constexpr std::size_t kAhead = 6;
 /// Octile lengths are up to 1 / cos(pi / 8) times the straight line.
 constexpr float kOctileOver = 1.0824F;
@@ -33,7 +33,7 @@ float off(Spot s, Spot low, Spot high) {
 
 }  // namespace
 
-bool WayService::sort_changes(std::span<const CellChange> changes) {
+bool GridPathRequests::sort_changes(std::span<const CellChange> changes) {
     opened_.clear();
     closed_.clear();
     for (const CellChange& c : changes) {
@@ -49,7 +49,7 @@ bool WayService::sort_changes(std::span<const CellChange> changes) {
     return !opened_.empty() || !closed_.empty();
 }
 
-WayService::Gap WayService::gap() const {
+GridPathRequests::Gap GridPathRequests::gap() const {
     Gap gap{opened_, {}, {}};
     if (!opened_.empty()) {
         const auto [left, right] = std::minmax_element(
@@ -62,7 +62,7 @@ WayService::Gap WayService::gap() const {
     return gap;
 }
 
-WayService::Closed WayService::closed() const {
+GridPathRequests::Closed GridPathRequests::closed() const {
     constexpr int kMost = std::numeric_limits<int>::max();
     Closed closed{closed_, {kMost, kMost, -1, -1}, {}};
     for (const Cell& c : closed_) {
@@ -75,7 +75,7 @@ WayService::Closed WayService::closed() const {
     return closed;
 }
 
-void WayService::change(std::span<const CellChange> changes) {
+void GridPathRequests::change(std::span<const CellChange> changes) {
     requeued_.clear();
     if (!sort_changes(changes)) {
         return;
@@ -123,7 +123,10 @@ void WayService::change(std::span<const CellChange> changes) {
     }
 }
 
-void WayService::review(std::uint32_t number, bool near, const Gap& gap, const Closed& closed) {
+void GridPathRequests::review(std::uint32_t number,
+                              bool near,
+                              const Gap& gap,
+                              const Closed& closed) {
     Slot& slot = slots_[number];
     const bool broken = near && slot.usable && cut(slot, closed);
     const bool longer = !broken && !gap.middles.empty() && may_be_shorter(slot, gap);
@@ -144,7 +147,7 @@ void WayService::review(std::uint32_t number, bool near, const Gap& gap, const C
     }
 }
 
-void WayService::queue_again() {
+void GridPathRequests::queue_again() {
     const GridMap& map = planner_.map();
     for (std::size_t i = 0; i < to_queue_.size(); ++i) {
         if (i + kAhead < to_queue_.size()) {
@@ -165,8 +168,8 @@ void WayService::queue_again() {
     to_queue_.clear();
 }
 
-/// Whether one of the legs that are left of a way leads through something that was closed.
-bool WayService::cut(const Slot& slot, const Closed& closed) const {
+/// Whether one of the legs that are left of a path leads through something that was closed.
+bool GridPathRequests::cut(const Slot& slot, const Closed& closed) const {
     const std::span<const Spot> corners = pool_.of(slot.corners);
     // Most legs lie far from it: two cells are more than what is in a cell but not in its middle.
     const auto at = [this](int x, int y) {
@@ -197,7 +200,7 @@ bool WayService::cut(const Slot& slot, const Closed& closed) const {
 }
 
 /// Whether a leg that was free leads through what was closed.
-bool WayService::leads_through(Spot from, Spot to, const Closed& closed) const {
+bool GridPathRequests::leads_through(Spot from, Spot to, const Closed& closed) const {
     const Cell a = grid_.cell(from);
     const Cell b = grid_.cell(to);
     if (closed.cells.size() <= kFewCells) {
@@ -208,9 +211,9 @@ bool WayService::leads_through(Spot from, Spot to, const Closed& closed) const {
     return !sees(planner_.map(), a, b, looked);
 }
 
-/// Whether a way through what was opened could be shorter than what is left of this one, or lead
+/// Whether a path through what was opened could be shorter than what is left of this one, or lead
 /// nearer to the goal.
-bool WayService::may_be_shorter(const Slot& slot, const Gap& gap) const {
+bool GridPathRequests::may_be_shorter(const Slot& slot, const Gap& gap) const {
     if (slot.waiting || slot.outcome == Outcome::kOffMap) {
         return false;
     }
@@ -231,14 +234,17 @@ bool WayService::may_be_shorter(const Slot& slot, const Gap& gap) const {
     const float least = off(slot.at, gap.low, gap.high) + off(end, gap.low, gap.high) + kGain_m;
     const float left = apart(slot.at, slot.ahead) + slot.rest_m;
     return least < left &&
-           std::any_of(gap.middles.begin(), gap.middles.end(), [&](const Spot& middle) {
-               return apart(slot.at, middle) + apart(middle, end) + kGain_m < left;
-           });
+           std::any_of(
+               gap.middles.begin(),
+               gap.middles.end(),
+               [&](const Spot& middle) {
+                   return apart(slot.at, middle) + apart(middle, end) + kGain_m < left;
+               });
 }
 
-/// Whether one whose way ends short of its goal may get nearer to it now: other cells are reached
+/// Whether one whose path ends short of its goal may get nearer to it now: other cells are reached
 /// than before only where components were joined or by the cells opened themselves.
-bool WayService::may_come_nearer(const Slot& slot, const Gap& gap, Spot end) const {
+bool GridPathRequests::may_come_nearer(const Slot& slot, const Gap& gap, Spot end) const {
     const Cell last = grid_.cell(end);
     if (slot.outcome != Outcome::kPartial || !planner_.map().passable(last) ||
         planner_.joined_anew(last)) {

@@ -13,7 +13,7 @@ namespace {
 
 /// A field must save so many times what it costs.
 constexpr std::uint64_t kFieldGain = 2;
-/// Cells or corners looked at on the last leg of a way from area to area.
+/// Cells or corners looked at on the last leg of a path from area to area.
 constexpr std::uint32_t kAreaSearch = 500;
 
 float leg_m(Spot a, Spot b) {
@@ -22,7 +22,7 @@ float leg_m(Spot a, Spot b) {
 
 }  // namespace
 
-bool WayService::find(Slot& slot, bool cheaply) {
+bool GridPathRequests::find(Slot& slot, bool cheaply) {
     const GridMap& map = planner_.map();
     slot.outcome = Outcome::kFound;
     slot.best = true;
@@ -53,13 +53,13 @@ bool WayService::find(Slot& slot, bool cheaply) {
     return find_by_planner(slot);
 }
 
-/// Crowds move: such a way is the best as far as one knows now.
-bool WayService::find_around_crowds(Slot& slot) {
+/// Crowds move: such a path is the best as far as one knows now.
+bool GridPathRequests::find_around_crowds(Slot& slot) {
     if (crowd_ == nullptr) {
         return false;
     }
     cells_.assign(1, slot.start);
-    if (!crowd_->append_way(slot.start, slot.goal, cells_)) {
+    if (!crowd_->append_path(slot.start, slot.goal, cells_)) {
         return false;
     }
     spent_ += kHopUnits * cells_.size();
@@ -67,9 +67,9 @@ bool WayService::find_around_crowds(Slot& slot) {
     return true;
 }
 
-bool WayService::pays(const Slot& slot, std::uint64_t& work) const {
+bool GridPathRequests::pays(const Slot& slot, std::uint64_t& work) const {
     const crowd::CrowdWays::Cost best = crowd_->cost(grid_.cell(slot.at), slot.goal);
-    if (best == crowd::CrowdedField::kNoWay) {
+    if (best == crowd::CrowdedField::kNoPath) {
         return false;
     }
     // Steps to eight sides are up to 8 % longer than lines: in favour of what one has.
@@ -85,7 +85,7 @@ bool WayService::pays(const Slot& slot, std::uint64_t& work) const {
     return static_cast<double>(best) < enough * static_cast<double>(own);
 }
 
-void WayService::review_crowds() {
+void GridPathRequests::review_crowds() {
     /// A share of the work on crowds.
     constexpr std::uint64_t kReviewShare = 4;
     doubted_.clear();
@@ -114,13 +114,13 @@ void WayService::review_crowds() {
     }
 }
 
-bool WayService::worth_a_field(const Slot& slot) const {
+bool GridPathRequests::worth_a_field(const Slot& slot) const {
     const GridMap& map = planner_.map();
     const std::uint64_t by_planner = wanted_[map.place(slot.goal)] * typical_work_;
     return by_planner > kFieldGain * kFieldUnits * map.passable_cells();
 }
 
-bool WayService::make_field(Cell goal) {
+bool GridPathRequests::make_field(Cell goal) {
     const GridMap& map = planner_.map();
     if (building_ != map.place(goal)) {
         builder_.begin(map, goal);
@@ -149,7 +149,7 @@ bool WayService::make_field(Cell goal) {
     return false;
 }
 
-bool WayService::find_by_field(Slot& slot) {
+bool GridPathRequests::find_by_field(Slot& slot) {
     const GridMap& map = planner_.map();
     const Place goal = map.place(slot.goal);
     const auto field = std::find_if(
@@ -164,7 +164,7 @@ bool WayService::find_by_field(Slot& slot) {
     return true;
 }
 
-void WayService::append(Cell c, bool straight_on) {
+void GridPathRequests::append(Cell c, bool straight_on) {
     if (straight_on) {
         cells_.back() = c;
     } else {
@@ -173,7 +173,7 @@ void WayService::append(Cell c, bool straight_on) {
 }
 
 template <class HopAt>
-void WayService::walk(const HopAt& hop_at) {
+void GridPathRequests::walk(const HopAt& hop_at) {
     std::uint32_t steps = 0;
     Hop last = kNoHop;
     Cell c = cells_.back();
@@ -189,7 +189,7 @@ void WayService::walk(const HopAt& hop_at) {
 
 /// A search that the end of the tick cuts off begins anew in the next one; one that had all of a
 /// tick goes from area to area.
-bool WayService::find_by_planner(Slot& slot) {
+bool GridPathRequests::find_by_planner(Slot& slot) {
     const bool first = !std::exchange(searched_, true);
     const std::uint64_t left = budget_ > spent_ ? (budget_ - spent_) / kNodeUnits : 0;
     Query query;
@@ -210,17 +210,17 @@ bool WayService::find_by_planner(Slot& slot) {
         return true;
     }
     slot.outcome = found.outcome;
-    const std::span<const Cell> corners = planner_.way().corners();
+    const std::span<const Cell> corners = planner_.path().corners();
     cells_.assign(corners.begin(), corners.end());
     return true;
 }
 
-void WayService::settle_areas() {
+void GridPathRequests::settle_areas() {
     queue_again();  // who waits has a goal that is passable
     spent_ += areas_.settle(planner_.map());
 }
 
-void WayService::prepare_table(Cell goal) {
+void GridPathRequests::prepare_table(Cell goal) {
     settle_areas();
     if (!areas_.prepared(planner_.map(), goal)) {
         areas_.prepare(planner_.map(), goal);
@@ -228,7 +228,7 @@ void WayService::prepare_table(Cell goal) {
     }
 }
 
-Cell WayService::nearest_middle(const Slot& slot) {
+Cell GridPathRequests::nearest_middle(const Slot& slot) {
     const auto off = [&slot](Cell c) {
         return octile(c.x - slot.goal.x, c.y - slot.goal.y);
     };
@@ -242,7 +242,7 @@ Cell WayService::nearest_middle(const Slot& slot) {
     return best;
 }
 
-void WayService::find_by_areas(Slot& slot) {
+void GridPathRequests::find_by_areas(Slot& slot) {
     const GridMap& map = planner_.map();
     const bool joined = planner_.joined(slot.start, slot.goal);
     const Cell goal = joined ? slot.goal : nearest_middle(slot);
@@ -258,7 +258,7 @@ void WayService::find_by_areas(Slot& slot) {
         query.max_work = kAreaSearch;
         const Answer found = planner_.plan(query);
         spent_ += kQueryUnits + kNodeUnits * found.work;
-        const std::span<const Cell> corners = planner_.way().corners();
+        const std::span<const Cell> corners = planner_.path().corners();
         cells_.assign(corners.begin(), corners.end());
         slot.outcome = found.outcome == Outcome::kFound ? slot.outcome : found.outcome;
         return;
@@ -276,7 +276,7 @@ void WayService::find_by_areas(Slot& slot) {
     walk_within_area(goal);
 }
 
-void WayService::walk_within_area(Cell goal) {
+void GridPathRequests::walk_within_area(Cell goal) {
     const GridMap& map = planner_.map();
     Query query;
     query.start = cells_.back();
@@ -285,11 +285,11 @@ void WayService::walk_within_area(Cell goal) {
     const Answer found = planner_.plan(query);
     spent_ += kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
     if (found.outcome == Outcome::kFound) {
-        const std::span<const Cell> corners = planner_.way().corners();
+        const std::span<const Cell> corners = planner_.path().corners();
         cells_.insert(cells_.end(), corners.begin() + 1, corners.end());
         return;
     }
-    // A search that lost its way beyond the square: within it there is one.
+    // A search that lost its path beyond the square: within it there is one.
     const GoalField::Window w = areas_.window(map, goal);
     near_goal_.build(map, goal, w);
     spent_ +=
@@ -297,7 +297,7 @@ void WayService::walk_within_area(Cell goal) {
     walk([&](Cell c) { return near_goal_.hop(map.place(c)); });
 }
 
-void WayService::keep(std::uint32_t number) {
+void GridPathRequests::keep(std::uint32_t number) {
     Slot& slot = slots_[number];
     std::uint32_t looked = 0;
     spent_ += kCornerUnits * cells_.size();
@@ -331,7 +331,7 @@ void WayService::keep(std::uint32_t number) {
     slot.length_m += slot.rest_m;
 }
 
-void WayService::add_blocks(Blocks& blocks, Cell a, Cell b) const {
+void GridPathRequests::add_blocks(Blocks& blocks, Cell a, Cell b) const {
     // The line crosses the rows of blocks one after the other: in each it leads from where it comes
     // in, half a cell before the middles of its first row, to where it goes out, rounded outwards.
     const Cell& upper = a.y <= b.y ? a : b;
@@ -357,7 +357,7 @@ void WayService::add_blocks(Blocks& blocks, Cell a, Cell b) const {
     }
 }
 
-std::optional<float> WayService::length(Spot from, Cell to) {
+std::optional<float> GridPathRequests::length(Spot from, Cell to) {
     const GridMap& map = planner_.map();
     Query query;
     query.start = grid_.cell(from);

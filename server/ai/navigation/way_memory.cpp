@@ -17,13 +17,13 @@ bool on_a_map(float metres) {
 }
 
 /// Who asked for a place off any map has it still; heights may be none.
-bool is_end(const WayEnd& end, std::size_t nodes) {
+bool is_end(const PathEnd& end, std::size_t nodes) {
     return std::isfinite(end.wanted.x()) && std::isfinite(end.wanted.z()) &&
            !std::isinf(end.wanted.y()) && !std::isinf(end.on.y()) &&
            (end.node == ~0U || end.node < nodes) && on_a_map(end.on.x()) && on_a_map(end.on.z());
 }
 
-const char* wrong_with(const RequestMemory& r, const WayNumbers& map) {
+const char* wrong_with(const SavedRequest& r, const MapNumbers& map) {
     if (!r.taken) {
         return r.waiting ? nullptr : "was released and waits for nothing";
     }
@@ -55,14 +55,14 @@ const char* wrong_with(const RequestMemory& r, const WayNumbers& map) {
 
 }  // namespace
 
-std::string defect_of(const WayMemory& memory, const WayNumbers& map) {
+std::string defect_of(const SavedPaths& memory, const MapNumbers& map) {
     const std::size_t numbers = memory.requests.size() + memory.free.size();
     std::vector<std::uint8_t> turns(numbers, 0);  // by number: 1 unless it waits
     std::vector<std::uint8_t> seen(numbers, 0);
     const auto name = [](std::uint32_t number) {
-        return "way " + std::to_string(number) + " ";
+        return "path " + std::to_string(number) + " ";
     };
-    for (const RequestMemory& r : memory.requests) {
+    for (const SavedRequest& r : memory.requests) {
         if (r.number >= numbers || seen[r.number]++ != 0) {
             return name(r.number) + "is there twice, or is none";
         }
@@ -77,10 +77,10 @@ std::string defect_of(const WayMemory& memory, const WayNumbers& map) {
         }
         turns[number] = 1;
     }
-    for (const TurnMemory& turn : memory.turns) {
+    for (const SavedTurn& turn : memory.turns) {
         if (turn.asker >= kMostAskers || turn.requests.empty() ||
             turn.waited_ticks >= map.longest_wait_ticks) {
-            return "an asker of ways is none, has a turn for none, or has waited too long";
+            return "an asker of paths is none, has a turn for none, or has waited too long";
         }
         for (const std::uint32_t number : turn.requests) {
             if (number >= numbers || turns[number]++ != 0) {
@@ -89,17 +89,17 @@ std::string defect_of(const WayMemory& memory, const WayNumbers& map) {
         }
     }
     if (std::find(turns.begin(), turns.end(), 0) != turns.end()) {
-        return "a way waits and has no turn";
+        return "a path waits and has no turn";
     }
     const bool led = std::all_of(
         memory.unled.begin(), memory.unled.end(), [&](std::uint32_t n) { return n < numbers; });
     const bool fields = std::all_of(memory.fields.begin(),
                                     memory.fields.end(),
-                                    [&](const FieldMemory& f) { return f.goal < map.nodes; });
+                                    [&](const SavedField& f) { return f.goal < map.nodes; });
     const bool tables = std::all_of(memory.tables.begin(),
                                     memory.tables.end(),
                                     [&](std::uint32_t node) { return node < map.nodes; });
-    return led && fields && tables ? "" : "ways remember what there is not";
+    return led && fields && tables ? "" : "paths remember what there is not";
 }
 
 }  // namespace zoned::ai::navigation

@@ -1,4 +1,4 @@
-// WayMemory: what a map of ways remembers of who has asked, for whoever writes it down.
+// SavedPaths: what a map of paths remembers of who has asked, for whoever writes it down.
 #pragma once
 
 #include "server/ai/crowd/crowd_settings.h"
@@ -12,14 +12,14 @@
 
 namespace zoned::ai::navigation {
 
-/// Something that a way leads over and that doors may take away.
+/// Something that a path leads over and that doors may take away.
 struct Hinge {
     std::uint32_t what = 0;    ///< the map's own number
     std::uint32_t corner = 0;  ///< it lies before this corner, and behind the one before
 };
 
-/// One end of a way: where somebody is or wants to be, and where that is on the map.
-struct WayEnd {
+/// One end of a path: where somebody is or wants to be, and where that is on the map.
+struct PathEnd {
     Vec3 wanted = Vec3::Zero();  ///< y: of the feet; not a number: on the ground
     Vec3 on = Vec3::Zero();      ///< on maps of cells: of no meaning
     std::uint32_t node = ~0U;    ///< the map's own number: of a cell, a polygon, a waypoint
@@ -29,8 +29,8 @@ struct WayEnd {
 struct RequestState {
     std::uint32_t round = 0;
     std::uint32_t asker = 0;
-    WayEnd from;
-    WayEnd to;
+    PathEnd from;
+    PathEnd to;
     bool taken = false;  ///< false: it was released and still has its turn
     bool waiting = false;
     bool usable = false;  ///< its corners lead somewhere
@@ -39,54 +39,54 @@ struct RequestState {
     std::uint32_t next = 0;  ///< corner that the asker heads for
     float length_m = 0.0F;
     float rest_m = 0.0F;   ///< from that corner on
-    double cost = 0.0;     ///< what the map says that the way costs
+    double cost = 0.0;     ///< what the map says that the path costs
     float short_m = 0.0F;  ///< from its end to the place that was wanted; nodes only, like the next
     std::uint32_t last = ~0U;  ///< node in which it ends
 };
 
 /// A request, by the number that its ticket has.
-struct RequestMemory : RequestState {
+struct SavedRequest : RequestState {
     std::uint32_t number = 0;
-    bool doubted = false;  ///< cells: it waits for another way if that pays
+    bool doubted = false;  ///< cells: it waits for another path if that pays
     bool reaches = false;  ///< cells: the goal is no obstacle, for which another cell would stand
     std::vector<Spot> corners;
     std::vector<Hinge> hinges;
 };
 
 /// An asker and its requests, whose turn is next first.
-struct TurnMemory {
+struct SavedTurn {
     std::uint32_t asker = 0;
     std::uint32_t waited_ticks = 0;  ///< since its turn began
     std::vector<std::uint32_t> requests;
 };
 
 /// Next steps to a common goal that were there; they are made anew.
-struct FieldMemory {
+struct SavedField {
     std::uint32_t goal = 0;  ///< the cell's place
     std::uint64_t used = 0;  ///< tick of the map
 };
 
 /// All that later answers hang on beside the map itself, which is baked anew with its doors as they
 /// are. Whoever remembers it gives the same answers in the same ticks. Only while a map was still
-/// being renewed after a door had turned, another way may be found among equally long ones;
-/// and while ways around crowds were being brought up to date, the new ones are there some ticks
+/// being renewed after a door had turned, another path may be found among equally long ones;
+/// and while paths around crowds were being brought up to date, the new ones are there some ticks
 /// sooner.
-struct WayMemory {
-    std::vector<RequestMemory> requests;  ///< ascending by number
-    std::vector<std::uint32_t> free;      ///< other numbers, the next to be used last
-    std::vector<TurnMemory> turns;
+struct SavedPaths {
+    std::vector<SavedRequest> requests;  ///< ascending by number
+    std::vector<std::uint32_t> free;     ///< other numbers, the next to be used last
+    std::vector<SavedTurn> turns;
     std::vector<std::uint32_t> unled;  ///< requests that wait since a change
-    std::vector<FieldMemory> fields;
+    std::vector<SavedField> fields;
     std::vector<std::uint32_t> tables;  ///< a node of each part of the map that has a table to it
     std::uint32_t next_table = 0;       ///< part that is next to have one
     std::uint64_t tick = 0;             ///< of the map
     std::uint64_t typical_work = 0;
     std::uint64_t cheap_work = 0;
-    crowd::CrowdMemory crowd{};  ///< of maps that know of crowds
+    crowd::SavedCrowds crowd{};  ///< of maps that know of crowds
 };
 
 /// How many of each a map numbers.
-struct WayNumbers {
+struct MapNumbers {
     std::size_t nodes = 0;
     std::size_t hinges = 0;
     std::uint32_t longest_wait_ticks = 0;
@@ -94,6 +94,6 @@ struct WayNumbers {
 
 /// What keeps it from being one of a map that has so many; empty: nothing. Places are finite but
 /// for heights, each number up to the largest is there once, who waits has one turn.
-std::string defect_of(const WayMemory& memory, const WayNumbers& numbers);
+std::string defect_of(const SavedPaths& memory, const MapNumbers& numbers);
 
 }  // namespace zoned::ai::navigation

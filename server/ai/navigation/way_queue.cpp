@@ -5,7 +5,7 @@
 
 namespace zoned::ai::navigation {
 
-void WayQueue::push(std::uint32_t request, std::uint32_t asker) {
+void RequestTurns::push(std::uint32_t request, std::uint32_t asker) {
     if (request >= requests_.size()) {
         requests_.resize(request + std::size_t{1});
     }
@@ -24,11 +24,11 @@ void WayQueue::push(std::uint32_t request, std::uint32_t asker) {
     take_turn(asker);
 }
 
-void WayQueue::take_turn(std::uint32_t asker) {
+void RequestTurns::take_turn(std::uint32_t asker) {
     line_up(asker, now_);
 }
 
-void WayQueue::line_up(std::uint32_t asker, std::uint32_t turn) {
+void RequestTurns::line_up(std::uint32_t asker, std::uint32_t turn) {
     requests_[askers_[asker].first].turn = turn;
     ++due_[(turn + wait_) % due_.size()];
     askers_[asker].next = kNone;
@@ -36,7 +36,7 @@ void WayQueue::line_up(std::uint32_t asker, std::uint32_t turn) {
     last_ = asker;
 }
 
-void WayQueue::pop() {
+void RequestTurns::pop() {
     const std::uint32_t asker = first_;
     Asker& a = askers_[asker];
     const Request& r = requests_[a.first];
@@ -48,7 +48,7 @@ void WayQueue::pop() {
     }
 }
 
-std::uint32_t WayQueue::required() const {
+std::uint32_t RequestTurns::required() const {
     std::uint32_t due = 0;
     std::uint32_t most = 0;
     for (std::uint32_t t = 0; t <= wait_; ++t) {
@@ -58,10 +58,10 @@ std::uint32_t WayQueue::required() const {
     return most;
 }
 
-std::vector<TurnMemory> WayQueue::turns() const {
-    std::vector<TurnMemory> turns;
+std::vector<SavedTurn> RequestTurns::turns() const {
+    std::vector<SavedTurn> turns;
     for (std::uint32_t asker = first_; asker != kNone; asker = askers_[asker].next) {
-        TurnMemory turn{asker, now_ - requests_[askers_[asker].first].turn, {}};
+        SavedTurn turn{asker, now_ - requests_[askers_[asker].first].turn, {}};
         for (std::uint32_t r = askers_[asker].first; r != kNone; r = requests_[r].next) {
             turn.requests.push_back(r);
         }
@@ -70,9 +70,9 @@ std::vector<TurnMemory> WayQueue::turns() const {
     return turns;
 }
 
-void WayQueue::remember(const std::vector<TurnMemory>& turns) {
+void RequestTurns::remember(const std::vector<SavedTurn>& turns) {
     now_ = wait_;  // nobody has waited longer
-    for (const TurnMemory& turn : turns) {
+    for (const SavedTurn& turn : turns) {
         for (const std::uint32_t request : turn.requests) {
             // The first one takes its turn only now, which is put right.
             push(request, turn.asker);
@@ -81,7 +81,7 @@ void WayQueue::remember(const std::vector<TurnMemory>& turns) {
     std::fill(due_.begin(), due_.end(), 0U);
     first_ = kNone;
     last_ = kNone;
-    for (const TurnMemory& turn : turns) {
+    for (const SavedTurn& turn : turns) {
         line_up(turn.asker, now_ - turn.waited_ticks);
     }
 }

@@ -1,4 +1,4 @@
-// WayQueue: who waits for a way, whose turn it is, and how many have to be served in a tick.
+// RequestTurns: who waits for a path, whose turn it is, and how many have to be served in a tick.
 #pragma once
 
 #include "server/ai/navigation/way_memory.h"
@@ -11,12 +11,12 @@ namespace zoned::ai::navigation {
 /// First come, first served among askers; who asks for several at once waits for each in turn, so
 /// that nobody waits longer for another's many. Requests are small numbers; so are askers.
 /// Allocates only where one is larger than any before.
-class WayQueue {
+class RequestTurns {
   public:
     static constexpr std::uint32_t kNone = ~0U;
 
     /// `wait` ticks is the longest that an asker's turn may take to come.
-    explicit WayQueue(std::uint32_t wait) : due_(wait + std::size_t{1}, 0), wait_(wait) {}
+    explicit RequestTurns(std::uint32_t wait) : due_(wait + std::size_t{1}, 0), wait_(wait) {}
 
     void push(std::uint32_t request, std::uint32_t asker);
 
@@ -36,10 +36,10 @@ class WayQueue {
     [[nodiscard]] std::uint32_t required() const;
 
     /// Who waits, in order.
-    [[nodiscard]] std::vector<TurnMemory> turns() const;
+    [[nodiscard]] std::vector<SavedTurn> turns() const;
 
     /// In a queue that nobody was in: those wait, in that order.
-    void remember(const std::vector<TurnMemory>& turns);
+    void remember(const std::vector<SavedTurn>& turns);
 
     /// Ticks that the front has waited.
     [[nodiscard]] std::uint32_t waited() const { return now_ - requests_[front()].turn; }

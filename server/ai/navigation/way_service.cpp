@@ -14,7 +14,7 @@ namespace {
 
 /// Tables to all goals' areas are made beforehand where there are no more areas.
 constexpr std::size_t kMostTables = 1500;
-/// What a way from area to area is taken to cost before one was made.
+/// What a path from area to area is taken to cost before one was made.
 constexpr std::uint64_t kFirstCheapWork = 4000;
 /// One so-manieth of the work that is left of a tick goes into the index.
 constexpr std::uint64_t kIndexShare = 4;
@@ -31,7 +31,9 @@ float distance(Spot a, Spot b) {
 
 }  // namespace
 
-WayService::WayService(GroundMap map, const WaySettings& settings, const GridMap* most_open)
+GridPathRequests::GridPathRequests(GroundMap map,
+                                   const GridPathSettings& settings,
+                                   const GridMap* most_open)
     : settings_(settings),
       grid_(map.grid),
       planner_(std::move(map.cells)),
@@ -42,7 +44,7 @@ WayService::WayService(GroundMap map, const WaySettings& settings, const GridMap
       budget_(settings.work_per_tick) {
     ZONED_ASSERT(settings.work_per_tick > 0 && settings.longest_wait_ticks > 0 &&
                      settings.search_work > 0 && settings.reach_cells >= 0,
-                 "settings of ways");
+                 "settings of paths");
     if (most_open != nullptr) {
         planner_.know_most_open(*most_open);
     }
@@ -56,11 +58,11 @@ WayService::WayService(GroundMap map, const WaySettings& settings, const GridMap
     if (settings.crowding) {
         crowd_ = std::make_unique<crowd::CrowdWays>(planner_.map(), grid_, *settings.crowding);
     }
-    // No way has more corners, pulled or not.
+    // No path has more corners, pulled or not.
     cells_.reserve(planner_.map().passable_cells() + std::size_t{2});
 }
 
-WayTicket WayService::ask(const WayAsk& ask) {
+PathRequestId GridPathRequests::ask(const PathRequest& ask) {
     queue_again();
     if (free_.empty()) {
         free_.push_back(static_cast<std::uint32_t>(slots_.size()));
@@ -74,7 +76,7 @@ WayTicket WayService::ask(const WayAsk& ask) {
     const std::uint32_t round = slot.round;
     slot = Slot();
     slot.round = round;
-    slot.asker = ask.asker == WayAsk::kAlone ? number : ask.asker;
+    slot.asker = ask.asker == PathRequest::kAlone ? number : ask.asker;
     slot.at = ask.from;
     slot.to = ask.to;
     slot.taken = true;
@@ -83,7 +85,7 @@ WayTicket WayService::ask(const WayAsk& ask) {
         fail(number, Outcome::kOffMap);
     } else if (find_ends(number)) {
         wait(number);
-        // Where to walk meanwhile; the other half is for the ways themselves.
+        // Where to walk meanwhile; the other half is for the paths themselves.
         if (spent_ < settings_.work_per_tick / 2) {
             prepare_table(slot.goal);
         }
@@ -91,7 +93,7 @@ WayTicket WayService::ask(const WayAsk& ask) {
     return {number, slot.round};
 }
 
-bool WayService::find_ends(std::uint32_t number) {
+bool GridPathRequests::find_ends(std::uint32_t number) {
     Slot& slot = slots_[number];
     const GridMap& map = planner_.map();
     // Of a place on the line between two cells the one that it counts to.
@@ -111,14 +113,14 @@ bool WayService::find_ends(std::uint32_t number) {
     return true;
 }
 
-bool WayService::reaches(Spot from, Cell to) {
+bool GridPathRequests::reaches(Spot from, Cell to) {
     Cell start = grid_.cell(from);
     return (planner_.map().passable(start) ||
             nearest_passable(planner_.map(), grid_, from, settings_.reach_cells, start)) &&
            planner_.joined(start, to);
 }
 
-void WayService::wait(std::uint32_t number) {
+void GridPathRequests::wait(std::uint32_t number) {
     Slot& slot = slots_[number];
     slot.waiting = true;
     ++wanted_[planner_.map().place(slot.goal)];
@@ -126,7 +128,7 @@ void WayService::wait(std::uint32_t number) {
     queue_.push(number, slot.asker);
 }
 
-void WayService::lead_waiting() {
+void GridPathRequests::lead_waiting() {
     std::size_t led = 0;
     for (; led < unled_.size() && spent_ < settings_.work_per_tick; ++led) {
         const Slot& slot = slots_[unled_[led]];
@@ -137,7 +139,7 @@ void WayService::lead_waiting() {
     unled_.erase(unled_.begin(), unled_.begin() + static_cast<std::ptrdiff_t>(led));
 }
 
-void WayService::release(WayTicket ticket) {
+void GridPathRequests::release(PathRequestId ticket) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     queue_again();
     Slot& slot = slots_[ticket.slot];
@@ -152,11 +154,11 @@ void WayService::release(WayTicket ticket) {
     free_.push_back(ticket.slot);
 }
 
-void WayService::keep_back(std::uint32_t due) {
+void GridPathRequests::keep_back(std::uint32_t due) {
     budget_ = settings_.work_per_tick - std::min(settings_.work_per_tick, due * cheap_work_);
 }
 
-void WayService::serve_waiting() {
+void GridPathRequests::serve_waiting() {
     const std::uint32_t required = queue_.required();
     std::uint32_t served = 0;
     searched_ = false;
@@ -204,7 +206,7 @@ void WayService::serve_waiting() {
     queue_.tick();
 }
 
-void WayService::serve() {
+void GridPathRequests::serve() {
     ++tick_;
     settle_areas();
     if (crowd_ != nullptr) {
@@ -214,7 +216,7 @@ void WayService::serve() {
     lead_waiting();
     counts_.index_work = 0;
     if (!indexed_) {
-        // A share of what nobody needed, too: the sooner it is there, the cheaper are ways.
+        // A share of what nobody needed, too: the sooner it is there, the cheaper are paths.
         const std::uint64_t left =
             settings_.work_per_tick - std::min(settings_.work_per_tick, spent_);
         const std::uint64_t share = left / kIndexShare;
@@ -233,7 +235,7 @@ void WayService::serve() {
     answered_.clear();
 }
 
-bool WayService::refresh(std::uint32_t number) {
+bool GridPathRequests::refresh(std::uint32_t number) {
     Slot& slot = slots_[number];
     spent_ += kTakeUnits;
     const Place before = planner_.map().place(slot.goal);
@@ -250,7 +252,7 @@ bool WayService::refresh(std::uint32_t number) {
     return found;
 }
 
-void WayService::done(std::uint32_t number) {
+void GridPathRequests::done(std::uint32_t number) {
     Slot& slot = slots_[number];
     slot.waiting = false;
     ++counts_.served;
@@ -263,13 +265,13 @@ void WayService::done(std::uint32_t number) {
     answered_.push_back(number);
 }
 
-void WayService::drop(std::uint32_t number) {
+void GridPathRequests::drop(std::uint32_t number) {
     pool_.give_back(slots_[number].corners);
     slots_[number].corners = {};
     blocks_[number] = {};
 }
 
-void WayService::fail(std::uint32_t number, Outcome outcome) {
+void GridPathRequests::fail(std::uint32_t number, Outcome outcome) {
     Slot& slot = slots_[number];
     answered_.push_back(number);
     slot.outcome = outcome;
@@ -278,7 +280,7 @@ void WayService::fail(std::uint32_t number, Outcome outcome) {
     ++counts_.served;
 }
 
-WayAnswer WayService::answer(WayTicket ticket) const {
+PathResult GridPathRequests::answer(PathRequestId ticket) const {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     const Slot& slot = slots_[ticket.slot];
     if (slot.waiting && !slot.usable) {
@@ -287,7 +289,7 @@ WayAnswer WayService::answer(WayTicket ticket) const {
     return {false, slot.outcome, slot.best, slot.length_m, pool_.of(slot.corners)};
 }
 
-Spot WayService::heading(WayTicket ticket, Spot at, float near_m) {
+Spot GridPathRequests::heading(PathRequestId ticket, Spot at, float near_m) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     Slot& slot = slots_[ticket.slot];
     slot.at = at;
@@ -306,7 +308,7 @@ Spot WayService::heading(WayTicket ticket, Spot at, float near_m) {
     return corners[slot.next];
 }
 
-Spot WayService::first_leg(const Slot& slot, Spot at) const {
+Spot GridPathRequests::first_leg(const Slot& slot, Spot at) const {
     const GridMap& map = planner_.map();
     Cell from;
     if (!nearest_passable(map, grid_, at, kBesideReach, from)) {
@@ -335,7 +337,7 @@ Spot WayService::first_leg(const Slot& slot, Spot at) const {
     return ahead == from ? at : grid_.centre(ahead);
 }
 
-std::size_t WayService::bytes() const {
+std::size_t GridPathRequests::bytes() const {
     std::size_t bytes = (crowd_ != nullptr ? crowd_->bytes() : 0) + areas_.bytes() +
                         planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
                         near_goal_.bytes() + slots_.capacity() * (sizeof(Slot) + sizeof(Blocks)) +

@@ -1,4 +1,4 @@
-// WayService: ways for anybody in a zone, asked for at any time, worked out over ticks.
+// GridPathRequests: paths for anybody in a zone, asked for at any time, worked out over ticks.
 #pragma once
 
 #include "server/ai/crowd/crowd_ways.h"
@@ -15,19 +15,19 @@
 
 namespace zoned::ai::navigation {
 
-struct WaySettings {
-    /// Of a tick, in units of about 2 ns (way_units.h). Of that as much is kept for those who are
+struct GridPathSettings {
+    /// Of a tick, in units of about 2 ns (work_units.h). Of that as much is kept for those who are
     /// due as they need at least; it is exceeded where this is more than all, and by what a goal
     /// that can't be reached takes once.
     std::uint64_t work_per_tick = 1'000'000;
     /// Of a tick besides, as long as the map's index is renewed after a change. What a part of it
     /// takes beyond is left out of the next ticks.
     std::uint64_t index_work_per_tick = 200'000;
-    /// Who has asked for one way alone has it after so many ticks, whatever the load: requests that
-    /// come due beyond the work of a tick go from area to area, which is cheap.
+    /// Who has asked for one path alone has it after so many ticks, whatever the load: requests
+    /// that come due beyond the work of a tick go from area to area, which is cheap.
     std::uint32_t longest_wait_ticks = 20;
     /// Cells or corners that one search may look at, and no more than the work of a tick allows;
-    /// beyond, the way goes from area to area.
+    /// beyond, the path goes from area to area.
     std::uint32_t search_work = 20'000;
     /// A place in an obstacle stands for the nearest passable cell within so many.
     int reach_cells = 8;
@@ -37,23 +37,23 @@ struct WaySettings {
 
 /// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
 /// timed. Nothing is allocated once as many have asked, and for goals as far spread, as ever will.
-class WayService {
+class GridPathRequests {
   public:
     /// Prepares the map's index. `most_open`: Planner::know_most_open(); may be null.
-    explicit WayService(GroundMap map,
-                        const WaySettings& settings = {},
-                        const GridMap* most_open = nullptr);
+    explicit GridPathRequests(GroundMap map,
+                              const GridPathSettings& settings = {},
+                              const GridMap* most_open = nullptr);
 
     /// Puts a request in its asker's queue. Off the map, and where nothing passable is near, it is
     /// answered at once.
-    WayTicket ask(const WayAsk& ask);
+    PathRequestId ask(const PathRequest& ask);
 
-    /// The ticket is of no use from now on, its way gone.
-    void release(WayTicket ticket);
+    /// The ticket is of no use from now on, its path gone.
+    void release(PathRequestId ticket);
 
-    /// Changes cells of the map. From now on all answers are those of the changed map. Ways that
+    /// Changes cells of the map. From now on all answers are those of the changed map. Paths that
     /// are cut, as far as their askers still have to go, are looked for anew (they wait again);
-    /// so are those for which what was opened may be a short cut, who follow the old way until the
+    /// so are those for which what was opened may be a short cut, who follow the old path until the
     /// new one is there, and those that could not get to their goal, where what they reach was
     /// joined with more, or a cell opened nearer to the goal. All others stay as they are. The
     /// index is renewed over the next ticks, and where to walk meanwhile in the next serve().
@@ -65,12 +65,12 @@ class WayService {
     /// All bodies, x and z, m.
     void count_bodies(std::span<const float> x, std::span<const float> z) { crowd_->look(x, z); }
 
-    /// Once per tick, before asks: where crowds have changed, some ways after the others are
-    /// compared with the best ones; whoever may gain by another waits again, and follows its way
+    /// Once per tick, before asks: where crowds have changed, some paths after the others are
+    /// compared with the best ones; whoever may gain by another waits again, and follows its path
     /// until then. It gets another only if that pays from where it is then.
     void review_crowds();
 
-    /// WayTicket::slot of those, of the last review_crowds().
+    /// PathRequestId::slot of those, of the last review_crowds().
     [[nodiscard]] std::span<const std::uint32_t> doubted() const { return doubted_; }
 
     /// Whether the index is that of the map as it is.
@@ -80,26 +80,26 @@ class WayService {
     void serve();
 
     /// Of a ticket that was not released.
-    [[nodiscard]] WayAnswer answer(WayTicket ticket) const;
+    [[nodiscard]] PathResult answer(PathRequestId ticket) const;
 
-    /// Where to walk from `at`: from corner to corner once the way is there (it remembers how far
+    /// Where to walk from `at`: from corner to corner once the path is there (it remembers how far
     /// the asker has come; a corner counts within `near_m`), from area to area until then. The goal
-    /// at its end; `at` itself where there is no way. Different tickets may ask at the same time.
-    Spot heading(WayTicket ticket, Spot at, float near_m);
+    /// at its end; `at` itself where there is no path. Different tickets may ask at the same time.
+    Spot heading(PathRequestId ticket, Spot at, float near_m);
 
-    /// WayTicket::slot of the requests that were answered by the last serve(), and of those before
-    /// it since the one before, in the order of the answers. Some may be released by now.
+    /// PathRequestId::slot of the requests that were answered by the last serve(), and of those
+    /// before it since the one before, in the order of the answers. Some may be released by now.
     [[nodiscard]] std::span<const std::uint32_t> answered() const { return told_; }
 
-    /// The same of those whose ways the last change() has cut, or may have made longer than need
-    /// be: they wait again, or are answered that there is no way.
+    /// The same of those whose paths the last change() has cut, or may have made longer than need
+    /// be: they wait again, or are answered that there is no path.
     [[nodiscard]] std::span<const std::uint32_t> requeued() const { return requeued_; }
 
-    /// The asker is here now: who waits is told a way from where it was seen last.
-    void see(WayTicket ticket, Spot at) { slots_[ticket.slot].at = at; }
+    /// The asker is here now: who waits is told a path from where it was seen last.
+    void see(PathRequestId ticket, Spot at) { slots_[ticket.slot].at = at; }
 
     /// Whether a ticket names a request.
-    [[nodiscard]] bool knows(WayTicket ticket) const {
+    [[nodiscard]] bool knows(PathRequestId ticket) const {
         return ticket.slot < slots_.size() && slots_[ticket.slot].round == ticket.round &&
                slots_[ticket.slot].taken;
     }
@@ -108,21 +108,21 @@ class WayService {
 
     [[nodiscard]] const Planner& planner() const { return planner_; }
 
-    /// Whether a way leads from the cell nearest to a place to another cell.
+    /// Whether a path leads from the cell nearest to a place to another cell.
     bool reaches(Spot from, Cell to);
 
-    /// How long the best way is from the cell nearest to a place to another cell, m; once the work
-    /// of the tick is used up, about how long a way from area to area is. Nothing where none leads
+    /// How long the best path is from the cell nearest to a place to another cell, m; once the work
+    /// of the tick is used up, about how long a path from area to area is. Nothing where none leads
     /// there.
     std::optional<float> length(Spot from, Cell to);
 
     [[nodiscard]] const Areas& areas() const { return areas_; }
 
-    /// See WayMap.
-    [[nodiscard]] WayMemory memory() const;
-    std::string remember(const WayMemory& memory);
+    /// See PathProvider.
+    [[nodiscard]] SavedPaths memory() const;
+    std::string remember(const SavedPaths& memory);
 
-    [[nodiscard]] const WayCounts& counts() const { return counts_; }
+    [[nodiscard]] const PathCounts& counts() const { return counts_; }
 
     [[nodiscard]] std::size_t bytes() const;
 
@@ -139,7 +139,7 @@ class WayService {
         bool usable = false;  ///< its corners lead somewhere
         bool moved = false;   ///< the goal stands for one in an obstacle
         bool best = false;
-        bool doubted = false;  ///< it waits for another way if that pays
+        bool doubted = false;  ///< it waits for another path if that pays
         Outcome outcome = Outcome::kUnreachable;
         CornerBlock corners;
         std::uint32_t next = 0;  ///< corner that the asker heads for
@@ -148,7 +148,7 @@ class WayService {
         float rest_m = 0.0F;  ///< from there on
     };
 
-    /// The map in kBlocks x kBlocks blocks, as bits: those that a way leads through or by, at
+    /// The map in kBlocks x kBlocks blocks, as bits: those that a path leads through or by, at
     /// least.
     static constexpr unsigned kBlocks = 32;
     using Blocks = std::array<std::uint64_t, kBlocks * kBlocks / 64>;
@@ -175,19 +175,19 @@ class WayService {
     };
 
     static constexpr std::size_t kFields = 8;
-    [[nodiscard]] RequestMemory memory_of(std::uint32_t number) const;
-    void remember(const RequestMemory& memory);
+    [[nodiscard]] SavedRequest memory_of(std::uint32_t number) const;
+    void remember(const SavedRequest& memory);
     /// What keeps it from being one of this map; empty: nothing.
-    [[nodiscard]] std::string defect_of_memory(const WayMemory& memory) const;
+    [[nodiscard]] std::string defect_of_memory(const SavedPaths& memory) const;
     /// Answers requests as far as the tick's work goes, and all that are due.
     void serve_waiting();
     /// So many requests are due in this tick still: what they need at least is kept for them.
     void keep_back(std::uint32_t due);
-    /// Corners of the way are in `cells_`; false where the tick's work ended before it was found.
+    /// Corners of the path are in `cells_`; false where the tick's work ended before it was found.
     bool find(Slot& slot, bool cheaply);
     bool find_by_field(Slot& slot);
     bool find_around_crowds(Slot& slot);
-    /// Whether a way around crowds is so much less than what is left of its own as to be taken.
+    /// Whether a path around crowds is so much less than what is left of its own as to be taken.
     [[nodiscard]] bool pays(const Slot& slot, std::uint64_t& work) const;
     bool find_by_planner(Slot& slot);
     void find_by_areas(Slot& slot);
@@ -205,7 +205,7 @@ class WayService {
     template <class HopAt>
     void walk(const HopAt& hop_at);
     void keep(std::uint32_t number);
-    /// Takes the corners of a way away.
+    /// Takes the corners of a path away.
     void drop(std::uint32_t number);
     /// Those that the line between the middles of two cells leads through.
     void add_blocks(Blocks& blocks, Cell a, Cell b) const;
@@ -223,7 +223,7 @@ class WayService {
     bool sort_changes(std::span<const CellChange> changes);
     [[nodiscard]] Gap gap() const;
     [[nodiscard]] Closed closed() const;
-    /// What a change means for the way of a request.
+    /// What a change means for the path of a request.
     void review(std::uint32_t number, bool near, const Gap& gap, const Closed& closed);
     [[nodiscard]] bool cut(const Slot& slot, const Closed& closed) const;
     [[nodiscard]] bool leads_through(Spot from, Spot to, const Closed& closed) const;
@@ -235,14 +235,14 @@ class WayService {
     [[nodiscard]] bool worth_a_field(const Slot& slot) const;
     [[nodiscard]] Spot first_leg(const Slot& slot, Spot at) const;
 
-    WaySettings settings_;
+    GridPathSettings settings_;
     GroundGrid grid_;
     Planner planner_;
     Areas areas_;
     CornerPool pool_;
-    WayQueue queue_;
+    RequestTurns queue_;
     std::vector<Slot> slots_;
-    std::vector<Blocks> blocks_;  // by slot; none where there is no way
+    std::vector<Blocks> blocks_;  // by slot; none where there is no path
     unsigned block_shift_ = 0;    // of a cell's column or row
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> answered_;  // since the last serve()
@@ -261,7 +261,7 @@ class WayService {
     std::array<Field, kFields> fields_;
     GoalField builder_;
     Place building_ = kNoPlace;
-    std::uint64_t typical_work_ = 0;  // of a way by the planner
+    std::uint64_t typical_work_ = 0;  // of a path by the planner
     std::uint64_t cheap_work_ = 0;    // of one from area to area
     std::uint64_t budget_ = 0;        // of the tick, but for what is kept back
     bool searched_ = false;           // in this tick
@@ -271,7 +271,7 @@ class WayService {
     bool indexed_ = true;
     std::uint64_t spent_ = 0;
     std::uint64_t tick_ = 0;
-    WayCounts counts_;
+    PathCounts counts_;
 };
 
 }  // namespace zoned::ai::navigation

@@ -4,10 +4,10 @@
 
 namespace zoned::ai::navigation {
 
-RequestMemory WayService::memory_of(std::uint32_t number) const {
+SavedRequest GridPathRequests::memory_of(std::uint32_t number) const {
     const Slot& slot = slots_[number];
     const GridMap& map = planner_.map();
-    RequestMemory m;
+    SavedRequest m;
     m.number = number;
     m.round = slot.round;
     m.asker = slot.asker;
@@ -33,8 +33,8 @@ RequestMemory WayService::memory_of(std::uint32_t number) const {
     return m;
 }
 
-WayMemory WayService::memory() const {
-    WayMemory memory;
+SavedPaths GridPathRequests::memory() const {
+    SavedPaths memory;
     memory.free = free_;
     for (std::uint32_t i = 0; i < slots_.size(); ++i) {
         if (slots_[i].taken || slots_[i].waiting) {
@@ -63,7 +63,7 @@ WayMemory WayService::memory() const {
     return memory;
 }
 
-std::string WayService::defect_of_memory(const WayMemory& memory) const {
+std::string GridPathRequests::defect_of_memory(const SavedPaths& memory) const {
     const GridMap& map = planner_.map();
     std::string wrong = defect_of(memory, {map.places(), 0, settings_.longest_wait_ticks});
     if (!wrong.empty()) {
@@ -72,7 +72,7 @@ std::string WayService::defect_of_memory(const WayMemory& memory) const {
     const auto off = [&](std::uint32_t place) {
         return place != ~0U && !map.contains(map.cell(place));
     };
-    for (const RequestMemory& m : memory.requests) {
+    for (const SavedRequest& m : memory.requests) {
         const bool beside = std::any_of(m.corners.begin(), m.corners.end(), [this](const Spot& s) {
             return !grid_.contains(s);
         });
@@ -81,25 +81,25 @@ std::string WayService::defect_of_memory(const WayMemory& memory) const {
         const Spot to{m.to.wanted.x(), m.to.wanted.z()};
         if (m.taken && (off(m.from.node) || off(m.to.node) || beside ||
                         (asks && !(grid_.contains(from) && grid_.contains(to))))) {
-            return "way " + std::to_string(m.number) + " leads off the map";
+            return "path " + std::to_string(m.number) + " leads off the map";
         }
     }
     if (memory.fields.size() > kFields ||
-        std::any_of(memory.fields.begin(), memory.fields.end(), [&](const FieldMemory& f) {
+        std::any_of(memory.fields.begin(), memory.fields.end(), [&](const SavedField& f) {
             return off(f.goal);
         })) {
-        return "ways remember fields that there are not";
+        return "paths remember fields that there are not";
     }
     const auto blocked = [&](std::uint32_t place) {
         return off(place) || !map.passable(place);
     };
     if (std::any_of(memory.tables.begin(), memory.tables.end(), blocked)) {
-        return "ways remember tables that there are not";
+        return "paths remember tables that there are not";
     }
     return {};
 }
 
-void WayService::remember(const RequestMemory& m) {
+void GridPathRequests::remember(const SavedRequest& m) {
     const GridMap& map = planner_.map();
     Slot& slot = slots_[m.number];
     slot.round = m.round;
@@ -138,7 +138,7 @@ void WayService::remember(const RequestMemory& m) {
     }
 }
 
-std::string WayService::remember(const WayMemory& memory) {
+std::string GridPathRequests::remember(const SavedPaths& memory) {
     std::string wrong = defect_of_memory(memory);
     if (!wrong.empty()) {
         return wrong;
@@ -147,13 +147,13 @@ std::string WayService::remember(const WayMemory& memory) {
     blocks_.resize(slots_.size());
     free_ = memory.free;
     free_.reserve(slots_.capacity());
-    for (const RequestMemory& m : memory.requests) {
+    for (const SavedRequest& m : memory.requests) {
         remember(m);
     }
     queue_.remember(memory.turns);
     unled_ = memory.unled;
     std::size_t next = 0;
-    for (const FieldMemory& f : memory.fields) {
+    for (const SavedField& f : memory.fields) {
         builder_.build(planner_.map(), planner_.map().cell(f.goal));
         Field& field = fields_[next++];
         builder_.copy_hops(field.hops);
@@ -172,7 +172,7 @@ std::string WayService::remember(const WayMemory& memory) {
         reviewed_round_ = memory.crowd.reviewed_round;
         next_review_ = static_cast<std::size_t>(memory.crowd.next_review);
         if (!crowd_->remember(memory.crowd)) {
-            return "ways remember crowds where there are none";
+            return "paths remember crowds where there are none";
         }
     }
     return {};

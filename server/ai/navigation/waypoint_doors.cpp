@@ -14,15 +14,15 @@ bool meets_box(const Vec3& from, const Vec3& to, const Vec3& low, const Vec3& hi
     float begin = 0.0F;
     float end = 1.0F;
     for (int axis = 0; axis < 3; ++axis) {
-        const float way = to[axis] - from[axis];
-        if (std::abs(way) < 1e-9F) {
+        const float path = to[axis] - from[axis];
+        if (std::abs(path) < 1e-9F) {
             if (from[axis] < low[axis] || from[axis] > high[axis]) {
                 return false;
             }
             continue;
         }
-        const float a = (low[axis] - from[axis]) / way;
-        const float b = (high[axis] - from[axis]) / way;
+        const float a = (low[axis] - from[axis]) / path;
+        const float b = (high[axis] - from[axis]) / path;
         begin = std::max(begin, std::min(a, b));
         end = std::min(end, std::max(a, b));
     }

@@ -104,7 +104,7 @@ WaypointGraph WaypointGraph::seen_from(const Vec3d& origin) const {
 }
 
 void WaypointGraph::lower_least(std::uint32_t from, const Edge& edge) {
-    // A little less: sums of doubles along a way may round below the distance.
+    // A little less: sums of doubles along a path may round below the distance.
     constexpr double kRounding = 1.0 - 1e-9;
     const double length = distance_of(positions_[from], positions_[edge.to]);
     if (length > 0.0) {
@@ -161,7 +161,7 @@ std::uint32_t WaypointGraph::nearest(const Vec3& place) const {
 }
 
 void WaypointSearch::begin(const WaypointGraph& graph) {
-    way_.clear();
+    path_.clear();
     open_.clear();
     if (known_.size() != graph.size() || ++search_ == 0) {
         known_.assign(graph.size(), Known{});
@@ -189,17 +189,17 @@ WaypointSearch::Open WaypointSearch::take() {
 void WaypointSearch::trace(std::uint32_t last) {
     std::uint32_t n = last;
     for (; known_[n].from != n; n = known_[n].from) {
-        way_.push_back(n);
+        path_.push_back(n);
     }
-    way_.push_back(n);
-    std::reverse(way_.begin(), way_.end());
+    path_.push_back(n);
+    std::reverse(path_.begin(), path_.end());
 }
 
 WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
                                             std::uint32_t start,
                                             std::uint32_t goal,
                                             std::uint32_t max_work) {
-    way_.clear();
+    path_.clear();
     if (start >= graph.size() || goal >= graph.size()) {
         return {Outcome::kOffMap};
     }

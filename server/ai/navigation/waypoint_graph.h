@@ -1,4 +1,4 @@
-// WaypointGraph: ways along hand-placed or regular points, and their text form.
+// WaypointGraph: paths along hand-placed or regular points, and their text form.
 #pragma once
 
 #include "server/ai/navigation/query.h"
@@ -85,7 +85,7 @@ class WaypointGraph {
     }
 
     /// No edge costs less than this times its length: so much of the distance to a goal is what a
-    /// way there costs at least.
+    /// path there costs at least.
     [[nodiscard]] double least_weight_per_m() const { return least_per_m_; }
 
     [[nodiscard]] std::size_t bytes() const {
@@ -114,12 +114,12 @@ class WaypointGraph {
 /// error names its line.
 core::Result<WaypointGraph> parse_waypoints(std::string_view text);
 
-/// Asks for ways on a graph; memory for one query at a time, none allocated after the first.
+/// Asks for paths on a graph; memory for one query at a time, none allocated after the first.
 class WaypointSearch {
   public:
     struct Answer {
         Outcome outcome = Outcome::kUnreachable;  ///< kOffMap: there is no such waypoint
-        double cost = 0.0;                        ///< sum of the weights along the way
+        double cost = 0.0;                        ///< sum of the weights along the path
         std::uint32_t work = 0;                   ///< waypoints looked at
     };
 
@@ -130,22 +130,22 @@ class WaypointSearch {
                 std::uint32_t goal,
                 std::uint32_t max_work = ~0U);
 
-    /// A waypoint at which a way may begin or end, and what it costs to come there.
+    /// A waypoint at which a path may begin or end, and what it costs to come there.
     struct End {
         std::uint32_t number;
         double cost;
     };
 
-    /// The best way from any of some waypoints to any of others, what it costs to come there
+    /// The best path from any of some waypoints to any of others, what it costs to come there
     /// counted; by Dijkstra. Ends are passable.
     Answer plan(const WaypointGraph& graph, std::span<const End> starts, std::span<const End> ends);
 
     /// Of the last answer that was found: numbers from start to goal.
-    [[nodiscard]] std::span<const std::uint32_t> way() const { return way_; }
+    [[nodiscard]] std::span<const std::uint32_t> path() const { return path_; }
 
     [[nodiscard]] std::size_t bytes() const {
         return known_.capacity() * sizeof(Known) + open_.capacity() * sizeof(Open) +
-               way_.capacity() * sizeof(std::uint32_t);
+               path_.capacity() * sizeof(std::uint32_t);
     }
 
   private:
@@ -168,7 +168,7 @@ class WaypointSearch {
 
     std::vector<Known> known_;
     std::vector<Open> open_;  // a heap; what was reached more cheaply since is passed over
-    std::vector<std::uint32_t> way_;
+    std::vector<std::uint32_t> path_;
     std::uint32_t search_ = 0;
 };
 

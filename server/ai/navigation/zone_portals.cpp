@@ -13,8 +13,8 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-constexpr float kNoWay_m = std::numeric_limits<float>::infinity();
-/// To cross a border costs as much at least, so that no way goes to and fro for nothing.
+constexpr float kNoPath_m = std::numeric_limits<float>::infinity();
+/// To cross a border costs as much at least, so that no path goes to and fro for nothing.
 constexpr float kLeastCrossing_m = 0.1F;
 /// A goal in an obstacle stands for the nearest passable cell within so many.
 constexpr int kReach = 8;
@@ -63,7 +63,7 @@ ZonePortals::ZonePortals(std::span<const ZoneGround> zones) {
         find_portals(zones, spacing_m);
     }
     measure_zones();
-    through_m_.assign(portals_.size() * portals_.size(), kNoWay_m);
+    through_m_.assign(portals_.size() * portals_.size(), kNoPath_m);
     for (std::uint32_t p = 0; p < portals_.size(); ++p) {
         search_from(p);
     }
@@ -157,7 +157,7 @@ void ZonePortals::measure_zones() {
             for (const std::uint32_t out : z.out) {
                 const Cost cost = field.cost(z.cells.place(portals_[out].exit));
                 z.cost_m.push_back(cost == kNoCost
-                                       ? kNoWay_m
+                                       ? kNoPath_m
                                        : static_cast<float>(cost) / static_cast<float>(kStraight) *
                                              z.grid.cell_m());
             }
@@ -213,7 +213,7 @@ Spot ZonePortals::local(std::uint32_t from, Spot at, std::uint32_t to) const {
             static_cast<float>(static_cast<double>(at.z) + (a.origin_z - b.origin_z))};
 }
 
-/// Of each portal out of a zone what is left of a way behind it, at least. The way may end in any
+/// Of each portal out of a zone what is left of a path behind it, at least. The path may end in any
 /// zone whose map has the goal on it.
 void ZonePortals::promise(std::uint32_t from,
                           std::uint32_t to,
@@ -221,7 +221,7 @@ void ZonePortals::promise(std::uint32_t from,
                           std::vector<Choice>& promised) const {
     promised.clear();
     for (const std::uint32_t out : zones_[from].out) {
-        promised.push_back({out, out, kNoWay_m, 0.0F});
+        promised.push_back({out, out, kNoPath_m, 0.0F});
     }
     for (std::uint32_t z = 0; z < zones_.size(); ++z) {
         const Zone& last = zones_[z];
@@ -270,10 +270,10 @@ std::optional<ZonePortals::Choice> ZonePortals::choose(std::uint32_t from,
     std::optional<Choice> best;
     std::size_t tries = 0;
     for (const Choice& c : promised) {
-        if (!(c.least_m < (best ? best->cost_m : kNoWay_m)) || (best && tries >= kTries)) {
+        if (!(c.least_m < (best ? best->cost_m : kNoPath_m)) || (best && tries >= kTries)) {
             break;
         }
-        // Whether a way leads there at all costs next to nothing.
+        // Whether a path leads there at all costs next to nothing.
         const std::optional<float> length = length_to(portals_[c.first].exit);
         if (!length) {
             continue;
@@ -286,12 +286,12 @@ std::optional<ZonePortals::Choice> ZonePortals::choose(std::uint32_t from,
     return best;
 }
 
-std::optional<Spot> ZonePortals::way_out(std::uint32_t from,
-                                         Spot start,
-                                         std::uint32_t to,
-                                         Spot goal,
-                                         const LengthTo& length_to,
-                                         Scratch& scratch) const {
+std::optional<Spot> ZonePortals::straight_exit(std::uint32_t from,
+                                               Spot start,
+                                               std::uint32_t to,
+                                               Spot goal,
+                                               const LengthTo& length_to,
+                                               Scratch& scratch) const {
     const std::optional<Choice> best = choose(from, start, to, goal, length_to, scratch);
     return best ? std::optional<Spot>(portals_[best->first].beyond) : std::nullopt;
 }
@@ -337,7 +337,7 @@ Outcome ZonePortals::route(Planner& planner,
             const auto row = static_cast<std::size_t>(
                 std::lower_bound(zone.in.begin(), zone.in.end(), at) - zone.in.begin());
             std::uint32_t next = at;
-            float least = kNoWay_m;
+            float least = kNoPath_m;
             for (std::size_t i = 0; i < zone.out.size(); ++i) {
                 const float sum = zone.cost_m[row * zone.out.size() + i] + crossing_m(zone.out[i]) +
                                   through(zone.out[i], best->last);
@@ -346,7 +346,7 @@ Outcome ZonePortals::route(Planner& planner,
                     next = zone.out[i];
                 }
             }
-            ZONED_ASSERT(next != at && legs.size() <= portals_.size(), "a way that was found");
+            ZONED_ASSERT(next != at && legs.size() <= portals_.size(), "a path that was found");
             at = next;
             legs.push_back({portals_[at].from, portals_[at].beyond});
         }

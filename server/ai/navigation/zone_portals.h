@@ -1,4 +1,4 @@
-// ZonePortals: ways that run through several zones, by the places where borders can be crossed.
+// ZonePortals: paths that run through several zones, by the places where borders can be crossed.
 #pragma once
 
 #include "server/ai/navigation/components.h"
@@ -23,7 +23,7 @@ struct ZoneGround {
     std::optional<GroundRect> region;  ///< zone-local; none: what the map covers
 };
 
-/// A way's part in one zone: walk to `to`, which lies in the next zone for all parts but the last.
+/// A path's part in one zone: walk to `to`, which lies in the next zone for all parts but the last.
 struct ZoneLeg {
     std::uint32_t zone = 0;
     Spot to;  ///< in coordinates of `zone`
@@ -31,11 +31,11 @@ struct ZoneLeg {
 
 /// A zone is left by the outermost cells of its map. Where these lie in another zone (or next to
 /// it), each stretch of them that can be crossed has portals, no farther apart than kSpacing_m
-/// (more where a world would have more than kMostPortals); in each zone the costs of best ways from
-/// the portals that lead into it to those that lead out are known, and from each portal to each
-/// other the cost of the best way through zones. What is planned in a zone is exact; across borders
-/// it is the best way through portals (as ClusterGraph does within a zone). Doors are as on the
-/// maps that it is built of.
+/// (more where a world would have more than kMostPortals); in each zone the costs of best paths
+/// from the portals that lead into it to those that lead out are known, and from each portal to
+/// each other the cost of the best path through zones. What is planned in a zone is exact; across
+/// borders it is the best path through portals (as ClusterGraph does within a zone). Doors are as
+/// on the maps that it is built of.
 ///
 /// Immutable, so that zones share it; a zone needs no more of the others than this table. Building
 /// it takes a field over its zone for each portal, and a search for each; memory grows with the
@@ -49,7 +49,7 @@ class ZonePortals {
 
     explicit ZonePortals(std::span<const ZoneGround> zones);
 
-    /// Portal by which to leave, and the last one of the way.
+    /// Portal by which to leave, and the last one of the path.
     struct Choice {
         std::uint32_t first;
         std::uint32_t last;
@@ -62,24 +62,24 @@ class ZonePortals {
         std::vector<Choice> promised;
     };
 
-    /// How far it is from the start to a cell of its zone, m; nothing where no way leads there.
+    /// How far it is from the start to a cell of its zone, m; nothing where no path leads there.
     using LengthTo = std::function<std::optional<float>(Cell)>;
 
     /// Where to leave the zone `from` for a place in zone `to`, which may be the same one: another
-    /// way out and back in. In coordinates of `from`. Nothing where no way through portals leads
+    /// path out and back in. In coordinates of `from`. Nothing where no path through portals leads
     /// there, or a place lies off its zone's map, or nothing near the goal is passable. At most
     /// kTries lengths are asked for, of the portals by which straight lines would be shortest; in
     /// the last zone the last part counts as the straight line.
-    [[nodiscard]] std::optional<Spot> way_out(std::uint32_t from,
-                                              Spot start,
-                                              std::uint32_t to,
-                                              Spot goal,
-                                              const LengthTo& length_to,
-                                              Scratch& scratch) const;
+    [[nodiscard]] std::optional<Spot> straight_exit(std::uint32_t from,
+                                                    Spot start,
+                                                    std::uint32_t to,
+                                                    Spot goal,
+                                                    const LengthTo& length_to,
+                                                    Scratch& scratch) const;
 
     static constexpr std::size_t kTries = 16;
 
-    /// Zones that a way from a place in one leads through, with what to walk to in each. `planner`
+    /// Zones that a path from a place in one leads through, with what to walk to in each. `planner`
     /// is that of zone `from`; the ends lie on their zones' maps. kFound, kStartBlocked and
     /// kGoalBlocked (the place is not passable), kUnreachable.
     Outcome route(Planner& planner,
@@ -118,7 +118,7 @@ class ZonePortals {
         GridMap cells;
         std::vector<std::uint32_t> in;   // portals, ascending
         std::vector<std::uint32_t> out;  // alike
-        std::vector<float> cost_m;       // by portal in, by portal out; infinite for no way
+        std::vector<float> cost_m;       // by portal in, by portal out; infinite for no path
     };
 
     void find_portals(std::span<const ZoneGround> zones, float spacing_m);
@@ -149,7 +149,8 @@ class ZonePortals {
 
     std::vector<Zone> zones_;
     std::vector<Portal> portals_;
-    std::vector<float> through_m_;  // from beyond one portal to beyond another; infinite for no way
+    std::vector<float>
+        through_m_;  // from beyond one portal to beyond another; infinite for no path
 };
 
 }  // namespace zoned::ai::navigation

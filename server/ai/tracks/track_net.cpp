@@ -38,7 +38,7 @@ std::string TrackNet::add(const NamedTrack& track) {
         if (!middle) {
             return middle.error();
         }
-        if (std::string fault = add_way(*middle, track); !fault.empty()) {
+        if (std::string fault = add_path(*middle, track); !fault.empty()) {
             return fault;
         }
         std::reverse(def.points.begin(), def.points.end());
@@ -46,7 +46,7 @@ std::string TrackNet::add(const NamedTrack& track) {
     return {};
 }
 
-std::string TrackNet::add_way(const Track& middle, const NamedTrack& track) {
+std::string TrackNet::add_path(const Track& middle, const NamedTrack& track) {
     const auto number = static_cast<std::uint16_t>(tracks_.size() - 1);
     const auto append = [&](const Track& of, double offset) -> std::string {
         core::Result<Lane> lane = Lane::make(of, offset, static_cast<double>(track.error_m));

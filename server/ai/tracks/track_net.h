@@ -64,7 +64,7 @@ class TrackNet {
     };
 
     [[nodiscard]] std::string add(const NamedTrack& track);
-    [[nodiscard]] std::string add_way(const Track& middle, const NamedTrack& track);
+    [[nodiscard]] std::string add_path(const Track& middle, const NamedTrack& track);
 
     std::vector<NetTrack> tracks_;
     std::vector<NetLane> lanes_;

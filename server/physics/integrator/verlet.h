@@ -28,31 +28,31 @@ class Verlet {
     /// The second position by Taylor's series, to the third order in h.
     template <Acceleration<V> A>
     void start(const V& x, const V& v, Real t, Real h, const A& a) {
-        way_ = h * (v + (Real(0.5) * h) * a(x, v, t));
+        path_ = h * (v + (Real(0.5) * h) * a(x, v, t));
     }
 
     /// From two positions that lie a step apart; the first step goes to `second`.
     void start_from(const V& first, const V& second, Real h, V& x, V& v) {
         x = first;
-        way_ = second - first;
-        v = way_ / h;
+        path_ = second - first;
+        v = path_ / h;
     }
 
     /// `x` and `v` as start or the last step left them.
     template <Acceleration<V> A>
     void step(V& x, V& v, Real t, Real h, const A& a) {
-        const V extrapolated = (2 / h) * way_ - v;
-        x += way_;
-        const V next = way_ + (h * h) * a(x, extrapolated, t + h);
-        v = (way_ + next) / (2 * h);
-        way_ = next;
+        const V extrapolated = (2 / h) * path_ - v;
+        x += path_;
+        const V next = path_ + (h * h) * a(x, extrapolated, t + h);
+        v = (path_ + next) / (2 * h);
+        path_ = next;
     }
 
     /// From the position that it has told to the next one, m.
-    [[nodiscard]] const V& way() const { return way_; }
+    [[nodiscard]] const V& way() const { return path_; }
 
   private:
-    V way_ = V::Zero();
+    V path_ = V::Zero();
 };
 
 }  // namespace zoned::physics

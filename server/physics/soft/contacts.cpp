@@ -18,7 +18,11 @@ constexpr float kInsideReach = 2.0F;  // m: from where a surface is looked for t
 
 /// The surface that a node is behind: the nearest of what is hit from above and from straight
 /// outside.
-bool way_out(const Query& query, const Scene& scene, const Vec3& x, BodyId body, QueryHit& hit) {
+bool straight_exit(const Query& query,
+                   const Scene& scene,
+                   const Vec3& x,
+                   BodyId body,
+                   QueryHit& hit) {
     float depth = INFINITY;
     Vec3 outward = x - scene.state(body).position;
     outward = outward.norm() > 1.0e-6F ? outward.normalized() : Vec3(Vec3::UnitY());
@@ -60,7 +64,7 @@ void add_contacts(SoftBody& body,
     for (const QueryFilter& filter : {standing, moving}) {
         QueryHit hit;
         if (query.closest_to_point(x, reach, filter, hit) &&
-            (hit.distance > 0.0F || way_out(query, scene, x, hit.body, hit))) {
+            (hit.distance > 0.0F || straight_exit(query, scene, x, hit.body, hit))) {
             body.contacts.push_back({i, hit.body, hit.point, hit.normal, Vec3::Zero()});
         }
     }

@@ -41,7 +41,9 @@ class Crowd {
 
     [[nodiscard]] zone::ZoneState& state() { return world_.zones().front()->state(); }
 
-    [[nodiscard]] const ai::WayReport& ways() { return world_.zones().front()->report().ai.ways; }
+    [[nodiscard]] const ai::WayReport& avoidance() {
+        return world_.zones().front()->report().ai.avoidance;
+    }
 
     [[nodiscard]] World& world() { return world_; }
 

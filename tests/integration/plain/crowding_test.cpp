@@ -1,4 +1,4 @@
-// Crowding: ways lead around crowds, in a zone.
+// Crowding: paths lead around crowds, in a zone.
 #include "tests/integration/plain/crowd_world.h"
 
 #include <array>
@@ -14,7 +14,7 @@ using test::with;
 const char* const kGates = R"(
 world { name: "gates" seed: 9 tick_rate_hz: 30 min_x_m: -40 min_z_m: -30 max_x_m: 40 max_z_m: 30 }
 zones { zone_grid { columns: 1 rows: 1 } ghost_margin_m: 70 }
-ai { skip_unseen: false avoidance { } ways { cell_m: 0.5 CROWDING } }
+ai { skip_unseen: false avoidance { } pathfinding { cell_m: 0.5 CROWDING } }
 statics {
   box { x_m: 0 y_m: 1 z_m: -16 size { x_m: 0.5 y_m: 2 z_m: 28 } }
   box { x_m: 0 y_m: 1 z_m: 6 size { x_m: 0.5 y_m: 2 z_m: 8 } }
@@ -41,7 +41,7 @@ TEST(Crowding, IsTheSameForAnyNumberOfThreads) {
         for (int t = 0; t < 20 * 30; ++t) {
             crowd.tick();
         }
-        EXPECT_GT(crowd.state().ways.counts().around_crowds, 200U);
+        EXPECT_GT(crowd.state().paths.counts().around_crowds, 200U);
         hash[threads == 1U ? 0 : 1] = crowd.world().state_hash();
     }
     EXPECT_EQ(hash[0], hash[1]);

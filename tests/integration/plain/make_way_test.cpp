@@ -102,7 +102,7 @@ TEST(MakeWay, WhoMeetsNobodyIsSteeredBitForBitAsWithout) {
     for (int t = 0; t < 300; ++t) {
         with.tick();
         without.tick();
-        ASSERT_EQ(with.ways().crowded, 0U);
+        ASSERT_EQ(with.avoidance().crowded, 0U);
         for (world::Row row = 0; row < 2; ++row) {
             ASSERT_EQ(with.state().entities.command[row], without.state().entities.command[row]);
         }
@@ -146,7 +146,7 @@ scatter { type: "return" count: 14 seed: 2 min_distance_m: 1 region { min_x_m: 6
         crossings.look(crowd);
         overlap = std::max(overlap, crowd.overlap());
         in_walls = std::max(in_walls, crowd.in_walls());
-        crowded += crowd.ways().crowded;
+        crowded += crowd.avoidance().crowded;
     }
     EXPECT_GT(crowded, 10000U);
     EXPECT_LE(overlap, 0.02F * kRadius);

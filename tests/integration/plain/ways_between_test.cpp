@@ -1,4 +1,4 @@
-// Ways through several zones: who wants to go beyond its own is led past what is a dead end there.
+// Paths through several zones: who wants to go beyond its own is led past what is a dead end there.
 #include "server/ai/walk.h"
 #include "tests/integration/plain/crowd_world.h"
 
@@ -9,13 +9,13 @@ namespace {
 
 /// Four zones of 30 m. Between the one in the north-west, where the walker is, and the one in the
 /// north-east, where it wants to go, the border is open for 30 m, but behind it is a pocket that
-/// nothing leads out of: walls at x = 5 and, from x = -10 on, at z = 4. Past them the way leads
+/// nothing leads out of: walls at x = 5 and, from x = -10 on, at z = 4. Past them the path leads
 /// through both zones in the south.
 std::string pocket_world(const std::string& ai) {
     return R"(
 world { name: "pocket" seed: 3 tick_rate_hz: 30 min_x_m: -30 min_z_m: -30 max_x_m: 30 max_z_m: 30 }
 zones { zone_grid { columns: 2 rows: 2 } ghost_margin_m: 25 handoff_hysteresis_m: 1 }
-ai { ways { } )" +
+ai { pathfinding { } )" +
            ai + R"( }
 statics {
   box { x_m: 5 y_m: 1 z_m: -15 size { x_m: 0.5 y_m: 2 z_m: 38.5 } }
@@ -75,19 +75,19 @@ Walk walk(const std::string& text) {
 
 const std::vector<ZoneId> kRoundThePocket{ZoneId(1), ZoneId(3), ZoneId(4), ZoneId(2)};
 
-TEST(WaysBetweenZones, LeadPastADeadEndThroughThreeBorders) {
+TEST(PathsBetweenZones, LeadPastADeadEndThroughThreeBorders) {
     const Walk seen = walk(pocket_world("skip_unseen: false"));
     ASSERT_TRUE(seen.arrived);
     EXPECT_EQ(seen.through, kRoundThePocket);
     EXPECT_EQ(seen.asleep_ticks, 0U);
-    // The best way round both ends of the walls is 26.4 + 16.4 + 28.5 m long, less the last 2.5 m.
+    // The best path round both ends of the walls is 26.4 + 16.4 + 28.5 m long, less the last 2.5 m.
     // Through portals up to 12 m apart it is longer by half of that at most at each of the three
     // borders, walked at 0.98 of 3 m/s; a second is lost at each turn.
     EXPECT_GE(*seen.arrived, static_cast<Tick>(68.8 / 3.0 * 30.0) - 30);
     EXPECT_LE(*seen.arrived, static_cast<Tick>((68.8 + 3.0 * 6.0) / 2.94 * 30.0) + 3 * 30);
 }
 
-TEST(WaysBetweenZones, AreWalkedInTheSameTimeWhereNobodySeesThem) {
+TEST(PathsBetweenZones, AreWalkedInTheSameTimeWhereNobodySeesThem) {
     const Walk seen = walk(pocket_world("skip_unseen: false"));
     const Walk unseen = walk(pocket_world("skip_unseen: true"));
     ASSERT_TRUE(unseen.arrived);
@@ -96,7 +96,7 @@ TEST(WaysBetweenZones, AreWalkedInTheSameTimeWhereNobodySeesThem) {
     EXPECT_EQ(*unseen.arrived, *seen.arrived);
 }
 
-TEST(WaysBetweenZones, AreAsLongWithinOne) {
+TEST(PathsBetweenZones, AreAsLongWithinOne) {
     const std::string text =
         with(pocket_world("skip_unseen: false"), "columns: 2 rows: 2", "columns: 1 rows: 1");
     const Walk seen = walk(text);

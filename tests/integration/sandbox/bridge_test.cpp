@@ -53,9 +53,9 @@ TEST_F(BridgeWorld, IsConsistentAndItsPeopleFindTheirFloors) {
     EXPECT_GT(on_, 1000);
     EXPECT_GT(below_, 1000);
     EXPECT_LT(astray_, (on_ + below_) / 100) << "on the wrong floor";
-    const ai::Ways& ways = world->world().zones().front()->state().ways;
-    EXPECT_EQ(ways.sizes(), 2U) << "people and oxen";
-    EXPECT_GT(ways.counts().broken, 0U) << "the gate shut before somebody";
+    const ai::PathService& paths = world->world().zones().front()->state().paths;
+    EXPECT_EQ(paths.sizes(), 2U) << "people and oxen";
+    EXPECT_GT(paths.counts().broken, 0U) << "the gate shut before somebody";
 }
 
 }  // namespace

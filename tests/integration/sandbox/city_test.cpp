@@ -23,8 +23,8 @@ struct CityWatch {
         for (const auto& zone : world.zones()) {
             const zone::ZoneState& state = zone->state();
             const ai::Report& report = zone->report().ai;
-            crowded += report.ways.crowded;
-            gave_way += report.ways.gave_way;
+            crowded += report.avoidance.crowded;
+            gave_way += report.avoidance.gave_way;
             awake += report.awake;
             coarse += report.minds - report.awake;
             for (const ai::Slot slot : state.minds.awake()) {

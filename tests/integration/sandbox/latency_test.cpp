@@ -9,13 +9,13 @@ namespace {
 
 constexpr double kTickMs = 1e3 / 30.0;
 constexpr double kStepMs = 1e3 / 480.0;  // virtual time's resolution
-constexpr double kWayMs = 50.0;
+constexpr double kPathMs = 50.0;
 
 /// Players who walk about in sight of each other, at 100 ms round trip.
 class LatencyTest : public GameTest {
   protected:
     LatencyTest() {
-        server.network.delay_s = 1e-3 * kWayMs;
+        server.network.delay_s = 1e-3 * kPathMs;
         bots.bots = 8;
         bots.seconds = 60.0;
         bots.audit = false;
@@ -49,8 +49,8 @@ class LatencyTest : public GameTest {
                     whole.mean(),
                     3.0 * 40.0 / std::sqrt(static_cast<double>(r.latency_stages_ms[0].count())));
         // The way up and down, to the resolution of time and the error of clocks (symmetric path).
-        EXPECT_NEAR(stage(r, Stage::kWireUp).percentile(0.5), kWayMs, 2.0 * kStepMs);
-        EXPECT_NEAR(stage(r, Stage::kWireDown).percentile(0.5), kWayMs, 2.0 * kStepMs);
+        EXPECT_NEAR(stage(r, Stage::kWireUp).percentile(0.5), kPathMs, 2.0 * kStepMs);
+        EXPECT_NEAR(stage(r, Stage::kWireDown).percentile(0.5), kPathMs, 2.0 * kStepMs);
         // A command waits for its tick no longer than the margin and the resolution of time: its
         // packet left when the command was due on the input clock. (The first seconds, when the
         // lead is still a tick too long, are less than a tenth.)
@@ -65,7 +65,7 @@ TEST_F(LatencyTest, BudgetOfAnExtrapolatingView) {
     const auto r = run();
     expect_budget(r);
     EXPECT_LT(stage(r, measure::Stage::kDisplay).percentile(0.99), kTickMs + 2.0 * kStepMs);
-    EXPECT_LT(r.input_to_remote_display_ms.percentile(0.99), 2.0 * kWayMs + 5.0 * kTickMs);
+    EXPECT_LT(r.input_to_remote_display_ms.percentile(0.99), 2.0 * kPathMs + 5.0 * kTickMs);
 }
 
 TEST_F(LatencyTest, BudgetOfAnInterpolatingView) {
@@ -135,7 +135,7 @@ TEST_F(InputClock, OnASteadyPathNothingIsMissedAndAMillisecondIsMuch) {
     EXPECT_EQ(share, 0.0);
     EXPECT_LT(clock_error_ms.percentile(0.99), kStepMs);
     // The way up, the margin and what a step of time adds.
-    EXPECT_LT(lead_ticks.percentile(0.99), (kWayMs + 3.0 + 2.0 * kStepMs) / kTickMs);
+    EXPECT_LT(lead_ticks.percentile(0.99), (kPathMs + 3.0 + 2.0 * kStepMs) / kTickMs);
 }
 
 TEST_F(InputClock, UnderAJitterOfATickLessThanOneInAThousandIsMissed) {
@@ -144,7 +144,7 @@ TEST_F(InputClock, UnderAJitterOfATickLessThanOneInAThousandIsMissed) {
     EXPECT_LT(share, 0.001);
     // The longest way up, as much as half the scatter while few are known (ln(1 / (n p)) / ln(n)
     // for 100), the margin, and the error of the clock.
-    EXPECT_LT(lead_ticks.percentile(0.99), (kWayMs + 1.5 * 33.0 + 3.0 + 4.0) / kTickMs);
+    EXPECT_LT(lead_ticks.percentile(0.99), (kPathMs + 1.5 * 33.0 + 3.0 + 4.0) / kTickMs);
     EXPECT_LT(clock_error_ms.percentile(0.99), 0.5 * 33.0);
 }
 

@@ -1,4 +1,4 @@
-// Ways around crowds: a crowd spreads over two gates.
+// Paths around crowds: a crowd spreads over two gates.
 #include "tests/unit/ai/field.h"
 
 #include <gtest/gtest.h>
@@ -46,10 +46,10 @@ class Gates {
         field.settings.machines = {single(ActionKind::kGo)};
         field.settings.avoidance = crowd::AvoidanceSettings{};
         compile(field.settings, kDt);
-        WaysSettings ways;
-        ways.cell_m = 0.5F;
-        ways.crowding = crowding;
-        field.ways = Ways(ways, field.statics, {-40, -30, 40, 30}, field.types, 0);
+        PathfindingSettings paths;
+        paths.cell_m = 0.5F;
+        paths.crowding = crowding;
+        field.paths = PathService(paths, field.statics, {-40, -30, 40, 30}, field.types, 0);
         for (std::uint32_t id = 1; id <= walkers_; ++id) {
             const auto n = static_cast<int>(id - 1);
             field.add_npc(
@@ -80,7 +80,7 @@ class Gates {
 
     [[nodiscard]] int by_far_gate() const { return by_far_gate_; }
 
-    /// How often the way of one led through another gate than before.
+    /// How often the path of one led through another gate than before.
     [[nodiscard]] const std::vector<int>& changes() const { return changes_; }
 
     Field field;
@@ -95,11 +95,11 @@ class Gates {
             return;
         }
         const Slot slot = field.minds.slot_of(EntityId(id));
-        if (!field.ways.has(slot, EntityId(id))) {
+        if (!field.paths.has(slot, EntityId(id))) {
             return;
         }
         navigation::Spot before{at.x(), at.z()};
-        for (const navigation::Spot& corner : field.ways.answer(slot).corners) {
+        for (const navigation::Spot& corner : field.paths.answer(slot).corners) {
             if (before.x <= 0.0F && corner.x > 0.0F) {
                 const float share = -before.x / (corner.x - before.x);
                 const int gate = before.z + share * (corner.z - before.z) > 6.0F ? 2 : 1;
@@ -141,13 +141,13 @@ TEST(Crowding, ACrowdSpreadsOverTwoGatesAndIsThroughSooner) {
         without.run(walkers / 2);
         Gates around(around_crowds(), walkers);
         around.run(walkers / 2);
-        EXPECT_EQ(without.field.ways.counts().around_crowds, 0U);
-        EXPECT_GT(around.field.ways.counts().around_crowds, walkers);
+        EXPECT_EQ(without.field.paths.counts().around_crowds, 0U);
+        EXPECT_GT(around.field.paths.counts().around_crowds, walkers);
         without_s += without.seconds();
         around_s += around.seconds();
         far_without += without.by_far_gate();
         far_around += around.by_far_gate();
-        // Nobody goes to and fro, though ways are looked at each half second: one changes where
+        // Nobody goes to and fro, though paths are looked at each half second: one changes where
         // the gate is full, back where the other one is by then, and where a throng has pushed it
         // nearer to the other one, as without.
         EXPECT_LE(*std::max_element(around.changes().begin(), around.changes().end()), 5);
@@ -164,11 +164,11 @@ TEST(Crowding, ACrowdSpreadsOverTwoGatesAndIsThroughSooner) {
 TEST(Crowding, CountsNobodyWhereItIsNotAskedFor) {
     Gates without(std::nullopt, 300);
     without.run(1);
-    EXPECT_FALSE(without.field.ways.counts_bodies());
-    EXPECT_EQ(without.field.ways.counts().crowd_work, 0U);
+    EXPECT_FALSE(without.field.paths.counts_bodies());
+    EXPECT_EQ(without.field.paths.counts().crowd_work, 0U);
     Gates around(around_crowds(), 300);
-    const std::size_t more = around.field.ways.bytes();
-    EXPECT_GT(more, without.field.ways.bytes());
+    const std::size_t more = around.field.paths.bytes();
+    EXPECT_GT(more, without.field.paths.bytes());
 }
 
 }  // namespace

@@ -308,9 +308,10 @@ TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
     some.field.types[kGuard].mind = kWatch + 1;
     some.field.types[kSheep].mind = kThief + 1;
     some.field.types[kCitizen].mind = kFolk + 1;
-    WaysSettings ways;
-    ways.cell_m = 1.0F;
-    some.field.ways = Ways(ways, some.field.statics, {-60, -60, 345, 345}, some.field.types, 0);
+    PathfindingSettings paths;
+    paths.cell_m = 1.0F;
+    some.field.paths =
+        PathService(paths, some.field.statics, {-60, -60, 345, 345}, some.field.types, 0);
     std::uint64_t in_sight = 0;
     some.script = [&in_sight](Town& town) {
         for (std::uint32_t k = 0; k < kGhosts; ++k) {
@@ -326,7 +327,7 @@ TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
     };
     some.run(200.0F);
     EXPECT_EQ(in_sight, 0U);
-    EXPECT_GT(some.field.ways.counts().broken, 20U) << "gates shut before somebody";
+    EXPECT_GT(some.field.paths.counts().broken, 20U) << "gates shut before somebody";
     EXPECT_GT(entered(some, 1, Town::kWatchmen), 20U);
 }
 

@@ -73,7 +73,7 @@ class Field {
         if (settings.compiled.size() != settings.machines.size()) {
             compile(settings, kDt);
         }
-        ways.follow_doors(now);
+        paths.follow_doors(now);
         World world{entities,
                     types,
                     [this]() -> const spatial::PointGrid& { return grid; },
@@ -83,7 +83,7 @@ class Field {
                     Vec2(1e6F, 1e6F),
                     now,
                     kDt};
-        world.ways = ways.empty() ? nullptr : &ways;
+        world.paths = paths.empty() ? nullptr : &paths;
         const Report report = steps.run(minds, world, settings);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
@@ -124,7 +124,7 @@ class Field {
     Minds minds;
     Step steps;
     Places places;
-    Ways ways;
+    PathService paths;
     motion::StaticGeometry statics;
     bool solid = false;  ///< moves as characters move, past statics and doors
     compute::Team team;

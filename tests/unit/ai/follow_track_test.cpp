@@ -129,7 +129,7 @@ TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
         worst_body = std::max(worst_body, (one.body(1) - ideal).norm());
         drift = std::max(drift, (one.due(1) - ideal).norm());
     }
-    EXPECT_LT(drift, 0.01) << "time and way are summed to the last bit but some";
+    EXPECT_LT(drift, 0.01) << "time and path are summed to the last bit but some";
     EXPECT_LT(worst_leg, error);
     EXPECT_LT(worst_body, error + kOffLeg + 3.2 / 30.0);
     EXPECT_GT(worst_leg, 0.02) << "legs are straight";

@@ -29,17 +29,17 @@ Plan plan_for(const Domain& domain, World from, std::uint32_t bound = 4096) {
     return plan;
 }
 
-constexpr std::uint32_t kNoWay = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoPath = std::numeric_limits<std::uint32_t>::max();
 
 /// Cost of the cheapest plan by relaxing all worlds until nothing changes: no search, no heuristic.
 std::uint32_t brute_force(const Domain& domain, World from) {
     const std::size_t worlds = std::size_t{1} << domain.facts.size();
-    std::vector<std::uint32_t> cost(worlds, kNoWay);
+    std::vector<std::uint32_t> cost(worlds, kNoPath);
     cost[from] = 0;
     for (bool changed = true; changed;) {
         changed = false;
         for (World world = 0; world < worlds; ++world) {
-            if (cost[world] == kNoWay) {
+            if (cost[world] == kNoPath) {
                 continue;
             }
             for (const Action& action : domain.actions) {
@@ -51,7 +51,7 @@ std::uint32_t brute_force(const Domain& domain, World from) {
             }
         }
     }
-    std::uint32_t best = kNoWay;
+    std::uint32_t best = kNoPath;
     for (World world = 0; world < worlds; ++world) {
         if (domain.goals[0].wants.hold_in(world)) {
             best = std::min(best, cost[world]);
@@ -117,7 +117,7 @@ TEST(Planner, IsOptimalOnRandomDomains) {
         const std::uint32_t best = brute_force(domain, from);
         Plan plan;
         planner.plan(Actions(domain), from, domain.goals[0].wants, plan);
-        if (best == kNoWay) {
+        if (best == kNoPath) {
             ASSERT_EQ(plan.verdict, Verdict::kUnreachable) << trial;
             continue;
         }
@@ -186,7 +186,7 @@ TEST(Planner, CutsOffAtEveryBoundInsteadOfFailing) {
                 ASSERT_TRUE(works(plan, domain, from));
                 ASSERT_EQ(plan.cost, best);
             } else if (plan.verdict == Verdict::kUnreachable) {
-                ASSERT_EQ(best, kNoWay);
+                ASSERT_EQ(best, kNoPath);
             }
         }
     }

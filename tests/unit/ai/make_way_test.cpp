@@ -38,7 +38,7 @@ TEST(MakeWay, DoesNotDependOnTheOrderOfRows) {
     crowd(b, order);
     std::uint64_t gave_way = 0;
     for (int tick = 0; tick < 300; ++tick) {
-        gave_way += a.step().ways.gave_way;
+        gave_way += a.step().avoidance.gave_way;
         b.step();
         for (std::uint32_t id = 1; id <= kMany; ++id) {
             ASSERT_EQ(a.command(id), b.command(id)) << "tick " << tick << " entity " << id;
@@ -58,7 +58,7 @@ TEST(MakeWay, AllocatesNothingOnceWarm) {
     std::uint64_t crowded = 0;
     const std::uint64_t before = allocation_count();
     for (int tick = 0; tick < 60; ++tick) {
-        crowded += field.step().ways.crowded;
+        crowded += field.step().avoidance.crowded;
     }
     EXPECT_GT(crowded, 0U);
     EXPECT_LE(allocation_count(), before) << "in " << crowded << " that met somebody";

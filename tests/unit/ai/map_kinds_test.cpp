@@ -38,7 +38,7 @@ std::vector<motion::StaticBox> bridge() {
 
 class Place {
   public:
-    Place(const motion::StaticGeometry& statics, const WaysSettings& ways, bool simulated) {
+    Place(const motion::StaticGeometry& statics, const PathfindingSettings& paths, bool simulated) {
         field.statics = statics;
         field.settings.machines = {walker_home()};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
@@ -47,7 +47,7 @@ class Place {
             type.mind = 1;
             type.character.acceleration = 20.0F;
         }
-        field.ways = Ways(ways, field.statics, {-25, -25, 25, 25}, field.types, 0);
+        field.paths = PathService(paths, field.statics, {-25, -25, 25, 25}, field.types, 0);
         compile(field.settings, kDt);
     }
 
@@ -67,7 +67,7 @@ class MindsOnABridge : public testing::TestWithParam<bool> {};
 TEST_P(MindsOnABridge, WalkOverItAndUnderItEachToItsHome) {
     const float up = 3.9F;
     const float down = 0.9F;
-    Place place({bridge(), 0.0F}, {0.25F, 1'000'000, WayMapKind::kMesh}, GetParam());
+    Place place({bridge(), 0.0F}, {0.25F, 1'000'000, PathMapKind::kMesh}, GetParam());
     place.add(1, Vec3(-15.0F, down, 5.0F), Vec3(0.0F, up, 0.5F));      // up from the street
     place.add(2, Vec3(-15.0F, down, -5.0F), Vec3(0.5F, down, 0.0F));   // under the deck
     place.add(3, Vec3(0.0F, down, -12.0F), Vec3(-0.5F, down, 12.0F));  // along the street
@@ -105,38 +105,39 @@ motion::StaticGeometry walled(Tick opens, Tick shuts) {
 }
 
 /// Who leaves a zone has to come out of the whole area, or nobody takes it over.
-TEST(WaysOnAMesh, LeadOutOfTheWholeArea) {
+TEST(PathsOnANavmesh, LeadOutOfTheWholeArea) {
     world::TypeTable types(2);
     for (std::size_t t = 0; t < types.size(); ++t) {
         types[t].kind = world::EntityKind::kCharacter;
         types[t].mind = 1;
     }
     types[1].character.radius = 1.1F;
-    Ways ways({0.25F, 1'000'000, WayMapKind::kMesh},
-              motion::StaticGeometry(bridge(), 0.0F),
-              {-25, -25, 25, 25},
-              types,
-              0);
+    PathService paths({0.25F, 1'000'000, PathMapKind::kMesh},
+                      motion::StaticGeometry(bridge(), 0.0F),
+                      {-25, -25, 25, 25},
+                      types,
+                      0);
     const std::array<navigation::Spot, 4> goals{{{90, 3}, {-90, 3}, {3, 90}, {3, -90}}};
     for (Slot mind = 0; mind < 8; ++mind) {
-        ways.ask(mind, EntityId(mind + 1), mind / 4, {3.0F, 8.0F}, goals[mind % 4], {0.0F});
+        paths.ask(mind, EntityId(mind + 1), mind / 4, {3.0F, 8.0F}, goals[mind % 4], {0.0F});
     }
-    ways.serve();
+    paths.serve();
     for (Slot mind = 0; mind < 8; ++mind) {
-        const navigation::WayAnswer a = ways.answer(mind);
+        const navigation::PathResult a = paths.answer(mind);
         ASSERT_EQ(a.outcome, navigation::Outcome::kPartial);
         const navigation::Spot end = a.corners.back();
         EXPECT_GT(std::max(std::abs(end.x), std::abs(end.z)), 25.0F) << mind;
     }
 }
 
-class MindsAtADoor : public testing::TestWithParam<WayMapKind> {};
+class MindsAtADoor : public testing::TestWithParam<PathMapKind> {};
 
 TEST_P(MindsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
-    const WaysSettings ways{GetParam() == WayMapKind::kGraph ? 1.0F : 0.25F, 1'000'000, GetParam()};
-    // 10 m to the gate at 3.2 m/s: it shuts 2 s from now; and opens when they are on their way.
+    const PathfindingSettings paths{
+        GetParam() == PathMapKind::kGraph ? 1.0F : 0.25F, 1'000'000, GetParam()};
+    // 10 m to the gate at 3.2 m/s: it shuts 2 s from now; and opens when they are on their path.
     for (const bool shuts : {true, false}) {
-        Place place(walled(shuts ? 0 : 100, shuts ? 60 : 9000), ways, true);
+        Place place(walled(shuts ? 0 : 100, shuts ? 60 : 9000), paths, true);
         for (std::uint32_t id = 1; id <= 6; ++id) {
             const float z = static_cast<float>(id) - 3.5F;
             place.add(id, Vec3(-10.0F, 0.9F, z), Vec3(10.0F, 0.9F, z));
@@ -164,11 +165,13 @@ TEST_P(MindsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
 
 INSTANTIATE_TEST_SUITE_P(Maps,
                          MindsAtADoor,
-                         testing::Values(WayMapKind::kGrid, WayMapKind::kMesh, WayMapKind::kGraph),
+                         testing::Values(PathMapKind::kGrid,
+                                         PathMapKind::kMesh,
+                                         PathMapKind::kGraph),
                          [](const auto& kind) {
-                             return std::string(kind.param == WayMapKind::kGrid   ? "Grid"
-                                                : kind.param == WayMapKind::kMesh ? "Mesh"
-                                                                                  : "Graph");
+                             return std::string(kind.param == PathMapKind::kGrid   ? "Grid"
+                                                : kind.param == PathMapKind::kMesh ? "Mesh"
+                                                                                   : "Graph");
                          });
 
 }  // namespace

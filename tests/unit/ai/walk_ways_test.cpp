@@ -1,4 +1,5 @@
-// Minds that walk along ways: around walls, through doors, and alike whether somebody looks or not.
+// Minds that walk along paths: around walls, through doors, and alike whether somebody looks or
+// not.
 #include "server/ai/walk.h"
 #include "tests/unit/ai/field.h"
 
@@ -37,7 +38,8 @@ class Yard {
             type.mind = 1;
             type.character.acceleration = 20.0F;
         }
-        field.ways = Ways({0.5F, 1'000'000}, field.statics, {-25, -20, 25, 20}, field.types, 0);
+        field.paths =
+            PathService({0.5F, 1'000'000}, field.statics, {-25, -20, 25, 20}, field.types, 0);
         compile(field.settings, kDt);
     }
 
@@ -74,7 +76,7 @@ Machine homing() {
 }
 
 /// By the gap at z = 17 it is 2 sqrt(10^2 + 17^2) = 39.4 m, 12.6 s at 0.8 of 4 m/s; straight 20 m.
-TEST(WalkAlongWays, LeadsRoundAGateThatIsShut) {
+TEST(PathFollowing, LeadsRoundAGateThatIsShut) {
     Yard yard(homing(), 9000, 9001, true);
     yard.add(1, 0.0F, {10.0F, 0.0F});
     Tick arrived = 0;
@@ -86,10 +88,10 @@ TEST(WalkAlongWays, LeadsRoundAGateThatIsShut) {
     EXPECT_LT((yard.place(1) - Vec2(10.0F, 0.0F)).norm(), kArriveM);
     const float seconds = static_cast<float>(arrived) * kDt;
     EXPECT_GT(seconds, 12.0F);
-    EXPECT_LT(seconds, 12.6F * 1.1F) << "no more than a tenth longer than the shortest way";
+    EXPECT_LT(seconds, 12.6F * 1.1F) << "no more than a tenth longer than the shortest path";
 }
 
-TEST(WalkAlongWays, TurnsRoundBeforeAGateThatShutsAndGoesThroughOneThatOpens) {
+TEST(PathFollowing, TurnsRoundBeforeAGateThatShutsAndGoesThroughOneThatOpens) {
     // It is 10 m to the gate, 3.1 s: shut before it is there.
     Yard shuts(homing(), 0, 60, true);
     shuts.add(1, 0.0F, {10.0F, 0.0F});
@@ -110,7 +112,7 @@ TEST(WalkAlongWays, TurnsRoundBeforeAGateThatShutsAndGoesThroughOneThatOpens) {
     EXPECT_LT(farthest, 14.0F) << "and has turned round";
 }
 
-TEST(WalkAlongWays, StopsWhereNoWayLeadsOnAndGoesOnWhenOneOpens) {
+TEST(PathFollowing, StopsWhereNoWayLeadsOnAndGoesOnWhenOneOpens) {
     // A home in a yard of its own, whose gate opens after 20 s.
     Yard yard(homing(), 600, 9000, true);
     std::vector<motion::StaticBox> boxes(yard.field.statics.boxes().begin(),
@@ -121,8 +123,8 @@ TEST(WalkAlongWays, StopsWhereNoWayLeadsOnAndGoesOnWhenOneOpens) {
                           motion::kStaticCell_m,
                           {},
                           {yard.field.statics.doors().begin(), yard.field.statics.doors().end()}};
-    yard.field.ways =
-        Ways({0.5F, 1'000'000}, yard.field.statics, {-25, -20, 25, 20}, yard.field.types, 0);
+    yard.field.paths =
+        PathService({0.5F, 1'000'000}, yard.field.statics, {-25, -20, 25, 20}, yard.field.types, 0);
     yard.add(1, 5.0F, {10.0F, 0.0F});
     yard.field.run(19.9F);
     EXPECT_LT(yard.place(1).x(), 0.0F);
@@ -148,7 +150,7 @@ Machine stroller() {
     return m;
 }
 
-TEST(WalkAlongWays, IsTheSameWhetherSomebodyLooksOrNot) {
+TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
     Yard all(stroller(), 300, 1500, true);
     Yard some(stroller(), 300, 1500, false);
     for (std::uint32_t id = 1; id <= 12; ++id) {
@@ -181,7 +183,7 @@ TEST(WalkAlongWays, IsTheSameWhetherSomebodyLooksOrNot) {
 }
 
 /// A player on the other side of a wall is chased round its end, 39 m at 4 m/s.
-TEST(WalkAlongWays, LeadsAChaserToItsPrey) {
+TEST(PathFollowing, LeadsAChaserToItsPrey) {
     Machine machine = single(ActionKind::kChase);
     machine.perception_m = 60.0F;
     Yard yard(machine, 9000, 9001, true);

@@ -1,4 +1,4 @@
-// Ways written down and read again beside minds: all goes on bit for bit; bytes that are none are
+// Paths written down and read again beside minds: all goes on bit for bit; bytes that are none are
 // refused.
 #include "server/ai/way_bytes.h"
 
@@ -56,16 +56,16 @@ motion::StaticGeometry walls(Tick first_turn) {
     return {boxes, 0.0F, motion::kStaticCell_m, {}, gates};
 }
 
-WaysSettings settings_of(WayMapKind kind, std::uint64_t work) {
-    WaysSettings settings;
-    settings.cell_m = kind == WayMapKind::kGraph ? 2.0F : 0.5F;
+PathfindingSettings settings_of(PathMapKind kind, std::uint64_t work) {
+    PathfindingSettings settings;
+    settings.cell_m = kind == PathMapKind::kGraph ? 2.0F : 0.5F;
     settings.map = kind;
     settings.work_per_tick = work;
     return settings;
 }
 
 struct Town {
-    Town(const WaysSettings& ways, Tick first_turn, Tick now = 0) {
+    Town(const PathfindingSettings& paths, Tick first_turn, Tick now = 0) {
         field.statics = walls(first_turn);
         field.settings.machines = {goes_about()};
         field.settings.seen_m = 25.0F;
@@ -75,7 +75,7 @@ struct Town {
             type.mind = 1;
             type.character.acceleration = 20.0F;
         }
-        field.ways = Ways(ways, field.statics, {-30, -30, 30, 30}, field.types, now);
+        field.paths = PathService(paths, field.statics, {-30, -30, 30, 30}, field.types, now);
         compile(field.settings, kDt);
     }
 
@@ -103,27 +103,28 @@ struct Town {
     Field field;
 };
 
-/// The other town that was read from the bytes of one; `ways`: whether those were, too.
+/// The other town that was read from the bytes of one; `paths`: whether those were, too.
 struct Copy {
-    Copy(Town& town, const WaysSettings& settings, Tick first_turn, bool with_ways) {
+    Copy(Town& town, const PathfindingSettings& settings, Tick first_turn, bool with_paths) {
         std::vector<std::uint8_t> minds;
-        std::vector<std::uint8_t> ways;
+        std::vector<std::uint8_t> paths;
         Field& from = town.field;
         write_minds(from.minds, from.steps, from.places, minds);
-        write_ways(from.ways, ways);
+        serialize_paths(from.paths, paths);
         // Doors as they are between two ticks.
         other = std::make_unique<Town>(settings, first_turn, from.now);
         Field& to = other->field;
         if (from.now > 0) {
-            to.ways = Ways(settings, to.statics, {-30, -30, 30, 30}, to.types, from.now - 1);
+            to.paths =
+                PathService(settings, to.statics, {-30, -30, 30, 30}, to.types, from.now - 1);
         }
         to.entities = from.entities;
         EXPECT_EQ(read_minds(minds, to.settings, to.minds, to.steps, to.places), "");
-        if (with_ways) {
-            EXPECT_EQ(read_ways(ways, to.minds, to.ways, to.steps), "");
+        if (with_paths) {
+            EXPECT_EQ(deserialize_paths(paths, to.minds, to.paths, to.steps), "");
             std::vector<std::uint8_t> again;
-            write_ways(to.ways, again);
-            EXPECT_EQ(again, ways) << "what was read is what was written";
+            serialize_paths(to.paths, again);
+            EXPECT_EQ(again, paths) << "what was read is what was written";
         }
     }
 
@@ -132,11 +133,11 @@ struct Copy {
 
 struct Case {
     const char* name;
-    WayMapKind kind;
+    PathMapKind kind;
     std::uint64_t work;  ///< of a tick
 };
 
-class WayBytes : public testing::TestWithParam<Case> {};
+class SerializePaths : public testing::TestWithParam<Case> {};
 
 /// First tick from which on the two differ, up to `ticks`.
 Tick differ_after(Town& one, Town& other, Tick ticks) {
@@ -150,8 +151,8 @@ Tick differ_after(Town& one, Town& other, Tick ticks) {
     return ticks;
 }
 
-TEST_P(WayBytes, GoOnBitForBitInWhateverTickTheyAreRead) {
-    const WaysSettings settings = settings_of(GetParam().kind, GetParam().work);
+TEST_P(SerializePaths, GoOnBitForBitInWhateverTickTheyAreRead) {
+    const PathfindingSettings settings = settings_of(GetParam().kind, GetParam().work);
     // Doors turn after all was read.
     const Tick turn = 700;
     Town town(settings, turn);
@@ -159,21 +160,21 @@ TEST_P(WayBytes, GoOnBitForBitInWhateverTickTheyAreRead) {
     std::uint32_t waited = 0;
     for (int trial = 0; trial < 12; ++trial) {
         town.field.run(1.5F + 0.033F * static_cast<float>(trial % 7));
-        waited += town.field.ways.counts().waiting;
+        waited += town.field.paths.counts().waiting;
         const Copy copy(town, settings, turn, true);
         EXPECT_EQ(differ_after(town, *copy.other, 7), 7) << "trial " << trial;
     }
     ASSERT_LT(town.field.now, turn);
     const Copy last(town, settings, turn, true);
     EXPECT_EQ(differ_after(town, *last.other, 1200), 1200);
-    EXPECT_GT(town.field.ways.counts().broken, 20U) << "doors have cut ways";
+    EXPECT_GT(town.field.paths.counts().broken, 20U) << "doors have cut paths";
     if (GetParam().work < 100'000) {
         EXPECT_GT(waited, 0U) << "some wait while they are written";
     }
 }
 
-TEST_P(WayBytes, GoOnBitForBitAfterDoorsHaveTurned) {
-    const WaysSettings settings = settings_of(GetParam().kind, GetParam().work);
+TEST_P(SerializePaths, GoOnBitForBitAfterDoorsHaveTurned) {
+    const PathfindingSettings settings = settings_of(GetParam().kind, GetParam().work);
     Town town(settings, 100);
     town.people();
     town.field.run(9.0F);  // tick 270, between two turns
@@ -182,17 +183,17 @@ TEST_P(WayBytes, GoOnBitForBitAfterDoorsHaveTurned) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps,
-                         WayBytes,
-                         testing::Values(Case{"Grid", WayMapKind::kGrid, 1'000'000},
-                                         Case{"GridInNeed", WayMapKind::kGrid, 3'000},
-                                         Case{"Mesh", WayMapKind::kMesh, 1'000'000},
-                                         Case{"MeshInNeed", WayMapKind::kMesh, 1'000},
-                                         Case{"Graph", WayMapKind::kGraph, 1'000'000},
-                                         Case{"GraphInNeed", WayMapKind::kGraph, 3'000}),
+                         SerializePaths,
+                         testing::Values(Case{"Grid", PathMapKind::kGrid, 1'000'000},
+                                         Case{"GridInNeed", PathMapKind::kGrid, 3'000},
+                                         Case{"Mesh", PathMapKind::kMesh, 1'000'000},
+                                         Case{"MeshInNeed", PathMapKind::kMesh, 1'000},
+                                         Case{"Graph", PathMapKind::kGraph, 1'000'000},
+                                         Case{"GraphInNeed", PathMapKind::kGraph, 3'000}),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
-TEST(WayBytesOf, AreMissedWhereTheyAreNotRead) {
-    const WaysSettings settings = settings_of(WayMapKind::kGrid, 3'000);
+TEST(SerializePathsOf, AreMissedWhereTheyAreNotRead) {
+    const PathfindingSettings settings = settings_of(PathMapKind::kGrid, 3'000);
     Town town(settings, 100);
     town.people();
     town.field.run(9.0F);
@@ -200,62 +201,62 @@ TEST(WayBytesOf, AreMissedWhereTheyAreNotRead) {
     EXPECT_LT(differ_after(town, *copy.other, 900), 900) << "the comparison finds it";
 }
 
-class BadWays : public testing::TestWithParam<WayMapKind> {
+class BadPaths : public testing::TestWithParam<PathMapKind> {
   protected:
-    BadWays() : settings(settings_of(GetParam(), 3'000)), town(settings, 100) {
+    BadPaths() : settings(settings_of(GetParam(), 3'000)), town(settings, 100) {
         town.people();
         town.field.run(9.0F);
-        write_ways(town.field.ways, bytes);
+        serialize_paths(town.field.paths, bytes);
     }
 
-    /// Into ways of the same ground.
-    std::string read(Ways& ways) {
+    /// Into paths of the same ground.
+    std::string read(PathService& paths) {
         Step step;
-        return read_ways(bytes, town.field.minds, ways, step);
+        return deserialize_paths(bytes, town.field.minds, paths, step);
     }
 
-    [[nodiscard]] Ways fresh() const {
+    [[nodiscard]] PathService fresh() const {
         return {
             settings, town.field.statics, {-30, -30, 30, 30}, town.field.types, town.field.now - 1};
     }
 
-    WaysSettings settings;
+    PathfindingSettings settings;
     Town town;
     std::vector<std::uint8_t> bytes;
 };
 
-TEST_P(BadWays, AreRefusedWhereverTheyEnd) {
+TEST_P(BadPaths, AreRefusedWhereverTheyEnd) {
     const std::vector<std::uint8_t> whole = bytes;
-    Ways ways = fresh();  // nothing is remembered of what is cut short
+    PathService paths = fresh();  // nothing is remembered of what is cut short
     for (std::size_t size = 0; size < whole.size(); size += size < 200 ? 1 : 97) {
         bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
-        EXPECT_NE(read(ways), "") << size << " of " << whole.size();
+        EXPECT_NE(read(paths), "") << size << " of " << whole.size();
     }
     bytes = whole;
     bytes.push_back(0);
-    EXPECT_EQ(read(ways), "1 bytes are left over");
+    EXPECT_EQ(read(paths), "1 bytes are left over");
     bytes[0] = 9;
-    EXPECT_EQ(read(ways), "version 9 of ways, not 2");
+    EXPECT_EQ(read(paths), "version 9 of paths, not 2");
 }
 
-TEST_P(BadWays, NeverBreakAnythingWhateverBytesSay) {
+TEST_P(BadPaths, NeverBreakAnythingWhateverBytesSay) {
     core::Rng rng(5);
     const std::vector<std::uint8_t> whole = bytes;
     int taken = 0;
     for (int trial = 0; trial < 40; ++trial) {
-        Ways ways = fresh();
+        PathService paths = fresh();
         bytes = whole;
         for (int k = 0; k < 3; ++k) {
             bytes[rng.below(static_cast<std::uint32_t>(bytes.size()))] =
                 static_cast<std::uint8_t>(rng.below(256));
         }
-        if (!read(ways).empty()) {
+        if (!read(paths).empty()) {
             continue;
         }
         ++taken;
         // Goes on with whatever it is.
         Copy copy(town, settings, 100, false);
-        copy.other->field.ways = std::move(ways);
+        copy.other->field.paths = std::move(paths);
         for (int tick = 0; tick < 60; ++tick) {
             copy.other->field.step();
         }
@@ -264,8 +265,10 @@ TEST_P(BadWays, NeverBreakAnythingWhateverBytesSay) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps,
-                         BadWays,
-                         testing::Values(WayMapKind::kGrid, WayMapKind::kMesh, WayMapKind::kGraph));
+                         BadPaths,
+                         testing::Values(PathMapKind::kGrid,
+                                         PathMapKind::kMesh,
+                                         PathMapKind::kGraph));
 
 }  // namespace
 }  // namespace zoned::ai

@@ -1,4 +1,4 @@
-// Ways: minds ask, doors turn, and everybody has an answer in time.
+// PathService: minds ask, doors turn, and everybody has an answer in time.
 #include "server/ai/ways.h"
 
 #include "server/ai/navigation/line_of_sight.h"
@@ -52,7 +52,7 @@ world::TypeTable kinds() {
     return types;
 }
 
-Ways ways_at(Tick now, std::uint64_t work = 1'000'000) {
+PathService paths_at(Tick now, std::uint64_t work = 1'000'000) {
     return {{0.5F, work}, town(), kTown, kinds(), now};
 }
 
@@ -65,138 +65,138 @@ float length(Spot from, std::span<const Spot> corners) {
     return sum;
 }
 
-TEST(Ways, HaveAMapForEachSizeOfCharactersWithMindsAlone) {
-    const Ways ways = ways_at(0);
-    EXPECT_EQ(ways.sizes(), 2U);
-    EXPECT_FALSE(ways.plans_for(0));
-    EXPECT_TRUE(ways.plans_for(1));
-    EXPECT_TRUE(ways.plans_for(3));
-    EXPECT_FALSE(ways.plans_for(4));
-    EXPECT_GT(ways.bytes(), 0U);
-    const Ways none({}, town(), kTown, kinds(), 0);
+TEST(PathService, HaveAMapForEachSizeOfCharactersWithMindsAlone) {
+    const PathService paths = paths_at(0);
+    EXPECT_EQ(paths.sizes(), 2U);
+    EXPECT_FALSE(paths.plans_for(0));
+    EXPECT_TRUE(paths.plans_for(1));
+    EXPECT_TRUE(paths.plans_for(3));
+    EXPECT_FALSE(paths.plans_for(4));
+    EXPECT_GT(paths.bytes(), 0U);
+    const PathService none({}, town(), kTown, kinds(), 0);
     EXPECT_TRUE(none.empty());
     EXPECT_FALSE(none.plans_for(1));
     EXPECT_EQ(none.bytes(), 0U);
 }
 
-TEST(Ways, AreAnsweredInTheTickInWhichTheyAreAskedFor) {
-    Ways ways = ways_at(150);
+TEST(PathService, AreAnsweredInTheTickInWhichTheyAreAskedFor) {
+    PathService paths = paths_at(150);
     const Spot from{-10.0F, 0.0F};
     const Spot to{10.0F, 0.0F};
-    ways.ask(7, EntityId(70), 1, from, to);
-    ways.ask(3, EntityId(30), 3, from, to);
-    ways.ask(5, EntityId(50), 2, from, {10.0F, 100.0F});
-    ways.serve();
-    ASSERT_EQ(std::vector<Slot>(ways.answered().begin(), ways.answered().end()),
+    paths.ask(7, EntityId(70), 1, from, to);
+    paths.ask(3, EntityId(30), 3, from, to);
+    paths.ask(5, EntityId(50), 2, from, {10.0F, 100.0F});
+    paths.serve();
+    ASSERT_EQ(std::vector<Slot>(paths.answered().begin(), paths.answered().end()),
               (std::vector<Slot>{3, 5, 7}));
     for (const Slot mind : {7U, 3U}) {
-        const navigation::WayAnswer a = ways.answer(mind);
+        const navigation::PathResult a = paths.answer(mind);
         ASSERT_FALSE(a.waiting);
         EXPECT_EQ(a.outcome, Outcome::kFound);
         ASSERT_EQ(a.corners.size(), 1U) << "straight through the open gate";
         EXPECT_EQ(a.corners.back(), to);
         EXPECT_FLOAT_EQ(a.length_m, 20.0F);
     }
-    EXPECT_EQ(ways.answer(5).outcome, Outcome::kPartial) << "beyond the zone";
-    EXPECT_TRUE(ways.has(7, EntityId(70)));
-    EXPECT_FALSE(ways.has(7, EntityId(71)));
-    ways.release(7);
-    EXPECT_FALSE(ways.has(7, EntityId(70)));
-    ways.release(7);
-    ways.serve();
-    EXPECT_TRUE(ways.answered().empty());
+    EXPECT_EQ(paths.answer(5).outcome, Outcome::kPartial) << "beyond the zone";
+    EXPECT_TRUE(paths.has(7, EntityId(70)));
+    EXPECT_FALSE(paths.has(7, EntityId(71)));
+    paths.release(7);
+    EXPECT_FALSE(paths.has(7, EntityId(70)));
+    paths.release(7);
+    paths.serve();
+    EXPECT_TRUE(paths.answered().empty());
 }
 
-TEST(Ways, GoRoundAGateThatIsShutAndThroughItAgainOnceItIsOpen) {
-    Ways ways = ways_at(90);
+TEST(PathService, GoRoundAGateThatIsShutAndThroughItAgainOnceItIsOpen) {
+    PathService paths = paths_at(90);
     const Spot from{-10.0F, 0.0F};
     const Spot to{10.0F, 0.0F};
-    ways.ask(0, EntityId(1), 1, from, to);
-    ways.serve();
-    ASSERT_EQ(ways.answer(0).outcome, Outcome::kFound);
-    // By the gap at z = 17: the shortest way there and back is 2 sqrt(10^2 + 17^2) = 39.4 m.
-    EXPECT_GT(ways.answer(0).length_m, 38.0F);
-    EXPECT_LT(ways.answer(0).length_m, 44.0F);
-    EXPECT_FLOAT_EQ(ways.answer(0).length_m, length(from, ways.answer(0).corners));
-    EXPECT_FALSE(ways.straight(1, from, to));
+    paths.ask(0, EntityId(1), 1, from, to);
+    paths.serve();
+    ASSERT_EQ(paths.answer(0).outcome, Outcome::kFound);
+    // By the gap at z = 17: the shortest path there and back is 2 sqrt(10^2 + 17^2) = 39.4 m.
+    EXPECT_GT(paths.answer(0).length_m, 38.0F);
+    EXPECT_LT(paths.answer(0).length_m, 44.0F);
+    EXPECT_FLOAT_EQ(paths.answer(0).length_m, length(from, paths.answer(0).corners));
+    EXPECT_FALSE(paths.straight(1, from, to));
     for (Tick tick = 91; tick < 100; ++tick) {
-        ways.follow_doors(tick);
-        ways.serve();
-        EXPECT_TRUE(ways.answered().empty());
+        paths.follow_doors(tick);
+        paths.serve();
+        EXPECT_TRUE(paths.answered().empty());
     }
-    ways.follow_doors(100);
-    EXPECT_EQ(ways.requeued().size(), 1U) << "the gate may be a short cut";
-    EXPECT_FALSE(ways.answer(0).waiting) << "and the old way leads there all the same";
-    EXPECT_TRUE(ways.straight(1, from, to));
-    ways.serve();
-    ASSERT_EQ(ways.answered().size(), 1U);
-    EXPECT_FLOAT_EQ(ways.answer(0).length_m, 20.0F);
-    ways.follow_doors(200);
-    ASSERT_EQ(ways.requeued().size(), 1U);
-    EXPECT_TRUE(ways.answer(0).waiting);
-    ways.serve();
-    EXPECT_GT(ways.answer(0).length_m, 38.0F);
+    paths.follow_doors(100);
+    EXPECT_EQ(paths.requeued().size(), 1U) << "the gate may be a short cut";
+    EXPECT_FALSE(paths.answer(0).waiting) << "and the old path leads there all the same";
+    EXPECT_TRUE(paths.straight(1, from, to));
+    paths.serve();
+    ASSERT_EQ(paths.answered().size(), 1U);
+    EXPECT_FLOAT_EQ(paths.answer(0).length_m, 20.0F);
+    paths.follow_doors(200);
+    ASSERT_EQ(paths.requeued().size(), 1U);
+    EXPECT_TRUE(paths.answer(0).waiting);
+    paths.serve();
+    EXPECT_GT(paths.answer(0).length_m, 38.0F);
 }
 
-TEST(Ways, LeadOutOfTheZoneToAPlaceBeyondItWhereItCanBeLeft) {
+TEST(PathService, LeadOutOfTheZoneToAPlaceBeyondItWhereItCanBeLeft) {
     // A wall along the east side of the town, with a gap from z = 10 to z = 12.
     motion::StaticGeometry walls({wall(Vec3(19.5F, 1.0F, -5.0F), Vec3(0.5F, 2.0F, 15.0F)),
                                   wall(Vec3(19.5F, 1.0F, 16.0F), Vec3(0.5F, 2.0F, 4.0F))},
                                  0.0F);
-    Ways ways({0.5F, 1'000'000}, walls, kTown, kinds(), 0);
-    ways.ask(0, EntityId(1), 1, {0.0F, 0.0F}, {60.0F, 0.0F});
-    ways.ask(1, EntityId(2), 1, {0.0F, 0.0F}, {60.0F, 60.0F});
-    ways.ask(2, EntityId(3), 1, {0.0F, 0.0F}, {0.0F, -60.0F});
-    ways.ask(3, EntityId(4), 1, {0.0F, 0.0F}, {std::nanf(""), 0.0F});
-    ways.serve();
-    EXPECT_EQ(ways.answer(0).outcome, Outcome::kPartial);
-    const Spot east = ways.answer(0).corners.back();
+    PathService paths({0.5F, 1'000'000}, walls, kTown, kinds(), 0);
+    paths.ask(0, EntityId(1), 1, {0.0F, 0.0F}, {60.0F, 0.0F});
+    paths.ask(1, EntityId(2), 1, {0.0F, 0.0F}, {60.0F, 60.0F});
+    paths.ask(2, EntityId(3), 1, {0.0F, 0.0F}, {0.0F, -60.0F});
+    paths.ask(3, EntityId(4), 1, {0.0F, 0.0F}, {std::nanf(""), 0.0F});
+    paths.serve();
+    EXPECT_EQ(paths.answer(0).outcome, Outcome::kPartial);
+    const Spot east = paths.answer(0).corners.back();
     EXPECT_FLOAT_EQ(east.x, 19.75F);
     EXPECT_GT(east.z, 10.0F);
     EXPECT_LT(east.z, 12.0F);
     // To the south-east by the south side, which is free: straight ahead.
-    const Spot corner = ways.answer(1).corners.back();
+    const Spot corner = paths.answer(1).corners.back();
     EXPECT_TRUE(corner.z > 19.0F || corner.x > 19.0F);
-    EXPECT_EQ(ways.answer(2).corners.back(), (Spot{-0.25F, -19.75F}));
-    EXPECT_EQ(ways.answer(3).outcome, Outcome::kOffMap);
+    EXPECT_EQ(paths.answer(2).corners.back(), (Spot{-0.25F, -19.75F}));
+    EXPECT_EQ(paths.answer(3).outcome, Outcome::kOffMap);
 }
 
-TEST(Ways, ForgetWhoseSlotIsAnothers) {
-    Ways ways = ways_at(150, 1);
+TEST(PathService, ForgetWhoseSlotIsAnothers) {
+    PathService paths = paths_at(150, 1);
     for (Slot mind = 0; mind < 50; ++mind) {
-        ways.ask(mind, EntityId(mind + 1), 1, {-10.0F, 5.0F}, {10.0F, 5.0F});
+        paths.ask(mind, EntityId(mind + 1), 1, {-10.0F, 5.0F}, {10.0F, 5.0F});
     }
     for (Slot mind = 0; mind < 50; mind += 2) {
-        ways.ask(mind, EntityId(mind + 1000), 3, {-10.0F, 5.0F}, {10.0F, -5.0F});
+        paths.ask(mind, EntityId(mind + 1000), 3, {-10.0F, 5.0F}, {10.0F, -5.0F});
     }
     for (int tick = 0; tick < 40; ++tick) {
-        ways.serve();
-        for (const Slot mind : ways.answered()) {
-            EXPECT_FALSE(ways.answer(mind).waiting);
+        paths.serve();
+        for (const Slot mind : paths.answered()) {
+            EXPECT_FALSE(paths.answer(mind).waiting);
         }
     }
     for (Slot mind = 0; mind < 50; ++mind) {
-        ASSERT_FALSE(ways.answer(mind).waiting);
-        EXPECT_EQ(ways.answer(mind).corners.back(), (Spot{10.0F, mind % 2 == 0 ? -5.0F : 5.0F}));
+        ASSERT_FALSE(paths.answer(mind).waiting);
+        EXPECT_EQ(paths.answer(mind).corners.back(), (Spot{10.0F, mind % 2 == 0 ? -5.0F : 5.0F}));
     }
 }
 
-TEST(Ways, AllocateNothingOnceAllHaveAsked) {
-    Ways ways = ways_at(0);
+TEST(PathService, AllocateNothingOnceAllHaveAsked) {
+    PathService paths = paths_at(0);
     core::Rng rng(9, 1);
     const auto somewhere = [&rng] {
         return Spot{rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)};
     };
     const auto live = [&](Tick from, Tick to) {
         for (Tick tick = from; tick < to; ++tick) {
-            ways.follow_doors(tick);
+            paths.follow_doors(tick);
             for (Slot mind = 0; mind < 100; ++mind) {
                 if (rng.below(8) == 0) {
-                    ways.ask(
+                    paths.ask(
                         mind, EntityId(mind + 1), mind % 2 == 0 ? 1 : 3, somewhere(), somewhere());
                 }
             }
-            ways.serve();
+            paths.serve();
         }
     };
     live(0, 3300);

@@ -11,7 +11,7 @@ namespace {
 using navigation::Cell;
 using navigation::GridMap;
 
-/// Two ways from home (left) to food (right): a short one above, a long one below (the double
+/// Two paths from home (left) to food (right): a short one above, a long one below (the double
 /// bridge of Goss, Aron, Deneubourg and Pasteels, "Self-organized shortcuts in the Argentine ant",
 /// Naturwissenschaften 76, 1989).
 constexpr std::string_view kBridge[] = {"@@@@@@@@@@@@@@@@@@@@@",
@@ -82,14 +82,14 @@ TEST_P(ForagingOnABridge, MostTakeTheShortWayAndSomeExplore) {
     const Passages seen = walk(colony, map, 4000);
     EXPECT_GT(seen.short_share(), 0.8);
     EXPECT_GT(seen.over_long, 0.0) << "nobody explores";
-    // A way of 18 steps there and 18 back at best.
+    // A path of 18 steps there and 18 back at best.
     const double best = 60.0 * 4000.0 / 36.0;
     EXPECT_GT(static_cast<double>(colony.delivered() - before), 0.4 * best);
 }
 
 TEST_P(ForagingOnABridge, AWayThatBecomesWorseIsAbandoned) {
     walk(colony, map, 4000);
-    // Mud: 13 cells that take eight times as long make the short way the longer one (111 ticks
+    // Mud: 13 cells that take eight times as long make the short path the longer one (111 ticks
     // against 32 or more).
     for (std::uint16_t x = 4; x <= 16; ++x) {
         colony.set_slowness({x, 2}, 8);

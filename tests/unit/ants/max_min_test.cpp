@@ -37,13 +37,13 @@ std::int64_t best_by_sets(const Distances& d) {
                 continue;
             }
             const std::size_t others = set ^ (std::size_t{1} << last);
-            std::int64_t& way = best[set * n + last];
-            way = others == 0 ? d.between(start, static_cast<Place>(last)) : way;
+            std::int64_t& path = best[set * n + last];
+            path = others == 0 ? d.between(start, static_cast<Place>(last)) : path;
             for (std::size_t p = 0; p < n; ++p) {
                 if ((others >> p & 1U) != 0) {
-                    way = std::min(way,
-                                   best[others * n + p] +
-                                       d.between(static_cast<Place>(p), static_cast<Place>(last)));
+                    path = std::min(path,
+                                    best[others * n + p] +
+                                        d.between(static_cast<Place>(p), static_cast<Place>(last)));
                 }
             }
         }

@@ -25,8 +25,8 @@ struct Client {
         return 0.05;
     };
     double loss = 0.0;
-    bool told = true;        ///< the server's word about missing commands arrives
-    bool ways_known = true;  ///< stamps of arrivals come back
+    bool told = true;         ///< the server's word about missing commands arrives
+    bool paths_known = true;  ///< stamps of arrivals come back
     std::uint64_t consumed = 0;
     std::uint64_t missing = 0;
     double early_s = 0.0;  ///< sum over commands: how long they waited at the server
@@ -34,7 +34,7 @@ struct Client {
 
     struct News {
         double at_s = 0.0;
-        double way_s = 0.0;
+        double path_s = 0.0;
         int late = 0;
     };
 
@@ -60,7 +60,7 @@ struct Client {
             }
             deliver(now);
             while (!news_.empty() && news_.front().at_s <= now) {
-                lead.add_way(news_.front().way_s, news_.front().late);
+                lead.add_path(news_.front().path_s, news_.front().late);
                 news_.pop_front();
             }
             for (; static_cast<double>(server_next_) * kTickS <= now; ++server_next_) {
@@ -89,7 +89,7 @@ struct Client {
             double& at = arrivals_[static_cast<std::size_t>(tick) % arrivals_.size()];
             at = std::min(at, now + took);
         }
-        if (ways_known) {
+        if (paths_known) {
             // How many directly before it had not come by then, and whether it was the newest, is
             // known to the server when it comes: see deliver().
             under_way_.emplace_back(next_, took);
@@ -232,7 +232,7 @@ TEST(InputLead, LossCostsATickForEveryPacketThatMayBeLostInARow) {
 TEST(InputLead, TheServersWordAloneSuffices) {
     // No arrival is known, and half the round trip is not the way up.
     Client client;
-    client.ways_known = false;
+    client.paths_known = false;
     client.way = [] {
         return 0.115;
     };
@@ -241,7 +241,7 @@ TEST(InputLead, TheServersWordAloneSuffices) {
     EXPECT_LT(client.missing_share(), 3.0 * InputLead::kMissingTarget);
     // The counter-check: without its word all commands are late.
     Client deaf;
-    deaf.ways_known = false;
+    deaf.paths_known = false;
     deaf.told = false;
     deaf.way = client.way;
     deaf.run(10.0, 40.0);
@@ -252,8 +252,8 @@ TEST(InputLead, AnOutageDoesNotRaiseIt) {
     Client client;
     client.run(10.0, 20.0);
     const double before = client.lead.wanted_s();
-    client.lead.add_way(5.0, 0);
-    client.lead.add_way(std::nan(""), 0);
+    client.lead.add_path(5.0, 0);
+    client.lead.add_path(std::nan(""), 0);
     EXPECT_EQ(client.lead.wanted_s(), before);
 }
 

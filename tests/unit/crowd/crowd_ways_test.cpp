@@ -42,13 +42,13 @@ const GroundGrid& half_metres() {
 }
 
 /// Until all fields are those of now.
-void settle(CrowdWays& ways) {
+void settle(CrowdWays& paths) {
     for (int tick = 0; tick < 1000; ++tick) {
-        ways.advance();
+        paths.advance();
     }
 }
 
-/// The row in which a way comes through the wall.
+/// The row in which a path comes through the wall.
 int gap_of(const std::vector<Cell>& cells) {
     for (std::size_t i = 1; i < cells.size(); ++i) {
         const Cell a = cells[i - 1];
@@ -62,7 +62,7 @@ int gap_of(const std::vector<Cell>& cells) {
 
 class TwoGaps : public testing::Test {
   protected:
-    TwoGaps() : ways(two_gaps(), half_metres(), settings()) {}
+    TwoGaps() : paths(two_gaps(), half_metres(), settings()) {}
 
     static CrowdWaysSettings settings() {
         CrowdWaysSettings out;
@@ -72,9 +72,9 @@ class TwoGaps : public testing::Test {
         return out;
     }
 
-    std::vector<Cell> way() {
+    std::vector<Cell> path() {
         std::vector<Cell> cells{start};
-        EXPECT_TRUE(ways.append_way(start, goal, cells));
+        EXPECT_TRUE(paths.append_path(start, goal, cells));
         return cells;
     }
 
@@ -88,62 +88,62 @@ class TwoGaps : public testing::Test {
             z.push_back(2.5F + static_cast<float>(i % 3) * 0.5F);
         }
         for (int look = 0; look < 12; ++look) {
-            settle(ways);
-            ASSERT_TRUE(ways.looks());
-            ways.look(x, z);
+            settle(paths);
+            ASSERT_TRUE(paths.looks());
+            paths.look(x, z);
         }
-        settle(ways);
+        settle(paths);
     }
 
-    CrowdWays ways;
+    CrowdWays paths;
     Cell start = cell_at(10, 6);
     Cell goal = cell_at(50, 6);
 };
 
 TEST_F(TwoGaps, AWayLeadsAroundACrowdAndBackWhereItIsGone) {
     std::vector<Cell> cells{start};
-    EXPECT_FALSE(ways.append_way(start, goal, cells)) << "nobody has asked so far";
-    settle(ways);
-    EXPECT_LT(gap_of(way()), 8);
-    const CrowdWays::Cost free = ways.cost(start, goal);
+    EXPECT_FALSE(paths.append_path(start, goal, cells)) << "nobody has asked so far";
+    settle(paths);
+    EXPECT_LT(gap_of(path()), 8);
+    const CrowdWays::Cost free = paths.cost(start, goal);
     // 20 m along the row.
     EXPECT_EQ(free, CrowdWays::Cost{40} * navigation::kStraight * 2 * kPerStep);
-    EXPECT_EQ(ways.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}), free);
+    EXPECT_EQ(paths.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}), free);
     crowd(14);
-    EXPECT_GE(gap_of(way()), 30);
-    EXPECT_GT(ways.cost(start, goal), free);
+    EXPECT_GE(gap_of(path()), 30);
+    EXPECT_GT(paths.cost(start, goal), free);
     // It pays by what it says: straight on costs more.
-    EXPECT_LT(ways.cost(start, goal), ways.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}));
+    EXPECT_LT(paths.cost(start, goal), paths.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}));
     std::uint32_t looked = 0;
-    EXPECT_FALSE(navigation::sees(ways.calm(), start, goal, looked));
+    EXPECT_FALSE(navigation::sees(paths.calm(), start, goal, looked));
     crowd(0);
-    EXPECT_LT(gap_of(way()), 8);
-    EXPECT_EQ(ways.cost(start, goal), free);
+    EXPECT_LT(gap_of(path()), 8);
+    EXPECT_EQ(paths.cost(start, goal), free);
 }
 
 TEST_F(TwoGaps, AWayEndsAtAClosedDoorAtOnceAndIsThereAgainSoon) {
     std::vector<Cell> cells{start};
-    EXPECT_FALSE(ways.append_way(start, goal, cells));
-    settle(ways);
+    EXPECT_FALSE(paths.append_path(start, goal, cells));
+    settle(paths);
     std::vector<navigation::CellChange> shut;
     for (int y = 4; y < 8; ++y) {
         shut.push_back({cell_at(30, y), false});
     }
-    ways.change(shut);
+    paths.change(shut);
     cells.assign(1, start);
-    EXPECT_FALSE(ways.append_way(start, goal, cells));
+    EXPECT_FALSE(paths.append_path(start, goal, cells));
     EXPECT_EQ(cells.size(), 1U);
-    settle(ways);
-    EXPECT_GE(gap_of(way()), 30);
+    settle(paths);
+    EXPECT_GE(gap_of(path()), 30);
 }
 
 /// What is worked in a tick is what was given, but for the copy of a field that is done.
 TEST_F(TwoGaps, WorksInSlices) {
     std::vector<Cell> cells{start};
-    EXPECT_FALSE(ways.append_way(start, goal, cells));
+    EXPECT_FALSE(paths.append_path(start, goal, cells));
     int ticks = 0;
-    for (; ways.cost(start, goal) == CrowdedField::kNoWay; ++ticks) {
-        EXPECT_LE(ways.advance(), settings().work_per_tick + 2 * two_gaps().places());
+    for (; paths.cost(start, goal) == CrowdedField::kNoPath; ++ticks) {
+        EXPECT_LE(paths.advance(), settings().work_per_tick + 2 * two_gaps().places());
         ASSERT_LT(ticks, 1000);
     }
     // 2368 cells at 75 units, 20,000 a tick.
@@ -153,10 +153,10 @@ TEST_F(TwoGaps, WorksInSlices) {
 
 TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
     std::vector<Cell> cells{start};
-    EXPECT_FALSE(ways.append_way(start, goal, cells));
-    settle(ways);
+    EXPECT_FALSE(paths.append_path(start, goal, cells));
+    settle(paths);
     crowd(14);
-    const CrowdMemory memory = ways.memory();
+    const SavedCrowds memory = paths.memory();
     CrowdWays other(two_gaps(), half_metres(), settings());
     ASSERT_TRUE(other.remember(memory));
     const GridMap map = two_gaps();
@@ -166,16 +166,16 @@ TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
             if (!map.passable(from)) {
                 continue;
             }
-            EXPECT_EQ(other.cost(from, goal), ways.cost(from, goal));
+            EXPECT_EQ(other.cost(from, goal), paths.cost(from, goal));
             std::vector<Cell> a{from};
             std::vector<Cell> b{from};
-            EXPECT_TRUE(ways.append_way(from, goal, a));
-            EXPECT_TRUE(other.append_way(from, goal, b));
+            EXPECT_TRUE(paths.append_path(from, goal, a));
+            EXPECT_TRUE(other.append_path(from, goal, b));
             EXPECT_EQ(a, b);
         }
     }
     for (const auto spoil : {0, 1, 2, 3}) {
-        CrowdMemory bad = memory;
+        SavedCrowds bad = memory;
         ASSERT_FALSE(bad.blocks.empty());
         spoil == 0   ? bad.blocks[0].block = 1'000'000
         : spoil == 1 ? bad.goals[0].place = 1'000'000
@@ -188,17 +188,17 @@ TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
 
 TEST_F(TwoGaps, AllocatesNothingOnceWarm) {
     std::vector<Cell> cells{start};
-    EXPECT_FALSE(ways.append_way(start, goal, cells));
-    settle(ways);
+    EXPECT_FALSE(paths.append_path(start, goal, cells));
+    settle(paths);
     std::vector<float> x(20, 13.0F);
     std::vector<float> z(20, 3.0F);
     const auto round = [&] {
         for (const float at : {13.0F, 3.0F, 17.0F, 13.0F}) {
             std::fill(x.begin(), x.end(), at);
-            settle(ways);
-            ways.look(x, z);
+            settle(paths);
+            paths.look(x, z);
         }
-        settle(ways);
+        settle(paths);
     };
     round();
     round();
@@ -220,9 +220,9 @@ TEST(CrowdedFieldInSlices, IsTheSame) {
     sliced.begin_build(map, goal);
     whole.build(map, crowding, goal);
     for (int round = 0; round < 40; ++round) {
-        int slices = 1;
+        int resumable_task = 1;
         while (!sliced.advance(map, crowding, 1 + rng.below(9))) {
-            ++slices;
+            ++resumable_task;
         }
         for (Place p = 0; p < map.places(); ++p) {
             ASSERT_EQ(sliced.cost(p), whole.cost(p)) << "round " << round;
@@ -234,7 +234,7 @@ TEST(CrowdedFieldInSlices, IsTheSame) {
             crowding[p] = static_cast<Crowding>(rng.below(200));
             changed.push_back(p);
         }
-        EXPECT_GT(slices, round == 0 ? 50 : 0);
+        EXPECT_GT(resumable_task, round == 0 ? 50 : 0);
         sliced.begin_update(changed);
         whole.build(map, crowding, goal);
     }

@@ -33,7 +33,7 @@ TEST(CrowdedField, IsAGoalFieldWhereNobodyIs) {
     plain.build(map, goal);
     for (Place p = 0; p < map.places(); ++p) {
         if (plain.cost(p) == navigation::kNoCost) {
-            ASSERT_EQ(crowded.cost(p), CrowdedField::kNoWay);
+            ASSERT_EQ(crowded.cost(p), CrowdedField::kNoPath);
         } else {
             ASSERT_EQ(crowded.cost(p), CrowdedField::Cost{plain.cost(p)} * 2 * kPerStep);
         }
@@ -67,7 +67,7 @@ TEST(CrowdedField, IsAfterEachChangeAsIfItWereBuiltAnew) {
             anew.build(map, crowding, goal);
             for (Place p = 0; p < map.places(); ++p) {
                 ASSERT_EQ(kept.cost(p), anew.cost(p)) << "seed " << seed << " round " << round;
-                if (kept.cost(p) == CrowdedField::kNoWay || map.place(goal) == p) {
+                if (kept.cost(p) == CrowdedField::kNoPath || map.place(goal) == p) {
                     continue;
                 }
                 const Place q = map.place(navigation::hopped(map.cell(p), kept.hop(p)));
@@ -91,7 +91,7 @@ TEST(CrowdedField, LooksAtFewCellsWhereFewChange) {
     }
     field.build(map, crowding, goal);
     const std::size_t all = field.work();
-    // Far from the goal hardly any way leads through a cell.
+    // Far from the goal hardly any path leads through a cell.
     const Place changed[] = {map.place({190, 190})};
     crowding[changed[0]] = 100;
     field.update(map, crowding, changed);

@@ -25,7 +25,7 @@ double cost_of(std::span<const double> cost,
     return sum;
 }
 
-/// The least cost by all ways to give slots to rows (rows <= slots).
+/// The least cost by all paths to give slots to rows (rows <= slots).
 double least_by_all(std::span<const double> cost, std::size_t rows, std::size_t slots) {
     std::vector<std::size_t> order(slots);
     std::iota(order.begin(), order.end(), 0U);
@@ -145,7 +145,7 @@ TEST(Formation, MovesSlotsBeforeWalls) {
     Formation group({{0.0F, 4.0F}}, {});
     group.place(Vec2::Zero(), Vec2::Zero(), {1.0F, 0.0F});
     group.enlist(agents, members);
-    // The wall is a quarter of the way; two radii before it.
+    // The wall is a quarter of the path; two radii before it.
     EXPECT_TRUE(group.slot_of(0, walls, 0.25F).isApprox(Vec2(0.0F, 0.5F), 1e-5F));
 }
 
@@ -254,7 +254,7 @@ TEST_F(FormationInAMaze, StragglersAreReroutedAndTakenBack) {
         query.goal = cell_at(to);
         query.nearest = true;
         planner.plan(query, navigation::Method::kAStar);
-        const auto& corners = planner.way().corners();
+        const auto& corners = planner.path().corners();
         if (corners.size() < 2) {
             return to;
         }
@@ -266,7 +266,7 @@ TEST_F(FormationInAMaze, StragglersAreReroutedAndTakenBack) {
     EXPECT_LT(worst, 0.3F) << "all are in their places, less what others push";
 }
 
-/// What the test above tests: without ways those in the dead end stay there.
+/// What the test above tests: without paths those in the dead end stay there.
 TEST_F(FormationInAMaze, WithoutWaysTheyStayInTheDeadEnd) {
     run(kStraightOn);
     EXPECT_GT(stragglers, 0);

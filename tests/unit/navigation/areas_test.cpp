@@ -22,7 +22,7 @@ Cell any_cell(const GridMap& map, core::Rng& rng) {
     }
 }
 
-/// Length that hops lead along until they reach the goal's area; kNoWay where they end before it,
+/// Length that hops lead along until they reach the goal's area; kNoPath where they end before it,
 /// or go on for ever, or through what is blocked.
 double length_to_area(const GridMap& map, const Areas& areas, Cell c, Cell goal) {
     double length = 0.0;
@@ -34,12 +34,12 @@ double length_to_area(const GridMap& map, const Areas& areas, Cell c, Cell goal)
         const Cell to = hopped(c, hop);
         if (hop == kNoHop || !map.passable(to) || !map.passable(Cell{to.x, c.y}) ||
             !map.passable(Cell{c.x, to.y})) {
-            return kNoWay;
+            return kNoPath;
         }
         length += to.x != c.x && to.y != c.y ? std::numbers::sqrt2 : 1.0;
         c = to;
     }
-    return kNoWay;
+    return kNoPath;
 }
 
 void expect_hops_lead_to_goals(const GridMap& map, Areas& areas, core::Rng& rng) {
@@ -51,7 +51,7 @@ void expect_hops_lead_to_goals(const GridMap& map, Areas& areas, core::Rng& rng)
             const Cell c = any_cell(map, rng);
             const auto at =
                 static_cast<std::size_t>(c.y) * static_cast<std::size_t>(map.width()) + c.x;
-            ASSERT_EQ(length_to_area(map, areas, c, goal) == kNoWay, best[at] == kNoWay)
+            ASSERT_EQ(length_to_area(map, areas, c, goal) == kNoPath, best[at] == kNoPath)
                 << c.x << ", " << c.y << " to " << goal.x << ", " << goal.y;
         }
     }
@@ -105,7 +105,7 @@ TEST(Areas, LeadAlongWaysThatAreNotFarFromTheBest) {
         for (int k = 0; k < 40; ++k) {
             const Cell c = any_cell(map, rng);
             const auto at = static_cast<std::size_t>(c.y) * 256 + c.x;
-            if (best[at] != kNoWay && best[at] > 100.0) {
+            if (best[at] != kNoPath && best[at] > 100.0) {
                 sum += length_to_area(map, areas, c, goal);
                 sum_best += best[at];
             }

@@ -81,7 +81,7 @@ TEST(Components, AreThoseOfMapsOfManySquares) {
                 const Cell c{static_cast<std::uint16_t>(i % 200),
                              static_cast<std::uint16_t>(i / 200)};
                 ASSERT_EQ(components.of(map.place(c)) == components.of(map.place({100, 75})),
-                          reached[i] != kNoWay);
+                          reached[i] != kNoPath);
             }
         }
     }

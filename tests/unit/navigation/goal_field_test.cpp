@@ -12,7 +12,7 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-/// Length of what the hops lead along from `c`; kNoWay where they end elsewhere than at `goal`.
+/// Length of what the hops lead along from `c`; kNoPath where they end elsewhere than at `goal`.
 template <class HopAt>
 double followed(const GridMap& map, Cell c, Cell goal, const HopAt& hop_at) {
     std::vector<Cell> corners{c};
@@ -23,14 +23,14 @@ double followed(const GridMap& map, Cell c, Cell goal, const HopAt& hop_at) {
             const bool there = hop == kArrived && c == goal;
             return there && wrong_with(map, corners.front(), goal, length, corners).empty()
                        ? length
-                       : kNoWay;
+                       : kNoPath;
         }
         const Cell to = hopped(c, hop);
         length += to.x != c.x && to.y != c.y ? std::numbers::sqrt2 : 1.0;
         corners.push_back(to);
         c = to;
     }
-    return kNoWay;
+    return kNoPath;
 }
 
 void expect_best_hops(const GridMap& map, Cell goal) {
@@ -45,7 +45,7 @@ void expect_best_hops(const GridMap& map, Cell goal) {
         for (std::uint16_t x = 0; x < map.width(); ++x, ++i) {
             const Cell c{x, y};
             const Place p = map.place(c);
-            if (lengths[i] == kNoWay || !map.passable(c)) {
+            if (lengths[i] == kNoPath || !map.passable(c)) {
                 ASSERT_EQ(field.hop(p), kNoHop);
                 ASSERT_EQ(field.cost(p), kNoCost);
                 continue;

@@ -1,4 +1,4 @@
-// Graph ways: along placed waypoints, whatever their weights, and through doors.
+// Graph paths: along placed waypoints, whatever their weights, and through doors.
 #include "server/ai/navigation/graph_ways.h"
 
 #include "tests/unit/navigation/walkers.h"
@@ -29,38 +29,41 @@ motion::StaticGeometry with_door(const motion::StaticBox& box) {
     return {{}, 0.0F, motion::kStaticCell_m, {}, {door}};
 }
 
-std::vector<Spot> way_of(GraphWays& ways, const WayAsk& ask, Outcome outcome = Outcome::kFound) {
-    const WayTicket t = ways.ask(ask);
-    ways.serve();
-    EXPECT_EQ(ways.answer(t).outcome, outcome);
-    const std::span<const Spot> corners = ways.answer(t).corners;
+std::vector<Spot> path_of(GraphWays& paths,
+                          const PathRequest& ask,
+                          Outcome outcome = Outcome::kFound) {
+    const PathRequestId t = paths.ask(ask);
+    paths.serve();
+    EXPECT_EQ(paths.answer(t).outcome, outcome);
+    const std::span<const Spot> corners = paths.answer(t).corners;
     std::vector<Spot> out(corners.begin(), corners.end());
-    ways.release(t);
+    paths.release(t);
     return out;
 }
 
 TEST(GraphWays, LeadAlongTheLeastSumOfWeightsAndStraightToTheGoal) {
-    GraphWays ways(square(), {}, {});
-    EXPECT_EQ(way_of(ways, {0, {-2.0F, -2.0F}, {22.0F, 23.0F}}),
+    GraphWays paths(square(), {}, {});
+    EXPECT_EQ(path_of(paths, {0, {-2.0F, -2.0F}, {22.0F, 23.0F}}),
               (std::vector<Spot>{{0, 0}, {20, 0}, {20, 20}, {22, 23}}));
-    EXPECT_EQ(way_of(ways, {0, {-2.0F, -2.0F}, {3.0F, 1.0F}}), (std::vector<Spot>{{3, 1}}))
+    EXPECT_EQ(path_of(paths, {0, {-2.0F, -2.0F}, {3.0F, 1.0F}}), (std::vector<Spot>{{3, 1}}))
         << "the same waypoint is nearest to both";
-    EXPECT_EQ(way_of(ways, {0, {3.0F, 0.5F}, {20.2F, 16.0F}}),
+    EXPECT_EQ(path_of(paths, {0, {3.0F, 0.5F}, {20.2F, 16.0F}}),
               (std::vector<Spot>{{20, 0}, {20.2F, 16}}))
         << "neither back to the first waypoint nor beyond the goal";
-    EXPECT_TRUE(ways.straight({-2.0F, 0.0F}, 0.0F, {2.0F, 0.0F}, 0.0F));
-    EXPECT_FALSE(ways.straight({-2.0F, 0.0F}, 0.0F, {19.0F, 0.0F}, 0.0F));
+    EXPECT_TRUE(paths.straight({-2.0F, 0.0F}, 0.0F, {2.0F, 0.0F}, 0.0F));
+    EXPECT_FALSE(paths.straight({-2.0F, 0.0F}, 0.0F, {19.0F, 0.0F}, 0.0F));
 }
 
 TEST(GraphWays, FollowOneWayEdgesAndSayHowNearTheyGet) {
     auto graph = parse_waypoints(
         "node 1 0 0 0\nnode 2 10 0 0\nnode 3 20 0 0\nnode 9 31 0 0\n"
         "edge 1 2 length\nedge 2 3 length\nedge 2 1 length\n");
-    GraphWays ways(std::move(graph).value(), {}, {});
-    EXPECT_EQ(way_of(ways, {0, {0, 1}, {20, 1}}),
+    GraphWays paths(std::move(graph).value(), {}, {});
+    EXPECT_EQ(path_of(paths, {0, {0, 1}, {20, 1}}),
               (std::vector<Spot>{{0, 0}, {10, 0}, {20, 0}, {20, 1}}));
-    EXPECT_EQ(way_of(ways, {0, {20, 1}, {0, 1}}, Outcome::kPartial), (std::vector<Spot>{{20, 0}}));
-    EXPECT_EQ(way_of(ways, {0, {-4, 5}, {31, 0}}, Outcome::kPartial).back(), (Spot{20, 0}));
+    EXPECT_EQ(path_of(paths, {0, {20, 1}, {0, 1}}, Outcome::kPartial),
+              (std::vector<Spot>{{20, 0}}));
+    EXPECT_EQ(path_of(paths, {0, {-4, 5}, {31, 0}}, Outcome::kPartial).back(), (Spot{20, 0}));
 }
 
 TEST(GraphWays, KeepOffEdgesThatPassThroughADoorThatIsShut) {
@@ -72,20 +75,20 @@ TEST(GraphWays, KeepOffEdgesThatPassThroughADoorThatIsShut) {
     ASSERT_EQ(doors.size(), 1U);
     EXPECT_EQ(doors[0].taken.size(), 2U) << "both ways along one edge";
     EXPECT_TRUE(doors[0].given.empty());
-    GraphWays ways(graph, doors, std::vector<std::uint8_t>{0});
-    const WayTicket a = ways.ask({0, {0, -1}, {20, 21}});
-    const WayTicket b = ways.ask({1, {20, -1}, {20, 21}});
-    ways.serve();
-    ways.turn_doors(std::vector<std::uint8_t>{1});
-    ASSERT_EQ(ways.requeued().size(), 1U);
-    EXPECT_EQ(ways.requeued()[0], a.slot);
-    EXPECT_FALSE(ways.answer(b).waiting);
-    ways.serve();
-    EXPECT_EQ(ways.answer(a).corners[1], (Spot{0, 20})) << "the dearer way";
-    ways.turn_doors(std::vector<std::uint8_t>{0});
-    EXPECT_EQ(ways.requeued().size(), 1U) << "the door is a short cut for one of them";
-    ways.serve();
-    EXPECT_EQ(ways.answer(a).corners[1], (Spot{20, 0}));
+    GraphWays paths(graph, doors, std::vector<std::uint8_t>{0});
+    const PathRequestId a = paths.ask({0, {0, -1}, {20, 21}});
+    const PathRequestId b = paths.ask({1, {20, -1}, {20, 21}});
+    paths.serve();
+    paths.turn_doors(std::vector<std::uint8_t>{1});
+    ASSERT_EQ(paths.requeued().size(), 1U);
+    EXPECT_EQ(paths.requeued()[0], a.slot);
+    EXPECT_FALSE(paths.answer(b).waiting);
+    paths.serve();
+    EXPECT_EQ(paths.answer(a).corners[1], (Spot{0, 20})) << "the dearer path";
+    paths.turn_doors(std::vector<std::uint8_t>{0});
+    EXPECT_EQ(paths.requeued().size(), 1U) << "the door is a short cut for one of them";
+    paths.serve();
+    EXPECT_EQ(paths.answer(a).corners[1], (Spot{20, 0}));
 }
 
 TEST(GraphWays, PassUnderADoorThatIsHighAndOverABridgeWhileItIsThere) {
@@ -105,10 +108,10 @@ TEST(GraphWays, PassUnderADoorThatIsHighAndOverABridgeWhileItIsThere) {
     const std::vector<WaypointDoor> doors = waypoint_doors(graph, bridge, kGraphWalker);
     EXPECT_TRUE(doors[0].taken.empty());
     EXPECT_EQ(doors[0].given.size(), 2U);
-    GraphWays ways(graph, doors, std::vector<std::uint8_t>{0});
-    EXPECT_EQ(way_of(ways, {0, {0, -1}, {20, 1}})[1], (Spot{0, 20})) << "all the way round";
-    ways.turn_doors(std::vector<std::uint8_t>{1});
-    EXPECT_EQ(way_of(ways, {0, {0, -1}, {20, 1}}).size(), 3U);
+    GraphWays paths(graph, doors, std::vector<std::uint8_t>{0});
+    EXPECT_EQ(path_of(paths, {0, {0, -1}, {20, 1}})[1], (Spot{0, 20})) << "all the way round";
+    paths.turn_doors(std::vector<std::uint8_t>{1});
+    EXPECT_EQ(path_of(paths, {0, {0, -1}, {20, 1}}).size(), 3U);
 }
 
 TEST(GraphWays, LeaveBlockedWaypointsOutWhateverDoorsDo) {
@@ -117,9 +120,9 @@ TEST(GraphWays, LeaveBlockedWaypointsOutWhateverDoorsDo) {
     const motion::StaticGeometry world =
         with_door(static_box(Vec3(10.0F, 1.5F, 0.0F), Vec3(0.2F, 1.5F, 1.0F)));
     const std::vector<WaypointDoor> doors = waypoint_doors(*graph, world, kGraphWalker);
-    GraphWays ways(std::move(graph).value(), doors, std::vector<std::uint8_t>{1});
-    ways.turn_doors(std::vector<std::uint8_t>{0});
-    EXPECT_EQ(way_of(ways, {0, {0, 1}, {20, 1}}, Outcome::kPartial).back(), (Spot{0, 0}));
+    GraphWays paths(std::move(graph).value(), doors, std::vector<std::uint8_t>{1});
+    paths.turn_doors(std::vector<std::uint8_t>{0});
+    EXPECT_EQ(path_of(paths, {0, {0, 1}, {20, 1}}, Outcome::kPartial).back(), (Spot{0, 0}));
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ std::vector<double> all_lengths(const GridMap& map, Cell start) {
         return static_cast<std::size_t>(c.y) * static_cast<std::size_t>(map.width()) + c.x;
     };
     std::vector<double> length(
-        static_cast<std::size_t>(map.width()) * static_cast<std::size_t>(map.height()), kNoWay);
+        static_cast<std::size_t>(map.width()) * static_cast<std::size_t>(map.height()), kNoPath);
     using Entry = std::pair<double, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     length[index(start)] = 0.0;

@@ -1,4 +1,4 @@
-// What ways on grids are held against: a plain Dijkstra in doubles, and a look at each step.
+// What paths on grids are held against: a plain Dijkstra in doubles, and a look at each step.
 #pragma once
 
 #include "server/ai/navigation/grid_map.h"
@@ -13,7 +13,7 @@
 
 namespace zoned::ai::navigation {
 
-inline constexpr double kNoWay = std::numeric_limits<double>::infinity();
+inline constexpr double kNoPath = std::numeric_limits<double>::infinity();
 
 /// `#` is blocked, anything else passable; rows of the same length.
 GridMap map_of(std::initializer_list<std::string_view> rows);
@@ -24,10 +24,10 @@ GridMap random_map(int width, int height, float blocked, std::uint64_t seed);
 /// Rooms with walls of one cell and a door or two each.
 GridMap rooms_map(int width, int height, int room, std::uint64_t seed);
 
-/// Lengths of best ways from `start` to all cells, row by row; kNoWay where there is none.
+/// Lengths of best paths from `start` to all cells, row by row; kNoPath where there is none.
 std::vector<double> all_lengths(const GridMap& map, Cell start);
 
-/// Empty where the corners are a way from `start` to `goal` of that length, step by step legal;
+/// Empty where the corners are a path from `start` to `goal` of that length, step by step legal;
 /// else what is wrong.
 std::string wrong_with(const GridMap& map,
                        Cell start,

@@ -22,7 +22,7 @@ GroundMap baked(const std::vector<motion::StaticBox>& boxes,
     return bake_ground(motion::StaticGeometry(boxes, 0.0F), limits, kTenMetres, kCell_m);
 }
 
-/// Whether a way leads from the place to the other on the map.
+/// Whether a path leads from the place to the other on the map.
 bool leads(const GroundMap& map, Spot from, Spot to) {
     Planner planner(map.cells);
     Query q;
@@ -214,9 +214,9 @@ TEST(BakeGround, FollowsHeightsAndStopsWhereTheyAreTooSteep) {
     EXPECT_NEAR(whole.floor_m[flat], 1.0F, 0.005F);
 }
 
-/// Ways that were asked for and walked in random worlds, planned for one size, walked by another.
+/// Paths that were asked for and walked in random worlds, planned for one size, walked by another.
 struct Walked {
-    int ways = 0;
+    int paths = 0;
     int stuck = 0;
     double ticks_over_best = 0.0;
 };
@@ -245,7 +245,8 @@ Walked walk_random_worlds(const motion::CharacterLimits& planned,
             if (planner.plan(q).outcome != Outcome::kFound || q.start == q.goal) {
                 continue;
             }
-            std::vector<Cell> cells(planner.way().corners().begin(), planner.way().corners().end());
+            std::vector<Cell> cells(planner.path().corners().begin(),
+                                    planner.path().corners().end());
             std::uint32_t looked = 0;
             pull(map.cells, cells, looked);
             std::vector<Spot> corners;
@@ -259,7 +260,7 @@ Walked walk_random_worlds(const motion::CharacterLimits& planned,
             const int most = static_cast<int>(3.0 * best) + 60;
             const int ticks =
                 ticks_to_walk(world, kWalker, map, q.start, corners, 0.6F * kCell_m, most);
-            ++w.ways;
+            ++w.paths;
             w.stuck += ticks >= most ? 1 : 0;
             w.ticks_over_best = std::max(w.ticks_over_best, ticks - best);
         }
@@ -272,9 +273,9 @@ TEST(BakeGround, AgreesWithMovementSoThatEveryPulledWayCanBeWalked) {
         return random_world(rng, 36.0F, 40);
     };
     const Walked w = walk_random_worlds(kWalker, make, 12);
-    EXPECT_GT(w.ways, 300);
+    EXPECT_GT(w.paths, 300);
     EXPECT_EQ(w.stuck, 0);
-    // The check itself: ways for a thinner one who climbs higher lead where this one can't go.
+    // The check itself: paths for a thinner one who climbs higher lead where this one can't go.
     motion::CharacterLimits other;
     other.radius = 0.1F;
     other.half_segment = 0.8F;
@@ -302,13 +303,13 @@ TEST(BakeGround, AgreesWithMovementOnHills) {
         return motion::StaticGeometry({}, -20.0F, 16.0F, {surface});
     };
     const Walked w = walk_random_worlds(kWalker, make, 5);
-    EXPECT_GT(w.ways, 150);
+    EXPECT_GT(w.paths, 150);
     // Who passes beside a face that does not carry may slide off its line, down to where no cell
     // is.
-    EXPECT_LE(w.stuck, w.ways / 100);
+    EXPECT_LE(w.stuck, w.paths / 100);
     motion::CharacterLimits climber;
     climber.max_slope_cos = 0.3F;
-    EXPECT_GT(walk_random_worlds(climber, make, 5).stuck, w.ways / 10);
+    EXPECT_GT(walk_random_worlds(climber, make, 5).stuck, w.paths / 10);
 }
 
 }  // namespace

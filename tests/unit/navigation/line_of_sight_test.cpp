@@ -83,8 +83,8 @@ TEST(Pull, KeepsEndsStaysFreeAndIsNeverLonger) {
             if (a.outcome != Outcome::kFound || q.start == q.goal) {
                 continue;
             }
-            std::vector<Cell> corners(planner.way().corners().begin(),
-                                      planner.way().corners().end());
+            std::vector<Cell> corners(planner.path().corners().begin(),
+                                      planner.path().corners().end());
             std::uint32_t looked = 0;
             pull(planner.map(), corners, looked);
             ASSERT_EQ(corners.front(), q.start);

@@ -65,9 +65,9 @@ TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
         const motion::StaticGeometry rooms = maze(rng);
         const std::size_t doors = rooms.doors().size();
         std::vector<std::uint8_t> shut(doors, 0);
-        MeshWays ways(baked(rooms), kMaze, shut);
+        MeshWays paths(baked(rooms), kMaze, shut);
         for (int change = 0; change < 8; ++change) {
-            MeshWays before(ways.mesh(), kMaze, shut);
+            MeshWays before(paths.mesh(), kMaze, shut);
             std::vector<std::uint32_t> closed;
             for (std::uint32_t d = 0; d < doors; ++d) {
                 shut[d] = rng.below(3) != 0 ? 1 : 0;
@@ -75,7 +75,7 @@ TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
                     closed.push_back(d);
                 }
             }
-            ways.turn_doors(shut);
+            paths.turn_doors(shut);
             MeshWays anew(baked(rooms.with_shut(closed)), kMaze, {});
             for (int i = 0; i < 40; ++i) {
                 const auto middle = [&rng] {
@@ -88,15 +88,15 @@ TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
                     return Spot{x, room()};
                 };
                 const Spot from = middle();
-                const WayAsk ask{0, from, middle()};
+                const PathRequest ask{0, from, middle()};
                 const auto answer_of = [&ask](MeshWays& map) {
-                    const WayTicket t = map.ask(ask);
+                    const PathRequestId t = map.ask(ask);
                     map.serve();
-                    const WayAnswer a = map.answer(t);
+                    const PathResult a = map.answer(t);
                     map.release(t);
                     return std::pair(a.outcome, a.length_m);
                 };
-                const auto [outcome, length] = answer_of(ways);
+                const auto [outcome, length] = answer_of(paths);
                 const auto [wanted, best] = answer_of(anew);
                 ASSERT_EQ(outcome, wanted) << world << " " << change << " " << i;
                 out_of_date += answer_of(before).first != wanted ? 1 : 0;
@@ -124,23 +124,23 @@ TEST(MeshDoors, MayBeBridgesThatAreThereWhileShut) {
         motion::kStaticCell_m,
         {},
         {door_of(static_box(Vec3(0.0F, 0.9F, 3.0F), Vec3(2.2F, 0.1F, 1.5F)))});
-    MeshWays ways(baked(world), kMaze, std::vector<std::uint8_t>{0});
-    const WayTicket t = ways.ask({0, {-8.0F, -5.0F}, {8.0F, -5.0F}, 1.0F, 1.0F});
-    ways.serve();
-    EXPECT_EQ(ways.answer(t).outcome, Outcome::kPartial);
-    ways.turn_doors(std::vector<std::uint8_t>{1});
-    EXPECT_EQ(ways.requeued().size(), 1U);
-    ways.serve();
-    ASSERT_EQ(ways.answer(t).outcome, Outcome::kFound);
+    MeshWays paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
+    const PathRequestId t = paths.ask({0, {-8.0F, -5.0F}, {8.0F, -5.0F}, 1.0F, 1.0F});
+    paths.serve();
+    EXPECT_EQ(paths.answer(t).outcome, Outcome::kPartial);
+    paths.turn_doors(std::vector<std::uint8_t>{1});
+    EXPECT_EQ(paths.requeued().size(), 1U);
+    paths.serve();
+    ASSERT_EQ(paths.answer(t).outcome, Outcome::kFound);
     bool over = false;
-    for (const Spot& c : ways.answer(t).corners) {
+    for (const Spot& c : paths.answer(t).corners) {
         over = over || (std::abs(c.x) < 3.0F && std::abs(c.z - 3.0F) < 1.5F);
     }
     EXPECT_TRUE(over);
-    ways.turn_doors(std::vector<std::uint8_t>{0});
-    EXPECT_EQ(ways.counts().broken, 1U);
-    ways.serve();
-    EXPECT_EQ(ways.answer(t).outcome, Outcome::kPartial);
+    paths.turn_doors(std::vector<std::uint8_t>{0});
+    EXPECT_EQ(paths.counts().broken, 1U);
+    paths.serve();
+    EXPECT_EQ(paths.answer(t).outcome, Outcome::kPartial);
 }
 
 TEST(MeshDoors, CutOnlyWhatIsStillAhead) {
@@ -152,20 +152,20 @@ TEST(MeshDoors, CutOnlyWhatIsStillAhead) {
         motion::kStaticCell_m,
         {},
         {door_of(static_box(Vec3(0.0F, 1.5F, 0.0F), Vec3(0.2F, 1.5F, 1.0F)))});
-    MeshWays ways(baked(world), kMaze, std::vector<std::uint8_t>{0});
-    const WayTicket t = ways.ask({0, {-5.0F, 5.0F}, {12.0F, 5.0F}});
-    ways.serve();
-    ASSERT_EQ(ways.answer(t).outcome, Outcome::kFound);
+    MeshWays paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
+    const PathRequestId t = paths.ask({0, {-5.0F, 5.0F}, {12.0F, 5.0F}});
+    paths.serve();
+    ASSERT_EQ(paths.answer(t).outcome, Outcome::kFound);
     // Through the door, and on to the corner behind it.
-    const std::vector<Spot> corners(ways.answer(t).corners.begin(), ways.answer(t).corners.end());
+    const std::vector<Spot> corners(paths.answer(t).corners.begin(), paths.answer(t).corners.end());
     for (const Spot& c : corners) {
         if (c.x < 4.0F) {
-            ways.heading(t, c, 0.3F);
+            paths.heading(t, c, 0.3F);
         }
     }
-    ways.turn_doors(std::vector<std::uint8_t>{1});
-    EXPECT_TRUE(ways.requeued().empty());
-    EXPECT_EQ(ways.counts().broken, 0U);
+    paths.turn_doors(std::vector<std::uint8_t>{1});
+    EXPECT_TRUE(paths.requeued().empty());
+    EXPECT_EQ(paths.counts().broken, 0U);
 }
 
 TEST(MeshDoors, TellFloorsApart) {
@@ -181,25 +181,25 @@ TEST(MeshDoors, TellFloorsApart) {
                     slope * 180.0F / 3.14159265F,
                     Vec3::UnitZ())},
         0.0F);
-    MeshWays ways(baked(world), kMaze, {});
+    MeshWays paths(baked(world), kMaze, {});
     const Spot here{6.0F, 0.0F};
-    EXPECT_TRUE(ways.straight({6.0F, -6.0F}, 0.0F, {6.0F, 6.0F}, 0.0F)) << "under the platform";
-    EXPECT_FALSE(ways.straight({6.0F, -6.0F}, 0.0F, here, 3.0F)) << "it is above";
-    EXPECT_TRUE(ways.straight({3.0F, 0.0F}, 3.0F, here, 3.0F));
-    const WayTicket below = ways.ask({0, {-12.0F, 0.0F}, here, 0.0F, 0.0F});
-    const WayTicket above = ways.ask({1, {-12.0F, 0.0F}, here, 0.0F, 3.0F});
-    const WayTicket ground = ways.ask({2, {-12.0F, 0.0F}, here});
-    const WayTicket up = ways.ask({3, here, here, 0.0F, 3.0F});
-    ways.serve();
-    for (const WayTicket t : {below, above, ground, up}) {
-        EXPECT_EQ(ways.answer(t).outcome, Outcome::kFound);
+    EXPECT_TRUE(paths.straight({6.0F, -6.0F}, 0.0F, {6.0F, 6.0F}, 0.0F)) << "under the platform";
+    EXPECT_FALSE(paths.straight({6.0F, -6.0F}, 0.0F, here, 3.0F)) << "it is above";
+    EXPECT_TRUE(paths.straight({3.0F, 0.0F}, 3.0F, here, 3.0F));
+    const PathRequestId below = paths.ask({0, {-12.0F, 0.0F}, here, 0.0F, 0.0F});
+    const PathRequestId above = paths.ask({1, {-12.0F, 0.0F}, here, 0.0F, 3.0F});
+    const PathRequestId ground = paths.ask({2, {-12.0F, 0.0F}, here});
+    const PathRequestId up = paths.ask({3, here, here, 0.0F, 3.0F});
+    paths.serve();
+    for (const PathRequestId t : {below, above, ground, up}) {
+        EXPECT_EQ(paths.answer(t).outcome, Outcome::kFound);
     }
     // Up the ramp straight ahead; on the ground round it, for it is in the way.
-    EXPECT_NEAR(ways.answer(above).length_m, 18.0F, 0.5F);
-    EXPECT_GT(ways.answer(below).length_m, 18.3F);
-    EXPECT_FLOAT_EQ(ways.answer(ground).length_m, ways.answer(below).length_m);
+    EXPECT_NEAR(paths.answer(above).length_m, 18.0F, 0.5F);
+    EXPECT_GT(paths.answer(below).length_m, 18.3F);
+    EXPECT_FLOAT_EQ(paths.answer(ground).length_m, paths.answer(below).length_m);
     // Out from under the platform, round to the foot of the ramp, and back: 2 x 12 m at least.
-    EXPECT_GT(ways.answer(up).length_m, 24.0F);
+    EXPECT_GT(paths.answer(up).length_m, 24.0F);
 }
 
 TEST(MeshWays, LeaveTheZoneWhereThatIsSoonest) {
@@ -208,14 +208,14 @@ TEST(MeshWays, LeaveTheZoneWhereThatIsSoonest) {
         {static_box(Vec3(14.0F, 1.5F, -4.0F), Vec3(0.2F, 1.5F, 12.0F)),
          static_box(Vec3(14.0F, 1.5F, 14.0F), Vec3(0.2F, 1.5F, 2.0F))},
         0.0F);
-    MeshWays ways(baked(world), kMaze, {});
-    EXPECT_FALSE(ways.contains({60.0F, 0.0F}));
-    const WayExit east = ways.way_out({0.0F, 0.0F}, 0.0F, {60.0F, 0.0F});
+    MeshWays paths(baked(world), kMaze, {});
+    EXPECT_FALSE(paths.contains({60.0F, 0.0F}));
+    const MapExit east = paths.straight_exit({0.0F, 0.0F}, 0.0F, {60.0F, 0.0F});
     EXPECT_GT(east.at.x, 13.0F);
-    const WayTicket t = ways.ask({0, {0.0F, 0.0F}, east.at, 0.0F, east.y});
-    ways.serve();
-    EXPECT_EQ(ways.answer(t).outcome, Outcome::kFound);
-    const WayExit west = ways.way_out({0.0F, 5.0F}, 0.0F, {-60.0F, 5.0F});
+    const PathRequestId t = paths.ask({0, {0.0F, 0.0F}, east.at, 0.0F, east.y});
+    paths.serve();
+    EXPECT_EQ(paths.answer(t).outcome, Outcome::kFound);
+    const MapExit west = paths.straight_exit({0.0F, 5.0F}, 0.0F, {-60.0F, 5.0F});
     EXPECT_NEAR(west.at.z, 5.0F, 0.1F);
     EXPECT_LT(west.at.x, -13.0F);
 }

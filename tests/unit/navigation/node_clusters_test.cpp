@@ -28,11 +28,11 @@ struct RandomGraph {
         for (std::uint32_t a = 0; a < nodes; ++a) {
             for (std::uint32_t b = 0; b < a; ++b) {
                 if ((places[a] - places[b]).norm() < 7.0F) {
-                    const std::uint32_t ways = rng.below(4);
-                    if (ways != 1) {
+                    const std::uint32_t paths = rng.below(4);
+                    if (paths != 1) {
                         out[a].push_back(b);
                     }
-                    if (ways != 2) {
+                    if (paths != 2) {
                         out[b].push_back(a);
                     }
                 }

@@ -21,7 +21,7 @@ constexpr Method kExact[] = {Method::kDefault,
                              Method::kSubgoals,
                              Method::kHubLabels};
 
-/// A best way by Cost may be longer than the best by the error that cost.h states: 3.7e-7 a
+/// A best path by Cost may be longer than the best by the error that cost.h states: 3.7e-7 a
 /// diagonal, of which maps here have at most 10,000.
 constexpr double kCostError = 3.7e-3;
 
@@ -60,14 +60,14 @@ void expect_exact(Planner& planner, core::Rng& rng, int goals, const std::string
                 continue;
             }
             const Answer a = planner.plan(from_to(start, goal), method);
-            ASSERT_EQ(a.outcome, best == kNoWay ? Outcome::kUnreachable : Outcome::kFound) << name;
-            if (best == kNoWay) {
+            ASSERT_EQ(a.outcome, best == kNoPath ? Outcome::kUnreachable : Outcome::kFound) << name;
+            if (best == kNoPath) {
                 continue;
             }
             ASSERT_NEAR(a.length, best, kCostError)
                 << name << " " << to_string(method) << " from " << start.x << ", " << start.y
                 << " to " << goal.x << ", " << goal.y;
-            ASSERT_EQ(wrong_with(map, start, goal, a.length, planner.way().corners()), "")
+            ASSERT_EQ(wrong_with(map, start, goal, a.length, planner.path().corners()), "")
                 << name << " " << to_string(method);
         }
     }
@@ -170,11 +170,11 @@ TEST(Hierarchical, FindsLegalWaysExactlyWhereThereAreSome) {
             const Cell goal = any_passable(planner.map(), rng);
             const Answer a = planner.plan(from_to(start, goal), Method::kHierarchical);
             const double best = length_to(planner.map(), lengths, goal);
-            ASSERT_EQ(a.outcome, best == kNoWay ? Outcome::kUnreachable : Outcome::kFound);
-            if (best != kNoWay) {
+            ASSERT_EQ(a.outcome, best == kNoPath ? Outcome::kUnreachable : Outcome::kFound);
+            if (best != kNoPath) {
                 ASSERT_GE(a.length, best - kCostError);
-                ASSERT_EQ(wrong_with(planner.map(), start, goal, a.length, planner.way().corners()),
-                          "");
+                ASSERT_EQ(
+                    wrong_with(planner.map(), start, goal, a.length, planner.path().corners()), "");
             }
         }
     }
@@ -297,7 +297,7 @@ TEST(Planner, NamesWhyThereIsNoWay) {
         const Answer here = planner.plan(from_to({1, 1}, {1, 1}), method);
         EXPECT_EQ(here.outcome, Outcome::kFound);
         EXPECT_EQ(here.length, 0.0);
-        EXPECT_EQ(planner.way().corners().size(), 1U);
+        EXPECT_EQ(planner.path().corners().size(), 1U);
     }
 }
 
@@ -311,9 +311,9 @@ TEST(Planner, GoesAsNearAsItCanWhereItIsToldTo) {
         const Answer a = planner.plan(q, method);
         EXPECT_EQ(a.outcome, Outcome::kPartial);
         // (5, 3) is two columns and two rows away, all others that can be reached are farther.
-        EXPECT_EQ(planner.way().corners().back(), (Cell{5, 3})) << to_string(method);
-        const Cell near = planner.way().corners().back();
-        EXPECT_EQ(wrong_with(planner.map(), q.start, near, a.length, planner.way().corners()), "");
+        EXPECT_EQ(planner.path().corners().back(), (Cell{5, 3})) << to_string(method);
+        const Cell near = planner.path().corners().back();
+        EXPECT_EQ(wrong_with(planner.map(), q.start, near, a.length, planner.path().corners()), "");
     }
 }
 
@@ -331,8 +331,8 @@ TEST(Planner, StopsAtTheBoundOfItsWork) {
                 continue;
             }
             ASSERT_LE(a.work, q.max_work);
-            const Cell end = planner.way().corners().back();
-            ASSERT_EQ(wrong_with(planner.map(), q.start, end, a.length, planner.way().corners()),
+            const Cell end = planner.path().corners().back();
+            ASSERT_EQ(wrong_with(planner.map(), q.start, end, a.length, planner.path().corners()),
                       "");
             cut += a.outcome == Outcome::kCutOff ? 1 : 0;
             ASSERT_EQ(a.outcome == Outcome::kFound, end == q.goal);
@@ -358,8 +358,8 @@ TEST(WeightedAStar, KeepsItsBoundAndLooksAtLess) {
             const Answer a = planner.plan(q, Method::kWeightedAStar);
             work += a.work;
             ASSERT_LE(a.length, best.length * (static_cast<double>(q.weight) + 1.0 / 512) + 1e-6);
-            ASSERT_EQ(wrong_with(planner.map(), q.start, q.goal, a.length, planner.way().corners()),
-                      "");
+            ASSERT_EQ(
+                wrong_with(planner.map(), q.start, q.goal, a.length, planner.path().corners()), "");
         }
     }
     EXPECT_LT(work, exact_work / 2);
@@ -414,7 +414,7 @@ TEST(Components, JoinExactlyWhatReachesEachOther) {
                 const std::uint32_t c = components.of(map.place({x, y}));
                 ASSERT_EQ(c == 0, !map.passable(Cell{x, y}));
                 ASSERT_EQ(c == components.of(map.place(start)),
-                          length_to(map, lengths, {x, y}) != kNoWay);
+                          length_to(map, lengths, {x, y}) != kNoPath);
             }
         }
     }

@@ -15,7 +15,7 @@ struct Progress {
 };
 
 /// Ten steps of so many units; cancelled, it clears three things up.
-Slices ten_steps(std::uint64_t units, Progress& progress) {
+ResumableTask ten_steps(std::uint64_t units, Progress& progress) {
     bool cancelled = false;
     for (int i = 0; i < 10 && !cancelled; ++i) {
         ++progress.steps;
@@ -27,9 +27,9 @@ Slices ten_steps(std::uint64_t units, Progress& progress) {
     }
 }
 
-TEST(Slices, PayInTheNextCallsForWhatAStepTookBeyondItsUnits) {
+TEST(ResumableTask, PayInTheNextCallsForWhatAStepTookBeyondItsUnits) {
     Progress progress;
-    Slices work = ten_steps(100, progress);
+    ResumableTask work = ten_steps(100, progress);
     std::uint64_t given = 0;
     std::uint64_t taken = 0;
     while (!work.advance(40)) {
@@ -43,9 +43,9 @@ TEST(Slices, PayInTheNextCallsForWhatAStepTookBeyondItsUnits) {
     EXPECT_EQ(taken + work.taken(), 1300U);
 }
 
-TEST(Slices, ClearUpInPartsOnceTheyAreCancelled) {
+TEST(ResumableTask, ClearUpInPartsOnceTheyAreCancelled) {
     Progress progress;
-    Slices work = ten_steps(100, progress);
+    ResumableTask work = ten_steps(100, progress);
     ASSERT_FALSE(work.advance(250));
     EXPECT_EQ(progress.steps, 3);
     work.cancel();
@@ -57,7 +57,7 @@ TEST(Slices, ClearUpInPartsOnceTheyAreCancelled) {
     EXPECT_TRUE(work.advance(1));
 }
 
-TEST(PlannerSlices, DoNotTryAgainWhatHasExceededItsBoundUntilTheMapIsAnother) {
+TEST(GridPlannerInParts, DoNotTryAgainWhatHasExceededItsBoundUntilTheMapIsAnother) {
     IndexBounds bounds;
     bounds.doors = 1000;
     bounds.landmark_bytes = 0;

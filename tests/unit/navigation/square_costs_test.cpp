@@ -21,7 +21,7 @@ GridMap blocked_map(int width, int height) {
     return map;
 }
 
-/// Corridors of one cell, joined at their ends in turn: ways turn at each, up and down or across.
+/// Corridors of one cell, joined at their ends in turn: paths turn at each, up and down or across.
 GridMap serpentine(int side, bool upright) {
     GridMap map = blocked_map(side, side);
     for (std::uint16_t a = 0; a < side; ++a) {

@@ -28,7 +28,7 @@ Outcome outcome_of(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
     return search.plan(mesh, from, to, 1.0F).outcome;
 }
 
-/// Largest distance over the ground from a point of the way to the mesh.
+/// Largest distance over the ground from a point of the path to the mesh.
 float off_mesh(const WalkMesh& mesh, std::span<const Vec3> corners) {
     float most = 0.0F;
     for (std::size_t i = 1; i < corners.size(); ++i) {
@@ -210,7 +210,7 @@ TEST(MeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
         }
     }
     EXPECT_GT(compared, 200);
-    // Ways on the grid are longer by up to 8 % as they keep to eight directions; the corridor by
+    // Paths on the grid are longer by up to 8 % as they keep to eight directions; the corridor by
     // middles of edges may lose as much.
     EXPECT_LT(sum, 1.08 * sum_grid);
 }
@@ -244,7 +244,7 @@ TEST(WalkMesh, SaysWhyItCantBeBaked) {
     EXPECT_THAT(why(flat, {0.0F, 0.0F, 9000.0F, 1.0F}, {1.0F, 0.1F}), testing::HasSubstr("8192"));
     const motion::StaticGeometry tower({static_box(Vec3(0, 500, 0), Vec3(1, 500, 1))}, 0.0F);
     EXPECT_THAT(why(tower, kTwentyMetres, {}), testing::HasSubstr("steps of 0.05"));
-    // A ground that is all wall has no polygons, and no ways.
+    // A ground that is all wall has no polygons, and no paths.
     const auto none =
         WalkMesh::bake(motion::StaticGeometry({static_box(Vec3(0, 5, 0), Vec3(20, 5, 20))}, 0.0F),
                        kPerson,

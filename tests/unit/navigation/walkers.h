@@ -1,4 +1,4 @@
-// Walkers: characters that follow ways by movement's own function, and worlds to do it in.
+// Walkers: characters that follow paths by movement's own function, and worlds to do it in.
 #pragma once
 
 #include "server/ai/navigation/ground_map.h"

@@ -32,7 +32,7 @@ Cell some_passable(const GridMap& map, core::Rng& rng) {
 struct Walker {
     Cell start;
     Cell goal;
-    WayTicket ticket;
+    PathRequestId ticket;
     std::vector<Spot> corners;
 };
 
@@ -78,7 +78,7 @@ class Askers {
         return true;
     }
 
-    WayService service;
+    GridPathRequests service;
     std::vector<Walker> walkers;
 };
 
@@ -96,7 +96,7 @@ std::vector<CellChange> line_of_cells(const GridMap& map, core::Rng& rng, bool p
     return changes;
 }
 
-TEST(WayChanges, RenewExactlyTheWaysThatAreCut) {
+TEST(GridPathChanges, RenewExactlyTheWaysThatAreCut) {
     core::Rng rng(31);
     std::size_t cut = 0;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -129,7 +129,7 @@ TEST(WayChanges, RenewExactlyTheWaysThatAreCut) {
                     q.start = w.start;
                     q.goal = w.goal;
                     const Answer best = anew.plan(q);
-                    const WayAnswer answer = a.service.answer(w.ticket);
+                    const PathResult answer = a.service.answer(w.ticket);
                     ASSERT_EQ(answer.outcome == Outcome::kFound, best.outcome == Outcome::kFound);
                     ASSERT_TRUE(a.free(w));
                     if (best.outcome == Outcome::kFound) {
@@ -150,7 +150,7 @@ TEST(WayChanges, RenewExactlyTheWaysThatAreCut) {
     EXPECT_GT(cut, 100U);
 }
 
-TEST(WayChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
+TEST(GridPathChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
     core::Rng rng(32);
     std::size_t shorter = 0;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -162,7 +162,7 @@ TEST(WayChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
             }
             a.service.change(line_of_cells(a.service.planner().map(), rng, true));
             for (const Walker& w : a.walkers) {
-                const WayAnswer answer = a.service.answer(w.ticket);
+                const PathResult answer = a.service.answer(w.ticket);
                 if (answer.outcome == Outcome::kFound) {
                     ASSERT_FALSE(answer.waiting);
                     ASSERT_TRUE(std::equal(answer.corners.begin(),
@@ -179,7 +179,7 @@ TEST(WayChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
                 q.start = a.walkers[i].start;
                 q.goal = a.walkers[i].goal;
                 const Answer best = anew.plan(q);
-                const WayAnswer answer = a.service.answer(a.walkers[i].ticket);
+                const PathResult answer = a.service.answer(a.walkers[i].ticket);
                 if (best.outcome == Outcome::kFound) {
                     ASSERT_EQ(answer.outcome, Outcome::kFound);
                     ASSERT_LE(answer.length_m, best.length + 0.01);
@@ -191,7 +191,7 @@ TEST(WayChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
     EXPECT_GT(shorter, 50U);
 }
 
-TEST(WayChanges, LookAgainForWhoWasOutOfReachOnlyWhereThatMayBeOtherwise) {
+TEST(GridPathChanges, LookAgainForWhoWasOutOfReachOnlyWhereThatMayBeOtherwise) {
     core::Rng rng(37);
     std::size_t out_of_reach = 0;
     std::size_t left_alone = 0;
@@ -226,7 +226,7 @@ TEST(WayChanges, LookAgainForWhoWasOutOfReachOnlyWhereThatMayBeOtherwise) {
             Planner anew(a.service.planner().map());
             for (std::size_t i = 0; i < a.walkers.size(); ++i) {
                 const Walker& w = a.walkers[i];
-                const WayAnswer answer = a.service.answer(w.ticket);
+                const PathResult answer = a.service.answer(w.ticket);
                 if (!anew.map().passable(w.start) || !anew.map().passable(w.goal)) {
                     continue;
                 }
@@ -245,7 +245,7 @@ TEST(WayChanges, LookAgainForWhoWasOutOfReachOnlyWhereThatMayBeOtherwise) {
                 nearer += off_goal(w) < off[i] ? 1U : 0U;
                 const Cell end =
                     w.corners.empty() ? w.start : a.service.grid().cell(w.corners.back());
-                const Cell wanted = anew.way().corners().back();
+                const Cell wanted = anew.path().corners().back();
                 ASSERT_EQ(octile(end.x - w.goal.x, end.y - w.goal.y),
                           octile(wanted.x - w.goal.x, wanted.y - w.goal.y));
                 ASSERT_LE(answer.length_m, best.length + 0.01);
@@ -257,12 +257,12 @@ TEST(WayChanges, LookAgainForWhoWasOutOfReachOnlyWhereThatMayBeOtherwise) {
     EXPECT_GT(nearer, 20U);
 }
 
-TEST(WayChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
+TEST(GridPathChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
     core::Rng rng(33);
     const GridMap map = rooms_map(200, 180, 11, 5);
-    WaySettings settings;
+    GridPathSettings settings;
     settings.index_work_per_tick = 100'000;
-    WayService service(metre_ground(map), settings);
+    GridPathRequests service(metre_ground(map), settings);
     EXPECT_EQ(service.planner().choice(), Method::kHubLabels);
     const CellChange door{some_passable(map, rng), false};
     service.change(std::span(&door, 1));
@@ -274,14 +274,14 @@ TEST(WayChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
     for (; !service.indexed() && ticks < 1000; ++ticks) {
         const Cell start = some_passable(anew.map(), rng);
         const Cell goal = some_passable(anew.map(), rng);
-        const WayTicket t =
+        const PathRequestId t =
             service.ask({0, service.grid().centre(start), service.grid().centre(goal)});
         service.serve();
         Query q;
         q.start = start;
         q.goal = goal;
         const Answer best = anew.plan(q);
-        const WayAnswer answer = service.answer(t);
+        const PathResult answer = service.answer(t);
         ASSERT_FALSE(answer.waiting);
         ASSERT_TRUE(best.outcome != Outcome::kFound || answer.length_m <= best.length + 0.01);
         service.release(t);
@@ -299,15 +299,15 @@ TEST(WayChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
     EXPECT_TRUE(service.indexed());
 }
 
-TEST(WayChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
+TEST(GridPathChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
     core::Rng rng(34);
     const GridMap map = rooms_map(120, 100, 11, 3);
-    WaySettings settings;
+    GridPathSettings settings;
     settings.work_per_tick = 1;
     settings.longest_wait_ticks = 40;
-    WayService service(metre_ground(map), settings);
+    GridPathRequests service(metre_ground(map), settings);
     std::vector<Spot> at;
-    std::vector<WayTicket> tickets;
+    std::vector<PathRequestId> tickets;
     for (std::uint32_t i = 0; i < 60; ++i) {
         at.push_back(service.grid().centre(some_passable(map, rng)));
         const Spot to = service.grid().centre(some_passable(map, rng));
@@ -318,7 +318,7 @@ TEST(WayChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
     for (int tick = 0; service.counts().waiting != 0 && tick < 100; ++tick) {
         service.serve();
         for (std::size_t i = 0; i < at.size(); ++i) {
-            const WayAnswer answer = service.answer(tickets[i]);
+            const PathResult answer = service.answer(tickets[i]);
             if (answered[i]) {
                 continue;
             }
@@ -343,11 +343,11 @@ TEST(WayChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
     EXPECT_GT(walked, 30);
 }
 
-TEST(WayChanges, TakeNoMoreWorkInATickThanItWasGiven) {
+TEST(GridPathChanges, TakeNoMoreWorkInATickThanItWasGiven) {
     core::Rng rng(35);
     const GridMap map = rooms_map(300, 280, 11, 2);
-    WayService service(metre_ground(map));
-    const WaySettings settings;
+    GridPathRequests service(metre_ground(map));
+    const GridPathSettings settings;
     for (std::uint32_t i = 0; i < 600; ++i) {
         service.ask({i,
                      service.grid().centre(some_passable(map, rng)),
@@ -365,7 +365,7 @@ TEST(WayChanges, TakeNoMoreWorkInATickThanItWasGiven) {
     while (service.counts().waiting != 0) {
         serve();
     }
-    // Doors on the ways of many, some before the index of the last is there.
+    // Doors on the paths of many, some before the index of the last is there.
     for (int round = 0; round < 40; ++round) {
         service.change(line_of_cells(service.planner().map(), rng, round % 3 == 0));
         for (int tick = 0; tick < round % 12; ++tick) {
@@ -377,7 +377,7 @@ TEST(WayChanges, TakeNoMoreWorkInATickThanItWasGiven) {
     }
     EXPECT_GT(service.counts().broken, 100U);
     // Beyond it what the last request that is begun takes: at most two units for each cell around a
-    // goal that can't be reached, and some ten thousand for a table and a way. Thirty are due in a
+    // goal that can't be reached, and some ten thousand for a table and a path. Thirty are due in a
     // tick: what these need is less than all.
     EXPECT_LE(most, settings.work_per_tick + 2U * 300U * 280U + 50'000U);
     EXPECT_GT(most, settings.work_per_tick / 2);
@@ -386,7 +386,7 @@ TEST(WayChanges, TakeNoMoreWorkInATickThanItWasGiven) {
     EXPECT_LE(service.counts().longest_wait_ticks, settings.longest_wait_ticks);
 }
 
-TEST(WayChanges, GiveBackTheCornersOfWaysThatTheyRenew) {
+TEST(GridPathChanges, GiveBackTheCornersOfWaysThatTheyRenew) {
     core::Rng rng(36);
     Askers a(rooms_map(120, 100, 11, 4), 300, rng);
     std::vector<CellChange> door;
@@ -409,8 +409,8 @@ TEST(WayChanges, GiveBackTheCornersOfWaysThatTheyRenew) {
         }
         return a.service.bytes();
     };
-    // Each turn most of 300 ways get another some 30 corners long: 70 KB, which would be 4 MB. What
-    // is left is that ways differ in length: the pool has not seen as many of each at first.
+    // Each turn most of 300 paths get another some 30 corners long: 70 KB, which would be 4 MB.
+    // What is left is that paths differ in length: the pool has not seen as many of each at first.
     const std::size_t before = turn(5);
     EXPECT_LE(turn(30), before + before / 2);
 }

@@ -1,4 +1,4 @@
-// Way maps: what holds for ways over cells, polygons and waypoints alike.
+// Paths maps: what holds for paths over cells, polygons and waypoints alike.
 #include "server/ai/navigation/graph_ways.h"
 #include "server/ai/navigation/grid_ways.h"
 #include "server/ai/navigation/mesh_ways.h"
@@ -41,14 +41,14 @@ motion::StaticGeometry yard_with_gates() {
 
 using Shut = std::vector<std::uint8_t>;
 
-std::unique_ptr<WayMap> way_map_of(const std::string& kind,
-                                   const motion::StaticGeometry& world,
-                                   const Shut& shut,
-                                   std::uint64_t work) {
+std::unique_ptr<PathProvider> path_map_of(const std::string& kind,
+                                          const motion::StaticGeometry& world,
+                                          const Shut& shut,
+                                          std::uint64_t work) {
     if (kind == "grid") {
-        WaySettings settings;
+        GridPathSettings settings;
         settings.work_per_tick = work;
-        return std::make_unique<GridWays>(world, kWalks, kMapsYard, 0.5F, shut, settings);
+        return std::make_unique<GridPaths>(world, kWalks, kMapsYard, 0.5F, shut, settings);
     }
     if (kind == "mesh") {
         MeshWaysSettings settings;
@@ -91,19 +91,19 @@ bool crosses(Spot from, std::span<const Spot> corners, const Shut& shut) {
     return false;
 }
 
-class WayMaps : public testing::TestWithParam<const char*> {
+class PathProviders : public testing::TestWithParam<const char*> {
   protected:
-    std::unique_ptr<WayMap> make(const Shut& shut, std::uint64_t work = 1'000'000) {
-        return way_map_of(GetParam(), yard_with_gates(), shut, work);
+    std::unique_ptr<PathProvider> make(const Shut& shut, std::uint64_t work = 1'000'000) {
+        return path_map_of(GetParam(), yard_with_gates(), shut, work);
     }
 };
 
-TEST_P(WayMaps, LeadRoundWhatIsShutAndThroughWhatOpensAndLeaveTheRestAlone) {
+TEST_P(PathProviders, LeadRoundWhatIsShutAndThroughWhatOpensAndLeaveTheRestAlone) {
     const auto map = make({1, 1});
     const Spot from{-10.0F, 0.0F};
     const Spot to{10.0F, 0.0F};
-    const WayTicket across = map->ask({0, from, to});
-    const WayTicket beside = map->ask({1, {-10.0F, 5.0F}, {-3.0F, -14.0F}});
+    const PathRequestId across = map->ask({0, from, to});
+    const PathRequestId beside = map->ask({1, {-10.0F, 5.0F}, {-3.0F, -14.0F}});
     map->serve();
     ASSERT_EQ(map->answer(across).outcome, Outcome::kFound);
     // By the gap: 2 sqrt(10^2 + 17^2) = 39.4 m at least, bar the contours' error; waypoints keep to
@@ -116,7 +116,7 @@ TEST_P(WayMaps, LeadRoundWhatIsShutAndThroughWhatOpensAndLeaveTheRestAlone) {
     EXPECT_EQ(std::vector<std::uint32_t>(map->requeued().begin(), map->requeued().end()),
               (std::vector<std::uint32_t>{across.slot}))
         << "the gate may be a short cut for one of both";
-    EXPECT_FALSE(map->answer(across).waiting) << "and the old way leads there all the same";
+    EXPECT_FALSE(map->answer(across).waiting) << "and the old path leads there all the same";
     map->serve();
     EXPECT_LT(map->answer(across).length_m, 22.0F);
     EXPECT_FALSE(crosses(from, map->answer(across).corners, {0, 1}));
@@ -133,13 +133,13 @@ TEST_P(WayMaps, LeadRoundWhatIsShutAndThroughWhatOpensAndLeaveTheRestAlone) {
     EXPECT_EQ(map->answer(beside).outcome, Outcome::kFound);
 }
 
-TEST_P(WayMaps, AnswerEverybodyInTimeWhateverTheLoad) {
+TEST_P(PathProviders, AnswerEverybodyInTimeWhateverTheLoad) {
     constexpr std::uint32_t kAskers = 3000;
     const auto map = make({0, 1}, 2000);  // work for about three of them
     core::Rng rng(5);
     std::vector<Spot> from;
     std::vector<Spot> to;
-    std::vector<WayTicket> tickets;
+    std::vector<PathRequestId> tickets;
     for (std::uint32_t i = 0; i < kAskers; ++i) {
         const bool left = rng.below(2) == 0;
         from.push_back({left ? -5.0F : 5.0F, rng.range(-15.0F, 15.0F)});
@@ -154,7 +154,7 @@ TEST_P(WayMaps, AnswerEverybodyInTimeWhateverTheLoad) {
     double sum = 0.0;
     double straight = 0.0;
     for (std::uint32_t i = 0; i < kAskers; ++i) {
-        const WayAnswer a = map->answer(tickets[i]);
+        const PathResult a = map->answer(tickets[i]);
         ASSERT_FALSE(a.waiting);
         ASSERT_EQ(a.outcome, Outcome::kFound);
         ASSERT_NEAR(a.corners.back().x, to[i].x, 1e-4F);
@@ -162,22 +162,22 @@ TEST_P(WayMaps, AnswerEverybodyInTimeWhateverTheLoad) {
         sum += a.length_m;
         straight += std::hypot(to[i].x - from[i].x, to[i].z - from[i].z);
     }
-    // Ways are longer than straight lines by the walls on them and by what cheap ones lose.
+    // Paths are longer than straight lines by the walls on them and by what cheap ones lose.
     EXPECT_LT(sum, 1.5 * straight);
 }
 
-TEST_P(WayMaps, SendWhoWaitsSomewhereSensibleFromTheFirstTick) {
+TEST_P(PathProviders, SendWhoWaitsSomewhereSensibleFromTheFirstTick) {
     const auto map = make({0, 1});
     Spot at{-10.0F, -6.0F};
     const Spot to{10.0F, 6.0F};
-    const WayTicket ticket = map->ask({0, at, to});
+    const PathRequestId ticket = map->ask({0, at, to});
     // Nobody serves: it walks by first legs alone, 0.1 m at a time.
     int steps = 0;
     while (std::hypot(at.x - to.x, at.z - to.z) > 0.5F && steps < 600) {
         const Spot head = map->heading(ticket, at, 0.3F);
-        const float way = std::hypot(head.x - at.x, head.z - at.z);
-        ASSERT_GT(way, 0.01F) << "stands at " << at.x << " " << at.z;
-        const Spot next{at.x + 0.1F * (head.x - at.x) / way, at.z + 0.1F * (head.z - at.z) / way};
+        const float path = std::hypot(head.x - at.x, head.z - at.z);
+        ASSERT_GT(path, 0.01F) << "stands at " << at.x << " " << at.z;
+        const Spot next{at.x + 0.1F * (head.x - at.x) / path, at.z + 0.1F * (head.z - at.z) / path};
         ASSERT_FALSE(crosses(at, std::span(&next, 1), {0, 1}));
         at = next;
         ++steps;
@@ -186,15 +186,15 @@ TEST_P(WayMaps, SendWhoWaitsSomewhereSensibleFromTheFirstTick) {
     EXPECT_LT(steps, 330);
 }
 
-TEST_P(WayMaps, SayHowNearOneGetsToWhereNoWayLeads) {
+TEST_P(PathProviders, SayHowNearOneGetsToWhereNoWayLeads) {
     // The right half is shut off.
     motion::StaticGeometry half({static_box(Vec3(0.0F, 1.0F, 0.0F), Vec3(0.2F, 2.0F, 20.5F))},
                                 0.0F);
-    const auto map = way_map_of(GetParam(), half, {}, 1'000'000);
-    const WayTicket t = map->ask({0, {-10.0F, 0.0F}, {10.0F, 4.0F}});
-    const WayTicket nan = map->ask({1, {-10.0F, 0.0F}, {std::nanf(""), 4.0F}});
+    const auto map = path_map_of(GetParam(), half, {}, 1'000'000);
+    const PathRequestId t = map->ask({0, {-10.0F, 0.0F}, {10.0F, 4.0F}});
+    const PathRequestId nan = map->ask({1, {-10.0F, 0.0F}, {std::nanf(""), 4.0F}});
     map->serve();
-    const WayAnswer a = map->answer(t);
+    const PathResult a = map->answer(t);
     EXPECT_EQ(a.outcome, Outcome::kPartial);
     // As near to the wall as a body comes, rounded to cells, or to the lattice.
     EXPECT_GT(a.corners.back().x, -2.0F);
@@ -203,10 +203,10 @@ TEST_P(WayMaps, SayHowNearOneGetsToWhereNoWayLeads) {
     EXPECT_EQ(map->answer(nan).outcome, Outcome::kOffMap);
 }
 
-TEST_P(WayMaps, AllocateNothingOnceWarm) {
+TEST_P(PathProviders, AllocateNothingOnceWarm) {
     const auto map = make({1, 1});
     core::Rng rng(9, 1);
-    std::vector<WayTicket> tickets(80);
+    std::vector<PathRequestId> tickets(80);
     const auto live = [&](int ticks, bool turn) {
         for (int tick = 0; tick < ticks; ++tick) {
             if (turn) {
@@ -234,14 +234,14 @@ TEST_P(WayMaps, AllocateNothingOnceWarm) {
     EXPECT_EQ(allocation_count(), before);
 }
 
-TEST_P(WayMaps, AnswerAlikeWhateverWasAskedBefore) {
+TEST_P(PathProviders, AnswerAlikeWhateverWasAskedBefore) {
     // The same requests on a map that has lived and on a fresh one.
     const auto old = make({1, 0});
     core::Rng rng(3);
     for (int i = 0; i < 200; ++i) {
-        const WayTicket t = old->ask({0,
-                                      {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)},
-                                      {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)}});
+        const PathRequestId t = old->ask({0,
+                                          {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)},
+                                          {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)}});
         old->turn_doors(
             Shut{static_cast<std::uint8_t>(i % 2), static_cast<std::uint8_t>(i / 2 % 2)});
         old->serve();
@@ -253,11 +253,11 @@ TEST_P(WayMaps, AnswerAlikeWhateverWasAskedBefore) {
     }
     const auto fresh = make({0, 1});
     for (int i = 0; i < 300; ++i) {
-        const WayAsk ask{0,
-                         {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)},
-                         {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)}};
-        const WayTicket a = old->ask(ask);
-        const WayTicket b = fresh->ask(ask);
+        const PathRequest ask{0,
+                              {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)},
+                              {rng.range(-19.0F, 19.0F), rng.range(-19.0F, 19.0F)}};
+        const PathRequestId a = old->ask(ask);
+        const PathRequestId b = fresh->ask(ask);
         old->serve();
         fresh->serve();
         ASSERT_EQ(old->answer(a).outcome, fresh->answer(b).outcome) << i;
@@ -268,7 +268,7 @@ TEST_P(WayMaps, AnswerAlikeWhateverWasAskedBefore) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All,
-                         WayMaps,
+                         PathProviders,
                          testing::Values("grid", "mesh", "graph"),
                          [](const auto& kind) { return std::string(kind.param); });
 

@@ -29,7 +29,7 @@ Spot any_spot(const GridMap& map, core::Rng& rng) {
             kCell_m * static_cast<float>(map.height()) * rng.unit()};
 }
 
-Spot any_free_spot(const WayService& service, core::Rng& rng) {
+Spot any_free_spot(const GridPathRequests& service, core::Rng& rng) {
     while (true) {
         const Spot s = any_spot(service.planner().map(), rng);
         if (service.planner().map().passable(service.grid().cell(s))) {
@@ -38,8 +38,8 @@ Spot any_free_spot(const WayService& service, core::Rng& rng) {
     }
 }
 
-TEST(WayQueue, TakesAskersInTurnAndEachOnesRequestsInOrder) {
-    WayQueue queue(10);
+TEST(RequestTurns, TakesAskersInTurnAndEachOnesRequestsInOrder) {
+    RequestTurns queue(10);
     queue.push(0, 7);
     queue.push(1, 7);
     queue.push(2, 7);
@@ -53,10 +53,10 @@ TEST(WayQueue, TakesAskersInTurnAndEachOnesRequestsInOrder) {
     EXPECT_THAT(order, testing::ElementsAre(0, 3, 4, 1, 2));
 }
 
-TEST(WayQueue, RequiresOfEachTickWhatKeepsEveryoneInTime) {
+TEST(RequestTurns, RequiresOfEachTickWhatKeepsEveryoneInTime) {
     core::Rng rng(3);
     constexpr std::uint32_t kWait = 7;
-    WayQueue queue(kWait);
+    RequestTurns queue(kWait);
     std::uint32_t number = 0;
     std::uint32_t longest = 0;
     std::uint32_t most = 0;
@@ -79,27 +79,27 @@ TEST(WayQueue, RequiresOfEachTickWhatKeepsEveryoneInTime) {
 }
 
 /// A service that has served all that was asked, within `ticks`.
-void serve_all(WayService& service, int ticks) {
+void serve_all(GridPathRequests& service, int ticks) {
     for (int i = 0; i < ticks && service.counts().waiting != 0; ++i) {
         service.serve();
     }
     ASSERT_EQ(service.counts().waiting, 0U);
 }
 
-TEST(WayService, AnswersWithFreeCornersFromTheStartToTheGoal) {
+TEST(GridPathRequests, AnswersWithFreeCornersFromTheStartToTheGoal) {
     core::Rng rng(4);
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
         const GridMap cells =
             seed % 2 == 0 ? rooms_map(90, 80, 9, seed) : random_map(90, 80, 0.3F, seed);
-        WayService service(ground_of(cells));
+        GridPathRequests service(ground_of(cells));
         Planner planner(cells);
         for (int i = 0; i < 60; ++i) {
             const Spot from = any_free_spot(service, rng);
             const Spot to = any_free_spot(service, rng);
-            const WayTicket ticket = service.ask({0, from, to});
+            const PathRequestId ticket = service.ask({0, from, to});
             ASSERT_TRUE(service.answer(ticket).waiting);
             serve_all(service, 3);
-            const WayAnswer a = service.answer(ticket);
+            const PathResult a = service.answer(ticket);
             Query q;
             q.start = service.grid().cell(from);
             q.goal = service.grid().cell(to);
@@ -122,7 +122,7 @@ TEST(WayService, AnswersWithFreeCornersFromTheStartToTheGoal) {
     }
 }
 
-TEST(WayService, NamesWhatCantBeAnswered) {
+TEST(GridPathRequests, NamesWhatCantBeAnswered) {
     GridMap cells = map_of({"....#.................",
                             "....#.................",
                             "....#.................",
@@ -133,13 +133,13 @@ TEST(WayService, NamesWhatCantBeAnswered) {
                             "....#.................",
                             "....#................#",
                             "....#...............##"});
-    WaySettings settings;
+    GridPathSettings settings;
     settings.reach_cells = 1;
-    WayService service(ground_of(cells), settings);
+    GridPathRequests service(ground_of(cells), settings);
     const auto outcome = [&](Spot from, Spot to) {
-        const WayTicket t = service.ask({0, from, to});
+        const PathRequestId t = service.ask({0, from, to});
         service.serve();
-        const WayAnswer a = service.answer(t);
+        const PathResult a = service.answer(t);
         EXPECT_FALSE(a.waiting);
         return a.outcome;
     };
@@ -151,8 +151,8 @@ TEST(WayService, NamesWhatCantBeAnswered) {
     EXPECT_EQ(outcome({2.2F, 2.2F}, {1.7F, 4.7F}), Outcome::kFound);     // pressed into the wall
     EXPECT_EQ(outcome({5.2F, 0.2F}, {10.6F, 4.3F}), Outcome::kPartial);  // in the wall
     settings.reach_cells = 0;
-    WayService strict(ground_of(cells), settings);
-    WayTicket t = strict.ask({0, {2.3F, 2.2F}, {1.7F, 4.7F}});
+    GridPathRequests strict(ground_of(cells), settings);
+    PathRequestId t = strict.ask({0, {2.3F, 2.2F}, {1.7F, 4.7F}});
     EXPECT_EQ(strict.answer(t).outcome, Outcome::kStartBlocked);
     t = strict.ask({0, {1.7F, 4.7F}, {2.3F, 2.2F}});
     EXPECT_EQ(strict.answer(t).outcome, Outcome::kGoalBlocked);
@@ -168,14 +168,17 @@ struct Load {
     std::size_t wrong = 0;
 };
 
-Load ask_many(WayService& service, std::uint32_t askers, std::uint32_t goals, std::uint64_t seed) {
+Load ask_many(GridPathRequests& service,
+              std::uint32_t askers,
+              std::uint32_t goals,
+              std::uint64_t seed) {
     core::Rng rng(seed);
     Load load;
     std::vector<Spot> to;
     for (std::uint32_t i = 0; i < goals; ++i) {
         to.push_back(any_free_spot(service, rng));
     }
-    std::vector<WayTicket> tickets;
+    std::vector<PathRequestId> tickets;
     for (std::uint32_t i = 0; i < askers; ++i) {
         tickets.push_back(service.ask({i, any_free_spot(service, rng), to[rng.below(goals)]}));
     }
@@ -183,8 +186,8 @@ Load ask_many(WayService& service, std::uint32_t askers, std::uint32_t goals, st
         service.serve();
         load.most_work = std::max(load.most_work, service.counts().work);
     }
-    for (const WayTicket t : tickets) {
-        const WayAnswer a = service.answer(t);
+    for (const PathRequestId t : tickets) {
+        const PathResult a = service.answer(t);
         load.wrong += a.waiting || a.outcome != Outcome::kFound ? 1U : 0U;
         for (const Spot& s : a.corners) {
             for (const float v : {s.x, s.z}) {
@@ -201,7 +204,7 @@ Load ask_many(WayService& service, std::uint32_t askers, std::uint32_t goals, st
 }
 
 GridMap joined_rooms() {
-    // Only cells that reach each other, so that every way is found.
+    // Only cells that reach each other, so that every path is found.
     GridMap map = rooms_map(200, 180, 11, 5);
     Components components;
     components.label(map);
@@ -220,13 +223,13 @@ GridMap joined_rooms() {
     return map;
 }
 
-TEST(WayService, KeepsTheBoundOnWaitingWhateverTheLoad) {
+TEST(GridPathRequests, KeepsTheBoundOnWaitingWhateverTheLoad) {
     const GroundMap ground = ground_of(joined_rooms());
-    WaySettings settings;
+    GridPathSettings settings;
     settings.longest_wait_ticks = 12;
     for (const std::uint64_t work : {20'000'000U, 1'000'000U, 20'000U}) {
         settings.work_per_tick = work;
-        WayService service(ground, settings);
+        GridPathRequests service(ground, settings);
         const Load load = ask_many(service, 3000, 3000, 1);
         EXPECT_EQ(load.wrong, 0U);
         EXPECT_LE(load.longest, settings.longest_wait_ticks) << work;
@@ -234,12 +237,12 @@ TEST(WayService, KeepsTheBoundOnWaitingWhateverTheLoad) {
     }
 }
 
-TEST(WayService, SpreadsWorkOverTicksUpToOneRequest) {
+TEST(GridPathRequests, SpreadsWorkOverTicksUpToOneRequest) {
     const GroundMap ground = ground_of(joined_rooms());
-    WaySettings settings;
+    GridPathSettings settings;
     settings.work_per_tick = 300'000;
     settings.longest_wait_ticks = 1000;
-    WayService service(ground, settings);
+    GridPathRequests service(ground, settings);
     const Load load = ask_many(service, 3000, 3000, 2);
     EXPECT_EQ(load.wrong, 0U);
     EXPECT_GT(load.longest, 2U);
@@ -247,13 +250,13 @@ TEST(WayService, SpreadsWorkOverTicksUpToOneRequest) {
     EXPECT_LT(load.most_work, settings.work_per_tick + 200'000U);
 }
 
-TEST(WayService, MakesAFieldForAGoalThatManyShareAndNotForOthers) {
+TEST(GridPathRequests, MakesAFieldForAGoalThatManyShareAndNotForOthers) {
     const GroundMap ground = ground_of(joined_rooms());
-    WaySettings settings;
+    GridPathSettings settings;
     settings.index.doors = 0;  // no index: searches are dear
     settings.work_per_tick = 400'000;
     settings.longest_wait_ticks = 1000;
-    WayService service(ground, settings);
+    GridPathRequests service(ground, settings);
     EXPECT_EQ(ask_many(service, 300, 300, 3).fields, 0U);
     const Load load = ask_many(service, 2000, 1, 4);
     EXPECT_EQ(load.wrong, 0U);
@@ -262,7 +265,7 @@ TEST(WayService, MakesAFieldForAGoalThatManyShareAndNotForOthers) {
     // As short as by the planner.
     core::Rng rng(5);
     const Spot to = any_free_spot(service, rng);
-    std::vector<WayTicket> tickets;
+    std::vector<PathRequestId> tickets;
     std::vector<Spot> from;
     for (std::uint32_t i = 0; i < 2000; ++i) {
         from.push_back(any_free_spot(service, rng));
@@ -280,15 +283,15 @@ TEST(WayService, MakesAFieldForAGoalThatManyShareAndNotForOthers) {
     }
 }
 
-TEST(WayService, GivesEqualAnswersToEqualCallsAndAllocatesNothingOnceWarm) {
+TEST(GridPathRequests, GivesEqualAnswersToEqualCallsAndAllocatesNothingOnceWarm) {
     const GroundMap ground = ground_of(joined_rooms());
-    WaySettings settings;
+    GridPathSettings settings;
     settings.work_per_tick = 100'000;
-    WayService a(ground, settings);
-    WayService b(ground, settings);
+    GridPathRequests a(ground, settings);
+    GridPathRequests b(ground, settings);
     EXPECT_EQ(ask_many(a, 800, 700, 6).fingerprint, ask_many(b, 800, 700, 6).fingerprint);
     EXPECT_NE(ask_many(a, 800, 700, 7).fingerprint, ask_many(b, 800, 700, 8).fingerprint);
-    std::vector<WayTicket> tickets(800);
+    std::vector<PathRequestId> tickets(800);
     core::Rng rng(9);
     const auto round = [&] {
         for (std::uint32_t i = 0; i < tickets.size(); ++i) {
@@ -296,15 +299,15 @@ TEST(WayService, GivesEqualAnswersToEqualCallsAndAllocatesNothingOnceWarm) {
         }
         while (a.counts().waiting != 0) {
             a.serve();
-            for (const WayTicket t : tickets) {
+            for (const PathRequestId t : tickets) {
                 a.heading(t, {10.0F, 10.0F}, 0.3F);
             }
         }
-        for (const WayTicket t : tickets) {
+        for (const PathRequestId t : tickets) {
             a.release(t);
         }
     };
-    // Ways are of random lengths: the pool has to have seen as many of each.
+    // Paths are of random lengths: the pool has to have seen as many of each.
     for (int i = 0; i < 60; ++i) {
         round();
     }
@@ -313,17 +316,17 @@ TEST(WayService, GivesEqualAnswersToEqualCallsAndAllocatesNothingOnceWarm) {
     EXPECT_LE(allocation_count() - before, 1U);
 }
 
-TEST(WayService, SendsEachAskerTowardsItsGoalFromTheFirstTick) {
+TEST(GridPathRequests, SendsEachAskerTowardsItsGoalFromTheFirstTick) {
     const GroundMap ground = ground_of(joined_rooms());
-    WaySettings settings;
+    GridPathSettings settings;
     settings.work_per_tick = 1;
     settings.longest_wait_ticks = 1'000'000;
-    WayService service(ground, settings);
+    GridPathRequests service(ground, settings);
     core::Rng rng(12);
     for (std::uint32_t i = 0; i < 300; ++i) {
         const Spot to = any_free_spot(service, rng);
         Spot at = any_free_spot(service, rng);
-        const WayTicket ticket = service.ask({i, at, to});
+        const PathRequestId ticket = service.ask({i, at, to});
         // By headings alone, without ever being served, it comes into the goal's area.
         const Cell goal = service.grid().cell(to);
         const GridMap& map = service.planner().map();
@@ -341,14 +344,14 @@ TEST(WayService, SendsEachAskerTowardsItsGoalFromTheFirstTick) {
     }
 }
 
-TEST(WayService, LeadsFromCornerToCornerToTheGoal) {
+TEST(GridPathRequests, LeadsFromCornerToCornerToTheGoal) {
     const GroundMap ground = ground_of(joined_rooms());
-    WayService service(ground);
+    GridPathRequests service(ground);
     core::Rng rng(13);
     for (std::uint32_t i = 0; i < 100; ++i) {
         Spot at = any_free_spot(service, rng);
         const Spot to = any_free_spot(service, rng);
-        const WayTicket ticket = service.ask({i, at, to});
+        const PathRequestId ticket = service.ask({i, at, to});
         serve_all(service, 5);
         const float length = service.answer(ticket).length_m;
         float walked = 0.0F;
@@ -365,19 +368,22 @@ TEST(WayService, LeadsFromCornerToCornerToTheGoal) {
     }
 }
 
-TEST(WayService, KnowsNoTicketThatWasReleasedAndFreesWhatWaits) {
+TEST(GridPathRequests, KnowsNoTicketThatWasReleasedAndFreesWhatWaits) {
     const GroundMap ground = ground_of(joined_rooms());
-    WayService service(ground);
+    GridPathRequests service(ground);
     core::Rng rng(14);
-    const WayTicket a = service.ask({1, any_free_spot(service, rng), any_free_spot(service, rng)});
-    const WayTicket b = service.ask({1, any_free_spot(service, rng), any_free_spot(service, rng)});
+    const PathRequestId a =
+        service.ask({1, any_free_spot(service, rng), any_free_spot(service, rng)});
+    const PathRequestId b =
+        service.ask({1, any_free_spot(service, rng), any_free_spot(service, rng)});
     service.release(a);
     EXPECT_FALSE(service.knows(a));
     EXPECT_TRUE(service.knows(b));
     service.serve();
     EXPECT_FALSE(service.answer(b).waiting);
     EXPECT_EQ(service.counts().served, 1U);
-    const WayTicket c = service.ask({1, any_free_spot(service, rng), any_free_spot(service, rng)});
+    const PathRequestId c =
+        service.ask({1, any_free_spot(service, rng), any_free_spot(service, rng)});
     EXPECT_EQ(c.slot, a.slot);
     EXPECT_NE(c.round, a.round);
     EXPECT_FALSE(service.knows(a));

@@ -35,7 +35,7 @@ RandomGraph random_graph(std::uint32_t size, core::Rng& rng) {
     return g;
 }
 
-/// Costs of best ways from a waypoint, by rounds over all edges until nothing changes (Bellman).
+/// Costs of best paths from a waypoint, by rounds over all edges until nothing changes (Bellman).
 std::vector<double> all_costs(const WaypointGraph& graph, std::uint32_t start) {
     std::vector<double> cost(graph.size(), kFar);
     cost[start] = graph.passable(start) ? 0.0 : kFar;
@@ -70,15 +70,15 @@ void expect_best(const WaypointGraph& graph, WaypointSearch& search, core::Rng& 
         // Sums of at most some hundred weights in doubles, in one order or another.
         ASSERT_NEAR(a.cost, best[goal], 1e-9 * (1.0 + best[goal]));
         double along = 0.0;
-        for (std::size_t i = 1; i < search.way().size(); ++i) {
+        for (std::size_t i = 1; i < search.path().size(); ++i) {
             double least = kFar;
-            for (const WaypointGraph::Edge& e : graph.edges(search.way()[i - 1])) {
-                least = e.to == search.way()[i] ? std::min<double>(least, e.weight) : least;
+            for (const WaypointGraph::Edge& e : graph.edges(search.path()[i - 1])) {
+                least = e.to == search.path()[i] ? std::min<double>(least, e.weight) : least;
             }
             along += least;
         }
-        ASSERT_EQ(search.way().front(), start);
-        ASSERT_EQ(search.way().back(), goal);
+        ASSERT_EQ(search.path().front(), start);
+        ASSERT_EQ(search.path().back(), goal);
         ASSERT_NEAR(along, a.cost, 1e-9 * (1.0 + a.cost));
     }
 }

@@ -94,7 +94,7 @@ struct CutMap {
     std::unique_ptr<ZonePortals> portals;
 };
 
-/// Cells of the way when each zone plans its own part and hands over beyond the border; below 0
+/// Cells of the path when each zone plans its own part and hands over beyond the border; below 0
 /// where one can't.
 double walked(CutMap& m, Cell start, std::span<const ZoneLeg> legs) {
     double length = 0.0;
@@ -167,7 +167,7 @@ TEST_P(ZonePortalsBeyond, LeadThroughSeveralZonesToWhateverCanBeReached) {
         }
     }
     // Portals are up to 24 cells apart: whoever crosses beside one goes up to 12 aside and back, on
-    // ways of about a hundred; most borders are crossed at doors, where there is no choice.
+    // paths of about a hundred; most borders are crossed at doors, where there is no choice.
     EXPECT_LT(sum / sum_best, 1.1);
 }
 
@@ -215,9 +215,9 @@ TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
         const Answer a = m.planners[0]->plan(q);
         return a.outcome == Outcome::kFound ? std::optional<float>(a.length) : std::nullopt;
     };
-    EXPECT_EQ(m.portals->way_out(0, m.spot({1, 1}), 1, m.spot({8, 1}), length, scratch),
+    EXPECT_EQ(m.portals->straight_exit(0, m.spot({1, 1}), 1, m.spot({8, 1}), length, scratch),
               legs[0].to);
-    EXPECT_FALSE(m.portals->way_out(0, m.spot({1, 1}), 1, {100.0F, 0.0F}, length, scratch));
+    EXPECT_FALSE(m.portals->straight_exit(0, m.spot({1, 1}), 1, {100.0F, 0.0F}, length, scratch));
 }
 
 }  // namespace

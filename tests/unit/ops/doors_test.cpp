@@ -1,4 +1,4 @@
-// Doors and ways: what a config may say of them, and what is wrong with it.
+// Doors and paths: what a config may say of them, and what is wrong with it.
 #include "tests/unit/ops/config_helpers.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ door {
   box { y_m: 1 }
   open { from_s: 60 to_s: 120 }
 }
-ai { day_s: 600 dawn_s: 50 ways { cell_m: 0.4 work_per_tick: 5000 } }
+ai { day_s: 600 dawn_s: 50 pathfinding { cell_m: 0.4 work_per_tick: 5000 } }
 )";
 
 TEST(DoorsInConfigs, AreExpandedToTicksAndToldAtLogin) {
@@ -40,9 +40,9 @@ TEST(DoorsInConfigs, AreExpandedToTicksAndToldAtLogin) {
     EXPECT_EQ(shop.next_change(0), 300) << "dawn is at 50 s, and it opens at 60 s";
     EXPECT_NE(parse(with("to_s: 120", "to_s: 121", kDoors + kValid)).settings.digest,
               out.settings.digest);
-    EXPECT_EQ(out.settings.ai.ways.cell_m, 0.4F);
-    EXPECT_EQ(out.settings.ai.ways.work_per_tick, 5000U);
-    EXPECT_EQ(parse(kValid).settings.ai.ways.cell_m, 0.0F) << "no ways are planned";
+    EXPECT_EQ(out.settings.ai.pathfinding.cell_m, 0.4F);
+    EXPECT_EQ(out.settings.ai.pathfinding.work_per_tick, 5000U);
+    EXPECT_EQ(parse(kValid).settings.ai.pathfinding.cell_m, 0.0F) << "no paths are planned";
 }
 
 TEST(DoorsInConfigs, AreRefusedWhereTheyMakeNoSense) {
@@ -77,7 +77,7 @@ TEST(DoorsInConfigs, AreRefusedWhereTheyMakeNoSense) {
     expect_single(with("name: \"shop\"", "", text), "door {\n  \n", "name");
 }
 
-TEST(WaysInConfigs, NeedCellsThatFitTheZones) {
+TEST(PathfindingConfigs, NeedCellsThatFitTheZones) {
     std::string text = with("cell_m: 0.4", "cell_m: 0.1", kDoors + kValid);
     text = with("max_x_m: 100\n  max_z_m", "max_x_m: 1000\n  max_z_m", text);
     text = with("max_x_m: 100 max_z_m: 50 }", "max_x_m: 1000 max_z_m: 50 }", text);

@@ -1,4 +1,4 @@
-// What ways lead over: what a config may say of it, and what is wrong with it.
+// What paths lead over: what a config may say of it, and what is wrong with it.
 #include "server/ops/ground_maps.h"
 #include "tests/unit/ops/config_helpers.h"
 
@@ -10,89 +10,95 @@
 namespace zoned::ops::test {
 namespace {
 
-std::string with_ways(const std::string& ways) {
-    return kValid + "ai { ways { " + ways + " } }\n";
+std::string with_paths(const std::string& paths) {
+    return kValid + "ai { pathfinding { " + paths + " } }\n";
 }
 
 std::string graph_of(const std::string& waypoints) {
-    return with_ways("map: GRAPH waypoints: \"" + waypoints + "\"");
+    return with_paths("map: WAYPOINT_GRAPH waypoints: \"" + waypoints + "\"");
 }
 
-TEST(WayMapsInConfigs, AreExpanded) {
-    const Outcome grid = parse(with_ways(""));
+TEST(PathfindingInConfigs, AreExpanded) {
+    const Outcome grid = parse(with_paths(""));
     ASSERT_TRUE(grid.ok);
-    EXPECT_EQ(grid.settings.ai.ways.map, ai::WayMapKind::kGrid);
-    const Outcome mesh = parse(with_ways("map: MESH cell_m: 0.25 cell_height_m: 0.1"));
+    EXPECT_EQ(grid.settings.ai.pathfinding.map, ai::PathMapKind::kGrid);
+    const Outcome mesh = parse(with_paths("map: NAVMESH cell_m: 0.25 cell_height_m: 0.1"));
     ASSERT_TRUE(mesh.ok);
-    EXPECT_EQ(mesh.settings.ai.ways.map, ai::WayMapKind::kMesh);
-    EXPECT_EQ(mesh.settings.ai.ways.cell_height_m, 0.1F);
-    const Outcome lattice = parse(with_ways("map: GRAPH spacing_m: 3"));
+    EXPECT_EQ(mesh.settings.ai.pathfinding.map, ai::PathMapKind::kMesh);
+    EXPECT_EQ(mesh.settings.ai.pathfinding.cell_height_m, 0.1F);
+    const Outcome lattice = parse(with_paths("map: WAYPOINT_GRAPH spacing_m: 3"));
     ASSERT_TRUE(lattice.ok);
-    EXPECT_EQ(lattice.settings.ai.ways.map, ai::WayMapKind::kGraph);
-    EXPECT_EQ(lattice.settings.ai.ways.cell_m, 3.0F);
-    EXPECT_EQ(lattice.settings.ai.ways.waypoints, nullptr);
+    EXPECT_EQ(lattice.settings.ai.pathfinding.map, ai::PathMapKind::kGraph);
+    EXPECT_EQ(lattice.settings.ai.pathfinding.cell_m, 3.0F);
+    EXPECT_EQ(lattice.settings.ai.pathfinding.waypoints, nullptr);
     const Outcome placed =
         parse(graph_of("node 1 0 0 0\\nnode 7 9 0 0 # east\\nedge 1 7 length both\\n"));
     ASSERT_TRUE(placed.ok) << format_errors("test", placed.errors);
-    ASSERT_NE(placed.settings.ai.ways.waypoints, nullptr);
-    EXPECT_EQ(placed.settings.ai.ways.waypoints->size(), 2U);
+    ASSERT_NE(placed.settings.ai.pathfinding.waypoints, nullptr);
+    EXPECT_EQ(placed.settings.ai.pathfinding.waypoints->size(), 2U);
     EXPECT_TRUE(waypoint_warnings(placed.settings).empty());
 }
 
-TEST(WayMapsInConfigs, LeadAroundCrowdsWhereTheySaySo) {
-    EXPECT_FALSE(parse(with_ways("")).settings.ai.ways.crowding);
+TEST(PathfindingInConfigs, LeadAroundCrowdsWhereTheySaySo) {
+    EXPECT_FALSE(parse(with_paths("")).settings.ai.pathfinding.crowding);
     const Outcome out =
-        parse(with_ways("crowding { look_s: 1 remember_s: 2 jam_per_m2: 1.6 gain: 0.3 }"));
+        parse(with_paths("crowding { look_s: 1 remember_s: 2 jam_per_m2: 1.6 gain: 0.3 }"));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::crowd::CrowdWaysSettings& crowding = *out.settings.ai.ways.crowding;
+    const ai::crowd::CrowdWaysSettings& crowding = *out.settings.ai.pathfinding.crowding;
     EXPECT_EQ(crowding.look_ticks, static_cast<std::uint32_t>(out.settings.tick_rate_hz));
     EXPECT_NEAR(crowding.remember, 0.6065F, 1e-4F);
     EXPECT_EQ(crowding.jam_per_m2, 1.6F);
     EXPECT_EQ(crowding.gain, 0.3F);
-    expect_single(with_ways("map: MESH crowding { }"), "crowding {", "GRID alone");
+    expect_single(with_paths("map: NAVMESH crowding { }"), "crowding {", "GRID alone");
 }
 
-TEST(WayMapsInConfigs, NameTheLineOfAMistakeAmongWaypoints) {
+TEST(PathfindingInConfigs, NameTheLineOfAMistakeAmongWaypoints) {
     expect_single(graph_of("node 1 0 0 0\\nnode 1 9 0 0\\n"), "waypoints:", "line 2: node 1");
     expect_single(graph_of("node 1 0 0 0\\nedge 1 2 length\\n"), "waypoints:", "no node 2");
     expect_single(graph_of("# nothing\\n"), "waypoints:", "no waypoint");
-    expect_single(with_ways("map: MESH waypoints: \"node 1 0 0 0\""), "waypoints:", "map: GRAPH");
-    expect_single(with_ways("map: GRAPH waypoints_file: \"/none/such.txt\""),
+    expect_single(with_paths("map: NAVMESH waypoints: \"node 1 0 0 0\""),
+                  "waypoints:",
+                  "map: WAYPOINT_GRAPH");
+    expect_single(with_paths("map: WAYPOINT_GRAPH waypoints_file: \"/none/such.txt\""),
                   "waypoints_file",
                   "/none/such.txt");
-    expect_single(with_ways("map: GRAPH waypoints: \"node 1 0 0 0\" waypoints_file: \"x\""),
-                  "waypoints_file",
-                  "inline already");
-    expect_single(with_ways("map: GRAPH spacing_m: 0.1"), "spacing_m", "out of range");
+    expect_single(
+        with_paths("map: WAYPOINT_GRAPH waypoints: \"node 1 0 0 0\" waypoints_file: \"x\""),
+        "waypoints_file",
+        "inline already");
+    expect_single(with_paths("map: WAYPOINT_GRAPH spacing_m: 0.1"), "spacing_m", "out of range");
 }
 
-TEST(WayMapsInConfigs, WarnOfWaypointsThatNobodyGetsTo) {
+TEST(PathfindingInConfigs, WarnOfWaypointsThatNobodyGetsTo) {
     const Outcome out = parse(
         graph_of("node 1 0 0 0\\nnode 2 9 0 0\\nnode 3 500 0 0\\nnode 4 50 0 9\\nnode 5 20 0 0\\n"
                  "edge 1 2 length both\\nedge 2 3 length both\\nedge 2 5 length\\n"));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    EXPECT_EQ(waypoint_warnings(out.settings),
-              (std::vector<std::string>{
-                  "ai.ways: waypoint 3 in no zone",
-                  "ai.ways: waypoint 4 not joined by edges with most of the others",
-                  "ai.ways: waypoint 5 without an edge that leads there, or without one away"}));
+    EXPECT_EQ(
+        waypoint_warnings(out.settings),
+        (std::vector<std::string>{
+            "ai.pathfinding: waypoint 3 in no zone",
+            "ai.pathfinding: waypoint 4 not joined by edges with most of the others",
+            "ai.pathfinding: waypoint 5 without an edge that leads there, or without one away"}));
 }
 
-TEST(WayMapsInConfigs, ReadWaypointsFromAFileBesideTheConfig) {
+TEST(PathfindingInConfigs, ReadWaypointsFromAFileBesideTheConfig) {
     const std::filesystem::path folder =
-        std::filesystem::path(testing::TempDir()) / "way_maps_in_configs";
+        std::filesystem::path(testing::TempDir()) / "pathfinding_in_configs";
     std::filesystem::create_directories(folder);
-    std::ofstream(folder / "town.txtpb") << with_ways("map: GRAPH waypoints_file: \"town.ways\"");
-    std::ofstream(folder / "town.ways") << "node 1 0 0 0\nnode 2 5 0 0\nedge 1 2 length both\n";
+    std::ofstream(folder / "town.txtpb")
+        << with_paths("map: WAYPOINT_GRAPH waypoints_file: \"town.paths\"");
+    std::ofstream(folder / "town.paths") << "node 1 0 0 0\nnode 2 5 0 0\nedge 1 2 length both\n";
     Settings settings;
     std::vector<ConfigError> errors;
     ASSERT_TRUE(load_settings((folder / "town.txtpb").string(), {}, settings, errors))
         << format_errors("town", errors);
-    ASSERT_NE(settings.ai.ways.waypoints, nullptr);
-    EXPECT_EQ(settings.ai.ways.waypoints->size(), 2U);
+    ASSERT_NE(settings.ai.pathfinding.waypoints, nullptr);
+    EXPECT_EQ(settings.ai.pathfinding.waypoints->size(), 2U);
     // A recording holds them: the config needs no file any more.
-    EXPECT_FALSE(settings.config.ai().ways().has_waypoints_file());
-    EXPECT_NE(settings.config.ai().ways().waypoints().find("node 2 5 0 0"), std::string::npos);
+    EXPECT_FALSE(settings.config.ai().pathfinding().has_waypoints_file());
+    EXPECT_NE(settings.config.ai().pathfinding().waypoints().find("node 2 5 0 0"),
+              std::string::npos);
     std::filesystem::remove_all(folder);
 }
 
