@@ -85,20 +85,20 @@ std::unique_ptr<navigation::PathProvider> PathService::make_map(
             return std::make_unique<navigation::GridPaths>(
                 statics, limits, area, settings.cell_m, shut, service);
         }
-        case PathMapKind::kMesh: {
+        case PathMapKind::kNavmesh: {
             // A mesh ends before the sides of what is baked: by the body's width, rounded up, a
             // cell that Recast takes for a ledge, and what contours are off.
             const float more = limits.radius + 4.0F * settings.cell_m;
             const navigation::GroundRect wide{
                 area.min_x - more, area.min_z - more, area.max_x + more, area.max_z + more};
-            auto mesh = navigation::WalkMesh::bake(
+            auto mesh = navigation::Navmesh::bake(
                 statics, limits, wide, {settings.cell_m, settings.cell_height_m});
             if (!mesh) {
                 throw std::runtime_error("ai.pathfinding: no mesh of a zone: " + mesh.error());
             }
-            navigation::MeshWaysSettings paths;
+            navigation::NavmeshPathsSettings paths;
             paths.queue.work_per_tick = settings.work_per_tick;
-            return std::make_unique<navigation::MeshWays>(
+            return std::make_unique<navigation::NavmeshPaths>(
                 std::move(mesh).value(), wide, shut, paths);
         }
         case PathMapKind::kGraph: {

@@ -19,9 +19,9 @@ namespace zoned::ai {
 
 /// What paths lead over.
 enum class PathMapKind : std::uint8_t {
-    kGrid,   ///< cells, one floor: exact in what can be walked, the fastest
-    kMesh,   ///< polygons by Recast, any number of floors
-    kGraph,  ///< waypoints with weighted edges: as somebody placed them, or regular
+    kGrid,     ///< cells, one floor: exact in what can be walked, the fastest
+    kNavmesh,  ///< polygons by Recast, any number of floors
+    kGraph,    ///< waypoints with weighted edges: as somebody placed them, or regular
 };
 
 struct PathfindingSettings {
@@ -29,7 +29,7 @@ struct PathfindingSettings {
     /// Of a tick and zone, in units of about 2 ns; shared evenly among the sizes of characters.
     std::uint64_t work_per_tick = 1'000'000;
     PathMapKind map = PathMapKind::kGrid;
-    float cell_height_m = 0.05F;                         ///< kMesh: steps of height
+    float cell_height_m = 0.05F;                         ///< kNavmesh: steps of height
     std::optional<crowd::CrowdWaysSettings> crowding{};  ///< kGrid; none: crowds are no matter
     /// kGraph: those of the world, in its coordinates; null: regular ones wherever one can stand.
     std::shared_ptr<const navigation::WaypointGraph> waypoints{};

@@ -18,8 +18,9 @@ namespace zoned::app {
 namespace {
 
 const char* name_of(ai::PathMapKind map) {
-    return map == ai::PathMapKind::kGrid ? "cells"
-                                         : (map == ai::PathMapKind::kMesh ? "a mesh" : "waypoints");
+    return map == ai::PathMapKind::kGrid
+               ? "cells"
+               : (map == ai::PathMapKind::kNavmesh ? "a mesh" : "waypoints");
 }
 
 void join_viewers(unsigned viewers, std::vector<mailbox::InboxItem>& items) {

@@ -166,7 +166,7 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
             paths.map = ai::PathMapKind::kGrid;
             break;
         case Config::Pathfinding::NAVMESH:
-            paths.map = ai::PathMapKind::kMesh;
+            paths.map = ai::PathMapKind::kNavmesh;
             break;
         case Config::Pathfinding::WAYPOINT_GRAPH:
             paths.map = ai::PathMapKind::kGraph;

@@ -67,10 +67,10 @@ RecastPolygons polygons_of(const GridMap& map) {
 }
 
 /// The same as polygons of ours.
-ai::navigation::WalkMesh walk_mesh_of(const rcPolyMesh& mesh) {
-    using ai::navigation::WalkMesh;
+ai::navigation::Navmesh navmesh_of(const rcPolyMesh& mesh) {
+    using ai::navigation::Navmesh;
     std::vector<Vec3> vertices;
-    std::vector<WalkMesh::Polygon> polygons;
+    std::vector<Navmesh::Polygon> polygons;
     for (int i = 0; i < mesh.nverts; ++i) {
         const unsigned short* v = mesh.verts + std::ptrdiff_t{3} * i;
         vertices.emplace_back(mesh.bmin[0] + mesh.cs * static_cast<float>(v[0]),
@@ -79,17 +79,17 @@ ai::navigation::WalkMesh walk_mesh_of(const rcPolyMesh& mesh) {
     }
     for (int i = 0; i < mesh.npolys; ++i) {
         const unsigned short* p = mesh.polys + std::ptrdiff_t{2} * kVerticesPerPolygon * i;
-        WalkMesh::Polygon polygon;
+        Navmesh::Polygon polygon;
         for (int k = 0; k < kVerticesPerPolygon && p[k] != RC_MESH_NULL_IDX; ++k) {
             const unsigned short beyond = p[kVerticesPerPolygon + k];
             polygon.corners[static_cast<std::size_t>(k)] = p[k];
             polygon.neighbours[static_cast<std::size_t>(k)] =
-                (beyond & 0x8000U) != 0 ? WalkMesh::kNone : beyond;
+                (beyond & 0x8000U) != 0 ? Navmesh::kNone : beyond;
             ++polygon.size;
         }
         polygons.push_back(polygon);
     }
-    return WalkMesh::of(std::move(vertices), std::move(polygons));
+    return Navmesh::of(std::move(vertices), std::move(polygons));
 }
 
 }  // namespace
@@ -98,7 +98,7 @@ struct DetourMesh::Mesh {
     Recast<dtNavMesh, dtFreeNavMesh> mesh{dtAllocNavMesh()};
     Recast<dtNavMeshQuery, dtFreeNavMeshQuery> query{dtAllocNavMeshQuery()};
     dtQueryFilter filter;
-    ai::navigation::WalkMesh ours;
+    ai::navigation::Navmesh ours;
     std::size_t bytes = 0;
     int polygons = 0;
     std::array<dtPolyRef, kMostPolygons> corridor{};
@@ -145,7 +145,7 @@ std::unique_ptr<DetourMesh> DetourMesh::bake(const GridMap& map) {
     }
     made->bytes = static_cast<std::size_t>(size);
     made->polygons = polygons->npolys;
-    made->ours = walk_mesh_of(*polygons);
+    made->ours = navmesh_of(*polygons);
     return std::unique_ptr<DetourMesh>(new DetourMesh(std::move(made)));
 }
 
@@ -195,7 +195,7 @@ double DetourMesh::find(Cell start, Cell goal) {
     return length;
 }
 
-const ai::navigation::WalkMesh& DetourMesh::walk_mesh() const {
+const ai::navigation::Navmesh& DetourMesh::navmesh() const {
     return mesh_->ours;
 }
 

@@ -26,7 +26,7 @@ class DetourMesh {
     double find(ai::navigation::Cell start, ai::navigation::Cell goal);
 
     /// The very same polygons, for our own search.
-    [[nodiscard]] const ai::navigation::WalkMesh& walk_mesh() const;
+    [[nodiscard]] const ai::navigation::Navmesh& navmesh() const;
 
     [[nodiscard]] std::size_t bytes() const;
     [[nodiscard]] int polygons() const;

@@ -10,25 +10,25 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::navigation::WalkMesh;
+using ai::navigation::Navmesh;
 
 /// What rounding may put beside an edge, m.
 constexpr float kOnCorner_m = 1e-2F;
 
 }  // namespace
 
-MeshVisibility::MeshVisibility(const WalkMesh& mesh)
+MeshVisibility::MeshVisibility(const Navmesh& mesh)
     : mesh_(mesh),
       polygons_(mesh.vertices().size()),
       seen_(mesh.vertices().size()) {
     std::vector<std::uint8_t> turns(mesh.vertices().size(), 0);
     for (std::uint32_t p = 0; p < mesh.polygons().size(); ++p) {
-        const WalkMesh::Polygon& polygon = mesh.polygons()[p];
+        const Navmesh::Polygon& polygon = mesh.polygons()[p];
         for (int i = 0; i < polygon.size; ++i) {
             const auto at = static_cast<std::size_t>(i);
             const auto next = static_cast<std::size_t>(i + 1 == polygon.size ? 0 : i + 1);
             polygons_[polygon.corners[at]].push_back(p);
-            if (polygon.neighbours[at] == WalkMesh::kNone) {
+            if (polygon.neighbours[at] == Navmesh::kNone) {
                 turns[polygon.corners[at]] = turns[polygon.corners[next]] = 1;
             }
         }
@@ -41,10 +41,10 @@ MeshVisibility::MeshVisibility(const WalkMesh& mesh)
     const std::span<const Vec3> places = mesh.vertices();
     for (const std::uint32_t a : turning_) {
         for (const std::uint32_t b : turning_) {
-            const bool seen =
-                a < b && std::any_of(polygons_[a].begin(), polygons_[a].end(), [&](auto p) {
-                    return sees(p, places[a], places[b]);
-                });
+            const bool seen = a < b && std::any_of(
+                                           polygons_[a].begin(),
+                                           polygons_[a].end(),
+                                           [&](auto p) { return sees(p, places[a], places[b]); });
             if (seen) {
                 const auto length = static_cast<double>((places[b] - places[a]).norm());
                 seen_[a].push_back({b, length});
@@ -56,7 +56,7 @@ MeshVisibility::MeshVisibility(const WalkMesh& mesh)
 
 bool MeshVisibility::sees(std::uint32_t polygon, const Vec3& from, const Vec3& to) const {
     const std::uint32_t end = mesh_.walk(polygon, from, to, [](std::uint32_t) {});
-    return end != WalkMesh::kNone && (mesh_.nearest_on(end, to) - to).norm() <= kOnCorner_m;
+    return end != Navmesh::kNone && (mesh_.nearest_on(end, to) - to).norm() <= kOnCorner_m;
 }
 
 std::vector<MeshVisibility::Seen> MeshVisibility::seen_from(std::uint32_t polygon,
@@ -76,7 +76,7 @@ double MeshVisibility::shortest(const Vec3& from, const Vec3& to, float reach_m)
     Vec3 goal;
     const std::uint32_t first = mesh_.nearest(from, reach_m, start);
     const std::uint32_t last = mesh_.nearest(to, reach_m, goal);
-    if (first == WalkMesh::kNone || last == WalkMesh::kNone) {
+    if (first == Navmesh::kNone || last == Navmesh::kNone) {
         return -1.0;
     }
     if (sees(first, start, goal)) {

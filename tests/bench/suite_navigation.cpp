@@ -199,12 +199,13 @@ constexpr float kMeshReach = 2.0F;
 /// Our own search over the polygons that Detour has: places are found, the corridor, and corners.
 PathTrialMethod mesh_method(const std::shared_ptr<DetourMesh>& mesh, double baked_s) {
     PathTrialMethod m{"mesh", "", false, PathLength::kAny, {}, baked_s, 0.0, {}};
-    m.ask = [mesh, search = std::make_shared<ai::navigation::MeshSearch>()](const GridInstance& i) {
+    m.ask = [mesh,
+             search = std::make_shared<ai::navigation::NavmeshSearch>()](const GridInstance& i) {
         const auto a = search->plan(
-            mesh->walk_mesh(), centre_on_mesh(i.start), centre_on_mesh(i.goal), kMeshReach);
+            mesh->navmesh(), centre_on_mesh(i.start), centre_on_mesh(i.goal), kMeshReach);
         return a.outcome == Outcome::kFound ? static_cast<double>(a.length_m) : -1.0;
     };
-    m.index_mib = static_cast<double>(mesh->walk_mesh().bytes()) / (1024.0 * 1024.0);
+    m.index_mib = static_cast<double>(mesh->navmesh().bytes()) / (1024.0 * 1024.0);
     return m;
 }
 
@@ -285,7 +286,7 @@ std::vector<PathTrialMethod> path_methods(const GridScene& scene) {
     const double baked_s =
         scene.name == kNoMesh ? 0.0 : seconds_of([&] { mesh = DetourMesh::bake(scene.map); });
     if (mesh) {
-        const auto exact = std::make_shared<MeshVisibility>(mesh->walk_mesh());
+        const auto exact = std::make_shared<MeshVisibility>(mesh->navmesh());
         const auto shortest = [mesh, exact](const GridInstance& i) {
             return exact->shortest(centre_on_mesh(i.start), centre_on_mesh(i.goal), kMeshReach);
         };

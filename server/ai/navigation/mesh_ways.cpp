@@ -37,7 +37,7 @@ float flat_distance(Spot a, Spot b) {
 
 /// Whether a place that was meant for `wanted_y` (kOnGround: on none above) lies on another floor.
 bool on_another_floor(float wanted_y, const Vec3& on) {
-    return std::abs(wanted_y - on.y()) > WalkMesh::kOnFloor_m;
+    return std::abs(wanted_y - on.y()) > Navmesh::kOnFloor_m;
 }
 
 /// How far the place that stands for a goal is from it: over the ground where it is its floor.
@@ -92,10 +92,10 @@ float around_box(Spot from, Spot to, Spot low, Spot high) {
 
 }  // namespace
 
-MeshWays::MeshWays(WalkMesh mesh,
-                   const GroundRect& area,
-                   std::span<const std::uint8_t> shut,
-                   const MeshWaysSettings& settings)
+NavmeshPaths::NavmeshPaths(Navmesh mesh,
+                           const GroundRect& area,
+                           std::span<const std::uint8_t> shut,
+                           const NavmeshPathsSettings& settings)
     : PathRequestQueue(settings.queue),
       settings_(settings),
       area_(area),
@@ -111,15 +111,15 @@ MeshWays::MeshWays(WalkMesh mesh,
     clusters_.build(graph());
 }
 
-void MeshWays::link_polygons() {
-    const std::span<const WalkMesh::Polygon> polygons = mesh_.polygons();
+void NavmeshPaths::link_polygons() {
+    const std::span<const Navmesh::Polygon> polygons = mesh_.polygons();
     first_.assign(1, 0);
-    for (const WalkMesh::Polygon& p : polygons) {
+    for (const Navmesh::Polygon& p : polygons) {
         Vec3 sum = Vec3::Zero();
         for (int i = 0; i < p.size; ++i) {
             const auto at = static_cast<std::size_t>(i);
             sum += mesh_.vertices()[p.corners[at]];
-            if (p.neighbours[at] != WalkMesh::kNone) {
+            if (p.neighbours[at] != Navmesh::kNone) {
                 to_.push_back(p.neighbours[at]);
             }
         }
@@ -143,12 +143,12 @@ void MeshWays::link_polygons() {
     }
 }
 
-void MeshWays::find_rims() {
+void NavmeshPaths::find_rims() {
     // The mesh ends as far from the area's sides as from a wall.
     for (std::uint32_t p = 0; p < mesh_.polygons().size(); ++p) {
-        const WalkMesh::Polygon& polygon = mesh_.polygons()[p];
+        const Navmesh::Polygon& polygon = mesh_.polygons()[p];
         for (int i = 0; i < polygon.size; ++i) {
-            if (polygon.neighbours[static_cast<std::size_t>(i)] != WalkMesh::kNone) {
+            if (polygon.neighbours[static_cast<std::size_t>(i)] != Navmesh::kNone) {
                 continue;
             }
             const int next = i + 1 == polygon.size ? 0 : i + 1;
@@ -170,11 +170,11 @@ void MeshWays::find_rims() {
     }
 }
 
-NodeGraph MeshWays::graph() const {
+NodeGraph NavmeshPaths::graph() const {
     return {middles_, first_, to_, open_, linked_, return_};
 }
 
-bool MeshWays::follow(std::span<const std::uint8_t> shut) {
+bool NavmeshPaths::follow(std::span<const std::uint8_t> shut) {
     opened_.clear();
     turned_.clear();
     const auto any = [&](const std::vector<std::uint32_t>& doors) {
@@ -182,7 +182,7 @@ bool MeshWays::follow(std::span<const std::uint8_t> shut) {
             doors.begin(), doors.end(), [&](std::uint32_t d) { return shut[d] != 0; });
     };
     for (const std::uint32_t p : hinged_) {
-        const WalkMesh::Gate& gate = mesh_.gates()[mesh_.polygons()[p].gate];
+        const Navmesh::Gate& gate = mesh_.gates()[mesh_.polygons()[p].gate];
         const bool open = !any(gate.takers) && (gate.open || any(gate.givers));
         if (open == mesh_.passable(p)) {
             continue;
@@ -191,7 +191,7 @@ bool MeshWays::follow(std::span<const std::uint8_t> shut) {
         open_[p] = open ? 1 : 0;
         mesh_.set_passable(p, open);
         if (open) {
-            Box box{flat_spot(middles_[p]), flat_spot(middles_[p])};
+            OpenedBox box{flat_spot(middles_[p]), flat_spot(middles_[p])};
             for (int i = 0; i < mesh_.polygons()[p].size; ++i) {
                 const Vec3& v =
                     mesh_.vertices()[mesh_.polygons()[p].corners[static_cast<std::size_t>(i)]];
@@ -204,7 +204,7 @@ bool MeshWays::follow(std::span<const std::uint8_t> shut) {
     return !turned_.empty();
 }
 
-void MeshWays::turn_doors(std::span<const std::uint8_t> shut) {
+void NavmeshPaths::turn_doors(std::span<const std::uint8_t> shut) {
     nothing_changed();
     if (follow(shut)) {
         clusters_.change(graph(), turned_);
@@ -212,28 +212,28 @@ void MeshWays::turn_doors(std::span<const std::uint8_t> shut) {
     }
 }
 
-Outcome MeshWays::locate(Request& request) {
+Outcome NavmeshPaths::locate(Request& request) {
     End& from = request.from;
     from.node = mesh_.nearest(from.wanted, settings_.reach_m, kAnyHeight, from.on);
-    if (from.node == WalkMesh::kNone) {
+    if (from.node == Navmesh::kNone) {
         return Outcome::kStartBlocked;
     }
     End& to = request.to;
     to.node = mesh_.nearest(to.wanted, settings_.reach_m, kAnyHeight, to.on);
-    return to.node == WalkMesh::kNone ? Outcome::kGoalBlocked : Outcome::kFound;
+    return to.node == Navmesh::kNone ? Outcome::kGoalBlocked : Outcome::kFound;
 }
 
-void MeshWays::ready(std::uint32_t goal) {
+void NavmeshPaths::ready(std::uint32_t goal) {
     if (clusters_.prepare(goal)) {
         spend(kGroupUnits * clusters_.size());
     }
 }
 
-void MeshWays::prepare_legs(const Request& request) {
+void NavmeshPaths::prepare_legs(const Request& request) {
     ready(request.to.node);
 }
 
-void MeshWays::find(const Request& request, bool late, Found& found) {
+void NavmeshPaths::find(const Request& request, bool late, Found& found) {
     const float off = off_goal(request.to.wanted, request.to.on);
     End goal = request.to;
     found.outcome = off > kMoved_m ? Outcome::kPartial : Outcome::kFound;
@@ -254,7 +254,7 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
         ready(goal.node);
     }
     if (!late) {
-        const MeshSearch::Answer answer = search_.plan(
+        const NavmeshSearch::NavmeshAnswer answer = search_.plan(
             mesh_, request.from.node, goal.node, request.from.on, goal.on, settings_.search_work);
         spend(kPolygonUnits * answer.work);
         if (answer.outcome == Outcome::kFound) {
@@ -270,7 +270,7 @@ void MeshWays::find(const Request& request, bool late, Found& found) {
     }
 }
 
-bool MeshWays::find_straight(const Request& request, const End& goal, Found& found) {
+bool NavmeshPaths::find_straight(const Request& request, const End& goal, Found& found) {
     found.hinges.clear();
     std::uint64_t steps = 0;
     const std::uint32_t end =
@@ -282,7 +282,7 @@ bool MeshWays::find_straight(const Request& request, const End& goal, Found& fou
         });
     spend(kStepUnits * steps);
     found.straight =
-        end != WalkMesh::kNone && (mesh_.nearest_on(end, goal.on) - goal.on).norm() <= kOnEdge_m;
+        end != Navmesh::kNone && (mesh_.nearest_on(end, goal.on) - goal.on).norm() <= kOnEdge_m;
     if (!found.straight) {
         found.hinges.clear();
         return false;
@@ -292,7 +292,7 @@ bool MeshWays::find_straight(const Request& request, const End& goal, Found& fou
     return true;
 }
 
-PathRequestQueue::End MeshWays::nearest_reached(const Request& request) {
+PathRequestQueue::End NavmeshPaths::nearest_reached(const Request& request) {
     clusters_.flood(request.from.node);
     End best = request.from;
     // On the ground where the goal's height is not told: where it was found.
@@ -313,7 +313,7 @@ PathRequestQueue::End MeshWays::nearest_reached(const Request& request) {
     return best;
 }
 
-bool MeshWays::find_by_clusters(const Request& request, const End& goal) {
+bool NavmeshPaths::find_by_clusters(const Request& request, const End& goal) {
     std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
     corridor_.assign(1, request.from.node);
     while (corridor_.back() != goal.node) {
@@ -329,7 +329,7 @@ bool MeshWays::find_by_clusters(const Request& request, const End& goal) {
     return true;
 }
 
-void MeshWays::take(Found& found) const {
+void NavmeshPaths::take(Found& found) const {
     const std::span<const Vec3> corners = search_.corners();
     for (const Vec3& c : corners.subspan(1)) {
         found.corners.push_back(flat_spot(c));
@@ -346,8 +346,8 @@ void MeshWays::take(Found& found) const {
     }
 }
 
-Vec3 MeshWays::gate_between(std::uint32_t polygon, std::uint32_t next) const {
-    const WalkMesh::Polygon& p = mesh_.polygons()[polygon];
+Vec3 NavmeshPaths::gate_between(std::uint32_t polygon, std::uint32_t next) const {
+    const Navmesh::Polygon& p = mesh_.polygons()[polygon];
     for (int i = 0; i < p.size; ++i) {
         if (p.neighbours[static_cast<std::size_t>(i)] == next) {
             const int after = i + 1 == p.size ? 0 : i + 1;
@@ -358,19 +358,19 @@ Vec3 MeshWays::gate_between(std::uint32_t polygon, std::uint32_t next) const {
     return middles_[next];
 }
 
-Spot MeshWays::first_leg(Request& request, Spot at) const {
+Spot NavmeshPaths::first_leg(Request& request, Spot at) const {
     Vec3 on;
     const Vec3 here(at.x, request.from.wanted.y(), at.z);
     const std::uint32_t node = mesh_.nearest(here, settings_.reach_m, kAnyHeight, on);
-    request.from.wanted = Vec3(at.x, node == WalkMesh::kNone ? here.y() : on.y(), at.z);
-    if (node == WalkMesh::kNone || !clusters_.prepared(request.to.node)) {
+    request.from.wanted = Vec3(at.x, node == Navmesh::kNone ? here.y() : on.y(), at.z);
+    if (node == Navmesh::kNone || !clusters_.prepared(request.to.node)) {
         return at;
     }
     const auto nothing = [](std::uint32_t) {
     };
     const Vec3& goal = request.to.on;
     const std::uint32_t end = mesh_.walk(node, on, goal, nothing);
-    if (end != WalkMesh::kNone && (mesh_.nearest_on(end, goal) - goal).norm() <= kOnEdge_m) {
+    if (end != Navmesh::kNone && (mesh_.nearest_on(end, goal) - goal).norm() <= kOnEdge_m) {
         return flat_spot(goal);
     }
     // As far through the polygons ahead as one can see.
@@ -384,7 +384,7 @@ Spot MeshWays::first_leg(Request& request, Spot at) const {
         }
         for (std::size_t i = 0; i < count && gates < kLegPolygons; ++i, ++gates) {
             const Vec3 gate = gate_between(last, leg[i]);
-            const bool seen = mesh_.walk(node, on, gate, nothing) != WalkMesh::kNone;
+            const bool seen = mesh_.walk(node, on, gate, nothing) != Navmesh::kNone;
             if (!seen && flat_distance(at, ahead) > kLeastLeg_m) {
                 return ahead;
             }
@@ -395,19 +395,19 @@ Spot MeshWays::first_leg(Request& request, Spot at) const {
     return ahead;
 }
 
-MapNumbers MeshWays::numbers() const {
+MapNumbers NavmeshPaths::numbers() const {
     return {mesh_.polygons().size(), mesh_.polygons().size()};
 }
 
-bool MeshWays::passable(const Hinge& hinge) const {
+bool NavmeshPaths::passable(const Hinge& hinge) const {
     return mesh_.passable(hinge.what);
 }
 
-bool MeshWays::may_be_shorter(const Request& request) const {
+bool NavmeshPaths::may_be_shorter(const Request& request) const {
     const Spot at = flat_spot(request.from.wanted);
     const Spot to = end_of(request);
     const float left = left_m(request);
-    return std::any_of(opened_.begin(), opened_.end(), [&](const Box& box) {
+    return std::any_of(opened_.begin(), opened_.end(), [&](const OpenedBox& box) {
         // Two places of the box first, then the best one.
         return off_box(at, box.low, box.high) + off_box(to, box.low, box.high) + kGainOnMesh_m <
                    left &&
@@ -415,11 +415,11 @@ bool MeshWays::may_be_shorter(const Request& request) const {
     });
 }
 
-bool MeshWays::may_come_nearer(const Request& request) const {
+bool NavmeshPaths::may_come_nearer(const Request& request) const {
     const Spot at = flat_spot(request.from.wanted);
     const Spot wanted = flat_spot(request.to.wanted);
     const auto opened_within = [&](Spot spot, float reach_m) {
-        return std::any_of(opened_.begin(), opened_.end(), [&](const Box& box) {
+        return std::any_of(opened_.begin(), opened_.end(), [&](const OpenedBox& box) {
             return off_box(spot, box.low, box.high) <= reach_m;
         });
     };
@@ -430,7 +430,7 @@ bool MeshWays::may_come_nearer(const Request& request) const {
            opened_within(wanted, request.short_m + kMoved_m);
 }
 
-bool MeshWays::straight(Spot from, float from_y, Spot to, float to_y) const {
+bool NavmeshPaths::straight(Spot from, float from_y, Spot to, float to_y) const {
     Vec3 start;
     Vec3 goal;
     if (!contains(from) || !contains(to)) {
@@ -439,20 +439,20 @@ bool MeshWays::straight(Spot from, float from_y, Spot to, float to_y) const {
     const std::uint32_t first =
         mesh_.nearest(Vec3(from.x, from_y, from.z), kMoved_m, kAnyHeight, start);
     const std::uint32_t last = mesh_.nearest(Vec3(to.x, to_y, to.z), kMoved_m, kAnyHeight, goal);
-    if (first == WalkMesh::kNone || last == WalkMesh::kNone || on_another_floor(from_y, start) ||
+    if (first == Navmesh::kNone || last == Navmesh::kNone || on_another_floor(from_y, start) ||
         on_another_floor(to_y, goal)) {
         return false;
     }
     const std::uint32_t end = mesh_.walk(first, start, goal, [](std::uint32_t) {});
-    return end != WalkMesh::kNone && (mesh_.nearest_on(end, goal) - goal).norm() <= kOnEdge_m;
+    return end != Navmesh::kNone && (mesh_.nearest_on(end, goal) - goal).norm() <= kOnEdge_m;
 }
 
-bool MeshWays::contains(Spot place) const {
+bool NavmeshPaths::contains(Spot place) const {
     return place.x >= area_.min_x && place.x < area_.max_x && place.z >= area_.min_z &&
            place.z < area_.max_z;
 }
 
-MapExit MeshWays::straight_exit(Spot from, float from_y, Spot to) {
+MapExit NavmeshPaths::straight_exit(Spot from, float from_y, Spot to) {
     const std::array<bool, 4> beyond{
         to.x < area_.min_x, to.x >= area_.max_x, to.z < area_.min_z, to.z >= area_.max_z};
     MapExit best{{std::clamp(to.x, area_.min_x, std::nextafter(area_.max_x, area_.min_x)),
@@ -460,7 +460,7 @@ MapExit MeshWays::straight_exit(Spot from, float from_y, Spot to) {
     Vec3 on;
     const std::uint32_t node =
         mesh_.nearest(Vec3(from.x, from_y, from.z), settings_.reach_m, kAnyHeight, on);
-    if (node == WalkMesh::kNone) {
+    if (node == Navmesh::kNone) {
         return best;
     }
     clusters_.flood(node);
@@ -480,18 +480,18 @@ MapExit MeshWays::straight_exit(Spot from, float from_y, Spot to) {
     return best;
 }
 
-float MeshWays::ground(Spot place) const {
+float NavmeshPaths::ground(Spot place) const {
     Vec3 on;
     const std::uint32_t p =
         mesh_.nearest(Vec3(place.x, kOnGround, place.z), settings_.reach_m, kAnyHeight, on);
-    return p == WalkMesh::kNone ? kOnGround : on.y();
+    return p == Navmesh::kNone ? kOnGround : on.y();
 }
 
-float MeshWays::floor_along(Spot from, float from_y, Spot to) const {
+float NavmeshPaths::floor_along(Spot from, float from_y, Spot to) const {
     Vec3 on;
     const std::uint32_t first =
         mesh_.nearest(Vec3(from.x, from_y, from.z), settings_.reach_m, kAnyHeight, on);
-    if (first == WalkMesh::kNone) {
+    if (first == Navmesh::kNone) {
         return kOnGround;
     }
     const Vec3 goal(to.x, on.y(), to.z);
@@ -501,7 +501,7 @@ float MeshWays::floor_along(Spot from, float from_y, Spot to) const {
     return mesh_.nearest_on(last, goal).y();
 }
 
-std::size_t MeshWays::bytes() const {
+std::size_t NavmeshPaths::bytes() const {
     return queue_bytes() + mesh_.bytes() + search_.bytes() + clusters_.bytes() +
            middles_.capacity() * sizeof(Vec3) +
            (first_.capacity() + to_.capacity() + return_.capacity() + hinged_.capacity() +

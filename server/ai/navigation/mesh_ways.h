@@ -1,4 +1,4 @@
-// MeshWays: paths over the floors of a zone, one over the other, where doors turn.
+// NavmeshPaths: paths over the floors of a zone, one over the other, where doors turn.
 #pragma once
 
 #include "server/ai/navigation/node_clusters.h"
@@ -9,7 +9,7 @@
 
 namespace zoned::ai::navigation {
 
-struct MeshWaysSettings {
+struct NavmeshPathsSettings {
     QueueSettings queue;
     /// Polygons that one search may look at; beyond, the path goes from group to group.
     std::uint32_t search_work = 20'000;
@@ -17,17 +17,17 @@ struct MeshWaysSettings {
     float reach_m = 4.0F;
 };
 
-/// A straight line over the polygons where one is free, else MeshSearch, else, where the tick has
-/// no more work to give, from group of polygons to group. To a goal that can't be reached a path
-/// leads to the place nearest to it that can (kPartial). A path is near the best; a straight one
-/// is.
-class MeshWays final : public PathRequestQueue {
+/// A straight line over the polygons where one is free, else NavmeshSearch, else, where the tick
+/// has no more work to give, from group of polygons to group. To a goal that can't be reached a
+/// path leads to the place nearest to it that can (kPartial). A path is near the best; a straight
+/// one is.
+class NavmeshPaths final : public PathRequestQueue {
   public:
     /// `area` as the mesh was baked; `shut` by door.
-    MeshWays(WalkMesh mesh,
-             const GroundRect& area,
-             std::span<const std::uint8_t> shut,
-             const MeshWaysSettings& settings = {});
+    NavmeshPaths(Navmesh mesh,
+                 const GroundRect& area,
+                 std::span<const std::uint8_t> shut,
+                 const NavmeshPathsSettings& settings = {});
 
     void turn_doors(std::span<const std::uint8_t> shut) override;
     [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
@@ -41,7 +41,7 @@ class MeshWays final : public PathRequestQueue {
     [[nodiscard]] float floor_along(Spot from, float from_y, Spot to) const override;
     [[nodiscard]] std::size_t bytes() const override;
 
-    [[nodiscard]] const WalkMesh& mesh() const { return mesh_; }
+    [[nodiscard]] const Navmesh& mesh() const { return mesh_; }
 
   protected:
     Outcome locate(Request& request) override;
@@ -70,7 +70,7 @@ class MeshWays final : public PathRequestQueue {
     };
 
     /// What a change opened, over the ground.
-    struct Box {
+    struct OpenedBox {
         Spot low;
         Spot high;
     };
@@ -88,10 +88,10 @@ class MeshWays final : public PathRequestQueue {
     void take(Found& found) const;
     [[nodiscard]] Vec3 gate_between(std::uint32_t polygon, std::uint32_t next) const;
 
-    MeshWaysSettings settings_;
+    NavmeshPathsSettings settings_;
     GroundRect area_;
-    WalkMesh mesh_;
-    MeshSearch search_;
+    Navmesh mesh_;
+    NavmeshSearch search_;
     NodeClusters clusters_;
     std::vector<Vec3> middles_;         // by polygon
     std::vector<std::uint32_t> first_;  // links between polygons
@@ -102,7 +102,7 @@ class MeshWays final : public PathRequestQueue {
     std::vector<std::uint32_t> hinged_;  // polygons that hang on doors
     std::vector<std::uint32_t> turned_;  // by the last change
     std::vector<Rim> rims_;
-    std::vector<Box> opened_;
+    std::vector<OpenedBox> opened_;
     std::vector<std::uint32_t> corridor_;
 };
 

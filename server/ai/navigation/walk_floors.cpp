@@ -22,8 +22,8 @@ class FloorSurvey {
           limits_(limits),
           frame_(frame) {}
 
-    core::Result<WalkFloors> run() {
-        using R = core::Result<WalkFloors>;
+    core::Result<NavmeshLayers> run() {
+        using R = core::Result<NavmeshLayers>;
         const GroundGrid& g = frame_.grid;
         const std::array<float, 3> lower{g.min_x(), frame_.low_m, g.min_z()};
         const std::array<float, 3> upper{g.min_x() + g.cell_m() * static_cast<float>(g.width()),
@@ -134,8 +134,8 @@ class FloorSurvey {
         }
     }
 
-    [[nodiscard]] WalkFloors floors() const {
-        WalkFloors out;
+    [[nodiscard]] NavmeshLayers floors() const {
+        NavmeshLayers out;
         const std::size_t columns =
             static_cast<std::size_t>(compact_->width) * static_cast<std::size_t>(compact_->height);
         out.first.reserve(columns + 1);
@@ -196,9 +196,9 @@ std::string frame_defect(const FloorFrame& frame) {
            " m between the lowest and the highest place";
 }
 
-core::Result<WalkFloors> walk_floors(const motion::StaticGeometry& world,
-                                     const motion::CharacterLimits& limits,
-                                     const FloorFrame& frame) {
+core::Result<NavmeshLayers> navmesh_layers(const motion::StaticGeometry& world,
+                                           const motion::CharacterLimits& limits,
+                                           const FloorFrame& frame) {
     return FloorSurvey(world, limits, frame).run();
 }
 

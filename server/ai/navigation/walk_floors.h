@@ -34,25 +34,25 @@ FloorFrame floor_frame(const motion::StaticGeometry& world,
                        float step_m);
 
 /// A floor of a column, in steps above FloorFrame::low_m.
-struct WalkFloor {
+struct NavmeshFloor {
     std::uint16_t y = 0;
     std::uint8_t room = 0;  ///< above it, at most 255
 };
 
 /// By column (row by row), floors upwards.
-struct WalkFloors {
+struct NavmeshLayers {
     std::vector<std::uint32_t> first;  ///< by column, and one more
-    std::vector<WalkFloor> floors;
+    std::vector<NavmeshFloor> floors;
 
-    [[nodiscard]] std::span<const WalkFloor> column(std::size_t c) const {
+    [[nodiscard]] std::span<const NavmeshFloor> column(std::size_t c) const {
         return {floors.data() + first[c], floors.data() + first[c + 1]};
     }
 };
 
 /// Of a world with none of its doors shut, the middle of the body as far from walls and edges as it
 /// is wide. Fails where Recast has no room.
-core::Result<WalkFloors> walk_floors(const motion::StaticGeometry& world,
-                                     const motion::CharacterLimits& limits,
-                                     const FloorFrame& frame);
+core::Result<NavmeshLayers> navmesh_layers(const motion::StaticGeometry& world,
+                                           const motion::CharacterLimits& limits,
+                                           const FloorFrame& frame);
 
 }  // namespace zoned::ai::navigation

@@ -34,7 +34,7 @@ OverTriangle over_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Ve
     return {std::min({u, v, w}), w * a.y() + u * b.y() + v * c.y()};
 }
 
-Vec3 middle_of(const WalkMesh& mesh, const WalkMesh::Polygon& polygon) {
+Vec3 middle_of(const Navmesh& mesh, const Navmesh::Polygon& polygon) {
     Vec3 sum = Vec3::Zero();
     for (int i = 0; i < polygon.size; ++i) {
         sum += mesh.vertices()[polygon.corners[static_cast<std::size_t>(i)]];
@@ -43,7 +43,7 @@ Vec3 middle_of(const WalkMesh& mesh, const WalkMesh::Polygon& polygon) {
 }
 
 /// The ends of a polygon's edge `i`.
-std::array<Vec3, 2> edge_of(const WalkMesh& mesh, const WalkMesh::Polygon& polygon, int i) {
+std::array<Vec3, 2> edge_of(const Navmesh& mesh, const Navmesh::Polygon& polygon, int i) {
     const int next = i + 1 == polygon.size ? 0 : i + 1;
     return {mesh.vertices()[polygon.corners[static_cast<std::size_t>(i)]],
             mesh.vertices()[polygon.corners[static_cast<std::size_t>(next)]]};
@@ -55,15 +55,15 @@ constexpr auto later_on_mesh = [](const auto& a, const auto& b) {
 
 }  // namespace
 
-WalkMesh WalkMesh::of(std::vector<Vec3> vertices, std::vector<Polygon> polygons) {
-    WalkMesh mesh;
+Navmesh Navmesh::of(std::vector<Vec3> vertices, std::vector<Polygon> polygons) {
+    Navmesh mesh;
     mesh.vertices_ = std::move(vertices);
     mesh.polygons_ = std::move(polygons);
     mesh.finish();
     return mesh;
 }
 
-void WalkMesh::finish() {
+void Navmesh::finish() {
     for (Polygon& p : polygons_) {
         float area = 0.0F;
         for (int i = 2; i < p.size; ++i) {
@@ -84,10 +84,10 @@ void WalkMesh::finish() {
     index_polygons();
 }
 
-int WalkMesh::straight_exit(std::uint32_t number,
-                            std::uint32_t before,
-                            const Vec3& from,
-                            const Vec3& to) const {
+int Navmesh::exit_edge(std::uint32_t number,
+                       std::uint32_t before,
+                       const Vec3& from,
+                       const Vec3& to) const {
     // The part of the line within the polygon ends at the first of the edges that it leads out
     // through (Cyrus and Beck, Computers and Graphics 3, 1978). Of edges that it meets at their
     // common corner the one beyond which it goes on.
@@ -118,7 +118,7 @@ int WalkMesh::straight_exit(std::uint32_t number,
     return best;
 }
 
-Vec3 WalkMesh::nearest_on(std::uint32_t number, const Vec3& place) const {
+Vec3 Navmesh::nearest_on(std::uint32_t number, const Vec3& place) const {
     const Polygon& p = polygons_[number];
     float height = 0.0F;
     if (over(number, place, height)) {
@@ -136,7 +136,7 @@ Vec3 WalkMesh::nearest_on(std::uint32_t number, const Vec3& place) const {
     return best;
 }
 
-void WalkMesh::index_polygons() {
+void Navmesh::index_polygons() {
     if (vertices_.empty()) {
         first_.assign(2, 0);
         return;
@@ -190,7 +190,7 @@ void WalkMesh::index_polygons() {
     visit([&](std::size_t cell, std::uint32_t p) { listed_[fill[cell]++] = p; });
 }
 
-bool WalkMesh::over(std::uint32_t number, const Vec3& place, float& height) const {
+bool Navmesh::over(std::uint32_t number, const Vec3& place, float& height) const {
     // A fan of triangles; the edges of neighbours belong to both.
     const Polygon& polygon = polygons_[number];
     for (int i = 1; i + 1 < polygon.size; ++i) {
@@ -207,7 +207,7 @@ bool WalkMesh::over(std::uint32_t number, const Vec3& place, float& height) cons
     return false;
 }
 
-float WalkMesh::relief_at(std::uint32_t number, const Vec3& place, float height) const {
+float Navmesh::relief_at(std::uint32_t number, const Vec3& place, float height) const {
     if (relief_first_.empty()) {
         return height;
     }
@@ -224,7 +224,7 @@ float WalkMesh::relief_at(std::uint32_t number, const Vec3& place, float height)
     return height;
 }
 
-Vec3 WalkMesh::nearest_on_edge(std::uint32_t number, int i, const Vec3& place) const {
+Vec3 Navmesh::nearest_on_edge(std::uint32_t number, int i, const Vec3& place) const {
     const std::array<Vec3, 2> edge = edge_of(*this, polygons_[number], i);
     const Vec3 path = edge[1] - edge[0];
     const Vec2 along(path.x(), path.z());
@@ -236,7 +236,7 @@ Vec3 WalkMesh::nearest_on_edge(std::uint32_t number, int i, const Vec3& place) c
     return near;
 }
 
-std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, float height_m, Vec3& on) const {
+std::uint32_t Navmesh::nearest(const Vec3& place, float reach_m, float height_m, Vec3& on) const {
     const bool on_ground = std::isnan(place.y());
     std::uint32_t best = kNone;
     float least = std::numeric_limits<float>::infinity();
@@ -295,7 +295,7 @@ std::uint32_t WalkMesh::nearest(const Vec3& place, float reach_m, float height_m
     return best;
 }
 
-std::size_t WalkMesh::bytes() const {
+std::size_t Navmesh::bytes() const {
     return vertices_.capacity() * sizeof(Vec3) + polygons_.capacity() * sizeof(Polygon) +
            relief_.capacity() * sizeof(relief_[0]) +
            relief_first_.capacity() * sizeof(std::uint32_t) + passable_.capacity() +
@@ -303,31 +303,31 @@ std::size_t WalkMesh::bytes() const {
            (first_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
 }
 
-MeshSearch::Answer MeshSearch::plan(const WalkMesh& mesh,
-                                    const Vec3& from,
-                                    const Vec3& to,
-                                    float reach_m,
-                                    std::uint32_t max_work) {
+NavmeshSearch::NavmeshAnswer NavmeshSearch::plan(const Navmesh& mesh,
+                                                 const Vec3& from,
+                                                 const Vec3& to,
+                                                 float reach_m,
+                                                 std::uint32_t max_work) {
     Vec3 start;
     Vec3 goal;
     corners_.clear();
     const std::uint32_t first = mesh.nearest(from, reach_m, start);
     const std::uint32_t last = mesh.nearest(to, reach_m, goal);
-    if (first == WalkMesh::kNone || last == WalkMesh::kNone) {
-        Answer none;
-        none.outcome = first == WalkMesh::kNone ? Outcome::kStartBlocked : Outcome::kGoalBlocked;
+    if (first == Navmesh::kNone || last == Navmesh::kNone) {
+        NavmeshAnswer none;
+        none.outcome = first == Navmesh::kNone ? Outcome::kStartBlocked : Outcome::kGoalBlocked;
         return none;
     }
     return plan(mesh, first, last, start, goal, max_work);
 }
 
-MeshSearch::Answer MeshSearch::plan(const WalkMesh& mesh,
-                                    std::uint32_t first,
-                                    std::uint32_t last,
-                                    const Vec3& from,
-                                    const Vec3& to,
-                                    std::uint32_t max_work) {
-    Answer answer;
+NavmeshSearch::NavmeshAnswer NavmeshSearch::plan(const Navmesh& mesh,
+                                                 std::uint32_t first,
+                                                 std::uint32_t last,
+                                                 const Vec3& from,
+                                                 const Vec3& to,
+                                                 std::uint32_t max_work) {
+    NavmeshAnswer answer;
     corners_.clear();
     if (find(mesh, first, last, from, to, max_work, answer)) {
         pull(mesh, from, to);
@@ -337,17 +337,17 @@ MeshSearch::Answer MeshSearch::plan(const WalkMesh& mesh,
     return answer;
 }
 
-MeshSearch::Answer MeshSearch::follow(const WalkMesh& mesh,
-                                      std::span<const std::uint32_t> polygons,
-                                      const Vec3& from,
-                                      const Vec3& to) {
+NavmeshSearch::NavmeshAnswer NavmeshSearch::follow(const Navmesh& mesh,
+                                                   std::span<const std::uint32_t> polygons,
+                                                   const Vec3& from,
+                                                   const Vec3& to) {
     corridor_.assign(polygons.begin(), polygons.end());
     corners_.clear();
     pull(mesh, from, to);
     return {Outcome::kFound, length(), static_cast<std::uint32_t>(polygons.size())};
 }
 
-float MeshSearch::length() const {
+float NavmeshSearch::length() const {
     float length = 0.0F;
     for (std::size_t i = 1; i < corners_.size(); ++i) {
         length += (corners_[i] - corners_[i - 1]).norm();
@@ -355,18 +355,18 @@ float MeshSearch::length() const {
     return length;
 }
 
-std::size_t MeshSearch::bytes() const {
-    return known_.capacity() * sizeof(Known) + open_.capacity() * sizeof(Open) +
+std::size_t NavmeshSearch::bytes() const {
+    return known_.capacity() * sizeof(KnownPolygon) + open_.capacity() * sizeof(OpenPolygon) +
            (corridor_.capacity() + passed_.capacity()) * sizeof(std::uint32_t) +
            gates_.capacity() * sizeof(std::array<Vec3, 2>) + corners_.capacity() * sizeof(Vec3);
 }
 
-void MeshSearch::reach(std::uint32_t polygon,
-                       float cost,
-                       std::uint32_t from,
-                       const Vec3& entry,
-                       const Vec3& to) {
-    Known& k = known_[polygon];
+void NavmeshSearch::reach(std::uint32_t polygon,
+                          float cost,
+                          std::uint32_t from,
+                          const Vec3& entry,
+                          const Vec3& to) {
+    KnownPolygon& k = known_[polygon];
     if (k.search == search_ && k.cost <= cost) {
         return;
     }
@@ -375,22 +375,22 @@ void MeshSearch::reach(std::uint32_t polygon,
     std::push_heap(open_.begin(), open_.end(), later_on_mesh);
 }
 
-bool MeshSearch::find(const WalkMesh& mesh,
-                      std::uint32_t first,
-                      std::uint32_t last,
-                      const Vec3& from,
-                      const Vec3& to,
-                      std::uint32_t max_work,
-                      Answer& answer) {
+bool NavmeshSearch::find(const Navmesh& mesh,
+                         std::uint32_t first,
+                         std::uint32_t last,
+                         const Vec3& from,
+                         const Vec3& to,
+                         std::uint32_t max_work,
+                         NavmeshAnswer& answer) {
     if (known_.size() != mesh.polygons().size() || ++search_ == 0) {
-        known_.assign(mesh.polygons().size(), Known{});
+        known_.assign(mesh.polygons().size(), KnownPolygon{});
         search_ = 1;
     }
     open_.clear();
     reach(first, 0.0F, first, from, to);
     while (!open_.empty()) {
         std::pop_heap(open_.begin(), open_.end(), later_on_mesh);
-        const Open at = open_.back();
+        const OpenPolygon at = open_.back();
         open_.pop_back();
         if (at.cost > known_[at.polygon].cost) {
             continue;
@@ -407,11 +407,11 @@ bool MeshSearch::find(const WalkMesh& mesh,
             std::reverse(corridor_.begin(), corridor_.end());
             return true;
         }
-        const WalkMesh::Polygon& polygon = mesh.polygons()[at.polygon];
+        const Navmesh::Polygon& polygon = mesh.polygons()[at.polygon];
         const Vec3 entry = known_[at.polygon].entry;
         for (int e = 0; e < polygon.size; ++e) {
             const std::uint32_t next = polygon.neighbours[static_cast<std::size_t>(e)];
-            if (next != WalkMesh::kNone && mesh.passable(next)) {
+            if (next != Navmesh::kNone && mesh.passable(next)) {
                 const std::array<Vec3, 2> edge = edge_of(mesh, polygon, e);
                 const Vec3 middle = 0.5F * (edge[0] + edge[1]);
                 reach(next, at.cost + (middle - entry).norm(), at.polygon, middle, to);
@@ -421,10 +421,10 @@ bool MeshSearch::find(const WalkMesh& mesh,
     return false;
 }
 
-void MeshSearch::pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
+void NavmeshSearch::pull(const Navmesh& mesh, const Vec3& from, const Vec3& to) {
     gates_.clear();
     for (std::size_t i = 0; i + 1 < corridor_.size(); ++i) {
-        const WalkMesh::Polygon& polygon = mesh.polygons()[corridor_[i]];
+        const Navmesh::Polygon& polygon = mesh.polygons()[corridor_[i]];
         for (int e = 0; e < polygon.size; ++e) {
             if (polygon.neighbours[static_cast<std::size_t>(e)] == corridor_[i + 1]) {
                 std::array<Vec3, 2> gate = edge_of(mesh, polygon, e);
@@ -478,7 +478,7 @@ void MeshSearch::pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
     }
 }
 
-void MeshSearch::turn_at(const Vec3& corner, std::size_t gate) {
+void NavmeshSearch::turn_at(const Vec3& corner, std::size_t gate) {
     corners_.push_back(corner);
     passed_.push_back(static_cast<std::uint32_t>(gate) + 1);
 }

@@ -1,4 +1,4 @@
-// WalkMesh: where characters of one size can walk, as convex polygons over any number of floors.
+// Navmesh: where characters of one size can walk, as convex polygons over any number of floors.
 #pragma once
 
 #include "server/ai/navigation/ground_grid.h"
@@ -14,7 +14,7 @@
 
 namespace zoned::ai::navigation {
 
-struct MeshSettings {
+struct NavmeshSettings {
     float cell_m = 0.25F;         ///< of the heightfield that polygons are found on
     float cell_height_m = 0.05F;  ///< its steps of height
 };
@@ -31,7 +31,7 @@ struct MeshSettings {
 /// gives (a bridge) is polygons of its own, as an area of Recast's, so that a door that turns
 /// changes which polygons are passable, and nothing else: the mesh is that of the ground as it is,
 /// to within Recast's own contours.
-class WalkMesh {
+class Navmesh {
   public:
     static constexpr int kMostCorners = 6;
     static constexpr std::uint32_t kNone = ~0U;
@@ -58,13 +58,13 @@ class WalkMesh {
 
     /// What can't be: no room for a cell, too many cells, more height than Recast counts, or a step
     /// of Recast's that failed.
-    static core::Result<WalkMesh> bake(const motion::StaticGeometry& world,
-                                       const motion::CharacterLimits& limits,
-                                       const GroundRect& area,
-                                       const MeshSettings& settings = {});
+    static core::Result<Navmesh> bake(const motion::StaticGeometry& world,
+                                      const motion::CharacterLimits& limits,
+                                      const GroundRect& area,
+                                      const NavmeshSettings& settings = {});
 
     /// Polygons from elsewhere: corners in order, in either sense, neighbours beyond each edge.
-    static WalkMesh of(std::vector<Vec3> vertices, std::vector<Polygon> polygons);
+    static Navmesh of(std::vector<Vec3> vertices, std::vector<Polygon> polygons);
 
     [[nodiscard]] std::span<const Vec3> vertices() const { return vertices_; }
 
@@ -113,13 +113,13 @@ class WalkMesh {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    friend class MeshBakery;
+    friend class NavmeshBaker;
 
     /// Where a line leaves a polygon: the edge, or -1 where it ends in it.
-    [[nodiscard]] int straight_exit(std::uint32_t polygon,
-                                    std::uint32_t before,
-                                    const Vec3& from,
-                                    const Vec3& to) const;
+    [[nodiscard]] int exit_edge(std::uint32_t polygon,
+                                std::uint32_t before,
+                                const Vec3& from,
+                                const Vec3& to) const;
     /// Whether a place is above or below a polygon, whose height there is `height`.
     [[nodiscard]] bool over(std::uint32_t polygon, const Vec3& place, float& height) const;
     /// The nearest place of a polygon's edge `i`, over x and z.
@@ -149,15 +149,15 @@ class WalkMesh {
 };
 
 template <class Visit>
-std::uint32_t WalkMesh::walk(std::uint32_t polygon,
-                             const Vec3& from,
-                             const Vec3& to,
-                             Visit&& visit) const {
+std::uint32_t Navmesh::walk(std::uint32_t polygon,
+                            const Vec3& from,
+                            const Vec3& to,
+                            Visit&& visit) const {
     std::uint32_t before = kNone;
     // No line passes through a convex polygon twice.
     for (std::size_t steps = 0; steps <= polygons_.size(); ++steps) {
         visit(polygon);
-        const int edge = straight_exit(polygon, before, from, to);
+        const int edge = exit_edge(polygon, before, from, to);
         if (edge < 0) {
             return polygon;
         }
@@ -175,35 +175,35 @@ std::uint32_t WalkMesh::walk(std::uint32_t polygon,
 /// funnel of Lee and Preparata, "Euclidean shortest paths in the presence of rectilinear barriers",
 /// Networks 14, 1984). The corridor is chosen by the middles of edges: the path is near the best.
 /// Memory for one query at a time, none allocated once warm.
-class MeshSearch {
+class NavmeshSearch {
   public:
-    struct Answer {
+    struct NavmeshAnswer {
         Outcome outcome = Outcome::kUnreachable;
         float length_m = 0.0F;
         std::uint32_t work = 0;  ///< polygons looked at
     };
 
     /// kStartBlocked and kGoalBlocked: no polygon within `reach_m`.
-    Answer plan(const WalkMesh& mesh,
-                const Vec3& from,
-                const Vec3& to,
-                float reach_m,
-                std::uint32_t max_work = ~0U);
+    NavmeshAnswer plan(const Navmesh& mesh,
+                       const Vec3& from,
+                       const Vec3& to,
+                       float reach_m,
+                       std::uint32_t max_work = ~0U);
 
     /// The same between places on polygons.
-    Answer plan(const WalkMesh& mesh,
-                std::uint32_t first,
-                std::uint32_t last,
-                const Vec3& from,
-                const Vec3& to,
-                std::uint32_t max_work = ~0U);
+    NavmeshAnswer plan(const Navmesh& mesh,
+                       std::uint32_t first,
+                       std::uint32_t last,
+                       const Vec3& from,
+                       const Vec3& to,
+                       std::uint32_t max_work = ~0U);
 
     /// Along polygons each of which is a neighbour of the one before it, from the first to the
     /// last: corners and length.
-    Answer follow(const WalkMesh& mesh,
-                  std::span<const std::uint32_t> polygons,
-                  const Vec3& from,
-                  const Vec3& to);
+    NavmeshAnswer follow(const Navmesh& mesh,
+                         std::span<const std::uint32_t> polygons,
+                         const Vec3& from,
+                         const Vec3& to);
 
     /// Of the last answer that was found, with both ends.
     [[nodiscard]] std::span<const Vec3> corners() const { return corners_; }
@@ -217,37 +217,37 @@ class MeshSearch {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    struct Known {
+    struct KnownPolygon {
         float cost = 0.0F;
         std::uint32_t from = 0;
         std::uint32_t search = 0;
         Vec3 entry = Vec3::Zero();  ///< where it was entered
     };
 
-    struct Open {
+    struct OpenPolygon {
         float estimate;
         float cost;
         std::uint32_t polygon;
     };
 
-    bool find(const WalkMesh& mesh,
+    bool find(const Navmesh& mesh,
               std::uint32_t first,
               std::uint32_t last,
               const Vec3& from,
               const Vec3& to,
               std::uint32_t max_work,
-              Answer& answer);
+              NavmeshAnswer& answer);
     void reach(std::uint32_t polygon,
                float cost,
                std::uint32_t from,
                const Vec3& entry,
                const Vec3& to);
-    void pull(const WalkMesh& mesh, const Vec3& from, const Vec3& to);
+    void pull(const Navmesh& mesh, const Vec3& from, const Vec3& to);
     void turn_at(const Vec3& corner, std::size_t gate);
     [[nodiscard]] float length() const;
 
-    std::vector<Known> known_;
-    std::vector<Open> open_;
+    std::vector<KnownPolygon> known_;
+    std::vector<OpenPolygon> open_;
     std::uint32_t search_ = 0;
     std::vector<std::uint32_t> corridor_;
     std::vector<std::array<Vec3, 2>> gates_;  // left and right ends of the edges passed through

@@ -29,7 +29,7 @@ constexpr std::array<int, 4> kBesideZ{0, 1, 0, -1};
 /// A floor that is not there, or is alone there, while a door is shut.
 struct TurnedFloor {
     std::uint32_t column = 0;
-    WalkFloor floor;
+    NavmeshFloor floor;
     std::uint32_t door = 0;
     bool taken = false;  ///< else given
 
@@ -39,41 +39,41 @@ struct TurnedFloor {
 /// All floors that there are in some state of the doors, by column, with their gates.
 struct GatedFloors {
     std::vector<std::uint32_t> first;
-    std::vector<WalkFloor> floors;
+    std::vector<NavmeshFloor> floors;
     std::vector<std::uint32_t> gate;
 };
 
 }  // namespace
 
 /// From static geometry to polygons, step by step.
-class MeshBakery {
+class NavmeshBaker {
   public:
-    MeshBakery(const motion::StaticGeometry& world,
-               const motion::CharacterLimits& limits,
-               const FloorFrame& frame)
+    NavmeshBaker(const motion::StaticGeometry& world,
+                 const motion::CharacterLimits& limits,
+                 const FloorFrame& frame)
         : world_(world),
           limits_(limits),
           frame_(frame) {}
 
-    MeshBakery(const MeshBakery&) = delete;
-    MeshBakery& operator=(const MeshBakery&) = delete;
+    NavmeshBaker(const NavmeshBaker&) = delete;
+    NavmeshBaker& operator=(const NavmeshBaker&) = delete;
 
-    ~MeshBakery() {
+    ~NavmeshBaker() {
         // These are not Recast's to free.
         compact_->cells = nullptr;
         compact_->spans = nullptr;
         compact_->areas = nullptr;
     }
 
-    core::Result<WalkMesh> run() {
-        using R = core::Result<WalkMesh>;
-        const auto open = walk_floors(world_, limits_, frame_);
+    core::Result<Navmesh> run() {
+        using R = core::Result<Navmesh>;
+        const auto open = navmesh_layers(world_, limits_, frame_);
         if (!open) {
             return R::failure(open.error());
         }
         const float reach = door_reach(limits_, frame_.grid.cell_m());
         for (const std::vector<std::uint32_t>& group : doors_apart(world_, reach)) {
-            const auto shut = walk_floors(world_.with_shut(group), limits_, frame_);
+            const auto shut = navmesh_layers(world_.with_shut(group), limits_, frame_);
             if (!shut) {
                 return R::failure(shut.error());
             }
@@ -95,8 +95,8 @@ class MeshBakery {
 
   private:
     /// Floors that a door takes or gives, near it.
-    void compare(const WalkFloors& open,
-                 const WalkFloors& shut,
+    void compare(const NavmeshLayers& open,
+                 const NavmeshLayers& shut,
                  std::uint32_t door,
                  const Aabb& near) {
         const GroundGrid& g = frame_.grid;
@@ -119,13 +119,14 @@ class MeshBakery {
 
     /// Floors of a column that are not among others; one that is a step higher or lower is the
     /// same.
-    void note_missing(std::span<const WalkFloor> floors,
-                      std::span<const WalkFloor> others,
+    void note_missing(std::span<const NavmeshFloor> floors,
+                      std::span<const NavmeshFloor> others,
                       TurnedFloor turned) {
-        for (const WalkFloor& f : floors) {
-            const bool there = std::any_of(others.begin(), others.end(), [&](const WalkFloor& o) {
-                return std::abs(int{o.y} - int{f.y}) <= frame_.climb_steps;
-            });
+        for (const NavmeshFloor& f : floors) {
+            const bool there =
+                std::any_of(others.begin(), others.end(), [&](const NavmeshFloor& o) {
+                    return std::abs(int{o.y} - int{f.y}) <= frame_.climb_steps;
+                });
             if (!there) {
                 turned.floor = f;
                 turned_.push_back(turned);
@@ -133,7 +134,7 @@ class MeshBakery {
         }
     }
 
-    void put_together(const WalkFloors& open) {
+    void put_together(const NavmeshLayers& open) {
         std::sort(turned_.begin(), turned_.end(), [](const TurnedFloor& a, const TurnedFloor& b) {
             return a.key() < b.key();
         });
@@ -142,13 +143,13 @@ class MeshBakery {
         all_.first.reserve(columns + 1);
         all_.first.push_back(0);
         for (std::uint32_t c = 0; c < columns; ++c) {
-            const std::span<const WalkFloor> there = open.column(c);
+            const std::span<const NavmeshFloor> there = open.column(c);
             std::size_t o = 0;
             while (o < there.size() || (next < turned_.size() && turned_[next].column == c)) {
                 const bool turns = next < turned_.size() && turned_[next].column == c;
                 const bool is_open =
                     o < there.size() && (!turns || there[o].y <= turned_[next].floor.y);
-                const WalkFloor floor = is_open ? there[o++] : turned_[next].floor;
+                const NavmeshFloor floor = is_open ? there[o++] : turned_[next].floor;
                 all_.floors.push_back(floor);
                 all_.gate.push_back(gate_of(c, floor, is_open, next));
             }
@@ -158,17 +159,17 @@ class MeshBakery {
 
     /// Of a floor with all doors that turn it, which begin at `next`.
     std::uint32_t gate_of(std::uint32_t column,
-                          const WalkFloor& floor,
+                          const NavmeshFloor& floor,
                           bool open,
                           std::size_t& next) {
-        WalkMesh::Gate gate;
+        Navmesh::Gate gate;
         gate.open = open;
         for (; next < turned_.size() && turned_[next].column == column &&
                turned_[next].floor.y == floor.y;
              ++next) {
             (turned_[next].taken ? gate.takers : gate.givers).push_back(turned_[next].door);
         }
-        if (gate == WalkMesh::Gate()) {
+        if (gate == Navmesh::Gate()) {
             return 0;
         }
         const auto [at, is_new] =
@@ -309,12 +310,12 @@ class MeshBakery {
         return true;
     }
 
-    core::Result<WalkMesh> polygons() {
-        using R = core::Result<WalkMesh>;
+    core::Result<Navmesh> polygons() {
+        using R = core::Result<Navmesh>;
         const bool built = rcBuildDistanceField(&context_, *compact_) &&
                            rcBuildRegions(&context_, *compact_, 0, kMinRegion, kMergeRegion) &&
                            rcBuildContours(&context_, *compact_, kContourError, 0, *contours_) &&
-                           rcBuildPolyMesh(&context_, *contours_, WalkMesh::kMostCorners, *mesh_);
+                           rcBuildPolyMesh(&context_, *contours_, Navmesh::kMostCorners, *mesh_);
         if (!built) {
             return R::failure("Recast can't build polygons of this ground");
         }
@@ -322,7 +323,7 @@ class MeshBakery {
         for (std::size_t i = 0; i < all_.floors.size(); ++i) {
             gate_of_region.try_emplace(compact_->spans[i].reg, all_.gate[i]);
         }
-        WalkMesh out;
+        Navmesh out;
         out.gates_ = gates_;
         // The body's width is kept to the end of the columns, rounded up, and contours may be off.
         out.rim_m_ =
@@ -335,13 +336,13 @@ class MeshBakery {
                 frame_.grid.min_z() + frame_.grid.cell_m() * static_cast<float>(v[2]));
         }
         for (int i = 0; i < mesh_->npolys; ++i) {
-            const unsigned short* p = mesh_->polys + std::ptrdiff_t{2} * WalkMesh::kMostCorners * i;
-            WalkMesh::Polygon polygon;
-            for (int k = 0; k < WalkMesh::kMostCorners && p[k] != RC_MESH_NULL_IDX; ++k) {
-                const unsigned short beyond = p[WalkMesh::kMostCorners + k];
+            const unsigned short* p = mesh_->polys + std::ptrdiff_t{2} * Navmesh::kMostCorners * i;
+            Navmesh::Polygon polygon;
+            for (int k = 0; k < Navmesh::kMostCorners && p[k] != RC_MESH_NULL_IDX; ++k) {
+                const unsigned short beyond = p[Navmesh::kMostCorners + k];
                 polygon.corners[static_cast<std::size_t>(k)] = p[k];
                 polygon.neighbours[static_cast<std::size_t>(k)] =
-                    (beyond & 0x8000U) != 0 ? WalkMesh::kNone : beyond;
+                    (beyond & 0x8000U) != 0 ? Navmesh::kNone : beyond;
                 ++polygon.size;
             }
             polygon.gate = gate_of_region[mesh_->regs[i]];
@@ -355,7 +356,7 @@ class MeshBakery {
     }
 
     /// Triangles over the floors of all polygons that are not flat.
-    bool lay_relief(WalkMesh& out) {
+    bool lay_relief(Navmesh& out) {
         const float apart = kReliefCells * frame_.grid.cell_m();
         if (out.polygons_.empty()) {
             return true;
@@ -383,7 +384,7 @@ class MeshBakery {
     }
 
     /// Whether the corners of a polygon tell all heights over it.
-    [[nodiscard]] bool is_flat(const WalkMesh& out, std::uint32_t p) const {
+    [[nodiscard]] bool is_flat(const Navmesh& out, std::uint32_t p) const {
         const unsigned* part = detail_->meshes + std::ptrdiff_t{4} * p;
         bool flat = true;
         for (unsigned v = part[0]; v < part[0] + part[1] && flat; ++v) {
@@ -406,8 +407,8 @@ class MeshBakery {
     const FloorFrame& frame_;
     std::vector<TurnedFloor> turned_;
     GatedFloors all_;
-    std::vector<WalkMesh::Gate> gates_{1};
-    std::map<WalkMesh::Gate, std::uint32_t> number_of_gate_;
+    std::vector<Navmesh::Gate> gates_{1};
+    std::map<Navmesh::Gate, std::uint32_t> number_of_gate_;
     std::vector<rcCompactCell> cells_;
     std::vector<rcCompactSpan> spans_;
     std::vector<unsigned char> areas_;
@@ -418,11 +419,11 @@ class MeshBakery {
     RecastDetail detail_{rcAllocPolyMeshDetail()};
 };
 
-core::Result<WalkMesh> WalkMesh::bake(const motion::StaticGeometry& world,
-                                      const motion::CharacterLimits& limits,
-                                      const GroundRect& area,
-                                      const MeshSettings& settings) {
-    using R = core::Result<WalkMesh>;
+core::Result<Navmesh> Navmesh::bake(const motion::StaticGeometry& world,
+                                    const motion::CharacterLimits& limits,
+                                    const GroundRect& area,
+                                    const NavmeshSettings& settings) {
+    using R = core::Result<Navmesh>;
     const std::string defect = GroundGrid::defect_of(area, settings.cell_m);
     if (!defect.empty()) {
         return R::failure(defect);
@@ -436,7 +437,7 @@ core::Result<WalkMesh> WalkMesh::bake(const motion::StaticGeometry& world,
     if (!counted.empty()) {
         return R::failure(counted);
     }
-    return MeshBakery(world, limits, frame).run();
+    return NavmeshBaker(world, limits, frame).run();
 }
 
 }  // namespace zoned::ai::navigation

@@ -67,7 +67,7 @@ class MindsOnABridge : public testing::TestWithParam<bool> {};
 TEST_P(MindsOnABridge, WalkOverItAndUnderItEachToItsHome) {
     const float up = 3.9F;
     const float down = 0.9F;
-    Place place({bridge(), 0.0F}, {0.25F, 1'000'000, PathMapKind::kMesh}, GetParam());
+    Place place({bridge(), 0.0F}, {0.25F, 1'000'000, PathMapKind::kNavmesh}, GetParam());
     place.add(1, Vec3(-15.0F, down, 5.0F), Vec3(0.0F, up, 0.5F));      // up from the street
     place.add(2, Vec3(-15.0F, down, -5.0F), Vec3(0.5F, down, 0.0F));   // under the deck
     place.add(3, Vec3(0.0F, down, -12.0F), Vec3(-0.5F, down, 12.0F));  // along the street
@@ -112,7 +112,7 @@ TEST(PathsOnANavmesh, LeadOutOfTheWholeArea) {
         types[t].mind = 1;
     }
     types[1].character.radius = 1.1F;
-    PathService paths({0.25F, 1'000'000, PathMapKind::kMesh},
+    PathService paths({0.25F, 1'000'000, PathMapKind::kNavmesh},
                       motion::StaticGeometry(bridge(), 0.0F),
                       {-25, -25, 25, 25},
                       types,
@@ -166,12 +166,12 @@ TEST_P(MindsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
 INSTANTIATE_TEST_SUITE_P(Maps,
                          MindsAtADoor,
                          testing::Values(PathMapKind::kGrid,
-                                         PathMapKind::kMesh,
+                                         PathMapKind::kNavmesh,
                                          PathMapKind::kGraph),
                          [](const auto& kind) {
-                             return std::string(kind.param == PathMapKind::kGrid   ? "Grid"
-                                                : kind.param == PathMapKind::kMesh ? "Mesh"
-                                                                                   : "Graph");
+                             return std::string(kind.param == PathMapKind::kGrid      ? "Grid"
+                                                : kind.param == PathMapKind::kNavmesh ? "Mesh"
+                                                                                      : "Graph");
                          });
 
 }  // namespace

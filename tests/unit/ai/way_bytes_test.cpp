@@ -186,8 +186,8 @@ INSTANTIATE_TEST_SUITE_P(Maps,
                          SerializePaths,
                          testing::Values(Case{"Grid", PathMapKind::kGrid, 1'000'000},
                                          Case{"GridInNeed", PathMapKind::kGrid, 3'000},
-                                         Case{"Mesh", PathMapKind::kMesh, 1'000'000},
-                                         Case{"MeshInNeed", PathMapKind::kMesh, 1'000},
+                                         Case{"Mesh", PathMapKind::kNavmesh, 1'000'000},
+                                         Case{"MeshInNeed", PathMapKind::kNavmesh, 1'000},
                                          Case{"Graph", PathMapKind::kGraph, 1'000'000},
                                          Case{"GraphInNeed", PathMapKind::kGraph, 3'000}),
                          [](const auto& kind) { return std::string(kind.param.name); });
@@ -267,7 +267,7 @@ TEST_P(BadPaths, NeverBreakAnythingWhateverBytesSay) {
 INSTANTIATE_TEST_SUITE_P(Maps,
                          BadPaths,
                          testing::Values(PathMapKind::kGrid,
-                                         PathMapKind::kMesh,
+                                         PathMapKind::kNavmesh,
                                          PathMapKind::kGraph));
 
 }  // namespace

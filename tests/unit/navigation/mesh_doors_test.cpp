@@ -21,8 +21,8 @@ motion::Door door_of(const motion::StaticBox& box) {
     return door;
 }
 
-WalkMesh baked(const motion::StaticGeometry& world) {
-    auto mesh = WalkMesh::bake(world, kMazeWalker, kMaze);
+Navmesh baked(const motion::StaticGeometry& world) {
+    auto mesh = Navmesh::bake(world, kMazeWalker, kMaze);
     EXPECT_TRUE(mesh.ok());
     return std::move(mesh).value();
 }
@@ -55,7 +55,7 @@ motion::StaticGeometry maze(core::Rng& rng) {
     return {walls, 0.0F, motion::kStaticCell_m, {}, doors};
 }
 
-TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
+TEST(NavmeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
     core::Rng rng(17);
     int compared = 0;
     int out_of_date = 0;
@@ -65,9 +65,9 @@ TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
         const motion::StaticGeometry rooms = maze(rng);
         const std::size_t doors = rooms.doors().size();
         std::vector<std::uint8_t> shut(doors, 0);
-        MeshWays paths(baked(rooms), kMaze, shut);
+        NavmeshPaths paths(baked(rooms), kMaze, shut);
         for (int change = 0; change < 8; ++change) {
-            MeshWays before(paths.mesh(), kMaze, shut);
+            NavmeshPaths before(paths.mesh(), kMaze, shut);
             std::vector<std::uint32_t> closed;
             for (std::uint32_t d = 0; d < doors; ++d) {
                 shut[d] = rng.below(3) != 0 ? 1 : 0;
@@ -76,7 +76,7 @@ TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
                 }
             }
             paths.turn_doors(shut);
-            MeshWays anew(baked(rooms.with_shut(closed)), kMaze, {});
+            NavmeshPaths anew(baked(rooms.with_shut(closed)), kMaze, {});
             for (int i = 0; i < 40; ++i) {
                 const auto middle = [&rng] {
                     // In the middle of a room, away from doors.
@@ -89,7 +89,7 @@ TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
                 };
                 const Spot from = middle();
                 const PathRequest ask{0, from, middle()};
-                const auto answer_of = [&ask](MeshWays& map) {
+                const auto answer_of = [&ask](NavmeshPaths& map) {
                     const PathRequestId t = map.ask(ask);
                     map.serve();
                     const PathResult a = map.answer(t);
@@ -115,7 +115,7 @@ TEST(MeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
     EXPECT_NEAR(ratio / found, 1.0, 0.02);
 }
 
-TEST(MeshDoors, MayBeBridgesThatAreThereWhileShut) {
+TEST(NavmeshDoors, MayBeBridgesThatAreThereWhileShut) {
     // Two platforms 1 m high and a ditch of 4 m between them; nobody climbs out of it.
     const motion::StaticGeometry world(
         {static_box(Vec3(-8.5F, 0.5F, 0.0F), Vec3(6.5F, 0.5F, 15.0F)),
@@ -124,7 +124,7 @@ TEST(MeshDoors, MayBeBridgesThatAreThereWhileShut) {
         motion::kStaticCell_m,
         {},
         {door_of(static_box(Vec3(0.0F, 0.9F, 3.0F), Vec3(2.2F, 0.1F, 1.5F)))});
-    MeshWays paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
+    NavmeshPaths paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
     const PathRequestId t = paths.ask({0, {-8.0F, -5.0F}, {8.0F, -5.0F}, 1.0F, 1.0F});
     paths.serve();
     EXPECT_EQ(paths.answer(t).outcome, Outcome::kPartial);
@@ -143,7 +143,7 @@ TEST(MeshDoors, MayBeBridgesThatAreThereWhileShut) {
     EXPECT_EQ(paths.answer(t).outcome, Outcome::kPartial);
 }
 
-TEST(MeshDoors, CutOnlyWhatIsStillAhead) {
+TEST(NavmeshDoors, CutOnlyWhatIsStillAhead) {
     const motion::StaticGeometry world(
         {static_box(Vec3(0.0F, 1.5F, -8.0F), Vec3(0.2F, 1.5F, 7.0F)),
          static_box(Vec3(0.0F, 1.5F, 8.0F), Vec3(0.2F, 1.5F, 7.0F)),
@@ -152,7 +152,7 @@ TEST(MeshDoors, CutOnlyWhatIsStillAhead) {
         motion::kStaticCell_m,
         {},
         {door_of(static_box(Vec3(0.0F, 1.5F, 0.0F), Vec3(0.2F, 1.5F, 1.0F)))});
-    MeshWays paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
+    NavmeshPaths paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
     const PathRequestId t = paths.ask({0, {-5.0F, 5.0F}, {12.0F, 5.0F}});
     paths.serve();
     ASSERT_EQ(paths.answer(t).outcome, Outcome::kFound);
@@ -168,7 +168,7 @@ TEST(MeshDoors, CutOnlyWhatIsStillAhead) {
     EXPECT_EQ(paths.counts().broken, 0U);
 }
 
-TEST(MeshDoors, TellFloorsApart) {
+TEST(NavmeshDoors, TellFloorsApart) {
     // A platform at 3 m, and a ramp to it from the left.
     const float slope = std::asin(0.45F);
     const float length = 3.0F / 0.45F;
@@ -181,7 +181,7 @@ TEST(MeshDoors, TellFloorsApart) {
                     slope * 180.0F / 3.14159265F,
                     Vec3::UnitZ())},
         0.0F);
-    MeshWays paths(baked(world), kMaze, {});
+    NavmeshPaths paths(baked(world), kMaze, {});
     const Spot here{6.0F, 0.0F};
     EXPECT_TRUE(paths.straight({6.0F, -6.0F}, 0.0F, {6.0F, 6.0F}, 0.0F)) << "under the platform";
     EXPECT_FALSE(paths.straight({6.0F, -6.0F}, 0.0F, here, 3.0F)) << "it is above";
@@ -202,13 +202,13 @@ TEST(MeshDoors, TellFloorsApart) {
     EXPECT_GT(paths.answer(up).length_m, 24.0F);
 }
 
-TEST(MeshWays, LeaveTheZoneWhereThatIsSoonest) {
+TEST(NavmeshPaths, LeaveTheZoneWhereThatIsSoonest) {
     // A wall along the east side, with a gap from z = 8 to z = 12.
     const motion::StaticGeometry world(
         {static_box(Vec3(14.0F, 1.5F, -4.0F), Vec3(0.2F, 1.5F, 12.0F)),
          static_box(Vec3(14.0F, 1.5F, 14.0F), Vec3(0.2F, 1.5F, 2.0F))},
         0.0F);
-    MeshWays paths(baked(world), kMaze, {});
+    NavmeshPaths paths(baked(world), kMaze, {});
     EXPECT_FALSE(paths.contains({60.0F, 0.0F}));
     const MapExit east = paths.straight_exit({0.0F, 0.0F}, 0.0F, {60.0F, 0.0F});
     EXPECT_GT(east.at.x, 13.0F);

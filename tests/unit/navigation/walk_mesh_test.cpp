@@ -16,20 +16,20 @@ namespace {
 constexpr GroundRect kTwentyMetres{-10.0F, -10.0F, 10.0F, 10.0F};
 const motion::CharacterLimits kPerson;
 
-WalkMesh mesh_of(const std::vector<motion::StaticBox>& boxes,
-                 const motion::CharacterLimits& limits = kPerson) {
-    auto mesh = WalkMesh::bake(motion::StaticGeometry(boxes, 0.0F), limits, kTwentyMetres);
+Navmesh mesh_of(const std::vector<motion::StaticBox>& boxes,
+                const motion::CharacterLimits& limits = kPerson) {
+    auto mesh = Navmesh::bake(motion::StaticGeometry(boxes, 0.0F), limits, kTwentyMetres);
     EXPECT_TRUE(mesh.ok());
     return std::move(mesh).value();
 }
 
-Outcome outcome_of(const WalkMesh& mesh, const Vec3& from, const Vec3& to) {
-    MeshSearch search;
+Outcome outcome_of(const Navmesh& mesh, const Vec3& from, const Vec3& to) {
+    NavmeshSearch search;
     return search.plan(mesh, from, to, 1.0F).outcome;
 }
 
 /// Largest distance over the ground from a point of the path to the mesh.
-float off_mesh(const WalkMesh& mesh, std::span<const Vec3> corners) {
+float off_mesh(const Navmesh& mesh, std::span<const Vec3> corners) {
     float most = 0.0F;
     for (std::size_t i = 1; i < corners.size(); ++i) {
         const Vec3 leg = corners[i] - corners[i - 1];
@@ -38,7 +38,7 @@ float off_mesh(const WalkMesh& mesh, std::span<const Vec3> corners) {
             const Vec3 at =
                 corners[i - 1] + leg * (static_cast<float>(k) / static_cast<float>(steps));
             Vec3 on;
-            if (mesh.nearest(at, 2.0F, on) == WalkMesh::kNone) {
+            if (mesh.nearest(at, 2.0F, on) == Navmesh::kNone) {
                 return 2.0F;
             }
             most = std::max(most, Vec2(at.x() - on.x(), at.z() - on.z()).norm());
@@ -47,7 +47,7 @@ float off_mesh(const WalkMesh& mesh, std::span<const Vec3> corners) {
     return most;
 }
 
-TEST(WalkMesh, KeepsAwayFromWallsByTheRadiusOfEachSize) {
+TEST(Navmesh, KeepsAwayFromWallsByTheRadiusOfEachSize) {
     // Two walls with a gap of 1.6 m.
     const std::vector<motion::StaticBox> boxes{
         static_box(Vec3(0.0F, 1.5F, -5.4F), Vec3(0.2F, 1.5F, 4.6F)),
@@ -57,7 +57,7 @@ TEST(WalkMesh, KeepsAwayFromWallsByTheRadiusOfEachSize) {
     wide.radius = 1.0F;
     EXPECT_EQ(outcome_of(mesh_of(boxes, wide), Vec3(-8, 0, 0), Vec3(8, 0, 0)),
               Outcome::kUnreachable);
-    const WalkMesh mesh = mesh_of(boxes);
+    const Navmesh mesh = mesh_of(boxes);
     for (const Vec3& v : mesh.vertices()) {
         const float dx = std::max(std::abs(v.x()) - 0.2F, 0.0F);
         if (std::abs(v.z()) > 0.8F && std::abs(v.z()) < 9.5F) {
@@ -66,7 +66,7 @@ TEST(WalkMesh, KeepsAwayFromWallsByTheRadiusOfEachSize) {
     }
 }
 
-TEST(WalkMesh, HasFloorsOneOverTheOther) {
+TEST(Navmesh, HasFloorsOneOverTheOther) {
     // A platform at 3 m on the right, and a ramp of 27 degrees to it from the left.
     const float slope = std::asin(0.45F);
     const float length = 3.0F / 0.45F;
@@ -78,8 +78,8 @@ TEST(WalkMesh, HasFloorsOneOverTheOther) {
                    Vec3(0.5F * length, 0.1F, 2.0F),
                    slope * 180.0F / 3.14159265F,
                    Vec3::UnitZ())};
-    const WalkMesh mesh = mesh_of(boxes);
-    MeshSearch search;
+    const Navmesh mesh = mesh_of(boxes);
+    NavmeshSearch search;
     const Vec3 below(6.0F, 0.0F, 0.0F);
     const Vec3 above(6.0F, 3.0F, 0.0F);
     const Vec3 outside(-9.0F, 0.0F, 0.0F);
@@ -89,30 +89,30 @@ TEST(WalkMesh, HasFloorsOneOverTheOther) {
     EXPECT_NEAR(search.corners().back().y(), 3.0F, 0.15F);
     EXPECT_LT(off_mesh(mesh, search.corners()), 0.05F);
     // From under the platform onto it: out, up the ramp, and back.
-    const MeshSearch::Answer up = search.plan(mesh, below, above, 1.0F);
+    const NavmeshSearch::NavmeshAnswer up = search.plan(mesh, below, above, 1.0F);
     EXPECT_EQ(up.outcome, Outcome::kFound);
     EXPECT_GT(up.length_m, 2.0F * length);
 }
 
-TEST(WalkMesh, PutsWhoStandsAtTheRimOfADeckOntoTheDeck) {
+TEST(Navmesh, PutsWhoStandsAtTheRimOfADeckOntoTheDeck) {
     // 4 m wide, of which a person uses the middle: its polygon ends 0.4 to 0.65 m from the edge.
-    const WalkMesh mesh = mesh_of({static_box(Vec3(0.0F, 2.9F, 0.0F), Vec3(4.0F, 0.1F, 2.0F))});
+    const Navmesh mesh = mesh_of({static_box(Vec3(0.0F, 2.9F, 0.0F), Vec3(4.0F, 0.1F, 2.0F))});
     for (const float z : {0.0F, 1.2F, 1.7F, 1.95F, -1.95F}) {
         Vec3 on;
-        ASSERT_NE(mesh.nearest(Vec3(0.5F, 3.0F, z), 4.0F, 100.0F, on), WalkMesh::kNone);
+        ASSERT_NE(mesh.nearest(Vec3(0.5F, 3.0F, z), 4.0F, 100.0F, on), Navmesh::kNone);
         EXPECT_NEAR(on.y(), 3.0F, 0.15F) << z;
         EXPECT_LE(std::abs(on.z() - z), kPerson.radius + 1.8F * 0.25F);
-        ASSERT_NE(mesh.nearest(Vec3(0.5F, 0.0F, z), 4.0F, 100.0F, on), WalkMesh::kNone);
+        ASSERT_NE(mesh.nearest(Vec3(0.5F, 0.0F, z), 4.0F, 100.0F, on), Navmesh::kNone);
         EXPECT_EQ(Vec2(on.x(), on.z()), Vec2(0.5F, z)) << "below it";
         EXPECT_NEAR(on.y(), 0.0F, 0.1F);
     }
     // In the air beside it, nearer to the ground.
     Vec3 on;
-    ASSERT_NE(mesh.nearest(Vec3(0.5F, 1.2F, 2.5F), 4.0F, 100.0F, on), WalkMesh::kNone);
+    ASSERT_NE(mesh.nearest(Vec3(0.5F, 1.2F, 2.5F), 4.0F, 100.0F, on), Navmesh::kNone);
     EXPECT_NEAR(on.y(), 0.0F, 0.1F);
 }
 
-TEST(WalkMesh, KnowsTheHeightsOfHillsWithinItsPolygons) {
+TEST(Navmesh, KnowsTheHeightsOfHillsWithinItsPolygons) {
     // 2.8 m high, as wide as the area: most of it is one region without a corner on it.
     const auto heights = std::make_shared<std::vector<float>>();
     constexpr float kTurn = 0.314159265F;
@@ -126,14 +126,14 @@ TEST(WalkMesh, KnowsTheHeightsOfHillsWithinItsPolygons) {
     const motion::HeightGrid grid{41, 41, 0.5F, 0.5F, 1.0F, *heights};
     surface.surface = std::make_shared<motion::Surface>(grid, heights);
     const motion::StaticGeometry world({}, -20.0F, 16.0F, {surface});
-    const auto mesh = WalkMesh::bake(world, kPerson, kTwentyMetres);
+    const auto mesh = Navmesh::bake(world, kPerson, kTwentyMetres);
     ASSERT_TRUE(mesh.ok());
     for (float z = -8.0F; z <= 8.0F; z += 0.37F) {
         for (float x = -8.0F; x <= 8.0F; x += 0.37F) {
             const float height = 0.7F * (1.0F - std::cos(kTurn * (x + 10.0F))) *
                                  (1.0F - std::cos(kTurn * (z + 10.0F)));
             Vec3 on;
-            ASSERT_NE(mesh->nearest(Vec3(x, height, z), 0.5F, 100.0F, on), WalkMesh::kNone);
+            ASSERT_NE(mesh->nearest(Vec3(x, height, z), 0.5F, 100.0F, on), Navmesh::kNone);
             EXPECT_EQ(Vec2(on.x(), on.z()), Vec2(x, z));
             // What is allowed every metre; columns of 0.25 m stand as high as their highest place
             // (slopes of up to 0.44); two steps; and what a chord of 1 m along an arc is off.
@@ -142,7 +142,7 @@ TEST(WalkMesh, KnowsTheHeightsOfHillsWithinItsPolygons) {
     }
 }
 
-TEST(WalkMesh, FollowsHeights) {
+TEST(Navmesh, FollowsHeights) {
     const auto heights = std::make_shared<std::vector<float>>();
     for (int k = 0; k <= 40; ++k) {
         for (int i = 0; i <= 40; ++i) {
@@ -154,11 +154,11 @@ TEST(WalkMesh, FollowsHeights) {
     surface.surface = std::make_shared<motion::Surface>(
         motion::HeightGrid{41, 41, 0.5F, 0.5F, 1.0F, *heights}, heights);
     const motion::StaticGeometry world({}, -20.0F, 16.0F, {surface});
-    const auto mesh = WalkMesh::bake(world, kPerson, kTwentyMetres);
+    const auto mesh = Navmesh::bake(world, kPerson, kTwentyMetres);
     ASSERT_TRUE(mesh.ok());
-    MeshSearch search;
+    NavmeshSearch search;
     // Around the ridge: it ends 7.5 m from the middle.
-    const MeshSearch::Answer a =
+    const NavmeshSearch::NavmeshAnswer a =
         search.plan(*mesh, Vec3(-5.0F, 5.0F, 0.0F), Vec3(5.0F, 5.0F, 0.0F), 2.0F);
     ASSERT_EQ(a.outcome, Outcome::kFound);
     EXPECT_GT(a.length_m, 2.0F * std::hypot(5.0F, 7.0F));
@@ -169,7 +169,7 @@ TEST(WalkMesh, FollowsHeights) {
     }
 }
 
-TEST(MeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
+TEST(NavmeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
     core::Rng rng(61);
     double sum = 0.0;
     double sum_grid = 0.0;
@@ -182,11 +182,11 @@ TEST(MeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
                                        rng.range(0, 180)));
         }
         const motion::StaticGeometry world(boxes, 0.0F);
-        const auto mesh = WalkMesh::bake(world, kPerson, kTwentyMetres);
+        const auto mesh = Navmesh::bake(world, kPerson, kTwentyMetres);
         ASSERT_TRUE(mesh.ok());
         const GroundMap ground = bake_ground(world, kPerson, kTwentyMetres, 0.25F);
         Planner planner(ground.cells);
-        MeshSearch search;
+        NavmeshSearch search;
         for (int k = 0; k < 60; ++k) {
             Query q;
             Cell goal;
@@ -198,7 +198,7 @@ TEST(MeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
             const Spot from = ground.grid.centre(q.start);
             const Spot to = ground.grid.centre(q.goal);
             const Answer best = planner.plan(q);
-            const MeshSearch::Answer a =
+            const NavmeshSearch::NavmeshAnswer a =
                 search.plan(*mesh, Vec3(from.x, 0, from.z), Vec3(to.x, 0, to.z), 0.6F);
             if (best.outcome != Outcome::kFound || a.outcome != Outcome::kFound) {
                 continue;  // gaps of about a cell are open on the one and shut on the other
@@ -215,12 +215,12 @@ TEST(MeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
     EXPECT_LT(sum, 1.08 * sum_grid);
 }
 
-TEST(MeshSearch, NamesWhatCantBeAnsweredAndAllocatesNothingOnceWarm) {
-    const WalkMesh mesh = mesh_of({static_box(Vec3(0.0F, 1.5F, 0.0F), Vec3(0.2F, 1.5F, 9.9F))});
+TEST(NavmeshSearch, NamesWhatCantBeAnsweredAndAllocatesNothingOnceWarm) {
+    const Navmesh mesh = mesh_of({static_box(Vec3(0.0F, 1.5F, 0.0F), Vec3(0.2F, 1.5F, 9.9F))});
     EXPECT_EQ(outcome_of(mesh, Vec3(-30, 0, 0), Vec3(8, 0, 0)), Outcome::kStartBlocked);
     EXPECT_EQ(outcome_of(mesh, Vec3(-8, 0, 0), Vec3(8, 9, 0)), Outcome::kGoalBlocked);
     EXPECT_EQ(outcome_of(mesh, Vec3(-8, 0, 0), Vec3(8, 0, 0)), Outcome::kUnreachable);
-    MeshSearch search;
+    NavmeshSearch search;
     EXPECT_EQ(search.plan(mesh, Vec3(-8, 0, 0), Vec3(-2, 0, 3), 1.0F, 0).outcome, Outcome::kCutOff);
     for (int round = 0; round < 2; ++round) {
         const std::uint64_t before = allocation_count();
@@ -232,10 +232,10 @@ TEST(MeshSearch, NamesWhatCantBeAnsweredAndAllocatesNothingOnceWarm) {
     }
 }
 
-TEST(WalkMesh, SaysWhyItCantBeBaked) {
+TEST(Navmesh, SaysWhyItCantBeBaked) {
     const motion::StaticGeometry flat({}, 0.0F);
-    const auto why = [&](const motion::StaticGeometry& world, GroundRect area, MeshSettings s) {
-        const auto mesh = WalkMesh::bake(world, kPerson, area, s);
+    const auto why = [&](const motion::StaticGeometry& world, GroundRect area, NavmeshSettings s) {
+        const auto mesh = Navmesh::bake(world, kPerson, area, s);
         return mesh ? std::string("fine") : mesh.error();
     };
     EXPECT_EQ(why(flat, kTwentyMetres, {}), "fine");
@@ -246,11 +246,11 @@ TEST(WalkMesh, SaysWhyItCantBeBaked) {
     EXPECT_THAT(why(tower, kTwentyMetres, {}), testing::HasSubstr("steps of 0.05"));
     // A ground that is all wall has no polygons, and no paths.
     const auto none =
-        WalkMesh::bake(motion::StaticGeometry({static_box(Vec3(0, 5, 0), Vec3(20, 5, 20))}, 0.0F),
-                       kPerson,
-                       {-1.0F, -1.0F, 1.0F, 1.0F});
+        Navmesh::bake(motion::StaticGeometry({static_box(Vec3(0, 5, 0), Vec3(20, 5, 20))}, 0.0F),
+                      kPerson,
+                      {-1.0F, -1.0F, 1.0F, 1.0F});
     Vec3 on;
-    EXPECT_TRUE(!none || none->nearest(Vec3::Zero(), 1.0F, on) == WalkMesh::kNone);
+    EXPECT_TRUE(!none || none->nearest(Vec3::Zero(), 1.0F, on) == Navmesh::kNone);
 }
 
 }  // namespace

@@ -51,11 +51,11 @@ std::unique_ptr<PathProvider> path_map_of(const std::string& kind,
         return std::make_unique<GridPaths>(world, kWalks, kMapsYard, 0.5F, shut, settings);
     }
     if (kind == "mesh") {
-        MeshWaysSettings settings;
+        NavmeshPathsSettings settings;
         settings.queue.work_per_tick = work;
-        auto mesh = WalkMesh::bake(world, kWalks, kMapsYard);
+        auto mesh = Navmesh::bake(world, kWalks, kMapsYard);
         EXPECT_TRUE(mesh.ok());
-        return std::make_unique<MeshWays>(std::move(mesh).value(), kMapsYard, shut, settings);
+        return std::make_unique<NavmeshPaths>(std::move(mesh).value(), kMapsYard, shut, settings);
     }
     GraphWaysSettings settings;
     settings.queue.work_per_tick = work;

@@ -24,7 +24,7 @@ TEST(PathfindingInConfigs, AreExpanded) {
     EXPECT_EQ(grid.settings.ai.pathfinding.map, ai::PathMapKind::kGrid);
     const Outcome mesh = parse(with_paths("map: NAVMESH cell_m: 0.25 cell_height_m: 0.1"));
     ASSERT_TRUE(mesh.ok);
-    EXPECT_EQ(mesh.settings.ai.pathfinding.map, ai::PathMapKind::kMesh);
+    EXPECT_EQ(mesh.settings.ai.pathfinding.map, ai::PathMapKind::kNavmesh);
     EXPECT_EQ(mesh.settings.ai.pathfinding.cell_height_m, 0.1F);
     const Outcome lattice = parse(with_paths("map: WAYPOINT_GRAPH spacing_m: 3"));
     ASSERT_TRUE(lattice.ok);
