@@ -101,7 +101,7 @@ std::unique_ptr<navigation::PathProvider> PathService::make_map(
             return std::make_unique<navigation::NavmeshPaths>(
                 std::move(mesh).value(), wide, shut, paths);
         }
-        case PathMapKind::kGraph: {
+        case PathMapKind::kWaypointGraph: {
             auto graph =
                 settings.waypoints
                     ? core::Result<navigation::WaypointGraph>(settings.waypoints->seen_from(origin))
@@ -113,9 +113,9 @@ std::unique_ptr<navigation::PathProvider> PathService::make_map(
             }
             std::vector<navigation::WaypointDoor> doors =
                 navigation::waypoint_doors(*graph, statics, limits);
-            navigation::GraphWaysSettings paths;
+            navigation::WaypointPathsSettings paths;
             paths.queue.work_per_tick = settings.work_per_tick;
-            return std::make_unique<navigation::GraphWays>(
+            return std::make_unique<navigation::WaypointPaths>(
                 std::move(graph).value(), std::move(doors), shut, paths);
         }
     }

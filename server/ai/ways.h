@@ -19,19 +19,21 @@ namespace zoned::ai {
 
 /// What paths lead over.
 enum class PathMapKind : std::uint8_t {
-    kGrid,     ///< cells, one floor: exact in what can be walked, the fastest
-    kNavmesh,  ///< polygons by Recast, any number of floors
-    kGraph,    ///< waypoints with weighted edges: as somebody placed them, or regular
+    kGrid,           ///< cells, one floor: exact in what can be walked, the fastest
+    kNavmesh,        ///< polygons by Recast, any number of floors
+    kWaypointGraph,  ///< waypoints with weighted edges: as somebody placed them, or regular
 };
 
 struct PathfindingSettings {
-    float cell_m = 0.0F;  ///< of the maps; 0: no paths are planned. kGraph: distance of waypoints
+    float cell_m =
+        0.0F;  ///< of the maps; 0: no paths are planned. kWaypointGraph: distance of waypoints
     /// Of a tick and zone, in units of about 2 ns; shared evenly among the sizes of characters.
     std::uint64_t work_per_tick = 1'000'000;
     PathMapKind map = PathMapKind::kGrid;
     float cell_height_m = 0.05F;                         ///< kNavmesh: steps of height
     std::optional<crowd::CrowdWaysSettings> crowding{};  ///< kGrid; none: crowds are no matter
-    /// kGraph: those of the world, in its coordinates; null: regular ones wherever one can stand.
+    /// kWaypointGraph: those of the world, in its coordinates; null: regular ones wherever one can
+    /// stand.
     std::shared_ptr<const navigation::WaypointGraph> waypoints{};
 };
 

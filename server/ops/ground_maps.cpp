@@ -169,7 +169,7 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
             paths.map = ai::PathMapKind::kNavmesh;
             break;
         case Config::Pathfinding::WAYPOINT_GRAPH:
-            paths.map = ai::PathMapKind::kGraph;
+            paths.map = ai::PathMapKind::kWaypointGraph;
             break;
     }
     if (from.has_waypoints()) {

@@ -58,7 +58,7 @@ void use_waypoints(const WaypointGraph& graph) {
     const std::uint32_t count = std::min(graph.size(), 20U);
     for (std::uint32_t a = 0; a < count; ++a) {
         for (std::uint32_t b = 0; b < count; ++b) {
-            const WaypointSearch::Answer found = search.plan(graph, a, b);
+            const WaypointSearch::WaypointAnswer found = search.plan(graph, a, b);
             ZONED_ASSERT(found.outcome != Outcome::kFound ||
                              (search.path().front() == a && search.path().back() == b),
                          "a path from start to goal");

@@ -30,10 +30,10 @@ double apart_in_space(const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-GraphWays::GraphWays(WaypointGraph graph,
-                     std::vector<WaypointDoor> doors,
-                     std::span<const std::uint8_t> shut,
-                     const GraphWaysSettings& settings)
+WaypointPaths::WaypointPaths(WaypointGraph graph,
+                             std::vector<WaypointDoor> doors,
+                             std::span<const std::uint8_t> shut,
+                             const WaypointPathsSettings& settings)
     : PathRequestQueue(settings.queue),
       settings_(settings),
       graph_(std::move(graph)),
@@ -59,7 +59,7 @@ GraphWays::GraphWays(WaypointGraph graph,
     clusters_.build(this->graph());
 }
 
-void GraphWays::hang(const std::vector<WaypointDoor>& doors) {
+void WaypointPaths::hang(const std::vector<WaypointDoor>& doors) {
     std::vector<std::uint32_t> all;
     for (const WaypointDoor& door : doors) {
         all.insert(all.end(), door.taken.begin(), door.taken.end());
@@ -87,11 +87,11 @@ void GraphWays::hang(const std::vector<WaypointDoor>& doors) {
     }
 }
 
-NodeGraph GraphWays::graph() const {
+NodeGraph WaypointPaths::graph() const {
     return {places_, first_, to_, open_, linked_, return_};
 }
 
-bool GraphWays::follow(std::span<const std::uint8_t> shut) {
+bool WaypointPaths::follow(std::span<const std::uint8_t> shut) {
     for (std::uint32_t d = 0; d < shut_.size(); ++d) {
         if (shut_[d] == shut[d]) {
             continue;
@@ -135,11 +135,11 @@ bool GraphWays::follow(std::span<const std::uint8_t> shut) {
     return !touched_.empty();
 }
 
-bool GraphWays::is_open(std::uint32_t what) const {
+bool WaypointPaths::is_open(std::uint32_t what) const {
     return what < graph_.size() ? graph_.passable(what) : graph_.edge(what - graph_.size()).open;
 }
 
-void GraphWays::turn_doors(std::span<const std::uint8_t> shut) {
+void WaypointPaths::turn_doors(std::span<const std::uint8_t> shut) {
     nothing_changed();
     if (follow(shut)) {
         clusters_.change(graph(), touched_);
@@ -147,7 +147,7 @@ void GraphWays::turn_doors(std::span<const std::uint8_t> shut) {
     }
 }
 
-Outcome GraphWays::locate(Request& request) {
+Outcome WaypointPaths::locate(Request& request) {
     for (End* end : {&request.from, &request.to}) {
         end->node = graph_.nearest(end->wanted);
         if (end->node == graph_.size()) {
@@ -161,17 +161,17 @@ Outcome GraphWays::locate(Request& request) {
     return Outcome::kFound;
 }
 
-void GraphWays::ready(std::uint32_t goal) {
+void WaypointPaths::ready(std::uint32_t goal) {
     if (clusters_.prepare(goal)) {
         spend(kGraphGroupUnits * clusters_.size());
     }
 }
 
-void GraphWays::prepare_legs(const Request& request) {
+void WaypointPaths::prepare_legs(const Request& request) {
     ready(request.to.node);
 }
 
-void GraphWays::find(const Request& request, bool late, Found& found) {
+void WaypointPaths::find(const Request& request, bool late, Found& found) {
     const std::uint32_t from = request.from.node;
     std::uint32_t goal = request.to.node;
     found.last = goal;
@@ -191,7 +191,7 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
     }
     const bool to_goal = found.outcome == Outcome::kFound;
     if (!late) {
-        const WaypointSearch::Answer answer =
+        const WaypointSearch::WaypointAnswer answer =
             search_.plan(graph_, from, goal, settings_.search_work);
         spend(kWaypointUnits * answer.work);
         if (answer.outcome == Outcome::kFound) {
@@ -213,7 +213,7 @@ void GraphWays::find(const Request& request, bool late, Found& found) {
     take(request, to_goal, found);
 }
 
-std::uint32_t GraphWays::nearest_reached(const Request& request) {
+std::uint32_t WaypointPaths::nearest_reached(const Request& request) {
     clusters_.flood(request.from.node);
     std::uint32_t best = request.from.node;
     float least = std::numeric_limits<float>::infinity();
@@ -229,7 +229,7 @@ std::uint32_t GraphWays::nearest_reached(const Request& request) {
     return best;
 }
 
-bool GraphWays::find_by_clusters(std::uint32_t from, std::uint32_t goal) {
+bool WaypointPaths::find_by_clusters(std::uint32_t from, std::uint32_t goal) {
     std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
     path_.assign(1, from);
     while (path_.back() != goal) {
@@ -243,7 +243,7 @@ bool GraphWays::find_by_clusters(std::uint32_t from, std::uint32_t goal) {
     return true;
 }
 
-std::uint32_t GraphWays::edge_between(std::uint32_t from, std::uint32_t to) const {
+std::uint32_t WaypointPaths::edge_between(std::uint32_t from, std::uint32_t to) const {
     std::uint32_t best = NodeClusters::kNone;
     const auto worse = [this](std::uint32_t e) {
         return std::pair(!graph_.edge(e).open, graph_.edge(e).weight);
@@ -256,7 +256,7 @@ std::uint32_t GraphWays::edge_between(std::uint32_t from, std::uint32_t to) cons
     return best;
 }
 
-bool GraphWays::on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to) const {
+bool WaypointPaths::on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to) const {
     const Vec3 path = places_[to] - places_[from];
     const Vec3 off = place - places_[from];
     const float length2 = path.squaredNorm();
@@ -267,7 +267,7 @@ bool GraphWays::on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to)
     return (off - path * (along / length2)).norm() <= kBesideEdge_m;
 }
 
-void GraphWays::take(const Request& request, bool to_goal, Found& found) const {
+void WaypointPaths::take(const Request& request, bool to_goal, Found& found) const {
     std::size_t first = 0;
     std::size_t end = path_.size();
     if (path_.size() > 1 && on_edge(request.from.on, path_[0], path_[1])) {
@@ -299,7 +299,7 @@ void GraphWays::take(const Request& request, bool to_goal, Found& found) const {
     }
 }
 
-Spot GraphWays::first_leg(Request& request, Spot at) const {
+Spot WaypointPaths::first_leg(Request& request, Spot at) const {
     const Vec3 here(at.x, request.from.wanted.y(), at.z);
     const std::uint32_t node = graph_.nearest(here);
     if (node == graph_.size() || !clusters_.prepared(request.to.node)) {
@@ -320,15 +320,15 @@ Spot GraphWays::first_leg(Request& request, Spot at) const {
     return waypoint_spot(places_[past ? leg[0] : node]);
 }
 
-MapNumbers GraphWays::numbers() const {
+MapNumbers WaypointPaths::numbers() const {
     return {places_.size(), places_.size() + to_.size()};
 }
 
-bool GraphWays::passable(const Hinge& hinge) const {
+bool WaypointPaths::passable(const Hinge& hinge) const {
     return is_open(hinge.what);
 }
 
-bool GraphWays::may_be_shorter(const Request& request) const {
+bool WaypointPaths::may_be_shorter(const Request& request) const {
     // Who has come some of the path would gain on the whole of it too.
     const Vec3& from = places_[request.from.node];
     const Vec3& to = places_[request.last];
@@ -346,7 +346,7 @@ bool GraphWays::may_be_shorter(const Request& request) const {
            });
 }
 
-bool GraphWays::may_come_nearer(const Request& request) const {
+bool WaypointPaths::may_come_nearer(const Request& request) const {
     return !request.usable || request.outcome != Outcome::kPartial ||
            clusters_.joined_anew(request.last) ||
            std::any_of(opened_.begin(), opened_.end(), [&](std::uint32_t what) {
@@ -356,7 +356,7 @@ bool GraphWays::may_come_nearer(const Request& request) const {
            });
 }
 
-std::pair<Vec3, Vec3> GraphWays::ends_of(std::uint32_t what) const {
+std::pair<Vec3, Vec3> WaypointPaths::ends_of(std::uint32_t what) const {
     if (what < graph_.size()) {
         return {places_[what], places_[what]};
     }
@@ -364,21 +364,21 @@ std::pair<Vec3, Vec3> GraphWays::ends_of(std::uint32_t what) const {
     return {places_[start_of(edge)], places_[to_[edge]]};
 }
 
-std::uint32_t GraphWays::start_of(std::uint32_t edge) const {
+std::uint32_t WaypointPaths::start_of(std::uint32_t edge) const {
     const auto next = std::upper_bound(first_.begin(), first_.end(), edge);
     return static_cast<std::uint32_t>(next - first_.begin()) - 1;
 }
 
-bool GraphWays::straight(Spot from, float from_y, Spot to, float to_y) const {
+bool WaypointPaths::straight(Spot from, float from_y, Spot to, float to_y) const {
     const std::uint32_t first = graph_.nearest(Vec3(from.x, from_y, from.z));
     return first != graph_.size() && first == graph_.nearest(Vec3(to.x, to_y, to.z));
 }
 
-bool GraphWays::contains(Spot place) const {
+bool WaypointPaths::contains(Spot place) const {
     return std::isfinite(place.x) && std::isfinite(place.z);
 }
 
-std::size_t GraphWays::bytes() const {
+std::size_t WaypointPaths::bytes() const {
     std::size_t bytes = queue_bytes() + graph_.bytes() + search_.bytes() + clusters_.bytes() +
                         places_.capacity() * sizeof(Vec3) + open_.capacity() + linked_.capacity() +
                         hung_.capacity() * sizeof(Hung) +

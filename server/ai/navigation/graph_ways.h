@@ -1,4 +1,4 @@
-// GraphWays: paths along waypoints, where doors turn.
+// WaypointPaths: paths along waypoints, where doors turn.
 #pragma once
 
 #include "server/ai/navigation/node_clusters.h"
@@ -12,7 +12,7 @@
 
 namespace zoned::ai::navigation {
 
-struct GraphWaysSettings {
+struct WaypointPathsSettings {
     QueueSettings queue;
     /// Waypoints that one search may look at; beyond, the path goes from group to group.
     std::uint32_t search_work = 20'000;
@@ -23,13 +23,13 @@ struct GraphWaysSettings {
 /// edge does not go back to its beginning, nor beyond a goal on its last one. To a goal whose
 /// waypoint can't be reached a path leads to the nearest one that can (kPartial). Whoever places
 /// waypoints sees to it that the nearest one to a place can be walked to.
-class GraphWays final : public PathRequestQueue {
+class WaypointPaths final : public PathRequestQueue {
   public:
     /// `doors` as waypoint_doors() says of the graph; `shut` by door.
-    GraphWays(WaypointGraph graph,
-              std::vector<WaypointDoor> doors,
-              std::span<const std::uint8_t> shut,
-              const GraphWaysSettings& settings = {});
+    WaypointPaths(WaypointGraph graph,
+                  std::vector<WaypointDoor> doors,
+                  std::span<const std::uint8_t> shut,
+                  const WaypointPathsSettings& settings = {});
 
     void turn_doors(std::span<const std::uint8_t> shut) override;
     [[nodiscard]] bool straight(Spot from, float from_y, Spot to, float to_y) const override;
@@ -88,7 +88,7 @@ class GraphWays final : public PathRequestQueue {
     /// Whether a place lies beside an edge, not before its beginning.
     [[nodiscard]] bool on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to) const;
 
-    GraphWaysSettings settings_;
+    WaypointPathsSettings settings_;
     WaypointGraph graph_;
     WaypointSearch search_;
     NodeClusters clusters_;

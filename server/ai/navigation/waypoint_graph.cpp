@@ -164,13 +164,13 @@ void WaypointSearch::begin(const WaypointGraph& graph) {
     path_.clear();
     open_.clear();
     if (known_.size() != graph.size() || ++search_ == 0) {
-        known_.assign(graph.size(), Known{});
+        known_.assign(graph.size(), KnownWaypoint{});
         search_ = 1;
     }
 }
 
 void WaypointSearch::reach(std::uint32_t number, double cost, std::uint32_t from, double ahead) {
-    Known& k = known_[number];
+    KnownWaypoint& k = known_[number];
     if (k.search == search_ && k.cost <= cost) {
         return;
     }
@@ -179,9 +179,9 @@ void WaypointSearch::reach(std::uint32_t number, double cost, std::uint32_t from
     std::push_heap(open_.begin(), open_.end(), later);
 }
 
-WaypointSearch::Open WaypointSearch::take() {
+WaypointSearch::OpenWaypoint WaypointSearch::take() {
     std::pop_heap(open_.begin(), open_.end(), later);
-    const Open at = open_.back();
+    const OpenWaypoint at = open_.back();
     open_.pop_back();
     return at;
 }
@@ -195,10 +195,10 @@ void WaypointSearch::trace(std::uint32_t last) {
     std::reverse(path_.begin(), path_.end());
 }
 
-WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
-                                            std::uint32_t start,
-                                            std::uint32_t goal,
-                                            std::uint32_t max_work) {
+WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
+                                                    std::uint32_t start,
+                                                    std::uint32_t goal,
+                                                    std::uint32_t max_work) {
     path_.clear();
     if (start >= graph.size() || goal >= graph.size()) {
         return {Outcome::kOffMap};
@@ -211,10 +211,10 @@ WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
         return graph.least_weight_per_m() *
                distance_of(graph.position(number), graph.position(goal));
     };
-    Answer answer;
+    WaypointAnswer answer;
     reach(start, 0.0, start, ahead(start));
     while (!open_.empty()) {
-        const Open at = take();
+        const OpenWaypoint at = take();
         if (at.cost > known_[at.number].cost) {
             continue;
         }
@@ -237,17 +237,17 @@ WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
     return answer;
 }
 
-WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
-                                            std::span<const End> starts,
-                                            std::span<const End> ends) {
+WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
+                                                    std::span<const WaypointEnd> starts,
+                                                    std::span<const WaypointEnd> ends) {
     begin(graph);
-    for (const End& s : starts) {
+    for (const WaypointEnd& s : starts) {
         reach(s.number, s.cost, s.number, 0.0);
     }
-    Answer answer;
+    WaypointAnswer answer;
     std::uint32_t last = 0;
     while (!open_.empty()) {
-        const Open at = take();
+        const OpenWaypoint at = take();
         if (at.cost > known_[at.number].cost) {
             continue;
         }
@@ -255,7 +255,7 @@ WaypointSearch::Answer WaypointSearch::plan(const WaypointGraph& graph,
             break;
         }
         ++answer.work;
-        for (const End& e : ends) {
+        for (const WaypointEnd& e : ends) {
             if (e.number == at.number &&
                 (answer.outcome != Outcome::kFound || at.cost + e.cost < answer.cost)) {
                 answer.outcome = Outcome::kFound;

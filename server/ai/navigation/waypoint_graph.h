@@ -117,7 +117,7 @@ core::Result<WaypointGraph> parse_waypoints(std::string_view text);
 /// Asks for paths on a graph; memory for one query at a time, none allocated after the first.
 class WaypointSearch {
   public:
-    struct Answer {
+    struct WaypointAnswer {
         Outcome outcome = Outcome::kUnreachable;  ///< kOffMap: there is no such waypoint
         double cost = 0.0;                        ///< sum of the weights along the path
         std::uint32_t work = 0;                   ///< waypoints looked at
@@ -125,37 +125,39 @@ class WaypointSearch {
 
     /// A* with the distance to the goal times least_weight_per_m(): exact (Hart, Nilsson and
     /// Raphael, IEEE Transactions on Systems Science and Cybernetics 4, 1968). Ties go by number.
-    Answer plan(const WaypointGraph& graph,
-                std::uint32_t start,
-                std::uint32_t goal,
-                std::uint32_t max_work = ~0U);
+    WaypointAnswer plan(const WaypointGraph& graph,
+                        std::uint32_t start,
+                        std::uint32_t goal,
+                        std::uint32_t max_work = ~0U);
 
     /// A waypoint at which a path may begin or end, and what it costs to come there.
-    struct End {
+    struct WaypointEnd {
         std::uint32_t number;
         double cost;
     };
 
     /// The best path from any of some waypoints to any of others, what it costs to come there
     /// counted; by Dijkstra. Ends are passable.
-    Answer plan(const WaypointGraph& graph, std::span<const End> starts, std::span<const End> ends);
+    WaypointAnswer plan(const WaypointGraph& graph,
+                        std::span<const WaypointEnd> starts,
+                        std::span<const WaypointEnd> ends);
 
     /// Of the last answer that was found: numbers from start to goal.
     [[nodiscard]] std::span<const std::uint32_t> path() const { return path_; }
 
     [[nodiscard]] std::size_t bytes() const {
-        return known_.capacity() * sizeof(Known) + open_.capacity() * sizeof(Open) +
+        return known_.capacity() * sizeof(KnownWaypoint) + open_.capacity() * sizeof(OpenWaypoint) +
                path_.capacity() * sizeof(std::uint32_t);
     }
 
   private:
-    struct Known {
+    struct KnownWaypoint {
         double cost = 0.0;
         std::uint32_t from = 0;
         std::uint32_t search = 0;
     };
 
-    struct Open {
+    struct OpenWaypoint {
         double estimate;
         double cost;
         std::uint32_t number;
@@ -163,11 +165,11 @@ class WaypointSearch {
 
     void begin(const WaypointGraph& graph);
     void reach(std::uint32_t number, double cost, std::uint32_t from, double ahead);
-    Open take();
+    OpenWaypoint take();
     void trace(std::uint32_t last);
 
-    std::vector<Known> known_;
-    std::vector<Open> open_;  // a heap; what was reached more cheaply since is passed over
+    std::vector<KnownWaypoint> known_;
+    std::vector<OpenWaypoint> open_;  // a heap; what was reached more cheaply since is passed over
     std::vector<std::uint32_t> path_;
     std::uint32_t search_ = 0;
 };

@@ -134,7 +134,7 @@ class MindsAtADoor : public testing::TestWithParam<PathMapKind> {};
 
 TEST_P(MindsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
     const PathfindingSettings paths{
-        GetParam() == PathMapKind::kGraph ? 1.0F : 0.25F, 1'000'000, GetParam()};
+        GetParam() == PathMapKind::kWaypointGraph ? 1.0F : 0.25F, 1'000'000, GetParam()};
     // 10 m to the gate at 3.2 m/s: it shuts 2 s from now; and opens when they are on their path.
     for (const bool shuts : {true, false}) {
         Place place(walled(shuts ? 0 : 100, shuts ? 60 : 9000), paths, true);
@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Maps,
                          MindsAtADoor,
                          testing::Values(PathMapKind::kGrid,
                                          PathMapKind::kNavmesh,
-                                         PathMapKind::kGraph),
+                                         PathMapKind::kWaypointGraph),
                          [](const auto& kind) {
                              return std::string(kind.param == PathMapKind::kGrid      ? "Grid"
                                                 : kind.param == PathMapKind::kNavmesh ? "Mesh"

@@ -58,7 +58,7 @@ motion::StaticGeometry walls(Tick first_turn) {
 
 PathfindingSettings settings_of(PathMapKind kind, std::uint64_t work) {
     PathfindingSettings settings;
-    settings.cell_m = kind == PathMapKind::kGraph ? 2.0F : 0.5F;
+    settings.cell_m = kind == PathMapKind::kWaypointGraph ? 2.0F : 0.5F;
     settings.map = kind;
     settings.work_per_tick = work;
     return settings;
@@ -188,8 +188,8 @@ INSTANTIATE_TEST_SUITE_P(Maps,
                                          Case{"GridInNeed", PathMapKind::kGrid, 3'000},
                                          Case{"Mesh", PathMapKind::kNavmesh, 1'000'000},
                                          Case{"MeshInNeed", PathMapKind::kNavmesh, 1'000},
-                                         Case{"Graph", PathMapKind::kGraph, 1'000'000},
-                                         Case{"GraphInNeed", PathMapKind::kGraph, 3'000}),
+                                         Case{"Graph", PathMapKind::kWaypointGraph, 1'000'000},
+                                         Case{"GraphInNeed", PathMapKind::kWaypointGraph, 3'000}),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
 TEST(SerializePathsOf, AreMissedWhereTheyAreNotRead) {
@@ -268,7 +268,7 @@ INSTANTIATE_TEST_SUITE_P(Maps,
                          BadPaths,
                          testing::Values(PathMapKind::kGrid,
                                          PathMapKind::kNavmesh,
-                                         PathMapKind::kGraph));
+                                         PathMapKind::kWaypointGraph));
 
 }  // namespace
 }  // namespace zoned::ai

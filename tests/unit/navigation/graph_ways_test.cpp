@@ -29,7 +29,7 @@ motion::StaticGeometry with_door(const motion::StaticBox& box) {
     return {{}, 0.0F, motion::kStaticCell_m, {}, {door}};
 }
 
-std::vector<Spot> path_of(GraphWays& paths,
+std::vector<Spot> path_of(WaypointPaths& paths,
                           const PathRequest& ask,
                           Outcome outcome = Outcome::kFound) {
     const PathRequestId t = paths.ask(ask);
@@ -41,8 +41,8 @@ std::vector<Spot> path_of(GraphWays& paths,
     return out;
 }
 
-TEST(GraphWays, LeadAlongTheLeastSumOfWeightsAndStraightToTheGoal) {
-    GraphWays paths(square(), {}, {});
+TEST(WaypointPaths, LeadAlongTheLeastSumOfWeightsAndStraightToTheGoal) {
+    WaypointPaths paths(square(), {}, {});
     EXPECT_EQ(path_of(paths, {0, {-2.0F, -2.0F}, {22.0F, 23.0F}}),
               (std::vector<Spot>{{0, 0}, {20, 0}, {20, 20}, {22, 23}}));
     EXPECT_EQ(path_of(paths, {0, {-2.0F, -2.0F}, {3.0F, 1.0F}}), (std::vector<Spot>{{3, 1}}))
@@ -54,11 +54,11 @@ TEST(GraphWays, LeadAlongTheLeastSumOfWeightsAndStraightToTheGoal) {
     EXPECT_FALSE(paths.straight({-2.0F, 0.0F}, 0.0F, {19.0F, 0.0F}, 0.0F));
 }
 
-TEST(GraphWays, FollowOneWayEdgesAndSayHowNearTheyGet) {
+TEST(WaypointPaths, FollowOneWayEdgesAndSayHowNearTheyGet) {
     auto graph = parse_waypoints(
         "node 1 0 0 0\nnode 2 10 0 0\nnode 3 20 0 0\nnode 9 31 0 0\n"
         "edge 1 2 length\nedge 2 3 length\nedge 2 1 length\n");
-    GraphWays paths(std::move(graph).value(), {}, {});
+    WaypointPaths paths(std::move(graph).value(), {}, {});
     EXPECT_EQ(path_of(paths, {0, {0, 1}, {20, 1}}),
               (std::vector<Spot>{{0, 0}, {10, 0}, {20, 0}, {20, 1}}));
     EXPECT_EQ(path_of(paths, {0, {20, 1}, {0, 1}}, Outcome::kPartial),
@@ -66,7 +66,7 @@ TEST(GraphWays, FollowOneWayEdgesAndSayHowNearTheyGet) {
     EXPECT_EQ(path_of(paths, {0, {-4, 5}, {31, 0}}, Outcome::kPartial).back(), (Spot{20, 0}));
 }
 
-TEST(GraphWays, KeepOffEdgesThatPassThroughADoorThatIsShut) {
+TEST(WaypointPaths, KeepOffEdgesThatPassThroughADoorThatIsShut) {
     // On the middle of the edge from 1 to 2, turned by half a right angle.
     const motion::StaticGeometry world =
         with_door(static_box(Vec3(10.0F, 1.5F, 1.6F), Vec3(0.2F, 1.5F, 1.5F), 45.0F));
@@ -75,7 +75,7 @@ TEST(GraphWays, KeepOffEdgesThatPassThroughADoorThatIsShut) {
     ASSERT_EQ(doors.size(), 1U);
     EXPECT_EQ(doors[0].taken.size(), 2U) << "both ways along one edge";
     EXPECT_TRUE(doors[0].given.empty());
-    GraphWays paths(graph, doors, std::vector<std::uint8_t>{0});
+    WaypointPaths paths(graph, doors, std::vector<std::uint8_t>{0});
     const PathRequestId a = paths.ask({0, {0, -1}, {20, 21}});
     const PathRequestId b = paths.ask({1, {20, -1}, {20, 21}});
     paths.serve();
@@ -91,7 +91,7 @@ TEST(GraphWays, KeepOffEdgesThatPassThroughADoorThatIsShut) {
     EXPECT_EQ(paths.answer(a).corners[1], (Spot{20, 0}));
 }
 
-TEST(GraphWays, PassUnderADoorThatIsHighAndOverABridgeWhileItIsThere) {
+TEST(WaypointPaths, PassUnderADoorThatIsHighAndOverABridgeWhileItIsThere) {
     const WaypointGraph graph = square();
     // 2.5 m up: nobody's head touches it; at 1.5 m it does.
     EXPECT_TRUE(waypoint_doors(graph,
@@ -108,19 +108,19 @@ TEST(GraphWays, PassUnderADoorThatIsHighAndOverABridgeWhileItIsThere) {
     const std::vector<WaypointDoor> doors = waypoint_doors(graph, bridge, kGraphWalker);
     EXPECT_TRUE(doors[0].taken.empty());
     EXPECT_EQ(doors[0].given.size(), 2U);
-    GraphWays paths(graph, doors, std::vector<std::uint8_t>{0});
+    WaypointPaths paths(graph, doors, std::vector<std::uint8_t>{0});
     EXPECT_EQ(path_of(paths, {0, {0, -1}, {20, 1}})[1], (Spot{0, 20})) << "all the way round";
     paths.turn_doors(std::vector<std::uint8_t>{1});
     EXPECT_EQ(path_of(paths, {0, {0, -1}, {20, 1}}).size(), 3U);
 }
 
-TEST(GraphWays, LeaveBlockedWaypointsOutWhateverDoorsDo) {
+TEST(WaypointPaths, LeaveBlockedWaypointsOutWhateverDoorsDo) {
     auto graph = parse_waypoints(
         "node 1 0 0 0\nnode 2 10 0 0 blocked\nnode 3 20 0 0\nedge 1 2 1 both\nedge 2 3 1 both\n");
     const motion::StaticGeometry world =
         with_door(static_box(Vec3(10.0F, 1.5F, 0.0F), Vec3(0.2F, 1.5F, 1.0F)));
     const std::vector<WaypointDoor> doors = waypoint_doors(*graph, world, kGraphWalker);
-    GraphWays paths(std::move(graph).value(), doors, std::vector<std::uint8_t>{1});
+    WaypointPaths paths(std::move(graph).value(), doors, std::vector<std::uint8_t>{1});
     paths.turn_doors(std::vector<std::uint8_t>{0});
     EXPECT_EQ(path_of(paths, {0, {0, 1}, {20, 1}}, Outcome::kPartial).back(), (Spot{0, 0}));
 }

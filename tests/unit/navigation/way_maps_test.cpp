@@ -57,12 +57,13 @@ std::unique_ptr<PathProvider> path_map_of(const std::string& kind,
         EXPECT_TRUE(mesh.ok());
         return std::make_unique<NavmeshPaths>(std::move(mesh).value(), kMapsYard, shut, settings);
     }
-    GraphWaysSettings settings;
+    WaypointPathsSettings settings;
     settings.queue.work_per_tick = work;
     auto graph = waypoint_lattice(bake_ground(world, kWalks, kMapsYard, 1.0F));
     EXPECT_TRUE(graph.ok());
     std::vector<WaypointDoor> doors = waypoint_doors(*graph, world, kWalks);
-    return std::make_unique<GraphWays>(std::move(graph).value(), std::move(doors), shut, settings);
+    return std::make_unique<WaypointPaths>(
+        std::move(graph).value(), std::move(doors), shut, settings);
 }
 
 float length_from(Spot from, std::span<const Spot> corners) {

@@ -58,7 +58,7 @@ void expect_best(const WaypointGraph& graph, WaypointSearch& search, core::Rng& 
     const std::uint32_t start = rng.below(graph.size());
     const std::vector<double> best = all_costs(graph, start);
     for (std::uint32_t goal = 0; goal < graph.size(); ++goal) {
-        const WaypointSearch::Answer a = search.plan(graph, start, goal);
+        const WaypointSearch::WaypointAnswer a = search.plan(graph, start, goal);
         if (!graph.passable(start) || !graph.passable(goal)) {
             EXPECT_TRUE(a.outcome == Outcome::kStartBlocked || a.outcome == Outcome::kGoalBlocked);
             continue;

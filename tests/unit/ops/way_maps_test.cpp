@@ -28,7 +28,7 @@ TEST(PathfindingInConfigs, AreExpanded) {
     EXPECT_EQ(mesh.settings.ai.pathfinding.cell_height_m, 0.1F);
     const Outcome lattice = parse(with_paths("map: WAYPOINT_GRAPH spacing_m: 3"));
     ASSERT_TRUE(lattice.ok);
-    EXPECT_EQ(lattice.settings.ai.pathfinding.map, ai::PathMapKind::kGraph);
+    EXPECT_EQ(lattice.settings.ai.pathfinding.map, ai::PathMapKind::kWaypointGraph);
     EXPECT_EQ(lattice.settings.ai.pathfinding.cell_m, 3.0F);
     EXPECT_EQ(lattice.settings.ai.pathfinding.waypoints, nullptr);
     const Outcome placed =
