@@ -104,7 +104,7 @@ class Nests {
 
     /// The scents of a nest, in the order in which nests were first used; for snapshots and
     /// pictures.
-    [[nodiscard]] const ants::Trails& trails(std::size_t nest) const {
+    [[nodiscard]] const ants::PheromoneTrails& trails(std::size_t nest) const {
         return nests_[nest]->trails;
     }
 
@@ -123,7 +123,7 @@ class Nests {
         const ForageDef* def;
         navigation::GroundMap ground;
         navigation::DoorMap doors;
-        ants::Trails trails;
+        ants::PheromoneTrails trails;
 
         Nest(const ForageDef& from, navigation::GroundMap&& map, navigation::DoorMap&& door_map)
             : place(from.nest),

@@ -31,7 +31,7 @@ struct PathfindingSettings {
     std::uint64_t work_per_tick = 1'000'000;
     PathMapKind map = PathMapKind::kGrid;
     float cell_height_m = 0.05F;                         ///< kNavmesh: steps of height
-    std::optional<crowd::CrowdWaysSettings> crowding{};  ///< kGrid; none: crowds are no matter
+    std::optional<crowd::CrowdPathSettings> crowding{};  ///< kGrid; none: crowds are no matter
     /// kWaypointGraph: those of the world, in its coordinates; null: regular ones wherever one can
     /// stand.
     std::shared_ptr<const navigation::WaypointGraph> waypoints{};

@@ -136,9 +136,9 @@ void check_ground_maps(const Config& config,
 
 namespace {
 
-ai::crowd::CrowdWaysSettings expand_crowding(const Config& config) {
+ai::crowd::CrowdPathSettings expand_crowding(const Config& config) {
     const Config::Crowding& from = config.ai().pathfinding().crowding();
-    ai::crowd::CrowdWaysSettings out;
+    ai::crowd::CrowdPathSettings out;
     const double ticks = from.look_s() * config.world().tick_rate_hz();
     out.look_ticks = static_cast<std::uint32_t>(std::max(1.0, std::round(ticks)));
     // After remember_s a count is worth 1 / e of what it was.

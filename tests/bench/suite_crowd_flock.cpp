@@ -81,7 +81,7 @@ class SteeredFlockTrial final : public JudgedTrial {
     kernels::FlockRules rules_;
     std::unique_ptr<compute::WorkerPool> pool_;
     compute::Team team_;
-    ai::crowd::FlockField field_;
+    ai::crowd::FlockFlowField field_;
     compute::ParticleColumns agents_;
     compute::ParticleColumns reference_;
     compute::FlockStage stage_;

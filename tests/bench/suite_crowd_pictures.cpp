@@ -17,7 +17,7 @@ namespace {
 
 using ai::crowd::Avoidance;
 using ai::crowd::CrowdAgents;
-using ai::crowd::CrowdedField;
+using ai::crowd::CrowdFlowField;
 using ai::crowd::Density;
 using ai::crowd::Wall;
 using ai::crowd::Walls;
@@ -100,7 +100,7 @@ class DoorsScene {
     std::string picture() {
         const Walls walls = Walls::make(sides_, 3.0F).value();
         Density density(map_, {});
-        CrowdedField field;
+        CrowdFlowField field;
         field.build(map_, density.crowding(), {24, 4});
         Avoidance avoidance({});
         compute::Team alone;
@@ -122,7 +122,7 @@ class DoorsScene {
     }
 
   private:
-    void aim(const Density& density, const CrowdedField& field, std::size_t i) {
+    void aim(const Density& density, const CrowdFlowField& field, std::size_t i) {
         const Place p = density.place_of(agents_.x[i], agents_.z[i]);
         if (p == ai::navigation::kNoPlace || agents_.x[i] > 22.0F) {
             agents_.remove(i);
@@ -137,7 +137,7 @@ class DoorsScene {
         agents_.way_left[i] = static_cast<float>(field.cost(p)) / 31520.0F;
     }
 
-    void draw_field(Picture& picture, const Density& density, const CrowdedField& field) const {
+    void draw_field(Picture& picture, const Density& density, const CrowdFlowField& field) const {
         for (Place p = 0; p < map_.places(); ++p) {
             if (!map_.passable(p)) {
                 continue;

@@ -384,7 +384,7 @@ void run_navigation(Session& session) {
         const std::optional<GridScene> scene = read_grid_scene(name, session.quick ? 40 : 1, why);
         if (scene) {
             run_path_scene(session, *scene);
-            run_goal_fields(session, *scene);
+            run_flow_fields(session, *scene);
             run_doors(session, *scene);
         } else {
             session.note("navigation: " + why);
@@ -405,7 +405,7 @@ const Registration kNavigation({"navigation",
                                  "astar",
                                  "hierarchical",
                                  "next_hop",
-                                 "flow_field",
+                                 "goal_field",
                                  "door",
                                  "mesh",
                                  "graph",

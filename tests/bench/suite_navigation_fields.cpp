@@ -13,7 +13,7 @@ namespace zoned::bench {
 namespace {
 
 using ai::navigation::Cell;
-using ai::navigation::GoalField;
+using ai::navigation::FlowField;
 using ai::navigation::GridInstance;
 using ai::navigation::Hop;
 using ai::navigation::NextHops;
@@ -58,7 +58,7 @@ class NextHopTrial final : public JudgedTrial {
           instances_(some_of(scene, kNamedGoals)),
           tables_(scene.map) {
         const std::int64_t before = thread_cpu_ns();
-        GoalField field;
+        FlowField field;
         for (const GridInstance& i : instances_) {
             field.build(scene.map, i.goal);
             tables_.add(scene.map, field);
@@ -135,19 +135,19 @@ class FlowFieldTrial final : public JudgedTrial {
   private:
     const GridScene& scene_;
     std::vector<GridInstance> instances_;
-    GoalField field_;
+    FlowField field_;
     std::size_t turn_ = 0;
 };
 
 }  // namespace
 
-void run_goal_fields(Session& session, const GridScene& scene) {
+void run_flow_fields(Session& session, const GridScene& scene) {
     const int frames = static_cast<int>(kNamedGoals);
     const int repeats = session.quick ? 1 : session.repeats;
     const auto hops = wanted(session, {{"next_hop", "", [&scene] {
                                             return std::make_unique<NextHopTrial>(scene);
                                         }}});
-    const auto fields = wanted(session, {{"flow_field", "", [&scene] {
+    const auto fields = wanted(session, {{"goal_field", "", [&scene] {
                                               return std::make_unique<FlowFieldTrial>(scene);
                                           }}});
     if (!hops.empty()) {

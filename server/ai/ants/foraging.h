@@ -67,7 +67,7 @@ class Foraging {
     navigation::Place home_;
     ForagingSettings settings_;
     core::Rng rng_;
-    Trails trails_;
+    PheromoneTrails trails_;
     std::vector<std::uint8_t> food_;
     std::vector<std::uint8_t> slowness_;
     // Walkers.

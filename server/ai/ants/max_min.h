@@ -25,8 +25,8 @@ struct MaxMinSettings {
 /// Stuetzle and Hoos, "MAX-MIN Ant System", Future Generation Computer Systems 16, 2000: the
 /// iteration's best tour, or now and then the best since trails were laid anew, gets pheromone;
 /// trails stay between limits that follow from the best tour; they are laid anew where the search
-/// stands still. Trails are kept for near neighbours only; an ant that has visited all of them goes
-/// to the nearest place that it has not (Skinderowicz, "Improving ant colony optimization
+/// stands still. PheromoneTrails are kept for near neighbours only; an ant that has visited all of
+/// them goes to the nearest place that it has not (Skinderowicz, "Improving ant colony optimization
 /// efficiency for solving large TSP instances", Applied Soft Computing 120, 2022, section 3).
 /// Deterministic by seed; no allocation after construction.
 class MaxMin {

@@ -30,7 +30,7 @@ constexpr int kStepY[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
 
 }  // namespace
 
-Trails::Trails(const navigation::GridMap& map, const TrailSettings& settings)
+PheromoneTrails::PheromoneTrails(const navigation::GridMap& map, const TrailSettings& settings)
     : map_(map),
       settings_(settings) {
     for (auto& scent : scent_) {
@@ -48,7 +48,7 @@ Trails::Trails(const navigation::GridMap& map, const TrailSettings& settings)
     }
 }
 
-void Trails::evaporate() {
+void PheromoneTrails::evaporate() {
     const float stays = 1.0F - settings_.evaporation;
     std::size_t kept = 0;
     sum_ = 0;
@@ -68,14 +68,14 @@ void Trails::evaporate() {
     scented_.resize(kept);
 }
 
-void Trails::note(navigation::Place p) {
+void PheromoneTrails::note(navigation::Place p) {
     if (is_scented_[p] == 0) {
         is_scented_[p] = 1;
         scented_.push_back(p);
     }
 }
 
-void Trails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
+void PheromoneTrails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
     if (steps >= strength_.size()) {
         return;
     }
@@ -87,7 +87,7 @@ void Trails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
         which == kFood ? std::max(food, strength) : food);
 }
 
-void Trails::set(navigation::Place at, float home, float food) {
+void PheromoneTrails::set(navigation::Place at, float home, float food) {
     if (is_scented_[at] != 0) {
         sum_ -= term(at, scent_[kHome][at], scent_[kFood][at]);
     }
@@ -97,12 +97,12 @@ void Trails::set(navigation::Place at, float home, float food) {
     sum_ += term(at, home, food);
 }
 
-void Trails::hash(core::StateHash& hash) const {
+void PheromoneTrails::hash(core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(scented_.size()));
     hash.add(sum_);
 }
 
-bool Trails::put_scent(navigation::Place at, float home, float food) {
+bool PheromoneTrails::put_scent(navigation::Place at, float home, float food) {
     const auto known = [](float scent) {
         return scent >= 0.0F && scent <= 1.0F;
     };
@@ -113,14 +113,14 @@ bool Trails::put_scent(navigation::Place at, float home, float food) {
     return true;
 }
 
-navigation::Place Trails::beside(navigation::Place from, unsigned direction) const {
+navigation::Place PheromoneTrails::beside(navigation::Place from, unsigned direction) const {
     const auto stride = static_cast<std::int64_t>(map_.stride());
     return static_cast<navigation::Place>(static_cast<std::int64_t>(from) +
                                           kStepY[direction] * stride + kStepX[direction]);
 }
 
 /// Without cutting corners.
-bool Trails::open(navigation::Place from, unsigned direction) const {
+bool PheromoneTrails::open(navigation::Place from, unsigned direction) const {
     const bool diagonal = direction % 2 == 1;
     return map_.passable(beside(from, direction)) &&
            (!diagonal ||
@@ -128,11 +128,11 @@ bool Trails::open(navigation::Place from, unsigned direction) const {
              map_.passable(beside(from, (direction + kDirections - 1) % kDirections))));
 }
 
-float Trails::weight(navigation::Place at,
-                     unsigned direction,
-                     unsigned came,
-                     Scent wanted,
-                     bool guided) const {
+float PheromoneTrails::weight(navigation::Place at,
+                              unsigned direction,
+                              unsigned came,
+                              Scent wanted,
+                              bool guided) const {
     const unsigned apart = (direction + kDirections - came) % kDirections;
     const float liking = kLiking[apart <= 4 ? apart : kDirections - apart];
     if (!guided) {
@@ -148,11 +148,11 @@ float Trails::weight(navigation::Place at,
     return liking * (kUnscented + ratio);
 }
 
-unsigned Trails::choose(navigation::Place at,
-                        unsigned direction,
-                        Scent wanted,
-                        bool guided,
-                        core::Rng& rng) const {
+unsigned PheromoneTrails::choose(navigation::Place at,
+                                 unsigned direction,
+                                 Scent wanted,
+                                 bool guided,
+                                 core::Rng& rng) const {
     std::array<float, kDirections> weights{};
     float sum = 0.0F;
     for (unsigned d = 0; d < kDirections; ++d) {

@@ -1,4 +1,4 @@
-// Trails: scents on a grid map, and which way somebody who follows them takes.
+// PheromoneTrails: scents on a grid map, and which way somebody who follows them takes.
 #pragma once
 
 #include "server/ai/navigation/grid_map.h"
@@ -33,10 +33,10 @@ struct TrailSettings {
 /// by chance, with weights after Deneubourg, Aron, Goss and Pasteels, "The self-organizing
 /// exploratory pattern of the Argentine ant", Journal of Insect Behavior 3, 1990, among the cells
 /// ahead.
-class Trails {
+class PheromoneTrails {
   public:
     /// `map` must outlive this; it may change.
-    Trails(const navigation::GridMap& map, const TrailSettings& settings);
+    PheromoneTrails(const navigation::GridMap& map, const TrailSettings& settings);
 
     /// Only cells with scent cost anything.
     void evaporate();

@@ -1,4 +1,4 @@
-// CrowdWaysSettings: when bodies are counted, and when a path is left for one around them.
+// CrowdPathSettings: when bodies are counted, and when a path is left for one around them.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace zoned::ai::crowd {
 
-struct CrowdWaysSettings {
+struct CrowdPathSettings {
     std::uint32_t look_ticks = 15;  ///< bodies are counted every so many ticks, > 0
     float remember = 0.9F;          ///< share of what was known that stays with each look, [0, 1)
     float jam_per_m2 = 4.5F;        ///< see DensitySettings
@@ -19,20 +19,20 @@ struct CrowdWaysSettings {
 /// down. Fields are made anew by what was known: their answers are the same unless they were just
 /// being brought up to date.
 struct SavedCrowds {
-    struct Block {
+    struct SavedBlock {
         std::uint32_t block = 0;
         float density = 0.0F;
         std::uint16_t crowding = 0;
     };
 
-    struct Goal {
+    struct SavedGoal {
         std::uint32_t place = ~0U;  ///< ~0: none
         std::uint64_t used = 0;
         bool answers = false;
     };
 
-    std::vector<Block> blocks;  ///< where somebody is, or was of late
-    std::vector<Goal> goals;
+    std::vector<SavedBlock> blocks;  ///< where somebody is, or was of late
+    std::vector<SavedGoal> goals;
     std::uint64_t ticks = 0;  ///< since the last look
     std::uint64_t tick = 0;
     std::uint64_t round = 0;

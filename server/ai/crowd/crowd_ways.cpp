@@ -26,7 +26,7 @@ constexpr std::uint64_t kCountUnits = 10;
 constexpr float kBlock_m = 2.0F;
 
 DensitySettings density_settings(const navigation::GroundGrid& grid,
-                                 const CrowdWaysSettings& settings) {
+                                 const CrowdPathSettings& settings) {
     DensitySettings out;
     out.x0 = grid.min_x();
     out.z0 = grid.min_z();
@@ -40,9 +40,9 @@ DensitySettings density_settings(const navigation::GroundGrid& grid,
 
 }  // namespace
 
-CrowdWays::CrowdWays(const navigation::GridMap& map,
-                     const navigation::GroundGrid& grid,
-                     const CrowdWaysSettings& settings)
+CrowdPaths::CrowdPaths(const navigation::GridMap& map,
+                       const navigation::GroundGrid& grid,
+                       const CrowdPathSettings& settings)
     : settings_(settings),
       grid_(grid),
       map_(map),
@@ -53,13 +53,14 @@ CrowdWays::CrowdWays(const navigation::GridMap& map,
                  "settings of crowding");
 }
 
-bool CrowdWays::busy() const {
-    return !changed_.empty() || std::any_of(goals_.begin(), goals_.end(), [](const Goal& goal) {
-        return goal.state == State::kBuilding || goal.state == State::kUpdating;
-    });
+bool CrowdPaths::busy() const {
+    return !changed_.empty() ||
+           std::any_of(goals_.begin(), goals_.end(), [](const CrowdGoal& goal) {
+               return goal.state == GoalState::kBuilding || goal.state == GoalState::kUpdating;
+           });
 }
 
-void CrowdWays::look(std::span<const float> x, std::span<const float> z) {
+void CrowdPaths::look(std::span<const float> x, std::span<const float> z) {
     ticks_ = 0;
     density_.look(x, z);
     for (const navigation::Place p : density_.changed()) {
@@ -69,15 +70,15 @@ void CrowdWays::look(std::span<const float> x, std::span<const float> z) {
     changed_.assign(density_.changed().begin(), density_.changed().end());
 }
 
-void CrowdWays::change(std::span<const navigation::CellChange> changes) {
+void CrowdPaths::change(std::span<const navigation::CellChange> changes) {
     for (const navigation::CellChange& c : changes) {
         map_.set_passable(c.cell, c.passable);
         calm_.set_passable(c.cell, c.passable && density_.crowding()[map_.place(c.cell)] == 0);
     }
     // One that is half done knows nothing of it: it is made from the beginning.
-    for (Goal& goal : goals_) {
-        if (goal.state == State::kBuilding || goal.state == State::kUpdating) {
-            goal.state = State::kWanted;
+    for (CrowdGoal& goal : goals_) {
+        if (goal.state == GoalState::kBuilding || goal.state == GoalState::kUpdating) {
+            goal.state = GoalState::kWanted;
         }
     }
     for (const navigation::CellChange& c : changes) {
@@ -85,7 +86,7 @@ void CrowdWays::change(std::span<const navigation::CellChange> changes) {
     }
 }
 
-std::uint64_t CrowdWays::work_on(Goal& goal, std::uint64_t budget) {
+std::uint64_t CrowdPaths::work_on(CrowdGoal& goal, std::uint64_t budget) {
     const std::size_t most = std::max<std::size_t>(1, budget / kSettleUnits);
     const std::size_t before = goal.field.work();
     if (!goal.field.advance(map_, density_.crowding(), most)) {
@@ -93,36 +94,36 @@ std::uint64_t CrowdWays::work_on(Goal& goal, std::uint64_t budget) {
     }
     const std::size_t settled = goal.field.work() - before;
     goal.costs.assign(goal.field.costs().begin(), goal.field.costs().end());
-    goal.state = State::kDone;
+    goal.state = GoalState::kDone;
     goal.answers = true;
     ++round_;
     return kSettleUnits * settled + map_.places() / kCopiedPlaces;
 }
 
-std::uint64_t CrowdWays::advance() {
+std::uint64_t CrowdPaths::advance() {
     ++tick_;
     ++ticks_;
     std::uint64_t spent = 0;
     if (!changed_.empty()) {
-        for (Goal& goal : goals_) {
-            if (goal.state == State::kDone) {
+        for (CrowdGoal& goal : goals_) {
+            if (goal.state == GoalState::kDone) {
                 goal.field.begin_update(changed_);
-                goal.state = State::kUpdating;
+                goal.state = GoalState::kUpdating;
             }
         }
         spent += kCountUnits * changed_.size();
         changed_.clear();
     }
-    for (Goal& goal : goals_) {
+    for (CrowdGoal& goal : goals_) {
         if (spent >= settings_.work_per_tick) {
             break;
         }
-        if (goal.state == State::kWanted) {
+        if (goal.state == GoalState::kWanted) {
             goal.field.begin_build(map_, goal.cell);
-            goal.state = State::kBuilding;
+            goal.state = GoalState::kBuilding;
             spent += map_.places() / kCopiedPlaces;
         }
-        if ((goal.state == State::kBuilding || goal.state == State::kUpdating) &&
+        if ((goal.state == GoalState::kBuilding || goal.state == GoalState::kUpdating) &&
             spent < settings_.work_per_tick) {
             spent += work_on(goal, settings_.work_per_tick - spent);
         }
@@ -130,11 +131,11 @@ std::uint64_t CrowdWays::advance() {
     return spent;
 }
 
-std::size_t CrowdWays::goal_for(Cell goal) const {
+std::size_t CrowdPaths::goal_for(Cell goal) const {
     std::uint32_t looked = 0;
     for (std::size_t g = 0; g < kGoals; ++g) {
         const Cell at = goals_[g].cell;
-        if (goals_[g].state != State::kNone && std::abs(at.x - goal.x) <= kShare &&
+        if (goals_[g].state != GoalState::kNone && std::abs(at.x - goal.x) <= kShare &&
             std::abs(at.y - goal.y) <= kShare && navigation::sees(map_, at, goal, looked)) {
             return g;
         }
@@ -144,20 +145,22 @@ std::size_t CrowdWays::goal_for(Cell goal) const {
 
 /// In the place of the one that was used longest ago, unless all are in use: these would take turns
 /// and none would ever be there.
-void CrowdWays::want(Cell goal) {
-    Goal& oldest = *std::min_element(
-        goals_.begin(), goals_.end(), [](const Goal& a, const Goal& b) { return a.used < b.used; });
+void CrowdPaths::want(Cell goal) {
+    CrowdGoal& oldest =
+        *std::min_element(goals_.begin(), goals_.end(), [](const CrowdGoal& a, const CrowdGoal& b) {
+            return a.used < b.used;
+        });
     const std::uint64_t in_use = std::uint64_t{20} * settings_.look_ticks;
-    if (oldest.state != State::kNone && oldest.used + in_use > tick_) {
+    if (oldest.state != GoalState::kNone && oldest.used + in_use > tick_) {
         return;
     }
-    oldest.state = State::kWanted;
+    oldest.state = GoalState::kWanted;
     oldest.answers = false;
     oldest.cell = goal;
     oldest.used = tick_;
 }
 
-Hop CrowdWays::next_hop(const Goal& goal, Cell at) const {
+Hop CrowdPaths::next_hop(const CrowdGoal& goal, Cell at) const {
     const navigation::Place p = map_.place(at);
     const auto open = [this, at](int dx, int dy) {
         const int x = at.x + dx;
@@ -166,7 +169,7 @@ Hop CrowdWays::next_hop(const Goal& goal, Cell at) const {
                map_.passable(Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
     };
     Hop best = navigation::kNoHop;
-    Cost least = CrowdedField::kNoPath;
+    Cost least = CrowdFlowField::kNoPath;
     for (Hop hop = 0; hop < navigation::kArrived; ++hop) {
         const Cell to = navigation::hopped(at, hop);
         const int dx = to.x - at.x;
@@ -190,15 +193,15 @@ Hop CrowdWays::next_hop(const Goal& goal, Cell at) const {
     return best;
 }
 
-bool CrowdWays::append_path(Cell start, Cell goal, std::vector<Cell>& cells) {
+bool CrowdPaths::append_path(Cell start, Cell goal, std::vector<Cell>& cells) {
     const std::size_t number = goal_for(goal);
     if (number == kGoals) {
         want(goal);
         return false;
     }
-    Goal& to = goals_[number];
+    CrowdGoal& to = goals_[number];
     to.used = tick_;
-    if (!to.answers || to.costs[map_.place(start)] == CrowdedField::kNoPath) {
+    if (!to.answers || to.costs[map_.place(start)] == CrowdFlowField::kNoPath) {
         return false;
     }
     const std::size_t before = cells.size();
@@ -229,14 +232,14 @@ bool CrowdWays::append_path(Cell start, Cell goal, std::vector<Cell>& cells) {
     return true;
 }
 
-CrowdWays::Cost CrowdWays::cost(Cell start, Cell goal) const {
+CrowdPaths::Cost CrowdPaths::cost(Cell start, Cell goal) const {
     const std::size_t number = goal_for(goal);
-    return number == kGoals || !goals_[number].answers ? CrowdedField::kNoPath
+    return number == kGoals || !goals_[number].answers ? CrowdFlowField::kNoPath
                                                        : goals_[number].costs[map_.place(start)];
 }
 
 /// Looked at in the middle of pieces of a cell's length.
-CrowdWays::Cost CrowdWays::cost_along(Spot from, Spot to) const {
+CrowdPaths::Cost CrowdPaths::cost_along(Spot from, Spot to) const {
     const float length =
         std::sqrt((to.x - from.x) * (to.x - from.x) + (to.z - from.z) * (to.z - from.z));
     const int pieces = std::max(1, static_cast<int>(std::ceil(length / grid_.cell_m())));
@@ -254,11 +257,11 @@ CrowdWays::Cost CrowdWays::cost_along(Spot from, Spot to) const {
                              static_cast<double>(sixteenths) / static_cast<double>(pieces));
 }
 
-SavedCrowds CrowdWays::memory() const {
+SavedCrowds CrowdPaths::memory() const {
     SavedCrowds memory;
     density_.write(memory.blocks);
-    for (const Goal& goal : goals_) {
-        const bool there = goal.state != State::kNone;
+    for (const CrowdGoal& goal : goals_) {
+        const bool there = goal.state != GoalState::kNone;
         memory.goals.push_back({there ? map_.place(goal.cell) : ~0U, goal.used, goal.answers});
     }
     memory.ticks = ticks_;
@@ -267,31 +270,31 @@ SavedCrowds CrowdWays::memory() const {
     return memory;
 }
 
-bool CrowdWays::remember(const SavedCrowds& memory) {
+bool CrowdPaths::remember(const SavedCrowds& memory) {
     if (memory.goals.size() != kGoals || !density_.remember(memory.blocks)) {
         return false;
     }
     ticks_ = memory.ticks;
     tick_ = memory.tick;
     round_ = memory.round;
-    for (const SavedCrowds::Block& block : memory.blocks) {
+    for (const SavedCrowds::SavedBlock& block : memory.blocks) {
         density_.for_each_cell(block.block, [&](navigation::Place p) {
             calm_.set_passable(map_.cell(p), map_.passable(p) && density_.crowding()[p] == 0);
         });
     }
     for (std::size_t g = 0; g < kGoals; ++g) {
-        const SavedCrowds::Goal& from = memory.goals[g];
+        const SavedCrowds::SavedGoal& from = memory.goals[g];
         if (from.place == ~0U) {
             continue;
         }
         if (from.place >= map_.places() || !map_.contains(map_.cell(from.place))) {
             return false;
         }
-        Goal& goal = goals_[g];
+        CrowdGoal& goal = goals_[g];
         goal.cell = map_.cell(from.place);
         goal.used = from.used;
         goal.answers = from.answers;
-        goal.state = from.answers ? State::kDone : State::kWanted;
+        goal.state = from.answers ? GoalState::kDone : GoalState::kWanted;
         if (from.answers) {
             goal.field.build(map_, density_.crowding(), goal.cell);
             goal.costs.assign(goal.field.costs().begin(), goal.field.costs().end());
@@ -300,9 +303,9 @@ bool CrowdWays::remember(const SavedCrowds& memory) {
     return true;
 }
 
-std::size_t CrowdWays::bytes() const {
+std::size_t CrowdPaths::bytes() const {
     std::size_t bytes = map_.places() * (sizeof(float) + 3 * sizeof(Crowding));
-    for (const Goal& goal : goals_) {
+    for (const CrowdGoal& goal : goals_) {
         bytes += goal.field.bytes() + goal.costs.capacity() * sizeof(Cost);
     }
     return bytes;

@@ -1,4 +1,4 @@
-// CrowdWays: paths on a grid that lead around crowds, to goals that many or few have.
+// CrowdPaths: paths on a grid that lead around crowds, to goals that many or few have.
 #pragma once
 
 #include "server/ai/crowd/crowd_settings.h"
@@ -17,17 +17,17 @@ namespace zoned::ai::crowd {
 /// made and brought up to date in counted resumable_task; until one is, that of before answers.
 /// Bodies are counted only when all fields are up to date. Deterministic: all hangs on the calls
 /// alone.
-class CrowdWays {
+class CrowdPaths {
   public:
-    using Cost = CrowdedField::Cost;
+    using Cost = CrowdFlowField::Cost;
 
-    CrowdWays(const navigation::GridMap& map,
-              const navigation::GroundGrid& grid,
-              const CrowdWaysSettings& settings);
+    CrowdPaths(const navigation::GridMap& map,
+               const navigation::GroundGrid& grid,
+               const CrowdPathSettings& settings);
 
     // What it counts on is a map of its own.
-    CrowdWays(const CrowdWays&) = delete;
-    CrowdWays& operator=(const CrowdWays&) = delete;
+    CrowdPaths(const CrowdPaths&) = delete;
+    CrowdPaths& operator=(const CrowdPaths&) = delete;
 
     /// Whether bodies are to be counted in this tick.
     [[nodiscard]] bool looks() const { return ticks_ >= settings_.look_ticks && !busy(); }
@@ -64,7 +64,7 @@ class CrowdWays {
     /// Where one can walk that is not crowded.
     [[nodiscard]] const navigation::GridMap& calm() const { return calm_; }
 
-    [[nodiscard]] const CrowdWaysSettings& settings() const { return settings_; }
+    [[nodiscard]] const CrowdPathSettings& settings() const { return settings_; }
 
     [[nodiscard]] std::size_t bytes() const;
 
@@ -74,7 +74,7 @@ class CrowdWays {
     static constexpr std::size_t kGoals = 16;
     static constexpr int kShare = 8;
 
-    enum class State : std::uint8_t {
+    enum class GoalState : std::uint8_t {
         kNone,
         kWanted,  ///< to be made
         kBuilding,
@@ -82,28 +82,28 @@ class CrowdWays {
         kDone,
     };
 
-    struct Goal {
-        State state = State::kNone;
+    struct CrowdGoal {
+        GoalState state = GoalState::kNone;
         navigation::Cell cell{};
         std::uint64_t used = 0;
         bool answers = false;  ///< hops and costs are there
-        CrowdedField field;
+        CrowdFlowField field;
         std::vector<Cost> costs;
     };
 
     /// The next step down: hangs on costs and crowding alone, not on how they came about.
-    [[nodiscard]] navigation::Hop next_hop(const Goal& goal, navigation::Cell at) const;
+    [[nodiscard]] navigation::Hop next_hop(const CrowdGoal& goal, navigation::Cell at) const;
     [[nodiscard]] bool busy() const;
     [[nodiscard]] std::size_t goal_for(navigation::Cell goal) const;
     void want(navigation::Cell goal);
-    std::uint64_t work_on(Goal& goal, std::uint64_t budget);
+    std::uint64_t work_on(CrowdGoal& goal, std::uint64_t budget);
 
-    CrowdWaysSettings settings_;
+    CrowdPathSettings settings_;
     navigation::GroundGrid grid_;
     navigation::GridMap map_;
     navigation::GridMap calm_;
     Density density_;
-    std::array<Goal, kGoals> goals_;
+    std::array<CrowdGoal, kGoals> goals_;
     std::vector<navigation::Place> changed_;  // that fields have yet to hear of
     std::uint64_t ticks_ = 0;                 // since the last look
     std::uint64_t tick_ = 0;

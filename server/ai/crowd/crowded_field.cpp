@@ -34,8 +34,8 @@ bool open_step(const GridMap& map, Place p, Hop hop) {
                                      map.passable(static_cast<Place>(at + kDown[hop] * stride))));
 }
 
-CrowdedField::Cost step_cost(std::span<const Crowding> crowding, Place p, Place q, Hop hop) {
-    const CrowdedField::Cost length =
+CrowdFlowField::Cost step_cost(std::span<const Crowding> crowding, Place p, Place q, Hop hop) {
+    const CrowdFlowField::Cost length =
         hop < kFirstDiagonal ? navigation::kStraight : navigation::kDiagonal;
     return length * (2U * kPerStep + crowding[p] + crowding[q]);
 }
@@ -47,12 +47,12 @@ Hop back(Hop hop) {
 
 }  // namespace
 
-void CrowdedField::push(const Reached& reached) {
+void CrowdFlowField::push(const ReachedCell& reached) {
     open_.push_back(reached);
     std::push_heap(open_.begin(), open_.end());
 }
 
-void CrowdedField::begin_build(const GridMap& map, navigation::Cell goal) {
+void CrowdFlowField::begin_build(const GridMap& map, navigation::Cell goal) {
     ZONED_ASSERT(map.contains(goal), "a goal off the map");
     stride_ = map.stride();
     goal_ = map.place(goal);
@@ -60,7 +60,7 @@ void CrowdedField::begin_build(const GridMap& map, navigation::Cell goal) {
     hop_.assign(map.places(), navigation::kNoHop);
     open_.clear();
     work_ = 0;
-    phase_ = Phase::kSpread;
+    phase_ = RepairPhase::kSpread;
     if (map.passable(goal_)) {
         cost_[goal_] = 0;
         hop_[goal_] = navigation::kArrived;
@@ -68,21 +68,21 @@ void CrowdedField::begin_build(const GridMap& map, navigation::Cell goal) {
     }
 }
 
-void CrowdedField::build(const GridMap& map,
-                         std::span<const Crowding> crowding,
-                         navigation::Cell goal) {
+void CrowdFlowField::build(const GridMap& map,
+                           std::span<const Crowding> crowding,
+                           navigation::Cell goal) {
     ZONED_ASSERT(crowding.size() == map.places(), "crowding of each place");
     begin_build(map, goal);
     while (!advance(map, crowding, map.places())) {
     }
 }
 
-bool CrowdedField::spread(const GridMap& map,
-                          std::span<const Crowding> crowding,
-                          std::size_t most) {
+bool CrowdFlowField::spread(const GridMap& map,
+                            std::span<const Crowding> crowding,
+                            std::size_t most) {
     for (std::size_t settled = 0; !open_.empty();) {
         std::pop_heap(open_.begin(), open_.end());
-        const Reached at = open_.back();
+        const ReachedCell at = open_.back();
         open_.pop_back();
         if (cost_[at.place] != at.cost) {
             continue;
@@ -107,13 +107,13 @@ bool CrowdedField::spread(const GridMap& map,
     return true;
 }
 
-void CrowdedField::forget(Place p) {
+void CrowdFlowField::forget(Place p) {
     cost_[p] = kNoPath;
     hop_[p] = navigation::kNoHop;
     forgotten_.push_back(p);
 }
 
-void CrowdedField::find_again(const GridMap& map, std::span<const Crowding> crowding, Place p) {
+void CrowdFlowField::find_again(const GridMap& map, std::span<const Crowding> crowding, Place p) {
     if (p == goal_ && map.passable(p)) {
         cost_[p] = 0;
         hop_[p] = navigation::kArrived;
@@ -136,7 +136,7 @@ void CrowdedField::find_again(const GridMap& map, std::span<const Crowding> crow
 }
 
 /// Steps into and out of a cell, and past its corner, are steps of the nine around it.
-void CrowdedField::forget_around(const GridMap& map, Place changed) {
+void CrowdFlowField::forget_around(const GridMap& map, Place changed) {
     if (cost_[changed] != kNoPath || map.passable(changed)) {
         forget(changed);
     }
@@ -149,7 +149,7 @@ void CrowdedField::forget_around(const GridMap& map, Place changed) {
 }
 
 /// Whatever led through it.
-void CrowdedField::forget_before(Place p) {
+void CrowdFlowField::forget_before(Place p) {
     for (Hop hop = 0; hop < kHops; ++hop) {
         const Place q = beside(p, hop, stride_);
         if (cost_[q] != kNoPath && hop_[q] == back(hop)) {
@@ -158,55 +158,55 @@ void CrowdedField::forget_before(Place p) {
     }
 }
 
-void CrowdedField::begin_update(std::span<const Place> changed) {
+void CrowdFlowField::begin_update(std::span<const Place> changed) {
     ZONED_ASSERT(goal_ != navigation::kNoPlace, "a field is built before it is updated");
     changed_.assign(changed.begin(), changed.end());
     forgotten_.clear();
     open_.clear();
     work_ = 0;
-    phase_ = Phase::kForget;
+    phase_ = RepairPhase::kForget;
     next_ = 0;
     changes_ = 0;
 }
 
-bool CrowdedField::advance(const GridMap& map,
-                           std::span<const Crowding> crowding,
-                           std::size_t most) {
+bool CrowdFlowField::advance(const GridMap& map,
+                             std::span<const Crowding> crowding,
+                             std::size_t most) {
     std::size_t left = most;
-    while (phase_ == Phase::kForget && left > 0) {
+    while (phase_ == RepairPhase::kForget && left > 0) {
         --left;
         if (changes_ < changed_.size()) {
             forget_around(map, changed_[changes_++]);
         } else if (next_ < forgotten_.size()) {
             forget_before(forgotten_[next_++]);
         } else {
-            phase_ = Phase::kFindAgain;
+            phase_ = RepairPhase::kFindAgain;
             next_ = 0;
         }
     }
-    while (phase_ == Phase::kFindAgain && left > 0) {
+    while (phase_ == RepairPhase::kFindAgain && left > 0) {
         --left;
         if (next_ < forgotten_.size()) {
             find_again(map, crowding, forgotten_[next_++]);
         } else {
-            phase_ = Phase::kSpread;
+            phase_ = RepairPhase::kSpread;
         }
     }
-    return phase_ == Phase::kSpread && left > 0 && spread(map, crowding, left);
+    return phase_ == RepairPhase::kSpread && left > 0 && spread(map, crowding, left);
 }
 
-void CrowdedField::update(const GridMap& map,
-                          std::span<const Crowding> crowding,
-                          std::span<const Place> changed) {
+void CrowdFlowField::update(const GridMap& map,
+                            std::span<const Crowding> crowding,
+                            std::span<const Place> changed) {
     ZONED_ASSERT(cost_.size() == map.places(), "a field is built before it is updated");
     begin_update(changed);
     while (!advance(map, crowding, map.places())) {
     }
 }
 
-std::size_t CrowdedField::bytes() const {
+std::size_t CrowdFlowField::bytes() const {
     return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
-           open_.capacity() * sizeof(Reached) +
+           open_.capacity() * sizeof(ReachedCell) +
            (changed_.capacity() + forgotten_.capacity()) * sizeof(Place);
 }
 

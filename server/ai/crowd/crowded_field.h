@@ -1,4 +1,4 @@
-// CrowdedField: from every cell the next step to a goal, by paths that avoid crowds.
+// CrowdFlowField: from every cell the next step to a goal, by paths that avoid crowds.
 #pragma once
 
 #include "server/ai/crowd/density.h"
@@ -12,12 +12,12 @@
 
 namespace zoned::ai::crowd {
 
-/// As navigation::GoalField, but a step costs more where cells are crowded: its length times the
+/// As navigation::FlowField, but a step costs more where cells are crowded: its length times the
 /// mean of 1 + crowding / 16 of both cells. When some cells change, only what led through them is
 /// looked for again (after Ramalingam and Reps, "An incremental algorithm for a generalization of
 /// the shortest-path problem", Journal of Algorithms 21, 1996): costs are the same as those of a
 /// field that is built anew.
-class CrowdedField {
+class CrowdFlowField {
   public:
     /// Length of a path, in kStraight * 2 kPerStep for a straight step between empty cells.
     using Cost = std::uint64_t;
@@ -57,19 +57,19 @@ class CrowdedField {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    struct Reached {
+    struct ReachedCell {
         Cost cost;
         navigation::Place place;
 
         /// The least on top of a heap; ties by place.
-        friend bool operator<(const Reached& a, const Reached& b) {
+        friend bool operator<(const ReachedCell& a, const ReachedCell& b) {
             return a.cost != b.cost ? a.cost > b.cost : a.place > b.place;
         }
     };
 
-    void push(const Reached& reached);
+    void push(const ReachedCell& reached);
     /// What is left to do, in order.
-    enum class Phase : std::uint8_t {
+    enum class RepairPhase : std::uint8_t {
         kForget,     ///< what led through what has changed
         kFindAgain,  ///< from what is left beside it
         kSpread,
@@ -88,10 +88,10 @@ class CrowdedField {
 
     std::vector<Cost> cost_;
     std::vector<navigation::Hop> hop_;
-    std::vector<Reached> open_;
+    std::vector<ReachedCell> open_;
     std::vector<navigation::Place> changed_;
     std::vector<navigation::Place> forgotten_;
-    Phase phase_ = Phase::kSpread;
+    RepairPhase phase_ = RepairPhase::kSpread;
     std::size_t next_ = 0;     // of forgotten_, in this phase
     std::size_t changes_ = 0;  // of changed_, done
     navigation::Place goal_ = navigation::kNoPlace;

@@ -110,15 +110,15 @@ void Density::look(std::span<const float> x, std::span<const float> z) {
     known_.resize(kept);
 }
 
-void Density::write(std::vector<SavedCrowds::Block>& blocks) const {
+void Density::write(std::vector<SavedCrowds::SavedBlock>& blocks) const {
     for (const std::uint32_t block : known_) {
         blocks.push_back({block, density_[block], of_block_[block]});
     }
 }
 
-bool Density::remember(std::span<const SavedCrowds::Block> blocks) {
+bool Density::remember(std::span<const SavedCrowds::SavedBlock> blocks) {
     const float most = static_cast<float>(kPerStep) * (1.0F / settings_.least_speed - 1.0F) + 1.0F;
-    for (const SavedCrowds::Block& b : blocks) {
+    for (const SavedCrowds::SavedBlock& b : blocks) {
         if (b.block >= density_.size() || density_[b.block] > 0.0F || !(b.density > 0.0F) ||
             !(static_cast<float>(b.crowding) <= most)) {
             return false;

@@ -59,11 +59,11 @@ class Density {
     [[nodiscard]] const DensitySettings& settings() const { return settings_; }
 
     /// Appends what is known.
-    void write(std::vector<SavedCrowds::Block>& blocks) const;
+    void write(std::vector<SavedCrowds::SavedBlock>& blocks) const;
 
     /// Of one that nobody has looked at. False: some are no blocks of this map, there twice, or no
     /// densities; then it is of no use.
-    bool remember(std::span<const SavedCrowds::Block> blocks);
+    bool remember(std::span<const SavedCrowds::SavedBlock> blocks);
 
     /// Calls visit(place) for the cells of a block.
     template <class Visit>

@@ -35,7 +35,7 @@ Vec2 direction_near(std::span<const Vec2> path, const Vec2& at, float width_m) {
 
 }  // namespace
 
-void FlockField::steer(kernels::FlockRules& rules, float follow) const {
+void FlockFlowField::steer(kernels::FlockRules& rules, float follow) const {
     rules.follow = follow;
     rules.field_x0 = x0;
     rules.field_z0 = z0;
@@ -44,9 +44,11 @@ void FlockField::steer(kernels::FlockRules& rules, float follow) const {
     rules.field_rows = rows;
 }
 
-FlockField along_path(std::span<const Vec2> path, const FlockField& rectangle, float width_m) {
+FlockFlowField along_path(std::span<const Vec2> path,
+                          const FlockFlowField& rectangle,
+                          float width_m) {
     ZONED_ASSERT(path.size() >= 2 && width_m > 0.0F, "a path has two points and a width");
-    FlockField made = rectangle;
+    FlockFlowField made = rectangle;
     made.directions.clear();
     for (int row = 0; row < made.rows; ++row) {
         for (int column = 0; column < made.columns; ++column) {
@@ -60,12 +62,12 @@ FlockField along_path(std::span<const Vec2> path, const FlockField& rectangle, f
     return made;
 }
 
-FlockField to_goal(const navigation::GridMap& map,
-                   const navigation::GoalField& field,
-                   float x0,
-                   float z0,
-                   float cell_m) {
-    FlockField made{x0, z0, cell_m, map.width(), map.height(), {}};
+FlockFlowField to_goal(const navigation::GridMap& map,
+                       const navigation::FlowField& field,
+                       float x0,
+                       float z0,
+                       float cell_m) {
+    FlockFlowField made{x0, z0, cell_m, map.width(), map.height(), {}};
     for (int row = 0; row < made.rows; ++row) {
         for (int column = 0; column < made.columns; ++column) {
             const navigation::Cell c{static_cast<std::uint16_t>(column),

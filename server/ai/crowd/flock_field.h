@@ -1,5 +1,5 @@
-// FlockField: directions over the ground that steer a flock, made from a path or from a field of
-// paths to a goal.
+// FlockFlowField: directions over the ground that steer a flock, made from a path or from a field
+// of paths to a goal.
 #pragma once
 
 #include "server/ai/navigation/goal_field.h"
@@ -13,7 +13,7 @@
 namespace zoned::ai::crowd {
 
 /// A table of directions, as compute::FlockStage::step takes it.
-struct FlockField {
+struct FlockFlowField {
     float x0 = 0.0F;  ///< m, of the first cell's corner
     float z0 = 0.0F;
     float cell_m = 1.0F;
@@ -28,14 +28,16 @@ struct FlockField {
 /// Along a path of two or more points (x, z in m): in each cell of the rectangle the direction of
 /// the nearest piece, turned towards it, by half a right angle at a distance of `width_m` (> 0) and
 /// by almost a right one farther off; at the end of the path towards its end.
-FlockField along_path(std::span<const Vec2> path, const FlockField& rectangle, float width_m);
+FlockFlowField along_path(std::span<const Vec2> path,
+                          const FlockFlowField& rectangle,
+                          float width_m);
 
 /// By the steps of a field to a goal on a grid map whose first cell's corner is at (x0, z0), cells
 /// of `cell_m`. Where there is no path, and at the goal, zero: nobody is steered but by the others.
-FlockField to_goal(const navigation::GridMap& map,
-                   const navigation::GoalField& field,
-                   float x0,
-                   float z0,
-                   float cell_m);
+FlockFlowField to_goal(const navigation::GridMap& map,
+                       const navigation::FlowField& field,
+                       float x0,
+                       float z0,
+                       float cell_m);
 
 }  // namespace zoned::ai::crowd

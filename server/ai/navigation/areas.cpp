@@ -111,7 +111,7 @@ std::uint32_t Areas::beside(std::uint32_t square, Hop side) const {
 }
 
 std::array<std::uint64_t, 4> Areas::sides_of(const GridMap& map, std::uint32_t square) const {
-    const GoalField::Window w = window_of(map, square);
+    const FlowField::Window w = window_of(map, square);
     std::array<core::StateHash, 4> hash;
     for (int y = w.top; y <= w.bottom; ++y) {
         hash[0].add(label_[map.place(area_cell(w.right, y))]);
@@ -124,7 +124,7 @@ std::array<std::uint64_t, 4> Areas::sides_of(const GridMap& map, std::uint32_t s
     return {hash[0].value(), hash[1].value(), hash[2].value(), hash[3].value()};
 }
 
-GoalField::Window Areas::window_of(const GridMap& map, std::uint32_t square) const {
+FlowField::Window Areas::window_of(const GridMap& map, std::uint32_t square) const {
     const int left = static_cast<int>(square) % across_ * side_;
     const int top = static_cast<int>(square) / across_ * side_;
     return {left,
@@ -134,7 +134,7 @@ GoalField::Window Areas::window_of(const GridMap& map, std::uint32_t square) con
 }
 
 void Areas::find_areas(const GridMap& map, std::uint32_t square) {
-    const GoalField::Window w = window_of(map, square);
+    const FlowField::Window w = window_of(map, square);
     for (int y = w.top; y <= w.bottom; ++y) {
         const Place row = map.place(area_cell(w.left, y));
         std::fill_n(label_.begin() + row, w.right - w.left + 1, std::uint16_t{0});
@@ -152,7 +152,7 @@ void Areas::find_areas(const GridMap& map, std::uint32_t square) {
 }
 
 Areas::Box Areas::fill_area(const GridMap& map,
-                            const GoalField::Window& w,
+                            const FlowField::Window& w,
                             Cell first,
                             std::uint16_t label) {
     // Found cells stay in the list: the middle is looked for among them.
@@ -230,7 +230,7 @@ void Areas::keep_exits(std::uint32_t square, std::uint16_t area, std::uint32_t b
 }
 
 void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area, Hop side) {
-    const GoalField::Window w = window_of(map, square);
+    const FlowField::Window w = window_of(map, square);
     const bool upright = side < 2;
     const int line = side == 0 ? w.right : side == 1 ? w.left : side == 2 ? w.bottom : w.top;
     const int begin = upright ? w.top : w.left;

@@ -112,7 +112,7 @@ class Areas {
     [[nodiscard]] int side() const { return side_; }
 
     /// The square of a cell.
-    [[nodiscard]] GoalField::Window window(const GridMap& map, Cell c) const {
+    [[nodiscard]] FlowField::Window window(const GridMap& map, Cell c) const {
         return window_of(map, square_of(c));
     }
 
@@ -174,10 +174,10 @@ class Areas {
     /// Of the labels along its sides, in the order of hops.
     [[nodiscard]] std::array<std::uint64_t, 4> sides_of(const GridMap& map,
                                                         std::uint32_t square) const;
-    [[nodiscard]] GoalField::Window window_of(const GridMap& map, std::uint32_t square) const;
+    [[nodiscard]] FlowField::Window window_of(const GridMap& map, std::uint32_t square) const;
     void note_square(std::uint32_t square, std::uint32_t sides);
     void find_areas(const GridMap& map, std::uint32_t square);
-    Box fill_area(const GridMap& map, const GoalField::Window& w, Cell first, std::uint16_t label);
+    Box fill_area(const GridMap& map, const FlowField::Window& w, Cell first, std::uint16_t label);
     /// By the sides whose bits are set; other exits stay as they are, `square`'s areas too.
     void find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides);
     void add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area, Hop side);
@@ -204,7 +204,7 @@ class Areas {
     std::vector<std::vector<std::uint16_t>> far_;  // by goal's area: by area how many cells
     OpenList open_;                                // areas
     std::vector<std::uint32_t> cells_to_;          // by area, of the search that goes on
-    GoalField field_;
+    FlowField field_;
     std::vector<Cell> stack_;
     std::vector<Cell> crossings_;
     std::vector<Crossing> touched_;

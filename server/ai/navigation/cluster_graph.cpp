@@ -74,7 +74,7 @@ void ClusterGraph::update(const GridMap& map, std::span<const CellChange> change
 
 bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, Side side) {
     const bool right = side == kRight;
-    const GoalField::Window w = window(map, cluster);
+    const FlowField::Window w = window(map, cluster);
     const int line = right ? w.right : w.bottom;
     if (line + 1 >= (right ? map.width() : map.height())) {
         return false;
@@ -123,7 +123,7 @@ void ClusterGraph::list_nodes(std::uint32_t cluster) {
     }
 }
 
-GoalField::Window ClusterGraph::window(const GridMap& map, std::uint32_t cluster) const {
+FlowField::Window ClusterGraph::window(const GridMap& map, std::uint32_t cluster) const {
     const auto left = static_cast<int>(cluster % across_) * kSide;
     const auto top = static_cast<int>(cluster / across_) * kSide;
     return {left,
@@ -139,7 +139,7 @@ void ClusterGraph::measure(const GridMap& map, std::uint32_t cluster) {
         cells_.push_back(nodes_[n].cell);
     }
     c.cost.resize(cells_.size() * cells_.size());
-    const GoalField::Window w = window(map, cluster);
+    const FlowField::Window w = window(map, cluster);
     square_.measure(
         map, cell_of(w.left, w.top), w.right - w.left + 1, w.bottom - w.top + 1, cells_, c.cost);
 }

@@ -92,7 +92,7 @@ class ClusterGraph {
     }
 
     void measure(const GridMap& map, std::uint32_t cluster);
-    [[nodiscard]] GoalField::Window window(const GridMap& map, std::uint32_t cluster) const;
+    [[nodiscard]] FlowField::Window window(const GridMap& map, std::uint32_t cluster) const;
     void open_ends(const GridMap& map, const Query& query);
     void reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goal);
 
@@ -102,7 +102,7 @@ class ClusterGraph {
     std::vector<Node> nodes_;  // by number; room for kMostOfCluster of each cluster
     std::size_t portals_ = 0;
     SearchSpace space_;  // nodes, then the goal
-    GoalField field_;
+    FlowField field_;
     SquareCosts square_;
     std::vector<Cell> cells_;  // of the nodes of the cluster that is looked at
     std::vector<std::uint32_t> touched_;

@@ -63,23 +63,23 @@ std::uint32_t three_bits(const std::uint64_t* words, Place first) {
 
 }  // namespace
 
-void GoalField::build(const GridMap& map, Cell goal) {
+void FlowField::build(const GridMap& map, Cell goal) {
     begin(map, goal);
     advance(map, ~0U);
 }
 
-void GoalField::begin(const GridMap& map, Cell goal) {
+void FlowField::begin(const GridMap& map, Cell goal) {
     make_room(map, map.passable_cells());
     std::fill(cost_.begin(), cost_.end(), kNoCost);
     std::fill(hop_.begin(), hop_.end(), kNoHop);
     start(map, std::span(&goal, 1));
 }
 
-void GoalField::build(const GridMap& map, Cell goal, const Window& window) {
+void FlowField::build(const GridMap& map, Cell goal, const Window& window) {
     build(map, std::span(&goal, 1), window);
 }
 
-void GoalField::build(const GridMap& map, std::span<const Cell> goals, const Window& window) {
+void FlowField::build(const GridMap& map, std::span<const Cell> goals, const Window& window) {
     for (const Cell goal : goals) {
         ZONED_ASSERT(goal.x >= window.left && goal.x <= window.right && goal.y >= window.top &&
                          goal.y <= window.bottom,
@@ -93,7 +93,7 @@ void GoalField::build(const GridMap& map, std::span<const Cell> goals, const Win
     advance(map, ~0U);
 }
 
-void GoalField::close_window(const GridMap& map, const Window& window) {
+void FlowField::close_window(const GridMap& map, const Window& window) {
     // Around the rectangle all is reached for nothing already: no path leads out.
     const Place corner = map.place({static_cast<std::uint16_t>(window.left),
                                     static_cast<std::uint16_t>(window.top)}) -
@@ -110,7 +110,7 @@ void GoalField::close_window(const GridMap& map, const Window& window) {
     }
 }
 
-void GoalField::make_room(const GridMap& map, std::size_t reached) {
+void FlowField::make_room(const GridMap& map, std::size_t reached) {
     ZONED_ASSERT(map.passable_cells() <= kMostPassable, "a map whose paths may be too long");
     if (cost_.size() != map.places()) {
         cost_.resize(map.places());
@@ -124,7 +124,7 @@ void GoalField::make_room(const GridMap& map, std::size_t reached) {
     }
 }
 
-void GoalField::start(const GridMap& map, std::span<const Cell> goals) {
+void FlowField::start(const GridMap& map, std::span<const Cell> goals) {
     for (Bucket& b : buckets_) {
         b.size = 0;
     }
@@ -142,7 +142,7 @@ void GoalField::start(const GridMap& map, std::span<const Cell> goals) {
     }
 }
 
-bool GoalField::advance(const GridMap& map, std::uint32_t cells) {
+bool FlowField::advance(const GridMap& map, std::uint32_t cells) {
     while (cells != 0) {
         if (next_ == buckets_[0].size) {
             if (buckets_[1].size == 0 && buckets_[2].size == 0) {
@@ -160,7 +160,7 @@ bool GoalField::advance(const GridMap& map, std::uint32_t cells) {
     return false;
 }
 
-void GoalField::spread(const GridMap& map, std::size_t count) {
+void FlowField::spread(const GridMap& map, std::size_t count) {
     const auto stride = static_cast<std::int32_t>(map.stride());
     const std::array<std::int32_t, 8> offsets{
         1, -1, stride, -stride, stride + 1, -stride - 1, 1 - stride, stride - 1};
@@ -210,12 +210,12 @@ void GoalField::spread(const GridMap& map, std::size_t count) {
     longest_ = longest;
 }
 
-std::size_t GoalField::bytes() const {
+std::size_t FlowField::bytes() const {
     return cost_.capacity() * sizeof(Cost) + hop_.capacity() * sizeof(Hop) +
            kBuckets * buckets_[0].places.capacity() * sizeof(Place);
 }
 
-std::size_t NextHops::add(const GridMap& map, const GoalField& field) {
+std::size_t NextHops::add(const GridMap& map, const FlowField& field) {
     ZONED_ASSERT(map.width() == width_ && map.height() == height_, "the map of these tables");
     const std::size_t begin = hops_.size();
     hops_.resize(begin + bytes_per_goal(), 0);

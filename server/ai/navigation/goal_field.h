@@ -1,4 +1,4 @@
-// GoalField: from every cell the next step towards one goal, and how far it is.
+// FlowField: from every cell the next step towards one goal, and how far it is.
 #pragma once
 
 #include "server/ai/navigation/cost.h"
@@ -29,7 +29,7 @@ inline Cell hopped(Cell c, Hop hop) {
 }
 
 /// A field for crowds that share a goal: looked up in place of planning, cell by cell.
-class GoalField {
+class FlowField {
   public:
     /// Best paths from all cells to `goal`, which is on the map. Dijkstra in linear time: no step
     /// costs less than kStraight, so that cells whose costs lie within kStraight of each other,
@@ -109,7 +109,7 @@ class NextHops {
     explicit NextHops(const GridMap& map) : width_(map.width()), height_(map.height()) {}
 
     /// The number of the goal that `field` leads to on this map: 0, 1, ...
-    std::size_t add(const GridMap& map, const GoalField& field);
+    std::size_t add(const GridMap& map, const FlowField& field);
 
     /// From a cell of the map.
     [[nodiscard]] Hop hop(std::size_t goal, Cell c) const {

@@ -77,7 +77,7 @@ ResumableTask Landmarks::build(const GridMap& map,
     known_ = at != 0;
     // The rest is not needed before the map is another.
     const std::size_t held = bytes() - far_.capacity() * sizeof(std::uint16_t);
-    field_ = GoalField();
+    field_ = FlowField();
     nearest_ = {};
     cells_ = {};
     co_await Spent{memory_units(held) / 4};

@@ -81,7 +81,7 @@ class Landmarks {
     std::size_t count_ = 0;
     Cost unit_ = 1;
     bool known_ = false;
-    GoalField field_;
+    FlowField field_;
     std::vector<Cost> nearest_;         // by place, of the landmarks so far
     std::vector<std::uint32_t> cells_;  // by component
 };

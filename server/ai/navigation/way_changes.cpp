@@ -88,7 +88,7 @@ void GridPathRequests::change(std::span<const CellChange> changes) {
     indexed_ = false;
     areas_.note(changes);
     next_table_ = 0;
-    for (Field& f : fields_) {
+    for (CachedFlowField& f : fields_) {
         f.goal = kNoPlace;
         f.used = 0;
     }

@@ -68,12 +68,12 @@ bool GridPathRequests::find_around_crowds(Slot& slot) {
 }
 
 bool GridPathRequests::pays(const Slot& slot, std::uint64_t& work) const {
-    const crowd::CrowdWays::Cost best = crowd_->cost(grid_.cell(slot.at), slot.goal);
-    if (best == crowd::CrowdedField::kNoPath) {
+    const crowd::CrowdPaths::Cost best = crowd_->cost(grid_.cell(slot.at), slot.goal);
+    if (best == crowd::CrowdFlowField::kNoPath) {
         return false;
     }
     // Steps to eight sides are up to 8 % longer than lines: in favour of what one has.
-    crowd::CrowdWays::Cost own = 0;
+    crowd::CrowdPaths::Cost own = 0;
     const std::span<const Spot> corners = pool_.of(slot.corners);
     Spot before = slot.at;
     for (std::size_t i = slot.next; i < corners.size(); ++i) {
@@ -133,10 +133,10 @@ bool GridPathRequests::make_field(Cell goal) {
             static_cast<std::uint32_t>(std::min<std::uint64_t>(left, map.passable_cells()));
         spent_ += kFieldUnits * cells;
         if (builder_.advance(map, cells)) {
-            Field& oldest = *std::min_element(
-                fields_.begin(), fields_.end(), [](const Field& a, const Field& b) {
-                    return a.used < b.used;
-                });
+            CachedFlowField& oldest = *std::min_element(
+                fields_.begin(),
+                fields_.end(),
+                [](const CachedFlowField& a, const CachedFlowField& b) { return a.used < b.used; });
             builder_.copy_hops(oldest.hops);
             spent_ += memory_units(map.places()) / 2;
             oldest.goal = building_;
@@ -152,8 +152,9 @@ bool GridPathRequests::make_field(Cell goal) {
 bool GridPathRequests::find_by_field(Slot& slot) {
     const GridMap& map = planner_.map();
     const Place goal = map.place(slot.goal);
-    const auto field = std::find_if(
-        fields_.begin(), fields_.end(), [goal](const Field& f) { return f.goal == goal; });
+    const auto field = std::find_if(fields_.begin(),
+                                    fields_.end(),
+                                    [goal](const CachedFlowField& f) { return f.goal == goal; });
     if (field == fields_.end() || field->hops[map.place(slot.start)] == kNoHop) {
         return false;
     }
@@ -290,7 +291,7 @@ void GridPathRequests::walk_within_area(Cell goal) {
         return;
     }
     // A search that lost its path beyond the square: within it there is one.
-    const GoalField::Window w = areas_.window(map, goal);
+    const FlowField::Window w = areas_.window(map, goal);
     near_goal_.build(map, goal, w);
     spent_ +=
         kFieldUnits * static_cast<std::uint64_t>((w.right - w.left + 1) * (w.bottom - w.top + 1));

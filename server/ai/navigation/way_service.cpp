@@ -56,7 +56,7 @@ GridPathRequests::GridPathRequests(GroundMap map,
         areas_.prepare(next_table_);
     }
     if (settings.crowding) {
-        crowd_ = std::make_unique<crowd::CrowdWays>(planner_.map(), grid_, *settings.crowding);
+        crowd_ = std::make_unique<crowd::CrowdPaths>(planner_.map(), grid_, *settings.crowding);
     }
     // No path has more corners, pulled or not.
     cells_.reserve(planner_.map().passable_cells() + std::size_t{2});
@@ -342,7 +342,7 @@ std::size_t GridPathRequests::bytes() const {
                         planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
                         near_goal_.bytes() + slots_.capacity() * (sizeof(Slot) + sizeof(Blocks)) +
                         wanted_.capacity() * sizeof(std::uint32_t);
-    for (const Field& f : fields_) {
+    for (const CachedFlowField& f : fields_) {
         bytes += f.hops.capacity();
     }
     return bytes;

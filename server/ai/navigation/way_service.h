@@ -32,7 +32,7 @@ struct GridPathSettings {
     /// A place in an obstacle stands for the nearest passable cell within so many.
     int reach_cells = 8;
     IndexBounds index;
-    std::optional<crowd::CrowdWaysSettings> crowding{};  ///< none: crowds are no matter
+    std::optional<crowd::CrowdPathSettings> crowding{};  ///< none: crowds are no matter
 };
 
 /// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
@@ -154,7 +154,7 @@ class GridPathRequests {
     using Blocks = std::array<std::uint64_t, kBlocks * kBlocks / 64>;
 
     /// Next steps from all cells to a goal that many ask for.
-    struct Field {
+    struct CachedFlowField {
         Place goal = kNoPlace;
         std::uint64_t used = 0;
         std::vector<Hop> hops;
@@ -170,7 +170,7 @@ class GridPathRequests {
     /// What it closed: the cells, the box that holds these, and the blocks that it touches.
     struct Closed {
         std::span<const Cell> cells;
-        GoalField::Window around;
+        FlowField::Window around;
         Blocks blocks;
     };
 
@@ -253,20 +253,20 @@ class GridPathRequests {
     std::vector<Spot> opened_;             // middles of the cells of a change
     std::vector<Cell> closed_;             // of it
     std::vector<std::uint32_t> near_;  // slots that it may concern, doubled; odd: by what it closed
-    std::unique_ptr<crowd::CrowdWays> crowd_;  // null: crowds are no matter
+    std::unique_ptr<crowd::CrowdPaths> crowd_;  // null: crowds are no matter
     std::vector<std::uint32_t> doubted_;
     std::size_t next_review_ = 0;        // slot
     std::uint64_t reviewed_round_ = 0;   // of the crowds
     std::vector<std::uint32_t> wanted_;  // by place: requests for it that wait
-    std::array<Field, kFields> fields_;
-    GoalField builder_;
+    std::array<CachedFlowField, kFields> fields_;
+    FlowField builder_;
     Place building_ = kNoPlace;
     std::uint64_t typical_work_ = 0;  // of a path by the planner
     std::uint64_t cheap_work_ = 0;    // of one from area to area
     std::uint64_t budget_ = 0;        // of the tick, but for what is kept back
     bool searched_ = false;           // in this tick
     std::vector<Cell> cells_;
-    GoalField near_goal_;
+    FlowField near_goal_;
     std::uint32_t next_table_ = 0;  // of areas, to be made
     bool indexed_ = true;
     std::uint64_t spent_ = 0;

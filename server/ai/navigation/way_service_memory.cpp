@@ -43,7 +43,7 @@ SavedPaths GridPathRequests::memory() const {
     }
     memory.turns = queue_.turns();
     memory.unled = unled_;
-    for (const Field& f : fields_) {
+    for (const CachedFlowField& f : fields_) {
         if (f.goal != kNoPlace) {
             memory.fields.push_back({f.goal, f.used});
         }
@@ -155,7 +155,7 @@ std::string GridPathRequests::remember(const SavedPaths& memory) {
     std::size_t next = 0;
     for (const SavedField& f : memory.fields) {
         builder_.build(planner_.map(), planner_.map().cell(f.goal));
-        Field& field = fields_[next++];
+        CachedFlowField& field = fields_[next++];
         builder_.copy_hops(field.hops);
         field.goal = f.goal;
         field.used = f.used;

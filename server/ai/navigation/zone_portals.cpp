@@ -149,7 +149,7 @@ void ZonePortals::add_portals(std::span<const Portal> run, float spacing_m) {
 }
 
 void ZonePortals::measure_zones() {
-    GoalField field;
+    FlowField field;
     for (Zone& z : zones_) {
         z.cost_m.clear();
         for (const std::uint32_t in : z.in) {

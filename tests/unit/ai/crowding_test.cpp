@@ -23,7 +23,7 @@ motion::StaticBox wall_between(float from_z, float to_z) {
 /// apart before the first, who want to be spread over a place behind it.
 class Gates {
   public:
-    Gates(const std::optional<crowd::CrowdWaysSettings>& crowding, std::uint32_t walkers)
+    Gates(const std::optional<crowd::CrowdPathSettings>& crowding, std::uint32_t walkers)
         : walkers_(walkers),
           through_(walkers + 1, false),
           changes_(walkers + 1, 0) {
@@ -120,8 +120,8 @@ class Gates {
 
 /// Discs of 0.4 m leave nobody room to move where there are 1.6 on a square metre: four fifths of
 /// it.
-crowd::CrowdWaysSettings around_crowds() {
-    crowd::CrowdWaysSettings crowding;
+crowd::CrowdPathSettings around_crowds() {
+    crowd::CrowdPathSettings crowding;
     crowding.jam_per_m2 = 1.6F;
     return crowding;
 }

@@ -142,7 +142,7 @@ TEST(Foraging, IsTheSameForTheSameSeed) {
 
 }  // namespace
 
-std::uint64_t hash_of(const Trails& trails) {
+std::uint64_t hash_of(const PheromoneTrails& trails) {
     core::StateHash hash;
     trails.hash(hash);
     return hash.value();
@@ -150,10 +150,10 @@ std::uint64_t hash_of(const Trails& trails) {
 
 /// It follows every change of a scent, is the same in any order of marks and after the scents were
 /// written down and read, and tells two cells from each other whose scents are exchanged.
-TEST(Trails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
+TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
     const GridMap map = bridge();
-    Trails one(map, TrailSettings{});
-    Trails other(map, TrailSettings{});
+    PheromoneTrails one(map, TrailSettings{});
+    PheromoneTrails other(map, TrailSettings{});
     const navigation::Place places[] = {map.place({2, 2}), map.place({10, 2}), map.place({10, 9})};
     std::uint64_t before = hash_of(one);
     for (std::uint32_t k = 0; k < 60; ++k) {
@@ -173,8 +173,8 @@ TEST(Trails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
     ASSERT_TRUE(
         other.put_scent(places[0], one.scent(kFood, places[0]), one.scent(kHome, places[0])));
     EXPECT_NE(hash_of(other), hash_of(one));
-    Trails forwards(map, TrailSettings{});
-    Trails backwards(map, TrailSettings{});
+    PheromoneTrails forwards(map, TrailSettings{});
+    PheromoneTrails backwards(map, TrailSettings{});
     for (std::uint32_t k = 0; k < 3; ++k) {
         forwards.mark(kHome, places[k], k);
         backwards.mark(kHome, places[2 - k], 2 - k);

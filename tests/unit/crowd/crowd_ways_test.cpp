@@ -42,7 +42,7 @@ const GroundGrid& half_metres() {
 }
 
 /// Until all fields are those of now.
-void settle(CrowdWays& paths) {
+void settle(CrowdPaths& paths) {
     for (int tick = 0; tick < 1000; ++tick) {
         paths.advance();
     }
@@ -64,8 +64,8 @@ class TwoGaps : public testing::Test {
   protected:
     TwoGaps() : paths(two_gaps(), half_metres(), settings()) {}
 
-    static CrowdWaysSettings settings() {
-        CrowdWaysSettings out;
+    static CrowdPathSettings settings() {
+        CrowdPathSettings out;
         out.remember = 0.5F;
         out.jam_per_m2 = 1.6F;
         out.work_per_tick = 20'000;
@@ -95,7 +95,7 @@ class TwoGaps : public testing::Test {
         settle(paths);
     }
 
-    CrowdWays paths;
+    CrowdPaths paths;
     Cell start = cell_at(10, 6);
     Cell goal = cell_at(50, 6);
 };
@@ -105,9 +105,9 @@ TEST_F(TwoGaps, AWayLeadsAroundACrowdAndBackWhereItIsGone) {
     EXPECT_FALSE(paths.append_path(start, goal, cells)) << "nobody has asked so far";
     settle(paths);
     EXPECT_LT(gap_of(path()), 8);
-    const CrowdWays::Cost free = paths.cost(start, goal);
+    const CrowdPaths::Cost free = paths.cost(start, goal);
     // 20 m along the row.
-    EXPECT_EQ(free, CrowdWays::Cost{40} * navigation::kStraight * 2 * kPerStep);
+    EXPECT_EQ(free, CrowdPaths::Cost{40} * navigation::kStraight * 2 * kPerStep);
     EXPECT_EQ(paths.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}), free);
     crowd(14);
     EXPECT_GE(gap_of(path()), 30);
@@ -142,7 +142,7 @@ TEST_F(TwoGaps, WorksInSlices) {
     std::vector<Cell> cells{start};
     EXPECT_FALSE(paths.append_path(start, goal, cells));
     int ticks = 0;
-    for (; paths.cost(start, goal) == CrowdedField::kNoPath; ++ticks) {
+    for (; paths.cost(start, goal) == CrowdFlowField::kNoPath; ++ticks) {
         EXPECT_LE(paths.advance(), settings().work_per_tick + 2 * two_gaps().places());
         ASSERT_LT(ticks, 1000);
     }
@@ -157,7 +157,7 @@ TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
     settle(paths);
     crowd(14);
     const SavedCrowds memory = paths.memory();
-    CrowdWays other(two_gaps(), half_metres(), settings());
+    CrowdPaths other(two_gaps(), half_metres(), settings());
     ASSERT_TRUE(other.remember(memory));
     const GridMap map = two_gaps();
     for (int y = 0; y < 40; y += 3) {
@@ -181,7 +181,7 @@ TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
         : spoil == 1 ? bad.goals[0].place = 1'000'000
         : spoil == 2 ? (bad.goals.pop_back(), 0U)
                      : (bad.blocks.push_back(bad.blocks[0]), 0U);
-        CrowdWays none(two_gaps(), half_metres(), settings());
+        CrowdPaths none(two_gaps(), half_metres(), settings());
         EXPECT_FALSE(none.remember(bad)) << spoil;
     }
 }
@@ -209,14 +209,14 @@ TEST_F(TwoGaps, AllocatesNothingOnceWarm) {
 
 /// A field that is made and brought up to date a few cells at a time is the one that is made at
 /// once.
-TEST(CrowdedFieldInSlices, IsTheSame) {
+TEST(CrowdFlowFieldInParts, IsTheSame) {
     core::Rng rng(8);
     GridMap map = navigation::random_map(40, 30, 0.2F, 5);
     const Cell goal = cell_at(20, 15);
     map.set_passable(goal, true);
     std::vector<Crowding> crowding(map.places(), 0);
-    CrowdedField sliced;
-    CrowdedField whole;
+    CrowdFlowField sliced;
+    CrowdFlowField whole;
     sliced.begin_build(map, goal);
     whole.build(map, crowding, goal);
     for (int round = 0; round < 40; ++round) {

@@ -20,37 +20,37 @@ using navigation::Cell;
 using navigation::GridMap;
 using navigation::Place;
 
-TEST(CrowdedField, IsAGoalFieldWhereNobodyIs) {
+TEST(CrowdFlowField, IsAGoalFieldWhereNobodyIs) {
     const GridMap map = navigation::random_map(50, 40, 0.25F, 3);
     const std::vector<Crowding> nobody(map.places(), 0);
     Cell goal{0, 0};
     while (!map.passable(goal)) {
         ++goal.x;
     }
-    CrowdedField crowded;
+    CrowdFlowField crowded;
     crowded.build(map, nobody, goal);
-    navigation::GoalField plain;
+    navigation::FlowField plain;
     plain.build(map, goal);
     for (Place p = 0; p < map.places(); ++p) {
         if (plain.cost(p) == navigation::kNoCost) {
-            ASSERT_EQ(crowded.cost(p), CrowdedField::kNoPath);
+            ASSERT_EQ(crowded.cost(p), CrowdFlowField::kNoPath);
         } else {
-            ASSERT_EQ(crowded.cost(p), CrowdedField::Cost{plain.cost(p)} * 2 * kPerStep);
+            ASSERT_EQ(crowded.cost(p), CrowdFlowField::Cost{plain.cost(p)} * 2 * kPerStep);
         }
     }
 }
 
 /// Hops lead to the goal and cost what is said; both after changes as built anew.
-TEST(CrowdedField, IsAfterEachChangeAsIfItWereBuiltAnew) {
+TEST(CrowdFlowField, IsAfterEachChangeAsIfItWereBuiltAnew) {
     core::Rng rng(4);
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
         GridMap map = navigation::random_map(30, 25, 0.05F * static_cast<float>(seed % 6), seed);
         std::vector<Crowding> crowding(map.places(), 0);
         const Cell goal{15, 12};
         map.set_passable(goal, true);
-        CrowdedField kept;
+        CrowdFlowField kept;
         kept.build(map, crowding, goal);
-        CrowdedField anew;
+        CrowdFlowField anew;
         for (int round = 0; round < 60; ++round) {
             std::vector<Place> changed;
             for (std::uint32_t i = 0; i <= rng.below(6); ++i) {
@@ -67,24 +67,24 @@ TEST(CrowdedField, IsAfterEachChangeAsIfItWereBuiltAnew) {
             anew.build(map, crowding, goal);
             for (Place p = 0; p < map.places(); ++p) {
                 ASSERT_EQ(kept.cost(p), anew.cost(p)) << "seed " << seed << " round " << round;
-                if (kept.cost(p) == CrowdedField::kNoPath || map.place(goal) == p) {
+                if (kept.cost(p) == CrowdFlowField::kNoPath || map.place(goal) == p) {
                     continue;
                 }
                 const Place q = map.place(navigation::hopped(map.cell(p), kept.hop(p)));
                 const bool diagonal = kept.hop(p) >= 4;
                 ASSERT_EQ(
                     kept.cost(p) - kept.cost(q),
-                    CrowdedField::Cost{diagonal ? navigation::kDiagonal : navigation::kStraight} *
+                    CrowdFlowField::Cost{diagonal ? navigation::kDiagonal : navigation::kStraight} *
                         (2U * kPerStep + crowding[p] + crowding[q]));
             }
         }
     }
 }
 
-TEST(CrowdedField, LooksAtFewCellsWhereFewChange) {
+TEST(CrowdFlowField, LooksAtFewCellsWhereFewChange) {
     const GridMap map = navigation::random_map(200, 200, 0.1F, 9);
     std::vector<Crowding> crowding(map.places(), 0);
-    CrowdedField field;
+    CrowdFlowField field;
     Cell goal{0, 0};
     while (!map.passable(goal)) {
         ++goal.x;
@@ -184,7 +184,7 @@ class TwoDoors {
     int run(bool aware) {
         const Walls walls = Walls::make(scene.walls, 3.0F).value();
         Density density(map, {});
-        CrowdedField field;
+        CrowdFlowField field;
         field.build(map, density.crowding(), {24, 4});
         Avoidance avoidance({});
         compute::Team alone;
@@ -214,7 +214,7 @@ class TwoDoors {
     int by_far = 0;
 
   private:
-    void aim(const Density& density, const CrowdedField& field, std::size_t i) {
+    void aim(const Density& density, const CrowdFlowField& field, std::size_t i) {
         CrowdAgents& a = scene.agents;
         const Place p = density.place_of(a.x[i], a.z[i]);
         const Cell next = navigation::hopped(map.cell(p), field.hop(p));

@@ -10,15 +10,15 @@ namespace zoned::ai::crowd {
 
 namespace {
 
-Vec2 direction_in(const FlockField& f, int column, int row) {
+Vec2 direction_in(const FlockFlowField& f, int column, int row) {
     const auto at = 2 * static_cast<std::size_t>(row * f.columns + column);
     return {f.directions[at], f.directions[at + 1]};
 }
 
-TEST(FlockField, LeadsAlongAPathAndBackToIt) {
+TEST(FlockFlowField, LeadsAlongAPathAndBackToIt) {
     // Along x at z = 5.5, from 0.5 to 20.5, cells of 1 m, so that middles of cells lie on it.
     const Vec2 path[] = {{0.5F, 5.5F}, {20.5F, 5.5F}};
-    const FlockField f = along_path(path, {0.0F, 0.0F, 1.0F, 30, 12, {}}, 4.0F);
+    const FlockFlowField f = along_path(path, {0.0F, 0.0F, 1.0F, 30, 12, {}}, 4.0F);
     ASSERT_EQ(f.directions.size(), 2U * 30 * 12);
     EXPECT_TRUE(direction_in(f, 10, 5).isApprox(Vec2(1.0F, 0.0F), 1e-6F)) << "on it";
     // 4 m beside it: as much towards it as along it.
@@ -27,15 +27,15 @@ TEST(FlockField, LeadsAlongAPathAndBackToIt) {
     EXPECT_TRUE(direction_in(f, 25, 5).isApprox(Vec2(-1.0F, 0.0F), 1e-6F)) << "beyond the end";
 }
 
-TEST(FlockField, LeadsToAGoalOfAMap) {
+TEST(FlockFlowField, LeadsToAGoalOfAMap) {
     navigation::GridMap map(3, 2);
     for (std::uint16_t x = 0; x < 3; ++x) {
         map.set_passable({x, 0}, true);
     }
     map.set_passable({0, 1}, true);
-    navigation::GoalField field;
+    navigation::FlowField field;
     field.build(map, {2, 0});
-    const FlockField f = to_goal(map, field, 0.0F, 0.0F, 2.0F);
+    const FlockFlowField f = to_goal(map, field, 0.0F, 0.0F, 2.0F);
     EXPECT_EQ(direction_in(f, 0, 0), Vec2(1.0F, 0.0F));
     EXPECT_EQ(direction_in(f, 1, 0), Vec2(1.0F, 0.0F));
     EXPECT_EQ(direction_in(f, 2, 0), Vec2(0.0F, 0.0F)) << "the goal";
@@ -44,7 +44,7 @@ TEST(FlockField, LeadsToAGoalOfAMap) {
 }
 
 /// A flock of 200 that starts beside a path follows it to its end.
-TEST(FlockField, SteersAFlockToTheEndOfAPath) {
+TEST(FlockFlowField, SteersAFlockToTheEndOfAPath) {
     kernels::FlockRules rules{};
     rules.h = 1.0F / 60.0F;
     rules.radius2 = 9.0F;
@@ -58,7 +58,7 @@ TEST(FlockField, SteersAFlockToTheEndOfAPath) {
     rules.high_x = rules.high_z = 100.0F;
     rules.turn_back = 8.0F;
     const Vec2 path[] = {{10.0F, 10.0F}, {90.0F, 10.0F}, {90.0F, 90.0F}};
-    const FlockField f = along_path(path, {0.0F, 0.0F, 2.0F, 50, 50, {}}, 6.0F);
+    const FlockFlowField f = along_path(path, {0.0F, 0.0F, 2.0F, 50, 50, {}}, 6.0F);
     f.steer(rules, 2.0F);
     compute::ParticleColumns agents;
     agents.reserve(200);

@@ -34,7 +34,7 @@ double followed(const GridMap& map, Cell c, Cell goal, const HopAt& hop_at) {
 }
 
 void expect_best_hops(const GridMap& map, Cell goal) {
-    GoalField field;
+    FlowField field;
     field.build(map, goal);
     NextHops tables(map);
     ASSERT_EQ(tables.add(map, field), 0U);
@@ -62,7 +62,7 @@ void expect_best_hops(const GridMap& map, Cell goal) {
     }
 }
 
-TEST(GoalField, LeadsFromEachCellAlongABestWay) {
+TEST(FlowField, LeadsFromEachCellAlongABestWay) {
     core::Rng rng(1);
     for (std::uint64_t seed = 1; seed <= 25; ++seed) {
         const GridMap map = random_map(1 + static_cast<int>(rng.below(70)),
@@ -81,17 +81,17 @@ TEST(GoalField, LeadsFromEachCellAlongABestWay) {
     expect_best_hops(rooms_map(90, 70, 8, 1), {9, 9});
 }
 
-TEST(GoalField, OfABlockedGoalLeadsNowhere) {
+TEST(FlowField, OfABlockedGoalLeadsNowhere) {
     const GridMap map = map_of({"...", ".#.", "..."});
-    GoalField field;
+    FlowField field;
     field.build(map, {1, 1});
     EXPECT_EQ(field.hop(map.place({0, 0})), kNoHop);
     EXPECT_EQ(field.cost(map.place({1, 1})), kNoCost);
 }
 
-TEST(GoalField, AllocatesNothingForAnotherGoal) {
+TEST(FlowField, AllocatesNothingForAnotherGoal) {
     const GridMap map = rooms_map(128, 128, 8, 3);
-    GoalField field;
+    FlowField field;
     field.build(map, {1, 1});
     const std::uint64_t before = allocation_count();
     field.build(map, {100, 101});
@@ -100,7 +100,7 @@ TEST(GoalField, AllocatesNothingForAnotherGoal) {
 
 TEST(NextHops, TakeHalfAByteForEachCellAndGoal) {
     const GridMap map = random_map(101, 33, 0.1F, 1);
-    GoalField field;
+    FlowField field;
     NextHops tables(map);
     for (std::uint16_t goal = 0; goal < 5; ++goal) {
         field.build(map, {goal, goal});

@@ -36,7 +36,7 @@ GridMap serpentine(int side, bool upright) {
 
 std::vector<Cell> some_cells(const GridMap& map,
                              core::Rng& rng,
-                             const GoalField::Window& w,
+                             const FlowField::Window& w,
                              std::size_t most) {
     std::vector<Cell> cells;
     for (std::size_t i = 0; i < most; ++i) {
@@ -55,10 +55,10 @@ std::vector<Cell> some_cells(const GridMap& map,
 
 /// Pairs whose costs are others than those of fields within the square.
 std::size_t differing(const GridMap& map,
-                      const GoalField::Window& w,
+                      const FlowField::Window& w,
                       const std::vector<Cell>& cells,
                       const std::vector<Cost>& costs) {
-    GoalField field;
+    FlowField field;
     std::size_t off = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
         field.build(map, cells[i], w);
@@ -71,7 +71,7 @@ std::size_t differing(const GridMap& map,
 
 std::vector<Cost> measured(SquareCosts& square,
                            const GridMap& map,
-                           const GoalField::Window& w,
+                           const FlowField::Window& w,
                            const std::vector<Cell>& cells) {
     std::vector<Cost> costs(cells.size() * cells.size(), 7);
     square.measure(map,
@@ -100,7 +100,7 @@ TEST(SquareCosts, AreThoseOfAFieldForEachCell) {
         const int height = side();
         const int left = static_cast<int>(rng.below(static_cast<std::uint32_t>(91 - width)));
         const int top = static_cast<int>(rng.below(static_cast<std::uint32_t>(91 - height)));
-        const GoalField::Window w{left, top, left + width - 1, top + height - 1};
+        const FlowField::Window w{left, top, left + width - 1, top + height - 1};
         const std::vector<Cell> cells = some_cells(map, rng, w, rng.below(70));
         const std::vector<Cost> costs = measured(square, map, w, cells);
         ASSERT_EQ(differing(map, w, cells, costs), 0U) << seed;
@@ -114,7 +114,7 @@ TEST(SquareCosts, AreThoseOfAFieldForEachCell) {
 
 TEST(SquareCosts, DifferWhereACellHasChanged) {
     GridMap map = serpentine(SquareCosts::kSide, true);
-    const GoalField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
+    const FlowField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
     const std::vector<Cell> cells{{0, 0}, {30, 0}};
     SquareCosts square;
     const std::vector<Cost> costs = measured(square, map, w, cells);
@@ -123,7 +123,7 @@ TEST(SquareCosts, DifferWhereACellHasChanged) {
 }
 
 TEST(SquareCosts, TakeASweepForEachTurnOfAWay) {
-    const GoalField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
+    const FlowField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
     SquareCosts square;
     measured(square, serpentine(SquareCosts::kSide, false), w, {{0, 0}});
     const std::uint64_t downwards = square.work();
@@ -136,7 +136,7 @@ TEST(SquareCosts, TakeASweepForEachTurnOfAWay) {
 
 TEST(SquareCosts, AllocateNothing) {
     const GridMap map = random_map(64, 64, 0.1F, 1);
-    const GoalField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
+    const FlowField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
     core::Rng rng(1);
     const std::vector<Cell> cells = some_cells(map, rng, w, 60);
     std::vector<Cost> costs(cells.size() * cells.size());
