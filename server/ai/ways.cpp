@@ -269,7 +269,7 @@ navigation::PathCounts PathService::counts() const {
         sum.straight += c.straight;
         sum.by_field += c.by_field;
         sum.around_crowds += c.around_crowds;
-        sum.by_areas += c.by_areas;
+        sum.by_regions += c.by_regions;
         sum.fields += c.fields;
         sum.broken += c.broken;
         sum.reviewed += c.reviewed;

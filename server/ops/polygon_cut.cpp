@@ -10,7 +10,7 @@ namespace {
 using Vec2d = Eigen::Vector2d;
 
 /// Twice the area of a polygon times its normal (Newell's method).
-Vec3d area_of(std::span<const Vec3> corners) {
+Vec3d region_of(std::span<const Vec3> corners) {
     Vec3d sum = Vec3d::Zero();
     const Vec3d origin = corners[0].cast<double>();
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -25,7 +25,7 @@ Vec3d area_of(std::span<const Vec3> corners) {
 class Outline {
   public:
     explicit Outline(std::span<const Vec3> corners) {
-        const Vec3d area = area_of(corners);
+        const Vec3d area = region_of(corners);
         int axis = 0;
         area.cwiseAbs().maxCoeff(&axis);
         const int u = (axis + 1) % 3;

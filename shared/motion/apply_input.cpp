@@ -146,7 +146,7 @@ class Mover {
           dt_(dt),
           start_height_(from.position.y()),
           door_push_(world.doors().empty() ? 0.0F : limits.speed * dt),
-          sweep_(world, {limits.radius, limits.half_segment}, area_of(from.position, way), tick),
+          sweep_(world, {limits.radius, limits.half_segment}, region_of(from.position, way), tick),
           state_(from) {
         state_.position = sweep_.parted(from.position, door_push_);
     }
@@ -223,7 +223,7 @@ class Mover {
     }
 
     /// Slides never lengthen a move, climbing a slope that carries lengthens it at most so much.
-    [[nodiscard]] Aabb area_of(const Vec3& position, const Vec3& way) const {
+    [[nodiscard]] Aabb region_of(const Vec3& position, const Vec3& way) const {
         const float carried = std::clamp(limits_.max_slope_cos, 0.1F, 1.0F);
         const float reach =
             way.norm() / carried + limits_.step_up + limits_.step_down + 0.1F + door_push_;

@@ -11,7 +11,7 @@ namespace zoned::ai::navigation {
 namespace {
 
 constexpr int kSmallestSide = 32;
-/// Tables of areas grow with the square of their number.
+/// Tables of regions grow with the square of their number.
 constexpr int kMostSquares = 1024;
 /// How far an exit may be at most, in cells; larger is cut to it.
 constexpr std::uint32_t kFarthestExit = 4095;
@@ -20,7 +20,7 @@ constexpr std::uint16_t kNoPathThere = 65535;
 constexpr Hop kSides = 4;
 constexpr std::uint32_t kAllSides = 15;
 // What is renewed costs in units of about 2 ns.
-constexpr std::uint64_t kSquareCellUnits = 5;  ///< a cell of a square whose areas are found
+constexpr std::uint64_t kSquareCellUnits = 5;  ///< a cell of a square whose regions are found
 constexpr std::uint64_t kExitCellUnits = 7;    ///< a cell of the steps to an exit
 constexpr std::uint64_t kJoinUnits = 5;        ///< an exit of the map, or a square
 
@@ -41,7 +41,7 @@ int side_for(const GridMap& map) {
 
 }  // namespace
 
-Areas::Areas(const GridMap& map)
+RegionNextHop::RegionNextHop(const GridMap& map)
     : side_(side_for(map)),
       across_((map.width() + side_ - 1) / side_),
       down_((map.height() + side_ - 1) / side_),
@@ -49,22 +49,22 @@ Areas::Areas(const GridMap& map)
       label_(map.places(), 0),
       stale_sides_(squares_.size(), 0) {
     for (std::uint32_t s = 0; s < squares_.size(); ++s) {
-        find_areas(map, s);
+        find_regions(map, s);
     }
     for (std::uint32_t s = 0; s < squares_.size(); ++s) {
         find_exits(map, s, kAllSides);
     }
-    join_areas();
+    join_regions_of_squares();
 }
 
-void Areas::note_square(std::uint32_t square, std::uint32_t sides) {
+void RegionNextHop::note_square(std::uint32_t square, std::uint32_t sides) {
     if (stale_sides_[square] == 0) {
         stale_.push_back(square);
     }
     stale_sides_[square] = static_cast<std::uint8_t>(stale_sides_[square] | sides);
 }
 
-void Areas::note(std::span<const CellChange> changes) {
+void RegionNextHop::note(std::span<const CellChange> changes) {
     for (const CellChange& c : changes) {
         note_square(square_of(c.cell), kAllSides);
     }
@@ -73,7 +73,7 @@ void Areas::note(std::span<const CellChange> changes) {
     }
 }
 
-std::uint64_t Areas::settle(const GridMap& map) {
+std::uint64_t RegionNextHop::settle(const GridMap& map) {
     if (stale_.empty()) {
         return 0;
     }
@@ -83,7 +83,7 @@ std::uint64_t Areas::settle(const GridMap& map) {
         // Exits of a square beside it are others only where the labels along their side are.
         const std::uint32_t square = stale_[i];
         const std::array<std::uint64_t, kSides> before = sides_of(map, square);
-        find_areas(map, square);
+        find_regions(map, square);
         const std::array<std::uint64_t, kSides> after = sides_of(map, square);
         for (Hop side = 0; side < kSides; ++side) {
             const std::uint32_t other = beside(square, side);
@@ -98,11 +98,11 @@ std::uint64_t Areas::settle(const GridMap& map) {
         stale_sides_[square] = 0;
     }
     stale_.clear();
-    join_areas();
+    join_regions_of_squares();
     return units_ + kJoinUnits * (edges_.size() + squares_.size());
 }
 
-std::uint32_t Areas::beside(std::uint32_t square, Hop side) const {
+std::uint32_t RegionNextHop::beside(std::uint32_t square, Hop side) const {
     const int x = static_cast<int>(square) % across_ + (side == 0 ? 1 : side == 1 ? -1 : 0);
     const int y = static_cast<int>(square) / across_ + (side == 2 ? 1 : side == 3 ? -1 : 0);
     return x >= 0 && x < across_ && y >= 0 && y < down_
@@ -110,7 +110,8 @@ std::uint32_t Areas::beside(std::uint32_t square, Hop side) const {
                : square;
 }
 
-std::array<std::uint64_t, 4> Areas::sides_of(const GridMap& map, std::uint32_t square) const {
+std::array<std::uint64_t, 4> RegionNextHop::sides_of(const GridMap& map,
+                                                     std::uint32_t square) const {
     const FlowField::Window w = window_of(map, square);
     std::array<core::StateHash, 4> hash;
     for (int y = w.top; y <= w.bottom; ++y) {
@@ -124,7 +125,7 @@ std::array<std::uint64_t, 4> Areas::sides_of(const GridMap& map, std::uint32_t s
     return {hash[0].value(), hash[1].value(), hash[2].value(), hash[3].value()};
 }
 
-FlowField::Window Areas::window_of(const GridMap& map, std::uint32_t square) const {
+FlowField::Window RegionNextHop::window_of(const GridMap& map, std::uint32_t square) const {
     const int left = static_cast<int>(square) % across_ * side_;
     const int top = static_cast<int>(square) / across_ * side_;
     return {left,
@@ -133,28 +134,29 @@ FlowField::Window Areas::window_of(const GridMap& map, std::uint32_t square) con
             std::min(top + side_, map.height()) - 1};
 }
 
-void Areas::find_areas(const GridMap& map, std::uint32_t square) {
+void RegionNextHop::find_regions(const GridMap& map, std::uint32_t square) {
     const FlowField::Window w = window_of(map, square);
     for (int y = w.top; y <= w.bottom; ++y) {
         const Place row = map.place(area_cell(w.left, y));
         std::fill_n(label_.begin() + row, w.right - w.left + 1, std::uint16_t{0});
     }
-    std::vector<Box>& boxes = squares_[square].boxes;
+    std::vector<RegionBox>& boxes = squares_[square].boxes;
     boxes.clear();
     for (int y = w.top; y <= w.bottom; ++y) {
         for (int x = w.left; x <= w.right; ++x) {
             const Cell c = area_cell(x, y);
             if (map.passable(map.place(c)) && label_[map.place(c)] == 0) {
-                boxes.push_back(fill_area(map, w, c, static_cast<std::uint16_t>(boxes.size() + 1)));
+                boxes.push_back(
+                    fill_region(map, w, c, static_cast<std::uint16_t>(boxes.size() + 1)));
             }
         }
     }
 }
 
-Areas::Box Areas::fill_area(const GridMap& map,
-                            const FlowField::Window& w,
-                            Cell first,
-                            std::uint16_t label) {
+RegionNextHop::RegionBox RegionNextHop::fill_region(const GridMap& map,
+                                                    const FlowField::Window& w,
+                                                    Cell first,
+                                                    std::uint16_t label) {
     // Found cells stay in the list: the middle is looked for among them.
     stack_.assign(1, first);
     label_[map.place(first)] = label;
@@ -193,7 +195,7 @@ Areas::Box Areas::fill_area(const GridMap& map,
             middle};
 }
 
-void Areas::find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides) {
+void RegionNextHop::find_exits(const GridMap& map, std::uint32_t square, std::uint32_t sides) {
     Square& s = squares_[square];
     std::swap(old_.exits, s.exits);
     std::swap(old_.steps, s.steps);
@@ -201,13 +203,13 @@ void Areas::find_exits(const GridMap& map, std::uint32_t square, std::uint32_t s
     s.exits.clear();
     s.steps.clear();
     s.first_exit.clear();
-    for (std::uint16_t area = 0; area < s.boxes.size(); ++area) {
+    for (std::uint16_t region = 0; region < s.boxes.size(); ++region) {
         s.first_exit.push_back(static_cast<std::uint32_t>(s.exits.size()));
         for (Hop side = 0; side < kSides; ++side) {
             if ((sides >> side & 1U) != 0) {
-                add_exits(map, square, area, side);
+                add_exits(map, square, region, side);
             } else {
-                keep_exits(square, area, beside(square, side));
+                keep_exits(square, region, beside(square, side));
             }
         }
     }
@@ -215,10 +217,10 @@ void Areas::find_exits(const GridMap& map, std::uint32_t square, std::uint32_t s
 }
 
 /// Those of `old_` that lead to another square.
-void Areas::keep_exits(std::uint32_t square, std::uint16_t area, std::uint32_t beyond) {
+void RegionNextHop::keep_exits(std::uint32_t square, std::uint16_t region, std::uint32_t beyond) {
     Square& s = squares_[square];
-    const std::uint32_t steps = std::uint32_t{s.boxes[area].width} * s.boxes[area].height;
-    for (std::uint32_t e = old_.first_exit[area]; e < old_.first_exit[area + 1U]; ++e) {
+    const std::uint32_t steps = std::uint32_t{s.boxes[region].width} * s.boxes[region].height;
+    for (std::uint32_t e = old_.first_exit[region]; e < old_.first_exit[region + 1U]; ++e) {
         const Exit& exit = old_.exits[e];
         if (exit.square == beyond) {
             s.exits.push_back(exit);
@@ -229,7 +231,10 @@ void Areas::keep_exits(std::uint32_t square, std::uint16_t area, std::uint32_t b
     }
 }
 
-void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t area, Hop side) {
+void RegionNextHop::add_exits(const GridMap& map,
+                              std::uint32_t square,
+                              std::uint16_t region,
+                              Hop side) {
     const FlowField::Window w = window_of(map, square);
     const bool upright = side < 2;
     const int line = side == 0 ? w.right : side == 1 ? w.left : side == 2 ? w.bottom : w.top;
@@ -239,7 +244,7 @@ void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t ar
     for (int i = begin; i <= end; ++i) {
         const Cell c = upright ? area_cell(line, i) : area_cell(i, line);
         const Cell beyond = hopped(c, side);  // wraps beside the map, where nothing is passable
-        if (label_[map.place(c)] == area + 1 && map.passable(beyond)) {
+        if (label_[map.place(c)] == region + 1 && map.passable(beyond)) {
             touched_.push_back({static_cast<std::uint16_t>(label_[map.place(beyond)] - 1), c});
         }
     }
@@ -253,14 +258,17 @@ void Areas::add_exits(const GridMap& map, std::uint32_t square, std::uint16_t ar
             crossings_.push_back(touched_[i].cell);
         }
         const std::uint32_t beyond = square_of(hopped(crossings_.front(), side));
-        add_exit(map, square, {area, other, beyond, 0, 0}, side);
+        add_exit(map, square, {region, other, beyond, 0, 0}, side);
     }
 }
 
-void Areas::add_exit(const GridMap& map, std::uint32_t square, const Exit& exit, Hop across) {
+void RegionNextHop::add_exit(const GridMap& map,
+                             std::uint32_t square,
+                             const Exit& exit,
+                             Hop across) {
     Square& s = squares_[square];
-    // Nothing of the area lies beyond its box.
-    const Box& box = s.boxes[exit.area];
+    // Nothing of the region lies beyond its box.
+    const RegionBox& box = s.boxes[exit.region];
     field_.build(
         map, crossings_, {box.left, box.top, box.left + box.width - 1, box.top + box.height - 1});
     units_ += kExitCellUnits * static_cast<std::uint64_t>(box.width * box.height);
@@ -269,7 +277,7 @@ void Areas::add_exit(const GridMap& map, std::uint32_t square, const Exit& exit,
     for (int y = box.top; y < box.top + box.height; ++y) {
         for (int x = box.left; x < box.left + box.width; ++x) {
             const Place p = map.place(area_cell(x, y));
-            if (label_[p] != exit.area + 1) {
+            if (label_[p] != exit.region + 1) {
                 s.steps.push_back(kNoHop);
                 continue;
             }
@@ -283,44 +291,44 @@ void Areas::add_exit(const GridMap& map, std::uint32_t square, const Exit& exit,
     s.exits.back().cells = std::uint32_t{step(s, s.exits.back(), box.middle)} >> kHopBits;
 }
 
-void Areas::join_areas() {
-    first_area_.assign(1, 0);
+void RegionNextHop::join_regions_of_squares() {
+    first_region_.assign(1, 0);
     for (const Square& s : squares_) {
-        first_area_.push_back(first_area_.back() + static_cast<std::uint32_t>(s.boxes.size()));
+        first_region_.push_back(first_region_.back() + static_cast<std::uint32_t>(s.boxes.size()));
     }
     first_edge_.assign(1, 0);
     edges_.clear();
     for (std::uint32_t square = 0; square < squares_.size(); ++square) {
         const Square& s = squares_[square];
-        for (std::uint32_t area = 0; area < s.boxes.size(); ++area) {
-            for (std::uint32_t e = s.first_exit[area]; e < s.first_exit[area + 1]; ++e) {
+        for (std::uint32_t region = 0; region < s.boxes.size(); ++region) {
+            for (std::uint32_t e = s.first_exit[region]; e < s.first_exit[region + 1]; ++e) {
                 const Exit& exit = s.exits[e];
                 const Square& beyond = squares_[exit.square];
                 // The exit back, so that it is as far there as back.
                 const auto begin = beyond.exits.begin() + beyond.first_exit[exit.other];
                 const auto back = std::find_if(begin, beyond.exits.end(), [&](const Exit& b) {
-                    return b.square == square && b.other == exit.area;
+                    return b.square == square && b.other == exit.region;
                 });
                 edges_.push_back(
-                    {first_area_[exit.square] + exit.other, exit.cells + 1 + back->cells});
+                    {first_region_[exit.square] + exit.other, exit.cells + 1 + back->cells});
             }
             first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
         }
     }
-    open_.resize(first_area_.back());
-    cells_to_.assign(first_area_.back(), ~0U);
-    far_.resize(first_area_.back());
+    open_.resize(first_region_.back());
+    cells_to_.assign(first_region_.back(), ~0U);
+    far_.resize(first_region_.back());
     for (auto& row : far_) {
         row.clear();
     }
 }
 
-void Areas::prepare(const GridMap& map, Cell to) {
+void RegionNextHop::prepare(const GridMap& map, Cell to) {
     ZONED_ASSERT(settled() && map.passable(to), "a goal that is blocked, or what is not settled");
-    measure(area_of(map, to));
+    measure(region_of(map, to));
 }
 
-void Areas::measure(std::uint32_t goal) {
+void RegionNextHop::measure(std::uint32_t goal) {
     if (!far_[goal].empty()) {
         return;
     }
@@ -344,21 +352,21 @@ void Areas::measure(std::uint32_t goal) {
     }
 }
 
-const Areas::Exit* Areas::best_exit(const Square& square,
-                                    std::uint32_t area,
-                                    std::uint32_t goal,
-                                    Cell from) const {
+const RegionNextHop::Exit* RegionNextHop::best_exit(const Square& square,
+                                                    std::uint32_t region,
+                                                    std::uint32_t goal,
+                                                    Cell from) const {
     ZONED_ASSERT(!far_[goal].empty(), "a goal that is not prepared");
     const std::uint16_t* const far = far_[goal].data();
     const std::uint32_t local =
-        area - first_area_[static_cast<std::size_t>(&square - squares_.data())];
+        region - first_region_[static_cast<std::size_t>(&square - squares_.data())];
     std::uint32_t least = ~0U;
     const Exit* best = nullptr;
     for (std::uint32_t e = square.first_exit[local]; e < square.first_exit[local + 1]; ++e) {
         const Exit& exit = square.exits[e];
-        const std::uint32_t beyond = far[first_area_[exit.square] + exit.other];
-        // Only on to areas that are nearer: so hops never lead round and round.
-        if (beyond < far[area]) {
+        const std::uint32_t beyond = far[first_region_[exit.square] + exit.other];
+        // Only on to regions that are nearer: so hops never lead round and round.
+        if (beyond < far[region]) {
             const std::uint32_t cells =
                 beyond + (std::uint32_t{step(square, exit, from)} >> kHopBits);
             if (cells < least) {
@@ -370,56 +378,56 @@ const Areas::Exit* Areas::best_exit(const Square& square,
     return best;
 }
 
-std::vector<Cell> Areas::prepared() const {
+std::vector<Cell> RegionNextHop::prepared() const {
     std::vector<Cell> cells;
-    std::uint32_t area = 0;
+    std::uint32_t region = 0;
     visit_middles([&](Cell middle) {
-        if (prepared(area++)) {
+        if (prepared(region++)) {
             cells.push_back(middle);
         }
     });
     return cells;
 }
 
-void Areas::forget_tables() {
+void RegionNextHop::forget_tables() {
     for (auto& row : far_) {
         row.clear();
     }
 }
 
-Hop Areas::hop(const GridMap& map, Cell from, Cell to) const {
-    const std::uint32_t area = area_of(map, from);
-    const std::uint32_t goal = area_of(map, to);
-    if (area == goal) {
+Hop RegionNextHop::hop(const GridMap& map, Cell from, Cell to) const {
+    const std::uint32_t region = region_of(map, from);
+    const std::uint32_t goal = region_of(map, to);
+    if (region == goal) {
         return kArrived;
     }
     const Square& square = squares_[square_of(from)];
-    const Exit* const exit = best_exit(square, area, goal, from);
+    const Exit* const exit = best_exit(square, region, goal, from);
     return exit == nullptr ? kNoHop : static_cast<Hop>(step(square, *exit, from) & kHopMask);
 }
 
-std::uint32_t Areas::cells(const GridMap& map, Cell from, Cell to) const {
-    const std::uint32_t area = area_of(map, from);
-    const std::uint32_t goal = area_of(map, to);
-    if (area == goal) {
+std::uint32_t RegionNextHop::cells(const GridMap& map, Cell from, Cell to) const {
+    const std::uint32_t region = region_of(map, from);
+    const std::uint32_t goal = region_of(map, to);
+    if (region == goal) {
         return octile(from.x - to.x, from.y - to.y) / kStraight;
     }
     const Square& square = squares_[square_of(from)];
-    const Exit* const exit = best_exit(square, area, goal, from);
+    const Exit* const exit = best_exit(square, region, goal, from);
     if (exit == nullptr) {
         return kNoPathThere;
     }
     const Cell middle = squares_[square_of(to)].boxes[label_[map.place(to)] - 1U].middle;
     return (std::uint32_t{step(square, *exit, from)} >> kHopBits) + 1 +
-           far_[goal][first_area_[exit->square] + exit->other] +
+           far_[goal][first_region_[exit->square] + exit->other] +
            octile(middle.x - to.x, middle.y - to.y) / kStraight;
 }
 
-std::size_t Areas::bytes() const {
+std::size_t RegionNextHop::bytes() const {
     std::size_t bytes = label_.capacity() * sizeof(std::uint16_t) +
-                        edges_.capacity() * sizeof(Edge) + field_.bytes();
+                        edges_.capacity() * sizeof(RegionEdge) + field_.bytes();
     for (const Square& s : squares_) {
-        bytes += sizeof(Square) + s.boxes.capacity() * sizeof(Box) +
+        bytes += sizeof(Square) + s.boxes.capacity() * sizeof(RegionBox) +
                  s.exits.capacity() * sizeof(Exit) + s.steps.capacity() * sizeof(Step);
     }
     for (const auto& row : far_) {

@@ -16,12 +16,12 @@ Cell cell_of(int x, int y) {
 }
 
 std::uint32_t squares(int cells) {
-    return static_cast<std::uint32_t>((cells + ClusterGraph::kSide - 1) / ClusterGraph::kSide);
+    return static_cast<std::uint32_t>((cells + HpaGraph::kSide - 1) / HpaGraph::kSide);
 }
 
 }  // namespace
 
-ClusterGraph::ClusterGraph(const GridMap& map)
+HpaGraph::HpaGraph(const GridMap& map)
     : across_(squares(map.width())),
       down_(squares(map.height())) {
     clusters_.resize(std::size_t{across_} * down_);
@@ -39,9 +39,9 @@ ClusterGraph::ClusterGraph(const GridMap& map)
     }
 }
 
-void ClusterGraph::update(const GridMap& map, std::span<const CellChange> changes) {
+void HpaGraph::update(const GridMap& map, std::span<const CellChange> changes) {
     touched_.clear();
-    const auto renew = [&](std::uint32_t cluster, Side side) {
+    const auto renew = [&](std::uint32_t cluster, ClusterSide side) {
         if (find_portals(map, cluster, side)) {
             touched_.push_back(cluster);
             touched_.push_back(beyond(cluster, side));
@@ -72,7 +72,7 @@ void ClusterGraph::update(const GridMap& map, std::span<const CellChange> change
     }
 }
 
-bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, Side side) {
+bool HpaGraph::find_portals(const GridMap& map, std::uint32_t cluster, ClusterSide side) {
     const bool right = side == kRight;
     const FlowField::Window w = window(map, cluster);
     const int line = right ? w.right : w.bottom;
@@ -111,10 +111,10 @@ bool ClusterGraph::find_portals(const GridMap& map, std::uint32_t cluster, Side 
     return others;
 }
 
-void ClusterGraph::list_nodes(std::uint32_t cluster) {
-    Cluster& c = clusters_[cluster];
+void HpaGraph::list_nodes(std::uint32_t cluster) {
+    HpaCluster& c = clusters_[cluster];
     c.nodes.clear();
-    for (const Side side : {kAbove, kLeft, kRight, kBelow}) {
+    for (const ClusterSide side : {kAbove, kLeft, kRight, kBelow}) {
         const std::uint32_t first = first_node(cluster, side);
         for (std::uint32_t i = 0; i < c.count[side]; ++i) {
             nodes_[first + i].local = static_cast<std::uint32_t>(c.nodes.size());
@@ -123,7 +123,7 @@ void ClusterGraph::list_nodes(std::uint32_t cluster) {
     }
 }
 
-FlowField::Window ClusterGraph::window(const GridMap& map, std::uint32_t cluster) const {
+FlowField::Window HpaGraph::window(const GridMap& map, std::uint32_t cluster) const {
     const auto left = static_cast<int>(cluster % across_) * kSide;
     const auto top = static_cast<int>(cluster / across_) * kSide;
     return {left,
@@ -132,8 +132,8 @@ FlowField::Window ClusterGraph::window(const GridMap& map, std::uint32_t cluster
             std::min(top + kSide, map.height()) - 1};
 }
 
-void ClusterGraph::measure(const GridMap& map, std::uint32_t cluster) {
-    Cluster& c = clusters_[cluster];
+void HpaGraph::measure(const GridMap& map, std::uint32_t cluster) {
+    HpaCluster& c = clusters_[cluster];
     cells_.clear();
     for (const std::uint32_t n : c.nodes) {
         cells_.push_back(nodes_[n].cell);
@@ -144,7 +144,7 @@ void ClusterGraph::measure(const GridMap& map, std::uint32_t cluster) {
         map, cell_of(w.left, w.top), w.right - w.left + 1, w.bottom - w.top + 1, cells_, c.cost);
 }
 
-void ClusterGraph::reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goal) {
+void HpaGraph::reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goal) {
     if (cost < space_.cost(node)) {
         space_.reach(node, cost, from);
         const bool at_goal = node == nodes_.size();
@@ -157,9 +157,9 @@ void ClusterGraph::reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell
 /// From the start through the portals of its square, and from those of the goal's to the goal. What
 /// is looked at are the cells behind portals only: two legs within one square are never shorter
 /// than the one between their ends.
-void ClusterGraph::open_ends(const GridMap& map, const Query& query) {
-    const Cluster& first = clusters_[cluster_of(query.start)];
-    const Cluster& last = clusters_[cluster_of(query.goal)];
+void HpaGraph::open_ends(const GridMap& map, const Query& query) {
+    const HpaCluster& first = clusters_[cluster_of(query.start)];
+    const HpaCluster& last = clusters_[cluster_of(query.goal)];
     to_goal_.clear();
     field_.build(map, query.goal, window(map, cluster_of(query.goal)));
     for (const std::uint32_t n : last.nodes) {
@@ -178,10 +178,10 @@ void ClusterGraph::open_ends(const GridMap& map, const Query& query) {
     }
 }
 
-bool ClusterGraph::run(const GridMap& map,
-                       const Query& query,
-                       std::vector<Cell>& through,
-                       std::uint32_t& work) {
+bool HpaGraph::run(const GridMap& map,
+                   const Query& query,
+                   std::vector<Cell>& through,
+                   std::uint32_t& work) {
     const auto goal = static_cast<std::uint32_t>(nodes_.size());
     const std::uint32_t last = cluster_of(query.goal);
     space_.begin();
@@ -200,9 +200,9 @@ bool ClusterGraph::run(const GridMap& map,
             std::reverse(through.begin(), through.end());
             return true;
         }
-        const Node& node = nodes_[at];
+        const PortalNode& node = nodes_[at];
         const std::uint32_t here = at / kMostOfCluster;
-        const Cluster& cluster = clusters_[here];
+        const HpaCluster& cluster = clusters_[here];
         const Cost g = space_.cost(at);
         if (here == last && to_goal_[node.local] != kNoCost) {
             reach(goal, g + to_goal_[node.local], at, query.goal);
@@ -218,10 +218,10 @@ bool ClusterGraph::run(const GridMap& map,
     return false;
 }
 
-std::size_t ClusterGraph::bytes() const {
-    std::size_t bytes = nodes_.capacity() * sizeof(Node);
-    for (const Cluster& c : clusters_) {
-        bytes += sizeof(Cluster) + c.nodes.capacity() * sizeof(std::uint32_t) +
+std::size_t HpaGraph::bytes() const {
+    std::size_t bytes = nodes_.capacity() * sizeof(PortalNode);
+    for (const HpaCluster& c : clusters_) {
+        bytes += sizeof(HpaCluster) + c.nodes.capacity() * sizeof(std::uint32_t) +
                  c.cost.capacity() * sizeof(Cost);
     }
     return bytes;

@@ -1,4 +1,4 @@
-// ClusterGraph: a map cut into squares, and the portals between them; a change touches few squares.
+// HpaGraph: a map cut into squares, and the portals between them; a change touches few squares.
 #pragma once
 
 #include "server/ai/navigation/goal_field.h"
@@ -16,12 +16,12 @@ namespace zoned::ai::navigation {
 /// Journal of Game Development 1, 2004): pairs of cells on either side of a border are portals,
 /// at most kSpacing cells apart where it can be crossed; within a square the best costs between its
 /// portals are known. Paths through portals are not the best, but nearly.
-class ClusterGraph {
+class HpaGraph {
   public:
-    static constexpr int kSide = SquareCosts::kSide;  ///< of a square, cells
-    static constexpr int kSpacing = 6;                ///< of portals along a border, cells at most
+    static constexpr int kSide = HpaClusterCosts::kSide;  ///< of a square, cells
+    static constexpr int kSpacing = 6;  ///< of portals along a border, cells at most
 
-    explicit ClusterGraph(const GridMap& map);
+    explicit HpaGraph(const GridMap& map);
 
     /// After `changes` were made to the map: renews the squares that they lie in, and those across
     /// a border whose portals are others now; the rest costs nothing, however large the map is.
@@ -41,7 +41,7 @@ class ClusterGraph {
 
   private:
     /// Sides of a square.
-    enum Side : std::uint32_t {
+    enum ClusterSide : std::uint32_t {
         kAbove,
         kLeft,
         kRight,
@@ -55,13 +55,13 @@ class ClusterGraph {
 
     /// The portals of a cluster on its side of the borders. Their numbers hang on the cluster and
     /// the side alone, so that a change leaves the others theirs.
-    struct Cluster {
+    struct HpaCluster {
         std::array<std::uint8_t, kSides> count{};
         std::vector<std::uint32_t> nodes;  ///< numbers, ascending
         std::vector<Cost> cost;            ///< between its nodes, row by row
     };
 
-    struct Node {
+    struct PortalNode {
         Cell cell;
         std::uint32_t local = 0;  ///< place in its cluster's list
     };
@@ -71,23 +71,23 @@ class ClusterGraph {
     }
 
     /// The cells of both sides of a border, kRight or kBelow. True: they are others than before.
-    bool find_portals(const GridMap& map, std::uint32_t cluster, Side side);
+    bool find_portals(const GridMap& map, std::uint32_t cluster, ClusterSide side);
     void list_nodes(std::uint32_t cluster);
 
-    [[nodiscard]] static std::uint32_t first_node(std::uint32_t cluster, Side side) {
+    [[nodiscard]] static std::uint32_t first_node(std::uint32_t cluster, ClusterSide side) {
         return cluster * kMostOfCluster + side * kMostOfSide;
     }
 
     /// The cluster across a border.
-    [[nodiscard]] std::uint32_t beyond(std::uint32_t cluster, Side side) const {
+    [[nodiscard]] std::uint32_t beyond(std::uint32_t cluster, ClusterSide side) const {
         const std::array<std::uint32_t, kSides> by{~across_ + 1, ~0U, 1, across_};
         return cluster + by[side];
     }
 
     /// The node across the border.
     [[nodiscard]] std::uint32_t twin(std::uint32_t node) const {
-        const auto side = static_cast<Side>(node / kMostOfSide % kSides);
-        const auto other = static_cast<Side>(kSides - 1 - side);
+        const auto side = static_cast<ClusterSide>(node / kMostOfSide % kSides);
+        const auto other = static_cast<ClusterSide>(kSides - 1 - side);
         return first_node(beyond(node / kMostOfCluster, side), other) + node % kMostOfSide;
     }
 
@@ -98,12 +98,12 @@ class ClusterGraph {
 
     std::uint32_t across_;
     std::uint32_t down_;
-    std::vector<Cluster> clusters_;
-    std::vector<Node> nodes_;  // by number; room for kMostOfCluster of each cluster
+    std::vector<HpaCluster> clusters_;
+    std::vector<PortalNode> nodes_;  // by number; room for kMostOfCluster of each cluster
     std::size_t portals_ = 0;
     SearchSpace space_;  // nodes, then the goal
     FlowField field_;
-    SquareCosts square_;
+    HpaClusterCosts square_;
     std::vector<Cell> cells_;  // of the nodes of the cluster that is looked at
     std::vector<std::uint32_t> touched_;
     std::vector<Cost> to_goal_;  // of the nodes in the goal's cluster

@@ -5,8 +5,8 @@
 
 namespace zoned::ai::navigation {
 
-void ClusterParts::start(std::uint32_t blocks) {
-    for (Block& b : blocks_) {
+void GraphConnectivity::start(std::uint32_t blocks) {
+    for (NodeBlock& b : blocks_) {
         b.clusters.clear();
         b.links.clear();
         b.regions = 0;
@@ -18,21 +18,21 @@ void ClusterParts::start(std::uint32_t blocks) {
     noted_.clear();
 }
 
-void ClusterParts::mark(std::uint32_t block) {
+void GraphConnectivity::mark(std::uint32_t block) {
     if (!blocks_[block].stale) {
         blocks_[block].stale = true;
         stale_.push_back(block);
     }
 }
 
-void ClusterParts::note(std::uint32_t block) {
+void GraphConnectivity::note(std::uint32_t block) {
     if (!blocks_[block].noted) {
         blocks_[block].noted = true;
         noted_.push_back(block);
     }
 }
 
-void ClusterParts::add(std::uint32_t cluster, std::uint32_t block) {
+void GraphConnectivity::add(std::uint32_t cluster, std::uint32_t block) {
     if (cluster >= block_.size()) {
         block_.resize(cluster + std::size_t{1}, kNone);
         within_.resize(block_.size());
@@ -45,7 +45,7 @@ void ClusterParts::add(std::uint32_t cluster, std::uint32_t block) {
     mark(block);
 }
 
-void ClusterParts::remove(std::uint32_t cluster) {
+void GraphConnectivity::remove(std::uint32_t cluster) {
     std::vector<std::uint32_t>& clusters = blocks_[block_[cluster]].clusters;
     const std::uint32_t last = clusters.back();
     clusters[within_[cluster]] = last;
@@ -55,7 +55,7 @@ void ClusterParts::remove(std::uint32_t cluster) {
     block_[cluster] = kNone;
 }
 
-void ClusterParts::number_regions(Block& block) {
+void GraphConnectivity::number_regions(NodeBlock& block) {
     block.regions = 0;
     for (const std::uint32_t c : block.clusters) {
         if (parent_[c] == c) {
@@ -67,12 +67,12 @@ void ClusterParts::number_regions(Block& block) {
     }
 }
 
-void ClusterParts::keep_links(Block& block) {
+void GraphConnectivity::keep_links(NodeBlock& block) {
     std::sort(block.links.begin(), block.links.end());
     block.links.erase(std::unique(block.links.begin(), block.links.end()), block.links.end());
 }
 
-void ClusterParts::join_regions() {
+void GraphConnectivity::join_regions() {
     for (const std::uint32_t b : stale_) {
         blocks_[b].stale = false;
     }
@@ -83,14 +83,14 @@ void ClusterParts::join_regions() {
     noted_.clear();
     first_.clear();
     std::uint32_t regions = 0;
-    for (const Block& b : blocks_) {
+    for (const NodeBlock& b : blocks_) {
         first_.push_back(regions);
         regions += b.regions;
     }
     root_.resize(regions);
     std::iota(root_.begin(), root_.end(), 0U);
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
-        for (const Link& link : blocks_[b].links) {
+        for (const BlockLink& link : blocks_[b].links) {
             join(root_, first_[b] + link.region, first_[link.block] + link.other);
         }
     }
@@ -100,14 +100,14 @@ void ClusterParts::join_regions() {
     }
 }
 
-std::size_t ClusterParts::bytes() const {
+std::size_t GraphConnectivity::bytes() const {
     std::size_t bytes =
         (block_.capacity() + within_.capacity() + region_.capacity() + parent_.capacity() +
          first_.capacity() + root_.capacity() + stale_.capacity() + noted_.capacity()) *
         sizeof(std::uint32_t);
-    for (const Block& b : blocks_) {
-        bytes += sizeof(Block) + b.clusters.capacity() * sizeof(std::uint32_t) +
-                 b.links.capacity() * sizeof(Link);
+    for (const NodeBlock& b : blocks_) {
+        bytes += sizeof(NodeBlock) + b.clusters.capacity() * sizeof(std::uint32_t) +
+                 b.links.capacity() * sizeof(BlockLink);
     }
     return bytes;
 }

@@ -1,4 +1,4 @@
-// ClusterParts: which clusters of nodes links join, kept up to date as some of them change.
+// GraphConnectivity: which clusters of nodes links join, kept up to date as some of them change.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace zoned::ai::navigation {
 /// by the links between blocks. A change costs the blocks in which clusters or their links are
 /// others than before, the blocks beside these, and a look at all regions: a small share of a look
 /// at all clusters.
-class ClusterParts {
+class GraphConnectivity {
   public:
     static constexpr std::uint32_t kNone = ~0U;
 
@@ -43,17 +43,17 @@ class ClusterParts {
 
   private:
     /// A link from a region to one of another block.
-    struct Link {
+    struct BlockLink {
         std::uint32_t region;
         std::uint32_t block;
         std::uint32_t other;
 
-        friend auto operator<=>(const Link&, const Link&) = default;
+        friend auto operator<=>(const BlockLink&, const BlockLink&) = default;
     };
 
-    struct Block {
+    struct NodeBlock {
         std::vector<std::uint32_t> clusters;
-        std::vector<Link> links;  ///< ascending, each once
+        std::vector<BlockLink> links;  ///< ascending, each once
         std::uint32_t regions = 0;
         bool stale = false;  ///< its regions, during a change
         bool noted = false;  ///< its links, likewise
@@ -61,8 +61,8 @@ class ClusterParts {
 
     void mark(std::uint32_t block);
     void note(std::uint32_t block);
-    void number_regions(Block& block);
-    void keep_links(Block& block);
+    void number_regions(NodeBlock& block);
+    void keep_links(NodeBlock& block);
     void join_regions();
 
     /// `parent[i]` is what i hangs on; a root on itself.
@@ -80,7 +80,7 @@ class ClusterParts {
         parent[a < b ? b : a] = a < b ? a : b;
     }
 
-    std::vector<Block> blocks_;
+    std::vector<NodeBlock> blocks_;
     std::vector<std::uint32_t> block_;   // by cluster
     std::vector<std::uint32_t> within_;  // its place in its block
     std::vector<std::uint32_t> region_;  // number in its block
@@ -92,7 +92,7 @@ class ClusterParts {
 };
 
 template <class Out, class In>
-void ClusterParts::renew(const Out& out, const In& in) {
+void GraphConnectivity::renew(const Out& out, const In& in) {
     for (const std::uint32_t b : stale_) {
         for (const std::uint32_t c : blocks_[b].clusters) {
             parent_[c] = c;
@@ -116,7 +116,7 @@ void ClusterParts::renew(const Out& out, const In& in) {
         }
     }
     for (const std::uint32_t b : noted_) {
-        Block& block = blocks_[b];
+        NodeBlock& block = blocks_[b];
         block.links.clear();
         for (const std::uint32_t c : block.clusters) {
             for (const std::uint32_t other : out(c)) {

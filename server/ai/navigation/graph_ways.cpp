@@ -48,7 +48,7 @@ WaypointPaths::WaypointPaths(WaypointGraph graph,
         first_.push_back(static_cast<std::uint32_t>(to_.size()));
     }
     linked_.assign(to_.size(), 1);
-    return_.assign(to_.size(), NodeClusters::kNone);
+    return_.assign(to_.size(), GraphHierarchy::kNone);
     for (std::uint32_t n = 0; n < graph_.size(); ++n) {
         for (std::uint32_t e = first_[n]; e < first_[n + 1]; ++e) {
             return_[e] = edge_between(to_[e], n);
@@ -230,7 +230,7 @@ std::uint32_t WaypointPaths::nearest_reached(const Request& request) {
 }
 
 bool WaypointPaths::find_by_clusters(std::uint32_t from, std::uint32_t goal) {
-    std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
     path_.assign(1, from);
     while (path_.back() != goal) {
         const std::size_t count = clusters_.leg(graph(), path_.back(), goal, leg);
@@ -244,12 +244,12 @@ bool WaypointPaths::find_by_clusters(std::uint32_t from, std::uint32_t goal) {
 }
 
 std::uint32_t WaypointPaths::edge_between(std::uint32_t from, std::uint32_t to) const {
-    std::uint32_t best = NodeClusters::kNone;
+    std::uint32_t best = GraphHierarchy::kNone;
     const auto worse = [this](std::uint32_t e) {
         return std::pair(!graph_.edge(e).open, graph_.edge(e).weight);
     };
     for (std::uint32_t e = first_[from]; e < first_[from + 1]; ++e) {
-        if (to_[e] == to && (best == NodeClusters::kNone || worse(e) < worse(best))) {
+        if (to_[e] == to && (best == GraphHierarchy::kNone || worse(e) < worse(best))) {
             best = e;
         }
     }
@@ -309,7 +309,7 @@ Spot WaypointPaths::first_leg(Request& request, Spot at) const {
     if (node == request.to.node) {
         return waypoint_spot(request.to.on);
     }
-    std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
     const std::size_t count = clusters_.leg(graph(), node, request.to.node, leg);
     if (count == 0) {
         return at;

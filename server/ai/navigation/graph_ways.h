@@ -91,7 +91,7 @@ class WaypointPaths final : public PathRequestQueue {
     WaypointPathsSettings settings_;
     WaypointGraph graph_;
     WaypointSearch search_;
-    NodeClusters clusters_;
+    GraphHierarchy clusters_;
     std::vector<Vec3> places_;
     std::vector<std::uint32_t> first_;
     std::vector<std::uint32_t> to_;

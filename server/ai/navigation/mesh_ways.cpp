@@ -130,7 +130,7 @@ void NavmeshPaths::link_polygons() {
     for (std::uint32_t p = 0; p < polygons.size(); ++p) {
         open_.push_back(mesh_.passable(p) ? 1 : 0);
     }
-    return_.assign(to_.size(), NodeClusters::kNone);
+    return_.assign(to_.size(), GraphHierarchy::kNone);
     for (std::uint32_t p = 0; p < polygons.size(); ++p) {
         for (std::uint32_t i = first_[p]; i < first_[p + 1]; ++i) {
             const auto begin = to_.begin() + first_[to_[i]];
@@ -314,7 +314,7 @@ PathRequestQueue::End NavmeshPaths::nearest_reached(const Request& request) {
 }
 
 bool NavmeshPaths::find_by_clusters(const Request& request, const End& goal) {
-    std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
     corridor_.assign(1, request.from.node);
     while (corridor_.back() != goal.node) {
         const std::size_t count = clusters_.leg(graph(), corridor_.back(), goal.node, leg);
@@ -375,7 +375,7 @@ Spot NavmeshPaths::first_leg(Request& request, Spot at) const {
     }
     // As far through the polygons ahead as one can see.
     Spot ahead = at;
-    std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
     std::uint32_t last = node;
     for (std::size_t gates = 0; gates < kLegPolygons && last != request.to.node;) {
         const std::size_t count = clusters_.leg(graph(), last, request.to.node, leg);

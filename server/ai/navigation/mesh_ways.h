@@ -92,7 +92,7 @@ class NavmeshPaths final : public PathRequestQueue {
     GroundRect area_;
     Navmesh mesh_;
     NavmeshSearch search_;
-    NodeClusters clusters_;
+    GraphHierarchy clusters_;
     std::vector<Vec3> middles_;         // by polygon
     std::vector<std::uint32_t> first_;  // links between polygons
     std::vector<std::uint32_t> to_;

@@ -21,12 +21,12 @@ bool leads(const NodeGraph& graph, std::uint32_t link) {
 /// And back.
 bool leads_both_ways(const NodeGraph& graph, std::uint32_t link) {
     const std::uint32_t back = graph.return_[link];
-    return leads(graph, link) && back != NodeClusters::kNone && graph.linked[back] != 0;
+    return leads(graph, link) && back != GraphHierarchy::kNone && graph.linked[back] != 0;
 }
 
 }  // namespace
 
-void NodeClusters::build(const NodeGraph& graph) {
+void GraphHierarchy::build(const NodeGraph& graph) {
     const std::size_t nodes = graph.places.size();
     cluster_.assign(nodes, kNone);
     within_.assign(nodes, 0);
@@ -61,7 +61,7 @@ void NodeClusters::build(const NodeGraph& graph) {
     renew_parts();
 }
 
-void NodeClusters::find_strays(const NodeGraph& graph) {
+void GraphHierarchy::find_strays(const NodeGraph& graph) {
     strays_.clear();
     for (std::uint32_t n = 0; n < graph.places.size(); ++n) {
         for (std::uint32_t link = graph.first[n]; link < graph.first[n + 1]; ++link) {
@@ -77,7 +77,7 @@ void NodeClusters::find_strays(const NodeGraph& graph) {
 }
 
 /// Up to kMost nodes next to each other are a share.
-void NodeClusters::share_out(const NodeGraph& graph) {
+void GraphHierarchy::share_out(const NodeGraph& graph) {
     const std::size_t nodes = graph.places.size();
     share_.assign(nodes, kNone);
     first_share_.assign(1, 0);
@@ -106,7 +106,7 @@ void NodeClusters::share_out(const NodeGraph& graph) {
     }
 }
 
-std::uint32_t NodeClusters::take_number() {
+std::uint32_t GraphHierarchy::take_number() {
     if (!free_.empty()) {
         const std::uint32_t number = free_.back();
         free_.pop_back();
@@ -128,14 +128,14 @@ std::uint32_t NodeClusters::take_number() {
     return number;
 }
 
-void NodeClusters::put(std::uint32_t node, std::uint32_t cluster) {
+void GraphHierarchy::put(std::uint32_t node, std::uint32_t cluster) {
     cluster_[node] = cluster;
     within_[node] = count_[cluster];
     nodes_[cluster * kMost + count_[cluster]++] = node;
 }
 
 /// The nodes of a share that a seed is joined with, the least of them, by links both ways.
-std::uint32_t NodeClusters::gather(const NodeGraph& graph, std::uint32_t seed) {
+std::uint32_t GraphHierarchy::gather(const NodeGraph& graph, std::uint32_t seed) {
     const std::uint32_t number = take_number();
     put(seed, number);
     for (std::size_t at = 0; at < count_[number]; ++at) {
@@ -151,7 +151,7 @@ std::uint32_t NodeClusters::gather(const NodeGraph& graph, std::uint32_t seed) {
     return number;
 }
 
-void NodeClusters::find_middle(const NodeGraph& graph, std::uint32_t cluster) {
+void GraphHierarchy::find_middle(const NodeGraph& graph, std::uint32_t cluster) {
     Vec3 sum = Vec3::Zero();
     for (const std::uint32_t n : nodes_of(cluster)) {
         sum += graph.places[n];
@@ -159,7 +159,7 @@ void NodeClusters::find_middle(const NodeGraph& graph, std::uint32_t cluster) {
     middle_[cluster] = sum / static_cast<float>(count_[cluster]);
 }
 
-void NodeClusters::link(const NodeGraph& graph, std::uint32_t cluster) {
+void GraphHierarchy::link(const NodeGraph& graph, std::uint32_t cluster) {
     const auto keep = [&](Beside& beside) {
         std::sort(links_.begin(), links_.end());
         links_.erase(std::unique(links_.begin(), links_.end()), links_.end());
@@ -205,19 +205,19 @@ void NodeClusters::link(const NodeGraph& graph, std::uint32_t cluster) {
     note_one_way(cluster, !std::equal(in.begin(), in.end(), out.begin(), out.end()));
 }
 
-void NodeClusters::mark_dirty(std::uint32_t cluster) {
+void GraphHierarchy::mark_dirty(std::uint32_t cluster) {
     if (is_dirty_[cluster] == 0) {
         is_dirty_[cluster] = kDirty;
         dirty_.push_back(cluster);
     }
 }
 
-void NodeClusters::mark_renewed(std::uint32_t cluster) {
+void GraphHierarchy::mark_renewed(std::uint32_t cluster) {
     mark_dirty(cluster);
     is_dirty_[cluster] = kRenewed;
 }
 
-void NodeClusters::mark_beside_dirty(std::uint32_t cluster) {
+void GraphHierarchy::mark_beside_dirty(std::uint32_t cluster) {
     for (const Beside& beside : {in_[cluster], out_[cluster]}) {
         for (const std::uint32_t other : beside_.of(beside)) {
             mark_dirty(other);
@@ -226,7 +226,7 @@ void NodeClusters::mark_beside_dirty(std::uint32_t cluster) {
 }
 
 /// Its nodes are in no cluster from now on.
-void NodeClusters::dissolve(std::uint32_t cluster) {
+void GraphHierarchy::dissolve(std::uint32_t cluster) {
     parts_.remove(cluster);
     for (const std::uint32_t n : nodes_of(cluster)) {
         cluster_[n] = kNone;
@@ -234,7 +234,7 @@ void NodeClusters::dissolve(std::uint32_t cluster) {
     give_up(cluster);
 }
 
-void NodeClusters::give_up(std::uint32_t cluster) {
+void GraphHierarchy::give_up(std::uint32_t cluster) {
     mark_beside_dirty(cluster);
     for (Beside* beside : {&in_[cluster], &out_[cluster]}) {
         beside_.give_back(*beside);
@@ -245,7 +245,7 @@ void NodeClusters::give_up(std::uint32_t cluster) {
     free_.push_back(cluster);
 }
 
-void NodeClusters::change(const NodeGraph& graph, std::span<const std::uint32_t> touched) {
+void GraphHierarchy::change(const NodeGraph& graph, std::span<const std::uint32_t> touched) {
     ++round_;
     dirty_.clear();
     remember_parts(graph, touched);
@@ -288,7 +288,7 @@ void NodeClusters::change(const NodeGraph& graph, std::span<const std::uint32_t>
     compare_parts();
 }
 
-bool NodeClusters::prepare(std::uint32_t goal) {
+bool GraphHierarchy::prepare(std::uint32_t goal) {
     const std::uint32_t last = cluster_[goal];
     if (last == kNone || prepared(goal)) {
         return false;
@@ -309,7 +309,7 @@ bool NodeClusters::prepare(std::uint32_t goal) {
     reach(last, 0.0F, last);
     while (!open_.empty()) {
         std::pop_heap(open_.begin(), open_.end(), farther);
-        const Open at = open_.back();
+        const OpenGroup at = open_.back();
         open_.pop_back();
         if (at.cost > cost_[at.cluster]) {
             continue;
@@ -321,7 +321,7 @@ bool NodeClusters::prepare(std::uint32_t goal) {
     return true;
 }
 
-std::vector<std::uint32_t> NodeClusters::prepared() const {
+std::vector<std::uint32_t> GraphHierarchy::prepared() const {
     std::vector<std::uint32_t> goals;
     for (std::uint32_t c = 0; c < size(); ++c) {
         if (count_[c] != 0 && table_round_[c] == round_) {
@@ -332,15 +332,15 @@ std::vector<std::uint32_t> NodeClusters::prepared() const {
     return goals;
 }
 
-bool NodeClusters::joined(std::uint32_t from, std::uint32_t goal) const {
+bool GraphHierarchy::joined(std::uint32_t from, std::uint32_t goal) const {
     return cluster_[from] != kNone && prepared(goal) &&
            tables_[cluster_[goal]][cluster_[from]] != kNowhere;
 }
 
-std::size_t NodeClusters::leg(const NodeGraph& graph,
-                              std::uint32_t from,
-                              std::uint32_t goal,
-                              std::array<std::uint32_t, kMost + 1>& nodes) const {
+std::size_t GraphHierarchy::leg(const NodeGraph& graph,
+                                std::uint32_t from,
+                                std::uint32_t goal,
+                                std::array<std::uint32_t, kMost + 1>& nodes) const {
     if (!joined(from, goal)) {
         return 0;
     }
@@ -390,7 +390,7 @@ std::size_t NodeClusters::leg(const NodeGraph& graph,
     return 0;
 }
 
-void NodeClusters::flood(std::uint32_t from) {
+void GraphHierarchy::flood(std::uint32_t from) {
     flooded_.assign(size(), 0);
     queue_.clear();
     if (cluster_[from] == kNone) {
@@ -408,7 +408,7 @@ void NodeClusters::flood(std::uint32_t from) {
     }
 }
 
-std::size_t NodeClusters::bytes() const {
+std::size_t GraphHierarchy::bytes() const {
     std::size_t bytes =
         (share_.capacity() + first_share_.capacity() + share_nodes_.capacity() +
          cluster_.capacity() + nodes_.capacity() + free_.capacity() + table_round_.capacity() +
@@ -419,7 +419,7 @@ std::size_t NodeClusters::bytes() const {
         strays_.capacity() * sizeof(Stray) + middle_.capacity() * sizeof(Vec3) +
         (in_.capacity() + out_.capacity()) * sizeof(Beside) + beside_.bytes() +
         touched_.capacity() * sizeof(touched_[0]) + cost_.capacity() * sizeof(float) +
-        open_.capacity() * sizeof(Open) + parts_.bytes() + is_one_way_.capacity() +
+        open_.capacity() * sizeof(OpenGroup) + parts_.bytes() + is_one_way_.capacity() +
         tables_.capacity() * sizeof(Table);
     for (const Table& t : tables_) {
         bytes += t.capacity() * sizeof(std::uint16_t);

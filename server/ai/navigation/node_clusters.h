@@ -1,4 +1,4 @@
-// NodeClusters: nodes of a graph in small groups, and which group next from anywhere to anywhere.
+// GraphHierarchy: nodes of a graph in small groups, and which group next from anywhere to anywhere.
 #pragma once
 
 #include "server/ai/navigation/cluster_parts.h"
@@ -32,7 +32,7 @@ struct NodeGraph {
 /// Nodes are shared out once, as if all were open; a group is what is joined within such a share.
 /// So groups are those of the graph as it is, whatever it was before: who builds them anew gets
 /// the same.
-class NodeClusters {
+class GraphHierarchy {
   public:
     static constexpr std::uint32_t kNone = ~0U;
     static constexpr std::size_t kMost = 32;
@@ -88,7 +88,7 @@ class NodeClusters {
     using Table = std::vector<std::uint16_t>;
     static constexpr std::uint16_t kNowhere = 0xFFFF;
 
-    struct Open {
+    struct OpenGroup {
         float cost;
         std::uint32_t name;
         std::uint32_t cluster;
@@ -111,8 +111,8 @@ class NodeClusters {
         return {nodes_.data() + cluster * kMost, count_[cluster]};
     }
 
-    /// Shares next to each other that are a block of ClusterParts: a change renews some nine of
-    /// these, and looks at what joins all of them.
+    /// Shares next to each other that are a block of GraphConnectivity: a change renews some nine
+    /// of these, and looks at what joins all of them.
     static constexpr std::uint32_t kSharesOfBlock = 64;
 
     void find_strays(const NodeGraph& graph);
@@ -167,7 +167,7 @@ class NodeClusters {
     std::vector<Table> tables_;        // by cluster of the goal: the next one, by cluster
     std::vector<std::uint32_t> table_round_;
     std::uint32_t round_ = 1;
-    ClusterParts parts_;
+    GraphConnectivity parts_;
     std::vector<std::uint8_t> is_one_way_;  // by cluster: reached by another that it doesn't reach
     std::uint32_t one_way_ = 0;             // how many are
     bool were_one_way_ = false;             // some were, before the last change
@@ -179,7 +179,7 @@ class NodeClusters {
     std::vector<std::uint32_t> loose_;  // nodes, during a change
     std::vector<std::uint32_t> links_;
     std::vector<float> cost_;
-    std::vector<Open> open_;
+    std::vector<OpenGroup> open_;
     std::vector<std::uint8_t> flooded_;
     std::vector<std::uint32_t> queue_;
 };

@@ -1,4 +1,4 @@
-// NodeClusters: what links join whichever way they lead, and what a change has joined.
+// GraphHierarchy: what links join whichever way they lead, and what a change has joined.
 #include "server/ai/navigation/node_clusters.h"
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 namespace zoned::ai::navigation {
 
 /// By what lies next to each other, as nodes are shared out.
-void NodeClusters::share_out_blocks(const NodeGraph& graph) {
+void GraphHierarchy::share_out_blocks(const NodeGraph& graph) {
     const std::size_t shares = first_share_.size() - 1;
     share_block_.assign(shares, kNone);
     blocks_ = 0;
@@ -32,13 +32,13 @@ void NodeClusters::share_out_blocks(const NodeGraph& graph) {
     }
 }
 
-void NodeClusters::note_one_way(std::uint32_t cluster, bool one_way) {
+void GraphHierarchy::note_one_way(std::uint32_t cluster, bool one_way) {
     const std::uint8_t is = one_way ? 1 : 0;
     one_way_ = one_way_ + is - is_one_way_[cluster];
     is_one_way_[cluster] = is;
 }
 
-void NodeClusters::renew_parts() {
+void GraphHierarchy::renew_parts() {
     const auto beside = [this](const std::vector<Beside>& of) {
         return [this, &of](std::uint32_t c) {
             return std::as_const(beside_).of(of[c]);
@@ -47,7 +47,8 @@ void NodeClusters::renew_parts() {
     parts_.renew(beside(out_), beside(in_));
 }
 
-void NodeClusters::remember_parts(const NodeGraph& graph, std::span<const std::uint32_t> touched) {
+void GraphHierarchy::remember_parts(const NodeGraph& graph,
+                                    std::span<const std::uint32_t> touched) {
     touched_.clear();
     were_one_way_ = one_way_ != 0;
     const auto remember = [this](std::uint32_t node) {
@@ -68,7 +69,7 @@ void NodeClusters::remember_parts(const NodeGraph& graph, std::span<const std::u
     }
 }
 
-void NodeClusters::compare_parts() {
+void GraphHierarchy::compare_parts() {
     compared_ = true;
     joined_.clear();
     renew_parts();
@@ -88,7 +89,7 @@ void NodeClusters::compare_parts() {
     }
 }
 
-bool NodeClusters::joined_anew(std::uint32_t node) const {
+bool GraphHierarchy::joined_anew(std::uint32_t node) const {
     return !compared_ || cluster_[node] == kNone ||
            std::binary_search(joined_.begin(), joined_.end(), parts_.of(cluster_[node]));
 }

@@ -88,7 +88,7 @@ class Planner {
     [[nodiscard]] std::size_t index_bytes() const;
 
     /// Null before prepare_clusters().
-    [[nodiscard]] const ClusterGraph* clusters() const { return clusters_ ? &*clusters_ : nullptr; }
+    [[nodiscard]] const HpaGraph* clusters() const { return clusters_ ? &*clusters_ : nullptr; }
 
   private:
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
@@ -122,7 +122,7 @@ class Planner {
     std::optional<HubLabels> labels_;
     std::optional<Subgoals> old_subgoals_;  // to be given back
     std::optional<HubLabels> old_labels_;
-    std::optional<ClusterGraph> clusters_;
+    std::optional<HpaGraph> clusters_;
     SubgoalSearch subgoal_search_;
     LabelLookup lookup_;
     SearchSpace cells_;  // made at its first use

@@ -172,7 +172,7 @@ void PathRequestQueue::done(std::uint32_t number) {
         ground_distance(spot_under(request.from.wanted), corners.front()) + request.rest_m;
     ++counts_.served;
     counts_.straight += found_.straight ? 1U : 0U;
-    counts_.by_areas += found_.cheap ? 1U : 0U;
+    counts_.by_regions += found_.cheap ? 1U : 0U;
     answered_.push_back(number);
 }
 

@@ -13,7 +13,7 @@ constexpr std::int32_t kStraightStep = kStraight;
 constexpr std::int32_t kDiagonalStep = kDiagonal;
 /// More than any path within a square costs; with steps on top no overflow.
 constexpr std::int32_t kUnreachedCost = 1 << 30;
-static_assert(SquareCosts::kSide * SquareCosts::kSide * kDiagonalStep < kUnreachedCost);
+static_assert(HpaClusterCosts::kSide * HpaClusterCosts::kSide * kDiagonalStep < kUnreachedCost);
 static_assert(kernels::kLanes * sizeof(std::int32_t) == sizeof(kernels::LaneInts));
 
 kernels::LaneInts less_of(const kernels::LaneInts& a, const kernels::LaneInts& b) {
@@ -22,12 +22,12 @@ kernels::LaneInts less_of(const kernels::LaneInts& a, const kernels::LaneInts& b
 
 }  // namespace
 
-void SquareCosts::measure(const GridMap& map,
-                          Cell corner,
-                          int width,
-                          int height,
-                          std::span<const Cell> cells,
-                          std::span<Cost> costs) {
+void HpaClusterCosts::measure(const GridMap& map,
+                              Cell corner,
+                              int width,
+                              int height,
+                              std::span<const Cell> cells,
+                              std::span<Cost> costs) {
     ZONED_ASSERT(width >= 1 && width <= kSide && height >= 1 && height <= kSide, "a small square");
     ZONED_ASSERT(costs.size() == cells.size() * cells.size(), "room for all pairs");
     work_ = 0;
@@ -55,7 +55,7 @@ void SquareCosts::measure(const GridMap& map,
     }
 }
 
-void SquareCosts::take_rows(const GridMap& map, Cell corner, int width, int height) {
+void HpaClusterCosts::take_rows(const GridMap& map, Cell corner, int width, int height) {
     for (int y = 0; y < height; ++y) {
         const Place first = map.place({corner.x, static_cast<std::uint16_t>(corner.y + y)});
         const std::uint64_t* const word = map.row_bits().data() + (first >> 6U);
@@ -70,7 +70,7 @@ void SquareCosts::take_rows(const GridMap& map, Cell corner, int width, int heig
 }
 
 /// From the rows that have cells to begin with, which tell those below.
-void SquareCosts::settle(int height) {
+void HpaClusterCosts::settle(int height) {
     tells_up_.fill(false);
     for (int y = 0; y < height; ++y) {
         const auto row = static_cast<std::size_t>(y);
@@ -104,7 +104,7 @@ void SquareCosts::settle(int height) {
 }
 
 /// A row from one beside it; whether anything got cheaper. Diagonal steps need all four cells.
-bool SquareCosts::pull(int y, int from) {
+bool HpaClusterCosts::pull(int y, int from) {
     const std::uint32_t straight =
         rows_[static_cast<std::size_t>(y)] & rows_[static_cast<std::size_t>(from)];
     const std::uint32_t from_left = straight & straight << 1U;
@@ -141,7 +141,7 @@ bool SquareCosts::pull(int y, int from) {
 }
 
 /// Along a row, to the right and to the left.
-void SquareCosts::spread(int y) {
+void HpaClusterCosts::spread(int y) {
     const std::uint32_t row = rows_[static_cast<std::size_t>(y)];
     const std::uint32_t pairs = row & row << 1U;  // the right one of each
     for (std::uint32_t rest = pairs; rest != 0; rest &= rest - 1) {
@@ -156,7 +156,7 @@ void SquareCosts::spread(int y) {
     work_ += 2U * static_cast<std::uint64_t>(std::popcount(pairs));
 }
 
-void SquareCosts::step_along(Costs& to, const Costs& from) {
+void HpaClusterCosts::step_along(Costs& to, const Costs& from) {
     for (std::size_t k = 0; k < to.of.size(); ++k) {
         to.of[k] = less_of(to.of[k], from.of[k] + kStraightStep);
     }

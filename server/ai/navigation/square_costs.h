@@ -1,4 +1,4 @@
-// SquareCosts: the best costs between some cells of a small square, all at once.
+// HpaClusterCosts: the best costs between some cells of a small square, all at once.
 #pragma once
 
 #include "server/ai/navigation/cost.h"
@@ -20,12 +20,12 @@ namespace zoned::ai::navigation {
 /// bound of Bellman and Ford holds; costs are whole, so that the end is exact). Sweeps needed are
 /// the turns between down and up of a best path, and two: rows are looked at again only where the
 /// one that leads to them has changed.
-class SquareCosts {
+class HpaClusterCosts {
   public:
     static constexpr int kSide = 32;  ///< cells, at most
     static constexpr std::size_t kAtOnce = 2 * kernels::kLanes;
 
-    SquareCosts() : costs_(kSide * kSide) {}
+    HpaClusterCosts() : costs_(kSide * kSide) {}
 
     /// Of best paths between `cells`, each passable, that stay within the rectangle from (left,
     /// top) on: row by row into `costs`, which has room for the square of their number. kNoCost

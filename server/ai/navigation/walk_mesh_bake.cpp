@@ -201,10 +201,10 @@ class NavmeshBaker {
         f.bmax[2] = g.min_z() + g.cell_m() * static_cast<float>(g.height());
         cells_.resize(columns);
         spans_.resize(count);
-        areas_.resize(count);
+        regions_.resize(count);
         f.cells = cells_.data();
         f.spans = spans_.data();
-        f.areas = areas_.data();
+        f.areas = regions_.data();
         for (std::size_t c = 0; c < columns; ++c) {
             const std::uint32_t layers = all_.first[c + 1] - all_.first[c];
             if (layers > static_cast<std::uint32_t>(kMostLayers)) {
@@ -411,7 +411,7 @@ class NavmeshBaker {
     std::map<Navmesh::Gate, std::uint32_t> number_of_gate_;
     std::vector<rcCompactCell> cells_;
     std::vector<rcCompactSpan> spans_;
-    std::vector<unsigned char> areas_;
+    std::vector<unsigned char> regions_;
     rcContext context_{false};
     RecastFloors compact_{rcAllocCompactHeightfield()};
     RecastContours contours_{rcAllocContourSet()};

@@ -86,7 +86,7 @@ void GridPathRequests::change(std::span<const CellChange> changes) {
     }
     planner_.begin_index(settings_.index);
     indexed_ = false;
-    areas_.note(changes);
+    regions_.note(changes);
     next_table_ = 0;
     for (CachedFlowField& f : fields_) {
         f.goal = kNoPlace;

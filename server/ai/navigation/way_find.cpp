@@ -14,7 +14,7 @@ namespace {
 /// A field must save so many times what it costs.
 constexpr std::uint64_t kFieldGain = 2;
 /// Cells or corners looked at on the last leg of a path from area to area.
-constexpr std::uint32_t kAreaSearch = 500;
+constexpr std::uint32_t kRegionSearch = 500;
 
 float leg_m(Spot a, Spot b) {
     return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
@@ -39,7 +39,7 @@ bool GridPathRequests::find(Slot& slot, bool cheaply) {
         return true;
     }
     if (cheaply) {
-        find_by_areas(slot);
+        find_by_regions(slot);
         return true;
     }
     if (worth_a_field(slot)) {
@@ -207,7 +207,7 @@ bool GridPathRequests::find_by_planner(Slot& slot) {
         if (!first && query.max_work < settings_.search_work) {
             return false;
         }
-        find_by_areas(slot);
+        find_by_regions(slot);
         return true;
     }
     slot.outcome = found.outcome;
@@ -216,16 +216,16 @@ bool GridPathRequests::find_by_planner(Slot& slot) {
     return true;
 }
 
-void GridPathRequests::settle_areas() {
+void GridPathRequests::settle_regions() {
     queue_again();  // who waits has a goal that is passable
-    spent_ += areas_.settle(planner_.map());
+    spent_ += regions_.settle(planner_.map());
 }
 
 void GridPathRequests::prepare_table(Cell goal) {
-    settle_areas();
-    if (!areas_.prepared(planner_.map(), goal)) {
-        areas_.prepare(planner_.map(), goal);
-        spent_ += kAreaUnits * areas_.areas();
+    settle_regions();
+    if (!regions_.prepared(planner_.map(), goal)) {
+        regions_.prepare(planner_.map(), goal);
+        spent_ += kRegionUnits * regions_.regions();
     }
 }
 
@@ -234,29 +234,30 @@ Cell GridPathRequests::nearest_middle(const Slot& slot) {
         return octile(c.x - slot.goal.x, c.y - slot.goal.y);
     };
     Cell best = slot.start;
-    areas_.visit_middles([&](Cell c) {
+    regions_.visit_middles([&](Cell c) {
         if (off(c) < off(best) && planner_.joined(slot.start, c)) {
             best = c;
         }
     });
-    spent_ += kMiddleUnits * areas_.areas();
+    spent_ += kMiddleUnits * regions_.regions();
     return best;
 }
 
-void GridPathRequests::find_by_areas(Slot& slot) {
+void GridPathRequests::find_by_regions(Slot& slot) {
     const GridMap& map = planner_.map();
     const bool joined = planner_.joined(slot.start, slot.goal);
     const Cell goal = joined ? slot.goal : nearest_middle(slot);
     slot.outcome = joined ? Outcome::kFound : Outcome::kPartial;
     slot.best = false;
     prepare_table(goal);
-    ++counts_.by_areas;
-    if (!areas_.together(map, slot.start, goal) && areas_.hop(map, slot.start, goal) == kNoHop) {
+    ++counts_.by_regions;
+    if (!regions_.together(map, slot.start, goal) &&
+        regions_.hop(map, slot.start, goal) == kNoHop) {
         // Farther than tables tell: as far as a short search comes.
         Query query;
         query.start = slot.start;
         query.goal = goal;
-        query.max_work = kAreaSearch;
+        query.max_work = kRegionSearch;
         const Answer found = planner_.plan(query);
         spent_ += kQueryUnits + kNodeUnits * found.work;
         const std::span<const Cell> corners = planner_.path().corners();
@@ -267,22 +268,22 @@ void GridPathRequests::find_by_areas(Slot& slot) {
     cells_.assign(1, slot.start);
     Hop last = kNoHop;
     std::uint32_t steps = 0;
-    areas_.lead(map, slot.start, goal, [&](Cell c, Hop hop) {
+    regions_.lead(map, slot.start, goal, [&](Cell c, Hop hop) {
         append(c, hop == last);
         last = hop;
         ++steps;
         return true;
     });
     spent_ += kHopUnits * steps;
-    walk_within_area(goal);
+    walk_within_region(goal);
 }
 
-void GridPathRequests::walk_within_area(Cell goal) {
+void GridPathRequests::walk_within_region(Cell goal) {
     const GridMap& map = planner_.map();
     Query query;
     query.start = cells_.back();
     query.goal = goal;
-    query.max_work = kAreaSearch;
+    query.max_work = kRegionSearch;
     const Answer found = planner_.plan(query);
     spent_ += kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
     if (found.outcome == Outcome::kFound) {
@@ -291,7 +292,7 @@ void GridPathRequests::walk_within_area(Cell goal) {
         return;
     }
     // A search that lost its path beyond the square: within it there is one.
-    const FlowField::Window w = areas_.window(map, goal);
+    const FlowField::Window w = regions_.window(map, goal);
     near_goal_.build(map, goal, w);
     spent_ +=
         kFieldUnits * static_cast<std::uint64_t>((w.right - w.left + 1) * (w.bottom - w.top + 1));
@@ -378,7 +379,7 @@ std::optional<float> GridPathRequests::length(Spot from, Cell to) {
         }
     }
     prepare_table(to);
-    return static_cast<float>(areas_.cells(map, query.start, to)) * grid_.cell_m();
+    return static_cast<float>(regions_.cells(map, query.start, to)) * grid_.cell_m();
 }
 
 }  // namespace zoned::ai::navigation

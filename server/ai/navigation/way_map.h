@@ -61,7 +61,7 @@ struct PathCounts {
     std::uint64_t straight = 0;       ///< of these, by a free line
     std::uint64_t by_field = 0;       ///< along a field to a common goal
     std::uint64_t around_crowds = 0;  ///< along a field that knows how crowded it is
-    std::uint64_t by_areas = 0;       ///< near the best only: the tick had no more work to give
+    std::uint64_t by_regions = 0;     ///< near the best only: the tick had no more work to give
     std::uint64_t fields = 0;         ///< that were made
     std::uint64_t broken = 0;         ///< paths that a change has cut
     std::uint64_t reviewed = 0;       ///< that a change may have made longer than they need be

@@ -12,7 +12,7 @@ namespace zoned::ai::navigation {
 
 namespace {
 
-/// Tables to all goals' areas are made beforehand where there are no more areas.
+/// Tables to all goals' regions are made beforehand where there are no more regions.
 constexpr std::size_t kMostTables = 1500;
 /// What a path from area to area is taken to cost before one was made.
 constexpr std::uint64_t kFirstCheapWork = 4000;
@@ -37,7 +37,7 @@ GridPathRequests::GridPathRequests(GroundMap map,
     : settings_(settings),
       grid_(map.grid),
       planner_(std::move(map.cells)),
-      areas_(planner_.map()),
+      regions_(planner_.map()),
       queue_(settings.longest_wait_ticks - 1),
       wanted_(planner_.map().places(), 0),
       cheap_work_(kFirstCheapWork),
@@ -52,8 +52,8 @@ GridPathRequests::GridPathRequests(GroundMap map,
     while ((std::max(grid_.width(), grid_.height()) - 1) >> block_shift_ >= int{kBlocks}) {
         ++block_shift_;
     }
-    for (; next_table_ < areas_.areas() && areas_.areas() <= kMostTables; ++next_table_) {
-        areas_.prepare(next_table_);
+    for (; next_table_ < regions_.regions() && regions_.regions() <= kMostTables; ++next_table_) {
+        regions_.prepare(next_table_);
     }
     if (settings.crowding) {
         crowd_ = std::make_unique<crowd::CrowdPaths>(planner_.map(), grid_, *settings.crowding);
@@ -208,7 +208,7 @@ void GridPathRequests::serve_waiting() {
 
 void GridPathRequests::serve() {
     ++tick_;
-    settle_areas();
+    settle_regions();
     if (crowd_ != nullptr) {
         counts_.crowd_work = crowd_->advance();
     }
@@ -224,10 +224,10 @@ void GridPathRequests::serve() {
         spent_ += std::min(share, planner_.index_work());
         counts_.index_work = planner_.index_work() - std::min(share, planner_.index_work());
     }
-    while (spent_ < settings_.work_per_tick && next_table_ < areas_.areas() &&
-           areas_.areas() <= kMostTables) {
-        spent_ += areas_.prepared(next_table_) ? 1 : kAreaUnits * areas_.areas();
-        areas_.prepare(next_table_++);
+    while (spent_ < settings_.work_per_tick && next_table_ < regions_.regions() &&
+           regions_.regions() <= kMostTables) {
+        spent_ += regions_.prepared(next_table_) ? 1 : kRegionUnits * regions_.regions();
+        regions_.prepare(next_table_++);
     }
     counts_.work = spent_;
     spent_ = 0;
@@ -314,20 +314,20 @@ Spot GridPathRequests::first_leg(const Slot& slot, Spot at) const {
     if (!nearest_passable(map, grid_, at, kBesideReach, from)) {
         return at;
     }
-    if (!areas_.settled()) {
+    if (!regions_.settled()) {
         return at;
     }
-    if (areas_.together(map, from, slot.goal)) {
+    if (regions_.together(map, from, slot.goal)) {
         return slot.moved ? grid_.centre(slot.goal) : slot.to;
     }
-    if (!areas_.prepared(map, slot.goal)) {
+    if (!regions_.prepared(map, slot.goal)) {
         return at;
     }
     // As far along the hops as can be seen from here.
     Cell ahead = from;
     std::uint32_t looked = 0;
     int cells = 0;
-    areas_.lead(map, from, slot.goal, [&](Cell c, Hop) {
+    regions_.lead(map, from, slot.goal, [&](Cell c, Hop) {
         if (!sees(map, from, c, looked)) {
             return false;
         }
@@ -338,7 +338,7 @@ Spot GridPathRequests::first_leg(const Slot& slot, Spot at) const {
 }
 
 std::size_t GridPathRequests::bytes() const {
-    std::size_t bytes = (crowd_ != nullptr ? crowd_->bytes() : 0) + areas_.bytes() +
+    std::size_t bytes = (crowd_ != nullptr ? crowd_->bytes() : 0) + regions_.bytes() +
                         planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
                         near_goal_.bytes() + slots_.capacity() * (sizeof(Slot) + sizeof(Blocks)) +
                         wanted_.capacity() * sizeof(std::uint32_t);

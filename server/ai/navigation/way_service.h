@@ -116,7 +116,7 @@ class GridPathRequests {
     /// there.
     std::optional<float> length(Spot from, Cell to);
 
-    [[nodiscard]] const Areas& areas() const { return areas_; }
+    [[nodiscard]] const RegionNextHop& regions() const { return regions_; }
 
     /// See PathProvider.
     [[nodiscard]] SavedPaths memory() const;
@@ -190,13 +190,13 @@ class GridPathRequests {
     /// Whether a path around crowds is so much less than what is left of its own as to be taken.
     [[nodiscard]] bool pays(const Slot& slot, std::uint64_t& work) const;
     bool find_by_planner(Slot& slot);
-    void find_by_areas(Slot& slot);
+    void find_by_regions(Slot& slot);
     void prepare_table(Cell goal);
-    /// Of the cells that stand for areas, and the start, the one nearest to the goal that is
+    /// Of the cells that stand for regions, and the start, the one nearest to the goal that is
     /// reached.
     Cell nearest_middle(const Slot& slot);
     /// From the last of `cells_` to a goal in the same area.
-    void walk_within_area(Cell goal);
+    void walk_within_region(Cell goal);
     /// Makes a field, as far as the tick's work goes; true once it is there.
     bool make_field(Cell goal);
     /// On to the next cell.
@@ -231,14 +231,14 @@ class GridPathRequests {
     [[nodiscard]] bool may_come_nearer(const Slot& slot, const Gap& gap, Spot end) const;
     /// Puts those whom changes made wait in their queues.
     void queue_again();
-    void settle_areas();
+    void settle_regions();
     [[nodiscard]] bool worth_a_field(const Slot& slot) const;
     [[nodiscard]] Spot first_leg(const Slot& slot, Spot at) const;
 
     GridPathSettings settings_;
     GroundGrid grid_;
     Planner planner_;
-    Areas areas_;
+    RegionNextHop regions_;
     CornerPool pool_;
     RequestTurns queue_;
     std::vector<Slot> slots_;
@@ -267,7 +267,7 @@ class GridPathRequests {
     bool searched_ = false;           // in this tick
     std::vector<Cell> cells_;
     FlowField near_goal_;
-    std::uint32_t next_table_ = 0;  // of areas, to be made
+    std::uint32_t next_table_ = 0;  // of regions, to be made
     bool indexed_ = true;
     std::uint64_t spent_ = 0;
     std::uint64_t tick_ = 0;

@@ -48,7 +48,7 @@ SavedPaths GridPathRequests::memory() const {
             memory.fields.push_back({f.goal, f.used});
         }
     }
-    for (const Cell c : areas_.prepared()) {
+    for (const Cell c : regions_.prepared()) {
         memory.tables.push_back(planner_.map().place(c));
     }
     memory.next_table = next_table_;
@@ -160,9 +160,9 @@ std::string GridPathRequests::remember(const SavedPaths& memory) {
         field.goal = f.goal;
         field.used = f.used;
     }
-    areas_.forget_tables();
+    regions_.forget_tables();
     for (const std::uint32_t place : memory.tables) {
-        areas_.prepare(planner_.map(), planner_.map().cell(place));
+        regions_.prepare(planner_.map(), planner_.map().cell(place));
     }
     next_table_ = memory.next_table;
     tick_ = memory.tick;

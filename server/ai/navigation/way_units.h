@@ -14,7 +14,7 @@ inline constexpr std::uint64_t kHopUnits = 3;     ///< a step along a field or t
 inline constexpr std::uint64_t kSightUnits = 2;   ///< a cell that a line of sight looks at
 inline constexpr std::uint64_t kCornerUnits = 10;  ///< a corner of a path that is kept
 inline constexpr std::uint64_t kFieldUnits = 6;    ///< a cell of a field that is made
-inline constexpr std::uint64_t kAreaUnits = 25;    ///< an area of a table to a goal's area
+inline constexpr std::uint64_t kRegionUnits = 25;  ///< an area of a table to a goal's area
 inline constexpr std::uint64_t kMiddleUnits = 4;   ///< an area that is looked at
 
 }  // namespace zoned::ai::navigation

@@ -76,7 +76,7 @@ void ZonePortals::find_portals(std::span<const ZoneGround> zones, float spacing_
             cross_side(zones, z, side, spacing_m);
         }
     }
-    for (Zone& z : zones_) {
+    for (PortalZone& z : zones_) {
         z.in.clear();
         z.out.clear();
     }
@@ -91,7 +91,7 @@ void ZonePortals::cross_side(std::span<const ZoneGround> zones,
                              std::uint32_t zone,
                              unsigned side,
                              float spacing_m) {
-    const Zone& first = zones_[zone];
+    const PortalZone& first = zones_[zone];
     const bool upright = side < 2;
     const int count = upright ? first.grid.height() : first.grid.width();
     const int line = side == 0 ? first.grid.width() - 1 : (side == 2 ? first.grid.height() - 1 : 0);
@@ -110,7 +110,7 @@ void ZonePortals::cross_side(std::span<const ZoneGround> zones,
         const std::optional<std::uint32_t> other = zone_of(zone, at);
         std::optional<Portal> portal;
         if (other && *other != zone) {
-            const Zone& second = zones_[*other];
+            const PortalZone& second = zones_[*other];
             const Spot there = local(zone, at, *other);
             const Cell entry = second.grid.cell(there);
             const Place from = first.cells.place(exit);
@@ -150,7 +150,7 @@ void ZonePortals::add_portals(std::span<const Portal> run, float spacing_m) {
 
 void ZonePortals::measure_zones() {
     FlowField field;
-    for (Zone& z : zones_) {
+    for (PortalZone& z : zones_) {
         z.cost_m.clear();
         for (const std::uint32_t in : z.in) {
             field.build(z.cells, portals_[in].entry);
@@ -178,7 +178,7 @@ void ZonePortals::search_from(std::uint32_t portal) {
         if (sum > cost[at]) {
             continue;
         }
-        const Zone& zone = zones_[portals_[at].to];
+        const PortalZone& zone = zones_[portals_[at].to];
         const auto row = static_cast<std::size_t>(
             std::lower_bound(zone.in.begin(), zone.in.end(), at) - zone.in.begin());
         for (std::size_t i = 0; i < zone.out.size(); ++i) {
@@ -207,8 +207,8 @@ std::optional<std::uint32_t> ZonePortals::zone_of(std::uint32_t zone, Spot at) c
 }
 
 Spot ZonePortals::local(std::uint32_t from, Spot at, std::uint32_t to) const {
-    const Zone& a = zones_[from];
-    const Zone& b = zones_[to];
+    const PortalZone& a = zones_[from];
+    const PortalZone& b = zones_[to];
     return {static_cast<float>(static_cast<double>(at.x) + (a.origin_x - b.origin_x)),
             static_cast<float>(static_cast<double>(at.z) + (a.origin_z - b.origin_z))};
 }
@@ -218,13 +218,13 @@ Spot ZonePortals::local(std::uint32_t from, Spot at, std::uint32_t to) const {
 void ZonePortals::promise(std::uint32_t from,
                           std::uint32_t to,
                           Spot goal,
-                          std::vector<Choice>& promised) const {
+                          std::vector<PortalChoice>& promised) const {
     promised.clear();
     for (const std::uint32_t out : zones_[from].out) {
         promised.push_back({out, out, kNoPath_m, 0.0F});
     }
     for (std::uint32_t z = 0; z < zones_.size(); ++z) {
-        const Zone& last = zones_[z];
+        const PortalZone& last = zones_[z];
         const Spot here = local(to, goal, z);
         Cell goal_cell = last.grid.cell(here);
         if (!last.grid.contains(here) ||
@@ -239,7 +239,7 @@ void ZonePortals::promise(std::uint32_t from,
                 continue;
             }
             const float end_m = straight_m(last.grid.centre(entry), here);
-            for (Choice& c : promised) {
+            for (PortalChoice& c : promised) {
                 const float sum = crossing_m(c.first) + through(c.first, in) + end_m;
                 if (sum < c.cost_m) {
                     c.cost_m = sum;
@@ -250,26 +250,26 @@ void ZonePortals::promise(std::uint32_t from,
     }
 }
 
-std::optional<ZonePortals::Choice> ZonePortals::choose(std::uint32_t from,
-                                                       Spot start,
-                                                       std::uint32_t to,
-                                                       Spot goal,
-                                                       const LengthTo& length_to,
-                                                       Scratch& scratch) const {
-    const Zone& first = zones_[from];
-    std::vector<Choice>& promised = scratch.promised;
+std::optional<ZonePortals::PortalChoice> ZonePortals::choose(std::uint32_t from,
+                                                             Spot start,
+                                                             std::uint32_t to,
+                                                             Spot goal,
+                                                             const LengthTo& length_to,
+                                                             Scratch& scratch) const {
+    const PortalZone& first = zones_[from];
+    std::vector<PortalChoice>& promised = scratch.promised;
     promise(from, to, goal, promised);
-    for (Choice& c : promised) {
+    for (PortalChoice& c : promised) {
         c.least_m = c.cost_m + straight_m(start, first.grid.centre(portals_[c.first].exit));
     }
     // Those that promise most first, each as far as its length is asked for, until none promises
     // more than the best of these.
-    std::sort(promised.begin(), promised.end(), [](const Choice& a, const Choice& b) {
+    std::sort(promised.begin(), promised.end(), [](const PortalChoice& a, const PortalChoice& b) {
         return a.least_m != b.least_m ? a.least_m < b.least_m : a.first < b.first;
     });
-    std::optional<Choice> best;
+    std::optional<PortalChoice> best;
     std::size_t tries = 0;
-    for (const Choice& c : promised) {
+    for (const PortalChoice& c : promised) {
         if (!(c.least_m < (best ? best->cost_m : kNoPath_m)) || (best && tries >= kTries)) {
             break;
         }
@@ -292,7 +292,7 @@ std::optional<Spot> ZonePortals::straight_exit(std::uint32_t from,
                                                Spot goal,
                                                const LengthTo& length_to,
                                                Scratch& scratch) const {
-    const std::optional<Choice> best = choose(from, start, to, goal, length_to, scratch);
+    const std::optional<PortalChoice> best = choose(from, start, to, goal, length_to, scratch);
     return best ? std::optional<Spot>(portals_[best->first].beyond) : std::nullopt;
 }
 
@@ -303,8 +303,8 @@ Outcome ZonePortals::route(Planner& planner,
                            Spot goal,
                            std::vector<ZoneLeg>& legs) const {
     legs.clear();
-    const Zone& first = zones_[from];
-    const Zone& last = zones_[to];
+    const PortalZone& first = zones_[from];
+    const PortalZone& last = zones_[to];
     Query query;
     query.start = first.grid.cell(start);
     if (!first.grid.contains(start) || !planner.map().passable(query.start)) {
@@ -324,7 +324,7 @@ Outcome ZonePortals::route(Planner& planner,
     const Spot here = local(to, goal, from);
     const std::optional<float> within =
         first.grid.contains(here) ? length_to(first.grid.cell(here)) : std::nullopt;
-    const std::optional<Choice> best = choose(from, start, to, goal, length_to, scratch);
+    const std::optional<PortalChoice> best = choose(from, start, to, goal, length_to, scratch);
     if (!within && !best) {
         return Outcome::kUnreachable;
     }
@@ -333,7 +333,7 @@ Outcome ZonePortals::route(Planner& planner,
         std::uint32_t at = best->first;
         legs.push_back({from, portals_[at].beyond});
         while (at != best->last) {
-            const Zone& zone = zones_[portals_[at].to];
+            const PortalZone& zone = zones_[portals_[at].to];
             const auto row = static_cast<std::size_t>(
                 std::lower_bound(zone.in.begin(), zone.in.end(), at) - zone.in.begin());
             std::uint32_t next = at;
@@ -359,7 +359,7 @@ Outcome ZonePortals::route(Planner& planner,
 std::size_t ZonePortals::bytes() const {
     std::size_t bytes =
         through_m_.capacity() * sizeof(float) + portals_.capacity() * sizeof(Portal);
-    for (const Zone& z : zones_) {
+    for (const PortalZone& z : zones_) {
         bytes += z.cost_m.capacity() * sizeof(float) + z.cells.places() * sizeof(std::uint32_t);
     }
     return bytes;

@@ -34,7 +34,7 @@ struct ZoneLeg {
 /// (more where a world would have more than kMostPortals); in each zone the costs of best paths
 /// from the portals that lead into it to those that lead out are known, and from each portal to
 /// each other the cost of the best path through zones. What is planned in a zone is exact; across
-/// borders it is the best path through portals (as ClusterGraph does within a zone). Doors are as
+/// borders it is the best path through portals (as HpaGraph does within a zone). Doors are as
 /// on the maps that it is built of.
 ///
 /// Immutable, so that zones share it; a zone needs no more of the others than this table. Building
@@ -50,7 +50,7 @@ class ZonePortals {
     explicit ZonePortals(std::span<const ZoneGround> zones);
 
     /// Portal by which to leave, and the last one of the path.
-    struct Choice {
+    struct PortalChoice {
         std::uint32_t first;
         std::uint32_t last;
         float cost_m;   ///< from the first on; of what is chosen in all
@@ -59,7 +59,7 @@ class ZonePortals {
 
     /// Memory for a question; none is allocated once it has been used.
     struct Scratch {
-        std::vector<Choice> promised;
+        std::vector<PortalChoice> promised;
     };
 
     /// How far it is from the start to a cell of its zone, m; nothing where no path leads there.
@@ -109,7 +109,7 @@ class ZonePortals {
         Spot beyond;  ///< where `entry` is crossed into, in coordinates of `from`
     };
 
-    struct Zone {
+    struct PortalZone {
         GroundGrid grid;
         GroundRect region;
         double origin_x;
@@ -129,16 +129,16 @@ class ZonePortals {
     void add_portals(std::span<const Portal> run, float spacing_m);
     void measure_zones();
     void search_from(std::uint32_t portal);
-    [[nodiscard]] std::optional<Choice> choose(std::uint32_t from,
-                                               Spot start,
-                                               std::uint32_t to,
-                                               Spot goal,
-                                               const LengthTo& length_to,
-                                               Scratch& scratch) const;
+    [[nodiscard]] std::optional<PortalChoice> choose(std::uint32_t from,
+                                                     Spot start,
+                                                     std::uint32_t to,
+                                                     Spot goal,
+                                                     const LengthTo& length_to,
+                                                     Scratch& scratch) const;
     void promise(std::uint32_t from,
                  std::uint32_t to,
                  Spot goal,
-                 std::vector<Choice>& promised) const;
+                 std::vector<PortalChoice>& promised) const;
 
     /// From its exit to beyond it.
     [[nodiscard]] float crossing_m(std::uint32_t portal) const;
@@ -147,7 +147,7 @@ class ZonePortals {
         return through_m_[first * portals_.size() + last];
     }
 
-    std::vector<Zone> zones_;
+    std::vector<PortalZone> zones_;
     std::vector<Portal> portals_;
     std::vector<float>
         through_m_;  // from beyond one portal to beyond another; infinite for no path

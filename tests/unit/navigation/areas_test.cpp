@@ -24,10 +24,10 @@ Cell any_cell(const GridMap& map, core::Rng& rng) {
 
 /// Length that hops lead along until they reach the goal's area; kNoPath where they end before it,
 /// or go on for ever, or through what is blocked.
-double length_to_area(const GridMap& map, const Areas& areas, Cell c, Cell goal) {
+double length_to_region(const GridMap& map, const RegionNextHop& regions, Cell c, Cell goal) {
     double length = 0.0;
     for (std::uint32_t steps = 0; steps <= map.passable_cells(); ++steps) {
-        const Hop hop = areas.hop(map, c, goal);
+        const Hop hop = regions.hop(map, c, goal);
         if (hop == kArrived) {
             return length;
         }
@@ -42,35 +42,35 @@ double length_to_area(const GridMap& map, const Areas& areas, Cell c, Cell goal)
     return kNoPath;
 }
 
-void expect_hops_lead_to_goals(const GridMap& map, Areas& areas, core::Rng& rng) {
+void expect_hops_lead_to_goals(const GridMap& map, RegionNextHop& regions, core::Rng& rng) {
     for (int i = 0; i < 5; ++i) {
         const Cell goal = any_cell(map, rng);
-        areas.prepare(map, goal);
+        regions.prepare(map, goal);
         const std::vector<double> best = all_lengths(map, goal);
         for (int k = 0; k < 40; ++k) {
             const Cell c = any_cell(map, rng);
             const auto at =
                 static_cast<std::size_t>(c.y) * static_cast<std::size_t>(map.width()) + c.x;
-            ASSERT_EQ(length_to_area(map, areas, c, goal) == kNoPath, best[at] == kNoPath)
+            ASSERT_EQ(length_to_region(map, regions, c, goal) == kNoPath, best[at] == kNoPath)
                 << c.x << ", " << c.y << " to " << goal.x << ", " << goal.y;
         }
     }
 }
 
-TEST(Areas, LeadFromAnywhereToAnyGoalThatCanBeReached) {
+TEST(RegionNextHop, LeadFromAnywhereToAnyGoalThatCanBeReached) {
     core::Rng rng(8);
     for (std::uint64_t seed = 1; seed <= 25; ++seed) {
         const GridMap map =
             seed % 2 == 0 ? rooms_map(130, 101, 11, seed) : random_map(101, 130, 0.36F, seed);
-        Areas areas(map);
-        expect_hops_lead_to_goals(map, areas, rng);
+        RegionNextHop regions(map);
+        expect_hops_lead_to_goals(map, regions, rng);
     }
 }
 
-TEST(Areas, AreAfterChangesWhatTheyWouldBeAnew) {
+TEST(RegionNextHop, AreAfterChangesWhatTheyWouldBeAnew) {
     core::Rng rng(9);
     GridMap map = rooms_map(130, 101, 11, 4);
-    Areas areas(map);
+    RegionNextHop regions(map);
     for (int round = 0; round < 40; ++round) {
         std::vector<CellChange> changes;
         for (int i = 0; i < 6; ++i) {
@@ -79,34 +79,34 @@ TEST(Areas, AreAfterChangesWhatTheyWouldBeAnew) {
             changes.push_back({c, !map.passable(c)});
             map.set_passable(c, changes.back().passable);
         }
-        areas.update(map, changes);
-        Areas anew(map);
-        ASSERT_EQ(areas.areas(), anew.areas());
+        regions.update(map, changes);
+        RegionNextHop anew(map);
+        ASSERT_EQ(regions.regions(), anew.regions());
         for (int i = 0; i < 200; ++i) {
             const Cell goal = any_cell(map, rng);
             const Cell c = any_cell(map, rng);
-            areas.prepare(map, goal);
+            regions.prepare(map, goal);
             anew.prepare(map, goal);
-            ASSERT_EQ(areas.hop(map, c, goal), anew.hop(map, c, goal));
+            ASSERT_EQ(regions.hop(map, c, goal), anew.hop(map, c, goal));
         }
     }
 }
 
-TEST(Areas, LeadAlongWaysThatAreNotFarFromTheBest) {
+TEST(RegionNextHop, LeadAlongWaysThatAreNotFarFromTheBest) {
     core::Rng rng(10);
     const GridMap map = rooms_map(256, 256, 13, 2);
-    Areas areas(map);
+    RegionNextHop regions(map);
     double sum = 0.0;
     double sum_best = 0.0;
     for (int i = 0; i < 40; ++i) {
         const Cell goal = any_cell(map, rng);
-        areas.prepare(map, goal);
+        regions.prepare(map, goal);
         const std::vector<double> best = all_lengths(map, goal);
         for (int k = 0; k < 40; ++k) {
             const Cell c = any_cell(map, rng);
             const auto at = static_cast<std::size_t>(c.y) * 256 + c.x;
             if (best[at] != kNoPath && best[at] > 100.0) {
-                sum += length_to_area(map, areas, c, goal);
+                sum += length_to_region(map, regions, c, goal);
                 sum_best += best[at];
             }
         }

@@ -59,7 +59,7 @@ struct Linked {
     }
 
     /// Whether the same clusters share a number.
-    [[nodiscard]] bool same(const ClusterParts& parts) const {
+    [[nodiscard]] bool same(const GraphConnectivity& parts) const {
         const std::vector<std::uint32_t> part = this->parts();
         std::map<std::uint32_t, std::uint32_t> number_of;
         std::map<std::uint32_t, std::uint32_t> part_of;
@@ -73,7 +73,7 @@ struct Linked {
         return true;
     }
 
-    void renew(ClusterParts& parts) const {
+    void renew(GraphConnectivity& parts) const {
         parts.renew([this](std::uint32_t c) { return std::span(out[c]); },
                     [this](std::uint32_t c) { return std::span(in[c]); });
     }
@@ -81,8 +81,8 @@ struct Linked {
 
 constexpr std::uint32_t kOfBlock = 9;
 
-ClusterParts parts_of(const Linked& linked) {
-    ClusterParts parts;
+GraphConnectivity parts_of(const Linked& linked) {
+    GraphConnectivity parts;
     parts.start(linked.size() / kOfBlock + 1);
     for (std::uint32_t c = 0; c < linked.size(); ++c) {
         parts.add(c, c / kOfBlock);
@@ -95,7 +95,7 @@ std::uint32_t near(core::Rng& rng, std::uint32_t c, std::uint32_t size) {
     return (c + size - 12 + rng.below(24)) % size;
 }
 
-TEST(ClusterParts, AreAfterEachChangeThoseOfALookAtAll) {
+TEST(GraphConnectivity, AreAfterEachChangeThoseOfALookAtAll) {
     core::Rng rng(3);
     constexpr std::uint32_t kClusters = 240;
     std::size_t joined = 0;
@@ -106,7 +106,7 @@ TEST(ClusterParts, AreAfterEachChangeThoseOfALookAtAll) {
             const std::uint32_t a = rng.below(kClusters);
             linked.link(a, near(rng, a, kClusters));
         }
-        ClusterParts parts = parts_of(linked);
+        GraphConnectivity parts = parts_of(linked);
         ASSERT_TRUE(linked.same(parts));
         for (int change = 0; change < 300; ++change) {
             const auto count = [&linked] {
@@ -150,12 +150,12 @@ TEST(ClusterParts, AreAfterEachChangeThoseOfALookAtAll) {
     EXPECT_GT(parted, 100U);
 }
 
-TEST(ClusterParts, MissWhatNobodyTellsThemOf) {
+TEST(GraphConnectivity, MissWhatNobodyTellsThemOf) {
     Linked linked(100);
     for (std::uint32_t c = 0; c + 1 < 100; ++c) {
         linked.link(c, c + 1);
     }
-    ClusterParts parts = parts_of(linked);
+    GraphConnectivity parts = parts_of(linked);
     ASSERT_TRUE(linked.same(parts));
     linked.cut(50, 51);
     linked.renew(parts);

@@ -69,7 +69,7 @@ struct RandomGraph {
         linked.assign(to.size(), 1);
         for (std::uint32_t a = 0; a < out.size(); ++a) {
             for (std::uint32_t i = first[a]; i < first[a + 1]; ++i) {
-                back.push_back(NodeClusters::kNone);
+                back.push_back(GraphHierarchy::kNone);
                 for (std::uint32_t k = first[to[i]]; k < first[to[i] + 1]; ++k) {
                     if (to[k] == a) {
                         back.back() = k;
@@ -99,9 +99,9 @@ struct RandomGraph {
     }
 };
 
-TEST(NodeClusters, LeadWhereverLinksDoAndNowhereElse) {
+TEST(GraphHierarchy, LeadWhereverLinksDoAndNowhereElse) {
     core::Rng rng(41);
-    NodeClusters clusters;
+    GraphHierarchy clusters;
     std::size_t joined = 0;
     std::size_t apart = 0;
     for (int round = 0; round < 12; ++round) {
@@ -122,7 +122,7 @@ TEST(NodeClusters, LeadWhereverLinksDoAndNowhereElse) {
             }
             ++(reached[goal] ? joined : apart);
             std::uint32_t at = from;
-            std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
+            std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
             std::size_t steps = 0;
             while (reached[goal] && at != goal) {
                 const std::size_t count = clusters.leg(g.view(), at, goal, leg);
@@ -167,8 +167,8 @@ std::vector<std::uint32_t> turn_some(RandomGraph& g, core::Rng& rng) {
 
 /// Empty, or where clusters that were changed say something else than the graph, or other than
 /// clusters that are built anew.
-std::string differs(const RandomGraph& g, NodeClusters& clusters, core::Rng& rng) {
-    NodeClusters anew;
+std::string differs(const RandomGraph& g, GraphHierarchy& clusters, core::Rng& rng) {
+    GraphHierarchy anew;
     anew.build(g.view());
     const auto nodes = static_cast<std::uint32_t>(g.places.size());
     for (int i = 0; i < 4; ++i) {
@@ -190,14 +190,14 @@ std::string differs(const RandomGraph& g, NodeClusters& clusters, core::Rng& rng
                 return "flooded " + std::to_string(n);
             }
         }
-        std::array<std::uint32_t, NodeClusters::kMost + 1> leg{};
+        std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
         std::uint32_t at = from;
         for (std::uint32_t steps = 0; reached[goal] && at != goal; ++steps) {
             const std::size_t count = clusters.leg(g.view(), at, goal, leg);
             if (count == 0 || steps > nodes) {
                 return "a leg leads nowhere";
             }
-            std::array<std::uint32_t, NodeClusters::kMost + 1> same{};
+            std::array<std::uint32_t, GraphHierarchy::kMost + 1> same{};
             if (anew.leg(g.view(), at, goal, same) != count ||
                 !std::equal(leg.begin(), leg.begin() + count, same.begin())) {
                 return "a leg is another than by groups built anew";
@@ -217,11 +217,11 @@ std::string differs(const RandomGraph& g, NodeClusters& clusters, core::Rng& rng
     return {};
 }
 
-TEST(NodeClusters, AreAfterEachChangeAsGoodAsBuiltAnew) {
+TEST(GraphHierarchy, AreAfterEachChangeAsGoodAsBuiltAnew) {
     core::Rng rng(43);
     for (int world = 0; world < 3; ++world) {
         RandomGraph g(rng, 350);
-        NodeClusters clusters;
+        GraphHierarchy clusters;
         clusters.build(g.view());
         for (int change = 0; change < 150; ++change) {
             const std::vector<std::uint32_t> touched = turn_some(g, rng);
@@ -231,7 +231,7 @@ TEST(NodeClusters, AreAfterEachChangeAsGoodAsBuiltAnew) {
     }
     // A change that nobody tells of is found out.
     RandomGraph g(rng, 350);
-    NodeClusters clusters;
+    GraphHierarchy clusters;
     clusters.build(g.view());
     for (std::uint32_t n = 0; n < 350; n += 3) {
         g.open[n] = 0;
@@ -243,7 +243,7 @@ TEST(NodeClusters, AreAfterEachChangeAsGoodAsBuiltAnew) {
     EXPECT_NE(found, "");
 }
 
-TEST(NodeClusters, SayWhereMoreMayBeReachedThanBefore) {
+TEST(GraphHierarchy, SayWhereMoreMayBeReachedThanBefore) {
     core::Rng rng(44);
     std::size_t more = 0;
     std::size_t quiet = 0;
@@ -252,10 +252,10 @@ TEST(NodeClusters, SayWhereMoreMayBeReachedThanBefore) {
         RandomGraph g(rng, 300);
         if (world != 0) {  // all links lead both ways
             for (std::uint32_t link = 0; link < g.linked.size(); ++link) {
-                g.linked[link] = g.back[link] != NodeClusters::kNone ? 1 : 0;
+                g.linked[link] = g.back[link] != GraphHierarchy::kNone ? 1 : 0;
             }
         }
-        NodeClusters clusters;
+        GraphHierarchy clusters;
         clusters.build(g.view());
         for (int change = 0; change < 150; ++change) {
             const RandomGraph before = g;
@@ -287,7 +287,7 @@ TEST(NodeClusters, SayWhereMoreMayBeReachedThanBefore) {
 }
 
 /// Rooms of a graph that is many blocks of clusters, with doors between them.
-TEST(NodeClusters, SayExactlyWhatDoorsOfALargeGraphHaveJoined) {
+TEST(GraphHierarchy, SayExactlyWhatDoorsOfALargeGraphHaveJoined) {
     constexpr std::uint32_t kSide = 90;
     constexpr std::uint32_t kRoom = 15;
     core::Rng rng(45);
@@ -304,7 +304,7 @@ TEST(NodeClusters, SayExactlyWhatDoorsOfALargeGraphHaveJoined) {
             }
         }
     }
-    NodeClusters clusters;
+    GraphHierarchy clusters;
     clusters.build(g.view());
     std::size_t joined = 0;
     std::size_t quiet = 0;

@@ -69,7 +69,7 @@ std::size_t differing(const GridMap& map,
     return off;
 }
 
-std::vector<Cost> measured(SquareCosts& square,
+std::vector<Cost> measured(HpaClusterCosts& square,
                            const GridMap& map,
                            const FlowField::Window& w,
                            const std::vector<Cell>& cells) {
@@ -83,9 +83,9 @@ std::vector<Cost> measured(SquareCosts& square,
     return costs;
 }
 
-TEST(SquareCosts, AreThoseOfAFieldForEachCell) {
+TEST(HpaClusterCosts, AreThoseOfAFieldForEachCell) {
     core::Rng rng(7);
-    SquareCosts square;
+    HpaClusterCosts square;
     std::size_t apart = 0;
     std::size_t joined = 0;
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
@@ -93,8 +93,8 @@ TEST(SquareCosts, AreThoseOfAFieldForEachCell) {
                             : seed % 5 == 1 ? serpentine(97, seed % 2 == 0)
                                             : random_map(100, 90, 0.08F * (seed % 7), seed);
         const auto side = [&rng] {
-            return rng.below(3) == 0 ? 1 + static_cast<int>(rng.below(SquareCosts::kSide))
-                                     : SquareCosts::kSide;
+            return rng.below(3) == 0 ? 1 + static_cast<int>(rng.below(HpaClusterCosts::kSide))
+                                     : HpaClusterCosts::kSide;
         };
         const int width = side();
         const int height = side();
@@ -112,37 +112,37 @@ TEST(SquareCosts, AreThoseOfAFieldForEachCell) {
     EXPECT_GT(joined, 10'000U);
 }
 
-TEST(SquareCosts, DifferWhereACellHasChanged) {
-    GridMap map = serpentine(SquareCosts::kSide, true);
-    const FlowField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
+TEST(HpaClusterCosts, DifferWhereACellHasChanged) {
+    GridMap map = serpentine(HpaClusterCosts::kSide, true);
+    const FlowField::Window w{0, 0, HpaClusterCosts::kSide - 1, HpaClusterCosts::kSide - 1};
     const std::vector<Cell> cells{{0, 0}, {30, 0}};
-    SquareCosts square;
+    HpaClusterCosts square;
     const std::vector<Cost> costs = measured(square, map, w, cells);
     map.set_passable({15, 16}, true);  // through a wall in the middle
     EXPECT_EQ(differing(map, w, cells, costs), 2U);
 }
 
-TEST(SquareCosts, TakeASweepForEachTurnOfAWay) {
-    const FlowField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
-    SquareCosts square;
-    measured(square, serpentine(SquareCosts::kSide, false), w, {{0, 0}});
+TEST(HpaClusterCosts, TakeASweepForEachTurnOfAWay) {
+    const FlowField::Window w{0, 0, HpaClusterCosts::kSide - 1, HpaClusterCosts::kSide - 1};
+    HpaClusterCosts square;
+    measured(square, serpentine(HpaClusterCosts::kSide, false), w, {{0, 0}});
     const std::uint64_t downwards = square.work();
-    measured(square, serpentine(SquareCosts::kSide, true), w, {{0, 0}});
+    measured(square, serpentine(HpaClusterCosts::kSide, true), w, {{0, 0}});
     // Each row is pulled and spread once, 3 steps a cell at most; upright once for each of 16
     // corridors, and twice more.
-    EXPECT_LE(downwards, 2U * 3U * SquareCosts::kSide * SquareCosts::kSide);
-    EXPECT_LE(square.work(), (16U + 2U) * 3U * SquareCosts::kSide * SquareCosts::kSide);
+    EXPECT_LE(downwards, 2U * 3U * HpaClusterCosts::kSide * HpaClusterCosts::kSide);
+    EXPECT_LE(square.work(), (16U + 2U) * 3U * HpaClusterCosts::kSide * HpaClusterCosts::kSide);
 }
 
-TEST(SquareCosts, AllocateNothing) {
+TEST(HpaClusterCosts, AllocateNothing) {
     const GridMap map = random_map(64, 64, 0.1F, 1);
-    const FlowField::Window w{0, 0, SquareCosts::kSide - 1, SquareCosts::kSide - 1};
+    const FlowField::Window w{0, 0, HpaClusterCosts::kSide - 1, HpaClusterCosts::kSide - 1};
     core::Rng rng(1);
     const std::vector<Cell> cells = some_cells(map, rng, w, 60);
     std::vector<Cost> costs(cells.size() * cells.size());
-    SquareCosts square;
+    HpaClusterCosts square;
     const std::uint64_t before = allocation_count();
-    square.measure(map, {0, 0}, SquareCosts::kSide, SquareCosts::kSide, cells, costs);
+    square.measure(map, {0, 0}, HpaClusterCosts::kSide, HpaClusterCosts::kSide, cells, costs);
     EXPECT_EQ(allocation_count(), before);
 }
 

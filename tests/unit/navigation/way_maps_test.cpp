@@ -151,7 +151,7 @@ TEST_P(PathProviders, AnswerEverybodyInTimeWhateverTheLoad) {
         map->serve();
     }
     EXPECT_LE(map->counts().longest_wait_ticks, 20U);
-    EXPECT_GT(map->counts().by_areas, kAskers / 10) << "most are served late";
+    EXPECT_GT(map->counts().by_regions, kAskers / 10) << "most are served late";
     double sum = 0.0;
     double straight = 0.0;
     for (std::uint32_t i = 0; i < kAskers; ++i) {
@@ -183,7 +183,7 @@ TEST_P(PathProviders, SendWhoWaitsSomewhereSensibleFromTheFirstTick) {
         at = next;
         ++steps;
     }
-    // The straight line through the gate is 23.3 m; areas, polygons and waypoints cost some more.
+    // The straight line through the gate is 23.3 m; regions, polygons and waypoints cost some more.
     EXPECT_LT(steps, 330);
 }
 

@@ -163,7 +163,7 @@ struct Load {
     std::uint64_t fingerprint = 1469598103934665603U;
     std::uint32_t longest = 0;
     std::uint64_t most_work = 0;
-    std::uint64_t by_areas = 0;
+    std::uint64_t by_regions = 0;
     std::uint64_t fields = 0;
     std::size_t wrong = 0;
 };
@@ -198,7 +198,7 @@ Load ask_many(GridPathRequests& service,
         service.release(t);
     }
     load.longest = service.counts().longest_wait_ticks;
-    load.by_areas = service.counts().by_areas;
+    load.by_regions = service.counts().by_regions;
     load.fields = service.counts().fields;
     return load;
 }
@@ -233,7 +233,7 @@ TEST(GridPathRequests, KeepsTheBoundOnWaitingWhateverTheLoad) {
         const Load load = ask_many(service, 3000, 3000, 1);
         EXPECT_EQ(load.wrong, 0U);
         EXPECT_LE(load.longest, settings.longest_wait_ticks) << work;
-        EXPECT_EQ(load.by_areas != 0, work == 20'000U) << work;
+        EXPECT_EQ(load.by_regions != 0, work == 20'000U) << work;
     }
 }
 
@@ -332,7 +332,7 @@ TEST(GridPathRequests, SendsEachAskerTowardsItsGoalFromTheFirstTick) {
         const GridMap& map = service.planner().map();
         int steps = 0;
         std::uint32_t looked = 0;
-        while (!service.areas().together(map, service.grid().cell(at), goal) && steps < 2000) {
+        while (!service.regions().together(map, service.grid().cell(at), goal) && steps < 2000) {
             const Spot head = service.heading(ticket, at, 0.3F);
             ASSERT_NE(head, at);
             ASSERT_TRUE(sees(map, service.grid().cell(at), service.grid().cell(head), looked));
