@@ -103,7 +103,7 @@ void adopt(Mind& mind,
                 // The same action goes on where it is.
                 mind.entered = old.entered || after.states[d].action != did.action;
                 if (!same_pace(after.states[d], did)) {
-                    mind.timed = false;  // its leg ends at another time
+                    mind.timed = false;  // its segment ends at another time
                     mind.next_steering = now;
                 }
                 mind.degrees = {};

@@ -314,7 +314,7 @@ void Step::send_to_sleep(Minds& minds, const World& world, const Settings& setti
         // A blend goes by none while it is awake, however settled it is.
         const bool blends = machine.choices[mind.fsm.state()].blend >= 0;
         if (blends ? world.now < mind.detour_until
-                   : !mind.timed && goes_by_legs(mind, machine.states[mind.doing])) {
+                   : !mind.timed && goes_by_segments(mind, machine.states[mind.doing])) {
             continue;  // on a detour
         }
         if (!meets_nobody(minds, due, world, calm)) {

@@ -162,7 +162,7 @@ void Step::settle_steppers(Minds& minds, const World& world, const Settings& set
 bool Step::set_roaming(Mind& mind, const Due& due, const World& world, const Settings& settings) {
     const CoarseWorld in = coarse(world);
     const CompiledMachine& machine = machine_of(mind, settings);
-    start_leg(mind, in.around(mind, due.row, due.slot));
+    start_segment(mind, in.around(mind, due.row, due.slot));
     const Vec3 from = world.entities.position[due.row];
     mind.timed = roam(mind, machine, in, due.row, from, path_ahead(mind, machine, in, due.row));
     mind.placed = Vec2(from.x(), from.z());

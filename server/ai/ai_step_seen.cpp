@@ -118,10 +118,10 @@ void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
 
 void Step::look_at(Minds& minds, Slot slot, const World& world) {
     Mind& mind = minds.at(slot);
-    const Vec2 at = position_at(mind.leg, world.now - 1, world.dt);
+    const Vec2 at = position_at(mind.segment, world.now - 1, world.dt);
     const bool wakes = watched_.covers(at) || outside(at, world.half_size);
     const bool stale =
-        (mind.leg.length > 0.0F || on_step(mind)) && (at - mind.placed).norm() >= kStale_m;
+        (mind.segment.length > 0.0F || on_step(mind)) && (at - mind.placed).norm() >= kStale_m;
     if (!wakes && !stale) {
         return;
     }

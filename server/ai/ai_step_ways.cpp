@@ -39,7 +39,7 @@ void Step::request_paths(Minds& minds, const World& world, const Settings& setti
     for (const Slot slot : asking_) {
         Mind& mind = minds.at(slot);
         mind.on_path = true;
-        const navigation::Spot goal{mind.leg.goal.x(), mind.leg.goal.y()};
+        const navigation::Spot goal{mind.segment.goal.x(), mind.segment.goal.y()};
         const world::Row row = row_hints_[slot];
         const State& state = machine_of(mind, settings).states[mind.doing];
         const float floor = goal_floor(mind, state, coarse(world).around(mind, row, slot));
@@ -114,7 +114,7 @@ void Step::find_paths(Minds& minds, const World& world, const Settings& settings
         const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
         // Who was told between two events is put where it is: it may be in another square.
         if (mind.tier == Tier::kCoarse && row != world::kNoRow &&
-            mind.placed != position_at(mind.leg, world.now - 1, world.dt)) {
+            mind.placed != position_at(mind.segment, world.now - 1, world.dt)) {
             place(mind, world, row);
         }
         go_on_from(mind, slot, world, settings);

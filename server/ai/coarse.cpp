@@ -80,15 +80,16 @@ const motion::CharacterLimits& limits_of(const CoarseWorld& in, world::Row row) 
 
 /// How the entity walks until its next event.
 struct Course {
-    float speed = 0.0F;        ///< the most that it walks at, m/s
-    const Leg* leg = nullptr;  ///< that it keeps to; null: one that goes with a herd, which sets
-                               ///< out anew before the forecast ends
+    float speed = 0.0F;                    ///< the most that it walks at, m/s
+    const PathSegment* segment = nullptr;  ///< that it keeps to; null: one that goes with a herd,
+                                           ///< which sets out anew before the forecast ends
 };
 
 Course course_of(const Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
-    const float speed = std::max(mind.leg.speed, velocity_at(mind.leg, in.now - 1, in.dt).norm());
+    const float speed =
+        std::max(mind.segment.speed, velocity_at(mind.segment, in.now - 1, in.dt).norm());
     if (!roams(mind, machine)) {
-        return {speed, &mind.leg};
+        return {speed, &mind.segment};
     }
     const world::Row row = in.entities.find(mind.entity);
     return {row == world::kNoRow
@@ -117,7 +118,7 @@ float input_alone(SenseIndex sense, const Mind& mind, const CompiledMachine& mac
     return constant ? mind.variables[v] : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// Who blends goes by no legs while it is simulated.
+/// Who blends goes by no segments while it is simulated.
 bool blends(const Mind& mind, const CompiledMachine& machine) {
     return machine.choices[mind.fsm.state()].blend >= 0;
 }
@@ -174,16 +175,16 @@ Tick at_place_from(const Mind& mind,
                    std::size_t place,
                    const Course& course,
                    const CoarseWorld& in) {
-    const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
+    const Vec2 here = position_at(mind.segment, in.now - 1, in.dt);
     const float way = in.places.outside(place, here) - kAtPlaceM;
     const Tick by_speed = in.now + static_cast<Tick>(std::min(way / (course.speed * in.dt), 1e9F));
-    return course.leg == nullptr ? by_speed
-                                 : std::max(by_speed,
-                                            stays_until(*course.leg,
-                                                        in.places.centre(place),
-                                                        in.places.radius_m(place) + kAtPlaceM,
-                                                        in.now,
-                                                        in.dt));
+    return course.segment == nullptr ? by_speed
+                                     : std::max(by_speed,
+                                                stays_until(*course.segment,
+                                                            in.places.centre(place),
+                                                            in.places.radius_m(place) + kAtPlaceM,
+                                                            in.now,
+                                                            in.dt));
 }
 
 /// A tick before which no trade that the mind still wants can be done while `wait` lasts, to which
@@ -197,7 +198,7 @@ Tick trades_from(const Mind& mind,
     if (mind.wants == 0 || trades.empty()) {
         return kNever;
     }
-    const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
+    const Vec2 here = position_at(mind.segment, in.now - 1, in.dt);
     Tick from = kNever;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const bool away = in.places.outside(trades[t].place, here) > kAtPlaceM;
@@ -211,8 +212,9 @@ Tick trades_from(const Mind& mind,
     return std::max(from, in.now + 1);
 }
 
-Tick leg_or_decision(const Mind& mind, const CoarseWorld& in) {
-    const Tick arrives = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : mind.again_at;
+Tick segment_or_decision(const Mind& mind, const CoarseWorld& in) {
+    const Tick arrives =
+        mind.segment.length > 0.0F ? arrival_of(mind.segment, in.dt) : mind.again_at;
     return std::min(mind.next_decision, std::max(arrives, in.now + 1));
 }
 
@@ -235,8 +237,8 @@ void fall_asleep(Mind& mind,
     if (!mind.timed) {
         Surroundings around = in.around(mind, row);
         around.all_out = blends(mind, machine);
-        start_leg(mind, around);
-        plan_leg(mind, machine.states[mind.doing], true, around);
+        start_segment(mind, around);
+        plan_segment(mind, machine.states[mind.doing], true, around);
     }
     mind.placed = in.around(mind, row).body();
     e.command[row] = motion::InputCommand{};
@@ -250,7 +252,7 @@ void fall_asleep(Mind& mind,
 
 void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
-    const Vec2 at = position_at(mind.leg, in.now - 1, in.dt);
+    const Vec2 at = position_at(mind.segment, in.now - 1, in.dt);
     if (at != in.around(mind, row).body()) {
         const motion::CharacterLimits& limits = limits_of(in, row);
         const Vec3& body = e.position[row];
@@ -283,17 +285,18 @@ bool walk_on(Mind& mind,
     if (entered) {
         begin_deed(mind, state, around);
     }
-    return (entered || leg_is_over(mind, in.now, in.dt)) && plan_leg(mind, state, entered, around);
+    return (entered || segment_is_over(mind, in.now, in.dt)) &&
+           plan_segment(mind, state, entered, around);
 }
 
 Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
     const Tick period = decision_period(machine, in.dt);
     Senses senses;
-    const Vec2 here = position_at(mind.leg, in.now - 1, in.dt);
+    const Vec2 here = position_at(mind.segment, in.now - 1, in.dt);
     const std::uint64_t wanted = machine.senses_of_leaf[mind.fsm.state()];
     sense(mind, machine, Sight::none(), here, in.places, in.now, senses, wanted);
     const Course course = course_of(mind, machine, in);
-    const Outlook outlook{course.speed, in.places.day_s(), in.dt, in.places, course.leg};
+    const Outlook outlook{course.speed, in.places.day_s(), in.dt, in.places, course.segment};
     Quiet quiet = quiet_until(mind, machine, senses, outlook, in.now);
     quiet.until = std::min(quiet.until, trades_from(mind, machine, course, in, quiet.wait));
     mind.next_decision =
@@ -301,20 +304,20 @@ Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& i
     // Who looks at its very next decision anyway need not wait as well.
     const bool at_once = mind.next_decision == next_decision(mind.entity, period, in.now);
     mind.wait = at_once ? StockWait{} : quiet.wait;
-    return leg_or_decision(mind, in);
+    return segment_or_decision(mind, in);
 }
 
 Tick next_event_undecided(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
     const std::uint64_t reads = machine.senses_of_leaf[mind.fsm.state()];
     const bool trades = mind.wants != 0 && !machine.states[mind.doing].trades.empty();
     return trades || (reads & machine.senses_of_place) != 0 ? next_event(mind, machine, in)
-                                                            : leg_or_decision(mind, in);
+                                                            : segment_or_decision(mind, in);
 }
 
 void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
     catch_up(mind, in, row);
-    const Vec2 velocity = velocity_at(mind.leg, in.now - 1, in.dt);
+    const Vec2 velocity = velocity_at(mind.segment, in.now - 1, in.dt);
     e.velocity[row] = Vec3(velocity.x(), 0.0F, velocity.y());
     e.yaw[row] = mind.aim.yaw;
     e.orientation[row] = motion::orientation_from_yaw(mind.aim.yaw);
@@ -325,7 +328,7 @@ void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, 
     mind.unseen_since = kNever;
     mind.look_at = kNever;
     // Who is far from players goes on at its turn, as it would have.
-    const Tick over = mind.leg.length > 0.0F ? arrival_of(mind.leg, in.dt) : mind.again_at;
+    const Tick over = mind.segment.length > 0.0F ? arrival_of(mind.segment, in.dt) : mind.again_at;
     mind.next_steering = std::clamp(over, in.now, next_turn(mind, in.now - 1));
     mind.detour_until = 0;
     mind.next_decision = next_decision(mind.entity, decision_period(machine, in.dt), in.now - 1);

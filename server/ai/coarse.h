@@ -28,24 +28,25 @@ struct CoarseWorld {
 /// (encounters.h): it depends on nobody else, or on a herd alone (herd.h).
 bool can_sleep(const Mind& mind, const CompiledMachine& machine);
 
-/// The entity comes to rest where it is; its way goes on in mind.leg.
+/// The entity comes to rest where it is; its way goes on in mind.segment.
 void fall_asleep(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
 
-/// Puts the entity where the mind's leg has brought it by the end of the last tick, on the ground
-/// and clear of what stands there.
+/// Puts the entity where the mind's segment has brought it by the end of the last tick, on the
+/// ground and clear of what stands there.
 void catch_up(Mind& mind, const CoarseWorld& in, world::Row row);
 
-/// After catch_up() and any decision of this tick: sets the leg where the mind has turned to
-/// something else, or its leg has come to its end. True: it needs a way first, see plan_leg().
+/// After catch_up() and any decision of this tick: sets the segment where the mind has turned to
+/// something else, or its segment has come to its end. True: it needs a way first, see
+/// plan_segment().
 bool walk_on(Mind& mind,
              const CompiledMachine& machine,
              const CoarseWorld& in,
              world::Row row,
              Slot slot);
 
-/// When something may happen to the mind next: the end of its leg, or a decision; at its decisions
-/// before that nothing does, unless mind.wait says what stock it takes. To be called after all that
-/// happens to it and to stock in this tick. Sets mind.next_decision and mind.wait.
+/// When something may happen to the mind next: the end of its segment, or a decision; at its
+/// decisions before that nothing does, unless mind.wait says what stock it takes. To be called
+/// after all that happens to it and to stock in this tick. Sets mind.next_decision and mind.wait.
 Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in);
 
 /// The same after an event at which the mind took no decision, did not trade and waited for no

@@ -11,8 +11,8 @@ namespace {
 
 /// Who brakes or turns is looked at once that is over, or after so many ticks.
 constexpr float kBent = 8.0F;
-/// Who has come to the end of its leg has an event in the next tick; squares reach so many steps
-/// further.
+/// Who has come to the end of its segment has an event in the next tick; squares reach so many
+/// steps further.
 constexpr float kStepsBeyond = 3.0F;
 
 /// Of cells, not of metres; far away and what is no number it is as good as any.
@@ -29,13 +29,13 @@ float straight_exit(float from, float direction, float low, float high) {
     return ((direction > 0.0F ? high : low) - from) / direction;
 }
 
-/// Where the turn at the beginning of a leg begins and ends, and what it leads towards in between:
-/// it is a parabola, a Bezier curve of second order with these control points.
+/// Where the turn at the beginning of a segment begins and ends, and what it leads towards in
+/// between: it is a parabola, a Bezier curve of second order with these control points.
 struct Turn {
-    explicit Turn(const Leg& leg)
-        : start(leg.from + leg.bend * (leg.bend_s * leg.bend_s)),
-          end(leg.from + leg.direction * (leg.speed * leg.bend_s)),
-          control(0.5F * (leg.from + end)) {}
+    explicit Turn(const PathSegment& segment)
+        : start(segment.from + segment.bend * (segment.bend_s * segment.bend_s)),
+          end(segment.from + segment.direction * (segment.speed * segment.bend_s)),
+          control(0.5F * (segment.from + end)) {}
 
     Vec2 start;
     Vec2 end;
@@ -43,24 +43,24 @@ struct Turn {
 };
 
 /// Whether the turn leads beyond the first piece.
-bool turns_far(const Leg& leg) {
-    const float start_m = (leg.bend * (leg.bend_s * leg.bend_s)).dot(leg.direction);
-    return !(std::max(start_m, leg.speed * leg.bend_s) < CoarseCells::kPiece_m);
+bool turns_far(const PathSegment& segment) {
+    const float start_m = (segment.bend * (segment.bend_s * segment.bend_s)).dot(segment.direction);
+    return !(std::max(start_m, segment.speed * segment.bend_s) < CoarseCells::kPiece_m);
 }
 
-/// A piece of the walk at full speed: between these paths along the leg, m.
+/// A piece of the walk at full speed: between these paths along the segment, m.
 struct Piece {
     float begin_m = 0.0F;
     float end_m = 0.0F;
 };
 
 /// The one that `at` lies in; of who turns far all of the walk.
-Piece piece_at(const Leg& leg, const Vec2& at) {
+Piece piece_at(const PathSegment& segment, const Vec2& at) {
     constexpr float kMostPieces = 1e6F;
-    if (turns_far(leg)) {
+    if (turns_far(segment)) {
         return {0.0F, std::numeric_limits<float>::infinity()};
     }
-    const float way = (at - leg.from).dot(leg.direction);
+    const float way = (at - segment.from).dot(segment.direction);
     const float number = std::floor(way / CoarseCells::kPiece_m);
     const float begin_m = std::clamp(number, 0.0F, kMostPieces) * CoarseCells::kPiece_m;
     return {begin_m, begin_m + CoarseCells::kPiece_m};
@@ -145,31 +145,32 @@ CoarseCells::Cell CoarseCells::cell_at(const Vec2& at) {
     return cell_of(line_of(at.x()), line_of(at.y()), kSide);
 }
 
-Tick CoarseCells::left_at(const Leg& leg,
+Tick CoarseCells::left_at(const PathSegment& segment,
                           const Vec2& at,
                           const Vec2& half_size,
                           float dt,
                           bool goes_on) {
-    const float step_m = leg.speed * dt;
+    const float step_m = segment.speed * dt;
     const bool steps_within =
-        !goes_on && leg.length == 0.0F &&
-        ((leg.goal.array().abs() + kStepsBeyond * step_m) < half_size.array()).all();
+        !goes_on && segment.length == 0.0F &&
+        ((segment.goal.array().abs() + kStepsBeyond * step_m) < half_size.array()).all();
     if (!(step_m > 0.0F) || steps_within) {
         return kNever;
     }
-    float way = piece_at(leg, at).end_m;
+    float way = piece_at(segment, at).end_m;
     for (int axis = 0; axis < 2; ++axis) {
         if (std::abs(at[axis]) <= half_size[axis]) {
-            way = std::min(
-                way,
-                straight_exit(
-                    leg.from[axis], leg.direction[axis], -half_size[axis], half_size[axis]));
+            way = std::min(way,
+                           straight_exit(segment.from[axis],
+                                         segment.direction[axis],
+                                         -half_size[axis],
+                                         half_size[axis]));
         }
     }
-    const float bent = std::ceil(leg.bend_s / dt);
+    const float bent = std::ceil(segment.bend_s / dt);
     const float ticks = std::max(std::ceil(way / step_m), std::min(bent, kBent));
     // Written so that what is no number is late.
-    return leg.since + 1 + static_cast<Tick>(ticks < 1e9F ? std::max(0.0F, ticks) : 1e9F);
+    return segment.since + 1 + static_cast<Tick>(ticks < 1e9F ? std::max(0.0F, ticks) : 1e9F);
 }
 
 void CoarseCells::grow(std::size_t slots) {
@@ -181,23 +182,28 @@ void CoarseCells::grow(std::size_t slots) {
 
 /// A turn is within the box of its control points, and an eighth of the change of velocity x its
 /// time from its chord at most.
-void CoarseCells::put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool goes_on) {
-    Piece piece = piece_at(leg, at);
-    const float step_m = leg.speed * dt;
+void CoarseCells::put(Slot slot,
+                      const PathSegment& segment,
+                      const Vec2& at,
+                      float dt,
+                      bool goes_on) {
+    Piece piece = piece_at(segment, at);
+    const float step_m = segment.speed * dt;
     if (!goes_on) {
         // Without a length it steps with a herd, to its goal.
-        const float length = leg.length > 0.0F ? leg.length : (leg.goal - leg.from).norm();
+        const float length =
+            segment.length > 0.0F ? segment.length : (segment.goal - segment.from).norm();
         piece.end_m = std::clamp(length + kStepsBeyond * step_m, piece.begin_m, piece.end_m);
     }
-    const Put put{leg.since, leg.from, leg.direction, piece.begin_m, piece.end_m};
+    const Put put{segment.since, segment.from, segment.direction, piece.begin_m, piece.end_m};
     if (puts_[slot].squares > 0 && puts_[slot].same_as(put)) {
         return;
     }
     Squares squares;
-    Vec2 begin = leg.from + leg.direction * piece.begin_m;
-    if (piece.begin_m == 0.0F && leg.bend_s > 0.0F) {
-        const Turn turn(leg);
-        if (0.25F * (turn.start - leg.from).norm() > kAside_m) {
+    Vec2 begin = segment.from + segment.direction * piece.begin_m;
+    if (piece.begin_m == 0.0F && segment.bend_s > 0.0F) {
+        const Turn turn(segment);
+        if (0.25F * (turn.start - segment.from).norm() > kAside_m) {
             squares.add_box(turn.start.cwiseMin(turn.control).cwiseMin(turn.end),
                             turn.start.cwiseMax(turn.control).cwiseMax(turn.end));
         } else {
@@ -205,8 +211,9 @@ void CoarseCells::put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool 
         }
         begin = turn.end;
     }
-    squares.add_path(begin, step_m > 0.0F ? Vec2(leg.from + leg.direction * piece.end_m) : begin);
-    if (turns_far(leg) || squares.found().empty()) {
+    squares.add_path(begin,
+                     step_m > 0.0F ? Vec2(segment.from + segment.direction * piece.end_m) : begin);
+    if (turns_far(segment) || squares.found().empty()) {
         squares.add_anywhere();
     }
     // Many go to and fro in one square; its list is anywhere in memory.

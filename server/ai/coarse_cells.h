@@ -27,13 +27,13 @@ class CoarseCells {
     /// The square that a place (x, z, m) lies in; of what is no number, some square.
     [[nodiscard]] static Cell cell_at(const Vec2& at);
 
-    /// When who walks along `leg` has come to the end of the piece of it that `at` (x, z, m), a
+    /// When who walks along `segment` has come to the end of the piece of it that `at` (x, z, m), a
     /// place on it, lies in, or leaves `half_size` (x, z, m) around the origin where `at` is
     /// within: at the end of the tick before the one returned it is outside, or may be a rounding
     /// before that; who brakes or turns may have been outside for some ticks. The same whenever it
     /// is asked with a place of the same piece. kNever for who stands, and for who steps with a
     /// herd to a place within, unless it `goes_on` from there.
-    [[nodiscard]] static Tick left_at(const Leg& leg,
+    [[nodiscard]] static Tick left_at(const PathSegment& segment,
                                       const Vec2& at,
                                       const Vec2& half_size,
                                       float dt,
@@ -45,12 +45,12 @@ class CoarseCells {
     /// What of a walk may be outside of its squares because a turn is not straight, m.
     static constexpr float kAside_m = 2.0F;
 
-    /// From wherever it was into all squares that a walk along `leg` comes through on the piece of
-    /// it that `at` lies in: until left_at() the walker is at most kAside_m outside of them, unless
-    /// it walks on from the end of its leg for more than a tick; then it `goes_on`. Whose piece
-    /// leads through too many squares may be anywhere. `dt` in s. The same whenever it is asked
-    /// with a place of the same piece.
-    void put(Slot slot, const Leg& leg, const Vec2& at, float dt, bool goes_on = false);
+    /// From wherever it was into all squares that a walk along `segment` comes through on the piece
+    /// of it that `at` lies in: until left_at() the walker is at most kAside_m outside of them,
+    /// unless it walks on from the end of its segment for more than a tick; then it `goes_on`.
+    /// Whose piece leads through too many squares may be anywhere. `dt` in s. The same whenever it
+    /// is asked with a place of the same piece.
+    void put(Slot slot, const PathSegment& segment, const Vec2& at, float dt, bool goes_on = false);
     void take(Slot slot);
 
     /// Asks for what put() and take() read of the slot soon.

@@ -13,7 +13,7 @@ namespace {
 /// How much farther than it may be perceived one looks for who may come, m.
 constexpr float kAhead_m = 96.0F;
 /// Two bodies may be so far from where their minds take themselves to be, m, and a rounding.
-constexpr float kBodies_m = 2.0F * kAstrayM + 0.1F;
+constexpr float kBodies_m = 2.0F * kDriftM + 0.1F;
 /// Who walks may be a rounding beside its squares, or what one walks in some ticks, m.
 constexpr float kBeside_m = 2.0F;
 /// Ticks that a bound is early: places are those of the end of the last tick.
@@ -124,10 +124,10 @@ void Encounters::grow(std::size_t slots) {
 void Encounters::put(Slot slot, TypeIndex type, const Scene& scene, bool late) {
     const Mind& mind = scene.minds.at(slot);
     members_[slot] = {mind.entity, type};
-    const Vec2 at = position_at(mind.leg, scene.now - 1, scene.dt);
+    const Vec2 at = position_at(mind.segment, scene.now - 1, scene.dt);
     const Vec2 anywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
-    const Tick left = CoarseCells::left_at(mind.leg, at, anywhere, scene.dt, late);
-    cells_.put(slot, mind.leg, at, scene.dt, late);
+    const Tick left = CoarseCells::left_at(mind.segment, at, anywhere, scene.dt, late);
+    cells_.put(slot, mind.segment, at, scene.dt, late);
     const Tick look = std::max(std::min(mind.look_at, left), scene.now + 1);
     if (looks_.at(slot) != look) {
         looks_.schedule(slot, look);
@@ -139,7 +139,7 @@ Encounters::Body Encounters::sleeper(Slot slot, const Scene& scene) const {
     const TypeIndex type = members_[slot].type;
     return {{type, mind.machine},
             mind.entity,
-            position_at(mind.leg, scene.now - 1, scene.dt),
+            position_at(mind.segment, scene.now - 1, scene.dt),
             scene.reaches.top_speed(type)};
 }
 

@@ -120,8 +120,8 @@ class Encounters {
         return slot < members_.size() && members_[slot].entity == entity;
     }
 
-    /// A mind that sleeps, and meets somebody: it walks by its leg as that is now, and is checked
-    /// at Mind::look_at. `late`: it goes on from the end of its leg.
+    /// A mind that sleeps, and meets somebody: it walks by its segment as that is now, and is
+    /// checked at Mind::look_at. `late`: it goes on from the end of its segment.
     void put(Slot slot, TypeIndex type, const Scene& scene, bool late);
 
     /// Calls visit(slot) for those whose check is due, in no order. Ticks ascend.

@@ -47,12 +47,12 @@ Neighbour neighbour_at(const world::Entities& entities,
                        const Drift* drift) {
     const Vec2 body(entities.position[row].x(), entities.position[row].z());
     const Vec2 velocity(entities.velocity[row].x(), entities.velocity[row].z());
-    const Leg* const leg = drift != nullptr && entities.has(row, world::kDozing)
-                               ? drift->leg_of(entities, row)
-                               : nullptr;
-    const Vec2 at = leg != nullptr ? position_at(*leg, drift->now - 1, drift->dt) : body;
+    const PathSegment* const segment = drift != nullptr && entities.has(row, world::kDozing)
+                                           ? drift->segment_of(entities, row)
+                                           : nullptr;
+    const Vec2 at = segment != nullptr ? position_at(*segment, drift->now - 1, drift->dt) : body;
     return {at - Vec2(here.x(), here.z()),
-            leg != nullptr ? velocity_at(*leg, drift->now - 1, drift->dt) : velocity};
+            segment != nullptr ? velocity_at(*segment, drift->now - 1, drift->dt) : velocity};
 }
 
 /// Away from a neighbour, 1 when it touches, 0 at the separation distance. Two on the same spot

@@ -29,8 +29,8 @@ constexpr double kAsNearM = 8.0;
 constexpr double kReachM = 30.0;
 /// Legs last so many ticks at least.
 constexpr double kLeastTicks = 4.0;
-/// A change of lanes is cut into so many legs at least.
-constexpr double kChangeLegs = 8.0;
+/// A change of lanes is cut into so many segments at least.
+constexpr double kChangeSegments = 8.0;
 /// Whose timetable asks for less than this share of its speed goes by another one.
 constexpr double kLeastShare = 0.8;
 /// Share of full speed that timetables may take: what is left makes up for what was lost.
@@ -107,7 +107,7 @@ double timetable_speed(const State& state, const Surroundings& around) {
            std::min(static_cast<double>(state.speed_factor), kTimetableShare);
 }
 
-/// From the end of the last tick to where the timetable has the end of the leg, s.
+/// From the end of the last tick to where the timetable has the end of the segment, s.
 double time_to_due(const Mind& mind, const Surroundings& around) {
     const Tick ticks = mind.track.due - (around.now - 1);
     return static_cast<double>(ticks) * static_cast<double>(around.dt) +
@@ -132,7 +132,7 @@ tracks::TrackChange change_of(const Mind& mind, const TrackView& view) {
             static_cast<double>(view.def().blend_m)};
 }
 
-/// Where the timetable has the mind, after `more` m from the end of its leg: world coordinates.
+/// Where the timetable has the mind, after `more` m from the end of its segment: world coordinates.
 Vec2d place_after(const Mind& mind, const TrackView& view, double more) {
     const TrackWalk& walk = mind.track;
     return changes_lanes(mind)
@@ -210,15 +210,15 @@ bool go_on_to_next(Mind& mind, const Vec2d& end, const TrackView& view) {
     return true;
 }
 
-/// What a leg from the end of the last one may be.
-tracks::LegLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
+/// What a segment from the end of the last one may be.
+tracks::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
     const double error = lane.error_m();
     const double acceleration = static_cast<double>(body_of(around).acceleration);
     const double step_m = speed * static_cast<double>(around.dt);
-    tracks::LegLimits limits;
+    tracks::SegmentLimits limits;
     limits.off_m = kChordShare * error;
-    // From leg to leg the heading turns by what two legs do at most. A velocity that turns by an
-    // angle t changes by v t, which leads v^2 t^2 / 2a aside.
+    // From segment to segment the heading turns by what two segments do at most. A velocity that
+    // turns by an angle t changes by v t, which leads v^2 t^2 / 2a aside.
     limits.turn = 0.5 * kStepShare * error / step_m;
     if (acceleration > 0.0) {
         limits.turn =
@@ -228,11 +228,11 @@ tracks::LegLimits limits_of(const Lane& lane, double speed, const Surroundings& 
     return limits;
 }
 
-/// How long the next leg is, m; at least so long that it lasts some ticks.
-double next_leg_m(const Mind& mind,
-                  const TrackView& view,
-                  double speed,
-                  const Surroundings& around) {
+/// How long the next segment is, m; at least so long that it lasts some ticks.
+double next_segment_m(const Mind& mind,
+                      const TrackView& view,
+                      double speed,
+                      const Surroundings& around) {
     const TrackWalk& walk = mind.track;
     const Lane& lane = view.lane(walk.lane);
     const double at_least =
@@ -240,7 +240,7 @@ double next_leg_m(const Mind& mind,
     const double s = static_cast<double>(walk.s);
     if (!changes_lanes(mind)) {
         const double left = lane.closed() ? lane.length() : lane.length() - s;
-        double most = std::max(lane.leg_m(s, limits_of(lane, speed, around)), at_least);
+        double most = std::max(lane.segment_m(s, limits_of(lane, speed, around)), at_least);
         if (view.def().change_every_m > 0.0F) {
             most = std::min(most, std::max(static_cast<double>(walk.to_change), at_least));
         }
@@ -249,11 +249,11 @@ double next_leg_m(const Mind& mind,
     const double changed = static_cast<double>(walk.changed);
     const double blend = static_cast<double>(view.def().blend_m);
     const Lane& from = view.lane(walk.from);
-    const double leg = std::min(
-        {blend / kChangeLegs,
-         lane.leg_m(s + changed, limits_of(lane, speed, around)),
-         from.leg_m(static_cast<double>(walk.from_s) + changed, limits_of(from, speed, around))});
-    return std::min(std::max(leg, at_least), blend - changed);
+    const double segment = std::min({blend / kChangeSegments,
+                                     lane.segment_m(s + changed, limits_of(lane, speed, around)),
+                                     from.segment_m(static_cast<double>(walk.from_s) + changed,
+                                                    limits_of(from, speed, around))});
+    return std::min(std::max(segment, at_least), blend - changed);
 }
 
 /// The timetable's place moves on by `path`.
@@ -273,44 +273,44 @@ void advance(Mind& mind, const TrackView& view, double path) {
     }
 }
 
-/// The leg from where it is that leads to `goal` in `time_s`, at `most` m/s: the turn into it leads
-/// aside and costs path, for which its direction and speed allow.
-Leg leg_in_time(const Vec2& goal,
-                double time_s,
-                float most,
-                const Mind& mind,
-                const Surroundings& around) {
-    const Vec2 velocity = velocity_at(mind.leg, around.now - 1, around.dt);
+/// The segment from where it is that leads to `goal` in `time_s`, at `most` m/s: the turn into it
+/// leads aside and costs path, for which its direction and speed allow.
+PathSegment segment_in_time(const Vec2& goal,
+                            double time_s,
+                            float most,
+                            const Mind& mind,
+                            const Surroundings& around) {
+    const Vec2 velocity = velocity_at(mind.segment, around.now - 1, around.dt);
     const auto time = static_cast<float>(time_s);
     Vec2 from = around.at;
-    Leg leg;
+    PathSegment segment;
     for (int attempt = 0; attempt < kTurnTries; ++attempt) {
         const Vec2 path = goal - from;
         const float length = path.norm();
         if (!(length > 1e-4F)) {
             break;
         }
-        leg = leg_from(around.at,
-                       velocity,
-                       path / length,
-                       std::min(length / time, most),
-                       body_of(around).acceleration,
-                       around.now - 1);
-        from = leg.from;
+        segment = segment_from(around.at,
+                               velocity,
+                               path / length,
+                               std::min(length / time, most),
+                               body_of(around).acceleration,
+                               around.now - 1);
+        from = segment.from;
     }
-    leg.length = std::max((goal - leg.from).norm(), 1e-3F);
-    leg.goal = goal;
-    return leg;
+    segment.length = std::max((goal - segment.from).norm(), 1e-3F);
+    segment.goal = goal;
+    return segment;
 }
 
-/// Whether the mind is where its leg was to end; else it boards again from where it is.
+/// Whether the mind is where its segment was to end; else it boards again from where it is.
 /// False: it is too far off.
 bool find_place(Mind& mind, const TrackView& view, const Surroundings& around) {
     const auto on_it = [](float distance) {
         return static_cast<double>(distance) <= kBoardM;
     };
-    // That place is the goal of its leg, if it still has that one.
-    if (on_it((mind.leg.goal - around.at).norm()) ||
+    // That place is the goal of its segment, if it still has that one.
+    if (on_it((mind.segment.goal - around.at).norm()) ||
         on_it((view.local(place_after(mind, view, 0.0)) - around.at).norm())) {
         return true;
     }
@@ -325,14 +325,14 @@ bool find_place(Mind& mind, const TrackView& view, const Surroundings& around) {
     return true;
 }
 
-/// Sets the next leg, from the place that the timetable has for the end of the last one.
-void set_next_leg(Mind& mind,
-                  const State& state,
-                  const TrackView& view,
-                  const Surroundings& around) {
+/// Sets the next segment, from the place that the timetable has for the end of the last one.
+void set_next_segment(Mind& mind,
+                      const State& state,
+                      const TrackView& view,
+                      const Surroundings& around) {
     const double top = top_speed_of(state, around);
     const double speed = timetable_speed(state, around);
-    const double path = next_leg_m(mind, view, speed, around);
+    const double path = next_segment_m(mind, view, speed, around);
     const Vec2 goal = view.local(place_after(mind, view, path));
     const double straight = static_cast<double>((goal - around.at).norm());
     double time = time_to_due(mind, around) + path / speed;
@@ -342,9 +342,10 @@ void set_next_leg(Mind& mind,
     }
     advance(mind, view, path);
     set_due(mind, time, around);
-    mind.leg = leg_in_time(goal, time, static_cast<float>(top), mind, around);
-    aim_along(
-        mind, Pace{mind.leg.speed / static_cast<float>(top), state.sprint}, mind.leg.direction);
+    mind.segment = segment_in_time(goal, time, static_cast<float>(top), mind, around);
+    aim_along(mind,
+              Pace{mind.segment.speed / static_cast<float>(top), state.sprint},
+              mind.segment.direction);
     mind.on_path = false;
     mind.again_at = kNever;
 }
@@ -392,38 +393,38 @@ bool follow_track(Mind& mind, const State& state, const Surroundings& around) {
             }
         }
     }
-    set_next_leg(mind, state, view, around);
+    set_next_segment(mind, state, view, around);
     return true;
 }
 
-Wish wish_track(Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity track_velocity(Mind& mind, const State& state, const Surroundings& around) {
     const Vec2 target(mind.target.x(), mind.target.z());
-    Wish wish;
-    wish.has_goal = true;
-    wish.seeks = true;
-    wish.goal = target;
-    wish.direction = target - around.at;
+    DesiredVelocity desired;
+    desired.has_goal = true;
+    desired.seeks = true;
+    desired.goal = target;
+    desired.direction = target - around.at;
     if (mind.corner == kTrackEnds) {
-        return wish.direction.norm() > 2.0F * kArriveM ? wish : Wish();
+        return desired.direction.norm() > 2.0F * kArriveM ? desired : DesiredVelocity();
     }
     const TrackView view(*state.follow, around);
     const Lane& lane = view.lane(mind.track.lane);
     const Lane::Near near =
         lane.nearest(view.world(around.at), static_cast<double>(mind.track.s), kReachM);
     if (mind.timed && around.there) {
-        wish = Wish();
-        wish.far = true;  // a path may open
-        return wish;
+        desired = DesiredVelocity();
+        desired.far = true;  // a path may open
+        return desired;
     }
     if (mind.timed || near.distance_m > kPushedOffM) {
-        return wish;
+        return desired;
     }
     mind.track.s = static_cast<float>(near.s);
     const double ahead = std::max(kAheadM, kAheadS * timetable_speed(state, around));
-    wish.seeks = false;
-    wish.goal = view.local(lane.at(near.s + ahead).at);
-    wish.direction = wish.goal - around.at;
-    return wish;
+    desired.seeks = false;
+    desired.goal = view.local(lane.at(near.s + ahead).at);
+    desired.direction = desired.goal - around.at;
+    return desired;
 }
 
 TrackPlace track_place(const Mind& mind, const Places& places) {

@@ -32,9 +32,9 @@ void aim_at(Mind& mind, const Vec2& at) {
     mind.target = Vec3(at.x(), mind.target.y(), at.y());
 }
 
-/// Its leg is over: whoever steers it, or goes on with it unseen, makes one to its new target.
-void end_leg(Mind& mind, Tick now) {
-    mind.leg.length = 0.0F;
+/// Its segment is over: whoever steers it, or goes on with it unseen, makes one to its new target.
+void end_segment(Mind& mind, Tick now) {
+    mind.segment.length = 0.0F;
     mind.again_at = now;
     mind.next_steering = now;
 }
@@ -211,14 +211,14 @@ void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, bool arrived, const Sce
     }
 }
 
-/// Nothing happens to who is on a leg, unless doors have turned.
+/// Nothing happens to who is on a segment, unless doors have turned.
 void Nests::take_turn(Mind& mind, const Forager& forager, const Scene& scene) {
     const ForageDef& def = *scene.machines[mind.machine].states[mind.doing].forage;
     const Vec3& position = scene.entities.position[forager.row];
     const Vec2 body(position.x(), position.z());
-    const bool by_leg = keeps_to_leg(mind, body, scene.now, scene.dt);
-    const bool over = by_leg && leg_is_over(mind, scene.now, scene.dt);
-    if (by_leg && !over && !turned_) {
+    const bool by_segment = keeps_to_segment(mind, body, scene.now, scene.dt);
+    const bool over = by_segment && segment_is_over(mind, scene.now, scene.dt);
+    if (by_segment && !over && !turned_) {
         return;
     }
     const Vec2 at = whereabouts(mind, body, scene.now, scene.dt);
@@ -226,13 +226,13 @@ void Nests::take_turn(Mind& mind, const Forager& forager, const Scene& scene) {
     const Scents key{mind.machine, mind.doing, scene.entities.type[forager.row], {}};
     if (Nest* const nest = nest_of(key, scene)) {
         const bool near = (target - at).norm() < kAtCell * nest->ground.grid.cell_m();
-        walk(mind, *nest, at, by_leg ? over : near, scene);
+        walk(mind, *nest, at, by_segment ? over : near, scene);
     } else {
         mind.corner |= kLost;
         aim_at(mind, scene.places.centre(def.nest));
     }
-    if (by_leg && target != Vec2(mind.target.x(), mind.target.z())) {
-        end_leg(mind, scene.now);
+    if (by_segment && target != Vec2(mind.target.x(), mind.target.z())) {
+        end_segment(mind, scene.now);
     }
 }
 

@@ -39,10 +39,10 @@ inline bool goes_by_cells(const Mind& mind, const State& state) {
 /// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
 /// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to
 /// that of the next by a timetable (walk.h), and what they smell and mark happens at the ends of
-/// these legs, in the order of ticks and then of entities: the same whether somebody sees them or
-/// not. Where they are on their path is part of their minds (`corner`, `target`, `steps`), and goes
-/// with them to another zone: from there they walk straight home. Scents stay, and are part of the
-/// zone's state.
+/// these segments, in the order of ticks and then of entities: the same whether somebody sees them
+/// or not. Where they are on their path is part of their minds (`corner`, `target`, `steps`), and
+/// goes with them to another zone: from there they walk straight home. Scents stay, and are part of
+/// the zone's state.
 class Nests {
   public:
     struct Scene {
@@ -59,11 +59,11 @@ class Nests {
     void clear() { foragers_.clear(); }
 
     /// In any order: all whose bodies are simulated, and of the others those who have come to the
-    /// end of a leg.
+    /// end of a segment.
     void add(const Forager& forager) { foragers_.push_back(forager); }
 
     /// Lets those who have come to a cell mark it and choose the next: writes `target`, and ends
-    /// the leg of whoever has another one.
+    /// the segment of whoever has another one.
     void step(Minds& minds, const Scene& scene);
 
     /// A door has changed the ground of a nest in the last step: all who forage have to look, in

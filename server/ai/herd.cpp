@@ -118,20 +118,20 @@ Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimit
            (limits.speed * (sprints ? limits.sprint_factor : 1.0F));
 }
 
-const Leg* Drift::leg_of(const world::Entities& entities, world::Row row) const {
+const PathSegment* Drift::segment_of(const world::Entities& entities, world::Row row) const {
     const EntityId entity = entities.id[row];
     if (row < slots.size() && slots[row] < minds.slots()) {
         const Mind& hinted = minds.at(slots[row]);
         if (hinted.entity == entity) {
-            return &hinted.leg;
+            return &hinted.segment;
         }
     }
     const Mind* const mind = minds.find(entity);
-    return mind != nullptr ? &mind->leg : nullptr;
+    return mind != nullptr ? &mind->segment : nullptr;
 }
 
 bool at_step_end(const Mind& mind, const Vec2& at) {
-    return (at - mind.leg.goal).norm() <= kAtEndShare * step_of(mind);
+    return (at - mind.segment.goal).norm() <= kAtEndShare * step_of(mind);
 }
 
 float roam_speed(const State& state, const motion::CharacterLimits& limits) {
@@ -162,15 +162,15 @@ void take_step(Mind& mind,
     const float time_s = static_cast<float>(until - in.now) * in.dt;
     const Vec2 here = flat_part(from);
     const float length = end.stands ? (flat_part(end.at) - here).norm() : 0.0F;
-    mind.leg = Leg();
-    mind.leg.from = here;
-    mind.leg.goal = end.stands ? flat_part(end.at) : here;
-    mind.leg.since = in.now - 1;
+    mind.segment = PathSegment();
+    mind.segment.from = here;
+    mind.segment.goal = end.stands ? flat_part(end.at) : here;
+    mind.segment.since = in.now - 1;
     if (length > 0.0F) {
-        mind.leg.direction = (mind.leg.goal - here) / length;
-        mind.leg.speed = length / time_s;
+        mind.segment.direction = (mind.segment.goal - here) / length;
+        mind.segment.speed = length / time_s;
     }
-    mind.target = Vec3(mind.leg.goal.x(), end.at.y(), mind.leg.goal.y());
+    mind.target = Vec3(mind.segment.goal.x(), end.at.y(), mind.segment.goal.y());
     mind.timed = true;
     mind.on_path = false;
     mind.fresh = false;
@@ -185,7 +185,7 @@ bool roam(Mind& mind,
           const Vec2& way) {
     const Tick until = roams_until(machine, in.now, in.dt);
     const float time_s = static_cast<float>(until - in.now) * in.dt;
-    const Vec2 velocity = velocity_at(mind.leg, in.now - 1, in.dt);
+    const Vec2 velocity = velocity_at(mind.segment, in.now - 1, in.dt);
     const motion::CharacterState begin{
         from, Vec3(velocity.x(), 0.0F, velocity.y()), in.entities.yaw[row], true};
     const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
@@ -204,19 +204,19 @@ bool only_steps(const Mind& mind,
     }
     const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
     const float wanted = wanted_by(mind.aim, limits).norm();
-    return mind.leg.speed >= kHinderedShare * wanted;
+    return mind.segment.speed >= kHinderedShare * wanted;
 }
 
 void hash_step(core::StateHash& hash, const Mind& mind) {
     core::BlockHash block;
     block.pack(mind.entity.value);
     for (int axis = 0; axis < 2; ++axis) {
-        block.pack(mind.leg.from[axis]);
-        block.pack(mind.leg.goal[axis]);
+        block.pack(mind.segment.from[axis]);
+        block.pack(mind.segment.goal[axis]);
         block.pack(mind.placed[axis]);
     }
-    block.pack(mind.leg.speed);
-    block.pack(mind.leg.since);
+    block.pack(mind.segment.speed);
+    block.pack(mind.segment.since);
     block.pack(mind.target.y());
     block.pack(mind.aim.move_x);
     block.pack(mind.aim.move_z);

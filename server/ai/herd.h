@@ -27,7 +27,7 @@ inline constexpr float kHinderedShare = 0.9F;
 
 /// The way of its last step, m: so far it may have come from where its entity was put.
 inline float step_of(const Mind& mind) {
-    return (mind.leg.goal - mind.leg.from).norm();
+    return (mind.segment.goal - mind.segment.from).norm();
 }
 
 /// Where those neighbours are whom nobody sees: their rows say where they were put last, their
@@ -40,12 +40,13 @@ struct Drift {
     float reach_m;  ///< nobody is farther than this from its row
 
     /// Of a row that dozes; null: it has no mind here.
-    [[nodiscard]] const Leg* leg_of(const world::Entities& entities, world::Row row) const;
+    [[nodiscard]] const PathSegment* segment_of(const world::Entities& entities,
+                                                world::Row row) const;
 };
 
-/// Whether the mind is on a step with its herd: no other leg leads on without an end.
+/// Whether the mind is on a step with its herd: no other segment leads on without an end.
 inline bool on_step(const Mind& mind) {
-    return mind.tier == Tier::kCoarse && mind.leg.length == 0.0F && mind.leg.speed > 0.0F;
+    return mind.tier == Tier::kCoarse && mind.segment.length == 0.0F && mind.segment.speed > 0.0F;
 }
 
 /// How far the entity of such a one may be from where a step of it begins, m: to place it costs

@@ -48,9 +48,9 @@ void Herds::add_animal(const Mind* mind,
                        const Vec2& at,
                        const Scene& scene) {
     const world::Entities& e = scene.entities;
-    const Leg* const leg = !e.has(row, world::kDozing) ? nullptr
-                           : number != kNoNumber       ? &mind->leg
-                                                       : scene.drift.leg_of(e, row);
+    const PathSegment* const segment = !e.has(row, world::kDozing) ? nullptr
+                                       : number != kNoNumber       ? &mind->segment
+                                                                   : scene.drift.segment_of(e, row);
     Animal animal{};
     animal.entity = e.id[row];
     animal.row = row;
@@ -60,10 +60,10 @@ void Herds::add_animal(const Mind* mind,
     animal.until = kNever;
     animal.at = at;
     animal.velocity = Vec2(e.velocity[row].x(), e.velocity[row].z());
-    if (leg != nullptr) {
-        animal.velocity = velocity_at(*leg, scene.now - 1, scene.dt);
+    if (segment != nullptr) {
+        animal.velocity = velocity_at(*segment, scene.now - 1, scene.dt);
         // Who steps is where it says.
-        animal.at = number != kNoNumber ? at : position_at(*leg, scene.now - 1, scene.dt);
+        animal.at = number != kNoNumber ? at : position_at(*segment, scene.now - 1, scene.dt);
     }
     if (mind != nullptr) {
         const CompiledMachine& machine = scene.machines[mind->machine];
@@ -233,8 +233,8 @@ void Herds::set_velocity(std::size_t n, const Vec2& wanted, float time_s) {
     velocity_z_[n] = velocity.y();
 }
 
-/// The rule, as wish_of() and steer() ask it at a decision; by where all are at the end of the tick
-/// before.
+/// The rule, as desired_velocity() and steer() ask it at a decision; by where all are at the end of
+/// the tick before.
 Vec2 Herds::turned(Minds& minds, std::size_t n, const Scene& scene, Tick now) {
     Animal& animal = animals_[n];
     const Mind& mind = *animal.mind;
@@ -267,15 +267,15 @@ Vec2 Herds::turned(Minds& minds, std::size_t n, const Scene& scene, Tick now) {
     const float speed = std::max(0.01F, roam_speed(state, limits));
     FlockPull pull = flock_pull(mind, state, speed, here, scene.places);
     pull.heading = heading;
-    Vec2 wish = sum.heading(here, pull);
-    if (wish.norm() < 1e-3F) {
+    Vec2 desired = sum.heading(here, pull);
+    if (desired.norm() < 1e-3F) {
         if (!stands || animal.number == kNoNumber) {
             return as_before;
         }
         core::Rng& rng = minds.at(roaming_[animal.number].slot).rng;
-        wish = Vec2(rng.range(-1.0F, 1.0F), 1.0F);  // anywhere
+        desired = Vec2(rng.range(-1.0F, 1.0F), 1.0F);  // anywhere
     }
-    const Vec2 direction = wish.normalized();
+    const Vec2 direction = desired.normalized();
     if (stands || heading.dot(direction) < kReaimFlockCos) {
         aim_along(animal.aim, Pace{state.speed_factor * mind.band, state.sprint}, direction);
     }
@@ -374,7 +374,7 @@ void Herds::leave(Minds& minds, std::size_t n, const Scene& scene, float time_s)
         ends_[animal.number] = {animal.body.position, animal.body.grounded};
     } else {
         const motion::CharacterLimits& limits = scene.types[animal.type].character;
-        const Vec2 velocity = velocity_at(mind.leg, scene.now - 1, scene.dt);
+        const Vec2 velocity = velocity_at(mind.segment, scene.now - 1, scene.dt);
         ends_[animal.number] =
             walk_along({roaming.at, Vec3(velocity.x(), 0.0F, velocity.y()), animal.body.yaw, true},
                        place(n, time_s) - animal.at,

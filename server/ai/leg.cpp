@@ -45,49 +45,53 @@ struct Passage {
 
 }  // namespace
 
-Tick stays_until(const Leg& leg, const Vec2& centre, float radius_m, Tick now, float dt) {
-    const Passage passage{(leg.from - centre).cast<double>(),
-                          leg.direction.cast<double>() * static_cast<double>(leg.speed),
+Tick stays_until(const PathSegment& segment,
+                 const Vec2& centre,
+                 float radius_m,
+                 Tick now,
+                 float dt) {
+    const Passage passage{(segment.from - centre).cast<double>(),
+                          segment.direction.cast<double>() * static_cast<double>(segment.speed),
                           static_cast<double>(radius_m)};
     const double rounded =
-        kRounded * static_cast<double>(leg.from.norm() + centre.norm() + std::abs(radius_m));
+        kRounded * static_cast<double>(segment.from.norm() + centre.norm() + std::abs(radius_m));
     const double step = static_cast<double>(dt);
-    const double since = static_cast<double>(now - 1 - leg.since) * step;
+    const double since = static_cast<double>(now - 1 - segment.since) * step;
     // While it turns it is beside the walk at full speed by so much at most.
-    const double turns = std::max(0.0, static_cast<double>(leg.bend_s) - since);
-    const double aside = static_cast<double>(leg.bend.norm()) * turns * turns;
+    const double turns = std::max(0.0, static_cast<double>(segment.bend_s) - since);
+    const double aside = static_cast<double>(segment.bend.norm()) * turns * turns;
     double meets = passage.meets(since, rounded + aside);
-    if (aside > 0.0 && !(meets < static_cast<double>(leg.bend_s))) {
+    if (aside > 0.0 && !(meets < static_cast<double>(segment.bend_s))) {
         meets = passage.meets(since, rounded);
     }
     const double ticks = std::floor(meets / step);
-    return ticks < 1e9 ? std::max(now + 1, leg.since + 1 + static_cast<Tick>(ticks)) : kNever;
+    return ticks < 1e9 ? std::max(now + 1, segment.since + 1 + static_cast<Tick>(ticks)) : kNever;
 }
 
-Leg leg_from(const Vec2& here,
-             const Vec2& velocity,
-             const Vec2& direction,
-             float speed,
-             float acceleration,
-             Tick tick) {
-    Leg leg;
-    leg.direction = direction;
-    leg.speed = speed;
-    leg.since = tick;
-    leg.from = here;
+PathSegment segment_from(const Vec2& here,
+                         const Vec2& velocity,
+                         const Vec2& direction,
+                         float speed,
+                         float acceleration,
+                         Tick tick) {
+    PathSegment segment;
+    segment.direction = direction;
+    segment.speed = speed;
+    segment.since = tick;
+    segment.from = here;
     const Vec2 change = direction * speed - velocity;
     const float size = change.norm();
     if (acceleration > 0.0F && size > 0.0F) {
-        leg.bend_s = size / acceleration;
-        leg.bend = change * (0.5F * acceleration / size);
-        leg.from -= leg.bend * (leg.bend_s * leg.bend_s);
+        segment.bend_s = size / acceleration;
+        segment.bend = change * (0.5F * acceleration / size);
+        segment.from -= segment.bend * (segment.bend_s * segment.bend_s);
     }
-    return leg;
+    return segment;
 }
 
-Tick arrival_of(const Leg& leg, float dt) {
-    const float ticks = std::floor(leg.length / (leg.speed * dt));
-    return leg.since + 2 + static_cast<Tick>(std::clamp(ticks, 0.0F, 1e9F));
+Tick arrival_of(const PathSegment& segment, float dt) {
+    const float ticks = std::floor(segment.length / (segment.speed * dt));
+    return segment.since + 2 + static_cast<Tick>(std::clamp(ticks, 0.0F, 1e9F));
 }
 
 }  // namespace zoned::ai

@@ -10,8 +10,8 @@ void shift(Mind& mind, const Vec3& offset) {
     mind.target += offset;
     mind.anchor += offset;
     mind.known += offset;
-    mind.leg.from += Vec2(offset.x(), offset.z());
-    mind.leg.goal += Vec2(offset.x(), offset.z());
+    mind.segment.from += Vec2(offset.x(), offset.z());
+    mind.segment.goal += Vec2(offset.x(), offset.z());
     mind.placed += Vec2(offset.x(), offset.z());
 }
 

@@ -44,11 +44,11 @@ inline constexpr goap::World kUnplanned = ~goap::World{0};
 struct TrackWalk {
     tracks::LaneId lane = tracks::kNoLane;
     tracks::LaneId from = tracks::kNoLane;  ///< it changes over from that one; none: it does not
-    float s = 0.0F;        ///< on the lane, m: the end of the leg; where it changes: the beginning
-    float from_s = 0.0F;   ///< where the change begins on that one, m
-    float changed = 0.0F;  ///< way since then until the end of the leg, m
+    float s = 0.0F;  ///< on the lane, m: the end of the segment; where it changes: the beginning
+    float from_s = 0.0F;     ///< where the change begins on that one, m
+    float changed = 0.0F;    ///< way since then until the end of the segment, m
     float to_change = 0.0F;  ///< way until another lane is drawn, m
-    Tick due = 0;            ///< it is to be at the end of its leg at the end of this tick ...
+    Tick due = 0;            ///< it is to be at the end of its segment at the end of this tick ...
     float due_s = 0.0F;      ///< ... and so much later, s
 };
 
@@ -88,11 +88,12 @@ struct Mind {
     float band = 1.0F;           ///< factor of speed of a state with a rubber band
     Tier tier = Tier::kAwake;
     Tick unseen_since = kNever;  ///< awake: since when nobody can see it
-    bool timed = false;          ///< it goes by its leg; always where coarse
-    Leg leg;
-    TrackWalk track;         ///< of who follows one
-    bool on_path = false;    ///< timed: its leg is one of a way to leg.goal, which it has asked for
-    Tick again_at = kNever;  ///< timed, and stands: when it looks for a way again
+    bool timed = false;          ///< it goes by its segment; always where coarse
+    PathSegment segment;
+    TrackWalk track;  ///< of who follows one
+    bool on_path =
+        false;  ///< timed: its segment is one of a way to segment.goal, which it has asked for
+    Tick again_at = kNever;      ///< timed, and stands: when it looks for a way again
     Vec2 placed = Vec2::Zero();  ///< coarse: x, z where its entity was put last
     Tick next_event = kNever;    ///< coarse
     Tick look_at = kNever;  ///< coarse: before then it meets nobody (encounters.h); kNever: ever
@@ -108,7 +109,7 @@ void shift(Mind& mind, const Vec3& offset);
 /// All of it.
 void hash(core::StateHash& hash, const Mind& mind);
 
-/// What of a mind may become other where its leg ends, and it decides nothing.
+/// What of a mind may become other where its segment ends, and it decides nothing.
 void hash_walk(core::StateHash& hash, const Mind& mind);
 
 }  // namespace zoned::ai

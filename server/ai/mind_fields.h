@@ -78,14 +78,14 @@ template <class MindOf, class Visit>
     visit(mind.tier);
     visit(mind.unseen_since);
     visit(mind.timed);
-    visit_vector(mind.leg.from, visit);
-    visit_vector(mind.leg.direction, visit);
-    visit(mind.leg.speed);
-    visit(mind.leg.length);
-    visit_vector(mind.leg.bend, visit);
-    visit(mind.leg.bend_s);
-    visit(mind.leg.since);
-    visit_vector(mind.leg.goal, visit);
+    visit_vector(mind.segment.from, visit);
+    visit_vector(mind.segment.direction, visit);
+    visit(mind.segment.speed);
+    visit(mind.segment.length);
+    visit_vector(mind.segment.bend, visit);
+    visit(mind.segment.bend_s);
+    visit(mind.segment.since);
+    visit_vector(mind.segment.goal, visit);
     visit(mind.track.lane);
     visit(mind.track.from);
     visit(mind.track.s);
@@ -104,8 +104,8 @@ template <class MindOf, class Visit>
     visit(mind.wait.trades);
 }
 
-/// Of these those that become other where a leg ends and nothing is decided, large and small ones
-/// so that they fill words (core::BlockHash::pack()).
+/// Of these those that become other where a segment ends and nothing is decided, large and small
+/// ones so that they fill words (core::BlockHash::pack()).
 template <class MindOf, class Visit>
 [[gnu::always_inline]] inline void visit_walk_fields(MindOf& mind, Visit&& visit) {
     visit(mind.rng.state);
@@ -121,15 +121,15 @@ template <class MindOf, class Visit>
     visit(mind.entered);
     visit(mind.fresh);
     visit_vector(mind.anchor, visit);
-    visit(mind.leg.bend_s);
+    visit(mind.segment.bend_s);
     visit(mind.anchor_since);
-    visit_vector(mind.leg.from, visit);
-    visit_vector(mind.leg.direction, visit);
-    visit(mind.leg.speed);
-    visit(mind.leg.length);
-    visit_vector(mind.leg.bend, visit);
-    visit(mind.leg.since);
-    visit_vector(mind.leg.goal, visit);
+    visit_vector(mind.segment.from, visit);
+    visit_vector(mind.segment.direction, visit);
+    visit(mind.segment.speed);
+    visit(mind.segment.length);
+    visit_vector(mind.segment.bend, visit);
+    visit(mind.segment.since);
+    visit_vector(mind.segment.goal, visit);
     visit(mind.track.lane);
     visit(mind.track.from);
     visit(mind.track.s);

@@ -91,11 +91,11 @@ class Minds {
     /// planned for it.
     void call_up(Slot slot, Tick now);
 
-    /// Of a coarse mind whose leg is another one than before, or was left: the squares that it
+    /// Of a coarse mind whose segment is another one than before, or was left: the squares that it
     /// comes through, and when it leaves them, CoarseCells::left_at(). `dt` in s. `late`: it should
     /// have had an event before.
     void settle(Slot slot, Tick left, float dt, bool late = false) {
-        cells_.put(slot, minds_[slot].leg, minds_[slot].placed, dt, late);
+        cells_.put(slot, minds_[slot].segment, minds_[slot].placed, dt, late);
         if (leaving_.at(slot) != left) {
             leaving_.schedule(slot, left);
         }

@@ -113,8 +113,8 @@ class Looking {
           how_(machine.perception),
           sight_m_(machine.perception_m),
           eye_(stand_of(self).at) {
-        const bool on_leg = timetable_of(self) != nullptr;
-        const std::uint16_t yaw = on_leg ? mind.aim.yaw : e_.yaw[self];
+        const bool on_segment = timetable_of(self) != nullptr;
+        const std::uint16_t yaw = on_segment ? mind.aim.yaw : e_.yaw[self];
         const double turn = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 32768.0);
         ahead_ = Vec2(static_cast<float>(std::sin(turn)), static_cast<float>(std::cos(turn)));
     }
@@ -122,13 +122,13 @@ class Looking {
     Sight run() {
         Sight sight;
         const float range = std::max(sight_m_, how_.hearing_m);
-        const float beside = around_.timetables != nullptr ? kAstrayM : 0.0F;
+        const float beside = around_.timetables != nullptr ? kDriftM : 0.0F;
         around_.grid.for_each_within(
             eye_.x(), eye_.z(), range + beside, [&](world::Row row, float d2) {
                 const Stand stand = stand_of(row);
                 const Vec3 way = stand.at - eye_;
                 const float own2 = way.x() * way.x() + way.z() * way.z();
-                consider(row, stand, stand.by_leg || beside > 0.0F ? own2 : d2, sight);
+                consider(row, stand, stand.by_segment || beside > 0.0F ? own2 : d2, sight);
             });
         const Noticed target = choose();
         if (target.row != world::kNoRow) {
@@ -151,11 +151,11 @@ class Looking {
     struct Stand {
         Vec3 at;
         Vec2 velocity;
-        bool by_leg = false;
+        bool by_segment = false;
     };
 
     /// Null: it goes by none that is known.
-    [[nodiscard]] const Leg* timetable_of(world::Row row) const {
+    [[nodiscard]] const PathSegment* timetable_of(world::Row row) const {
         const Timetables* const all = around_.timetables;
         if (all == nullptr || row >= all->slots.size() || all->slots[row] >= all->minds.slots()) {
             return nullptr;
@@ -163,19 +163,20 @@ class Looking {
         const Mind& mind = all->minds.at(all->slots[row]);
         const Vec3& body = e_.position[row];
         const bool keeps = mind.entity == e_.id[row] &&
-                           keeps_to_leg(mind, {body.x(), body.z()}, around_.now, around_.dt);
-        return keeps ? &mind.leg : nullptr;
+                           keeps_to_segment(mind, {body.x(), body.z()}, around_.now, around_.dt);
+        return keeps ? &mind.segment : nullptr;
     }
 
     [[nodiscard]] Stand stand_of(world::Row row) const {
         const Vec3& body = e_.position[row];
         const Vec3& velocity = e_.velocity[row];
-        const Leg* const leg = timetable_of(row);
-        if (leg == nullptr) {
+        const PathSegment* const segment = timetable_of(row);
+        if (segment == nullptr) {
             return {body, {velocity.x(), velocity.z()}};
         }
-        const Vec2 at = position_at(*leg, around_.now - 1, around_.dt);
-        return {{at.x(), body.y(), at.y()}, velocity_at(*leg, around_.now - 1, around_.dt), true};
+        const Vec2 at = position_at(*segment, around_.now - 1, around_.dt);
+        return {
+            {at.x(), body.y(), at.y()}, velocity_at(*segment, around_.now - 1, around_.dt), true};
     }
 
     void consider(world::Row row, const Stand& stand, float d2, Sight& sight) {

@@ -70,7 +70,7 @@ class Forecast {
           now_(now),
           dt_(outlook.dt),
           places_(outlook.places),
-          leg_(outlook.leg) {}
+          segment_(outlook.segment) {}
 
     /// What comes at this tick or later need not be told apart.
     void look_until(Tick tick) { limit_ = tick; }
@@ -175,9 +175,9 @@ class Forecast {
     /// Of a distance to `place` (x, z, m).
     [[nodiscard]] Tick passed(const Watch& watch, const Vec2& place) const {
         const Tick by_speed = after(std::abs(senses_[watch.sense] - watch.threshold), step_m_);
-        return leg_ == nullptr
+        return segment_ == nullptr
                    ? by_speed
-                   : std::max(by_speed, stays_until(*leg_, place, watch.threshold, now_, dt_));
+                   : std::max(by_speed, stays_until(*segment_, place, watch.threshold, now_, dt_));
     }
 
     /// Time in a state, which begins at the tick in which the state was entered, s.
@@ -268,7 +268,7 @@ class Forecast {
     Tick limit_ = kNever;
     float dt_;
     const Places& places_;
-    const Leg* leg_;
+    const PathSegment* segment_;
 };
 
 /// Whether the mind would choose what it does by what it senses and remembers.

@@ -11,7 +11,8 @@ struct Outlook {
     float day_s = 0.0F;
     float dt = 0.0F;  ///< s
     const Places& places;
-    const Leg* leg = nullptr;  ///< that it goes along until it is asked again; null: anywhere
+    const PathSegment* segment =
+        nullptr;  ///< that it goes along until it is asked again; null: anywhere
 };
 
 /// What quiet_until() finds.

@@ -21,9 +21,10 @@ constexpr float kBandChange = 0.05F;
 /// less than it goes changes its pace.
 constexpr float kBlendStands = 0.05F;
 constexpr float kBlendPace = 0.1F;
-/// Whose body is so far from where its leg says is put right, m: commands are worth a publication.
-constexpr float kOffLegM = 0.2F;
-/// In what time at least, s: where the leg has come by then, or at its end.
+/// Whose body is so far from where its segment says is put right, m: commands are worth a
+/// publication.
+constexpr float kOffSegmentM = 0.2F;
+/// In what time at least, s: where the segment has come by then, or at its end.
 constexpr float kPutRightS = 0.5F;
 /// Who falls faster, m/s, has left its floor: some 0.2 m below it.
 constexpr float kFalls = 2.0F;
@@ -50,8 +51,8 @@ bool blocked(Mind& mind, const Vec2* goal, float speed, const Surroundings& arou
     return static_cast<float>(around.now - mind.anchor_since) * around.dt >= kPatienceS;
 }
 
-bool blocked(Mind& mind, const Wish& wish, float speed, const Surroundings& around) {
-    return blocked(mind, wish.has_goal ? &wish.goal : nullptr, speed, around);
+bool blocked(Mind& mind, const DesiredVelocity& desired, float speed, const Surroundings& around) {
+    return blocked(mind, desired.has_goal ? &desired.goal : nullptr, speed, around);
 }
 
 /// Walks across its path for a while.
@@ -76,44 +77,47 @@ void get_around(Mind& mind, const State& state, const Vec2& direction, const Sur
     step_aside(mind, {state.speed_factor * mind.band, state.sprint}, direction, around);
 }
 
-Tick next_steering(const Mind& mind, const Wish& wish, float speed, const Surroundings& around) {
+Tick next_steering(const Mind& mind,
+                   const DesiredVelocity& desired,
+                   float speed,
+                   const Surroundings& around) {
     const Tick period = next_turn(mind, around.now) - around.now;
-    if (!wish.has_goal) {
+    if (!desired.has_goal) {
         return around.now + period;
     }
-    const float path = wish.direction.norm() - kArriveM;
+    const float path = desired.direction.norm() - kArriveM;
     const auto ticks = static_cast<Tick>(std::clamp(path / (speed * around.dt), 0.0F, 8.0F));
     return around.now + std::clamp<Tick>(ticks, 1, period);
 }
 
 /// True where the heading is off by too much.
-bool turns(const Mind& mind, const Wish& wish, const Vec2& direction, bool entered) {
+bool turns(const Mind& mind, const DesiredVelocity& desired, const Vec2& direction, bool entered) {
     if (entered || !moving(mind)) {
         return true;
     }
     const float cosine = aim_direction(mind).dot(direction);
-    return cosine < (mind.fresh ? wish.fresh_cos : kReaimCos);
+    return cosine < (mind.fresh ? desired.fresh_cos : kReaimCos);
 }
 
 /// The same, or the speed.
 bool needs_aim(const Mind& mind,
                const State& state,
-               const Wish& wish,
+               const DesiredVelocity& desired,
                const Vec2& direction,
                bool entered) {
     const float share = std::min(1.0F, state.speed_factor * mind.band);
     const float aimed = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
     const bool pace = state.rubber_band && std::abs(aimed - share) > kBandChange;
-    return pace || turns(mind, wish, direction, entered);
+    return pace || turns(mind, desired, direction, entered);
 }
 
 /// What all deeds of a blend want together, as a velocity in units of walking speed: each wants its
 /// own speed along its own direction, or to stand, with its degree as its weight.
-Vec2 blended_wish(Mind& mind,
-                  const CompiledMachine& machine,
-                  const CompiledMachine::Choice& choice,
-                  std::size_t count,
-                  const Surroundings& around) {
+Vec2 blended_velocity(Mind& mind,
+                      const CompiledMachine& machine,
+                      const CompiledMachine::Choice& choice,
+                      std::size_t count,
+                      const Surroundings& around) {
     const float sprint_factor =
         around.types[around.entities.type[around.self]].character.sprint_factor;
     Vec2 sum = Vec2::Zero();
@@ -123,12 +127,13 @@ Vec2 blended_wish(Mind& mind,
             continue;
         }
         const State& deed = machine.states[choice.first + d];
-        const Wish wish = wish_of(mind, deed, full_speed(deed, around), around);
-        const float length = wish.direction.norm();
+        const DesiredVelocity desired =
+            desired_velocity(mind, deed, full_speed(deed, around), around);
+        const float length = desired.direction.norm();
         total += mind.degrees[d];
         if (length > 0.0F && std::isfinite(length)) {
             const float speed = deed.speed_factor * (deed.sprint ? sprint_factor : 1.0F);
-            sum += wish.direction * (mind.degrees[d] * speed / length);
+            sum += desired.direction * (mind.degrees[d] * speed / length);
         }
     }
     return total > 0.0F ? Vec2(sum / total) : Vec2::Zero();
@@ -149,24 +154,24 @@ void steer_blend(Mind& mind,
     }
     const motion::CharacterLimits& limits =
         around.types[around.entities.type[around.self]].character;
-    const Vec2 wish = blended_wish(mind, machine, choice, count, around);
-    const float speed = wish.norm();
-    mind.next_steering = next_steering(mind, Wish(), std::max(0.01F, speed), around);
+    const Vec2 desired = blended_velocity(mind, machine, choice, count, around);
+    const float speed = desired.norm();
+    mind.next_steering = next_steering(mind, DesiredVelocity(), std::max(0.01F, speed), around);
     if (!(speed >= kBlendStands)) {
         stand(mind, around);
         return;
     }
     const Pace pace{speed > 1.0F ? speed / limits.sprint_factor : speed, speed > 1.0F};
-    const Vec2 direction = wish / speed;
+    const Vec2 direction = desired / speed;
     const float now = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove *
                       (mind.aim.buttons != 0 ? limits.sprint_factor : 1.0F);
-    if (turns(mind, Wish(), direction, entered) || std::abs(now - speed) > kBlendPace) {
+    if (turns(mind, DesiredVelocity(), direction, entered) || std::abs(now - speed) > kBlendPace) {
         if (!moving(mind)) {
             restart_progress(mind, around.entities.position[around.self], around.now);
         }
         aim_along(mind, pace, direction);
     }
-    if (blocked(mind, Wish(), limits.speed * speed, around)) {
+    if (blocked(mind, DesiredVelocity(), limits.speed * speed, around)) {
         restart_progress(mind, around.entities.position[around.self], around.now);
         step_aside(mind, pace, direction, around);
     }
@@ -175,50 +180,50 @@ void steer_blend(Mind& mind,
 /// What hangs on others: looked at anew whenever it steers. True: it needs a path.
 bool steer_freely(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     const float speed = std::max(0.01F, full_speed(state, around));
-    Wish wish = wish_of(mind, state, speed, around);
-    const Vec2 goal = wish.goal;
-    const bool asks = turn_to_path(mind, state, wish, around);
+    DesiredVelocity desired = desired_velocity(mind, state, speed, around);
+    const Vec2 goal = desired.goal;
+    const bool asks = turn_to_path(mind, state, desired, around);
     if (asks) {
-        mind.leg = Leg();
-        mind.leg.goal = goal;
+        mind.segment = PathSegment();
+        mind.segment.goal = goal;
     }
-    mind.next_steering = next_steering(mind, wish, speed, around);
-    const float length = wish.keep ? 0.0F : wish.direction.norm();
-    if (wish.keep) {
-        if (blocked(mind, wish, speed, around)) {
+    mind.next_steering = next_steering(mind, desired, speed, around);
+    const float length = desired.keep ? 0.0F : desired.direction.norm();
+    if (desired.keep) {
+        if (blocked(mind, desired, speed, around)) {
             get_around(mind, state, aim_direction(mind), around);
         }
     } else if (!(length > 0.0F) || !std::isfinite(length)) {
         stand(mind, around);
     } else {
-        const Vec2 direction = wish.direction / length;
-        if (needs_aim(mind, state, wish, direction, entered)) {
+        const Vec2 direction = desired.direction / length;
+        if (needs_aim(mind, state, desired, direction, entered)) {
             if (!moving(mind)) {
                 restart_progress(mind, around.entities.position[around.self], around.now);
             }
             aim_along(mind, state, direction);
         }
-        if (blocked(mind, wish, speed, around)) {
+        if (blocked(mind, desired, speed, around)) {
             get_around(mind, state, direction, around);
         }
     }
     return asks;
 }
 
-/// A command that leads the body to where the leg is at its end, or some time on: so soon that the
-/// correction is worth a step of the command.
-void put_right(Mind& mind, const State& state, const Surroundings& around) {
+/// A command that leads the body to where the segment is at its end, or some time on: so soon that
+/// the correction is worth a step of the command.
+void correct_drift(Mind& mind, const State& state, const Surroundings& around) {
     const float full = full_speed(state, around) / std::max(state.speed_factor, 1e-3F);
-    const float soon_s = std::max(kPutRightS, kOffLegM * kFullMove / full);
-    const float left_s = time_on(mind.leg, arrival_of(mind.leg, around.dt), around.dt) -
-                         time_on(mind.leg, around.now, around.dt);
+    const float soon_s = std::max(kPutRightS, kOffSegmentM * kFullMove / full);
+    const float left_s = time_on(mind.segment, arrival_of(mind.segment, around.dt), around.dt) -
+                         time_on(mind.segment, around.now, around.dt);
     const float time_s = std::clamp(left_s, kPutRightS, soon_s);
     const auto ticks = static_cast<Tick>(std::lround(time_s / around.dt));
-    const Vec2 path = position_at(mind.leg, around.now - 1 + ticks, around.dt) - around.body();
+    const Vec2 path = position_at(mind.segment, around.now - 1 + ticks, around.dt) - around.body();
     const float length = path.norm();
     if (length > 0.0F) {
         const float speed = length / (static_cast<float>(ticks) * around.dt);
-        // It faces the path of its leg, as one that nobody sees does.
+        // It faces the path of its segment, as one that nobody sees does.
         const std::uint16_t facing = mind.aim.yaw;
         aim_along(mind, Pace{speed / full, state.sprint}, path / length);
         mind.aim.yaw = facing;
@@ -231,45 +236,45 @@ bool falls(const Surroundings& around) {
     return !e.has(around.self, world::kGrounded) && e.velocity[around.self].y() < -kFalls;
 }
 
-/// Keeps the body to the leg, which is set anew where it has come to its end, or the body was
+/// Keeps the body to the segment, which is set anew where it has come to its end, or the body was
 /// pushed away or held up. True: it needs a path.
-bool steer_by_leg(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+bool steer_by_segment(Mind& mind, const State& state, bool entered, const Surroundings& around) {
     Surroundings self = around;
-    const Vec2 off = position_at(mind.leg, around.now - 1, around.dt) - around.body();
-    const bool anew = !mind.timed || off.norm() > kAstrayM;
+    const Vec2 off = position_at(mind.segment, around.now - 1, around.dt) - around.body();
+    const bool anew = !mind.timed || off.norm() > kDriftM;
     if (falls(around)) {
         mind.timed = false;  // where it lands its path may lead elsewhere
         mind.next_steering = around.now + 1;
         return false;
     }
-    const bool over = leg_is_over(mind, around.now, around.dt);
+    const bool over = segment_is_over(mind, around.now, around.dt);
     // In another zone than the one that knew its path.
     const bool lost =
         mind.on_path && (around.paths == nullptr || !around.paths->has(around.slot, mind.entity));
-    if (over || mind.leg.length == 0.0F || !mind.timed) {
+    if (over || mind.segment.length == 0.0F || !mind.timed) {
         restart_progress(mind, around.entities.position[around.self], around.now);
     }
     if (anew) {
-        start_leg(mind, around);
+        start_segment(mind, around);
         self.at = around.body();
     }
     bool asks = false;
     if (anew || lost || entered || over) {
-        asks = plan_leg(mind, state, entered, self);
-    } else if (mind.leg.length > 0.0F && off.norm() > kOffLegM &&
-               time_on(mind.leg, around.now, around.dt) > mind.leg.bend_s) {
-        put_right(mind, state, around);
-        const Vec2 end = end_of(mind.leg);
-        if (blocked(mind, &end, mind.leg.speed, around)) {
-            get_around(mind, state, mind.leg.direction, around);
+        asks = plan_segment(mind, state, entered, self);
+    } else if (mind.segment.length > 0.0F && off.norm() > kOffSegmentM &&
+               time_on(mind.segment, around.now, around.dt) > mind.segment.bend_s) {
+        correct_drift(mind, state, around);
+        const Vec2 end = end_of(mind.segment);
+        if (blocked(mind, &end, mind.segment.speed, around)) {
+            get_around(mind, state, mind.segment.direction, around);
             mind.timed = false;
         }
     }
     const Tick turn = next_turn(mind, around.now);
-    if (asks || mind.leg.length > 0.0F) {
+    if (asks || mind.segment.length > 0.0F) {
         mind.next_steering =
             asks ? around.now + 1
-                 : std::clamp(arrival_of(mind.leg, around.dt), around.now + 1, turn);
+                 : std::clamp(arrival_of(mind.segment, around.dt), around.now + 1, turn);
         return asks;
     }
     mind.next_steering = std::clamp(mind.again_at, around.now + 1, turn);
@@ -284,7 +289,7 @@ Tick next_turn(const Mind& mind, Tick now) {
 }
 
 void get_unstuck(Mind& mind, const State& state, const Surroundings& around) {
-    if (moving(mind) && blocked(mind, Wish(), full_speed(state, around), around)) {
+    if (moving(mind) && blocked(mind, DesiredVelocity(), full_speed(state, around), around)) {
         get_around(mind, state, aim_direction(mind), around);
     }
 }
@@ -314,8 +319,8 @@ bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& aroun
         steer_in_formation(mind, state, entered, around);
     } else if (around.now < mind.detour_until) {
         // It walks on across its path.
-    } else if (goes_by_legs(mind, state)) {
-        asks = steer_by_leg(mind, state, entered, around);
+    } else if (goes_by_segments(mind, state)) {
+        asks = steer_by_segment(mind, state, entered, around);
     } else {
         mind.timed = false;
         asks = steer_freely(mind, state, entered, around);

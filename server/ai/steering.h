@@ -13,7 +13,7 @@ inline constexpr float kPatienceS = 2.0F;
 
 /// Updates mind.aim. Every change of direction costs a publication for each level of detail, so the
 /// heading is corrected only when it is off by some degrees: few at the tick of a decision, more in
-/// between. Standing still is exactly zero. True: it needs a path first, see plan_leg().
+/// between. Standing still is exactly zero. True: it needs a path first, see plan_segment().
 bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around);
 
 /// The next turn after `now` of one that is far: every few ticks, by entity id so that the load is

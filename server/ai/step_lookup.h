@@ -34,7 +34,7 @@ inline world::Row row_of(const world::Entities& entities,
 
 /// When it leaves the square that its entity is in.
 inline Tick left_at(const Mind& mind, const World& world, bool goes_on = false) {
-    return CoarseCells::left_at(mind.leg, mind.placed, world.half_size, world.dt, goes_on);
+    return CoarseCells::left_at(mind.segment, mind.placed, world.half_size, world.dt, goes_on);
 }
 
 /// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).

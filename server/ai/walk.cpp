@@ -41,7 +41,7 @@ float commanded_speed(const Mind& mind, const motion::CharacterLimits& limits) {
 
 /// Stands where it will have come to a halt.
 void halt(Mind& mind, const Surroundings& around, const Vec2& velocity) {
-    mind.leg = leg_from(
+    mind.segment = segment_from(
         around.at, velocity, Vec2::Zero(), 0.0F, limits_of(around).acceleration, around.now - 1);
     mind.aim.move_x = mind.aim.move_z = 0;
     mind.aim.buttons = 0;
@@ -54,28 +54,28 @@ void look_again(Mind& mind, float after_s, const Surroundings& around) {
 /// Where a command leads that is held: its heading is one of few, so that it passes the goal a
 /// little to the side; the length to where it is within `near_m`, where it counts as reached. Where
 /// it would pass by farther than that, corrections on the way lead it straight there.
-void head_for(const Vec2& goal, float near_m, const Vec2& heading, Leg& leg) {
-    const Vec2 path = goal - leg.from;
+void head_for(const Vec2& goal, float near_m, const Vec2& heading, PathSegment& segment) {
+    const Vec2 path = goal - segment.from;
     const float along = path.dot(heading);
     const float aside2 = std::max(0.0F, path.squaredNorm() - along * along);
     if (aside2 < 0.25F * near_m * near_m) {
-        leg.length = along - std::sqrt(near_m * near_m - aside2);
+        segment.length = along - std::sqrt(near_m * near_m - aside2);
     } else {
-        leg.direction = path / path.norm();
-        leg.length = path.norm() - near_m;
+        segment.direction = path / path.norm();
+        segment.length = path.norm() - near_m;
     }
-    leg.length = std::max(leg.length, 1e-3F);
+    segment.length = std::max(segment.length, 1e-3F);
 }
 
-/// The command that leads to within `near_m` of `goal`, and the leg that it makes. Getting up to
-/// speed, or turning, leads a little aside: the second try allows for that.
+/// The command that leads to within `near_m` of `goal`, and the segment that it makes. Getting up
+/// to speed, or turning, leads a little aside: the second try allows for that.
 void set_out(Mind& mind,
              const State& state,
              const Surroundings& around,
              const Vec2& goal,
              float near_m) {
-    const Vec2 velocity = velocity_at(mind.leg, around.now - 1, around.dt);
-    const Vec2 whole = mind.leg.goal;
+    const Vec2 velocity = velocity_at(mind.segment, around.now - 1, around.dt);
+    const Vec2 whole = mind.segment.goal;
     const float acceleration = limits_of(around).acceleration;
     const Pace pace{std::min(state.speed_factor * mind.band, around.all_out ? 1.0F : kUsed),
                     state.sprint};
@@ -91,16 +91,17 @@ void set_out(Mind& mind,
             return;
         }
         const Vec2 heading = aim_direction(mind);
-        mind.leg = leg_from(around.at, velocity, heading, speed, acceleration, around.now - 1);
-        const Vec2 rest = goal - mind.leg.from;
+        mind.segment =
+            segment_from(around.at, velocity, heading, speed, acceleration, around.now - 1);
+        const Vec2 rest = goal - mind.segment.from;
         if (!(rest.norm() > near_m)) {
             break;
         }
         path = rest;
     }
     face_along(mind.aim, towards);
-    head_for(goal, near_m, aim_direction(mind), mind.leg);
-    mind.leg.goal = whole;
+    head_for(goal, near_m, aim_direction(mind), mind.segment);
+    mind.segment.goal = whole;
     mind.again_at = kNever;
 }
 
@@ -109,16 +110,19 @@ bool has_path(const Mind& mind, const Surroundings& around) {
 }
 
 /// So near to its goal a straight walk is over, m.
-float reach_of(const Mind& mind, const State& state, const Wish& wish, const Surroundings& around) {
+float reach_of(const Mind& mind,
+               const State& state,
+               const DesiredVelocity& desired,
+               const Surroundings& around) {
     if (state.action != ActionKind::kForage) {
         return kArriveM;
     }
     // Home is all of the nest.
     return goes_by_cells(mind, state)
                ? kAtCell * state.forage->cell_m
-               : std::max(
-                     kTurnM,
-                     wish.direction.norm() - around.places.outside(state.forage->nest, around.at));
+               : std::max(kTurnM,
+                          desired.direction.norm() -
+                              around.places.outside(state.forage->nest, around.at));
 }
 
 /// Whether the mind has come to where its path ends.
@@ -133,16 +137,16 @@ bool path_is_over(const Mind& mind, const Surroundings& around) {
 
 }  // namespace
 
-bool keeps_to_leg(const Mind& mind, const Vec2& body, Tick now, float dt) {
+bool keeps_to_segment(const Mind& mind, const Vec2& body, Tick now, float dt) {
     return mind.timed && (mind.tier != Tier::kAwake ||
-                          !((position_at(mind.leg, now - 1, dt) - body).norm() > kAstrayM));
+                          !((position_at(mind.segment, now - 1, dt) - body).norm() > kDriftM));
 }
 
 Vec2 whereabouts(const Mind& mind, const Vec2& body, Tick now, float dt) {
-    return keeps_to_leg(mind, body, now, dt) ? position_at(mind.leg, now - 1, dt) : body;
+    return keeps_to_segment(mind, body, now, dt) ? position_at(mind.segment, now - 1, dt) : body;
 }
 
-bool goes_by_legs(const Mind& mind, const State& state) {
+bool goes_by_segments(const Mind& mind, const State& state) {
     const bool banded = state.rubber_band && (mind.prey || mind.band != 1.0F);
     switch (state.action) {
         case ActionKind::kFollowTrack:
@@ -167,53 +171,54 @@ bool goes_by_legs(const Mind& mind, const State& state) {
     return false;
 }
 
-void start_leg(Mind& mind, const Surroundings& around) {
+void start_segment(Mind& mind, const Surroundings& around) {
     const Vec3& v = around.entities.velocity[around.self];
     const Vec2 velocity(v.x(), v.z());
     const float speed = velocity.norm();
-    mind.leg = leg_from(around.body(),
-                        velocity,
-                        speed > 0.0F ? Vec2(velocity / speed) : Vec2(Vec2::Zero()),
-                        speed,
-                        0.0F,
-                        around.now - 1);
+    mind.segment = segment_from(around.body(),
+                                velocity,
+                                speed > 0.0F ? Vec2(velocity / speed) : Vec2(Vec2::Zero()),
+                                speed,
+                                0.0F,
+                                around.now - 1);
     mind.timed = true;
     mind.on_path = false;
 }
 
 void follow_path(Mind& mind, const State& state, const Surroundings& around) {
     const Vec2 next = flat_of(around.paths->heading(around.slot, spot_of(around.at), kCornerM));
-    const bool last = (next - mind.leg.goal).norm() < kTurnM;
+    const bool last = (next - mind.segment.goal).norm() < kTurnM;
     const float near_m = last ? kArriveM : kTurnM;
     if ((next - around.at).norm() > near_m) {
         set_out(mind, state, around, next, near_m);
         return;
     }
-    const Vec2 goal = mind.leg.goal;
-    halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
-    mind.leg.goal = goal;
+    const Vec2 goal = mind.segment.goal;
+    halt(mind, around, velocity_at(mind.segment, around.now - 1, around.dt));
+    mind.segment.goal = goal;
     look_again(mind, kAskAgain_s, around);
 }
 
-bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& from) {
+bool plan_segment(Mind& mind, const State& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
     around.there = !entered && path_is_over(mind, around);
     if (state.action == ActionKind::kFollowTrack && follow_track(mind, state, around)) {
         return false;
     }
-    const Wish wish = wish_of(mind, state, full_speed(state, around), around);
-    if (!wish.has_goal || !(wish.direction.norm() > 1e-3F)) {
-        if (mind.leg.speed > 0.0F) {
-            halt(mind, around, velocity_at(mind.leg, around.now - 1, around.dt));
+    const DesiredVelocity desired =
+        desired_velocity(mind, state, full_speed(state, around), around);
+    if (!desired.has_goal || !(desired.direction.norm() > 1e-3F)) {
+        if (mind.segment.speed > 0.0F) {
+            halt(mind, around, velocity_at(mind.segment, around.now - 1, around.dt));
         }
         mind.on_path = false;
         mind.again_at = kNever;
-        if (wish.far || state.action == ActionKind::kForage) {
-            look_again(mind, wish.far ? kLookAgain_s : kAskAgain_s, around);
+        if (desired.far || state.action == ActionKind::kForage) {
+            look_again(mind, desired.far ? kLookAgain_s : kAskAgain_s, around);
         }
         return false;
     }
-    const bool same = !entered && wish.goal == mind.leg.goal;
+    const bool same = !entered && desired.goal == mind.segment.goal;
     const bool by_cells = goes_by_cells(mind, state);
     if (same && !by_cells && has_path(mind, around)) {
         follow_path(mind, state, around);
@@ -221,37 +226,40 @@ bool plan_leg(Mind& mind, const State& state, bool entered, const Surroundings& 
     }
     const TypeIndex type = around.entities.type[around.self];
     if (!by_cells && around.paths != nullptr && around.paths->plans_for(type)) {
-        mind.leg.goal = wish.goal;
+        mind.segment.goal = desired.goal;
         return true;
     }
-    if (!same || mind.leg.length == 0.0F) {
+    if (!same || mind.segment.length == 0.0F) {
         mind.on_path = false;
-        mind.leg.goal = wish.goal;
-        set_out(mind, state, around, wish.goal, reach_of(mind, state, wish, around));
+        mind.segment.goal = desired.goal;
+        set_out(mind, state, around, desired.goal, reach_of(mind, state, desired, around));
     }
     return false;
 }
 
-bool turn_to_path(Mind& mind, const State& state, Wish& wish, const Surroundings& around) {
+bool turn_to_path(Mind& mind,
+                  const State& state,
+                  DesiredVelocity& desired,
+                  const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];
     const navigation::Spot body = spot_of(around.body());
-    if (!wish.seeks || around.paths == nullptr || !around.paths->plans_for(type)) {
+    if (!desired.seeks || around.paths == nullptr || !around.paths->plans_for(type)) {
         mind.on_path = false;
         return false;
     }
     const float feet_m = limits_of(around).radius + limits_of(around).half_segment;
     const PathHeights heights{around.entities.position[around.self].y() - feet_m,
                               goal_floor(mind, state, around)};
-    if (around.paths->straight(type, body, spot_of(wish.goal), heights)) {
+    if (around.paths->straight(type, body, spot_of(desired.goal), heights)) {
         mind.on_path = false;
         return false;
     }
     const bool asks = mind.fresh || !has_path(mind, around);
     if (has_path(mind, around)) {
         const Vec2 next = flat_of(around.paths->heading(around.slot, body, kCornerM));
-        wish.direction = next - around.body();
+        desired.direction = next - around.body();
         // Progress is what leads to the corner.
-        wish.goal = next;
+        desired.goal = next;
     }
     return asks;
 }

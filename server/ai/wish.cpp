@@ -55,16 +55,16 @@ std::uint8_t nearest_corner(const Mind& mind, float radius, const Vec2& here) {
     return best;
 }
 
-Wish go_to(const Vec2& goal, const Vec2& here) {
-    Wish wish;
-    wish.has_goal = true;
-    wish.seeks = true;
-    wish.goal = goal;
-    wish.direction = goal - here;
-    return wish;
+DesiredVelocity go_to(const Vec2& goal, const Vec2& here) {
+    DesiredVelocity desired;
+    desired.has_goal = true;
+    desired.seeks = true;
+    desired.goal = goal;
+    desired.direction = goal - here;
+    return desired;
 }
 
-Wish wish_wander(Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity wander_velocity(Mind& mind, const State& state, const Surroundings& around) {
     const Vec2 here = around.at;
     if (around.there || (flat(mind.target) - here).norm() < kArriveM) {
         pick_wander_target(mind, state.radius_m, around);
@@ -72,7 +72,7 @@ Wish wish_wander(Mind& mind, const State& state, const Surroundings& around) {
     return go_to(flat(mind.target), here);
 }
 
-Wish wish_patrol(Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity patrol_velocity(Mind& mind, const State& state, const Surroundings& around) {
     Vec2 goal = corner_of(mind, state.radius_m, mind.corner);
     if (around.there || (goal - around.at).norm() < kArriveM) {
         mind.corner = static_cast<std::uint8_t>((mind.corner + 1) & 3);
@@ -101,24 +101,24 @@ bool on_other_floor(const Mind& mind,
 }
 
 /// To stand at: left only when pushed away from it.
-Wish go_and_stay(const Mind& mind,
-                 const State& state,
-                 const Vec2& goal,
-                 const Surroundings& around) {
+DesiredVelocity go_and_stay(const Mind& mind,
+                            const State& state,
+                            const Vec2& goal,
+                            const Surroundings& around) {
     const float over_ground = (goal - around.at).norm();
     const bool above = over_ground < kSetOutM && on_other_floor(mind, state, goal, around);
     const float distance = above ? kSetOutM : over_ground;
-    Wish wish;
-    wish.far = around.there && !(distance < kArriveM);
+    DesiredVelocity desired;
+    desired.far = around.there && !(distance < kArriveM);
     const bool stay = distance < (walks(mind) ? kArriveM : kSetOutM);
-    return stay || wish.far ? wish : go_to(goal, around.at);
+    return stay || desired.far ? desired : go_to(goal, around.at);
 }
 
-Wish wish_return(const Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity return_velocity(const Mind& mind, const State& state, const Surroundings& around) {
     return go_and_stay(mind, state, flat(mind.home), around);
 }
 
-Wish wish_place(const Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity place_velocity(const Mind& mind, const State& state, const Surroundings& around) {
     return go_and_stay(mind, state, around.places.spot(state.place, mind.entity), around);
 }
 
@@ -145,46 +145,52 @@ std::optional<Other> target_of(const Mind& mind, const Surroundings& around) {
 }
 
 /// Chase and flee: `sign` is +1 towards, -1 away.
-Wish wish_prey(const Mind& mind, const State& state, const Surroundings& around, float sign) {
+DesiredVelocity prey_velocity(const Mind& mind,
+                              const State& state,
+                              const Surroundings& around,
+                              float sign) {
     const std::optional<Other> target = target_of(mind, around);
     if (!target) {
         return {};
     }
     const Vec2 towards = target->place - around.at;
     const float distance = towards.norm();
-    Wish wish;
+    DesiredVelocity desired;
     if (sign > 0.0F && distance < (moving(mind) ? kChaseStopM : kChaseFollowM) &&
         !on_other_floor(mind, state, target->place, around)) {
-        return wish;
+        return desired;
     }
-    wish.seeks = sign > 0.0F;
-    wish.goal = target->place;
+    desired.seeks = sign > 0.0F;
+    desired.goal = target->place;
     // On the very spot of its prey any direction leads away.
-    wish.direction = distance < 1e-4F ? Vec2(1.0F, 0.0F) : Vec2(sign * towards);
-    return wish;
+    desired.direction = distance < 1e-4F ? Vec2(1.0F, 0.0F) : Vec2(sign * towards);
+    return desired;
 }
 
-Wish wish_flock(Mind& mind, const State& state, float speed, const Surroundings& around) {
-    Wish wish;
-    wish.keep = !mind.fresh && moving(mind);
-    if (wish.keep) {
-        return wish;
+DesiredVelocity flock_velocity(Mind& mind,
+                               const State& state,
+                               float speed,
+                               const Surroundings& around) {
+    DesiredVelocity desired;
+    desired.keep = !mind.fresh && moving(mind);
+    if (desired.keep) {
+        return desired;
     }
     const FlockQuery query{
         flock_pull(mind, state, speed, around.body(), around.places), around.self, around.drift};
-    wish.direction = flock_heading(around.entities, around.grid, query);
-    wish.fresh_cos = kReaimFlockCos;
-    if (wish.direction.norm() < 1e-3F) {
+    desired.direction = flock_heading(around.entities, around.grid, query);
+    desired.fresh_cos = kReaimFlockCos;
+    if (desired.direction.norm() < 1e-3F) {
         // Balanced: walk on, or set out anywhere.
-        wish.keep = moving(mind);
-        wish.direction = Vec2(mind.rng.range(-1.0F, 1.0F), 1.0F);
+        desired.keep = moving(mind);
+        desired.direction = Vec2(mind.rng.range(-1.0F, 1.0F), 1.0F);
     }
-    return wish;
+    return desired;
 }
 
 /// Within `radius_m` of its ward, else of its target; it sets out when it is beyond, and stops well
 /// within, so that who goes beside somebody does not stop and go with every step.
-Wish wish_follow(const Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity follow_velocity(const Mind& mind, const State& state, const Surroundings& around) {
     const std::optional<Other> whom =
         mind.ward ? other_of(mind.ward, around) : target_of(mind, around);
     if (!whom) {
@@ -193,10 +199,10 @@ Wish wish_follow(const Mind& mind, const State& state, const Surroundings& aroun
     const float enough = moving(mind) ? kFollowStop * state.radius_m : state.radius_m;
     const bool near = (whom->place - around.at).norm() < enough &&
                       !on_other_floor(mind, state, whom->place, around);
-    return near ? Wish() : go_to(whom->place, around.at);
+    return near ? DesiredVelocity() : go_to(whom->place, around.at);
 }
 
-Wish wish_escort(const Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity escort_velocity(const Mind& mind, const State& state, const Surroundings& around) {
     const std::optional<Other> ward = other_of(mind.ward, around);
     if (!ward) {
         return {};
@@ -208,17 +214,17 @@ Wish wish_escort(const Mind& mind, const State& state, const Surroundings& aroun
                                    ward->velocity,
                                    threat ? std::optional<Vec2>(threat->place) : std::nullopt,
                                    state.radius_m);
-    return (goal - here).norm() < (moving(mind) ? 0.5F * kArriveM : kArriveM) ? Wish()
+    return (goal - here).norm() < (moving(mind) ? 0.5F * kArriveM : kArriveM) ? DesiredVelocity()
                                                                               : go_to(goal, here);
 }
 
-Wish wish_guard(Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity guard_velocity(Mind& mind, const State& state, const Surroundings& around) {
     const std::optional<Other> target = target_of(mind, around);
     const float from_post = target ? (target->place - flat(mind.home)).norm() : 0.0F;
     const float reach = mind.corner == kEngaged ? state.leash_m : state.radius_m;
     mind.corner = target && from_post <= reach ? kEngaged : kAtPost;
-    return mind.corner == kEngaged ? wish_prey(mind, state, around, 1.0F)
-                                   : wish_return(mind, state, around);
+    return mind.corner == kEngaged ? prey_velocity(mind, state, around, 1.0F)
+                                   : return_velocity(mind, state, around);
 }
 
 }  // namespace
@@ -244,7 +250,7 @@ Vec2 escort_place(const Vec2& here,
     return near || !(apart > 1e-3F) ? here : Vec2(ward + from_ward * (radius_m / apart));
 }
 
-Wish::Wish() : fresh_cos(kReaimFreshCos) {
+DesiredVelocity::DesiredVelocity() : fresh_cos(kReaimFreshCos) {
 }
 
 FlockPull flock_pull(const Mind& mind,
@@ -270,7 +276,7 @@ FlockPull flock_pull(const Mind& mind,
 }
 
 bool walks(const Mind& mind) {
-    return mind.timed ? mind.leg.speed > 0.0F : moving(mind);
+    return mind.timed ? mind.segment.speed > 0.0F : moving(mind);
 }
 
 bool moving(const Mind& mind) {
@@ -329,37 +335,40 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
     }
 }
 
-Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& around) {
+DesiredVelocity desired_velocity(Mind& mind,
+                                 const State& state,
+                                 float speed,
+                                 const Surroundings& around) {
     switch (state.action) {
         case ActionKind::kIdle:
             return {};
         case ActionKind::kWander:
-            return wish_wander(mind, state, around);
+            return wander_velocity(mind, state, around);
         case ActionKind::kPatrol:
-            return wish_patrol(mind, state, around);
+            return patrol_velocity(mind, state, around);
         case ActionKind::kChase:
-            return wish_prey(mind, state, around, 1.0F);
+            return prey_velocity(mind, state, around, 1.0F);
         case ActionKind::kFlee:
-            return wish_prey(mind, state, around, -1.0F);
+            return prey_velocity(mind, state, around, -1.0F);
         case ActionKind::kFlock:
-            return wish_flock(mind, state, speed, around);
+            return flock_velocity(mind, state, speed, around);
         case ActionKind::kReturn:
-            return wish_return(mind, state, around);
+            return return_velocity(mind, state, around);
         case ActionKind::kGo:
-            return wish_place(mind, state, around);
+            return place_velocity(mind, state, around);
         case ActionKind::kFollow:
-            return wish_follow(mind, state, around);
+            return follow_velocity(mind, state, around);
         case ActionKind::kEscort:
-            return wish_escort(mind, state, around);
+            return escort_velocity(mind, state, around);
         case ActionKind::kGuard:
-            return wish_guard(mind, state, around);
+            return guard_velocity(mind, state, around);
         case ActionKind::kForage:
             return go_to(flat(mind.target), around.at);
         case ActionKind::kFollowTrack:
-            return wish_track(mind, state, around);
+            return track_velocity(mind, state, around);
         case ActionKind::kFormUp:
             // Who keeps its place is steered otherwise.
-            return mind.ward ? go_to(flat(mind.target), around.body()) : Wish();
+            return mind.ward ? go_to(flat(mind.target), around.body()) : DesiredVelocity();
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return {};

@@ -1,4 +1,5 @@
-// Wish: where what a mind does wants to go now, before it is made a command or a leg.
+// DesiredVelocity: where what a mind does wants to go now, before it is made a command or a
+// segment.
 #pragma once
 
 #include "server/ai/flock.h"
@@ -34,7 +35,7 @@ struct Surroundings {
     Slot slot = 0;                 ///< of the mind
     Vec2 at = Vec2::Zero();        ///< x, z where the mind takes itself to be, m: walk.h
     bool there = false;            ///< its path ends here: nearer to its goal it does not come
-    bool all_out = false;          ///< it keeps no speed back, for no body has to follow its leg
+    bool all_out = false;  ///< it keeps no speed back, for no body has to follow its segment
     const Drift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
                                    ///< their rows say
 
@@ -45,7 +46,7 @@ struct Surroundings {
     }
 };
 
-struct Wish {
+struct DesiredVelocity {
     Vec2 direction = Vec2::Zero();  ///< need not have unit length; zero = stand still
     bool has_goal = false;          ///< progress means coming nearer to `goal`
     Vec2 goal = Vec2::Zero();
@@ -54,7 +55,7 @@ struct Wish {
     bool keep = false;   ///< nothing new: the aim stays
     bool far = false;    ///< it stands where it did not want to: a path may open
 
-    Wish();
+    DesiredVelocity();
 };
 
 /// Begins what the mind does anew, which it has just turned to.
@@ -70,10 +71,13 @@ Vec2 escort_place(const Vec2& here,
                   float radius_m);
 
 /// What `state` wants; `speed` in m/s. Moves on targets that are reached.
-Wish wish_of(Mind& mind, const State& state, float speed, const Surroundings& around);
+DesiredVelocity desired_velocity(Mind& mind,
+                                 const State& state,
+                                 float speed,
+                                 const Surroundings& around);
 
-/// How high the feet are of who is where such a wish leads, m: as at home for what begins there, as
-/// those of whom it is about, as a place has it; not a number: on the ground.
+/// How high the feet are of who is where such a desired leads, m: as at home for what begins there,
+/// as those of whom it is about, as a place has it; not a number: on the ground.
 float goal_floor(const Mind& mind, const State& state, const Surroundings& around);
 
 /// At a decision a herd animal re-aims when the cosine of what its heading is off by is below this:
@@ -96,7 +100,7 @@ float full_speed(const State& state, const Surroundings& around);
 /// Whether its command moves it.
 bool moving(const Mind& mind);
 
-/// Whether it is on its way: by its leg where it goes by one.
+/// Whether it is on its way: by its segment where it goes by one.
 bool walks(const Mind& mind);
 
 /// Of a command, or the mind's: unit length, or zero when it stands.

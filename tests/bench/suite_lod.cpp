@@ -128,7 +128,7 @@ class DayTrial {
             person.type = settings_.types[state.entities.type[row]].name;
             const Vec3& at = state.entities.position[row];
             person.at = mind.tier == ai::Tier::kCoarse
-                            ? ai::position_at(mind.leg, world_.now(), state.settings.dt)
+                            ? ai::position_at(mind.segment, world_.now(), state.settings.dt)
                             : Vec2(at.x(), at.z());
             day_.dead += machine.states[mind.doing].name == "dead" ? 1U : 0U;
             for (std::size_t v = 0; v < machine.variables.size(); ++v) {

@@ -219,12 +219,12 @@ void look_at_wall(const LaneAgents& a,
 }
 
 /// What agents want, turned a little where they get nowhere.
-LaneVelocity wish(const LaneAgents& a,
-                  const std::uint32_t* rows,
-                  std::size_t count,
-                  const CrowdAgents& agents,
-                  std::uint64_t tick,
-                  const AvoidanceSettings& settings) {
+LaneVelocity desired(const LaneAgents& a,
+                     const std::uint32_t* rows,
+                     std::size_t count,
+                     const CrowdAgents& agents,
+                     std::uint64_t tick,
+                     const AvoidanceSettings& settings) {
     const Lanes none{};
     const Lanes one = splat(1.0F);
     const Lanes wanted = length(a.want_x, a.want_z);
@@ -403,7 +403,7 @@ AvoidanceReport Avoidance::step(CrowdAgents& agents,
             LanePlanes planes;
             look_around(a, order_, seen, batch, settings, planes);
             look_at_walls(a, walls, batch, settings, planes);
-            const LaneVelocity want = wish(a, rows, count, agents, tick, settings);
+            const LaneVelocity want = desired(a, rows, count, agents, tick, settings);
             const LaneVelocity v = choose(a, planes, want, settings, of_batch_[b]);
             for (std::size_t lane = 0; lane < count; ++lane) {
                 if ((a.moved_here >> lane & 1U) != 0) {

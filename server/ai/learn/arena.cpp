@@ -89,9 +89,9 @@ ArenaResult play(const Arena& arena, const Policy* policy, core::Rng rng) {
     for (int step = 0; step < steps; ++step) {
         s.target = goal.at;
         s.target_velocity = goal.velocity;
-        const Vec2 wish =
+        const Vec2 desired =
             policy != nullptr ? decide(*policy, s, {}, values).move : facing_of(Facing::kTarget, s);
-        s.velocity += limited(wish * arena.speed - s.velocity, arena.acceleration * kArenaStep);
+        s.velocity += limited(desired * arena.speed - s.velocity, arena.acceleration * kArenaStep);
         s.here += s.velocity * kArenaStep;
         if (s.here.norm() >= arena.wall_m) {
             s.here = limited(s.here, arena.wall_m);

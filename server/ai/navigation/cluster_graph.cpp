@@ -155,7 +155,7 @@ void HpaGraph::reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goa
 }
 
 /// From the start through the portals of its square, and from those of the goal's to the goal. What
-/// is looked at are the cells behind portals only: two legs within one square are never shorter
+/// is looked at are the cells behind portals only: two segments within one square are never shorter
 /// than the one between their ends.
 void HpaGraph::open_ends(const GridMap& map, const Query& query) {
     const HpaCluster& first = clusters_[cluster_of(query.start)];

@@ -167,7 +167,7 @@ void WaypointPaths::ready(std::uint32_t goal) {
     }
 }
 
-void WaypointPaths::prepare_legs(const Request& request) {
+void WaypointPaths::prepare_segments(const Request& request) {
     ready(request.to.node);
 }
 
@@ -230,14 +230,15 @@ std::uint32_t WaypointPaths::nearest_reached(const Request& request) {
 }
 
 bool WaypointPaths::find_by_clusters(std::uint32_t from, std::uint32_t goal) {
-    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
     path_.assign(1, from);
     while (path_.back() != goal) {
-        const std::size_t count = clusters_.leg(graph(), path_.back(), goal, leg);
+        const std::size_t count = clusters_.segment(graph(), path_.back(), goal, segment);
         if (count == 0) {
             return false;
         }
-        path_.insert(path_.end(), leg.begin(), leg.begin() + static_cast<std::ptrdiff_t>(count));
+        path_.insert(
+            path_.end(), segment.begin(), segment.begin() + static_cast<std::ptrdiff_t>(count));
     }
     spend(kAlongUnits * path_.size());
     return true;
@@ -299,7 +300,7 @@ void WaypointPaths::take(const Request& request, bool to_goal, Found& found) con
     }
 }
 
-Spot WaypointPaths::first_leg(Request& request, Spot at) const {
+Spot WaypointPaths::first_segment(Request& request, Spot at) const {
     const Vec3 here(at.x, request.from.wanted.y(), at.z);
     const std::uint32_t node = graph_.nearest(here);
     if (node == graph_.size() || !clusters_.prepared(request.to.node)) {
@@ -309,15 +310,15 @@ Spot WaypointPaths::first_leg(Request& request, Spot at) const {
     if (node == request.to.node) {
         return waypoint_spot(request.to.on);
     }
-    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
-    const std::size_t count = clusters_.leg(graph(), node, request.to.node, leg);
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
+    const std::size_t count = clusters_.segment(graph(), node, request.to.node, segment);
     if (count == 0) {
         return at;
     }
     // Who is there, or already on the way to the next one, goes on to that.
     const Vec3 on = request.from.wanted;
-    const bool past = (on - places_[node]).norm() <= kBesideEdge_m || on_edge(on, node, leg[0]);
-    return waypoint_spot(places_[past ? leg[0] : node]);
+    const bool past = (on - places_[node]).norm() <= kBesideEdge_m || on_edge(on, node, segment[0]);
+    return waypoint_spot(places_[past ? segment[0] : node]);
 }
 
 MapNumbers WaypointPaths::numbers() const {

@@ -31,7 +31,8 @@ inline bool touches(Cell from, Cell to, Cell cell) {
 
 /// Leaves out the corners of a path that are not needed: from each corner that is kept on to the
 /// last of those behind it up to which all are seen from there. Never longer than the path.
-/// `corners` begins with the start, which stays; so does the goal. Each leg of the path is free.
+/// `corners` begins with the start, which stays; so does the goal. Each segment of the path is
+/// free.
 void pull(const GridMap& map, std::vector<Cell>& corners, std::uint32_t& looked);
 
 }  // namespace zoned::ai::navigation

@@ -23,9 +23,9 @@ constexpr float kMoved_m = 0.01F;
 /// A short cut must gain more than rounding, m.
 constexpr float kGainOnMesh_m = 1e-3F;
 /// Who waits is sent ahead through so many polygons.
-constexpr std::size_t kLegPolygons = 8;
-/// A leg ahead is longer than this, m: who comes to its end has to be in the next polygon.
-constexpr float kLeastLeg_m = 0.3F;
+constexpr std::size_t kSegmentPolygons = 8;
+/// A segment ahead is longer than this, m: who comes to its end has to be in the next polygon.
+constexpr float kLeastSegment_m = 0.3F;
 
 Spot flat_spot(const Vec3& v) {
     return {v.x(), v.z()};
@@ -229,7 +229,7 @@ void NavmeshPaths::ready(std::uint32_t goal) {
     }
 }
 
-void NavmeshPaths::prepare_legs(const Request& request) {
+void NavmeshPaths::prepare_segments(const Request& request) {
     ready(request.to.node);
 }
 
@@ -314,15 +314,15 @@ PathRequestQueue::End NavmeshPaths::nearest_reached(const Request& request) {
 }
 
 bool NavmeshPaths::find_by_clusters(const Request& request, const End& goal) {
-    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
     corridor_.assign(1, request.from.node);
     while (corridor_.back() != goal.node) {
-        const std::size_t count = clusters_.leg(graph(), corridor_.back(), goal.node, leg);
+        const std::size_t count = clusters_.segment(graph(), corridor_.back(), goal.node, segment);
         if (count == 0) {
             return false;
         }
         corridor_.insert(
-            corridor_.end(), leg.begin(), leg.begin() + static_cast<std::ptrdiff_t>(count));
+            corridor_.end(), segment.begin(), segment.begin() + static_cast<std::ptrdiff_t>(count));
     }
     spend(kStepUnits * corridor_.size());
     search_.follow(mesh_, corridor_, request.from.on, goal.on);
@@ -358,7 +358,7 @@ Vec3 NavmeshPaths::gate_between(std::uint32_t polygon, std::uint32_t next) const
     return middles_[next];
 }
 
-Spot NavmeshPaths::first_leg(Request& request, Spot at) const {
+Spot NavmeshPaths::first_segment(Request& request, Spot at) const {
     Vec3 on;
     const Vec3 here(at.x, request.from.wanted.y(), at.z);
     const std::uint32_t node = mesh_.nearest(here, settings_.reach_m, kAnyHeight, on);
@@ -375,21 +375,21 @@ Spot NavmeshPaths::first_leg(Request& request, Spot at) const {
     }
     // As far through the polygons ahead as one can see.
     Spot ahead = at;
-    std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
+    std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
     std::uint32_t last = node;
-    for (std::size_t gates = 0; gates < kLegPolygons && last != request.to.node;) {
-        const std::size_t count = clusters_.leg(graph(), last, request.to.node, leg);
+    for (std::size_t gates = 0; gates < kSegmentPolygons && last != request.to.node;) {
+        const std::size_t count = clusters_.segment(graph(), last, request.to.node, segment);
         if (count == 0) {
             return ahead;
         }
-        for (std::size_t i = 0; i < count && gates < kLegPolygons; ++i, ++gates) {
-            const Vec3 gate = gate_between(last, leg[i]);
+        for (std::size_t i = 0; i < count && gates < kSegmentPolygons; ++i, ++gates) {
+            const Vec3 gate = gate_between(last, segment[i]);
             const bool seen = mesh_.walk(node, on, gate, nothing) != Navmesh::kNone;
-            if (!seen && flat_distance(at, ahead) > kLeastLeg_m) {
+            if (!seen && flat_distance(at, ahead) > kLeastSegment_m) {
                 return ahead;
             }
             ahead = flat_spot(gate);
-            last = leg[i];
+            last = segment[i];
         }
     }
     return ahead;

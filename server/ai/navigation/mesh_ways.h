@@ -46,8 +46,8 @@ class NavmeshPaths final : public PathRequestQueue {
   protected:
     Outcome locate(Request& request) override;
     void find(const Request& request, bool late, Found& found) override;
-    Spot first_leg(Request& request, Spot at) const override;
-    void prepare_legs(const Request& request) override;
+    Spot first_segment(Request& request, Spot at) const override;
+    void prepare_segments(const Request& request) override;
     [[nodiscard]] MapNumbers numbers() const override;
 
     [[nodiscard]] std::vector<std::uint32_t> tables() const override {

@@ -337,10 +337,10 @@ bool GraphHierarchy::joined(std::uint32_t from, std::uint32_t goal) const {
            tables_[cluster_[goal]][cluster_[from]] != kNowhere;
 }
 
-std::size_t GraphHierarchy::leg(const NodeGraph& graph,
-                                std::uint32_t from,
-                                std::uint32_t goal,
-                                std::array<std::uint32_t, kMost + 1>& nodes) const {
+std::size_t GraphHierarchy::segment(const NodeGraph& graph,
+                                    std::uint32_t from,
+                                    std::uint32_t goal,
+                                    std::array<std::uint32_t, kMost + 1>& nodes) const {
     if (!joined(from, goal)) {
         return 0;
     }

@@ -64,10 +64,10 @@ class GraphHierarchy {
 
     /// Nodes of a path from a node, without it, to where it enters the next group, or to the goal
     /// in the same one; 0 where there is none. prepared(goal).
-    std::size_t leg(const NodeGraph& graph,
-                    std::uint32_t from,
-                    std::uint32_t goal,
-                    std::array<std::uint32_t, kMost + 1>& nodes) const;
+    std::size_t segment(const NodeGraph& graph,
+                        std::uint32_t from,
+                        std::uint32_t goal,
+                        std::array<std::uint32_t, kMost + 1>& nodes) const;
 
     /// Marks the groups that are reached from a node. Costs as much as a look at all groups.
     void flood(std::uint32_t from);

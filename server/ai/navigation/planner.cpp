@@ -349,19 +349,19 @@ Answer Planner::by_clusters(const Query& query) {
         return finished(Outcome::kCutOff, work);
     }
     // Best paths between every so many-th of the portals: those between are not gone through.
-    Query leg = query;
+    Query segment = query;
     for (std::size_t at = 0; at + 1 < through_.size();) {
         const std::size_t next = std::min(at + kPortalsLeftOut, through_.size() - 1);
-        leg.start = through_[at];
-        leg.goal = through_[next];
-        leg.max_work = query.max_work - work;
-        if (leg.max_work == 0) {
+        segment.start = through_[at];
+        segment.goal = through_[next];
+        segment.max_work = query.max_work - work;
+        if (segment.max_work == 0) {
             return finished(Outcome::kCutOff, work);
         }
-        if (free_line(map_, leg.start, leg.goal)) {
-            path_.go(leg.goal);
+        if (free_line(map_, segment.start, segment.goal)) {
+            path_.go(segment.goal);
         } else {
-            const Reached reached = search_jump_points(map_, leg, cells_);
+            const Reached reached = search_jump_points(map_, segment, cells_);
             work += reached.work;
             append_chain(reached.last);
             if (!reached.goal) {

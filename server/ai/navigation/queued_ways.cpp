@@ -58,7 +58,7 @@ PathRequestId PathRequestQueue::ask(const PathRequest& ask) {
     if (ends == Outcome::kFound) {
         wait(number);
         if (work_left()) {
-            prepare_legs(request);
+            prepare_segments(request);
         }
     } else {
         fail(number, ends);
@@ -136,7 +136,7 @@ void PathRequestQueue::serve() {
     for (; led < unled_.size() && work_left(); ++led) {
         const Request& request = requests_[unled_[led]];
         if (request.taken && request.waiting && !request.usable) {
-            prepare_legs(request);
+            prepare_segments(request);
         }
     }
     unled_.erase(unled_.begin(), unled_.begin() + static_cast<std::ptrdiff_t>(led));
@@ -198,7 +198,7 @@ Spot PathRequestQueue::heading(PathRequestId ticket, Spot at, float near_m) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     Request& request = requests_[ticket.slot];
     if (request.waiting && !request.usable) {
-        return first_leg(request, at);
+        return first_segment(request, at);
     }
     request.from.wanted.x() = at.x;
     request.from.wanted.z() = at.z;

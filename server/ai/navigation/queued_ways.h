@@ -73,10 +73,10 @@ class PathRequestQueue : public PathProvider {
     virtual void find(const Request& request, bool late, Found& found) = 0;
 
     /// Where to go from a place as long as the path is not there; moves `from` there.
-    virtual Spot first_leg(Request& request, Spot at) const = 0;
+    virtual Spot first_segment(Request& request, Spot at) const = 0;
 
-    /// Makes ready what first_leg() looks up, as far as the tick's work goes.
-    virtual void prepare_legs(const Request& request) = 0;
+    /// Makes ready what first_segment() looks up, as far as the tick's work goes.
+    virtual void prepare_segments(const Request& request) = 0;
 
     /// How many nodes and hinges the map numbers.
     [[nodiscard]] virtual MapNumbers numbers() const = 0;

@@ -23,16 +23,16 @@ Cell turn_of(Cell from, Cell to) {
 }  // namespace
 
 void GridPath::go(Cell to) {
-    leg(turn_of(corners_.back(), to));
-    leg(to);
+    segment(turn_of(corners_.back(), to));
+    segment(to);
 }
 
 void GridPath::arrive(Cell to) {
-    leg(turn_of(to, corners_.back()));
-    leg(to);
+    segment(turn_of(to, corners_.back()));
+    segment(to);
 }
 
-void GridPath::leg(Cell to) {
+void GridPath::segment(Cell to) {
     const Cell from = corners_.back();
     const int dx = to.x - from.x;
     const int dy = to.y - from.y;

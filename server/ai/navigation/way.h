@@ -1,4 +1,4 @@
-// GridPath: corners of a path on a grid, put together leg by leg.
+// GridPath: corners of a path on a grid, put together segment by segment.
 #pragma once
 
 #include "server/ai/navigation/query.h"
@@ -35,7 +35,7 @@ class GridPath {
     [[nodiscard]] Cost cost() const { return straight_ * kStraight + diagonal_ * kDiagonal; }
 
   private:
-    void leg(Cell to);
+    void segment(Cell to);
 
     std::vector<Cell> corners_;
     std::uint32_t straight_ = 0;

@@ -13,7 +13,8 @@ namespace {
 
 /// A short cut must gain more than rounding, m.
 constexpr float kGain_m = 1e-3F;
-/// Of so many closed cells at most each is held against each leg; of more the leg is walked along.
+/// Of so many closed cells at most each is held against each segment; of more the segment is walked
+/// along.
 constexpr std::size_t kFewCells = 32;
 /// So many paths ahead corners are fetched.
 constexpr std::size_t kAhead = 6;
@@ -168,17 +169,19 @@ void GridPathRequests::queue_again() {
     to_queue_.clear();
 }
 
-/// Whether one of the legs that are left of a path leads through something that was closed.
+/// Whether one of the segments that are left of a path leads through something that was closed.
 bool GridPathRequests::cut(const Slot& slot, const Closed& closed) const {
     const std::span<const Spot> corners = pool_.of(slot.corners);
-    // Most legs lie far from it: two cells are more than what is in a cell but not in its middle.
+    // Most segments lie far from it: two cells are more than what is in a cell but not in its
+    // middle.
     const auto at = [this](int x, int y) {
         return Spot{grid_.min_x() + static_cast<float>(x) * grid_.cell_m(),
                     grid_.min_z() + static_cast<float>(y) * grid_.cell_m()};
     };
     const Spot low = at(closed.around.left - 2, closed.around.top - 2);
     const Spot high = at(closed.around.right + 3, closed.around.bottom + 3);
-    // By which sides of the box a place lies beyond it: a leg whose ends share one passes it by.
+    // By which sides of the box a place lies beyond it: a segment whose ends share one passes it
+    // by.
     const auto beyond = [&](Spot spot) {
         return static_cast<unsigned>(spot.x < low.x) |
                static_cast<unsigned>(spot.x > high.x) << 1U |
@@ -199,7 +202,7 @@ bool GridPathRequests::cut(const Slot& slot, const Closed& closed) const {
     return false;
 }
 
-/// Whether a leg that was free leads through what was closed.
+/// Whether a segment that was free leads through what was closed.
 bool GridPathRequests::leads_through(Spot from, Spot to, const Closed& closed) const {
     const Cell a = grid_.cell(from);
     const Cell b = grid_.cell(to);

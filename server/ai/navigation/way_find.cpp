@@ -13,10 +13,10 @@ namespace {
 
 /// A field must save so many times what it costs.
 constexpr std::uint64_t kFieldGain = 2;
-/// Cells or corners looked at on the last leg of a path from area to area.
+/// Cells or corners looked at on the last segment of a path from area to area.
 constexpr std::uint32_t kRegionSearch = 500;
 
-float leg_m(Spot a, Spot b) {
+float segment_m(Spot a, Spot b) {
     return std::sqrt((a.x - b.x) * (a.x - b.x) + (a.z - b.z) * (a.z - b.z));
 }
 
@@ -325,10 +325,10 @@ void GridPathRequests::keep(std::uint32_t number) {
     slot.usable = true;
     slot.next = 0;
     slot.ahead = corners.front();
-    slot.length_m = leg_m(slot.at, slot.ahead);
+    slot.length_m = segment_m(slot.at, slot.ahead);
     slot.rest_m = 0.0F;
     for (std::size_t i = 1; i < corners.size(); ++i) {
-        slot.rest_m += leg_m(corners[i - 1], corners[i]);
+        slot.rest_m += segment_m(corners[i - 1], corners[i]);
     }
     slot.length_m += slot.rest_m;
 }

@@ -21,7 +21,7 @@ constexpr std::uint64_t kIndexShare = 4;
 /// A mean over about so many.
 constexpr std::uint64_t kMeanOver = 16;
 /// Who waits is sent ahead by so many cells.
-constexpr int kLegCells = 8;
+constexpr int kSegmentCells = 8;
 /// Who stands where nothing is passable looks for a cell as far away, in cells.
 constexpr int kBesideReach = 3;
 
@@ -294,7 +294,7 @@ Spot GridPathRequests::heading(PathRequestId ticket, Spot at, float near_m) {
     Slot& slot = slots_[ticket.slot];
     slot.at = at;
     if (slot.waiting && !slot.usable) {
-        return first_leg(slot, at);
+        return first_segment(slot, at);
     }
     const std::span<const Spot> corners = std::as_const(pool_).of(slot.corners);
     if (corners.empty()) {
@@ -308,7 +308,7 @@ Spot GridPathRequests::heading(PathRequestId ticket, Spot at, float near_m) {
     return corners[slot.next];
 }
 
-Spot GridPathRequests::first_leg(const Slot& slot, Spot at) const {
+Spot GridPathRequests::first_segment(const Slot& slot, Spot at) const {
     const GridMap& map = planner_.map();
     Cell from;
     if (!nearest_passable(map, grid_, at, kBesideReach, from)) {
@@ -332,7 +332,7 @@ Spot GridPathRequests::first_leg(const Slot& slot, Spot at) const {
             return false;
         }
         ahead = c;
-        return ++cells < kLegCells;
+        return ++cells < kSegmentCells;
     });
     return ahead == from ? at : grid_.centre(ahead);
 }

@@ -233,7 +233,7 @@ class GridPathRequests {
     void queue_again();
     void settle_regions();
     [[nodiscard]] bool worth_a_field(const Slot& slot) const;
-    [[nodiscard]] Spot first_leg(const Slot& slot, Spot at) const;
+    [[nodiscard]] Spot first_segment(const Slot& slot, Spot at) const;
 
     GridPathSettings settings_;
     GroundGrid grid_;

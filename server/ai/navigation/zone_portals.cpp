@@ -301,8 +301,8 @@ Outcome ZonePortals::route(Planner& planner,
                            Spot start,
                            std::uint32_t to,
                            Spot goal,
-                           std::vector<ZoneLeg>& legs) const {
-    legs.clear();
+                           std::vector<ZonePathSegment>& segments) const {
+    segments.clear();
     const PortalZone& first = zones_[from];
     const PortalZone& last = zones_[to];
     Query query;
@@ -331,7 +331,7 @@ Outcome ZonePortals::route(Planner& planner,
     if (best && !(within && *within <= best->cost_m)) {
         // Portal by portal the one from which the least is left.
         std::uint32_t at = best->first;
-        legs.push_back({from, portals_[at].beyond});
+        segments.push_back({from, portals_[at].beyond});
         while (at != best->last) {
             const PortalZone& zone = zones_[portals_[at].to];
             const auto row = static_cast<std::size_t>(
@@ -346,13 +346,13 @@ Outcome ZonePortals::route(Planner& planner,
                     next = zone.out[i];
                 }
             }
-            ZONED_ASSERT(next != at && legs.size() <= portals_.size(), "a path that was found");
+            ZONED_ASSERT(next != at && segments.size() <= portals_.size(), "a path that was found");
             at = next;
-            legs.push_back({portals_[at].from, portals_[at].beyond});
+            segments.push_back({portals_[at].from, portals_[at].beyond});
         }
     }
-    const std::uint32_t end = legs.empty() ? from : portals_[best->last].to;
-    legs.push_back({end, local(to, goal, end)});
+    const std::uint32_t end = segments.empty() ? from : portals_[best->last].to;
+    segments.push_back({end, local(to, goal, end)});
     return Outcome::kFound;
 }
 

@@ -24,7 +24,7 @@ struct ZoneGround {
 };
 
 /// A path's part in one zone: walk to `to`, which lies in the next zone for all parts but the last.
-struct ZoneLeg {
+struct ZonePathSegment {
     std::uint32_t zone = 0;
     Spot to;  ///< in coordinates of `zone`
 };
@@ -87,7 +87,7 @@ class ZonePortals {
                   Spot start,
                   std::uint32_t to,
                   Spot goal,
-                  std::vector<ZoneLeg>& legs) const;
+                  std::vector<ZonePathSegment>& segments) const;
 
     [[nodiscard]] std::size_t portals() const { return portals_.size(); }
 

@@ -93,7 +93,7 @@ double Lane::on_lane(double s) const {
     return closed() ? s - length() * std::floor(s / length()) : std::clamp(s, 0.0, length());
 }
 
-double Lane::leg_m(double s, const LegLimits& limits) const {
+double Lane::segment_m(double s, const SegmentLimits& limits) const {
     const double from = on_lane(s);
     const double most = std::min({limits.most_m, closed() ? 0.5 * length() : length() - from});
     const std::size_t stations = curved_.size();

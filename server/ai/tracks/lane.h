@@ -14,8 +14,8 @@ namespace zoned::ai::tracks {
 using LaneId = std::uint16_t;
 inline constexpr LaneId kNoLane = 0xFFFF;
 
-/// What a straight leg that begins on a lane may be.
-struct LegLimits {
+/// What a straight segment that begins on a lane may be.
+struct SegmentLimits {
     double off_m = 0.1;  ///< farthest from the lane between its ends, m
     double turn = 1.0;   ///< rad that the lane may turn by
     double most_m = 256.0;
@@ -48,7 +48,7 @@ class Lane {
     /// turns by T with curvatures up to k is within L min(T / 4, k L / 8) of its chord, and L T^2 /
     /// 8 longer at most (Schur's comparison theorem; Guggenheimer, "Differential Geometry", 1963,
     /// section 2-6).
-    [[nodiscard]] double leg_m(double s, const LegLimits& limits) const;
+    [[nodiscard]] double segment_m(double s, const SegmentLimits& limits) const;
 
     static constexpr double kLeast_m = 0.5;
 

@@ -153,9 +153,9 @@ double error_of_best_by_distance(const std::vector<const app::PlayedTick*>& tick
 }
 
 /// What the policy of a network wants at a distance from its target, which is at +x.
-learn::Wanted wish_at(const proto::Training::Imitation& settings,
-                      const learn::Network& network,
-                      float distance) {
+learn::Wanted desired_velocity_at(const proto::Training::Imitation& settings,
+                                  const learn::Network& network,
+                                  float distance) {
     learn::Policy policy;
     policy.inputs = ops::inputs_of(settings.input());
     policy.network = network;
@@ -214,11 +214,11 @@ TEST_F(Imitation, OfAHuntComesNearItsOwnRule) {
     EXPECT_LT(learned, rule);
     EXPECT_LT(learned, 1.1 * best);
     // And so it hunts as they do: it walks from 10 m, runs from 50 m, idles about beside its prey.
-    EXPECT_GT(wish_at(settings, network, 10.0F).move.x(), 0.5F);
-    EXPECT_FALSE(wish_at(settings, network, 10.0F).sprint);
-    EXPECT_GT(wish_at(settings, network, 50.0F).move.x(), 0.5F);
-    EXPECT_TRUE(wish_at(settings, network, 50.0F).sprint);
-    EXPECT_LT(wish_at(settings, network, 2.0F).move.norm(), 0.3F);
+    EXPECT_GT(desired_velocity_at(settings, network, 10.0F).move.x(), 0.5F);
+    EXPECT_FALSE(desired_velocity_at(settings, network, 10.0F).sprint);
+    EXPECT_GT(desired_velocity_at(settings, network, 50.0F).move.x(), 0.5F);
+    EXPECT_TRUE(desired_velocity_at(settings, network, 50.0F).sprint);
+    EXPECT_LT(desired_velocity_at(settings, network, 2.0F).move.norm(), 0.3F);
 }
 
 TEST_F(Imitation, OfAWalkToASpotGoesThere) {

@@ -82,7 +82,7 @@ TEST(EventQueue, NeverIsNoEvent) {
 
 /// A walk of the kinds that there are: on, to a halt, from one direction to another, and by
 /// characters that take long to turn.
-Leg some_leg(core::Rng& rng, Tick since) {
+PathSegment some_segment(core::Rng& rng, Tick since) {
     const auto heading = [&rng] {
         const float turn = rng.range(0.0F, 6.28F);
         return Vec2(std::cos(turn), std::sin(turn));
@@ -91,21 +91,24 @@ Leg some_leg(core::Rng& rng, Tick since) {
     const float acceleration =
         rng.below(2) == 0 ? 0.0F
                           : (rng.below(3) == 0 ? rng.range(0.1F, 1.0F) : rng.range(1.0F, 20.0F));
-    Leg leg = leg_from(Vec2(rng.range(-200.0F, 200.0F), rng.range(-200.0F, 200.0F)),
-                       heading() * rng.range(0.0F, 9.0F),
-                       heading(),
-                       speed,
-                       acceleration,
-                       since);
-    leg.length = speed > 0.0F && rng.below(4) != 0 ? rng.range(1.0F, 700.0F) : 0.0F;
+    PathSegment segment = segment_from(Vec2(rng.range(-200.0F, 200.0F), rng.range(-200.0F, 200.0F)),
+                                       heading() * rng.range(0.0F, 9.0F),
+                                       heading(),
+                                       speed,
+                                       acceleration,
+                                       since);
+    segment.length = speed > 0.0F && rng.below(4) != 0 ? rng.range(1.0F, 700.0F) : 0.0F;
     // Without a length it is a step with a herd.
-    leg.goal = leg.from + leg.direction * (leg.length > 0.0F ? leg.length : rng.range(0.5F, 20.0F));
-    return leg;
+    segment.goal =
+        segment.from +
+        segment.direction * (segment.length > 0.0F ? segment.length : rng.range(0.5F, 20.0F));
+    return segment;
 }
 
 /// After that it walks on.
-Tick end_of_step(const Leg& leg) {
-    return leg.since + static_cast<Tick>((leg.goal - leg.from).norm() / (leg.speed * kDt)) + 2;
+Tick end_of_step(const PathSegment& segment) {
+    return segment.since +
+           static_cast<Tick>((segment.goal - segment.from).norm() / (segment.speed * kDt)) + 2;
 }
 
 /// Whether the slot is in a square that comes as near to `at`, or may be anywhere.
@@ -130,30 +133,30 @@ TEST(CoarseCells, HoldWhoComesThroughWhereverThatIs) {
     core::Rng rng(6);
     CoarseCells cells;
     cells.grow(kSlots);
-    std::array<Leg, kSlots> legs;
+    std::array<PathSegment, kSlots> segments;
     std::array<Vec2, kSlots> placed;
     std::size_t looks = 0;
     std::size_t anywhere = 0;
     for (int step = 0; step < 4'000; ++step) {
         const std::uint32_t slot = rng.below(kSlots);
-        Leg& leg = legs[slot];
-        leg = some_leg(rng, 1'000);
+        PathSegment& segment = segments[slot];
+        segment = some_segment(rng, 1'000);
         Tick now = 1'001;
         // From piece to piece, as who leaves one is put into the next.
         for (int piece = 0; piece < 3; ++piece) {
-            placed[slot] = position_at(leg, now - 1, kDt);
-            // Half of them have no event where their leg ends.
-            cells.put(slot, leg, placed[slot], kDt, slot % 2 == 0);
+            placed[slot] = position_at(segment, now - 1, kDt);
+            // Half of them have no event where their segment ends.
+            cells.put(slot, segment, placed[slot], kDt, slot % 2 == 0);
             const bool goes_on = slot % 2 == 0;
-            const Tick left = CoarseCells::left_at(leg, placed[slot], everywhere, kDt, goes_on);
+            const Tick left = CoarseCells::left_at(segment, placed[slot], everywhere, kDt, goes_on);
             ASSERT_GT(left, now - 2);
-            const bool ends = !goes_on && leg.speed > 0.0F;
-            const Tick last = !ends               ? kNever
-                              : leg.length > 0.0F ? arrival_of(leg, kDt) + 1
-                                                  : end_of_step(leg);
+            const bool ends = !goes_on && segment.speed > 0.0F;
+            const Tick last = !ends                   ? kNever
+                              : segment.length > 0.0F ? arrival_of(segment, kDt) + 1
+                                                      : end_of_step(segment);
             const Tick end = std::min({left, now + 4'000, last});
             for (; now < end; now += 1 + rng.below(20)) {
-                const Vec2 at = position_at(leg, now - 1, kDt);
+                const Vec2 at = position_at(segment, now - 1, kDt);
                 ASSERT_TRUE(is_near(cells, slot, at, CoarseCells::kAside_m + 1e-3F))
                     << "step " << step << " at tick " << now << ", " << at.transpose();
                 ++looks;
@@ -181,15 +184,15 @@ TEST(CoarseCells, AreTheSameFromWhereverOnThePieceTheyAreAsked) {
     const Vec2 everywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
     int asked = 0;
     for (int i = 0; i < 2'000; ++i) {
-        const Leg leg = some_leg(rng, 1'000);
-        const Vec2 start = position_at(leg, 1'000, kDt);
-        const Tick left = CoarseCells::left_at(leg, start, everywhere, kDt);
+        const PathSegment segment = some_segment(rng, 1'000);
+        const Vec2 start = position_at(segment, 1'000, kDt);
+        const Tick left = CoarseCells::left_at(segment, start, everywhere, kDt);
         const Tick later = std::min<Tick>(left - 2, 1'000 + rng.below(500));
         if (later <= 1'000) {
             continue;
         }
-        const Vec2 at = position_at(leg, later, kDt);
-        EXPECT_EQ(CoarseCells::left_at(leg, at, everywhere, kDt), left);
+        const Vec2 at = position_at(segment, later, kDt);
+        EXPECT_EQ(CoarseCells::left_at(segment, at, everywhere, kDt), left);
         ++asked;
     }
     EXPECT_GT(asked, 1'000);
@@ -220,24 +223,24 @@ TEST(CoarseCells, AreLeftWhenTheWalkerIsBeyond) {
     core::Rng rng(9);
     const float infinity = std::numeric_limits<float>::infinity();
     for (int i = 0; i < 2'000; ++i) {
-        Leg leg;
+        PathSegment segment;
         const float turn = rng.range(0.0F, 6.28F);
-        leg.from = Vec2(rng.range(-200.0F, 200.0F), rng.range(-200.0F, 200.0F));
-        leg.direction = i % 10 == 0 ? Vec2(0.0F, 1.0F) : Vec2(std::cos(turn), std::sin(turn));
-        leg.length = 1'000.0F;
-        leg.speed = rng.range(0.5F, 8.0F);
-        leg.since = 1'000;
+        segment.from = Vec2(rng.range(-200.0F, 200.0F), rng.range(-200.0F, 200.0F));
+        segment.direction = i % 10 == 0 ? Vec2(0.0F, 1.0F) : Vec2(std::cos(turn), std::sin(turn));
+        segment.length = 1'000.0F;
+        segment.speed = rng.range(0.5F, 8.0F);
+        segment.since = 1'000;
         const Tick now = 1'001 + rng.below(100);
         const Vec2 half = i % 2 == 0 ? Vec2(infinity, infinity) : Vec2(150.0F, 170.0F);
         const auto within = [&](const Vec2& at, int axis) {
             return std::abs(at[axis]) <= half[axis];
         };
-        const Vec2 start = position_at(leg, now - 1, kDt);
-        const Tick left = CoarseCells::left_at(leg, start, half, kDt);
+        const Vec2 start = position_at(segment, now - 1, kDt);
+        const Tick left = CoarseCells::left_at(segment, start, half, kDt);
         Tick outside = now;
         const auto same = [&](Tick tick) {
-            const Vec2 at = position_at(leg, tick - 1, kDt);
-            return (at - leg.from).norm() < CoarseCells::kPiece_m &&
+            const Vec2 at = position_at(segment, tick - 1, kDt);
+            return (at - segment.from).norm() < CoarseCells::kPiece_m &&
                    (within(at, 0) || !within(start, 0)) && (within(at, 1) || !within(start, 1));
         };
         while (same(outside)) {
@@ -245,7 +248,8 @@ TEST(CoarseCells, AreLeftWhenTheWalkerIsBeyond) {
         }
         EXPECT_LE(std::abs(left - outside), 1) << "of " << outside - now << " ticks";
     }
-    EXPECT_EQ(CoarseCells::left_at(Leg{}, Vec2::Zero(), Vec2(infinity, infinity), kDt), kNever);
+    EXPECT_EQ(CoarseCells::left_at(PathSegment{}, Vec2::Zero(), Vec2(infinity, infinity), kDt),
+              kNever);
 }
 
 /// Wanderers on a plain of 600 m, half of them pressed together, and a player who crosses it.
@@ -308,10 +312,10 @@ TEST(CoarseLook, TheCheckFindsOneWhoWasSettledElsewhere) {
         Mind& mind = plain.field.minds.at(slot);
         if (mind.tier == Tier::kCoarse) {
             const Vec2 aside(1'500.0F, 1'500.0F);
-            mind.leg.from += aside;
+            mind.segment.from += aside;
             mind.placed += aside;
             plain.field.minds.settle(slot, kNever, kDt);
-            mind.leg.from -= aside;
+            mind.segment.from -= aside;
             mind.placed -= aside;
         }
     }

@@ -151,7 +151,7 @@ float worst_place(Lives& all, Lives& some) {
         const Mind& mind = *some.field.minds.find(EntityId(id));
         EXPECT_EQ(mind.tier, Tier::kCoarse);
         const Vec3& walked = all.field.position(id);
-        const Vec2 at = position_at(mind.leg, some.field.now - 1, kDt);
+        const Vec2 at = position_at(mind.segment, some.field.now - 1, kDt);
         worst = std::max(worst, (at - Vec2(walked.x(), walked.z())).norm());
     }
     return worst;
@@ -229,7 +229,7 @@ TEST(Coarse, WalkersAreLeftAloneUntilTheirWayLeadsSomewhere) {
     EXPECT_LT(static_cast<double>(some.events), 2.0 * walks + 4.0 * static_cast<double>(entered));
 }
 
-/// `of` with all that is said to change where a leg ends from `then`.
+/// `of` with all that is said to change where a segment ends from `then`.
 Mind walked_on(Mind of, const Mind& then) {
     std::vector<std::uint64_t> numbers;
     visit_walk_fields(then, [&numbers](const auto& number) {
@@ -271,7 +271,7 @@ TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
             }
         }
         EXPECT_EQ(changed, ends);
-        EXPECT_EQ(ends > 100, machine.name != "drowsy") << "who never walks ends no leg";
+        EXPECT_EQ(ends > 100, machine.name != "drowsy") << "who never walks ends no segment";
     }
 }
 
@@ -279,7 +279,8 @@ TEST(Coarse, WakesWhereAViewerComes) {
     Lives some(walker(), false);
     some.run(30.0F);
     ASSERT_TRUE(some.field.minds.awake().empty());
-    const Vec2 at = position_at(some.field.minds.find(EntityId(3))->leg, some.field.now - 1, kDt);
+    const Vec2 at =
+        position_at(some.field.minds.find(EntityId(3))->segment, some.field.now - 1, kDt);
     some.field.add_player(900, Vec3(at.x() + 30.0F, 0.9F, at.y()));
     some.field.step();
     const Mind& mind = *some.field.minds.find(EntityId(3));

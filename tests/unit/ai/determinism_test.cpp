@@ -191,17 +191,17 @@ TEST(Minds, HashSeesEveryField) {
     changed[23].facts = 1;
     changed[24].tier = Tier::kCoarse;
     changed[25].unseen_since = 1;
-    changed[26].leg.from.x() = 1.0F;
-    changed[27].leg.direction.y() = 1.0F;
-    changed[28].leg.length = 1.0F;
-    changed[29].leg.speed = 1.0F;
-    changed[30].leg.bend_s = 1.0F;
-    changed[31].leg.since = 1;
+    changed[26].segment.from.x() = 1.0F;
+    changed[27].segment.direction.y() = 1.0F;
+    changed[28].segment.length = 1.0F;
+    changed[29].segment.speed = 1.0F;
+    changed[30].segment.bend_s = 1.0F;
+    changed[31].segment.since = 1;
     changed[32].next_event = 1;
     changed[33].next_steering = 1;
-    changed[34].leg.bend.y() = 1.0F;
+    changed[34].segment.bend.y() = 1.0F;
     changed[35].timed = true;
-    changed[36].leg.goal.x() = 1.0F;
+    changed[36].segment.goal.x() = 1.0F;
     for (std::size_t i = 0; i < changed.size(); ++i) {
         EXPECT_NE(hash(changed[i]), before) << i;
     }

@@ -24,7 +24,7 @@ constexpr TypeIndex kCitizen = 3;
 constexpr TypeIndex kBall = 4;
 
 /// Goes its round until it notices a thief; then it stands and looks for as long as it does, and
-/// walks home. All of it is walked by legs, so that it is to come out the same to the tick.
+/// walks home. All of it is walked by segments, so that it is to come out the same to the tick.
 Machine watchman() {
     Machine m;
     m.name = "watchman";
@@ -431,9 +431,9 @@ Machine runner() {
     return m;
 }
 
-/// A chase hangs on bodies, which are where their legs say to within 0.2 m (and a tick's way) when
-/// it begins: not to the tick the same, and one that begins otherwise ends otherwise. What holds is
-/// that it begins at the very same tick, and that there are as many, in distribution.
+/// A chase hangs on bodies, which are where their segments say to within 0.2 m (and a tick's way)
+/// when it begins: not to the tick the same, and one that begins otherwise ends otherwise. What
+/// holds is that it begins at the very same tick, and that there are as many, in distribution.
 TEST(Encounters, LetChasesBeginAtTheSameTickAndBeAsMany) {
     Town all(true);
     Town some(false);

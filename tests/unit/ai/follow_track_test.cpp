@@ -19,8 +19,8 @@ using tracks::NamedTrack;
 using tracks::TrackNet;
 
 constexpr float kBody = 0.9F;
-/// As steering.cpp: a body farther than this from its leg is put right.
-constexpr double kOffLeg = 0.2;
+/// As steering.cpp: a body farther than this from its segment is put right.
+constexpr double kOffSegment = 0.2;
 
 NamedTrack course(tracks::Curve curve, bool closed) {
     NamedTrack track;
@@ -77,9 +77,10 @@ class Followers {
         return Vec2(at.x(), at.z()).cast<double>() + field.places.origin();
     }
 
-    /// By its leg.
+    /// By its segment.
     [[nodiscard]] Vec2d timed(std::uint32_t id) {
-        return position_at(mind(id).leg, field.now - 1, kDt).cast<double>() + field.places.origin();
+        return position_at(mind(id).segment, field.now - 1, kDt).cast<double>() +
+               field.places.origin();
     }
 
     /// Where the timetable has it at the end of the last tick, on a lane that it does not change.
@@ -102,8 +103,8 @@ FollowDef follow_lane(tracks::LaneId first, std::uint16_t count = 1) {
 class CurveOf : public testing::TestWithParam<std::tuple<tracks::Curve, bool>> {};
 
 /// At 0.8 of 4 m/s. The timetable is that of even speed along the lane from beginning to end: it is
-/// compared with one that is reckoned here. The leg is within error_m of it; the body within 0.2 m
-/// of the leg, and what it walks until it is put right.
+/// compared with one that is reckoned here. The segment is within error_m of it; the body within
+/// 0.2 m of the segment, and what it walks until it is put right.
 TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
     const auto [curve, closed] = GetParam();
     const double error = 0.25;
@@ -117,7 +118,7 @@ TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
     const double from = lane.nearest(one.due(1)).s;
     const Tick begun = one.field.now;
     const double lap_s = (lane.length() - 12.0) / 3.2;
-    double worst_leg = 0.0;
+    double worst_segment = 0.0;
     double worst_body = 0.0;
     double drift = 0.0;
     while (static_cast<double>(one.field.now - begun) * double{kDt} <
@@ -125,14 +126,14 @@ TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
         one.field.step();
         const double walked = 3.2 * static_cast<double>(one.field.now - begun) * double{kDt};
         const Vec2d ideal = lane.at(from + walked).at;
-        worst_leg = std::max(worst_leg, (one.timed(1) - ideal).norm());
+        worst_segment = std::max(worst_segment, (one.timed(1) - ideal).norm());
         worst_body = std::max(worst_body, (one.body(1) - ideal).norm());
         drift = std::max(drift, (one.due(1) - ideal).norm());
     }
     EXPECT_LT(drift, 0.01) << "time and path are summed to the last bit but some";
-    EXPECT_LT(worst_leg, error);
-    EXPECT_LT(worst_body, error + kOffLeg + 3.2 / 30.0);
-    EXPECT_GT(worst_leg, 0.02) << "legs are straight";
+    EXPECT_LT(worst_segment, error);
+    EXPECT_LT(worst_body, error + kOffSegment + 3.2 / 30.0);
+    EXPECT_GT(worst_segment, 0.02) << "segments are straight";
 }
 
 INSTANTIATE_TEST_SUITE_P(Tracks,
@@ -159,10 +160,10 @@ TEST(FollowTrack, WhoNobodySeesIsWhereItWouldHaveWalked) {
         for (std::uint32_t id = 1; id <= 20; ++id) {
             ASSERT_EQ(some.mind(id).tier, Tier::kCoarse);
             EXPECT_EQ(some.mind(id).track.lane, all.mind(id).track.lane);
-            EXPECT_LT((some.timed(id) - all.body(id)).norm(), kOffLeg + 3.2 / 30.0) << id;
+            EXPECT_LT((some.timed(id) - all.body(id)).norm(), kOffSegment + 3.2 / 30.0) << id;
         }
     }
-    // A leg of this course is 4 m long or more: 1.25 s.
+    // A segment of this course is 4 m long or more: 1.25 s.
     EXPECT_LT(events, 20U * 300U);
 }
 
@@ -182,7 +183,7 @@ TEST(FollowTrack, WakesWhereItIsDueWithoutAJump) {
         const Vec2d before = some.body(1);
         some.field.step();
         EXPECT_LT((some.body(1) - before).norm(), 4.0 / 30.0 + 1e-3);
-        EXPECT_LT((some.body(1) - some.due(1)).norm(), 0.25 + kOffLeg + 3.2 / 30.0);
+        EXPECT_LT((some.body(1) - some.due(1)).norm(), 0.25 + kOffSegment + 3.2 / 30.0);
     }
 }
 
@@ -289,7 +290,7 @@ TEST(FollowTrack, WhoIsPushedOffComesBackAndGoesOn) {
         one.field.run(5.0F);
         one.field.position(1).x() += static_cast<float>(push);
         one.field.run(20.0F);
-        EXPECT_LT((one.body(1) - one.due(1)).norm(), 0.25 + kOffLeg + 3.2 / 30.0);
+        EXPECT_LT((one.body(1) - one.due(1)).norm(), 0.25 + kOffSegment + 3.2 / 30.0);
         EXPECT_EQ(one.mind(1).corner, kOnTrack);
     }
 }
@@ -317,7 +318,7 @@ TEST(FollowTrack, IsTakenAlongToAnotherZoneToTheCentimetre) {
     EXPECT_EQ(other.mind(1).track.lane, before.lane);
     for (int k = 0; k < 300; ++k) {
         other.field.step();
-        EXPECT_LT((other.body(1) - other.due(1)).norm(), 0.25 + kOffLeg + 3.2 / 30.0);
+        EXPECT_LT((other.body(1) - other.due(1)).norm(), 0.25 + kOffSegment + 3.2 / 30.0);
     }
 }
 
@@ -360,7 +361,7 @@ TEST(FollowTrack, IsExplained) {
 }
 
 /// A follower on a round course costs events as a patrol does round a square whose sides are as
-/// long as its legs; the step allocates nothing for it (allocation_test counts).
+/// long as its segments; the step allocates nothing for it (allocation_test counts).
 TEST(FollowTrack, LegsAreAsLongAsTheErrorAllows) {
     std::array<std::uint64_t, 2> events{};
     for (const int k : {0, 1}) {
@@ -373,7 +374,7 @@ TEST(FollowTrack, LegsAreAsLongAsTheErrorAllows) {
             events[static_cast<std::size_t>(k)] += some.field.step().events;
         }
     }
-    // Lengths go by the square root of the error where bends are longer than legs.
+    // Lengths go by the square root of the error where bends are longer than segments.
     EXPECT_NEAR(static_cast<double>(events[0]) / static_cast<double>(events[1]), 2.0, 0.5);
 }
 

@@ -109,7 +109,7 @@ class Herd {
     [[nodiscard]] Vec2 at(std::uint32_t id) {
         const Mind& mind = *field.minds.find(EntityId(id));
         const Vec3& body = field.position(id);
-        return mind.tier == Tier::kCoarse ? position_at(mind.leg, field.now - 1, kDt)
+        return mind.tier == Tier::kCoarse ? position_at(mind.segment, field.now - 1, kDt)
                                           : Vec2(body.x(), body.z());
     }
 

@@ -155,7 +155,7 @@ TEST(Ladder, MindsGoOnWithTheMachinesOfTheNextRung) {
     EXPECT_FALSE(field.minds.find(EntityId(4))->fresh) << "its machine is the same everywhere";
     const Vec3 from = field.position(1);
     field.run(3.5F);
-    // Halfway along its first leg: 0.98 of a quarter of 4 m/s, by commands of 1/127.
+    // Halfway along its first segment: 0.98 of a quarter of 4 m/s, by commands of 1/127.
     EXPECT_NEAR((field.position(1) - from).norm(), 3.5F * 0.98F, 0.1F) << "another pace at once";
     EXPECT_EQ(field.state(1), 0) << "after 5.5 s: it would rest on the other rung";
     field.run(1.0F);

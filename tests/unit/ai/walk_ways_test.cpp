@@ -83,7 +83,7 @@ TEST(PathFollowing, LeadsRoundAGateThatIsShut) {
     for (Tick tick = 0; tick < 30 * 20; ++tick) {
         yard.field.step();
         ASSERT_FALSE(yard.in_wall(1)) << tick << " at " << yard.place(1).transpose();
-        arrived = arrived == 0 && yard.mind(1).leg.speed == 0.0F ? tick : arrived;
+        arrived = arrived == 0 && yard.mind(1).segment.speed == 0.0F ? tick : arrived;
     }
     EXPECT_LT((yard.place(1) - Vec2(10.0F, 0.0F)).norm(), kArriveM);
     const float seconds = static_cast<float>(arrived) * kDt;
@@ -176,9 +176,9 @@ TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
         }
     }
     EXPECT_GT(coarse, 12U * 8500U);
-    // Who is held up by the corner of a wall may lag by as much as makes a new leg, found when it
-    // steers: every fourth tick of 4 m/s.
-    EXPECT_LT(worst, kAstrayM + 4.0F * 4.0F * kDt);
+    // Who is held up by the corner of a wall may lag by as much as makes a new segment, found when
+    // it steers: every fourth tick of 4 m/s.
+    EXPECT_LT(worst, kDriftM + 4.0F * 4.0F * kDt);
     EXPECT_LT(far, coarse / 1000U) << "bodies keep to what is told of them";
 }
 

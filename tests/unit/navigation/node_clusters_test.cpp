@@ -122,18 +122,18 @@ TEST(GraphHierarchy, LeadWhereverLinksDoAndNowhereElse) {
             }
             ++(reached[goal] ? joined : apart);
             std::uint32_t at = from;
-            std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
+            std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
             std::size_t steps = 0;
             while (reached[goal] && at != goal) {
-                const std::size_t count = clusters.leg(g.view(), at, goal, leg);
+                const std::size_t count = clusters.segment(g.view(), at, goal, segment);
                 ASSERT_GT(count, 0U);
                 for (std::size_t k = 0; k < count; ++k) {
                     bool link = false;
                     for (std::uint32_t e = g.first[at]; e < g.first[at + 1]; ++e) {
-                        link = link || (g.to[e] == leg[k] && g.linked[e] != 0);
+                        link = link || (g.to[e] == segment[k] && g.linked[e] != 0);
                     }
-                    ASSERT_TRUE(link && g.open[leg[k]] != 0);
-                    at = leg[k];
+                    ASSERT_TRUE(link && g.open[segment[k]] != 0);
+                    at = segment[k];
                 }
                 ASSERT_LT(++steps, 350U);
             }
@@ -190,27 +190,27 @@ std::string differs(const RandomGraph& g, GraphHierarchy& clusters, core::Rng& r
                 return "flooded " + std::to_string(n);
             }
         }
-        std::array<std::uint32_t, GraphHierarchy::kMost + 1> leg{};
+        std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
         std::uint32_t at = from;
         for (std::uint32_t steps = 0; reached[goal] && at != goal; ++steps) {
-            const std::size_t count = clusters.leg(g.view(), at, goal, leg);
+            const std::size_t count = clusters.segment(g.view(), at, goal, segment);
             if (count == 0 || steps > nodes) {
-                return "a leg leads nowhere";
+                return "a segment leads nowhere";
             }
             std::array<std::uint32_t, GraphHierarchy::kMost + 1> same{};
-            if (anew.leg(g.view(), at, goal, same) != count ||
-                !std::equal(leg.begin(), leg.begin() + count, same.begin())) {
-                return "a leg is another than by groups built anew";
+            if (anew.segment(g.view(), at, goal, same) != count ||
+                !std::equal(segment.begin(), segment.begin() + count, same.begin())) {
+                return "a segment is another than by groups built anew";
             }
             for (std::size_t k = 0; k < count; ++k) {
                 bool link = false;
                 for (std::uint32_t e = g.first[at]; e < g.first[at + 1]; ++e) {
-                    link = link || (g.to[e] == leg[k] && g.linked[e] != 0);
+                    link = link || (g.to[e] == segment[k] && g.linked[e] != 0);
                 }
-                if (!link || g.open[leg[k]] == 0) {
-                    return "a leg along what is no link";
+                if (!link || g.open[segment[k]] == 0) {
+                    return "a segment along what is no link";
                 }
-                at = leg[k];
+                at = segment[k];
             }
         }
     }

@@ -32,11 +32,11 @@ Outcome outcome_of(const Navmesh& mesh, const Vec3& from, const Vec3& to) {
 float off_mesh(const Navmesh& mesh, std::span<const Vec3> corners) {
     float most = 0.0F;
     for (std::size_t i = 1; i < corners.size(); ++i) {
-        const Vec3 leg = corners[i] - corners[i - 1];
-        const int steps = 1 + static_cast<int>(leg.norm() / 0.1F);
+        const Vec3 segment = corners[i] - corners[i - 1];
+        const int steps = 1 + static_cast<int>(segment.norm() / 0.1F);
         for (int k = 0; k <= steps; ++k) {
             const Vec3 at =
-                corners[i - 1] + leg * (static_cast<float>(k) / static_cast<float>(steps));
+                corners[i - 1] + segment * (static_cast<float>(k) / static_cast<float>(steps));
             Vec3 on;
             if (mesh.nearest(at, 2.0F, on) == Navmesh::kNone) {
                 return 2.0F;

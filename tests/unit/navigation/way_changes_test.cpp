@@ -64,7 +64,7 @@ class Askers {
         }
     }
 
-    /// Whether every leg of what was remembered is free on the map as it is.
+    /// Whether every segment of what was remembered is free on the map as it is.
     bool free(const Walker& w) const {
         Cell at = w.start;
         std::uint32_t looked = 0;

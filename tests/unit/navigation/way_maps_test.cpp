@@ -75,7 +75,7 @@ float length_from(Spot from, std::span<const Spot> corners) {
     return sum;
 }
 
-/// Whether any leg passes through a wall or a shut gate by more than a contour may be off: its
+/// Whether any segment passes through a wall or a shut gate by more than a contour may be off: its
 /// middle line, at x = 0.
 bool crosses(Spot from, std::span<const Spot> corners, const Shut& shut) {
     for (const Spot& to : corners) {
@@ -172,7 +172,7 @@ TEST_P(PathProviders, SendWhoWaitsSomewhereSensibleFromTheFirstTick) {
     Spot at{-10.0F, -6.0F};
     const Spot to{10.0F, 6.0F};
     const PathRequestId ticket = map->ask({0, at, to});
-    // Nobody serves: it walks by first legs alone, 0.1 m at a time.
+    // Nobody serves: it walks by first segments alone, 0.1 m at a time.
     int steps = 0;
     while (std::hypot(at.x - to.x, at.z - to.z) > 0.5F && steps < 600) {
         const Spot head = map->heading(ticket, at, 0.3F);

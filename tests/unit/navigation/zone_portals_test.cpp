@@ -96,18 +96,18 @@ struct CutMap {
 
 /// Cells of the path when each zone plans its own part and hands over beyond the border; below 0
 /// where one can't.
-double walked(CutMap& m, Cell start, std::span<const ZoneLeg> legs) {
+double walked(CutMap& m, Cell start, std::span<const ZonePathSegment> segments) {
     double length = 0.0;
     Cell at = start;
-    for (std::size_t i = 0; i < legs.size(); ++i) {
-        const std::uint32_t zone = legs[i].zone;
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+        const std::uint32_t zone = segments[i].zone;
         if (m.zone_of(at) != zone) {
             return -1.0;
         }
         Query q;
         q.start = m.within(zone, at);
         const GroundGrid& grid = m.grounds[zone].grid;
-        q.goal = grid.cell(legs[i].to);  // of a place beyond the border the cell before it
+        q.goal = grid.cell(segments[i].to);  // of a place beyond the border the cell before it
         const Answer a = m.planners[zone]->plan(q);
         if (a.outcome != Outcome::kFound) {
             return -1.0;
@@ -115,12 +115,12 @@ double walked(CutMap& m, Cell start, std::span<const ZoneLeg> legs) {
         length += a.length;
         at = {static_cast<std::uint16_t>(q.goal.x + m.corners[zone][0] - m.margin),
               static_cast<std::uint16_t>(q.goal.y + m.corners[zone][1] - m.margin)};
-        if (i + 1 < legs.size()) {
+        if (i + 1 < segments.size()) {
             const Spot inside = grid.centre(q.goal);
-            at.x = static_cast<std::uint16_t>(at.x +
-                                              std::lround((legs[i].to.x - inside.x) / kZoneCell_m));
-            at.y = static_cast<std::uint16_t>(at.y +
-                                              std::lround((legs[i].to.z - inside.z) / kZoneCell_m));
+            at.x = static_cast<std::uint16_t>(
+                at.x + std::lround((segments[i].to.x - inside.x) / kZoneCell_m));
+            at.y = static_cast<std::uint16_t>(
+                at.y + std::lround((segments[i].to.z - inside.z) / kZoneCell_m));
             length += 1.0;
         }
     }
@@ -151,16 +151,16 @@ TEST_P(ZonePortalsBeyond, LeadThroughSeveralZonesToWhateverCanBeReached) {
             q.start = any();
             q.goal = any();
             const Answer best = planner.plan(q);
-            std::vector<ZoneLeg> legs;
+            std::vector<ZonePathSegment> segments;
             const std::uint32_t from = m.zone_of(q.start);
             const std::uint32_t to = m.zone_of(q.goal);
             const Outcome outcome = m.portals->route(
-                *m.planners[from], from, m.spot(q.start), to, m.spot(q.goal), legs);
+                *m.planners[from], from, m.spot(q.start), to, m.spot(q.goal), segments);
             ASSERT_EQ(outcome, best.outcome) << seed;
             if (outcome != Outcome::kFound) {
                 continue;
             }
-            const double length = walked(m, q.start, legs);
+            const double length = walked(m, q.start, segments);
             ASSERT_GE(length, best.length - 0.01);
             sum += length;
             sum_best += best.length;
@@ -180,18 +180,18 @@ TEST(ZonePortals, LeaveAZoneWhereTheWayWithinItIsLongerOrMissing) {
         }
     }
     CutMap m(cells, {0, 6}, {0});
-    std::vector<ZoneLeg> legs;
-    ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({0, 0}), 0, m.spot({0, 3}), legs),
+    std::vector<ZonePathSegment> segments;
+    ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({0, 0}), 0, m.spot({0, 3}), segments),
               Outcome::kFound);
-    ASSERT_EQ(legs.size(), 3U);
-    EXPECT_EQ(legs[0].zone, 0U);
-    EXPECT_EQ(legs[1].zone, 1U);
-    EXPECT_EQ(legs[2].zone, 0U);
+    ASSERT_EQ(segments.size(), 3U);
+    EXPECT_EQ(segments[0].zone, 0U);
+    EXPECT_EQ(segments[1].zone, 1U);
+    EXPECT_EQ(segments[2].zone, 0U);
     // Around the wall's end: seven cells there and back, and three down.
     Planner planner(cells);
     Query q;
     q.goal = {0, 3};
-    EXPECT_NEAR(walked(m, {0, 0}, legs), planner.plan(q).length, 1.0);
+    EXPECT_NEAR(walked(m, {0, 0}, segments), planner.plan(q).length, 1.0);
 }
 
 TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
@@ -199,12 +199,12 @@ TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
     const GridMap cells = map_of(
         {"....#.....", "....#.....", "....#.....", "..###.....", "..........", ".........."});
     CutMap m(cells, {0, 3}, {0, 3});
-    std::vector<ZoneLeg> legs;
-    ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({1, 1}), 1, m.spot({8, 1}), legs),
+    std::vector<ZonePathSegment> segments;
+    ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({1, 1}), 1, m.spot({8, 1}), segments),
               Outcome::kFound);
     std::vector<std::uint32_t> through;
-    for (const ZoneLeg& leg : legs) {
-        through.push_back(leg.zone);
+    for (const ZonePathSegment& segment : segments) {
+        through.push_back(segment.zone);
     }
     EXPECT_EQ(through, (std::vector<std::uint32_t>{0, 2, 3, 1}));
     ZonePortals::Scratch scratch;
@@ -216,7 +216,7 @@ TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
         return a.outcome == Outcome::kFound ? std::optional<float>(a.length) : std::nullopt;
     };
     EXPECT_EQ(m.portals->straight_exit(0, m.spot({1, 1}), 1, m.spot({8, 1}), length, scratch),
-              legs[0].to);
+              segments[0].to);
     EXPECT_FALSE(m.portals->straight_exit(0, m.spot({1, 1}), 1, {100.0F, 0.0F}, length, scratch));
 }
 

@@ -52,8 +52,8 @@ TEST(Lane, OfARingIsACircleOfItsOwnLength) {
     }
 }
 
-/// By brute force: no place of the lane is farther from a leg than was allowed, and legs are not
-/// shorter than half of what a circle of that curvature would bear.
+/// By brute force: no place of the lane is farther from a segment than was allowed, and segments
+/// are not shorter than half of what a circle of that curvature would bear.
 TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
     for (const Curve curve : {Curve::kCatmullRom, Curve::kBSpline}) {
         for (const bool closed : {false, true}) {
@@ -61,25 +61,25 @@ TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
             const Lane lane = Lane::make(track, track.offset_of(0), 0.25).value();
             double longest = 0.0;
             for (const double off : {0.02, 0.1, 0.5}) {
-                const LegLimits limits{off, 0.8, 256.0};
+                const SegmentLimits limits{off, 0.8, 256.0};
                 for (double s = 0.0; s < lane.length() - 1.0; s += 0.9) {
-                    const double leg = lane.leg_m(s, limits);
-                    longest = std::max(longest, leg);
+                    const double segment = lane.segment_m(s, limits);
+                    longest = std::max(longest, segment);
                     const Vec2d a = lane.at(s).at;
-                    const Vec2d along = (lane.at(s + leg).at - a).normalized();
+                    const Vec2d along = (lane.at(s + segment).at - a).normalized();
                     double worst = 0.0;
                     for (int k = 1; k < 64; ++k) {
-                        const Vec2d p = lane.at(s + leg * k / 64.0).at - a;
+                        const Vec2d p = lane.at(s + segment * k / 64.0).at - a;
                         worst = std::max(worst, std::abs(along.x() * p.y() - along.y() * p.x()));
                     }
                     // 0.5 m are always allowed, and the curvature between two looks at it may be a
                     // little more than at these.
                     EXPECT_LE(worst, std::max(1.02 * off, 0.125 * lane.most_curved() * 0.25))
-                        << s << " + " << leg;
+                        << s << " + " << segment;
                     const double least = std::min({0.5 * std::sqrt(8.0 * off / lane.most_curved()),
                                                    0.5 * 0.8 / lane.most_curved(),
                                                    lane.closed() ? 1e9 : lane.length() - s});
-                    EXPECT_GE(leg, std::min(least, lane.length() / 2.0) - 1e-6);
+                    EXPECT_GE(segment, std::min(least, lane.length() / 2.0) - 1e-6);
                 }
             }
             EXPECT_GT(longest, 6.0);
