@@ -406,7 +406,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     walk_steppers(minds, world, settings);
     find_paths(minds, world, settings);
     give_commands(minds, world, settings);
-    make_way(minds, world, settings);
+    local_avoidance(minds, world, settings);
     go_on(minds, world, settings);
     settle_steppers(minds, world, settings);
     if (std::isfinite(settings.seen_m)) {

@@ -86,7 +86,7 @@ struct Report {
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
     std::uint64_t delivered = 0;          ///< food that was brought to nests, so far
-    WayReport paths;                      ///< who met whom
+    LocalAvoidanceReport paths;           ///< who met whom
     bool moved = false;                   ///< some entity was placed: the grid is no longer true
 };
 
@@ -234,7 +234,7 @@ class Step {
                                    const Settings& settings) const;
     bool set_roaming(Mind& mind, const Due& due, const World& world, const Settings& settings);
     void form_up(Minds& minds, const World& world, const Settings& settings);
-    void make_way(Minds& minds, const World& world, const Settings& settings);
+    void local_avoidance(Minds& minds, const World& world, const Settings& settings);
     void watch_changes(Minds& minds, const World& world) const;
     void walk_coarse(Minds& minds, const World& world, const Settings& settings);
     void find_paths(Minds& minds, const World& world, const Settings& settings);
@@ -280,12 +280,12 @@ class Step {
     std::vector<EntityId> fell_asleep_;
     std::vector<EntityId> woke_up_;
     std::array<Lane, kLanes> lanes_;
-    std::vector<Walker> walkers_;
+    std::vector<AvoidingAgent> walkers_;
     crowd::KnownWalls walls_;
     Formations formations_;
     Nests nests_;
     Herds herds_;
-    MakeWay make_way_;
+    LocalAvoidance local_avoidance_;
 };
 
 }  // namespace zoned::ai

@@ -214,7 +214,7 @@ void Step::form_up(Minds& minds, const World& world, const Settings& settings) {
 }
 
 /// Whoever would meet somebody avoids it; what it wants stays its aim.
-void Step::make_way(Minds& minds, const World& world, const Settings& settings) {
+void Step::local_avoidance(Minds& minds, const World& world, const Settings& settings) {
     if (!settings.avoidance) {
         return;
     }
@@ -226,10 +226,10 @@ void Step::make_way(Minds& minds, const World& world, const Settings& settings) 
             const State& state = settings.compiled[mind.machine].states[mind.doing];
             const Vec3& at = world.entities.position[rows_[i]];
             walkers_.push_back(
-                {rows_[i], way_left(mind, state, world.places, Vec2(at.x(), at.z()))});
+                {rows_[i], path_left(mind, state, world.places, Vec2(at.x(), at.z()))});
         }
     }
-    report_.avoidance = make_way_.step(
+    report_.avoidance = local_avoidance_.step(
         walkers_,
         {world.entities, world.types, world.statics, walls_, world.team, world.now, world.dt},
         *settings.avoidance);

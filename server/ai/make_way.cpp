@@ -131,7 +131,7 @@ bool brakes_freely(const Vec3& from,
 
 }  // namespace
 
-float way_left(const Mind& mind, const State& state, const Places& places, const Vec2& here) {
+float path_left(const Mind& mind, const State& state, const Places& places, const Vec2& here) {
     switch (state.action) {
         case ActionKind::kWander:
             return (on_ground(mind.target) - here).norm();
@@ -147,7 +147,7 @@ float way_left(const Mind& mind, const State& state, const Places& places, const
 
 // ---------------------------------------------------------------- who is there
 
-void MakeWay::add_walker(const Walker& walker, const Scene& scene) {
+void LocalAvoidance::add_walker(const AvoidingAgent& walker, const Scene& scene) {
     const world::Entities& e = scene.entities;
     const world::Row row = walker.row;
     const motion::CharacterLimits& limits = scene.types[e.type[row]].character;
@@ -159,7 +159,7 @@ void MakeWay::add_walker(const Walker& walker, const Scene& scene) {
     seen_.vz.back() = velocity.y();
     seen_.want_x.back() = want.x();
     seen_.want_z.back() = want.y();
-    seen_.way_left.back() = walker.path_left_m;
+    seen_.path_left.back() = walker.path_left_m;
     // Nobody brakes in the air.
     const bool walks = e.has(row, world::kGrounded);
     seen_.yield.back() = walks ? 1.0F : 0.0F;
@@ -170,7 +170,7 @@ void MakeWay::add_walker(const Walker& walker, const Scene& scene) {
                         height_of(scene.types[e.type[row]])});
 }
 
-void MakeWay::add_other(world::Row row, const Scene& scene) {
+void LocalAvoidance::add_other(world::Row row, const Scene& scene) {
     const world::Entities& e = scene.entities;
     const world::EntityType& type = scene.types[e.type[row]];
     const Vec2 at = on_ground(e.position[row]);
@@ -196,13 +196,13 @@ void MakeWay::add_other(world::Row row, const Scene& scene) {
 
 /// Others are characters of players or with a body (those that are not simulated have none), and
 /// bodies that move.
-void MakeWay::gather(std::span<const Walker> walkers, const Scene& scene) {
+void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const Scene& scene) {
     const world::Entities& e = scene.entities;
     seen_.clear();
     rows_.clear();
     courses_.clear();
     taken_.assign(e.size(), 0);
-    for (const Walker& walker : walkers) {
+    for (const AvoidingAgent& walker : walkers) {
         add_walker(walker, scene);
         taken_[walker.row] = 1;
     }
@@ -228,7 +228,7 @@ void MakeWay::gather(std::span<const Walker> walkers, const Scene& scene) {
 
 /// Beyond this nobody matters to anybody: as far as is looked, and at least so far that two cannot
 /// touch within a tick and braking after it.
-float MakeWay::reach(const Scene& scene, const crowd::AvoidanceSettings& settings) const {
+float LocalAvoidance::reach(const Scene& scene, const crowd::AvoidanceSettings& settings) const {
     float radius = 0.0F;
     float course = 0.0F;
     for (std::size_t i = 0; i < seen_.size(); ++i) {
@@ -240,7 +240,7 @@ float MakeWay::reach(const Scene& scene, const crowd::AvoidanceSettings& setting
 }
 
 template <class Visit>
-void MakeWay::for_each_near(const crowd::CrowdBatch& batch, Visit&& visit) const {
+void LocalAvoidance::for_each_near(const crowd::CrowdBatch& batch, Visit&& visit) const {
     for (int row = batch.row - 1; row <= batch.row + 1; ++row) {
         const auto [begin, end] = order_.stretch(row, batch.first_cell - 1, batch.last_cell + 1);
         for (std::uint32_t i = begin; i < end; ++i) {
@@ -249,7 +249,7 @@ void MakeWay::for_each_near(const crowd::CrowdBatch& batch, Visit&& visit) const
     }
 }
 
-bool MakeWay::apart_in_height(std::uint32_t one, std::uint32_t other) const {
+bool LocalAvoidance::apart_in_height(std::uint32_t one, std::uint32_t other) const {
     return std::abs(courses_[one].y - courses_[other].y) >=
            courses_[one].half_height + courses_[other].half_height;
 }
@@ -257,9 +257,9 @@ bool MakeWay::apart_in_height(std::uint32_t one, std::uint32_t other) const {
 // ---------------------------------------------------------------- who would meet somebody
 
 /// Whether both, as they want to go, come nearer to each other than they may within the horizon.
-bool MakeWay::would_meet(std::uint32_t one,
-                         std::uint32_t other,
-                         const crowd::AvoidanceSettings& settings) const {
+bool LocalAvoidance::would_meet(std::uint32_t one,
+                                std::uint32_t other,
+                                const crowd::AvoidanceSettings& settings) const {
     const Vec2 p(seen_.x[other] - seen_.x[one], seen_.z[other] - seen_.z[one]);
     const Vec2 v(seen_.want_x[one] - seen_.want_x[other], seen_.want_z[one] - seen_.want_z[other]);
     const float both = seen_.radius[one] + seen_.radius[other];
@@ -278,9 +278,9 @@ bool MakeWay::would_meet(std::uint32_t one,
 }
 
 /// The line between two, seen from one of them.
-MakeWay::Side MakeWay::side_of(std::uint32_t one, std::uint32_t other) const {
-    const Course& a = courses_[one];
-    const Course& b = courses_[other];
+LocalAvoidance::DividingLine LocalAvoidance::side_of(std::uint32_t one, std::uint32_t other) const {
+    const BrakingCourse& a = courses_[one];
+    const BrakingCourse& b = courses_[other];
     Nearest points = nearest(a.at, a.end, b.at, b.end);
     float distance = std::sqrt(points.d2);
     Vec2 n = points.a - points.b;
@@ -300,14 +300,14 @@ MakeWay::Side MakeWay::side_of(std::uint32_t one, std::uint32_t other) const {
     return {n, n.dot(points.a) - share * std::max(gap, 0.0F) - kRounding};
 }
 
-bool MakeWay::is_crowded(std::uint32_t one,
-                         const crowd::CrowdBatch& batch,
-                         const Scene& scene,
-                         const crowd::AvoidanceSettings& settings) const {
+bool LocalAvoidance::is_crowded(std::uint32_t one,
+                                const crowd::CrowdBatch& batch,
+                                const Scene& scene,
+                                const crowd::AvoidanceSettings& settings) const {
     const world::Row row = rows_[one];
     bool crowded = false;
     bool looked = false;
-    Stop stop;
+    BrakingStop stop;
     for_each_near(batch, [&](std::uint32_t other) {
         if (crowded || other == one) {
             return;
@@ -334,13 +334,13 @@ bool MakeWay::is_crowded(std::uint32_t one,
             looked = true;
             crowded = !stop.free;
         }
-        const Side side = side_of(one, other);
+        const DividingLine side = side_of(one, other);
         crowded = crowded || side.n.dot(stop.at) < side.c || side.n.dot(stop.end) < side.c;
     });
     return crowded;
 }
 
-void MakeWay::find_crowded(const Scene& scene, const crowd::AvoidanceSettings& settings) {
+void LocalAvoidance::find_crowded(const Scene& scene, const crowd::AvoidanceSettings& settings) {
     const std::vector<crowd::CrowdBatch>& batches = order_.batches();
     scene.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
@@ -356,7 +356,7 @@ void MakeWay::find_crowded(const Scene& scene, const crowd::AvoidanceSettings& s
 }
 
 /// Whoever is near one who has to give way, so that it is seen.
-void MakeWay::take_in_neighbours(const crowd::AvoidanceSettings& settings) {
+void LocalAvoidance::take_in_neighbours(const crowd::AvoidanceSettings& settings) {
     for (const crowd::CrowdBatch& batch : order_.batches()) {
         for (std::uint32_t i = batch.begin; i < batch.end; ++i) {
             const std::uint32_t one = order_.rows()[i];
@@ -385,7 +385,7 @@ void MakeWay::take_in_neighbours(const crowd::AvoidanceSettings& settings) {
         close_.vz.back() = seen_.vz[i];
         close_.want_x.back() = seen_.want_x[i];
         close_.want_z.back() = seen_.want_z[i];
-        close_.way_left.back() = seen_.way_left[i];
+        close_.path_left.back() = seen_.path_left[i];
         close_.yield.back() = seen_.yield[i];
     }
 }
@@ -393,9 +393,9 @@ void MakeWay::take_in_neighbours(const crowd::AvoidanceSettings& settings) {
 // ---------------------------------------------------------------- what they do instead
 
 /// As the movement pass will say in this tick.
-MakeWay::Stop MakeWay::stop_of(world::Row row,
-                               const motion::InputCommand& command,
-                               const Scene& scene) const {
+LocalAvoidance::BrakingStop LocalAvoidance::stop_of(world::Row row,
+                                                    const motion::InputCommand& command,
+                                                    const Scene& scene) const {
     const world::Entities& e = scene.entities;
     const motion::CharacterLimits& limits = scene.types[e.type[row]].character;
     const motion::CharacterState after = motion::apply_input(
@@ -412,7 +412,7 @@ MakeWay::Stop MakeWay::stop_of(world::Row row,
 }
 
 /// Whether there is ground where one comes to stand, as near below as movement keeps to it.
-bool MakeWay::is_carried(world::Row row, const Stop& stop, const Scene& scene) {
+bool LocalAvoidance::is_carried(world::Row row, const BrakingStop& stop, const Scene& scene) {
     const motion::CharacterLimits& limits = scene.types[scene.entities.type[row]].character;
     const float feet = stop.y - limits.radius - limits.half_segment;
     const float steep = (stop.end - stop.at).norm() * kSteepestFall;
@@ -433,7 +433,9 @@ bool MakeWay::is_carried(world::Row row, const Stop& stop, const Scene& scene) {
     return hit.hit;
 }
 
-void MakeWay::give_command(std::uint32_t one, const crowd::CrowdBatch& batch, const Scene& scene) {
+void LocalAvoidance::give_command(std::uint32_t one,
+                                  const crowd::CrowdBatch& batch,
+                                  const Scene& scene) {
     const world::Row row = rows_[one];
     const std::uint32_t near = close_of_[one];
     motion::InputCommand command = scene.entities.command[row];
@@ -450,7 +452,7 @@ void MakeWay::give_command(std::uint32_t one, const crowd::CrowdBatch& batch, co
         if (brakes) {
             break;
         }
-        const Stop stop = stop_of(row, command, scene);
+        const BrakingStop stop = stop_of(row, command, scene);
         bool keeps = stop.free && (leaps || is_carried(row, stop, scene));
         for_each_near(batch, [&](std::uint32_t other) {
             if (!keeps || other == one || apart_in_height(one, other)) {
@@ -461,7 +463,7 @@ void MakeWay::give_command(std::uint32_t one, const crowd::CrowdBatch& batch, co
             if (d2 > reach_ * reach_) {
                 return;
             }
-            const Side side = side_of(one, other);
+            const DividingLine side = side_of(one, other);
             keeps = side.n.dot(stop.at) >= side.c && side.n.dot(stop.end) >= side.c;
         });
         if (keeps) {
@@ -472,7 +474,7 @@ void MakeWay::give_command(std::uint32_t one, const crowd::CrowdBatch& batch, co
     scene.entities.command[row] = command;
 }
 
-void MakeWay::give_commands(const Scene& scene) {
+void LocalAvoidance::give_commands(const Scene& scene) {
     const std::vector<crowd::CrowdBatch>& batches = order_.batches();
     scene.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
@@ -486,10 +488,10 @@ void MakeWay::give_commands(const Scene& scene) {
     });
 }
 
-WayReport MakeWay::step(std::span<const Walker> walkers,
-                        const Scene& scene,
-                        const crowd::AvoidanceSettings& settings) {
-    WayReport report;
+LocalAvoidanceReport LocalAvoidance::step(std::span<const AvoidingAgent> walkers,
+                                          const Scene& scene,
+                                          const crowd::AvoidanceSettings& settings) {
+    LocalAvoidanceReport report;
     if (walkers.empty()) {
         return report;
     }

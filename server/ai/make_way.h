@@ -1,5 +1,5 @@
-// MakeWay: awake minds that would meet somebody get a command that avoids it; all others keep
-// theirs, bit for bit.
+// LocalAvoidance: awake minds that would meet somebody get a command that avoids it; all others
+// keep theirs, bit for bit.
 #pragma once
 
 #include "server/ai/crowd/avoidance.h"
@@ -16,15 +16,15 @@
 namespace zoned::ai {
 
 /// Who makes way: the entity of an awake mind.
-struct Walker {
+struct AvoidingAgent {
     world::Row row = world::kNoRow;
     float path_left_m = 0.0F;  ///< to where it goes; who has less goes first
 };
 
 /// How far a mind that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
-float way_left(const Mind& mind, const State& state, const Places& places, const Vec2& here);
+float path_left(const Mind& mind, const State& state, const Places& places, const Vec2& here);
 
-struct WayReport {
+struct LocalAvoidanceReport {
     std::uint32_t crowded = 0;   ///< walkers that would have met somebody
     std::uint32_t gave_way = 0;  ///< of these: whose command is not what they want
     std::uint32_t held = 0;      ///< of these: that could but brake
@@ -37,8 +37,8 @@ struct WayReport {
 /// as apply_input itself says, and nobody who keeps to the ground is led off it. To brake is always
 /// among these, so whoever does not overlap will not, unless moved by others. The idea of sets that
 /// can be kept for ever by stopping: Fraichard and Asama, "Inevitable collision states", Advanced
-/// Robotics 18, 2004; the lines: crowd::Avoidance.
-class MakeWay {
+/// Robotics 18, 2004; the lines: crowd::OrcaAvoidance.
+class LocalAvoidance {
   public:
     struct Scene {
         world::Entities& entities;
@@ -54,13 +54,13 @@ class MakeWay {
     /// characters, and bodies that move; those yield that have a mind in another zone. Changes
     /// `command` of walkers alone. The same bits for any number of threads and order of rows; no
     /// allocation once as many were near each other.
-    WayReport step(std::span<const Walker> walkers,
-                   const Scene& scene,
-                   const crowd::AvoidanceSettings& settings);
+    LocalAvoidanceReport step(std::span<const AvoidingAgent> walkers,
+                              const Scene& scene,
+                              const crowd::AvoidanceSettings& settings);
 
   private:
     /// Where one is and where it comes to stand, or is after the tick where it does not yield.
-    struct Course {
+    struct BrakingCourse {
         Vec2 at = Vec2::Zero();
         Vec2 end = Vec2::Zero();
         float y = 0.0F;
@@ -68,20 +68,20 @@ class MakeWay {
     };
 
     /// n . x >= c for all places x of a walker.
-    struct Side {
+    struct DividingLine {
         Vec2 n = Vec2::Zero();
         float c = 0.0F;
     };
 
-    struct Stop {
+    struct BrakingStop {
         Vec2 at = Vec2::Zero();   ///< after the tick
         Vec2 end = Vec2::Zero();  ///< after braking
         float y = 0.0F;           ///< after the tick
         bool free = true;         ///< no wall turns it aside meanwhile
     };
 
-    void gather(std::span<const Walker> walkers, const Scene& scene);
-    void add_walker(const Walker& walker, const Scene& scene);
+    void gather(std::span<const AvoidingAgent> walkers, const Scene& scene);
+    void add_walker(const AvoidingAgent& walker, const Scene& scene);
     void add_other(world::Row row, const Scene& scene);
     [[nodiscard]] float reach(const Scene& scene, const crowd::AvoidanceSettings& settings) const;
     void find_crowded(const Scene& scene, const crowd::AvoidanceSettings& settings);
@@ -93,22 +93,24 @@ class MakeWay {
                                   std::uint32_t other,
                                   const crowd::AvoidanceSettings& settings) const;
     [[nodiscard]] bool apart_in_height(std::uint32_t one, std::uint32_t other) const;
-    [[nodiscard]] Side side_of(std::uint32_t one, std::uint32_t other) const;
+    [[nodiscard]] DividingLine side_of(std::uint32_t one, std::uint32_t other) const;
     template <class Visit>
     void for_each_near(const crowd::CrowdBatch& batch, Visit&& visit) const;
     void take_in_neighbours(const crowd::AvoidanceSettings& settings);
     void give_commands(const Scene& scene);
     void give_command(std::uint32_t one, const crowd::CrowdBatch& batch, const Scene& scene);
-    [[nodiscard]] Stop stop_of(world::Row row,
-                               const motion::InputCommand& command,
-                               const Scene& scene) const;
-    [[nodiscard]] static bool is_carried(world::Row row, const Stop& stop, const Scene& scene);
+    [[nodiscard]] BrakingStop stop_of(world::Row row,
+                                      const motion::InputCommand& command,
+                                      const Scene& scene) const;
+    [[nodiscard]] static bool is_carried(world::Row row,
+                                         const BrakingStop& stop,
+                                         const Scene& scene);
 
-    crowd::CrowdAgents seen_;          // walkers, then others by entity id
-    std::size_t walkers_ = 0;          // the first so many of seen_
-    std::vector<world::Row> rows_;     // by seen
-    std::vector<Course> courses_;      // by seen
-    std::vector<std::uint8_t> taken_;  // by row: it is a walker
+    crowd::CrowdAgents seen_;             // walkers, then others by entity id
+    std::size_t walkers_ = 0;             // the first so many of seen_
+    std::vector<world::Row> rows_;        // by seen
+    std::vector<BrakingCourse> courses_;  // by seen
+    std::vector<std::uint8_t> taken_;     // by row: it is a walker
     std::vector<world::Row> others_;
     std::vector<std::uint8_t> crowded_;  // by seen: kCrowded, kNear
     std::vector<std::uint8_t> outcome_;  // by seen
@@ -116,7 +118,7 @@ class MakeWay {
     float reach_ = 0.0F;
     crowd::CrowdAgents close_;             // those that count for who is crowded
     std::vector<std::uint32_t> close_of_;  // by seen: row of close_
-    crowd::Avoidance avoidance_{crowd::AvoidanceSettings()};
+    crowd::OrcaAvoidance avoidance_{crowd::AvoidanceSettings()};
 };
 
 }  // namespace zoned::ai

@@ -12,9 +12,9 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::crowd::Avoidance;
 using ai::crowd::AvoidanceReport;
 using ai::crowd::CrowdAgents;
+using ai::crowd::OrcaAvoidance;
 using ai::crowd::Walls;
 
 constexpr float kPerM2 = 0.5F;         ///< agents
@@ -93,7 +93,7 @@ class AvoidanceTrial final : public JudgedTrial {
             const float d = std::max(1e-3F, std::hypot(dx, dz));
             agents_.want_x[i] = kWalkingSpeed * dx / d;
             agents_.want_z[i] = kWalkingSpeed * dz / d;
-            agents_.way_left[i] = d;
+            agents_.path_left[i] = d;
         }
     }
 
@@ -130,7 +130,7 @@ class AvoidanceTrial final : public JudgedTrial {
     CrowdAgents agents_;
     std::vector<Goal> goals_;
     std::vector<std::uint32_t> by_x_;
-    Avoidance avoidance_{{}};
+    OrcaAvoidance avoidance_{{}};
     std::uint64_t tick_ = 0;
     double relaxed_ = 0.0;
     double stuck_ = 0.0;

@@ -15,10 +15,10 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::crowd::Avoidance;
 using ai::crowd::CrowdAgents;
 using ai::crowd::CrowdFlowField;
 using ai::crowd::Density;
+using ai::crowd::OrcaAvoidance;
 using ai::crowd::Wall;
 using ai::crowd::Walls;
 using ai::navigation::Cell;
@@ -60,7 +60,7 @@ std::string corridor_picture() {
         agents.add(i, rightwards ? x + 4.0F : 36.0F - x, z, 0.25F, 2.0F);
         agents.want_x.back() = rightwards ? 1.3F : -1.3F;
     }
-    Avoidance avoidance({});
+    OrcaAvoidance avoidance({});
     compute::Team alone;
     for (std::uint64_t tick = 0; tick < 220; ++tick) {
         avoidance.step(agents, walls, tick, alone);
@@ -102,7 +102,7 @@ class DoorsScene {
         Density density(map_, {});
         CrowdFlowField field;
         field.build(map_, density.crowding(), {24, 4});
-        Avoidance avoidance({});
+        OrcaAvoidance avoidance({});
         compute::Team alone;
         for (int step = 0; step < 350; ++step) {
             if (step % 10 == 0) {
@@ -134,7 +134,7 @@ class DoorsScene {
         const float d = std::max(1e-3F, std::hypot(dx, dz));
         agents_.want_x[i] = 1.3F * dx / d;
         agents_.want_z[i] = 1.3F * dz / d;
-        agents_.way_left[i] = static_cast<float>(field.cost(p)) / 31520.0F;
+        agents_.path_left[i] = static_cast<float>(field.cost(p)) / 31520.0F;
     }
 
     void draw_field(Picture& picture, const Density& density, const CrowdFlowField& field) const {

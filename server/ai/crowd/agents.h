@@ -20,7 +20,7 @@ struct CrowdAgents {
     std::vector<float> yield;
     /// Along its path to its goal, m: of two that are in each other's way, who has less left goes
     /// first. The same for all (0) where nobody knows.
-    std::vector<float> way_left;
+    std::vector<float> path_left;
     std::vector<std::uint32_t> id;  ///< what its random choices come from
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
@@ -66,7 +66,7 @@ struct CrowdAgents {
   private:
     static constexpr std::size_t kFloats = 10;
 
-    struct Columns {
+    struct CrowdColumns {
         std::vector<float>* column[kFloats];
 
         [[nodiscard]] std::vector<float>* const* begin() const { return column; }
@@ -74,8 +74,8 @@ struct CrowdAgents {
         [[nodiscard]] std::vector<float>* const* end() const { return column + kFloats; }
     };
 
-    Columns floats() {
-        return {{&x, &z, &vx, &vz, &want_x, &want_z, &radius, &most_speed, &yield, &way_left}};
+    CrowdColumns floats() {
+        return {{&x, &z, &vx, &vz, &want_x, &want_z, &radius, &most_speed, &yield, &path_left}};
     }
 };
 

@@ -108,10 +108,10 @@ void Assignment::solve_greedily(std::span<const double> cost, std::size_t rows, 
             pairs_.push_back({cost[r * slots + s], r, s});
         }
     }
-    std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
+    std::sort(pairs_.begin(), pairs_.end(), [](const AssignedPair& a, const AssignedPair& b) {
         return std::tie(a.cost, a.row, a.slot) < std::tie(b.cost, b.row, b.slot);
     });
-    for (const Pair& p : pairs_) {
+    for (const AssignedPair& p : pairs_) {
         if (slot_of_[p.row] == kNoSlot && row_of_[p.slot] == kNoSlot) {
             slot_of_[p.row] = p.slot;
             row_of_[p.slot] = p.row;

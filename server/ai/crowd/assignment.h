@@ -30,7 +30,7 @@ class Assignment {
     void augment(std::span<const double> cost, std::size_t row, std::size_t slots);
     void solve_greedily(std::span<const double> cost, std::size_t rows, std::size_t slots);
 
-    struct Pair {
+    struct AssignedPair {
         double cost;
         std::uint32_t row, slot;
     };
@@ -41,7 +41,7 @@ class Assignment {
     std::vector<std::uint32_t> from_;  // slot before, on the shortest path
     std::vector<std::uint8_t> done_;
     std::vector<double> turned_;  // costs with rows and slots exchanged
-    std::vector<Pair> pairs_;
+    std::vector<AssignedPair> pairs_;
 };
 
 }  // namespace zoned::ai::crowd

@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kBatchGrain = 16;  ///< batches
 constexpr std::size_t kMostWallPlanes = 32;
 constexpr std::size_t kMostNearPlanes = 24;
-constexpr std::size_t kMostWayPlanes = 24;
-static_assert(kMostWallPlanes + kMostNearPlanes + kMostWayPlanes <= LaneProgram::kMostRows);
+constexpr std::size_t kMostPathPlanes = 24;
+static_assert(kMostWallPlanes + kMostNearPlanes + kMostPathPlanes <= OrcaProgram::kMostRows);
 /// Of the slack: 1/64 of the largest.
 constexpr int kHalvings = 6;
 /// Overlaps up to this share of a radius come from rounding and are let be.
@@ -32,21 +32,21 @@ constexpr std::uint64_t kTrySteps = 12;
 constexpr float kTolerance = 1e-3F;
 
 /// Eight agents as they are looked at.
-struct LaneAgents {
-    Lanes x, z, vx, vz, radius, yield, way_left, want_x, want_z, speed;
+struct OrcaAgents {
+    Lanes x, z, vx, vz, radius, yield, path_left, want_x, want_z, speed;
     unsigned moved_here;  ///< bits of those that are there and not moved by others
 };
 
-struct LanePlanes {
-    LaneSection<kMostWallPlanes> walls;
-    LaneSection<kMostNearPlanes> near;
-    LaneSection<kMostWayPlanes> path;
+struct OrcaPlanes {
+    OrcaLineSet<kMostWallPlanes> walls;
+    OrcaLineSet<kMostNearPlanes> near;
+    OrcaLineSet<kMostPathPlanes> path;
     unsigned pressed = 0;
 };
 
 /// Another agent, the same for all lanes.
 struct Other {
-    float x, z, vx, vz, radius, yield, way_left, want_x, want_z;
+    float x, z, vx, vz, radius, yield, path_left, want_x, want_z;
 };
 
 /// Who is looked at, by columns.
@@ -69,7 +69,7 @@ class Seen {
                 column_[kSortedVz][at],
                 column_[kSortedRadius][at],
                 column_[kSortedYield][at],
-                column_[kSortedWayLeft][at],
+                column_[kSortedPathLeft][at],
                 column_[kSortedWantX][at],
                 column_[kSortedWantZ][at]};
     }
@@ -86,12 +86,12 @@ Lanes length(const Lanes& x, const Lanes& z) {
 
 /// The half-plane of reciprocal avoidance, for discs that do not overlap: `px`, `pz` to the other,
 /// `vx`, `vz` relative to it, `both` the sum of radii, d2 > both^2 the distance squared.
-struct LaneEscape {
+struct OrcaEscape {
     Lanes nx, nz;  ///< out of the velocity obstacle
     Lanes depth;   ///< how far the relative velocity is within it (negative: outside)
 };
 
-LaneEscape escape(const Lanes& px,
+OrcaEscape escape(const Lanes& px,
                   const Lanes& pz,
                   const Lanes& vx,
                   const Lanes& vz,
@@ -115,7 +115,7 @@ LaneEscape escape(const Lanes& px,
     // Outwards is to the left of the left leg and to the right of the right one.
     const Lanes leg_nx = -side * dz;
     const Lanes leg_nz = side * dx;
-    LaneEscape e;
+    OrcaEscape e;
     e.nx = pick(tip, wx * per_w, leg_nx);
     e.nz = pick(tip, wz * per_w, leg_nz);
     e.depth = pick(tip, both * per_horizon - w, -(vx * leg_nx + vz * leg_nz));
@@ -123,12 +123,12 @@ LaneEscape escape(const Lanes& px,
 }
 
 /// What one other agent means to eight; `before`: lanes that are sorted before it.
-void look_at(const LaneAgents& a,
+void look_at(const OrcaAgents& a,
              const Other& o,
              unsigned others,
              const LaneInts& before,
              const AvoidanceSettings& settings,
-             LanePlanes& planes) {
+             OrcaPlanes& planes) {
     const Lanes px = o.x - a.x;
     const Lanes pz = o.z - a.z;
     const Lanes d2 = px * px + pz * pz;
@@ -162,14 +162,14 @@ void look_at(const LaneAgents& a,
     planes.near.add(tight, {nx, nz, -room});
     planes.pressed |= bits_of(overlap) & near;
     // Who goes first is taken to move as it wants, also while it is blocked, and makes less path.
-    const LaneInts after = o.way_left < a.way_left - kSamePath;
-    const LaneInts ahead = o.way_left > a.way_left + kSamePath;
+    const LaneInts after = o.path_left < a.path_left - kSamePath;
+    const LaneInts ahead = o.path_left > a.path_left + kSamePath;
     const Lanes weight =
         a.yield * pick(after, splat(kGivesWay), pick(ahead, splat(1.0F / kGivesWay), splat(1.0F)));
     const Lanes part = weight / (weight + o.yield);
     const Lanes vx = a.vx - pick(after, splat(o.want_x), splat(o.vx));
     const Lanes vz = a.vz - pick(after, splat(o.want_z), splat(o.vz));
-    const LaneEscape e = escape(px, pz, vx, vz, both, d2, 1.0F / settings.horizon_s);
+    const OrcaEscape e = escape(px, pz, vx, vz, both, d2, 1.0F / settings.horizon_s);
     const Lanes c = e.nx * a.vx + e.nz * a.vz + part * e.depth;
     const unsigned bound = bits_of((c > -a.speed) & (gap > none)) & near;
     planes.path.add(bound, {e.nx, e.nz, c});
@@ -183,10 +183,10 @@ void look_at(const LaneAgents& a,
 
 /// What a wall means to eight: nobody gets nearer to it than it is, less what it walks in the
 /// horizon. The whole wall lies beyond the plane through its nearest point.
-void look_at_wall(const LaneAgents& a,
+void look_at_wall(const OrcaAgents& a,
                   const Wall& w,
                   const AvoidanceSettings& settings,
-                  LanePlanes& planes) {
+                  OrcaPlanes& planes) {
     const Lanes none{};
     const float ex = w.bx - w.ax;
     const float ez = w.bz - w.az;
@@ -219,7 +219,7 @@ void look_at_wall(const LaneAgents& a,
 }
 
 /// What agents want, turned a little where they get nowhere.
-LaneVelocity desired(const LaneAgents& a,
+OrcaVelocity desired(const OrcaAgents& a,
                      const std::uint32_t* rows,
                      std::size_t count,
                      const CrowdAgents& agents,
@@ -259,7 +259,7 @@ LaneInts lanes_of(unsigned bits) {
 }
 
 /// Whether v is within the planes, but for rounding.
-LaneInts within(const LaneProgram& p, std::size_t rows, const LaneVelocity& v) {
+LaneInts within(const OrcaProgram& p, std::size_t rows, const OrcaVelocity& v) {
     LaneInts all = LaneInts{} - 1;
     for (std::size_t k = 0; k < rows; ++k) {
         all = all & (p.row[k]->nx * v.x + p.row[k]->nz * v.z >= p.row[k]->c - kTolerance);
@@ -267,12 +267,12 @@ LaneInts within(const LaneProgram& p, std::size_t rows, const LaneVelocity& v) {
     return all;
 }
 
-LaneVelocity choose(const LaneAgents& a,
-                    const LanePlanes& planes,
-                    const LaneVelocity& want,
+OrcaVelocity choose(const OrcaAgents& a,
+                    const OrcaPlanes& planes,
+                    const OrcaVelocity& want,
                     const AvoidanceSettings& settings,
                     AvoidanceReport& report) {
-    LaneProgram p;
+    OrcaProgram p;
     p.want = want;
     p.most_speed = a.speed;
     p.append(planes.walls);
@@ -281,7 +281,7 @@ LaneVelocity choose(const LaneAgents& a,
     const std::size_t fixed = p.rows;
     p.append(planes.path);
     p.fixed = fixed;
-    LaneSolution s = solve_with_slack(p, 2.0F * a.speed, kHalvings);
+    OrcaSolution s = solve_with_slack(p, 2.0F * a.speed, kHalvings);
     // Who overlaps nobody can always stand; who does need not find what allows that.
     const LaneInts failed = s.failed_at < static_cast<std::int32_t>(fixed);
     const LaneInts overlapping = failed & lanes_of(planes.pressed);
@@ -289,7 +289,7 @@ LaneVelocity choose(const LaneAgents& a,
         // Those that were put into others: apart from them as fast as walls allow.
         p.rows = fixed;
         p.fixed = walls;
-        const LaneSolution apart = solve_with_slack(p, 4.0F * a.speed, kHalvings);
+        const OrcaSolution apart = solve_with_slack(p, 4.0F * a.speed, kHalvings);
         s.v.x = pick(overlapping, apart.v.x, s.v.x);
         s.v.z = pick(overlapping, apart.v.z, s.v.z);
     }
@@ -307,15 +307,15 @@ LaneVelocity choose(const LaneAgents& a,
     return {pick(stand, Lanes{}, s.v.x), pick(stand, Lanes{}, s.v.z)};
 }
 
-LaneAgents load_agents(const Seen& seen, const CrowdBatch& batch) {
-    LaneAgents a;
+OrcaAgents load_agents(const Seen& seen, const CrowdBatch& batch) {
+    OrcaAgents a;
     a.x = seen.lanes(kSortedX, batch.begin);
     a.z = seen.lanes(kSortedZ, batch.begin);
     a.vx = seen.lanes(kSortedVx, batch.begin);
     a.vz = seen.lanes(kSortedVz, batch.begin);
     a.radius = seen.lanes(kSortedRadius, batch.begin);
     a.yield = seen.lanes(kSortedYield, batch.begin);
-    a.way_left = seen.lanes(kSortedWayLeft, batch.begin);
+    a.path_left = seen.lanes(kSortedPathLeft, batch.begin);
     a.want_x = seen.lanes(kSortedWantX, batch.begin);
     a.want_z = seen.lanes(kSortedWantZ, batch.begin);
     a.speed = seen.lanes(kSortedSpeed, batch.begin);
@@ -323,12 +323,12 @@ LaneAgents load_agents(const Seen& seen, const CrowdBatch& batch) {
     return a;
 }
 
-void look_around(const LaneAgents& a,
+void look_around(const OrcaAgents& a,
                  const CrowdOrder& order,
                  const Seen& seen,
                  const CrowdBatch& batch,
                  const AvoidanceSettings& settings,
-                 LanePlanes& planes) {
+                 OrcaPlanes& planes) {
     const LaneInts place =
         LaneInts{0, 1, 2, 3, 4, 5, 6, 7} + static_cast<std::int32_t>(batch.begin);
     for (int row = batch.row - 1; row <= batch.row + 1; ++row) {
@@ -342,11 +342,11 @@ void look_around(const LaneAgents& a,
     }
 }
 
-void look_at_walls(const LaneAgents& a,
+void look_at_walls(const OrcaAgents& a,
                    const Walls& walls,
                    const CrowdBatch& batch,
                    const AvoidanceSettings& settings,
-                   LanePlanes& planes) {
+                   OrcaPlanes& planes) {
     if (walls.empty()) {
         return;
     }
@@ -383,10 +383,10 @@ AvoidanceSettings within_reach(const CrowdAgents& agents, AvoidanceSettings sett
 
 }  // namespace
 
-AvoidanceReport Avoidance::step(CrowdAgents& agents,
-                                const Walls& walls,
-                                std::uint64_t tick,
-                                compute::Team& team) {
+AvoidanceReport OrcaAvoidance::step(CrowdAgents& agents,
+                                    const Walls& walls,
+                                    std::uint64_t tick,
+                                    compute::Team& team) {
     ZONED_ASSERT(settings_.step_s > 0.0F && settings_.horizon_s >= settings_.step_s &&
                      settings_.wall_horizon_s >= settings_.step_s && settings_.neighbour_m > 0.0F,
                  "times and distances are positive, horizons no shorter than a step");
@@ -397,14 +397,14 @@ AvoidanceReport Avoidance::step(CrowdAgents& agents,
     team.run(of_batch_.size(), kBatchGrain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
             const CrowdBatch& batch = order_.batches()[b];
-            const LaneAgents a = load_agents(seen, batch);
+            const OrcaAgents a = load_agents(seen, batch);
             const std::uint32_t* const rows = order_.rows().data() + batch.begin;
             const std::size_t count = batch.end - batch.begin;
-            LanePlanes planes;
+            OrcaPlanes planes;
             look_around(a, order_, seen, batch, settings, planes);
             look_at_walls(a, walls, batch, settings, planes);
-            const LaneVelocity want = desired(a, rows, count, agents, tick, settings);
-            const LaneVelocity v = choose(a, planes, want, settings, of_batch_[b]);
+            const OrcaVelocity want = desired(a, rows, count, agents, tick, settings);
+            const OrcaVelocity v = choose(a, planes, want, settings, of_batch_[b]);
             for (std::size_t lane = 0; lane < count; ++lane) {
                 if ((a.moved_here >> lane & 1U) != 0) {
                     agents.vx[rows[lane]] = v.x[lane];

@@ -1,4 +1,4 @@
-// Avoidance: agents that make way for each other and for walls, each its share.
+// OrcaAvoidance: agents that make way for each other and for walls, each its share.
 #pragma once
 
 #include "server/ai/crowd/agents.h"
@@ -44,9 +44,9 @@ struct AvoidanceReport {
 ///   two agents that do not overlap will not (but for rounding), unless one is moved by others;
 /// - keep to its side of walls, likewise: nobody walks through a wall, however dense the crowd.
 /// Those that overlap (put there by others) part as fast as walls allow.
-class Avoidance {
+class OrcaAvoidance {
   public:
-    explicit Avoidance(const AvoidanceSettings& settings) : settings_(settings) {}
+    explicit OrcaAvoidance(const AvoidanceSettings& settings) : settings_(settings) {}
 
     [[nodiscard]] const AvoidanceSettings& settings() const { return settings_; }
 

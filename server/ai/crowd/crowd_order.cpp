@@ -82,7 +82,7 @@ void CrowdOrder::sort(const CrowdAgents& agents, float cell_m, compute::Team& te
                                                             &agents.vz,
                                                             &agents.radius,
                                                             &agents.yield,
-                                                            &agents.way_left,
+                                                            &agents.path_left,
                                                             &agents.want_x,
                                                             &agents.want_z,
                                                             &agents.most_speed};

@@ -19,7 +19,7 @@ enum SortedColumn : std::size_t {
     kSortedVz,
     kSortedRadius,
     kSortedYield,
-    kSortedWayLeft,
+    kSortedPathLeft,
     kSortedWantX,
     kSortedWantZ,
     kSortedSpeed,

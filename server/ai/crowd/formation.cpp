@@ -137,7 +137,7 @@ void Formation::follow_path(std::size_t i,
     const Vec2 want = d > 0.0F ? Vec2(path * (agents.most_speed[row] / d)) : Vec2(Vec2::Zero());
     agents.want_x[row] = want.x();
     agents.want_z[row] = want.y();
-    agents.way_left[row] = d + (slot - corner_[i]).norm();
+    agents.path_left[row] = d + (slot - corner_[i]).norm();
 }
 
 void Formation::aim(CrowdAgents& agents, const Walls& walls, const Route& route) {
@@ -163,7 +163,7 @@ void Formation::aim(CrowdAgents& agents, const Walls& walls, const Route& route)
         want *= speed > agents.most_speed[row] ? agents.most_speed[row] / speed : 1.0F;
         agents.want_x[row] = want.x();
         agents.want_z[row] = want.y();
-        agents.way_left[row] = d;
+        agents.path_left[row] = d;
     }
 }
 

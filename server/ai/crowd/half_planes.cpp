@@ -25,12 +25,12 @@ struct LanePiece {
 };
 
 /// The best velocity on the border of plane k within the disc and the planes before k.
-LaneVelocity along_border(const LaneProgram& p,
+OrcaVelocity along_border(const OrcaProgram& p,
                           const Lanes& slack,
                           std::size_t k,
-                          const LaneVelocity& want,
+                          const OrcaVelocity& want,
                           LaneInts& nothing) {
-    const LaneHalfPlane& own = *p.row[k];
+    const OrcaLine& own = *p.row[k];
     const Lanes none{};
     const Lanes c = k >= p.fixed ? own.c - slack : own.c;
     const Lanes left = p.most_speed * p.most_speed - c * c;
@@ -39,7 +39,7 @@ LaneVelocity along_border(const LaneProgram& p,
     // The border: c n + t d with d = (nz, -nx).
     LanePiece piece{-reach, reach};
     for (std::size_t j = 0; j < k; ++j) {
-        const LaneHalfPlane& other = *p.row[j];
+        const OrcaLine& other = *p.row[j];
         const Lanes other_c = j >= p.fixed ? other.c - slack : other.c;
         const Lanes slope = other.nx * own.nz - other.nz * own.nx;
         const Lanes lack = other_c - c * (other.nx * own.nx + other.nz * own.nz);
@@ -59,11 +59,11 @@ LaneVelocity along_border(const LaneProgram& p,
 
 }  // namespace
 
-LaneSolution solve(const LaneProgram& p, const Lanes& slack) {
+OrcaSolution solve(const OrcaProgram& p, const Lanes& slack) {
     const auto rows = static_cast<std::int32_t>(p.rows);
-    LaneSolution s{p.want, LaneInts{} + rows, LaneInts{}};
+    OrcaSolution s{p.want, LaneInts{} + rows, LaneInts{}};
     for (std::size_t k = 0; k < p.rows; ++k) {
-        const LaneHalfPlane& plane = *p.row[k];
+        const OrcaLine& plane = *p.row[k];
         const Lanes c = k >= p.fixed ? plane.c - slack : plane.c;
         const LaneInts going = s.failed_at == rows;
         const LaneInts outside = (plane.nx * s.v.x + plane.nz * s.v.z < c) & going;
@@ -71,7 +71,7 @@ LaneSolution solve(const LaneProgram& p, const Lanes& slack) {
             continue;
         }
         LaneInts nothing;
-        const LaneVelocity moved = along_border(p, slack, k, p.want, nothing);
+        const OrcaVelocity moved = along_border(p, slack, k, p.want, nothing);
         const LaneInts found = outside & ~nothing;
         s.v.x = pick(found, moved.x, s.v.x);
         s.v.z = pick(found, moved.z, s.v.z);
@@ -80,10 +80,10 @@ LaneSolution solve(const LaneProgram& p, const Lanes& slack) {
     return s;
 }
 
-LaneSolution solve_with_slack(const LaneProgram& p, const Lanes& most_slack, int halvings) {
+OrcaSolution solve_with_slack(const OrcaProgram& p, const Lanes& most_slack, int halvings) {
     const auto rows = static_cast<std::int32_t>(p.rows);
     const auto fixed = static_cast<std::int32_t>(p.fixed);
-    LaneSolution best = solve(p, Lanes{});
+    OrcaSolution best = solve(p, Lanes{});
     const LaneInts wanting = (best.failed_at < rows) & (best.failed_at >= fixed);
     if (bits_of(wanting) == 0) {
         return best;
@@ -94,7 +94,7 @@ LaneSolution solve_with_slack(const LaneProgram& p, const Lanes& most_slack, int
     Lanes enough = pick(wanting, most_slack, Lanes{});
     for (int i = 0; i <= halvings; ++i) {
         const Lanes tried = i == 0 ? enough : 0.5F * (less + enough);
-        const LaneSolution s = solve(p, tried);
+        const OrcaSolution s = solve(p, tried);
         const LaneInts does = (s.failed_at == rows) & wanting;
         best.v.x = pick(does, s.v.x, best.v.x);
         best.v.z = pick(does, s.v.z, best.v.z);

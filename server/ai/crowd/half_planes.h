@@ -1,4 +1,4 @@
-// HalfPlanes: what velocities eight agents may choose, and the best of them.
+// OrcaLines: what velocities eight agents may choose, and the best of them.
 #pragma once
 
 #include "kernels/include/kernel_base.h"
@@ -37,18 +37,18 @@ inline Lanes pick(const LaneInts& mask, const Lanes& a, const Lanes& b) {
 }
 
 /// Velocities v with n v >= c; n is of unit length, or zero with c < 0 for all velocities.
-struct LaneHalfPlane {
+struct OrcaLine {
     Lanes nx, nz, c;
 };
 
 /// A row of half-planes holds one of each of eight agents; agents have different numbers of them,
 /// what is missing allows everything.
 template <std::size_t kMost>
-class LaneSection {
+class OrcaLineSet {
   public:
     /// Adds to the lanes in `bits` what they find there. False where some lane is full: its bit is
     /// then in `full`, and of its half-planes the weakest is lost.
-    void add(unsigned bits, const LaneHalfPlane& plane) {
+    void add(unsigned bits, const OrcaLine& plane) {
         while (bits != 0) {
             const auto lane = static_cast<std::size_t>(__builtin_ctz(bits));
             bits &= bits - 1;
@@ -76,7 +76,7 @@ class LaneSection {
 
     [[nodiscard]] std::size_t rows() const { return rows_; }
 
-    [[nodiscard]] const LaneHalfPlane& row(std::size_t i) const { return row_[i]; }
+    [[nodiscard]] const OrcaLine& row(std::size_t i) const { return row_[i]; }
 
     [[nodiscard]] unsigned full() const { return full_; }
 
@@ -92,37 +92,37 @@ class LaneSection {
         return least;
     }
 
-    std::array<LaneHalfPlane, kMost> row_;
+    std::array<OrcaLine, kMost> row_;
     std::array<std::uint8_t, kLanes> count_{};
     std::size_t rows_ = 0;
     unsigned full_ = 0;
     Lanes lost_ = splat(-1e30F);
 };
 
-struct LaneVelocity {
+struct OrcaVelocity {
     Lanes x, z;
 };
 
 /// What has to be solved: the first `fixed` half-planes hold as they are, the others may be
 /// moved by a slack.
-struct LaneProgram {
+struct OrcaProgram {
     static constexpr std::size_t kMostRows = 80;
-    std::array<const LaneHalfPlane*, kMostRows> row;
+    std::array<const OrcaLine*, kMostRows> row;
     std::size_t rows = 0;
     std::size_t fixed = 0;
-    LaneVelocity want;  ///< at most as fast as most_speed
+    OrcaVelocity want;  ///< at most as fast as most_speed
     Lanes most_speed;
 
     template <std::size_t kMost>
-    void append(const LaneSection<kMost>& section) {
+    void append(const OrcaLineSet<kMost>& section) {
         for (std::size_t i = 0; i < section.rows(); ++i) {
             row[rows++] = &section.row(i);
         }
     }
 };
 
-struct LaneSolution {
-    LaneVelocity v;
+struct OrcaSolution {
+    OrcaVelocity v;
     /// Number of the row at which there was nothing left to choose from; rows where there was.
     LaneInts failed_at;
     LaneInts gave_way;  ///< lanes that needed slack
@@ -133,10 +133,10 @@ struct LaneSolution {
 /// "Computational Geometry", 3rd ed., 4.3; in this use: van den Berg et al. 2011, section 5), in
 /// the rows' order, in all lanes at once. Planes that are not fixed give way by `slack` (m/s, >=
 /// 0). In a lane that fails, v satisfies the rows before the failing one.
-LaneSolution solve(const LaneProgram& program, const Lanes& slack);
+OrcaSolution solve(const OrcaProgram& program, const Lanes& slack);
 
 /// The same with the least slack, up to `most_slack` in so many halvings, in each lane that fails
 /// at a row that is not fixed (most_slack is enough in all of them). `failed_at` of what remains.
-LaneSolution solve_with_slack(const LaneProgram& program, const Lanes& most_slack, int halvings);
+OrcaSolution solve_with_slack(const OrcaProgram& program, const Lanes& most_slack, int halvings);
 
 }  // namespace zoned::ai::crowd

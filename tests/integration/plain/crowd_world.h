@@ -41,7 +41,7 @@ class Crowd {
 
     [[nodiscard]] zone::ZoneState& state() { return world_.zones().front()->state(); }
 
-    [[nodiscard]] const ai::WayReport& avoidance() {
+    [[nodiscard]] const ai::LocalAvoidanceReport& avoidance() {
         return world_.zones().front()->report().ai.avoidance;
     }
 

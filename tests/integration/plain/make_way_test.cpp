@@ -61,7 +61,7 @@ statics {
   box { x_m: 0 y_m: 1 z_m: -6.5 size { x_m: 60 y_m: 2 z_m: 1 } }
 })";
 
-TEST(MakeWay, TwoHeadingAtEachOtherPassAndReachTheirPlaces) {
+TEST(LocalAvoidance, TwoHeadingAtEachOtherPassAndReachTheirPlaces) {
     Crowd crowd(crowd_world(kOn, ""), {{"shuttle", {-18.0F, 0.0F}}, {"return", {18.0F, 0.0F}}});
     const float way = 36.0F;
     bool met = false;
@@ -76,7 +76,7 @@ TEST(MakeWay, TwoHeadingAtEachOtherPassAndReachTheirPlaces) {
     EXPECT_LT(crowd.at(1).x(), -12.0F);
 }
 
-TEST(MakeWay, WithoutItTheyWalkThroughEachOther) {
+TEST(LocalAvoidance, WithoutItTheyWalkThroughEachOther) {
     // The measure of overlap is no toy.
     Crowd crowd(crowd_world("", ""), {{"shuttle", {-18.0F, 0.0F}}, {"return", {18.0F, 0.0F}}});
     float most = -1.0F;
@@ -87,13 +87,13 @@ TEST(MakeWay, WithoutItTheyWalkThroughEachOther) {
     EXPECT_GT(most, 0.5F * kRadius);
 }
 
-TEST(MakeWay, WhoStandsInAWallIsSeenThere) {
+TEST(LocalAvoidance, WhoStandsInAWallIsSeenThere) {
     // The measure of walls is no toy either: before the first tick nobody was moved out.
     Crowd crowd(crowd_world(kOn, kCorridor), {{"stay", {0.0F, 2.2F}}});
     EXPECT_GT(crowd.in_walls(), 0.5F * kRadius);
 }
 
-TEST(MakeWay, WhoMeetsNobodyIsSteeredBitForBitAsWithout) {
+TEST(LocalAvoidance, WhoMeetsNobodyIsSteeredBitForBitAsWithout) {
     // 6 m apart, walking the same way: seen, but never met.
     const std::vector<std::pair<std::string, Vec2>> walkers = {{"shuttle", {-18.0F, -1.4F}},
                                                                {"shuttle", {-14.0F, 1.4F}}};
@@ -132,7 +132,7 @@ class Crossings {
     int count_ = 0;
 };
 
-TEST(MakeWay, NobodyOverlapsNorEntersWallsInACorridorWithCounterflow) {
+TEST(LocalAvoidance, NobodyOverlapsNorEntersWallsInACorridorWithCounterflow) {
     Crowd crowd(crowd_world(kOn, std::string(kCorridor) + R"(
 scatter { type: "shuttle" count: 14 seed: 1 min_distance_m: 1 region { min_x_m: -20 max_x_m: -6 min_z_m: -1.5 max_z_m: 1.5 } }
 scatter { type: "return" count: 14 seed: 2 min_distance_m: 1 region { min_x_m: 6 max_x_m: 20 min_z_m: -1.5 max_z_m: 1.5 } }
@@ -156,7 +156,7 @@ scatter { type: "return" count: 14 seed: 2 min_distance_m: 1 region { min_x_m: 6
     RecordProperty("crossings", crossings.count());
 }
 
-TEST(MakeWay, ADoorwayWithCounterflowClears) {
+TEST(LocalAvoidance, ADoorwayWithCounterflowClears) {
     Crowd crowd(crowd_world(kOn, std::string(kDoorway) + R"(
 scatter { type: "shuttle" count: 12 seed: 1 min_distance_m: 1 region { min_x_m: -20 max_x_m: -8 min_z_m: -3 max_z_m: 3 } }
 scatter { type: "return" count: 12 seed: 2 min_distance_m: 1 region { min_x_m: 8 max_x_m: 20 min_z_m: -3 max_z_m: 3 } }
@@ -201,12 +201,12 @@ scatter { type: "return" count: 8 seed: 2 min_distance_m: 1.5 region { min_x_m: 
     return overlap;
 }
 
-TEST(MakeWay, WhoTakesMetresToStopOverlapsNobodyEither) {
+TEST(LocalAvoidance, WhoTakesMetresToStopOverlapsNobodyEither) {
     EXPECT_LE(overlap_of_slow_brakers(""), 0.02F * kRadius) << "in the open";
     EXPECT_LE(overlap_of_slow_brakers(kCorridor), 0.02F * kRadius) << "in a corridor";
 }
 
-TEST(MakeWay, ACrateThatHitsAWalkerPushesItAndAWallHoldsIt) {
+TEST(LocalAvoidance, ACrateThatHitsAWalkerPushesItAndAWallHoldsIt) {
     // A crate of 200 kg at 6 m/s against a man of 80 kg, 1.5 m before a thin wall.
     const std::string wall =
         "statics { box { x_m: 2.5 y_m: 1 z_m: 0 size { x_m: 0.1 y_m: 2 z_m: 20 } } }";
@@ -224,7 +224,7 @@ TEST(MakeWay, ACrateThatHitsAWalkerPushesItAndAWallHoldsIt) {
     EXPECT_LE(farthest, 2.45F - kRadius + 1e-3F);
 }
 
-TEST(MakeWay, WhoIsNotSimulatedIsPutWhereItStandsClearOfWalls) {
+TEST(LocalAvoidance, WhoIsNotSimulatedIsPutWhereItStandsClearOfWalls) {
     // Places are behind a wall without a door: straight walks lead through it while nobody looks.
     const std::string wall = R"(
 statics {
@@ -247,7 +247,7 @@ scatter { type: "shuttle" count: 40 seed: 1 min_distance_m: 1 region { min_x_m: 
     EXPECT_LE(in_walls, 1e-3F);
 }
 
-TEST(MakeWay, GivesTheSameHashForOneTwoAndFourThreads) {
+TEST(LocalAvoidance, GivesTheSameHashForOneTwoAndFourThreads) {
     const std::string text = crowd_world(kOn, std::string(kCorridor) + R"(
 scatter { type: "shuttle" count: 20 seed: 1 min_distance_m: 1 region { min_x_m: -20 max_x_m: -3 min_z_m: -1.5 max_z_m: 1.5 } }
 scatter { type: "return" count: 20 seed: 2 min_distance_m: 1 region { min_x_m: 3 max_x_m: 20 min_z_m: -1.5 max_z_m: 1.5 } }

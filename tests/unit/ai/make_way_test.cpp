@@ -29,7 +29,7 @@ std::vector<std::uint32_t> ascending() {
     return order;
 }
 
-TEST(MakeWay, DoesNotDependOnTheOrderOfRows) {
+TEST(LocalAvoidance, DoesNotDependOnTheOrderOfRows) {
     Field a;
     crowd(a, ascending());
     Field b;
@@ -47,7 +47,7 @@ TEST(MakeWay, DoesNotDependOnTheOrderOfRows) {
     EXPECT_GT(gave_way, 1000U);
 }
 
-TEST(MakeWay, AllocatesNothingOnceWarm) {
+TEST(LocalAvoidance, AllocatesNothingOnceWarm) {
     Field field;
     crowd(field, ascending());
     // The crowd is densest at the start, where it wanders around its homes.
@@ -64,7 +64,7 @@ TEST(MakeWay, AllocatesNothingOnceWarm) {
     EXPECT_LE(allocation_count(), before) << "in " << crowded << " that met somebody";
 }
 
-TEST(MakeWay, LeavesPlayersAlone) {
+TEST(LocalAvoidance, LeavesPlayersAlone) {
     // One who wants to pass through a player who stands: it goes around, the player keeps standing.
     Field field;
     field.settings.machines = {single(ActionKind::kReturn)};

@@ -15,14 +15,14 @@ namespace zoned::ai::crowd {
 
 namespace {
 
-TEST(Avoidance, LetsWhoIsAloneGoAsItWants) {
+TEST(OrcaAvoidance, LetsWhoIsAloneGoAsItWants) {
     CrowdAgents agents;
     agents.add(1, 2.0F, 3.0F, 0.25F, 2.0F);
     agents.want_x[0] = 0.8F;
     agents.want_z[0] = -0.6F;
     agents.vx[0] = 0.8F;
     agents.vz[0] = -0.6F;
-    Avoidance avoidance({});
+    OrcaAvoidance avoidance({});
     compute::Team alone;
     for (std::uint64_t tick = 0; tick < 100; ++tick) {
         avoidance.step(agents, Walls(), tick, alone);
@@ -33,7 +33,7 @@ TEST(Avoidance, LetsWhoIsAloneGoAsItWants) {
 }
 
 /// Head-on at 1 m/s each, 4 m apart, radii 0.5, with a horizon of 2 s.
-TEST(Avoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
+TEST(OrcaAvoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     CrowdAgents agents;
     agents.add(1, 0.0F, 0.0F, 0.5F, 1.0F);
     agents.add(2, 4.0F, 0.1F, 0.5F, 1.0F);
@@ -41,7 +41,7 @@ TEST(Avoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     AvoidanceSettings settings;
     settings.neighbour_m = 5.0F;
     settings.horizon_s = 2.0F;
-    Avoidance avoidance(settings);
+    OrcaAvoidance avoidance(settings);
     compute::Team alone;
     avoidance.step(agents, Walls(), 0, alone);
     // By symmetry about the middle between them, whatever the two choose is turned by half a turn.
@@ -59,14 +59,14 @@ TEST(Avoidance, SharesEvenlyWhatTwoHaveToMakeWay) {
     EXPECT_LT(nearest, 1.0F + 1e-2F) << "no more than is needed";
 }
 
-TEST(Avoidance, LetsOthersMakeAllTheWayForWhoIsMovedByOthers) {
+TEST(OrcaAvoidance, LetsOthersMakeAllTheWayForWhoIsMovedByOthers) {
     CrowdAgents agents;
     agents.add(1, 0.0F, 0.0F, 0.3F, 1.5F);
     agents.add(2, 5.0F, 0.0F, 0.3F, 1.5F);
     agents.want_x[0] = 1.0F;
     agents.yield[1] = 0.0F;
     agents.vx[1] = -1.0F;
-    Avoidance avoidance({});
+    OrcaAvoidance avoidance({});
     compute::Team alone;
     float nearest = 1e9F;
     for (std::uint64_t tick = 0; tick < 120; ++tick) {
@@ -83,11 +83,11 @@ TEST(Avoidance, LetsOthersMakeAllTheWayForWhoIsMovedByOthers) {
 
 /// The claim of the method: nobody overlaps anybody, nobody crosses a wall, from any state without
 /// overlaps, for any density, wishes and sizes.
-TEST(Avoidance, NeverOverlapsNorCrossesWallsWhateverAllWant) {
+TEST(OrcaAvoidance, NeverOverlapsNorCrossesWallsWhateverAllWant) {
     core::Rng rng(5);
     for (int round = 0; round < 12; ++round) {
         CrowdScene scene = random_scene(rng, 300, 10.0F + 3.0F * static_cast<float>(round % 4));
-        Avoidance avoidance({});
+        OrcaAvoidance avoidance({});
         compute::Team alone;
         const Walls walls = Walls::make(scene.walls, 3.0F).value();
         for (std::uint64_t tick = 0; tick < 200; ++tick) {
@@ -121,7 +121,7 @@ TEST(CrowdScene, SeesOverlapsAndCrossings) {
     EXPECT_EQ(crossings(scene.agents, moved, scene.walls), 1U);
 }
 
-TEST(Avoidance, PartsThoseWhoWerePutIntoEachOther) {
+TEST(OrcaAvoidance, PartsThoseWhoWerePutIntoEachOther) {
     CrowdAgents agents;
     for (std::uint32_t i = 0; i < 30; ++i) {
         agents.add(
@@ -129,7 +129,7 @@ TEST(Avoidance, PartsThoseWhoWerePutIntoEachOther) {
     }
     agents.x[1] = agents.x[0];
     agents.z[1] = agents.z[0];
-    Avoidance avoidance({});
+    OrcaAvoidance avoidance({});
     compute::Team alone;
     // From the rim inwards: whoever is in the middle waits for the others.
     for (std::uint64_t tick = 0; tick < 800; ++tick) {
@@ -140,7 +140,7 @@ TEST(Avoidance, PartsThoseWhoWerePutIntoEachOther) {
 
 /// Two crowds through each other in a corridor of 6 m: all get through, and not much later than
 /// they would without each other.
-TEST(Avoidance, ClearsACorridorWithCounterflow) {
+TEST(OrcaAvoidance, ClearsACorridorWithCounterflow) {
     CorridorScene corridor(120, 40.0F, 6.0F, 3);
     const int steps = corridor.run(4000);
     EXPECT_LT(steps, 4000) << corridor.left() << " are still in";
@@ -150,7 +150,7 @@ TEST(Avoidance, ClearsACorridorWithCounterflow) {
 }
 
 /// 100 agents through a door that lets two pass side by side.
-TEST(Avoidance, ClearsADoorwayWithoutDeadlock) {
+TEST(OrcaAvoidance, ClearsADoorwayWithoutDeadlock) {
     for (const float width : {1.2F, 0.8F}) {
         DoorScene door(100, width, 7);
         const int steps = door.run(6000);
@@ -161,7 +161,7 @@ TEST(Avoidance, ClearsADoorwayWithoutDeadlock) {
 }
 
 /// A round pillar of far more pieces than are looked at.
-TEST(Avoidance, WalksAroundAFinelyCutPillar) {
+TEST(OrcaAvoidance, WalksAroundAFinelyCutPillar) {
     CrowdScene scene;
     for (int i = 0; i < 96; ++i) {
         const float from = 6.2831853F * static_cast<float>(i) / 96.0F;
@@ -176,7 +176,7 @@ TEST(Avoidance, WalksAroundAFinelyCutPillar) {
         scene.agents.add(i, -0.7F * static_cast<float>(i), 0.0F, 0.25F, 2.0F);
         scene.agents.want_x[i] = 1.3F;
     }
-    Avoidance avoidance({});
+    OrcaAvoidance avoidance({});
     compute::Team alone;
     for (std::uint64_t tick = 0; tick < 600; ++tick) {
         for (std::size_t i = 0; i < 9; ++i) {
@@ -193,13 +193,13 @@ TEST(Avoidance, WalksAroundAFinelyCutPillar) {
     }
 }
 
-TEST(Avoidance, GivesTheSameBitsForAnyNumberOfThreads) {
+TEST(OrcaAvoidance, GivesTheSameBitsForAnyNumberOfThreads) {
     core::Rng rng(9);
     CrowdScene one = random_scene(rng, 2000, 60.0F);
     CrowdScene three = one;
     const Walls walls = Walls::make(one.walls, 3.0F).value();
-    Avoidance on_one({});
-    Avoidance on_three({});
+    OrcaAvoidance on_one({});
+    OrcaAvoidance on_three({});
     compute::Team alone;
     compute::WorkerPool pool(3);
     compute::Team team;
@@ -215,11 +215,11 @@ TEST(Avoidance, GivesTheSameBitsForAnyNumberOfThreads) {
     EXPECT_EQ(std::memcmp(one.agents.vx.data(), three.agents.vx.data(), bytes), 0);
 }
 
-TEST(Avoidance, AllocatesNothingOnceWarm) {
+TEST(OrcaAvoidance, AllocatesNothingOnceWarm) {
     core::Rng rng(10);
     CrowdScene scene = random_scene(rng, 500, 30.0F);
     const Walls walls = Walls::make(scene.walls, 3.0F).value();
-    Avoidance avoidance({});
+    OrcaAvoidance avoidance({});
     compute::Team alone;
     std::uint64_t tick = 0;
     for (; tick < 20; ++tick) {

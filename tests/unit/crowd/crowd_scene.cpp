@@ -134,7 +134,7 @@ std::size_t crossings(const CrowdAgents& before,
 }
 
 int WalkingScene::run(int most) {
-    Avoidance avoidance({});
+    OrcaAvoidance avoidance({});
     compute::Team alone;
     const Walls walls = Walls::make(scene.walls, 3.0F).value();
     for (int step = 0; step < most; ++step) {
@@ -190,7 +190,7 @@ bool DoorScene::aim(std::size_t i) {
     const float d = std::hypot(dx, dz);
     a.want_x[i] = kWalk * dx / d;
     a.want_z[i] = kWalk * dz / d;
-    a.way_left[i] = d + (a.x[i] > -0.2F ? 0.0F : 5.0F);
+    a.path_left[i] = d + (a.x[i] > -0.2F ? 0.0F : 5.0F);
     return true;
 }
 

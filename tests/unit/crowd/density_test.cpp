@@ -186,7 +186,7 @@ class TwoDoors {
         Density density(map, {});
         CrowdFlowField field;
         field.build(map, density.crowding(), {24, 4});
-        Avoidance avoidance({});
+        OrcaAvoidance avoidance({});
         compute::Team alone;
         CrowdAgents& a = scene.agents;
         for (int step = 0; step < 6000; ++step) {
@@ -223,8 +223,8 @@ class TwoDoors {
         const float d = std::max(1e-3F, std::hypot(dx, dz));
         a.want_x[i] = 1.3F * dx / d;
         a.want_z[i] = 1.3F * dz / d;
-        a.way_left[i] = static_cast<float>(field.cost(p)) /
-                        static_cast<float>(navigation::kStraight * 2 * kPerStep);
+        a.path_left[i] = static_cast<float>(field.cost(p)) /
+                         static_cast<float>(navigation::kStraight * 2 * kPerStep);
     }
 
     GridMap map = open_map(25, 20);

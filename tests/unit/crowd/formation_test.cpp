@@ -214,7 +214,7 @@ class FormationInAMaze : public testing::Test {
         FormationSettings settings;
         settings.straggler_m = 6.0F;
         Formation group(wedge(), settings);
-        Avoidance avoidance({});
+        OrcaAvoidance avoidance({});
         compute::Team alone;
         for (int step = 0; step < 1400; ++step) {
             const float gone = 0.05F * static_cast<float>(step);

@@ -59,9 +59,9 @@ std::optional<Velocity> best_of_all(const std::vector<Plane>& planes, Velocity w
 
 /// A programme of eight random agents, with the planes of each.
 struct RandomProgram {
-    LaneSection<24> section;
+    OrcaLineSet<24> section;
     std::vector<Plane> planes[kLanes];
-    LaneVelocity want{};
+    OrcaVelocity want{};
     Lanes speed{};
 
     RandomProgram(core::Rng& rng, std::size_t most, float lowest, float highest) {
@@ -74,9 +74,9 @@ struct RandomProgram {
             const auto count = rng.below(static_cast<std::uint32_t>(most) + 1);
             for (std::uint32_t i = 0; i < count; ++i) {
                 const float turned = rng.range(0.0F, 6.3F);
-                LaneHalfPlane plane{splat(std::cos(turned)),
-                                    splat(std::sin(turned)),
-                                    splat(rng.range(lowest, highest))};
+                OrcaLine plane{splat(std::cos(turned)),
+                               splat(std::sin(turned)),
+                               splat(rng.range(lowest, highest))};
                 section.add(1U << lane, plane);
                 const auto nx = static_cast<double>(plane.nx[0]);
                 const auto nz = static_cast<double>(plane.nz[0]);
@@ -87,8 +87,8 @@ struct RandomProgram {
         }
     }
 
-    [[nodiscard]] LaneProgram program(std::size_t fixed) const {
-        LaneProgram p;
+    [[nodiscard]] OrcaProgram program(std::size_t fixed) const {
+        OrcaProgram p;
         p.want = want;
         p.most_speed = speed;
         p.append(section);
@@ -111,15 +111,15 @@ struct RandomProgram {
 /// than 1/100, where c and n are off by 1e-7: 1e-4 m/s.
 constexpr double kCornerError = 1e-4;
 
-TEST(HalfPlanes, ChooseTheNearestVelocityThatAllOfThemAllow) {
+TEST(OrcaLines, ChooseTheNearestVelocityThatAllOfThemAllow) {
     core::Rng rng(1);
     int found = 0;
     int none = 0;
     int doubtful = 0;
     for (int round = 0; round < 2000; ++round) {
         const RandomProgram random(rng, 10, -1.5F, 0.3F);
-        const LaneProgram p = random.program(LaneProgram::kMostRows);
-        const LaneSolution s = solve(p, Lanes{});
+        const OrcaProgram p = random.program(OrcaProgram::kMostRows);
+        const OrcaSolution s = solve(p, Lanes{});
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
             const auto exact = random.exact(lane, 0.0);
             if (exact.has_value() != (s.failed_at[lane] == static_cast<int>(p.rows))) {
@@ -143,14 +143,14 @@ TEST(HalfPlanes, ChooseTheNearestVelocityThatAllOfThemAllow) {
     EXPECT_LT(doubtful, 5);
 }
 
-TEST(HalfPlanes, GiveWayByNoMoreThanIsNeeded) {
+TEST(OrcaLines, GiveWayByNoMoreThanIsNeeded) {
     core::Rng rng(2);
     constexpr int kHalved = 6;
     int gave_way = 0;
     for (int round = 0; round < 500; ++round) {
         const RandomProgram random(rng, 10, -1.0F, 0.5F);
-        const LaneProgram p = random.program(0);
-        const LaneSolution s = solve_with_slack(p, 2.0F * random.speed, kHalved);
+        const OrcaProgram p = random.program(0);
+        const OrcaSolution s = solve_with_slack(p, 2.0F * random.speed, kHalved);
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
             ASSERT_EQ(s.failed_at[lane], static_cast<int>(p.rows));
             double slack = 0.0;
@@ -171,8 +171,8 @@ TEST(HalfPlanes, GiveWayByNoMoreThanIsNeeded) {
     EXPECT_GT(gave_way, 500);
 }
 
-TEST(HalfPlanes, KeepTheStrictestWhereALaneIsFull) {
-    LaneSection<4> section;
+TEST(OrcaLines, KeepTheStrictestWhereALaneIsFull) {
+    OrcaLineSet<4> section;
     for (int i = 0; i < 6; ++i) {
         section.add(0b101U, {splat(1.0F), Lanes{}, splat(static_cast<float>(i % 5) - 3.0F)});
     }
