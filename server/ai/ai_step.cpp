@@ -399,7 +399,7 @@ Report Step::run(Minds& minds, const World& world, const Settings& settings) {
     settle_trades(minds, world, settings);
     watch_changes(minds, world);
     forage(minds, world, settings);
-    form_up(minds, world, settings);
+    formation_following(minds, world, settings);
     steer_awake(minds, world, settings);
     head_herds(minds, world, settings);
     walk_coarse(minds, world, settings);

@@ -233,7 +233,7 @@ class Step {
                                    const World& world,
                                    const Settings& settings) const;
     bool set_roaming(Mind& mind, const Due& due, const World& world, const Settings& settings);
-    void form_up(Minds& minds, const World& world, const Settings& settings);
+    void formation_following(Minds& minds, const World& world, const Settings& settings);
     void local_avoidance(Minds& minds, const World& world, const Settings& settings);
     void watch_changes(Minds& minds, const World& world) const;
     void walk_coarse(Minds& minds, const World& world, const Settings& settings);

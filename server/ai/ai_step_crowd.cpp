@@ -188,7 +188,7 @@ Tick Step::event_after(Mind& mind,
 // ---------------------------------------------------------------- formations, avoidance
 
 /// Where those who form up around somebody are to be now.
-void Step::form_up(Minds& minds, const World& world, const Settings& settings) {
+void Step::formation_following(Minds& minds, const World& world, const Settings& settings) {
     formations_.clear();
     const std::span<const Slot> awake = minds.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {

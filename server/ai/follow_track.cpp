@@ -15,7 +15,7 @@ namespace {
 using tracks::Lane;
 using tracks::LaneId;
 
-/// Shares of error_m, see follow_track().
+/// Shares of error_m, see follow_spline().
 constexpr double kChordShare = 0.5;
 constexpr double kTurnShare = 0.25;
 constexpr double kStepShare = 0.15;
@@ -42,9 +42,9 @@ constexpr double kAheadS = 1.0;
 constexpr double kAheadM = 2.0;
 
 /// The tracks as one state follows them: they are in world coordinates, minds in those of a zone.
-class TrackView {
+class SplineView {
   public:
-    TrackView(const FollowDef& def, const Surroundings& around)
+    SplineView(const FollowDef& def, const Surroundings& around)
         : def_(def),
           net_(*around.places.tracks()),
           origin_(around.places.origin()) {}
@@ -86,7 +86,7 @@ class TrackView {
 
   private:
     const FollowDef& def_;
-    const tracks::TrackNet& net_;
+    const tracks::SplineNetwork& net_;
     Vec2d origin_;
 };
 
@@ -125,16 +125,16 @@ bool changes_lanes(const Mind& mind) {
     return mind.track.from != tracks::kNoLane;
 }
 
-tracks::TrackChange change_of(const Mind& mind, const TrackView& view) {
-    const TrackWalk& walk = mind.track;
+tracks::LaneChange change_of(const Mind& mind, const SplineView& view) {
+    const SplineWalk& walk = mind.track;
     return {{&view.lane(walk.from).curve(), static_cast<double>(walk.from_s), 0.0},
             {&view.lane(walk.lane).curve(), static_cast<double>(walk.s), 0.0},
             static_cast<double>(view.def().blend_m)};
 }
 
 /// Where the timetable has the mind, after `more` m from the end of its segment: world coordinates.
-Vec2d place_after(const Mind& mind, const TrackView& view, double more) {
-    const TrackWalk& walk = mind.track;
+Vec2d place_after(const Mind& mind, const SplineView& view, double more) {
+    const SplineWalk& walk = mind.track;
     return changes_lanes(mind)
                ? change_of(mind, view).at(static_cast<double>(walk.changed) + more).at
                : view.lane(walk.lane).at(static_cast<double>(walk.s) + more).at;
@@ -144,9 +144,9 @@ Vec2d place_after(const Mind& mind, const TrackView& view, double more) {
 void board(Mind& mind,
            const Lane& lane,
            double s,
-           const TrackView& view,
+           const SplineView& view,
            const Surroundings& around) {
-    TrackWalk& walk = mind.track;
+    SplineWalk& walk = mind.track;
     walk.s = static_cast<float>(lane.on_lane(s));
     walk.from = tracks::kNoLane;
     walk.to_change = view.def().change_every_m;
@@ -155,15 +155,15 @@ void board(Mind& mind,
 }
 
 /// A target on the track, to which it walks as to any goal.
-void head_for_place(Mind& mind, std::uint8_t corner, const Vec2d& at, const TrackView& view) {
+void head_for_place(Mind& mind, std::uint8_t corner, const Vec2d& at, const SplineView& view) {
     const Vec2 place = view.local(at);
     mind.corner = corner;
     mind.target = Vec3(place.x(), mind.home.y(), place.y());
 }
 
 /// Another lane beside the one that it is on, if it draws one.
-void draw_change(Mind& mind, const TrackView& view) {
-    TrackWalk& walk = mind.track;
+void draw_change(Mind& mind, const SplineView& view) {
+    SplineWalk& walk = mind.track;
     walk.to_change = view.def().change_every_m;
     const double blend = static_cast<double>(view.def().blend_m);
     const Lane& own = view.lane(walk.lane);
@@ -173,13 +173,13 @@ void draw_change(Mind& mind, const TrackView& view) {
     if (!room(own, static_cast<double>(walk.s))) {
         return;
     }
-    const tracks::TrackPoint here = own.at(static_cast<double>(walk.s));
+    const tracks::SplinePoint here = own.at(static_cast<double>(walk.s));
     const LaneId drawn = view.draw(mind.rng, [&](LaneId id) {
         if (id == walk.lane) {
             return true;
         }
         const Lane& lane = view.lane(id);
-        const Lane::Near near = lane.nearest(here.at);
+        const Lane::NearestOnLane near = lane.nearest(here.at);
         return near.distance_m <= 0.5 * blend && room(lane, near.s) &&
                lane.at(near.s).ahead.dot(here.ahead) > 0.5;
     });
@@ -194,7 +194,7 @@ void draw_change(Mind& mind, const TrackView& view) {
 }
 
 /// At the end of an open lane: another one that begins there. False: none does.
-bool go_on_to_next(Mind& mind, const Vec2d& end, const TrackView& view) {
+bool go_on_to_next(Mind& mind, const Vec2d& end, const SplineView& view) {
     const double join = std::max(static_cast<double>(view.def().blend_m), 1.0);
     const LaneId next = view.draw(mind.rng, [&](LaneId id) {
         const Lane& lane = view.lane(id);
@@ -230,10 +230,10 @@ tracks::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundin
 
 /// How long the next segment is, m; at least so long that it lasts some ticks.
 double next_segment_m(const Mind& mind,
-                      const TrackView& view,
+                      const SplineView& view,
                       double speed,
                       const Surroundings& around) {
-    const TrackWalk& walk = mind.track;
+    const SplineWalk& walk = mind.track;
     const Lane& lane = view.lane(walk.lane);
     const double at_least =
         std::max(Lane::kLeast_m, kLeastTicks * speed * static_cast<double>(around.dt));
@@ -257,8 +257,8 @@ double next_segment_m(const Mind& mind,
 }
 
 /// The timetable's place moves on by `path`.
-void advance(Mind& mind, const TrackView& view, double path) {
-    TrackWalk& walk = mind.track;
+void advance(Mind& mind, const SplineView& view, double path) {
+    SplineWalk& walk = mind.track;
     const Lane& lane = view.lane(walk.lane);
     walk.to_change -= static_cast<float>(path);
     if (!changes_lanes(mind)) {
@@ -305,7 +305,7 @@ PathSegment segment_in_time(const Vec2& goal,
 
 /// Whether the mind is where its segment was to end; else it boards again from where it is.
 /// False: it is too far off.
-bool find_place(Mind& mind, const TrackView& view, const Surroundings& around) {
+bool find_place(Mind& mind, const SplineView& view, const Surroundings& around) {
     const auto on_it = [](float distance) {
         return static_cast<double>(distance) <= kBoardM;
     };
@@ -316,7 +316,7 @@ bool find_place(Mind& mind, const TrackView& view, const Surroundings& around) {
     }
     const Vec2d here = view.world(around.at);
     const Lane& lane = view.lane(mind.track.lane);
-    const Lane::Near near = lane.nearest(here, static_cast<double>(mind.track.s), kReachM);
+    const Lane::NearestOnLane near = lane.nearest(here, static_cast<double>(mind.track.s), kReachM);
     if (near.distance_m > kPushedOffM) {
         head_for_place(mind, kJoins, lane.at(near.s).at, view);
         return false;
@@ -328,7 +328,7 @@ bool find_place(Mind& mind, const TrackView& view, const Surroundings& around) {
 /// Sets the next segment, from the place that the timetable has for the end of the last one.
 void set_next_segment(Mind& mind,
                       const State& state,
-                      const TrackView& view,
+                      const SplineView& view,
                       const Surroundings& around) {
     const double top = top_speed_of(state, around);
     const double speed = timetable_speed(state, around);
@@ -352,26 +352,26 @@ void set_next_segment(Mind& mind,
 
 }  // namespace
 
-void begin_track(Mind& mind, const State& state, const Surroundings& around) {
+void begin_spline(Mind& mind, const State& state, const Surroundings& around) {
     ZONED_ASSERT(state.follow && around.places.tracks() != nullptr,
                  "who follows tracks has some to follow");
-    const TrackView view(*state.follow, around);
-    mind.track = TrackWalk{};
+    const SplineView view(*state.follow, around);
+    mind.track = SplineWalk{};
     mind.track.lane = view.draw(mind.rng, [](LaneId) { return true; });
     const Lane& lane = view.lane(mind.track.lane);
-    const Lane::Near near = lane.nearest(view.world(around.at));
+    const Lane::NearestOnLane near = lane.nearest(view.world(around.at));
     mind.track.s = static_cast<float>(near.s);
     head_for_place(mind, kJoins, lane.at(near.s).at, view);
 }
 
-bool follow_track(Mind& mind, const State& state, const Surroundings& around) {
-    const TrackView view(*state.follow, around);
+bool follow_spline(Mind& mind, const State& state, const Surroundings& around) {
+    const SplineView view(*state.follow, around);
     if (mind.corner == kTrackEnds || !(timetable_speed(state, around) > 0.0)) {
         return false;
     }
     if (mind.corner == kJoins) {
         const Lane& lane = view.lane(mind.track.lane);
-        const Lane::Near near = lane.nearest(view.world(around.at));
+        const Lane::NearestOnLane near = lane.nearest(view.world(around.at));
         if (near.distance_m > (around.there ? kAsNearM : kBoardM)) {
             return false;
         }
@@ -407,9 +407,9 @@ DesiredVelocity track_velocity(Mind& mind, const State& state, const Surrounding
     if (mind.corner == kTrackEnds) {
         return desired.direction.norm() > 2.0F * kArriveM ? desired : DesiredVelocity();
     }
-    const TrackView view(*state.follow, around);
+    const SplineView view(*state.follow, around);
     const Lane& lane = view.lane(mind.track.lane);
-    const Lane::Near near =
+    const Lane::NearestOnLane near =
         lane.nearest(view.world(around.at), static_cast<double>(mind.track.s), kReachM);
     if (mind.timed && around.there) {
         desired = DesiredVelocity();
@@ -427,8 +427,8 @@ DesiredVelocity track_velocity(Mind& mind, const State& state, const Surrounding
     return desired;
 }
 
-TrackPlace track_place(const Mind& mind, const Places& places) {
-    const TrackWalk& walk = mind.track;
+SplinePlace spline_place(const Mind& mind, const Places& places) {
+    const SplineWalk& walk = mind.track;
     if (places.tracks() == nullptr || walk.lane >= places.tracks()->lanes()) {
         return {};
     }

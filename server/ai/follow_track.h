@@ -11,7 +11,7 @@ inline constexpr std::uint8_t kOnTrack = 1;
 inline constexpr std::uint8_t kTrackEnds = 2;  ///< it stands where its track ended: `target`
 
 /// A lane is drawn, by the mind's own stream of random numbers.
-void begin_track(Mind& mind, const State& state, const Surroundings& around);
+void begin_spline(Mind& mind, const State& state, const Surroundings& around);
 
 /// Once the segment is over, or is to be made anew: sets the next one along the track. A segment is
 /// as long as its line is within 0.5 error_m of the lane, its turn within what a body that
@@ -23,19 +23,19 @@ void begin_track(Mind& mind, const State& state, const Surroundings& around);
 /// by another timetable.
 ///
 /// False: it is not on the track, and walks to Mind::target as to any goal.
-bool follow_track(Mind& mind, const State& state, const Surroundings& around);
+bool follow_spline(Mind& mind, const State& state, const Surroundings& around);
 
 /// For followers that go by no segments (in a blend): to a place ahead on the track.
 DesiredVelocity track_velocity(Mind& mind, const State& state, const Surroundings& around);
 
 /// Where on its track a mind is that goes along it, for people: the place that the timetable has
 /// for the end of its segment.
-struct TrackPlace {
+struct SplinePlace {
     tracks::LaneId lane = tracks::kNoLane;
     double s = 0.0;       ///< m along it
     double length = 0.0;  ///< of it, m
 };
 
-[[nodiscard]] TrackPlace track_place(const Mind& mind, const Places& places);
+[[nodiscard]] SplinePlace spline_place(const Mind& mind, const Places& places);
 
 }  // namespace zoned::ai

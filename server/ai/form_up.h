@@ -1,4 +1,4 @@
-// FormUp: minds that keep their places around a captain.
+// FormationFollowing: minds that keep their places around a captain.
 #pragma once
 
 #include "server/ai/crowd/assignment.h"

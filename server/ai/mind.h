@@ -40,8 +40,8 @@ struct StockWait {
 /// No plan was made yet: more facts than a domain may have.
 inline constexpr goap::World kUnplanned = ~goap::World{0};
 
-/// Where on a track one is who follows it, and when (follow_track.h).
-struct TrackWalk {
+/// Where on a track one is who follows it, and when (follow_spline.h).
+struct SplineWalk {
     tracks::LaneId lane = tracks::kNoLane;
     tracks::LaneId from = tracks::kNoLane;  ///< it changes over from that one; none: it does not
     float s = 0.0F;  ///< on the lane, m: the end of the segment; where it changes: the beginning
@@ -90,7 +90,7 @@ struct Mind {
     Tick unseen_since = kNever;  ///< awake: since when nobody can see it
     bool timed = false;          ///< it goes by its segment; always where coarse
     PathSegment segment;
-    TrackWalk track;  ///< of who follows one
+    SplineWalk track;  ///< of who follows one
     bool on_path =
         false;  ///< timed: its segment is one of a way to segment.goal, which it has asked for
     Tick again_at = kNever;      ///< timed, and stands: when it looks for a way again

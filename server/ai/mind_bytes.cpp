@@ -41,7 +41,7 @@ bool is_ladder(const Ladder& ladder, const LadderSettings& settings) {
 }
 
 /// Whether it is on lanes of the world that there are, at places of them.
-bool is_on_tracks(const TrackWalk& walk, const tracks::TrackNet* net) {
+bool is_on_tracks(const SplineWalk& walk, const tracks::SplineNetwork* net) {
     const auto known = [net](tracks::LaneId id, float s) {
         return net != nullptr && id < net->lanes() && s >= 0.0F &&
                static_cast<double>(s) <= net->lane(id).length() + 1.0;
@@ -117,12 +117,14 @@ bool is_nest(const Nests::Scents& nest, const Settings& settings) {
         return scent >= 0.0F && scent <= 1.0F;
     };
     return nest.doing < states.size() && states[nest.doing].forage.has_value() &&
-           std::is_sorted(nest.cells.begin(),
-                          nest.cells.end(),
-                          [](const auto& a, const auto& b) { return a.place <= b.place; }) &&
-           std::all_of(nest.cells.begin(), nest.cells.end(), [&](const auto& cell) {
-               return known(cell.home) && known(cell.food);
-           });
+           std::is_sorted(
+               nest.cells.begin(),
+               nest.cells.end(),
+               [](const auto& a, const auto& b) { return a.place <= b.place; }) &&
+           std::all_of(
+               nest.cells.begin(),
+               nest.cells.end(),
+               [&](const auto& cell) { return known(cell.home) && known(cell.food); });
 }
 
 /// Empty text: done.

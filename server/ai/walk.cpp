@@ -202,7 +202,7 @@ void follow_path(Mind& mind, const State& state, const Surroundings& around) {
 bool plan_segment(Mind& mind, const State& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
     around.there = !entered && path_is_over(mind, around);
-    if (state.action == ActionKind::kFollowTrack && follow_track(mind, state, around)) {
+    if (state.action == ActionKind::kFollowTrack && follow_spline(mind, state, around)) {
         return false;
     }
     const DesiredVelocity desired =

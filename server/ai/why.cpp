@@ -71,7 +71,7 @@ class Account {
         if (compiled_.states[mind_.doing].action != ActionKind::kFollowTrack || mind_.entered) {
             return;
         }
-        const TrackPlace place = track_place(mind_, places_);
+        const SplinePlace place = spline_place(mind_, places_);
         if (place.lane == tracks::kNoLane) {
             return;
         }

@@ -325,7 +325,7 @@ void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
         mind.corner = kBegins;
         mind.target = Vec3(around.at.x(), 0.0F, around.at.y());
     } else if (state.action == ActionKind::kFollowTrack) {
-        begin_track(mind, state, around);
+        begin_spline(mind, state, around);
     } else if (state.action == ActionKind::kFormUp) {
         mind.corner = kNoRank;
         mind.steps = 0;

@@ -16,9 +16,9 @@ namespace {
 
 using ai::tracks::LaneChoice;
 using ai::tracks::LaneId;
-using ai::tracks::NamedTrack;
-using ai::tracks::TrackLanes;
-using ai::tracks::TrackNet;
+using ai::tracks::NamedSpline;
+using ai::tracks::SplineLanes;
+using ai::tracks::SplineNetwork;
 using proto::Config;
 
 int find_track(const Config& config, const std::string& name) {
@@ -30,16 +30,16 @@ int find_track(const Config& config, const std::string& name) {
     return -1;
 }
 
-std::vector<TrackLanes> lanes_of(const Config& config) {
-    std::vector<TrackLanes> out;
+std::vector<SplineLanes> lanes_of(const Config& config) {
+    std::vector<SplineLanes> out;
     for (const Config::Track& track : config.track()) {
         out.push_back({static_cast<std::uint16_t>(track.lanes()), track.has_racing_line()});
     }
     return out;
 }
 
-NamedTrack track_of(const Config::Track& track) {
-    NamedTrack out;
+NamedSpline track_of(const Config::Track& track) {
+    NamedSpline out;
     out.name = track.name();
     for (const Config::Point& point : track.point()) {
         out.def.points.emplace_back(narrow(point.x_m()), narrow(point.z_m()));
@@ -88,13 +88,13 @@ void for_each_doing(const std::vector<ai::State>& states, Visit&& visit) {
 /// Collects what is wrong with one lane and its followers.
 class LaneSurvey {
   public:
-    LaneSurvey(const Settings& settings, const TrackNet& net)
+    LaneSurvey(const Settings& settings, const SplineNetwork& net)
         : settings_(settings),
           net_(net),
           terrain_(settings.boxes, settings.ground_height_m, settings.surfaces) {
         for (const Config::Track& track : settings.config.track()) {
-            const TrackLanes has{static_cast<std::uint16_t>(track.lanes()),
-                                 track.has_racing_line()};
+            const SplineLanes has{static_cast<std::uint16_t>(track.lanes()),
+                                  track.has_racing_line()};
             for (unsigned k = 0; k < 2 * has.each_way(); ++k) {
                 const bool races = k % has.each_way() == has.lanes;
                 width_m_.push_back(races ? narrow(track.width_m())
@@ -174,7 +174,7 @@ class LaneSurvey {
     static constexpr float kSteepest = 1.2F;  ///< as ai/coarse.cpp takes grounds to be
 
     const Settings& settings_;
-    const TrackNet& net_;
+    const SplineNetwork& net_;
     Terrain terrain_;
     std::vector<float> width_m_;  // by lane
     std::vector<std::string> warnings_;
@@ -182,9 +182,9 @@ class LaneSurvey {
 
 }  // namespace
 
-std::shared_ptr<const TrackNet> build_tracks(const Config& config, Diagnostics& diagnostics) {
+std::shared_ptr<const SplineNetwork> build_tracks(const Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
-    std::vector<NamedTrack> tracks;
+    std::vector<NamedSpline> tracks;
     const std::size_t before = diagnostics.size();
     for (int t = 0; t < config.track_size(); ++t) {
         const std::string path = join_path("", "track", t);
@@ -196,7 +196,7 @@ std::shared_ptr<const TrackNet> build_tracks(const Config& config, Diagnostics& 
         check_track(config, t, diagnostics);
         tracks.push_back(track_of(track));
         std::optional<std::size_t> point;
-        const auto curve = ai::tracks::Track::make(tracks.back().def, &point);
+        const auto curve = ai::tracks::Spline::make(tracks.back().def, &point);
         if (!curve) {
             diagnostics.add(point ? join_path(path, "point", static_cast<int>(*point)) : path,
                             curve.error());
@@ -206,17 +206,17 @@ std::shared_ptr<const TrackNet> build_tracks(const Config& config, Diagnostics& 
         return nullptr;
     }
     std::size_t wrong = 0;
-    auto net = TrackNet::make(tracks, &wrong);
+    auto net = SplineNetwork::make(tracks, &wrong);
     if (!net) {
         diagnostics.add(join_path("", "track", static_cast<int>(wrong)), net.error());
         return nullptr;
     }
-    return std::make_shared<const TrackNet>(std::move(net).value());
+    return std::make_shared<const SplineNetwork>(std::move(net).value());
 }
 
 ai::FollowDef expand_follow(const Config& config, const Config::FollowTrack& follow) {
     ai::FollowDef out;
-    const std::vector<TrackLanes> lanes = lanes_of(config);
+    const std::vector<SplineLanes> lanes = lanes_of(config);
     for (const Config::TrackChoice& choice : follow.choice()) {
         const int track = find_track(config, choice.track());
         ai::LaneDraw draw;
@@ -275,7 +275,7 @@ void check_follow(const Config& config,
 }
 
 std::vector<std::string> track_warnings(const Settings& settings) {
-    const TrackNet* net = settings.ai.places.tracks.get();
+    const SplineNetwork* net = settings.ai.places.tracks.get();
     if (net == nullptr) {
         return {};
     }

@@ -17,15 +17,15 @@ std::size_t choose_track(std::uint64_t seed, std::uint64_t id, std::span<const d
 /// polynomial whose first and second derivatives vanish at both ends, so that neither velocity nor
 /// acceleration jumps (Perlin, "Improving noise", SIGGRAPH 2002). The speed is off by at most 15/8
 /// of the gap between the two over the length, and by what their directions differ.
-class TrackChange {
+class LaneChange {
   public:
-    struct End {
-        const Track* track;  ///< outlives this
-        double s;            ///< where the change begins, m
-        double offset;       ///< m to the right
+    struct ChangeEnd {
+        const Spline* track;  ///< outlives this
+        double s;             ///< where the change begins, m
+        double offset;        ///< m to the right
     };
 
-    TrackChange(const End& from, const End& to, double length_m);
+    LaneChange(const ChangeEnd& from, const ChangeEnd& to, double length_m);
 
     [[nodiscard]] bool done(double walked) const { return walked >= length_; }
 
@@ -40,7 +40,7 @@ class TrackChange {
     [[nodiscard]] double distance_on_target(double walked) const;
 
   private:
-    End from_, to_;
+    ChangeEnd from_, to_;
     double length_;
 };
 

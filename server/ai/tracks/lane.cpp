@@ -16,7 +16,7 @@ constexpr int kLooks = 4;
 constexpr double kMiddleLook_m = 0.5;
 
 /// The largest curvature of a line beside `middle`, 1/m.
-double curvature_beside(const Track& middle, double offset) {
+double curvature_beside(const Spline& middle, double offset) {
     const auto looks =
         static_cast<std::size_t>(std::clamp(middle.length() / kMiddleLook_m, 16.0, 400'000.0));
     double most = 0.0;
@@ -38,11 +38,11 @@ double step_for(double curvature, double error_m) {
 
 }  // namespace
 
-core::Result<Lane> Lane::make(const Track& middle, double offset, double error_m) {
+core::Result<Lane> Lane::make(const Spline& middle, double offset, double error_m) {
     const double step = step_for(curvature_beside(middle, offset), error_m);
     const auto pieces = static_cast<std::size_t>(std::clamp(
-        std::ceil(middle.length() / step), 4.0, static_cast<double>(Track::kMostPoints - 1)));
-    TrackDef def;
+        std::ceil(middle.length() / step), 4.0, static_cast<double>(Spline::kMostPoints - 1)));
+    SplineDef def;
     def.closed = middle.closed();
     // It has no width: what bends too much for one was found in the track.
     def.width_m = 1e-3F;
@@ -50,7 +50,7 @@ core::Result<Lane> Lane::make(const Track& middle, double offset, double error_m
         const double s = middle.length() * static_cast<double>(i) / static_cast<double>(pieces);
         def.points.push_back(middle.beside(s, offset).at.cast<float>());
     }
-    core::Result<Track> curve = Track::make(def);
+    core::Result<Spline> curve = Spline::make(def);
     if (!curve) {
         return core::Result<Lane>::failure(curve.error());
     }
@@ -64,13 +64,13 @@ void Lane::survey(double spacing_m) {
     const auto stations =
         static_cast<std::size_t>(std::max(4.0, std::ceil(length() / std::max(1.0, spacing_m))));
     station_m_ = length() / static_cast<double>(stations);
-    TrackPoint before = at(0.0);
+    SplinePoint before = at(0.0);
     for (std::size_t i = 0; i < stations; ++i) {
         place_.push_back(before.at);
         double most = std::abs(before.curvature);
         double turn = 0.0;
         for (int k = 1; k <= kLooks; ++k) {
-            const TrackPoint p =
+            const SplinePoint p =
                 at(station_m_ * (static_cast<double>(i) + static_cast<double>(k) / double{kLooks}));
             most = std::max(most, std::abs(p.curvature));
             const double cross = before.ahead.x() * p.ahead.y() - before.ahead.y() * p.ahead.x();
@@ -130,8 +130,8 @@ double Lane::segment_m(double s, const SegmentLimits& limits) const {
     return std::min(most, std::max(until, kLeast_m));
 }
 
-Lane::Near Lane::refine(const Vec2d& here, double s, double step) const {
-    Near best{on_lane(s), (at(s).at - here).norm()};
+Lane::NearestOnLane Lane::refine(const Vec2d& here, double s, double step) const {
+    NearestOnLane best{on_lane(s), (at(s).at - here).norm()};
     for (; step > 1e-3; step *= 0.5) {
         for (const double to : {best.s - step, best.s + step}) {
             const double distance = (at(to).at - here).norm();
@@ -144,7 +144,7 @@ Lane::Near Lane::refine(const Vec2d& here, double s, double step) const {
     return best;
 }
 
-Lane::Near Lane::nearest(const Vec2d& here) const {
+Lane::NearestOnLane Lane::nearest(const Vec2d& here) const {
     std::size_t best = 0;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < place_.size(); ++i) {
@@ -157,7 +157,7 @@ Lane::Near Lane::nearest(const Vec2d& here) const {
     return refine(here, station_m_ * static_cast<double>(best), station_m_);
 }
 
-Lane::Near Lane::nearest(const Vec2d& here, double about, double reach_m) const {
+Lane::NearestOnLane Lane::nearest(const Vec2d& here, double about, double reach_m) const {
     double best = on_lane(about);
     double least = (at(best).at - here).squaredNorm();
     const int steps = static_cast<int>(std::ceil(reach_m / station_m_));

@@ -27,16 +27,16 @@ class Lane {
   public:
     /// `offset` m to the right of the middle (half its width at most). `error_m`: what followers
     /// may be off; a tenth of it at most goes into the curve itself. Errors are those of
-    /// Track::make.
-    static core::Result<Lane> make(const Track& middle, double offset, double error_m);
+    /// Spline::make.
+    static core::Result<Lane> make(const Spline& middle, double offset, double error_m);
 
-    [[nodiscard]] const Track& curve() const { return curve_; }
+    [[nodiscard]] const Spline& curve() const { return curve_; }
 
     [[nodiscard]] double length() const { return curve_.length(); }
 
     [[nodiscard]] bool closed() const { return curve_.closed(); }
 
-    [[nodiscard]] TrackPoint at(double s) const { return curve_.at(s); }
+    [[nodiscard]] SplinePoint at(double s) const { return curve_.at(s); }
 
     [[nodiscard]] double error_m() const { return error_m_; }
 
@@ -52,15 +52,15 @@ class Lane {
 
     static constexpr double kLeast_m = 0.5;
 
-    struct Near {
+    struct NearestOnLane {
         double s = 0.0;
         double distance_m = std::numeric_limits<double>::infinity();
     };
 
     /// The nearest place of the lane: of all of it, or of what is within `reach_m` along it of
     /// `about`. (Stations first, then halving of the steps beside the best.)
-    [[nodiscard]] Near nearest(const Vec2d& at) const;
-    [[nodiscard]] Near nearest(const Vec2d& at, double about, double reach_m) const;
+    [[nodiscard]] NearestOnLane nearest(const Vec2d& at) const;
+    [[nodiscard]] NearestOnLane nearest(const Vec2d& at, double about, double reach_m) const;
 
     /// On a closed lane within [0, length), else within its ends.
     [[nodiscard]] double on_lane(double s) const;
@@ -68,12 +68,12 @@ class Lane {
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    explicit Lane(Track curve) : curve_(std::move(curve)) {}
+    explicit Lane(Spline curve) : curve_(std::move(curve)) {}
 
     void survey(double spacing_m);
-    [[nodiscard]] Near refine(const Vec2d& at, double s, double step) const;
+    [[nodiscard]] NearestOnLane refine(const Vec2d& at, double s, double step) const;
 
-    Track curve_;
+    Spline curve_;
     double error_m_ = 0.25;
     double station_m_ = 1.0;
     std::vector<Vec2d> place_;   // by station, every station_m_ along the lane

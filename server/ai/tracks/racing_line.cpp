@@ -14,9 +14,9 @@ constexpr std::size_t kCoarsest = 16;
 struct Samples {
     std::vector<Vec2d> middle, right;
 
-    Samples(const Track& track, std::size_t count) {
+    Samples(const Spline& track, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
-            const TrackPoint p =
+            const SplinePoint p =
                 track.at(track.length() * static_cast<double>(i) / static_cast<double>(count));
             middle.push_back(p.at);
             right.push_back({-p.ahead.y(), p.ahead.x()});
@@ -47,7 +47,7 @@ void sweep(const Samples& samples, std::vector<double>& offset, double most) {
 
 }  // namespace
 
-RacingLine racing_line(const Track& track, std::size_t samples, double margin_m, int sweeps) {
+RacingLine racing_line(const Spline& track, std::size_t samples, double margin_m, int sweeps) {
     const double most = 0.5 * static_cast<double>(track.width()) - margin_m;
     ZONED_ASSERT(track.closed() && samples >= kCoarsest && samples <= 65'536 &&
                      (samples & (samples - 1)) == 0 && most >= 0.0 && margin_m >= 0.0,
@@ -74,17 +74,17 @@ RacingLine racing_line(const Track& track, std::size_t samples, double margin_m,
     }
 }
 
-core::Result<Track> track_along(const Track& track, const RacingLine& line) {
-    TrackDef def;
+core::Result<Spline> track_along(const Spline& track, const RacingLine& line) {
+    SplineDef def;
     def.closed = true;
     def.width_m = 0.25F * track.width();
     const std::size_t n = line.offset.size();
     for (std::size_t i = 0; i < n; ++i) {
-        const TrackPoint p = track.beside(
+        const SplinePoint p = track.beside(
             track.length() * static_cast<double>(i) / static_cast<double>(n), line.offset[i]);
         def.points.push_back(p.at.cast<float>());
     }
-    return Track::make(def);
+    return Spline::make(def);
 }
 
 }  // namespace zoned::ai::tracks

@@ -21,9 +21,9 @@ struct RacingLine {
 /// places is least: for even spacing its curvature squared. (Braghin, Cheli, Melzi and Sabbioni,
 /// "Race driver model", Computers and Structures 86, 2008, section 3, by coordinate descent from
 /// coarse to fine, `sweeps` of each; counted, not timed.) The track is closed.
-RacingLine racing_line(const Track& track, std::size_t samples, double margin_m, int sweeps = 400);
+RacingLine racing_line(const Spline& track, std::size_t samples, double margin_m, int sweeps = 400);
 
 /// A track of the same width / 4 along it.
-core::Result<Track> track_along(const Track& track, const RacingLine& line);
+core::Result<Spline> track_along(const Spline& track, const RacingLine& line);
 
 }  // namespace zoned::ai::tracks

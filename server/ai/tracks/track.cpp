@@ -27,11 +27,11 @@ constexpr std::array<double, 5> kGaussWeight{0.236926885056189087514264,
                                              0.478628670499366468041292,
                                              0.236926885056189087514264};
 
-std::string fault_of(const TrackDef& def, std::optional<std::size_t>& at) {
+std::string fault_of(const SplineDef& def, std::optional<std::size_t>& at) {
     const std::size_t least = def.closed ? 3 : 2;
-    if (def.points.size() < least || def.points.size() > Track::kMostPoints) {
+    if (def.points.size() < least || def.points.size() > Spline::kMostPoints) {
         return "a track has from " + std::to_string(least) + " to " +
-               std::to_string(Track::kMostPoints) + " points, not " +
+               std::to_string(Spline::kMostPoints) + " points, not " +
                std::to_string(def.points.size());
     }
     if (!(def.width_m > 0.0F && def.width_m <= 1000.0F) || def.lanes < 1 || def.lanes > 100) {
@@ -40,7 +40,7 @@ std::string fault_of(const TrackDef& def, std::optional<std::size_t>& at) {
     for (std::size_t i = 0; i < def.points.size(); ++i) {
         const Vec2& p = def.points[i];
         at = i;
-        if (!(std::abs(p.x()) <= Track::kFarthest && std::abs(p.y()) <= Track::kFarthest)) {
+        if (!(std::abs(p.x()) <= Spline::kFarthest && std::abs(p.y()) <= Spline::kFarthest)) {
             return "point " + std::to_string(i) + " is not finite or more than 100 km away";
         }
         const bool last = i + 1 == def.points.size();
@@ -54,15 +54,15 @@ std::string fault_of(const TrackDef& def, std::optional<std::size_t>& at) {
 
 }  // namespace
 
-core::Result<Track> Track::make(const TrackDef& def, std::optional<std::size_t>* at) {
-    using Made = core::Result<Track>;
+core::Result<Spline> Spline::make(const SplineDef& def, std::optional<std::size_t>* at) {
+    using Made = core::Result<Spline>;
     std::optional<std::size_t> unasked;
     std::optional<std::size_t>& wrong = at != nullptr ? *at : unasked;
     wrong.reset();
     if (const std::string fault = fault_of(def, wrong); !fault.empty()) {
         return Made::failure(fault);
     }
-    Track track;
+    Spline track;
     track.closed_ = def.closed;
     track.width_ = def.width_m;
     track.lanes_ = def.lanes;
@@ -90,7 +90,7 @@ core::Result<Track> Track::make(const TrackDef& def, std::optional<std::size_t>*
     return track;
 }
 
-void Track::add_piece(const Vec2d (&p)[4], Curve curve) {
+void Spline::add_piece(const Vec2d (&p)[4], Curve curve) {
     if (curve == Curve::kBSpline) {
         pieces_.push_back({(p[0] + 4.0 * p[1] + p[2]) / 6.0,
                            (p[2] - p[0]) / 2.0,
@@ -108,7 +108,7 @@ void Track::add_piece(const Vec2d (&p)[4], Curve curve) {
     pieces_.push_back({p[1], m1, 3.0 * along - 2.0 * m1 - m2, m1 + m2 - 2.0 * along});
 }
 
-double Track::length_of(const Cubic& piece, double from, double to) {
+double Spline::length_of(const Cubic& piece, double from, double to) {
     const double half = 0.5 * (to - from);
     const double middle = 0.5 * (to + from);
     double sum = 0.0;
@@ -118,7 +118,7 @@ double Track::length_of(const Cubic& piece, double from, double to) {
     return half * sum;
 }
 
-double Track::curvature_of(const Cubic& piece, double u) {
+double Spline::curvature_of(const Cubic& piece, double u) {
     const Vec2d slope = piece.slope(u);
     const Vec2d bend = piece.bend(u);
     const double speed = slope.norm();
@@ -126,7 +126,7 @@ double Track::curvature_of(const Cubic& piece, double u) {
                        : 0.0;
 }
 
-void Track::measure() {
+void Spline::measure() {
     double sum = 0.0;
     for (const Cubic& piece : pieces_) {
         for (std::size_t part = 0; part < kParts; ++part) {
@@ -138,7 +138,7 @@ void Track::measure() {
 }
 
 /// The point behind which it is.
-std::optional<std::size_t> Track::narrow_bend() const {
+std::optional<std::size_t> Spline::narrow_bend() const {
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
         for (std::size_t k = 0; k <= 2 * kParts; ++k) {
             const double u = 0.5 * kPart * static_cast<double>(k);
@@ -150,7 +150,7 @@ std::optional<std::size_t> Track::narrow_bend() const {
     return std::nullopt;
 }
 
-TrackPoint Track::at(double s) const {
+SplinePoint Spline::at(double s) const {
     const double whole = length();
     const double wrapped = closed_ ? s - whole * std::floor(s / whole) : std::clamp(s, 0.0, whole);
     const auto found = std::lower_bound(until_.begin(), until_.end(), wrapped);
@@ -174,14 +174,14 @@ TrackPoint Track::at(double s) const {
         piece.at(u), speed > 0.0 ? Vec2d(slope / speed) : Vec2d(1.0, 0.0), curvature_of(piece, u)};
 }
 
-TrackPoint Track::beside(double s, double offset) const {
-    TrackPoint p = at(s);
+SplinePoint Spline::beside(double s, double offset) const {
+    SplinePoint p = at(s);
     p.at += offset * Vec2d(-p.ahead.y(), p.ahead.x());
     p.curvature /= 1.0 - offset * p.curvature;
     return p;
 }
 
-double Track::walked(double s, double offset, double distance) const {
+double Spline::walked(double s, double offset, double distance) const {
     if (offset == 0.0) {
         return s + distance;
     }

@@ -1,4 +1,4 @@
-// Track: a smooth curve over the ground that is followed by distance, with lanes beside it.
+// Spline: a smooth curve over the ground that is followed by distance, with lanes beside it.
 #pragma once
 
 #include "shared/core/result.h"
@@ -20,7 +20,7 @@ enum class Curve : std::uint8_t {
 };
 
 /// As written. Lanes are numbered from the left.
-struct TrackDef {
+struct SplineDef {
     std::vector<Vec2> points;  ///< x, z, m
     Curve curve = Curve::kCatmullRom;
     bool closed = false;
@@ -29,7 +29,7 @@ struct TrackDef {
 };
 
 /// Where a distance along the track leads.
-struct TrackPoint {
+struct SplinePoint {
     Vec2d at = Vec2d::Zero();     ///< m
     Vec2d ahead = Vec2d::Zero();  ///< unit length
     double curvature = 0.0;       ///< 1/m, > 0 to the right
@@ -41,7 +41,7 @@ struct TrackPoint {
 /// point.) The place at a distance is off by less than 1e-6 of a piece between two points, and the
 /// speed along it by less than 1e-5: the length of an eighth of a piece is integrated by Gauss and
 /// Legendre's rule of five points, and inverted by Newton's method.
-class Track {
+class Spline {
   public:
     static constexpr std::size_t kMostPoints = 100'000;
     static constexpr float kFarthest = 1e5F;  ///< of a point from the origin, m
@@ -50,7 +50,8 @@ class Track {
     /// same one after the other, width or lanes out of range, or a bend narrower than half the
     /// width, in which lanes would run backwards.
     /// `at`, if given: the point that is named; nothing where none is.
-    static core::Result<Track> make(const TrackDef& def, std::optional<std::size_t>* at = nullptr);
+    static core::Result<Spline> make(const SplineDef& def,
+                                     std::optional<std::size_t>* at = nullptr);
 
     /// m.
     [[nodiscard]] double length() const { return until_.back(); }
@@ -63,10 +64,10 @@ class Track {
 
     /// On the middle, `s` m from the start: taken modulo the length of a closed track, else the
     /// ends count beyond them.
-    [[nodiscard]] TrackPoint at(double s) const;
+    [[nodiscard]] SplinePoint at(double s) const;
 
     /// As above, `offset` m to the right.
-    [[nodiscard]] TrackPoint beside(double s, double offset) const;
+    [[nodiscard]] SplinePoint beside(double s, double offset) const;
 
     /// Of the middle of a lane, m to the right of the middle of the track.
     [[nodiscard]] double offset_of(std::uint32_t lane) const {
@@ -95,7 +96,7 @@ class Track {
         [[nodiscard]] Vec2d bend(double u) const { return 2.0 * c + u * (6.0 * d); }
     };
 
-    Track() = default;
+    Spline() = default;
 
     void add_piece(const Vec2d (&p)[4], Curve curve);
     void measure();

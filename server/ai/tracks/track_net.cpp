@@ -13,28 +13,29 @@ constexpr std::size_t kRacingSamples = 256;
 
 }  // namespace
 
-core::Result<TrackNet> TrackNet::make(std::span<const NamedTrack> tracks, std::size_t* at) {
-    TrackNet net;
+core::Result<SplineNetwork> SplineNetwork::make(std::span<const NamedSpline> tracks,
+                                                std::size_t* at) {
+    SplineNetwork net;
     for (std::size_t t = 0; t < tracks.size(); ++t) {
-        const NamedTrack& track = tracks[t];
+        const NamedSpline& track = tracks[t];
         if (const std::string fault = net.add(track); !fault.empty()) {
             if (at != nullptr) {
                 *at = t;
             }
-            return core::Result<TrackNet>::failure("track '" + track.name + "': " + fault);
+            return core::Result<SplineNetwork>::failure("track '" + track.name + "': " + fault);
         }
     }
     return net;
 }
 
-std::string TrackNet::add(const NamedTrack& track) {
+std::string SplineNetwork::add(const NamedSpline& track) {
     tracks_.push_back({track.name,
                        static_cast<LaneId>(lanes_.size()),
                        static_cast<std::uint16_t>(track.def.lanes),
                        track.racing_margin_m.has_value()});
-    TrackDef def = track.def;
+    SplineDef def = track.def;
     for (int way = 0; way < 2; ++way) {
-        const core::Result<Track> middle = Track::make(def);
+        const core::Result<Spline> middle = Spline::make(def);
         if (!middle) {
             return middle.error();
         }
@@ -46,9 +47,9 @@ std::string TrackNet::add(const NamedTrack& track) {
     return {};
 }
 
-std::string TrackNet::add_path(const Track& middle, const NamedTrack& track) {
+std::string SplineNetwork::add_path(const Spline& middle, const NamedSpline& track) {
     const auto number = static_cast<std::uint16_t>(tracks_.size() - 1);
-    const auto append = [&](const Track& of, double offset) -> std::string {
+    const auto append = [&](const Spline& of, double offset) -> std::string {
         core::Result<Lane> lane = Lane::make(of, offset, static_cast<double>(track.error_m));
         if (!lane) {
             return lane.error();
@@ -71,24 +72,24 @@ std::string TrackNet::add_path(const Track& middle, const NamedTrack& track) {
     }
     const double margin_m = std::min(static_cast<double>(*track.racing_margin_m),
                                      0.5 * static_cast<double>(middle.width()));
-    const core::Result<Track> line =
+    const core::Result<Spline> line =
         track_along(middle, racing_line(middle, kRacingSamples, margin_m));
     return line ? append(*line, 0.0) : line.error();
 }
 
-LaneId TrackNet::id_of(const LaneChoice& choice) const {
+LaneId SplineNetwork::id_of(const LaneChoice& choice) const {
     ZONED_ASSERT(choice.track < tracks_.size(), "a track of the net");
-    const NetTrack& track = tracks_[choice.track];
+    const NetSpline& track = tracks_[choice.track];
     ZONED_ASSERT(choice.racing_line ? track.races : choice.lane < track.lanes,
                  "a lane of the track");
-    const TrackLanes own{track.lanes, track.races};
+    const SplineLanes own{track.lanes, track.races};
     LaneChoice in_own = choice;
     in_own.track = 0;
     return static_cast<LaneId>(track.first + lane_number({&own, 1}, in_own));
 }
 
-std::string TrackNet::name(LaneId id) const {
-    const NetTrack& track = tracks_[lanes_[id].track];
+std::string SplineNetwork::name(LaneId id) const {
+    const NetSpline& track = tracks_[lanes_[id].track];
     const unsigned per_way = track.lanes + (track.races ? 1U : 0U);
     const unsigned number = id - track.first;
     const unsigned lane = number % per_way;
@@ -99,7 +100,7 @@ std::string TrackNet::name(LaneId id) const {
     return number >= per_way ? text + ", backwards" : text;
 }
 
-std::size_t TrackNet::bytes() const {
+std::size_t SplineNetwork::bytes() const {
     std::size_t bytes = 0;
     for (const NetLane& lane : lanes_) {
         bytes += sizeof(NetLane) + lane.lane.bytes();

@@ -1,4 +1,4 @@
-// TrackNet: all tracks of a world with their lanes, both ways.
+// SplineNetwork: all tracks of a world with their lanes, both ways.
 #pragma once
 
 #include "server/ai/tracks/lane.h"
@@ -12,9 +12,9 @@
 namespace zoned::ai::tracks {
 
 /// A track as a world has it.
-struct NamedTrack {
+struct NamedSpline {
     std::string name;
-    TrackDef def;
+    SplineDef def;
     float error_m = 0.25F;                   ///< of followers, > 0
     std::optional<float> racing_margin_m{};  ///< it has a racing line; closed ones alone
 };
@@ -28,15 +28,15 @@ struct LaneChoice {
 };
 
 /// World coordinates, x and z, m. Never changes; shared by all zones.
-class TrackNet {
+class SplineNetwork {
   public:
     /// Lanes of all tracks together, both ways, m.
     static constexpr double kMost_m = 1e6;
 
-    /// Errors name the track, and are those of Track::make, or that all together are too long.
+    /// Errors name the track, and are those of Spline::make, or that all together are too long.
     /// `at`, if given: the number of that track.
-    static core::Result<TrackNet> make(std::span<const NamedTrack> tracks,
-                                       std::size_t* at = nullptr);
+    static core::Result<SplineNetwork> make(std::span<const NamedSpline> tracks,
+                                            std::size_t* at = nullptr);
 
     [[nodiscard]] std::size_t lanes() const { return lanes_.size(); }
 
@@ -56,17 +56,17 @@ class TrackNet {
         std::uint16_t track;
     };
 
-    struct NetTrack {
+    struct NetSpline {
         std::string name;
         LaneId first;  ///< its lanes forwards, its racing line, and the same backwards
         std::uint16_t lanes;
         bool races;
     };
 
-    [[nodiscard]] std::string add(const NamedTrack& track);
-    [[nodiscard]] std::string add_path(const Track& middle, const NamedTrack& track);
+    [[nodiscard]] std::string add(const NamedSpline& track);
+    [[nodiscard]] std::string add_path(const Spline& middle, const NamedSpline& track);
 
-    std::vector<NetTrack> tracks_;
+    std::vector<NetSpline> tracks_;
     std::vector<NetLane> lanes_;
     double length_m_ = 0.0;
 };

@@ -76,7 +76,7 @@ void run(Crowd& crowd, float seconds) {
     }
 }
 
-TEST(FormUp, SoldiersMarchInRowsBehindTheirCaptain) {
+TEST(FormationFollowing, SoldiersMarchInRowsBehindTheirCaptain) {
     Crowd crowd(kDrill, company());
     run(crowd, 20.0F);
     EXPECT_GT(crowd.at(0).x(), 0.0F) << "it marches";
@@ -87,7 +87,7 @@ TEST(FormUp, SoldiersMarchInRowsBehindTheirCaptain) {
     EXPECT_LT(off, 0.12F * 3.0F / 1.5F + 0.1F);
 }
 
-TEST(FormUp, ThroughAGapAllComeAndFormUpAgain) {
+TEST(FormationFollowing, ThroughAGapAllComeAndFormUpAgain) {
     // A wall across with a gap of 2 m, narrower than three abreast.
     const std::string wall = R"(
 statics {
@@ -107,7 +107,7 @@ statics {
     EXPECT_EQ(disorder(crowd).second, 9U);
 }
 
-TEST(FormUp, WhoIsLostComesBackAndWhoIsGoneIsMissedByNobody) {
+TEST(FormationFollowing, WhoIsLostComesBackAndWhoIsGoneIsMissedByNobody) {
     Crowd crowd(kDrill, company());
     run(crowd, 12.0F);
     zone::ZoneState& state = crowd.state();
@@ -192,7 +192,7 @@ class Border {
 
 /// Half of it is in each zone for some seconds: nobody has the slot of another, nobody takes
 /// another slot, and each is where its slot is as well as within one zone.
-TEST(FormUp, GoesOnOverABorderBetweenZones) {
+TEST(FormationFollowing, GoesOnOverABorderBetweenZones) {
     Border border;
     for (int t = 0; t < 12 * 30; ++t) {
         border.tick();
@@ -225,7 +225,7 @@ TEST(FormUp, GoesOnOverABorderBetweenZones) {
     EXPECT_LT(worst, 0.12 * 3.0 / 1.5 + 0.1);
 }
 
-TEST(FormUp, WithoutACaptainTheyStand) {
+TEST(FormationFollowing, WithoutACaptainTheyStand) {
     Placed placed = company();
     placed.erase(placed.begin());
     Crowd crowd(kDrill, placed);
@@ -235,7 +235,7 @@ TEST(FormUp, WithoutACaptainTheyStand) {
     EXPECT_EQ(crowd.at(0), before);
 }
 
-TEST(FormUp, IsCheckedWithLineAndColumn) {
+TEST(FormationFollowing, IsCheckedWithLineAndColumn) {
     const auto mistakes = [](const std::string& from, const std::string& to) {
         ops::Settings settings;
         std::vector<ops::ConfigError> errors;

@@ -22,14 +22,16 @@ class CircuitWorld : public GameTest {
     void look(app::World& now) {
         for (const auto& zone : now.zones()) {
             const zone::ZoneState& state = zone->state();
-            const ai::tracks::TrackNet& net = *state.places.tracks();
+            const ai::tracks::SplineNetwork& net = *state.places.tracks();
             for (std::size_t n = 0; n < state.minds.size(); ++n) {
                 look(state, net, state.minds.at(state.minds.nth(n)));
             }
         }
     }
 
-    void look(const zone::ZoneState& state, const ai::tracks::TrackNet& net, const ai::Mind& mind) {
+    void look(const zone::ZoneState& state,
+              const ai::tracks::SplineNetwork& net,
+              const ai::Mind& mind) {
         const world::Row row = state.entities.find(mind.entity);
         if (row == world::kNoRow || mind.corner != ai::kOnTrack || mind.entered) {
             return;

@@ -15,15 +15,15 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
-using tracks::NamedTrack;
-using tracks::TrackNet;
+using tracks::NamedSpline;
+using tracks::SplineNetwork;
 
 constexpr float kBody = 0.9F;
 /// As steering.cpp: a body farther than this from its segment is put right.
 constexpr double kOffSegment = 0.2;
 
-NamedTrack course(tracks::Curve curve, bool closed) {
-    NamedTrack track;
+NamedSpline course(tracks::Curve curve, bool closed) {
+    NamedSpline track;
     track.name = "course";
     track.def.curve = curve;
     track.def.closed = closed;
@@ -34,8 +34,8 @@ NamedTrack course(tracks::Curve curve, bool closed) {
     return track;
 }
 
-NamedTrack straight_road(const char* name, Vec2 from, Vec2 to) {
-    NamedTrack track;
+NamedSpline straight_road(const char* name, Vec2 from, Vec2 to) {
+    NamedSpline track;
     track.name = name;
     track.def.points = {from, Vec2(0.5F * (from + to)), to};
     return track;
@@ -43,9 +43,9 @@ NamedTrack straight_road(const char* name, Vec2 from, Vec2 to) {
 
 class Followers {
   public:
-    Followers(std::vector<NamedTrack> tracks, const FollowDef& follow, bool simulated = true) {
+    Followers(std::vector<NamedSpline> tracks, const FollowDef& follow, bool simulated = true) {
         field.settings.places.tracks =
-            std::make_shared<const TrackNet>(TrackNet::make(tracks).value());
+            std::make_shared<const SplineNetwork>(SplineNetwork::make(tracks).value());
         field.places = Places(field.settings.places, Vec2d(100.0, -50.0), kDt);
         Machine machine = single(ActionKind::kFollowTrack);
         machine.states[0].follow = follow;
@@ -57,7 +57,7 @@ class Followers {
         compile(field.settings, kDt);
     }
 
-    [[nodiscard]] const TrackNet& net() const { return *field.settings.places.tracks; }
+    [[nodiscard]] const SplineNetwork& net() const { return *field.settings.places.tracks; }
 
     [[nodiscard]] const tracks::Lane& lane(tracks::LaneId id) const { return net().lane(id); }
 
@@ -85,7 +85,7 @@ class Followers {
 
     /// Where the timetable has it at the end of the last tick, on a lane that it does not change.
     [[nodiscard]] Vec2d due(std::uint32_t id) {
-        const TrackWalk& walk = mind(id).track;
+        const SplineWalk& walk = mind(id).track;
         const double left = static_cast<double>(walk.due - (field.now - 1)) * double{kDt} +
                             static_cast<double>(walk.due_s);
         return lane(walk.lane).at(static_cast<double>(walk.s) - 3.2 * left).at;
@@ -232,9 +232,9 @@ TEST(FollowTrack, ChangesLanesSmoothly) {
 /// road ends stands there.
 TEST(FollowTrack, GoesOnWhereTheNextTrackBegins) {
     FollowDef follow = follow_lane(0);
-    const std::vector<NamedTrack> roads{straight_road("in", {0, 0}, {30, 0}),
-                                        straight_road("left", {30, 0}, {50, -30}),
-                                        straight_road("right", {30, 0}, {50, 30})};
+    const std::vector<NamedSpline> roads{straight_road("in", {0, 0}, {30, 0}),
+                                         straight_road("left", {30, 0}, {50, -30}),
+                                         straight_road("right", {30, 0}, {50, 30})};
     // Each has one lane there and one back.
     follow.draws = {{0, 1, 1.0F}, {2, 1, 3.0F}, {4, 1, 1.0F}};
     Followers many(roads, follow);
@@ -313,7 +313,7 @@ TEST(FollowTrack, IsTakenAlongToAnotherZoneToTheCentimetre) {
     other.field.entities.velocity[row] = velocity;
     other.field.entities.set(row, world::kGrounded, true);
     other.field.minds.add(mind);
-    const TrackWalk before = mind.track;
+    const SplineWalk before = mind.track;
     other.field.run(0.1F);
     EXPECT_EQ(other.mind(1).track.lane, before.lane);
     for (int k = 0; k < 300; ++k) {
@@ -365,7 +365,7 @@ TEST(FollowTrack, IsExplained) {
 TEST(FollowTrack, LegsAreAsLongAsTheErrorAllows) {
     std::array<std::uint64_t, 2> events{};
     for (const int k : {0, 1}) {
-        NamedTrack track = course(tracks::Curve::kBSpline, true);
+        NamedSpline track = course(tracks::Curve::kBSpline, true);
         track.error_m = k == 0 ? 0.25F : 1.0F;
         Followers some({track}, follow_lane(1), false);
         some.field.types[kGuard].character.acceleration = 0.0F;

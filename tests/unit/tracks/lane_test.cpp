@@ -13,8 +13,8 @@ namespace {
 
 using testing::HasSubstr;
 
-TrackDef lane_ring(float radius, float width, std::uint32_t lanes) {
-    TrackDef def;
+SplineDef lane_ring(float radius, float width, std::uint32_t lanes) {
+    SplineDef def;
     def.closed = true;
     def.width_m = width;
     def.lanes = lanes;
@@ -26,8 +26,8 @@ TrackDef lane_ring(float radius, float width, std::uint32_t lanes) {
     return def;
 }
 
-TrackDef bends(Curve curve, bool closed) {
-    TrackDef def;
+SplineDef bends(Curve curve, bool closed) {
+    SplineDef def;
     def.curve = curve;
     def.closed = closed;
     def.points = {{0, 0}, {40, 8}, {56, 36}, {32, 60}, {36, 100}, {-12, 112}, {-32, 64}, {-36, 20}};
@@ -39,7 +39,7 @@ TrackDef bends(Curve curve, bool closed) {
 /// The ring of 48 points is within 0.024 h^4 / r^3 of a circle where its points are h apart, and so
 /// is a lane of it; its length by 2 pi as much.
 TEST(Lane, OfARingIsACircleOfItsOwnLength) {
-    const Track ring = Track::make(lane_ring(30.0F, 8.0F, 4)).value();
+    const Spline ring = Spline::make(lane_ring(30.0F, 8.0F, 4)).value();
     for (std::uint32_t k = 0; k < 4; ++k) {
         const double offset = ring.offset_of(k);
         const Lane lane = Lane::make(ring, offset, 0.25).value();
@@ -57,7 +57,7 @@ TEST(Lane, OfARingIsACircleOfItsOwnLength) {
 TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
     for (const Curve curve : {Curve::kCatmullRom, Curve::kBSpline}) {
         for (const bool closed : {false, true}) {
-            const Track track = Track::make(bends(curve, closed)).value();
+            const Spline track = Spline::make(bends(curve, closed)).value();
             const Lane lane = Lane::make(track, track.offset_of(0), 0.25).value();
             double longest = 0.0;
             for (const double off : {0.02, 0.1, 0.5}) {
@@ -88,13 +88,13 @@ TEST(Lane, LegsLeadNoFartherFromItThanAllowed) {
 }
 
 TEST(Lane, FindsTheNearestOfItsPlaces) {
-    const Track track = Track::make(bends(Curve::kCatmullRom, true)).value();
+    const Spline track = Spline::make(bends(Curve::kCatmullRom, true)).value();
     const Lane lane = Lane::make(track, 1.0, 0.25).value();
     for (double s = 0.0; s < lane.length(); s += 3.3) {
-        const TrackPoint p = lane.at(s);
+        const SplinePoint p = lane.at(s);
         const Vec2d beside = p.at + 1.5 * Vec2d(-p.ahead.y(), p.ahead.x());
-        const Lane::Near all = lane.nearest(beside);
-        const Lane::Near about = lane.nearest(beside, s - 9.0, 20.0);
+        const Lane::NearestOnLane all = lane.nearest(beside);
+        const Lane::NearestOnLane about = lane.nearest(beside, s - 9.0, 20.0);
         // Nothing is nearer than what is straight across; others may be as near.
         EXPECT_LE(all.distance_m, 1.5 + 2e-3);
         EXPECT_LE(about.distance_m, 1.5 + 2e-3);
@@ -102,11 +102,11 @@ TEST(Lane, FindsTheNearestOfItsPlaces) {
     }
 }
 
-TEST(TrackNet, HasLanesBothWaysWhereEveryoneKeepsToTheSameSide) {
-    NamedTrack road{"road", bends(Curve::kCatmullRom, false), 0.25F, std::nullopt};
-    NamedTrack ring{"ring", lane_ring(30.0F, 8.0F, 2), 0.25F, 0.5F};
-    const std::vector<NamedTrack> tracks{road, ring};
-    const TrackNet net = TrackNet::make(tracks).value();
+TEST(SplineNetwork, HasLanesBothWaysWhereEveryoneKeepsToTheSameSide) {
+    NamedSpline road{"road", bends(Curve::kCatmullRom, false), 0.25F, std::nullopt};
+    NamedSpline ring{"ring", lane_ring(30.0F, 8.0F, 2), 0.25F, 0.5F};
+    const std::vector<NamedSpline> tracks{road, ring};
+    const SplineNetwork net = SplineNetwork::make(tracks).value();
     EXPECT_EQ(net.lanes(), 2U * 3U + 2U * 3U);
     const LaneId right = net.id_of({0, 2, false, false});
     const LaneId right_back = net.id_of({0, 2, false, true});
@@ -123,9 +123,9 @@ TEST(TrackNet, HasLanesBothWaysWhereEveryoneKeepsToTheSameSide) {
     EXPECT_GT(racing.length(), 2.0 * std::numbers::pi * 26.0);
 }
 
-TEST(TrackNet, SaysWhichTrackIsWrong) {
-    std::vector<NamedTrack> tracks{{"bad", TrackDef{}, 0.25F, std::nullopt}};
-    const auto net = TrackNet::make(tracks);
+TEST(SplineNetwork, SaysWhichTrackIsWrong) {
+    std::vector<NamedSpline> tracks{{"bad", SplineDef{}, 0.25F, std::nullopt}};
+    const auto net = SplineNetwork::make(tracks);
     ASSERT_FALSE(net);
     EXPECT_THAT(net.error(), HasSubstr("track 'bad': a track has from 2"));
 }

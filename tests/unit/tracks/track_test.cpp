@@ -15,8 +15,8 @@ namespace {
 
 using testing::HasSubstr;
 
-TrackDef winding(Curve curve, bool closed) {
-    TrackDef def;
+SplineDef winding(Curve curve, bool closed) {
+    SplineDef def;
     def.curve = curve;
     def.closed = closed;
     def.points = {{0, 0}, {10, 2}, {14, 9}, {8, 15}, {9, 25}, {-3, 28}, {-8, 16}, {-9, 5}};
@@ -24,8 +24,8 @@ TrackDef winding(Curve curve, bool closed) {
     return def;
 }
 
-TrackDef ring(float radius, int points) {
-    TrackDef def;
+SplineDef ring(float radius, int points) {
+    SplineDef def;
     def.closed = true;
     for (int i = 0; i < points; ++i) {
         const double angle = 2.0 * std::numbers::pi * i / points;
@@ -37,7 +37,7 @@ TrackDef ring(float radius, int points) {
 
 /// Chords between `count` places evenly spaced by distance: a polygon whose sides are shorter than
 /// their arcs by curvature^2 h^2 / 24.
-double polygon(const Track& track, int count) {
+double polygon(const Spline& track, int count) {
     double sum = 0.0;
     for (int i = 0; i < count; ++i) {
         const double h = track.length() / count;
@@ -46,8 +46,8 @@ double polygon(const Track& track, int count) {
     return sum;
 }
 
-TEST(Track, GoesThroughItsPointsOrAsItsKindDoes) {
-    const Track through = Track::make(winding(Curve::kCatmullRom, false)).value();
+TEST(Spline, GoesThroughItsPointsOrAsItsKindDoes) {
+    const Spline through = Spline::make(winding(Curve::kCatmullRom, false)).value();
     EXPECT_NEAR((through.at(0.0).at - Vec2d(0, 0)).norm(), 0.0, 1e-9);
     EXPECT_NEAR((through.at(1e9).at - Vec2d(-9, 5)).norm(), 0.0, 1e-9);
     double nearest = 1e9;
@@ -56,20 +56,20 @@ TEST(Track, GoesThroughItsPointsOrAsItsKindDoes) {
     }
     EXPECT_LT(nearest, 0.001);
     // By hand, from the basis: at a point with even neighbours (p0 + 4 p1 + p2) / 6.
-    TrackDef def;
+    SplineDef def;
     def.curve = Curve::kBSpline;
     def.closed = true;
     def.points = {{0, 0}, {6, 0}, {6, 6}, {0, 6}};
-    const Track near = Track::make(def).value();
+    const Spline near = Spline::make(def).value();
     EXPECT_NEAR((near.at(0.0).at - Vec2d(1, 1)).norm(), 0.0, 1e-9);
 }
 
 /// Romberg's way: polygons of n and 2n sides give an error of fourth order in h; a length that
 /// shares nothing with Gauss' rule.
-TEST(Track, IsFollowedByDistanceWithTheErrorItStates) {
+TEST(Spline, IsFollowedByDistanceWithTheErrorItStates) {
     for (const Curve curve : {Curve::kCatmullRom, Curve::kBSpline}) {
         for (const bool closed : {false, true}) {
-            const Track track = Track::make(winding(curve, closed)).value();
+            const Spline track = Spline::make(winding(curve, closed)).value();
             const double coarse = polygon(track, 20'000);
             const double fine = polygon(track, 40'000);
             EXPECT_NEAR(fine + (fine - coarse) / 3.0, track.length(), 1e-5 * track.length());
@@ -86,12 +86,12 @@ TEST(Track, IsFollowedByDistanceWithTheErrorItStates) {
     }
 }
 
-TEST(Track, BendsAsACircleDoes) {
+TEST(Spline, BendsAsACircleDoes) {
     // 64 points on a circle: cubic pieces differ from it by (2 pi / 64)^4 / 384 or so.
-    const Track circle = Track::make(ring(10.0F, 64)).value();
+    const Spline circle = Spline::make(ring(10.0F, 64)).value();
     EXPECT_NEAR(circle.length(), 20.0 * std::numbers::pi, 1e-2);
     for (int i = 0; i < 500; ++i) {
-        const TrackPoint p = circle.at(0.37 * i);
+        const SplinePoint p = circle.at(0.37 * i);
         ASSERT_NEAR(p.at.norm(), 10.0, 1e-3);
         ASSERT_NEAR(p.ahead.norm(), 1.0, 1e-12);
         ASSERT_NEAR(p.curvature, 0.1, 6e-3);
@@ -100,11 +100,11 @@ TEST(Track, BendsAsACircleDoes) {
     }
 }
 
-TEST(Track, LanesAreAsLongAsTheyAre) {
-    TrackDef def = ring(10.0F, 64);
+TEST(Spline, LanesAreAsLongAsTheyAre) {
+    SplineDef def = ring(10.0F, 64);
     def.width_m = 6.0F;
     def.lanes = 3;
-    const Track track = Track::make(def).value();
+    const Spline track = Spline::make(def).value();
     EXPECT_DOUBLE_EQ(track.offset_of(0), -2.0);
     EXPECT_DOUBLE_EQ(track.offset_of(1), 0.0);
     EXPECT_DOUBLE_EQ(track.offset_of(2), 2.0);
@@ -124,29 +124,29 @@ TEST(Track, LanesAreAsLongAsTheyAre) {
     }
 }
 
-TEST(Track, IsRefusedWithThePointAndTheReason) {
-    TrackDef def = winding(Curve::kCatmullRom, false);
+TEST(Spline, IsRefusedWithThePointAndTheReason) {
+    SplineDef def = winding(Curve::kCatmullRom, false);
     def.points.resize(1);
-    EXPECT_THAT(Track::make(def).error(), HasSubstr("from 2 to 100000 points, not 1"));
+    EXPECT_THAT(Spline::make(def).error(), HasSubstr("from 2 to 100000 points, not 1"));
     def = winding(Curve::kCatmullRom, true);
     def.points[3].x() = NAN;
-    EXPECT_THAT(Track::make(def).error(), HasSubstr("point 3 is not finite"));
+    EXPECT_THAT(Spline::make(def).error(), HasSubstr("point 3 is not finite"));
     def = winding(Curve::kCatmullRom, true);
     def.points.push_back(def.points.front());
-    EXPECT_THAT(Track::make(def).error(), HasSubstr("point 8 and the next one are less"));
+    EXPECT_THAT(Spline::make(def).error(), HasSubstr("point 8 and the next one are less"));
     def = winding(Curve::kCatmullRom, true);
     def.width_m = 40.0F;
-    EXPECT_THAT(Track::make(def).error(), HasSubstr("bends with a radius below half its width"));
+    EXPECT_THAT(Spline::make(def).error(), HasSubstr("bends with a radius below half its width"));
     def.width_m = 1.0F;
     def.lanes = 0;
-    EXPECT_THAT(Track::make(def).error(), HasSubstr("from 1 to 100 lanes"));
+    EXPECT_THAT(Spline::make(def).error(), HasSubstr("from 1 to 100 lanes"));
 }
 
 TEST(RacingLine, TakesTheInnerRimOfARing) {
     // Second differences at an even angle h are r h^2: least where r is.
-    TrackDef def = ring(20.0F, 64);
+    SplineDef def = ring(20.0F, 64);
     def.width_m = 4.0F;
-    const Track track = Track::make(def).value();
+    const Spline track = Spline::make(def).value();
     const RacingLine line = racing_line(track, 128, 0.5);
     for (const double o : line.offset) {
         EXPECT_NEAR(o, 1.5, 1e-3) << "to the middle, which is right";
@@ -156,7 +156,7 @@ TEST(RacingLine, TakesTheInnerRimOfARing) {
 /// A long oval: the optimum cuts bends and swings out before them. Whether it is one is seen from
 /// the conditions of Karush, Kuhn and Tucker.
 TEST(RacingLine, IsTheLeastBentLineWithinTheWidth) {
-    TrackDef def;
+    SplineDef def;
     def.closed = true;
     def.width_m = 8.0F;
     def.points = {{0, 0},
@@ -171,7 +171,7 @@ TEST(RacingLine, IsTheLeastBentLineWithinTheWidth) {
                   {-20, 50},
                   {-30, 30},
                   {-20, 10}};
-    const Track track = Track::make(def).value();
+    const Spline track = Spline::make(def).value();
     const std::size_t n = 256;
     const RacingLine line = racing_line(track, n, 1.0, 3000);
     const RacingLine middle{std::vector<double>(n, 0.0), 0.0};
@@ -179,7 +179,7 @@ TEST(RacingLine, IsTheLeastBentLineWithinTheWidth) {
     std::vector<Vec2d> right;
     double before = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
-        const TrackPoint p = track.at(track.length() * static_cast<double>(i) / n);
+        const SplinePoint p = track.at(track.length() * static_cast<double>(i) / n);
         right.push_back({-p.ahead.y(), p.ahead.x()});
         place.push_back(p.at + line.offset[i] * right.back());
         ASSERT_LE(std::abs(line.offset[i]), 3.0 + 1e-12);
@@ -224,16 +224,16 @@ TEST(ChooseTrack, TakesEachAsOftenAsItsWeightSays) {
     EXPECT_EQ(choose_track(7, 5, weights), choose_track(7, 5, weights));
 }
 
-TEST(TrackChange, JumpsNeitherInPlaceNorInVelocity) {
+TEST(LaneChange, JumpsNeitherInPlaceNorInVelocity) {
     // Of a curve whose curvature jumps, velocities in a lane jump where it does.
-    TrackDef left = winding(Curve::kBSpline, false);
-    TrackDef shifted = left;
+    SplineDef left = winding(Curve::kBSpline, false);
+    SplineDef shifted = left;
     for (Vec2& p : shifted.points) {
         p += Vec2(2.0F, 1.0F);
     }
-    const Track a = Track::make(left).value();
-    const Track b = Track::make(shifted).value();
-    const TrackChange change({&a, 5.0, 0.0}, {&b, 5.0, 0.25}, 12.0);
+    const Spline a = Spline::make(left).value();
+    const Spline b = Spline::make(shifted).value();
+    const LaneChange change({&a, 5.0, 0.0}, {&b, 5.0, 0.25}, 12.0);
     EXPECT_NEAR((change.at(0.0).at - a.at(5.0).at).norm(), 0.0, 1e-12);
     EXPECT_NEAR((change.at(0.0).velocity - a.at(5.0).ahead).norm(), 0.0, 1e-12);
     const double end = change.distance_on_target(12.0);
