@@ -29,7 +29,7 @@ void compile(Settings& settings, float dt) {
         rung.compiled = compiled_of(rung.machines, dt);
     }
     if (settings.avoidance) {
-        crowd::AvoidanceSettings& avoidance = *settings.avoidance;
+        steering::AvoidanceSettings& avoidance = *settings.avoidance;
         avoidance.step_s = dt;
         avoidance.horizon_s = std::max(avoidance.horizon_s, dt);
         avoidance.wall_horizon_s = std::max(avoidance.wall_horizon_s, dt);

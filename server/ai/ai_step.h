@@ -45,7 +45,7 @@ struct Settings {
     PlaceSettings places{};
     PathfindingSettings pathfinding{};
     /// How minds make way for each other; its step is the world's: compile(). None: they do not.
-    std::optional<crowd::AvoidanceSettings> avoidance{};
+    std::optional<steering::AvoidanceSettings> avoidance{};
     LadderSettings ladder{};
 };
 
@@ -281,7 +281,7 @@ class Step {
     std::vector<EntityId> woke_up_;
     std::array<Lane, kLanes> lanes_;
     std::vector<AvoidingAgent> walkers_;
-    crowd::KnownWalls walls_;
+    steering::KnownWalls walls_;
     Formations formations_;
     Nests nests_;
     Herds herds_;

@@ -21,7 +21,7 @@ void Step::request_paths(Minds& minds, const World& world, const Settings& setti
         const Mind& mind = minds.at(slot);
         const Vec3& body = e.position[row_hints_[slot]];
         const Vec2 here = whereabouts(mind, Vec2(body.x(), body.z()), world.now, world.dt);
-        return navigation::Spot{here.x(), here.y()};
+        return pathfinding::Spot{here.x(), here.y()};
     };
     const auto feet = [&](Slot slot) {
         const world::Row row = row_hints_[slot];
@@ -39,7 +39,7 @@ void Step::request_paths(Minds& minds, const World& world, const Settings& setti
     for (const Slot slot : asking_) {
         Mind& mind = minds.at(slot);
         mind.on_path = true;
-        const navigation::Spot goal{mind.segment.goal.x(), mind.segment.goal.y()};
+        const pathfinding::Spot goal{mind.segment.goal.x(), mind.segment.goal.y()};
         const world::Row row = row_hints_[slot];
         const State& state = machine_of(mind, settings).states[mind.doing];
         const float floor = goal_floor(mind, state, coarse(world).around(mind, row, slot));

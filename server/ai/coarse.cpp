@@ -265,7 +265,7 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
                                         {from.x(), from.z()},
                                         from.y() - limits.radius - limits.half_segment,
                                         {at.x(), at.y()})
-                : navigation::kOnGround;
+                : pathfinding::kOnGround;
         e.position[row] = there ? from : standing_at(in.statics, limits, from, at, floor, in.now);
         e.discontinuity_tick[row] = in.now;
     }

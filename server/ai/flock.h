@@ -91,7 +91,7 @@ class FlockSum {
 
 /// The direction at `here` along the round trip of `stops` (1 or more): of the nearest piece,
 /// turned towards it, by half a right angle at a distance of `width_m` (> 0) and by almost a right
-/// one farther off, as crowd::along_path. One stop: towards it; zero within `width_m` of it.
+/// one farther off, as pathfinding::along_path. One stop: towards it; zero within `width_m` of it.
 Vec2 round_trip(std::span<const Vec2> stops, const Vec2& here, float width_m);
 
 struct FlockQuery : FlockPull {

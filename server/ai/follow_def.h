@@ -9,7 +9,7 @@ namespace zoned::ai {
 
 /// Lanes side by side, one of which is drawn, each as likely as the others.
 struct LaneDraw {
-    tracks::LaneId first = 0;
+    splines::LaneId first = 0;
     std::uint16_t count = 1;
     float weight = 1.0F;  ///< of all of them together, >= 0
 };

@@ -12,8 +12,8 @@ namespace zoned::ai {
 
 namespace {
 
-using tracks::Lane;
-using tracks::LaneId;
+using splines::Lane;
+using splines::LaneId;
 
 /// Shares of error_m, see follow_spline().
 constexpr double kChordShare = 0.5;
@@ -74,7 +74,7 @@ class SplineView {
         double sum = 0.0;
         for_each([&](LaneId id, double weight) { sum += may(id) ? weight : 0.0; });
         double left = static_cast<double>(rng.range(0.0F, 1.0F)) * sum;
-        LaneId drawn = tracks::kNoLane;
+        LaneId drawn = splines::kNoLane;
         for_each([&](LaneId id, double weight) {
             if (weight > 0.0 && left >= 0.0 && may(id)) {
                 drawn = id;
@@ -86,7 +86,7 @@ class SplineView {
 
   private:
     const FollowDef& def_;
-    const tracks::SplineNetwork& net_;
+    const splines::SplineNetwork& net_;
     Vec2d origin_;
 };
 
@@ -122,10 +122,10 @@ void set_due(Mind& mind, double from_now_s, const Surroundings& around) {
 }
 
 bool changes_lanes(const Mind& mind) {
-    return mind.track.from != tracks::kNoLane;
+    return mind.track.from != splines::kNoLane;
 }
 
-tracks::LaneChange change_of(const Mind& mind, const SplineView& view) {
+splines::LaneChange change_of(const Mind& mind, const SplineView& view) {
     const SplineWalk& walk = mind.track;
     return {{&view.lane(walk.from).curve(), static_cast<double>(walk.from_s), 0.0},
             {&view.lane(walk.lane).curve(), static_cast<double>(walk.s), 0.0},
@@ -148,7 +148,7 @@ void board(Mind& mind,
            const Surroundings& around) {
     SplineWalk& walk = mind.track;
     walk.s = static_cast<float>(lane.on_lane(s));
-    walk.from = tracks::kNoLane;
+    walk.from = splines::kNoLane;
     walk.to_change = view.def().change_every_m;
     mind.corner = kOnTrack;
     set_due(mind, 0.0, around);
@@ -173,7 +173,7 @@ void draw_change(Mind& mind, const SplineView& view) {
     if (!room(own, static_cast<double>(walk.s))) {
         return;
     }
-    const tracks::SplinePoint here = own.at(static_cast<double>(walk.s));
+    const splines::SplinePoint here = own.at(static_cast<double>(walk.s));
     const LaneId drawn = view.draw(mind.rng, [&](LaneId id) {
         if (id == walk.lane) {
             return true;
@@ -183,7 +183,7 @@ void draw_change(Mind& mind, const SplineView& view) {
         return near.distance_m <= 0.5 * blend && room(lane, near.s) &&
                lane.at(near.s).ahead.dot(here.ahead) > 0.5;
     });
-    if (drawn == walk.lane || drawn == tracks::kNoLane) {
+    if (drawn == walk.lane || drawn == splines::kNoLane) {
         return;
     }
     walk.from = walk.lane;
@@ -201,7 +201,7 @@ bool go_on_to_next(Mind& mind, const Vec2d& end, const SplineView& view) {
         return (lane.closed() ? lane.nearest(end).distance_m : (lane.at(0.0).at - end).norm()) <=
                join;
     });
-    if (next == tracks::kNoLane) {
+    if (next == splines::kNoLane) {
         return false;
     }
     const Lane& lane = view.lane(next);
@@ -211,11 +211,11 @@ bool go_on_to_next(Mind& mind, const Vec2d& end, const SplineView& view) {
 }
 
 /// What a segment from the end of the last one may be.
-tracks::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
+splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundings& around) {
     const double error = lane.error_m();
     const double acceleration = static_cast<double>(body_of(around).acceleration);
     const double step_m = speed * static_cast<double>(around.dt);
-    tracks::SegmentLimits limits;
+    splines::SegmentLimits limits;
     limits.off_m = kChordShare * error;
     // From segment to segment the heading turns by what two segments do at most. A velocity that
     // turns by an angle t changes by v t, which leads v^2 t^2 / 2a aside.
@@ -269,7 +269,7 @@ void advance(Mind& mind, const SplineView& view, double path) {
     if (walk.changed >= view.def().blend_m * (1.0F - 1e-5F)) {
         walk.s = static_cast<float>(
             lane.on_lane(static_cast<double>(walk.s) + static_cast<double>(walk.changed)));
-        walk.from = tracks::kNoLane;
+        walk.from = splines::kNoLane;
     }
 }
 

@@ -31,7 +31,7 @@ DesiredVelocity track_velocity(Mind& mind, const State& state, const Surrounding
 /// Where on its track a mind is that goes along it, for people: the place that the timetable has
 /// for the end of its segment.
 struct SplinePlace {
-    tracks::LaneId lane = tracks::kNoLane;
+    splines::LaneId lane = splines::kNoLane;
     double s = 0.0;       ///< m along it
     double length = 0.0;  ///< of it, m
 };

@@ -13,12 +13,12 @@ namespace {
 constexpr float kAstrayCells = 2.5F;
 constexpr std::uint8_t kDirectionBits = 0x07;
 
-navigation::Spot spot_of(const Vec2& at) {
+pathfinding::Spot spot_of(const Vec2& at) {
     return {at.x(), at.y()};
 }
 
 void turn_back(Mind& mind) {
-    mind.corner ^= ants::kDirections / 2;
+    mind.corner ^= pathfinding::kDirections / 2;
     mind.steps = 0;
 }
 
@@ -67,14 +67,15 @@ Nests::Nest* Nests::nest_of(const Scents& key, const Scene& scene) {
     if (std::abs(centre.x()) > scene.half_size.x() || std::abs(centre.y()) > scene.half_size.y()) {
         return nullptr;
     }
-    const navigation::GroundRect area{centre.x() - def.radius_m,
-                                      centre.y() - def.radius_m,
-                                      centre.x() + def.radius_m,
-                                      centre.y() + def.radius_m};
+    const pathfinding::GroundRect area{centre.x() - def.radius_m,
+                                       centre.y() - def.radius_m,
+                                       centre.x() + def.radius_m,
+                                       centre.y() + def.radius_m};
     const motion::CharacterLimits& limits = scene.types[key.type].character;
-    navigation::GroundMap ground = navigation::bake_ground(scene.statics, limits, area, def.cell_m);
-    navigation::DoorMap doors(
-        navigation::bake_doors(scene.statics, limits, area, def.cell_m, ground), ground.cells);
+    pathfinding::GroundMap ground =
+        pathfinding::bake_ground(scene.statics, limits, area, def.cell_m);
+    pathfinding::DoorMap doors(
+        pathfinding::bake_doors(scene.statics, limits, area, def.cell_m, ground), ground.cells);
     nests_.push_back(std::make_unique<Nest>(def, std::move(ground), std::move(doors)));
     Nest& nest = *nests_.back();
     nest.machine = key.machine;
@@ -87,7 +88,7 @@ Nests::Memory Nests::memory() const {
     Memory memory{delivered_, turned_, {}};
     for (const auto& nest : nests_) {
         Scents scents{nest->machine, nest->doing, nest->type, {}};
-        nest->trails.for_each_scent([&scents](navigation::Place at, float home, float food) {
+        nest->trails.for_each_scent([&scents](pathfinding::Place at, float home, float food) {
             scents.cells.push_back({at, home, food});
         });
         memory.nests.push_back(std::move(scents));
@@ -125,7 +126,7 @@ void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick
     for (std::uint32_t door = 0; door < nest.doors.doors(); ++door) {
         nest.doors.turn(door, statics.doors()[door].shut_at(now), changes_);
     }
-    for (const navigation::CellChange& change : changes_) {
+    for (const pathfinding::CellChange& change : changes_) {
         nest.ground.cells.set_passable(change.cell, change.passable);
     }
     turned_ = turned_ || !changes_.empty();
@@ -133,12 +134,12 @@ void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick
 
 /// On to a cell beside the one that it is in, or to the nearest that can be walked.
 void Nests::choose(Mind& mind, Nest& nest, const Vec2& at) {
-    const navigation::GroundGrid& grid = nest.ground.grid;
-    const navigation::Cell here = grid.cell(spot_of(at));
+    const pathfinding::GroundGrid& grid = nest.ground.grid;
+    const pathfinding::Cell here = grid.cell(spot_of(at));
     if (!nest.ground.cells.passable(here)) {
-        navigation::Cell near;
-        if (navigation::nearest_passable(nest.ground.cells, grid, spot_of(at), 4, near)) {
-            const navigation::Spot to = grid.centre(near);
+        pathfinding::Cell near;
+        if (pathfinding::nearest_passable(nest.ground.cells, grid, spot_of(at), 4, near)) {
+            const pathfinding::Spot to = grid.centre(near);
             aim_at(mind, Vec2(to.x, to.z));
         } else {
             mind.corner |= kLost;
@@ -146,18 +147,18 @@ void Nests::choose(Mind& mind, Nest& nest, const Vec2& at) {
         return;
     }
     const bool carries = (mind.corner & kCarries) != 0;
-    const navigation::Place place = nest.ground.cells.place(here);
+    const pathfinding::Place place = nest.ground.cells.place(here);
     const unsigned direction = nest.trails.choose(place,
                                                   mind.corner & kDirectionBits,
-                                                  carries ? ants::kHome : ants::kFood,
+                                                  carries ? pathfinding::kHome : pathfinding::kFood,
                                                   is_guided(mind, *nest.def),
                                                   mind.rng);
-    if (direction >= ants::kDirections) {
+    if (direction >= pathfinding::kDirections) {
         aim_at(mind, at);  // it waits
         return;
     }
     mind.corner = static_cast<std::uint8_t>((mind.corner & ~kDirectionBits) | direction);
-    const navigation::Spot to =
+    const pathfinding::Spot to =
         grid.centre(nest.ground.cells.cell(nest.trails.beside(place, direction)));
     aim_at(mind, Vec2(to.x, to.z));
 }
@@ -165,12 +166,13 @@ void Nests::choose(Mind& mind, Nest& nest, const Vec2& at) {
 /// In the middle of a cell: a mark, food or home, and on.
 void Nests::arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
     const ForageDef& def = *nest.def;
-    const navigation::Cell here = nest.ground.grid.cell(spot_of(at));
+    const pathfinding::Cell here = nest.ground.grid.cell(spot_of(at));
     mind.steps = static_cast<std::uint16_t>(std::min<std::uint32_t>(mind.steps + 1U, 0xFFFFU));
     const bool carries = (mind.corner & kCarries) != 0;
     if (nest.ground.cells.passable(here)) {
-        nest.trails.mark(
-            carries ? ants::kFood : ants::kHome, nest.ground.cells.place(here), mind.steps);
+        nest.trails.mark(carries ? pathfinding::kFood : pathfinding::kHome,
+                         nest.ground.cells.place(here),
+                         mind.steps);
     }
     if (!carries && finds_food(def, scene.places, at)) {
         mind.corner |= kCarries;
@@ -196,7 +198,7 @@ void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, bool arrived, const Sce
         set_out(mind, *nest.def);
         choose(mind, nest, at);
     } else if ((mind.corner & kBegins) != 0) {
-        mind.corner = static_cast<std::uint8_t>(mind.rng.below(ants::kDirections));
+        mind.corner = static_cast<std::uint8_t>(mind.rng.below(pathfinding::kDirections));
         set_out(mind, *nest.def);
         choose(mind, nest, at);
     } else if (!nest.ground.grid.contains(spot_of(at))) {

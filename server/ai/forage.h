@@ -73,7 +73,7 @@ class Nests {
     /// What is known of a nest beside its map, which is baked anew.
     struct Scents {
         struct Cell {
-            navigation::Place place = 0;
+            pathfinding::Place place = 0;
             float home = 0.0F;
             float food = 0.0F;
         };
@@ -104,11 +104,11 @@ class Nests {
 
     /// The scents of a nest, in the order in which nests were first used; for snapshots and
     /// pictures.
-    [[nodiscard]] const ants::PheromoneTrails& trails(std::size_t nest) const {
+    [[nodiscard]] const pathfinding::PheromoneTrails& trails(std::size_t nest) const {
         return nests_[nest]->trails;
     }
 
-    [[nodiscard]] const navigation::GroundMap& ground(std::size_t nest) const {
+    [[nodiscard]] const pathfinding::GroundMap& ground(std::size_t nest) const {
         return nests_[nest]->ground;
     }
 
@@ -121,11 +121,11 @@ class Nests {
         std::uint16_t doing = 0;
         TypeIndex type = 0;
         const ForageDef* def;
-        navigation::GroundMap ground;
-        navigation::DoorMap doors;
-        ants::PheromoneTrails trails;
+        pathfinding::GroundMap ground;
+        pathfinding::DoorMap doors;
+        pathfinding::PheromoneTrails trails;
 
-        Nest(const ForageDef& from, navigation::GroundMap&& map, navigation::DoorMap&& door_map)
+        Nest(const ForageDef& from, pathfinding::GroundMap&& map, pathfinding::DoorMap&& door_map)
             : place(from.nest),
               def(&from),
               ground(std::move(map)),
@@ -143,7 +143,7 @@ class Nests {
 
     std::vector<Forager> foragers_;
     std::vector<std::unique_ptr<Nest>> nests_;
-    std::vector<navigation::CellChange> changes_;
+    std::vector<pathfinding::CellChange> changes_;
     std::vector<Scents> remembered_;  // until their maps are baked
     std::uint64_t delivered_ = 0;
     bool turned_ = false;

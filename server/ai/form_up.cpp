@@ -33,7 +33,7 @@ Vec2 heading_of_captain(const world::Entities& entities, world::Row row) {
 
 }  // namespace
 
-crowd::FormationSlot slot_in(const FormationDef& def, std::size_t index, std::size_t members) {
+steering::FormationSlot slot_in(const FormationDef& def, std::size_t index, std::size_t members) {
     const float gap = def.spacing_m;
     const auto centred = [gap](std::size_t column, std::size_t columns) {
         return gap * (static_cast<float>(column) - 0.5F * static_cast<float>(columns - 1));
@@ -93,7 +93,7 @@ struct Formations::Group {
     std::size_t company;  ///< how many there are, on both sides of a border
 
     [[nodiscard]] Vec2 offset(std::size_t index) const {
-        const crowd::FormationSlot slot = slot_in(*def, index, company);
+        const steering::FormationSlot slot = slot_in(*def, index, company);
         return slot.ahead * heading + slot.right * Vec2(-heading.y(), heading.x());
     }
 };
@@ -152,7 +152,7 @@ void Formations::place(Minds& minds,
                        const world::Entities& entities,
                        const world::TypeTable& types,
                        std::span<const CompiledMachine> machines,
-                       const crowd::Walls& walls,
+                       const steering::Walls& walls,
                        Tick now) {
     const auto def_of = [&](const Rank& rank) {
         const Mind& mind = minds.at(rank.slot);
@@ -187,11 +187,11 @@ void Formations::place(Minds& minds,
             const std::size_t slot = mind.corner & ~kStraggles;
             const Vec2 offset = slot == kNoRank ? Vec2(Vec2::Zero()) : group.offset(slot);
             const float radius = types[entities.type[rank.row]].character.radius;
-            const Vec2 place = crowd::slot_before_walls(group.centre, offset, radius, walls);
+            const Vec2 place = steering::slot_before_walls(group.centre, offset, radius, walls);
             const Vec2 at = ground_of(entities.position[rank.row]);
             const float distance = (place - at).norm();
-            const bool sees = crowd::free_share(at, place, walls) >= 1.0F;
-            const crowd::FormationSettings& settings = group.def->settings;
+            const bool sees = steering::free_share(at, place, walls) >= 1.0F;
+            const steering::FormationSettings& settings = group.def->settings;
             const bool stray = straggles(mind) ? distance > settings.taken_back_m || !sees
                                                : distance > settings.straggler_m || !sees;
             mind.corner = static_cast<std::uint8_t>(slot | (stray ? kStraggles : 0U));
@@ -210,9 +210,9 @@ void steer_in_formation(Mind& mind, const State& state, bool entered, const Surr
     const float full = std::max(0.01F, full_speed(state, around));
     Vec2 want = Vec2::Zero();
     if (captain != world::kNoRow && !e.has(captain, world::kHidden)) {
-        want = crowd::pull_to_slot(state.formation->settings,
-                                   ground_of(e.velocity[captain]),
-                                   ground_of(mind.target) - around.body());
+        want = steering::pull_to_slot(state.formation->settings,
+                                      ground_of(e.velocity[captain]),
+                                      ground_of(mind.target) - around.body());
     }
     const float speed = std::min(want.norm(), full);
     mind.next_steering = around.now + 1;

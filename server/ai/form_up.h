@@ -43,7 +43,7 @@ class Formations {
                const world::Entities& entities,
                const world::TypeTable& types,
                std::span<const CompiledMachine> machines,
-               const crowd::Walls& walls,
+               const steering::Walls& walls,
                Tick now);
 
   private:
@@ -58,7 +58,7 @@ class Formations {
     std::vector<Rank> ranks_;
     std::vector<double> cost_;
     std::vector<std::uint8_t> taken_;
-    crowd::Assignment assignment_;
+    steering::Assignment assignment_;
 };
 
 /// Whether the mind walks to its place by itself, as to any goal.

@@ -21,10 +21,10 @@ struct FormationDef {
     FormationShape shape = FormationShape::kRows;
     std::uint16_t columns = 4;  ///< of kRows, > 0
     float spacing_m = 1.5F;     ///< between neighbours, and between the captain and the first row
-    crowd::FormationSettings settings{};
+    steering::FormationSettings settings{};
 };
 
 /// The place of slot `index` of `members` (> index) beside the captain, m.
-crowd::FormationSlot slot_in(const FormationDef& def, std::size_t index, std::size_t members);
+steering::FormationSlot slot_in(const FormationDef& def, std::size_t index, std::size_t members);
 
 }  // namespace zoned::ai

@@ -228,7 +228,7 @@ void LocalAvoidance::gather(std::span<const AvoidingAgent> walkers, const Scene&
 
 /// Beyond this nobody matters to anybody: as far as is looked, and at least so far that two cannot
 /// touch within a tick and braking after it.
-float LocalAvoidance::reach(const Scene& scene, const crowd::AvoidanceSettings& settings) const {
+float LocalAvoidance::reach(const Scene& scene, const steering::AvoidanceSettings& settings) const {
     float radius = 0.0F;
     float course = 0.0F;
     for (std::size_t i = 0; i < seen_.size(); ++i) {
@@ -240,7 +240,7 @@ float LocalAvoidance::reach(const Scene& scene, const crowd::AvoidanceSettings& 
 }
 
 template <class Visit>
-void LocalAvoidance::for_each_near(const crowd::CrowdBatch& batch, Visit&& visit) const {
+void LocalAvoidance::for_each_near(const steering::CrowdBatch& batch, Visit&& visit) const {
     for (int row = batch.row - 1; row <= batch.row + 1; ++row) {
         const auto [begin, end] = order_.stretch(row, batch.first_cell - 1, batch.last_cell + 1);
         for (std::uint32_t i = begin; i < end; ++i) {
@@ -259,7 +259,7 @@ bool LocalAvoidance::apart_in_height(std::uint32_t one, std::uint32_t other) con
 /// Whether both, as they want to go, come nearer to each other than they may within the horizon.
 bool LocalAvoidance::would_meet(std::uint32_t one,
                                 std::uint32_t other,
-                                const crowd::AvoidanceSettings& settings) const {
+                                const steering::AvoidanceSettings& settings) const {
     const Vec2 p(seen_.x[other] - seen_.x[one], seen_.z[other] - seen_.z[one]);
     const Vec2 v(seen_.want_x[one] - seen_.want_x[other], seen_.want_z[one] - seen_.want_z[other]);
     const float both = seen_.radius[one] + seen_.radius[other];
@@ -301,9 +301,9 @@ LocalAvoidance::DividingLine LocalAvoidance::side_of(std::uint32_t one, std::uin
 }
 
 bool LocalAvoidance::is_crowded(std::uint32_t one,
-                                const crowd::CrowdBatch& batch,
+                                const steering::CrowdBatch& batch,
                                 const Scene& scene,
-                                const crowd::AvoidanceSettings& settings) const {
+                                const steering::AvoidanceSettings& settings) const {
     const world::Row row = rows_[one];
     bool crowded = false;
     bool looked = false;
@@ -340,8 +340,8 @@ bool LocalAvoidance::is_crowded(std::uint32_t one,
     return crowded;
 }
 
-void LocalAvoidance::find_crowded(const Scene& scene, const crowd::AvoidanceSettings& settings) {
-    const std::vector<crowd::CrowdBatch>& batches = order_.batches();
+void LocalAvoidance::find_crowded(const Scene& scene, const steering::AvoidanceSettings& settings) {
+    const std::vector<steering::CrowdBatch>& batches = order_.batches();
     scene.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
             for (std::uint32_t i = batches[b].begin; i < batches[b].end; ++i) {
@@ -356,8 +356,8 @@ void LocalAvoidance::find_crowded(const Scene& scene, const crowd::AvoidanceSett
 }
 
 /// Whoever is near one who has to give way, so that it is seen.
-void LocalAvoidance::take_in_neighbours(const crowd::AvoidanceSettings& settings) {
-    for (const crowd::CrowdBatch& batch : order_.batches()) {
+void LocalAvoidance::take_in_neighbours(const steering::AvoidanceSettings& settings) {
+    for (const steering::CrowdBatch& batch : order_.batches()) {
         for (std::uint32_t i = batch.begin; i < batch.end; ++i) {
             const std::uint32_t one = order_.rows()[i];
             if ((crowded_[one] & kCrowded) == 0) {
@@ -434,7 +434,7 @@ bool LocalAvoidance::is_carried(world::Row row, const BrakingStop& stop, const S
 }
 
 void LocalAvoidance::give_command(std::uint32_t one,
-                                  const crowd::CrowdBatch& batch,
+                                  const steering::CrowdBatch& batch,
                                   const Scene& scene) {
     const world::Row row = rows_[one];
     const std::uint32_t near = close_of_[one];
@@ -475,7 +475,7 @@ void LocalAvoidance::give_command(std::uint32_t one,
 }
 
 void LocalAvoidance::give_commands(const Scene& scene) {
-    const std::vector<crowd::CrowdBatch>& batches = order_.batches();
+    const std::vector<steering::CrowdBatch>& batches = order_.batches();
     scene.team.run(batches.size(), kBatches, [&](std::size_t begin, std::size_t end) {
         for (std::size_t b = begin; b < end; ++b) {
             for (std::uint32_t i = batches[b].begin; i < batches[b].end; ++i) {
@@ -490,7 +490,7 @@ void LocalAvoidance::give_commands(const Scene& scene) {
 
 LocalAvoidanceReport LocalAvoidance::step(std::span<const AvoidingAgent> walkers,
                                           const Scene& scene,
-                                          const crowd::AvoidanceSettings& settings) {
+                                          const steering::AvoidanceSettings& settings) {
     LocalAvoidanceReport report;
     if (walkers.empty()) {
         return report;

@@ -37,14 +37,14 @@ struct LocalAvoidanceReport {
 /// as apply_input itself says, and nobody who keeps to the ground is led off it. To brake is always
 /// among these, so whoever does not overlap will not, unless moved by others. The idea of sets that
 /// can be kept for ever by stopping: Fraichard and Asama, "Inevitable collision states", Advanced
-/// Robotics 18, 2004; the lines: crowd::OrcaAvoidance.
+/// Robotics 18, 2004; the lines: steering::OrcaAvoidance.
 class LocalAvoidance {
   public:
     struct Scene {
         world::Entities& entities;
         const world::TypeTable& types;
         const motion::StaticGeometry& statics;
-        crowd::KnownWalls& walls;
+        steering::KnownWalls& walls;
         compute::Team& team;
         Tick now;
         float dt;  ///< s
@@ -56,7 +56,7 @@ class LocalAvoidance {
     /// allocation once as many were near each other.
     LocalAvoidanceReport step(std::span<const AvoidingAgent> walkers,
                               const Scene& scene,
-                              const crowd::AvoidanceSettings& settings);
+                              const steering::AvoidanceSettings& settings);
 
   private:
     /// Where one is and where it comes to stand, or is after the tick where it does not yield.
@@ -83,22 +83,23 @@ class LocalAvoidance {
     void gather(std::span<const AvoidingAgent> walkers, const Scene& scene);
     void add_walker(const AvoidingAgent& walker, const Scene& scene);
     void add_other(world::Row row, const Scene& scene);
-    [[nodiscard]] float reach(const Scene& scene, const crowd::AvoidanceSettings& settings) const;
-    void find_crowded(const Scene& scene, const crowd::AvoidanceSettings& settings);
+    [[nodiscard]] float reach(const Scene& scene,
+                              const steering::AvoidanceSettings& settings) const;
+    void find_crowded(const Scene& scene, const steering::AvoidanceSettings& settings);
     [[nodiscard]] bool is_crowded(std::uint32_t one,
-                                  const crowd::CrowdBatch& batch,
+                                  const steering::CrowdBatch& batch,
                                   const Scene& scene,
-                                  const crowd::AvoidanceSettings& settings) const;
+                                  const steering::AvoidanceSettings& settings) const;
     [[nodiscard]] bool would_meet(std::uint32_t one,
                                   std::uint32_t other,
-                                  const crowd::AvoidanceSettings& settings) const;
+                                  const steering::AvoidanceSettings& settings) const;
     [[nodiscard]] bool apart_in_height(std::uint32_t one, std::uint32_t other) const;
     [[nodiscard]] DividingLine side_of(std::uint32_t one, std::uint32_t other) const;
     template <class Visit>
-    void for_each_near(const crowd::CrowdBatch& batch, Visit&& visit) const;
-    void take_in_neighbours(const crowd::AvoidanceSettings& settings);
+    void for_each_near(const steering::CrowdBatch& batch, Visit&& visit) const;
+    void take_in_neighbours(const steering::AvoidanceSettings& settings);
     void give_commands(const Scene& scene);
-    void give_command(std::uint32_t one, const crowd::CrowdBatch& batch, const Scene& scene);
+    void give_command(std::uint32_t one, const steering::CrowdBatch& batch, const Scene& scene);
     [[nodiscard]] BrakingStop stop_of(world::Row row,
                                       const motion::InputCommand& command,
                                       const Scene& scene) const;
@@ -106,7 +107,7 @@ class LocalAvoidance {
                                          const BrakingStop& stop,
                                          const Scene& scene);
 
-    crowd::CrowdAgents seen_;             // walkers, then others by entity id
+    steering::CrowdAgents seen_;          // walkers, then others by entity id
     std::size_t walkers_ = 0;             // the first so many of seen_
     std::vector<world::Row> rows_;        // by seen
     std::vector<BrakingCourse> courses_;  // by seen
@@ -114,11 +115,11 @@ class LocalAvoidance {
     std::vector<world::Row> others_;
     std::vector<std::uint8_t> crowded_;  // by seen: kCrowded, kNear
     std::vector<std::uint8_t> outcome_;  // by seen
-    crowd::CrowdOrder order_;
+    steering::CrowdOrder order_;
     float reach_ = 0.0F;
-    crowd::CrowdAgents close_;             // those that count for who is crowded
+    steering::CrowdAgents close_;          // those that count for who is crowded
     std::vector<std::uint32_t> close_of_;  // by seen: row of close_
-    crowd::OrcaAvoidance avoidance_{crowd::AvoidanceSettings()};
+    steering::OrcaAvoidance avoidance_{steering::AvoidanceSettings()};
 };
 
 }  // namespace zoned::ai

@@ -42,8 +42,8 @@ inline constexpr goap::World kUnplanned = ~goap::World{0};
 
 /// Where on a track one is who follows it, and when (follow_spline.h).
 struct SplineWalk {
-    tracks::LaneId lane = tracks::kNoLane;
-    tracks::LaneId from = tracks::kNoLane;  ///< it changes over from that one; none: it does not
+    splines::LaneId lane = splines::kNoLane;
+    splines::LaneId from = splines::kNoLane;  ///< it changes over from that one; none: it does not
     float s = 0.0F;  ///< on the lane, m: the end of the segment; where it changes: the beginning
     float from_s = 0.0F;     ///< where the change begins on that one, m
     float changed = 0.0F;    ///< way since then until the end of the segment, m

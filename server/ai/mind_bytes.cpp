@@ -25,7 +25,7 @@ std::uint8_t most_corner(ActionKind action) {
         case ActionKind::kFollowTrack:
             return kTrackEnds;
         case ActionKind::kForage:
-            return ants::kDirections - 1U + kCarries + kScouts + kLost + kBegins;
+            return pathfinding::kDirections - 1U + kCarries + kScouts + kLost + kBegins;
         default:
             return 0xFF;  // it has no meaning, or any is borne
     }
@@ -41,13 +41,13 @@ bool is_ladder(const Ladder& ladder, const LadderSettings& settings) {
 }
 
 /// Whether it is on lanes of the world that there are, at places of them.
-bool is_on_tracks(const SplineWalk& walk, const tracks::SplineNetwork* net) {
-    const auto known = [net](tracks::LaneId id, float s) {
+bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
+    const auto known = [net](splines::LaneId id, float s) {
         return net != nullptr && id < net->lanes() && s >= 0.0F &&
                static_cast<double>(s) <= net->lane(id).length() + 1.0;
     };
     return known(walk.lane, walk.s) && walk.changed >= 0.0F && walk.due <= kNever &&
-           (walk.from == tracks::kNoLane || known(walk.from, walk.from_s));
+           (walk.from == splines::kNoLane || known(walk.from, walk.from_s));
 }
 
 /// What keeps the mind from being one of `settings` on that rung; null: nothing.

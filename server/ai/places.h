@@ -35,8 +35,8 @@ struct PlaceDef {
 struct PlaceSettings {
     std::vector<PlaceDef> places;
     double day_s = 86400.0;
-    double dawn_s = 0.0;                                    ///< time of day at tick 0
-    std::shared_ptr<const tracks::SplineNetwork> tracks{};  ///< null: there are none
+    double dawn_s = 0.0;                                     ///< time of day at tick 0
+    std::shared_ptr<const splines::SplineNetwork> tracks{};  ///< null: there are none
 };
 
 /// One good in a trade: a variable of the mind, and where the place stocks it, which.
@@ -83,7 +83,7 @@ class Places {
     [[nodiscard]] float outside(std::size_t place, const Vec2& at) const;
 
     /// The tracks of the world, in its coordinates; null: there are none.
-    [[nodiscard]] const tracks::SplineNetwork* tracks() const { return tracks_.get(); }
+    [[nodiscard]] const splines::SplineNetwork* tracks() const { return tracks_.get(); }
 
     /// World coordinates x, z of (0, 0), m.
     [[nodiscard]] const Vec2d& origin() const { return origin_; }
@@ -129,7 +129,7 @@ class Places {
     [[nodiscard]] float amount(const Stock& stock, Tick now) const;
 
     std::vector<Place> places_;
-    std::shared_ptr<const tracks::SplineNetwork> tracks_;
+    std::shared_ptr<const splines::SplineNetwork> tracks_;
     Vec2d origin_ = Vec2d::Zero();
     std::vector<Stock> stocks_;
     Tick day_ticks_ = 1;

@@ -24,11 +24,11 @@ constexpr float kTurnM = 0.2F;
 constexpr float kLookAgain_s = 5.0F;
 constexpr float kAskAgain_s = 0.25F;
 
-Vec2 flat_of(navigation::Spot spot) {
+Vec2 flat_of(pathfinding::Spot spot) {
     return {spot.x, spot.z};
 }
 
-navigation::Spot spot_of(const Vec2& at) {
+pathfinding::Spot spot_of(const Vec2& at) {
     return {at.x(), at.y()};
 }
 
@@ -130,7 +130,7 @@ bool path_is_over(const Mind& mind, const Surroundings& around) {
     if (!has_path(mind, around)) {
         return false;
     }
-    const navigation::PathResult path = around.paths->answer(around.slot);
+    const pathfinding::PathResult path = around.paths->answer(around.slot);
     return !path.waiting &&
            (path.corners.empty() || (flat_of(path.corners.back()) - around.at).norm() < kCornerM);
 }
@@ -242,7 +242,7 @@ bool turn_to_path(Mind& mind,
                   DesiredVelocity& desired,
                   const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];
-    const navigation::Spot body = spot_of(around.body());
+    const pathfinding::Spot body = spot_of(around.body());
     if (!desired.seeks || around.paths == nullptr || !around.paths->plans_for(type)) {
         mind.on_path = false;
         return false;

@@ -8,13 +8,13 @@ namespace zoned::ai {
 
 namespace {
 
-using navigation::Hinge;
-using navigation::PathEnd;
-using navigation::SavedField;
-using navigation::SavedPaths;
-using navigation::SavedRequest;
-using navigation::SavedTurn;
-using navigation::Spot;
+using pathfinding::Hinge;
+using pathfinding::PathEnd;
+using pathfinding::SavedField;
+using pathfinding::SavedPaths;
+using pathfinding::SavedRequest;
+using pathfinding::SavedTurn;
+using pathfinding::Spot;
 
 constexpr std::uint32_t kPathVersion = 2;
 
@@ -147,7 +147,7 @@ void visit_goal(GoalOf& goal, Visit& visit) {
     visit(goal.answers);
 }
 
-void write_crowd(const crowd::SavedCrowds& crowd, FieldWriter& write) {
+void write_crowd(const pathfinding::SavedCrowds& crowd, FieldWriter& write) {
     visit_crowd(crowd, write);
     write_count(crowd.blocks.size(), write);
     for (const auto& block : crowd.blocks) {
@@ -159,7 +159,7 @@ void write_crowd(const crowd::SavedCrowds& crowd, FieldWriter& write) {
     }
 }
 
-void read_crowd(crowd::SavedCrowds& crowd, FieldReader& read) {
+void read_crowd(pathfinding::SavedCrowds& crowd, FieldReader& read) {
     visit_crowd(crowd, read);
     read_list(crowd.blocks, read, [&](auto& block) { visit_block(block, read); });
     read_list(crowd.goals, read, [&](auto& goal) { visit_goal(goal, read); });
@@ -227,7 +227,7 @@ void visit_asked(AskedOf& asked, Visit& visit) {
 void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
     write(kPathVersion);
-    const SavedPathService memory = paths.memory();
+    const SavedPathService memory = paths.save();
     write_count(memory.asked.size(), write);
     for (const SavedPathService::Asked& asked : memory.asked) {
         visit_asked(asked, write);
@@ -262,7 +262,7 @@ std::string deserialize_paths(std::span<const std::uint8_t> bytes,
     if (read.left() > 0) {
         return std::to_string(read.left()) + " bytes are left over";
     }
-    std::string wrong = paths.remember(memory, minds);
+    std::string wrong = paths.load(memory, minds);
     if (wrong.empty()) {
         step.wait_for(paths, minds);
     }

@@ -16,7 +16,7 @@ void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out);
 
 /// Reads what serialize_paths() wrote into `paths` that were just made for the same ground, with
 /// doors as they were, after `minds` and their `step` were read. Empty text: done, and minds go on
-/// bit for bit (but see navigation::SavedPaths). Otherwise it says what is wrong, with the path:
+/// bit for bit (but see pathfinding::SavedPaths). Otherwise it says what is wrong, with the path:
 /// another version, cut short, bytes left over, or numbers that mean nothing to these maps and
 /// minds; then the paths are of no use, and minds may be given new ones: they ask anew.
 std::string deserialize_paths(std::span<const std::uint8_t> bytes,

@@ -35,7 +35,7 @@ Tick next_turn(std::span<const motion::Timetable> doors, Tick now) {
 
 PathService::PathService(const PathfindingSettings& settings,
                          const motion::StaticGeometry& statics,
-                         const navigation::GroundRect& area,
+                         const pathfinding::GroundRect& area,
                          const world::TypeTable& types,
                          Tick now,
                          const Vec3d& origin)
@@ -70,52 +70,52 @@ PathService::PathService(const PathfindingSettings& settings,
     }
 }
 
-std::unique_ptr<navigation::PathProvider> PathService::make_map(
+std::unique_ptr<pathfinding::PathProvider> PathService::make_map(
     const PathfindingSettings& settings,
     const motion::StaticGeometry& statics,
-    const navigation::GroundRect& area,
+    const pathfinding::GroundRect& area,
     const motion::CharacterLimits& limits,
     std::span<const std::uint8_t> shut,
     const Vec3d& origin) {
     switch (settings.map) {
         case PathMapKind::kGrid: {
-            navigation::GridPathSettings service;
+            pathfinding::GridPathSettings service;
             service.work_per_tick = settings.work_per_tick;
             service.crowding = settings.crowding;
-            return std::make_unique<navigation::GridPaths>(
+            return std::make_unique<pathfinding::GridPaths>(
                 statics, limits, area, settings.cell_m, shut, service);
         }
         case PathMapKind::kNavmesh: {
             // A mesh ends before the sides of what is baked: by the body's width, rounded up, a
             // cell that Recast takes for a ledge, and what contours are off.
             const float more = limits.radius + 4.0F * settings.cell_m;
-            const navigation::GroundRect wide{
+            const pathfinding::GroundRect wide{
                 area.min_x - more, area.min_z - more, area.max_x + more, area.max_z + more};
-            auto mesh = navigation::Navmesh::bake(
+            auto mesh = pathfinding::Navmesh::bake(
                 statics, limits, wide, {settings.cell_m, settings.cell_height_m});
             if (!mesh) {
                 throw std::runtime_error("ai.pathfinding: no mesh of a zone: " + mesh.error());
             }
-            navigation::NavmeshPathsSettings paths;
+            pathfinding::NavmeshPathsSettings paths;
             paths.queue.work_per_tick = settings.work_per_tick;
-            return std::make_unique<navigation::NavmeshPaths>(
+            return std::make_unique<pathfinding::NavmeshPaths>(
                 std::move(mesh).value(), wide, shut, paths);
         }
         case PathMapKind::kWaypointGraph: {
-            auto graph =
-                settings.waypoints
-                    ? core::Result<navigation::WaypointGraph>(settings.waypoints->seen_from(origin))
-                    : navigation::waypoint_lattice(
-                          navigation::bake_ground(statics, limits, area, settings.cell_m));
+            auto graph = settings.waypoints
+                             ? core::Result<pathfinding::WaypointGraph>(
+                                   settings.waypoints->seen_from(origin))
+                             : pathfinding::waypoint_lattice(pathfinding::bake_ground(
+                                   statics, limits, area, settings.cell_m));
             if (!graph) {
                 throw std::runtime_error("ai.pathfinding: no waypoints of a zone: " +
                                          graph.error());
             }
-            std::vector<navigation::WaypointDoor> doors =
-                navigation::waypoint_doors(*graph, statics, limits);
-            navigation::WaypointPathsSettings paths;
+            std::vector<pathfinding::WaypointDoor> doors =
+                pathfinding::waypoint_doors(*graph, statics, limits);
+            pathfinding::WaypointPathsSettings paths;
             paths.queue.work_per_tick = settings.work_per_tick;
-            return std::make_unique<navigation::WaypointPaths>(
+            return std::make_unique<pathfinding::WaypointPaths>(
                 std::move(graph).value(), std::move(doors), shut, paths);
         }
     }
@@ -167,8 +167,8 @@ void PathService::follow_doors(Tick now) {
 void PathService::ask(Slot mind,
                       EntityId entity,
                       TypeIndex type,
-                      navigation::Spot from,
-                      navigation::Spot to,
+                      pathfinding::Spot from,
+                      pathfinding::Spot to,
                       PathHeights heights) {
     ZONED_ASSERT(plans_for(type), "characters with minds ask for paths where paths are planned");
     release(mind);
@@ -182,8 +182,8 @@ void PathService::ask(Slot mind,
         heights.to = out->y;
         beyond = true;
     }
-    const navigation::PathRequestId ticket =
-        size.map->ask({navigation::PathRequest::kAlone, from, to, heights.from, heights.to});
+    const pathfinding::PathRequestId ticket =
+        size.map->ask({pathfinding::PathRequest::kAlone, from, to, heights.from, heights.to});
     asked_[mind] = {entity, ticket, size_of_type_[type], beyond};
     if (ticket.slot >= size.mind_of_request.size()) {
         size.mind_of_request.resize(ticket.slot + std::size_t{1});
@@ -192,7 +192,7 @@ void PathService::ask(Slot mind,
 }
 
 void PathService::know_zones(std::size_t size,
-                             std::shared_ptr<const navigation::ZonePortals> portals,
+                             std::shared_ptr<const pathfinding::ZonePortals> portals,
                              std::uint32_t zone) {
     sizes_[size].map->know_zones(std::move(portals), zone);
 }
@@ -220,11 +220,11 @@ void PathService::serve() {
     put_in_order(answered_);
 }
 
-navigation::PathResult PathService::answer(Slot mind) const {
+pathfinding::PathResult PathService::answer(Slot mind) const {
     const Asked& asked = asked_[mind];
-    navigation::PathResult answer = sizes_[asked.size].map->answer(asked.ticket);
-    if (asked.beyond && answer.outcome == navigation::Outcome::kFound) {
-        answer.outcome = navigation::Outcome::kPartial;
+    pathfinding::PathResult answer = sizes_[asked.size].map->answer(asked.ticket);
+    if (asked.beyond && answer.outcome == pathfinding::PathOutcome::kFound) {
+        answer.outcome = pathfinding::PathOutcome::kPartial;
     }
     return answer;
 }
@@ -242,28 +242,28 @@ void PathService::count_bodies(std::span<const float> x, std::span<const float> 
     }
 }
 
-void PathService::see(Slot mind, navigation::Spot at, float at_y) {
+void PathService::see(Slot mind, pathfinding::Spot at, float at_y) {
     const Asked& asked = asked_[mind];
     sizes_[asked.size].map->see(asked.ticket, at, at_y);
 }
 
-navigation::Spot PathService::heading(Slot mind, navigation::Spot at, float near_m) {
+pathfinding::Spot PathService::heading(Slot mind, pathfinding::Spot at, float near_m) {
     const Asked& asked = asked_[mind];
     return sizes_[asked.size].map->heading(asked.ticket, at, near_m);
 }
 
 bool PathService::straight(TypeIndex type,
-                           navigation::Spot from,
-                           navigation::Spot to,
+                           pathfinding::Spot from,
+                           pathfinding::Spot to,
                            PathHeights heights) const {
     ZONED_ASSERT(plans_for(type), "characters with minds ask for paths where paths are planned");
     return sizes_[size_of_type_[type]].map->straight(from, heights.from, to, heights.to);
 }
 
-navigation::PathCounts PathService::counts() const {
-    navigation::PathCounts sum;
+pathfinding::PathCounts PathService::counts() const {
+    pathfinding::PathCounts sum;
     for (const Size& size : sizes_) {
-        const navigation::PathCounts& c = size.map->counts();
+        const pathfinding::PathCounts& c = size.map->counts();
         sum.asked += c.asked;
         sum.served += c.served;
         sum.straight += c.straight;

@@ -30,32 +30,33 @@ struct PathfindingSettings {
     /// Of a tick and zone, in units of about 2 ns; shared evenly among the sizes of characters.
     std::uint64_t work_per_tick = 1'000'000;
     PathMapKind map = PathMapKind::kGrid;
-    float cell_height_m = 0.05F;                         ///< kNavmesh: steps of height
-    std::optional<crowd::CrowdPathSettings> crowding{};  ///< kGrid; none: crowds are no matter
+    float cell_height_m = 0.05F;  ///< kNavmesh: steps of height
+    std::optional<pathfinding::CrowdPathSettings>
+        crowding{};  ///< kGrid; none: crowds are no matter
     /// kWaypointGraph: those of the world, in its coordinates; null: regular ones wherever one can
     /// stand.
-    std::shared_ptr<const navigation::WaypointGraph> waypoints{};
+    std::shared_ptr<const pathfinding::WaypointGraph> waypoints{};
 };
 
 /// Heights of the ends of a path, of the feet, zone-local, m.
 struct PathHeights {
-    float from = navigation::kOnGround;
-    float to = navigation::kOnGround;
+    float from = pathfinding::kOnGround;
+    float to = pathfinding::kOnGround;
 };
 
-/// All that PathService remembers of who has asked; see navigation::SavedPaths.
+/// All that PathService remembers of who has asked; see pathfinding::SavedPaths.
 struct SavedPathService {
     static constexpr std::uint8_t kNoSize = 255;
 
     struct Asked {
         EntityId entity;
-        navigation::PathRequestId ticket;
+        pathfinding::PathRequestId ticket;
         std::uint8_t size = kNoSize;  ///< of its character; kNoSize: it has not asked
         bool beyond = false;          ///< the goal lies beyond the zone
     };
 
-    std::vector<Asked> asked;                   ///< ascending by entity
-    std::vector<navigation::SavedPaths> sizes;  ///< by size of characters
+    std::vector<Asked> asked;                    ///< ascending by entity
+    std::vector<pathfinding::SavedPaths> sizes;  ///< by size of characters
 };
 
 /// A zone has one; it is empty, and costs nothing, where no paths are planned. A tick goes:
@@ -69,13 +70,13 @@ class PathService {
   public:
     PathService() = default;
 
-    /// Bakes a map of `area` (zone-local, m; navigation::GroundGrid::defect_of() is empty) and an
+    /// Bakes a map of `area` (zone-local, m; pathfinding::GroundGrid::defect_of() is empty) and an
     /// index for each size of character that has a mind: types whose capsules and abilities to
     /// climb are alike share one. Doors are as at `now`. `origin`: of the zone in the world. Throws
     /// where Recast can't make a mesh of the area.
     PathService(const PathfindingSettings& settings,
                 const motion::StaticGeometry& statics,
-                const navigation::GroundRect& area,
+                const pathfinding::GroundRect& area,
                 const world::TypeTable& types,
                 Tick now,
                 const Vec3d& origin = Vec3d::Zero());
@@ -94,14 +95,14 @@ class PathService {
     void follow_doors(Tick now);
 
     /// What portals of one size are made of, see PathProvider::ground_map().
-    [[nodiscard]] const navigation::GroundMap* ground_map(std::size_t size) const {
+    [[nodiscard]] const pathfinding::GroundMap* ground_map(std::size_t size) const {
         return sizes_[size].map->ground_map();
     }
 
     /// From now on paths to places that cannot be reached within the zone lead through the portals
     /// of the world; this zone is `zone` there.
     void know_zones(std::size_t size,
-                    std::shared_ptr<const navigation::ZonePortals> portals,
+                    std::shared_ptr<const pathfinding::ZonePortals> portals,
                     std::uint32_t zone);
 
     /// Where no other zone will be known.
@@ -114,8 +115,8 @@ class PathService {
     void ask(Slot mind,
              EntityId entity,
              TypeIndex type,
-             navigation::Spot from,
-             navigation::Spot to,
+             pathfinding::Spot from,
+             pathfinding::Spot to,
              PathHeights heights = {});
 
     /// The mind wants no path any more, or is gone. Nothing where it has none.
@@ -134,11 +135,11 @@ class PathService {
     /// Of a mind that has asked. Corners are those where the path turns, in any direction, the last
     /// is its end; without the start. kFound: to the place itself. kPartial: to the nearest place
     /// from which one comes no nearer; best = false: a path that is near the best.
-    [[nodiscard]] navigation::PathResult answer(Slot mind) const;
+    [[nodiscard]] pathfinding::PathResult answer(Slot mind) const;
 
     /// Where to walk from `at`, see GridPathRequests::heading: somewhere sensible before the path
     /// is there too. Different minds may ask at the same time.
-    navigation::Spot heading(Slot mind, navigation::Spot at, float near_m);
+    pathfinding::Spot heading(Slot mind, pathfinding::Spot at, float near_m);
 
     /// Minds whose answers the last serve() has made, ascending; those whose path a door has cut or
     /// shortened are among them again once they have another.
@@ -155,45 +156,45 @@ class PathService {
     void count_bodies(std::span<const float> x, std::span<const float> z);
 
     /// A mind that has asked is here now: who waits is told a path from where it was seen last.
-    void see(Slot mind, navigation::Spot at, float at_y = navigation::kOnGround);
+    void see(Slot mind, pathfinding::Spot at, float at_y = pathfinding::kOnGround);
 
     /// Whether a character of that type can walk straight from one place to another, as far as the
     /// map tells: then it needs no path. Different threads may ask at the same time, while nobody
     /// changes anything.
     [[nodiscard]] bool straight(TypeIndex type,
-                                navigation::Spot from,
-                                navigation::Spot to,
+                                pathfinding::Spot from,
+                                pathfinding::Spot to,
                                 PathHeights heights = {}) const;
 
     /// Heights of floors, of the feet of a character of that type, plans_for(type), as
     /// PathProvider::ground() and PathProvider::floor_along() say.
-    [[nodiscard]] float ground(TypeIndex type, navigation::Spot place) const {
+    [[nodiscard]] float ground(TypeIndex type, pathfinding::Spot place) const {
         return sizes_[size_of_type_[type]].map->ground(place);
     }
 
     [[nodiscard]] float floor_along(TypeIndex type,
-                                    navigation::Spot from,
+                                    pathfinding::Spot from,
                                     float from_y,
-                                    navigation::Spot to) const {
+                                    pathfinding::Spot to) const {
         return sizes_[size_of_type_[type]].map->floor_along(from, from_y, to);
     }
 
     [[nodiscard]] std::size_t sizes() const { return sizes_.size(); }
 
-    [[nodiscard]] const navigation::PathProvider& map(std::size_t size) const {
+    [[nodiscard]] const pathfinding::PathProvider& map(std::size_t size) const {
         return *sizes_[size].map;
     }
 
     /// Between serve() and the next call.
-    [[nodiscard]] SavedPathService memory() const;
+    [[nodiscard]] SavedPathService save() const;
 
     /// In paths of the same ground, whose doors are as they were, while nobody has asked. `minds`
     /// are all those that there are; one that has asked is among them. Empty: done, and all goes
     /// on as it would have; else why not, and these paths are of no use any more.
-    std::string remember(const SavedPathService& memory, const Minds& minds);
+    std::string load(const SavedPathService& memory, const Minds& minds);
 
     /// Counts of all sizes together.
-    [[nodiscard]] navigation::PathCounts counts() const;
+    [[nodiscard]] pathfinding::PathCounts counts() const;
 
     [[nodiscard]] std::size_t bytes() const;
 
@@ -201,19 +202,20 @@ class PathService {
     static constexpr std::uint8_t kNoSize = SavedPathService::kNoSize;
 
     struct Size {
-        std::unique_ptr<navigation::PathProvider> map;
+        std::unique_ptr<pathfinding::PathProvider> map;
         std::vector<Slot> mind_of_request;  // by the service's number of the request
     };
 
     using Asked = SavedPathService::Asked;
 
     /// The map of characters of one size.
-    static std::unique_ptr<navigation::PathProvider> make_map(const PathfindingSettings& settings,
-                                                              const motion::StaticGeometry& statics,
-                                                              const navigation::GroundRect& area,
-                                                              const motion::CharacterLimits& limits,
-                                                              std::span<const std::uint8_t> shut,
-                                                              const Vec3d& origin);
+    static std::unique_ptr<pathfinding::PathProvider> make_map(
+        const PathfindingSettings& settings,
+        const motion::StaticGeometry& statics,
+        const pathfinding::GroundRect& area,
+        const motion::CharacterLimits& limits,
+        std::span<const std::uint8_t> shut,
+        const Vec3d& origin);
     /// Which doors are shut at a tick.
     void see_doors(Tick now);
     /// Appends whose requests of a size these are.

@@ -10,7 +10,7 @@ constexpr Slot kNobody = ~Slot{0};
 
 }  // namespace
 
-SavedPathService PathService::memory() const {
+SavedPathService PathService::save() const {
     SavedPathService memory;
     for (const Asked& asked : asked_) {
         if (asked.size != kNoSize) {
@@ -21,18 +21,18 @@ SavedPathService PathService::memory() const {
         return a.entity < b.entity;
     });
     for (const Size& size : sizes_) {
-        memory.sizes.push_back(size.map->memory());
+        memory.sizes.push_back(size.map->save());
     }
     return memory;
 }
 
-std::string PathService::remember(const SavedPathService& memory, const Minds& minds) {
+std::string PathService::load(const SavedPathService& memory, const Minds& minds) {
     if (memory.sizes.size() != sizes_.size()) {
         return "paths of " + std::to_string(memory.sizes.size()) + " sizes of characters, not " +
                std::to_string(sizes_.size());
     }
     for (std::size_t s = 0; s < sizes_.size(); ++s) {
-        std::string wrong = sizes_[s].map->remember(memory.sizes[s]);
+        std::string wrong = sizes_[s].map->load(memory.sizes[s]);
         if (!wrong.empty()) {
             return wrong;
         }
@@ -55,7 +55,7 @@ std::string PathService::remember(const SavedPathService& memory, const Minds& m
         asked_[slot] = asked;
     }
     std::size_t taken = 0;
-    for (const navigation::SavedPaths& map : memory.sizes) {
+    for (const pathfinding::SavedPaths& map : memory.sizes) {
         taken += static_cast<std::size_t>(std::count_if(
             map.requests.begin(), map.requests.end(), [](const auto& r) { return r.taken; }));
     }

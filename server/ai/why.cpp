@@ -72,7 +72,7 @@ class Account {
             return;
         }
         const SplinePlace place = spline_place(mind_, places_);
-        if (place.lane == tracks::kNoLane) {
+        if (place.lane == splines::kNoLane) {
             return;
         }
         text_ += "on track " + places_.tracks()->name(place.lane);
@@ -85,7 +85,7 @@ class Account {
                 static_cast<double>(mind_.track.due - now_) * static_cast<double>(dt) +
                 static_cast<double>(mind_.track.due_s);
             text_ += print(": at %.2f m of %.2f m in %.2f s", place.s, place.length, due);
-            if (mind_.track.from != tracks::kNoLane) {
+            if (mind_.track.from != splines::kNoLane) {
                 text_ += ", coming from " + places_.tracks()->name(mind_.track.from);
             }
             text_ += "\n";

@@ -412,7 +412,7 @@ float goal_floor(const Mind& mind, const State& state, const Surroundings& aroun
             return below(mind.home.y(), own);
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
-    return navigation::kOnGround;
+    return pathfinding::kOnGround;
 }
 
 void aim_along(Mind& mind, const State& state, const Vec2& direction) {

@@ -121,7 +121,7 @@ void print_zone(const ops::ZoneRegion& region,
             last.particles.on_device);
     }
     if (const ai::PathService& paths = zone.state().paths; !paths.empty()) {
-        const ai::navigation::PathCounts w = paths.counts();
+        const ai::pathfinding::PathCounts w = paths.counts();
         std::printf(
             "  paths: over %s, %zu sizes of characters, %.1f MiB, %llu asked for (%llu straight), "
             "%u "

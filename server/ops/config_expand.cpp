@@ -329,12 +329,12 @@ float farthest_sight(const Settings& settings, float hysteresis) {
     return std::max(std::min(nimbus, aura) * (1.0F + hysteresis), perception);
 }
 
-std::optional<ai::crowd::AvoidanceSettings> expand_avoidance(const proto::Config& config) {
+std::optional<ai::steering::AvoidanceSettings> expand_avoidance(const proto::Config& config) {
     if (!config.ai().has_avoidance()) {
         return std::nullopt;
     }
     const proto::Config::Avoidance& from = config.ai().avoidance();
-    ai::crowd::AvoidanceSettings out;
+    ai::steering::AvoidanceSettings out;
     out.horizon_s = narrow(from.horizon_s());
     out.wall_horizon_s = narrow(from.wall_horizon_s());
     out.neighbour_m = narrow(from.neighbour_m());

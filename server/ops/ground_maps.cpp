@@ -14,7 +14,7 @@ namespace zoned::ops {
 
 namespace {
 
-using ai::navigation::WaypointGraph;
+using ai::pathfinding::WaypointGraph;
 using proto::Config;
 
 /// Waypoints that a warning names.
@@ -32,7 +32,7 @@ void check_waypoints(const Config::Pathfinding& paths, Diagnostics& diagnostics)
     if (paths.map() != Config::Pathfinding::WAYPOINT_GRAPH) {
         diagnostics.add("ai.pathfinding.waypoints",
                         "waypoints are used with map: WAYPOINT_GRAPH alone");
-    } else if (const auto graph = ai::navigation::parse_waypoints(paths.waypoints()); !graph) {
+    } else if (const auto graph = ai::pathfinding::parse_waypoints(paths.waypoints()); !graph) {
         diagnostics.add("ai.pathfinding.waypoints", graph.error());
     } else if (graph->size() == 0) {
         diagnostics.add("ai.pathfinding.waypoints", "there is no waypoint among them");
@@ -118,7 +118,7 @@ void check_ground_maps(const Config& config,
     }
     const float cell_m = map_cell_m(paths);
     for (const ZoneRegion& zone : zones) {
-        const std::string defect = ai::navigation::GroundGrid::defect_of(
+        const std::string defect = ai::pathfinding::GroundGrid::defect_of(
             zone::paths_area(zone.max_x - zone.min_x,
                              zone.max_z - zone.min_z,
                              narrow(config.zones().handoff_hysteresis_m()),
@@ -136,9 +136,9 @@ void check_ground_maps(const Config& config,
 
 namespace {
 
-ai::crowd::CrowdPathSettings expand_crowding(const Config& config) {
+ai::pathfinding::CrowdPathSettings expand_crowding(const Config& config) {
     const Config::Crowding& from = config.ai().pathfinding().crowding();
-    ai::crowd::CrowdPathSettings out;
+    ai::pathfinding::CrowdPathSettings out;
     const double ticks = from.look_s() * config.world().tick_rate_hz();
     out.look_ticks = static_cast<std::uint32_t>(std::max(1.0, std::round(ticks)));
     // After remember_s a count is worth 1 / e of what it was.
@@ -174,7 +174,7 @@ ai::PathfindingSettings expand_pathfinding(const Config& config) {
     }
     if (from.has_waypoints()) {
         // What is wrong with them check_ground_maps() says.
-        if (auto graph = ai::navigation::parse_waypoints(from.waypoints())) {
+        if (auto graph = ai::pathfinding::parse_waypoints(from.waypoints())) {
             paths.waypoints = std::make_shared<const WaypointGraph>(std::move(graph).value());
         }
     }

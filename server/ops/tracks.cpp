@@ -14,11 +14,11 @@ namespace zoned::ops {
 
 namespace {
 
-using ai::tracks::LaneChoice;
-using ai::tracks::LaneId;
-using ai::tracks::NamedSpline;
-using ai::tracks::SplineLanes;
-using ai::tracks::SplineNetwork;
+using ai::splines::LaneChoice;
+using ai::splines::LaneId;
+using ai::splines::NamedSpline;
+using ai::splines::SplineLanes;
+using ai::splines::SplineNetwork;
 using proto::Config;
 
 int find_track(const Config& config, const std::string& name) {
@@ -44,8 +44,8 @@ NamedSpline track_of(const Config::Track& track) {
     for (const Config::Point& point : track.point()) {
         out.def.points.emplace_back(narrow(point.x_m()), narrow(point.z_m()));
     }
-    out.def.curve = track.curve() == Config::Track::B_SPLINE ? ai::tracks::Curve::kBSpline
-                                                             : ai::tracks::Curve::kCatmullRom;
+    out.def.curve = track.curve() == Config::Track::B_SPLINE ? ai::splines::Curve::kBSpline
+                                                             : ai::splines::Curve::kCatmullRom;
     out.def.closed = track.closed();
     out.def.width_m = narrow(track.width_m());
     out.def.lanes = track.lanes();
@@ -133,7 +133,7 @@ class LaneSurvey {
 
     /// What stands in the way: a step that nobody takes, from look to look.
     void statics(const motion::CharacterLimits& body,
-                 const ai::tracks::Lane& lane,
+                 const ai::splines::Lane& lane,
                  const std::string& who) {
         const auto looks = static_cast<int>(std::ceil(lane.length() / kLook_m));
         float before = 0.0F;
@@ -196,7 +196,7 @@ std::shared_ptr<const SplineNetwork> build_tracks(const Config& config, Diagnost
         check_track(config, t, diagnostics);
         tracks.push_back(track_of(track));
         std::optional<std::size_t> point;
-        const auto curve = ai::tracks::Spline::make(tracks.back().def, &point);
+        const auto curve = ai::splines::Spline::make(tracks.back().def, &point);
         if (!curve) {
             diagnostics.add(point ? join_path(path, "point", static_cast<int>(*point)) : path,
                             curve.error());
@@ -224,11 +224,11 @@ ai::FollowDef expand_follow(const Config& config, const Config::FollowTrack& fol
         if (track >= 0) {
             const auto t = static_cast<std::uint16_t>(track);
             const bool all = !choice.has_lane() && !choice.racing_line();
-            draw.first = ai::tracks::lane_number(lanes,
-                                                 {t,
-                                                  static_cast<std::uint16_t>(choice.lane()),
-                                                  choice.racing_line(),
-                                                  choice.backwards()});
+            draw.first = ai::splines::lane_number(lanes,
+                                                  {t,
+                                                   static_cast<std::uint16_t>(choice.lane()),
+                                                   choice.racing_line(),
+                                                   choice.backwards()});
             draw.count = all ? lanes[t].lanes : std::uint16_t{1};
         }
         out.draws.push_back(draw);

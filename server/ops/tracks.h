@@ -15,8 +15,8 @@ namespace zoned::ops {
 
 /// Tracks by themselves: names, that they lie in the world, that each can be followed. nullptr
 /// where there are none, or some are wrong.
-std::shared_ptr<const ai::tracks::SplineNetwork> build_tracks(const proto::Config& config,
-                                                              Diagnostics& diagnostics);
+std::shared_ptr<const ai::splines::SplineNetwork> build_tracks(const proto::Config& config,
+                                                               Diagnostics& diagnostics);
 
 /// Names that mean nothing become the first lane of the first track.
 ai::FollowDef expand_follow(const proto::Config& config, const proto::Config::FollowTrack& follow);

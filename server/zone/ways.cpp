@@ -20,7 +20,7 @@ void join_paths(std::span<ZoneState* const> zones) {
         if (zones.front()->paths.ground_map(size) == nullptr) {
             continue;  // portals are made of cells alone
         }
-        std::vector<ai::navigation::ZoneGround> grounds;
+        std::vector<ai::pathfinding::ZoneGround> grounds;
         for (const ZoneState* zone : zones) {
             const Region& region = zone->settings.region();
             const Vec3d origin = region.origin();
@@ -29,9 +29,9 @@ void join_paths(std::span<ZoneState* const> zones) {
             grounds.push_back({zone->paths.ground_map(size),
                                origin.x(),
                                origin.z(),
-                               ai::navigation::GroundRect{-half_x, -half_z, half_x, half_z}});
+                               ai::pathfinding::GroundRect{-half_x, -half_z, half_x, half_z}});
         }
-        auto portals = std::make_shared<const ai::navigation::ZonePortals>(grounds);
+        auto portals = std::make_shared<const ai::pathfinding::ZonePortals>(grounds);
         for (std::uint32_t z = 0; z < zones.size(); ++z) {
             zones[z]->paths.know_zones(size, portals, z);
         }

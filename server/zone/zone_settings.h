@@ -46,10 +46,10 @@ struct Region {
 
 /// Where minds of a zone plan paths, zone-local, m: in its region and around it, two cells farther
 /// than where what leaves it is another zone's.
-inline ai::navigation::GroundRect paths_area(double wide_m,
-                                             double deep_m,
-                                             float hysteresis_m,
-                                             float cell_m) {
+inline ai::pathfinding::GroundRect paths_area(double wide_m,
+                                              double deep_m,
+                                              float hysteresis_m,
+                                              float cell_m) {
     const float margin = hysteresis_m + 2.0F * cell_m;
     const float x = static_cast<float>(0.5 * wide_m) + margin;
     const float z = static_cast<float>(0.5 * deep_m) + margin;

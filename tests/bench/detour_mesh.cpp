@@ -14,13 +14,13 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::navigation::Cell;
-using ai::navigation::GridMap;
-using ai::navigation::Recast;
-using ai::navigation::RecastContours;
-using ai::navigation::RecastFloors;
-using ai::navigation::RecastHeights;
-using ai::navigation::RecastPolygons;
+using ai::pathfinding::Cell;
+using ai::pathfinding::GridMap;
+using ai::pathfinding::Recast;
+using ai::pathfinding::RecastContours;
+using ai::pathfinding::RecastFloors;
+using ai::pathfinding::RecastHeights;
+using ai::pathfinding::RecastPolygons;
 
 constexpr int kMostNodes = 65535;
 constexpr int kMostPolygons = 4096;
@@ -67,8 +67,8 @@ RecastPolygons polygons_of(const GridMap& map) {
 }
 
 /// The same as polygons of ours.
-ai::navigation::Navmesh navmesh_of(const rcPolyMesh& mesh) {
-    using ai::navigation::Navmesh;
+ai::pathfinding::Navmesh navmesh_of(const rcPolyMesh& mesh) {
+    using ai::pathfinding::Navmesh;
     std::vector<Vec3> vertices;
     std::vector<Navmesh::Polygon> polygons;
     for (int i = 0; i < mesh.nverts; ++i) {
@@ -98,7 +98,7 @@ struct DetourMesh::Mesh {
     Recast<dtNavMesh, dtFreeNavMesh> mesh{dtAllocNavMesh()};
     Recast<dtNavMeshQuery, dtFreeNavMeshQuery> query{dtAllocNavMeshQuery()};
     dtQueryFilter filter;
-    ai::navigation::Navmesh ours;
+    ai::pathfinding::Navmesh ours;
     std::size_t bytes = 0;
     int polygons = 0;
     std::array<dtPolyRef, kMostPolygons> corridor{};
@@ -195,7 +195,7 @@ double DetourMesh::find(Cell start, Cell goal) {
     return length;
 }
 
-const ai::navigation::Navmesh& DetourMesh::navmesh() const {
+const ai::pathfinding::Navmesh& DetourMesh::navmesh() const {
     return mesh_->ours;
 }
 

@@ -16,17 +16,17 @@ namespace zoned::bench {
 class DetourMesh {
   public:
     /// Nothing where Recast can't build it.
-    static std::unique_ptr<DetourMesh> bake(const ai::navigation::GridMap& map);
+    static std::unique_ptr<DetourMesh> bake(const ai::pathfinding::GridMap& map);
     ~DetourMesh();
     DetourMesh(const DetourMesh&) = delete;
     DetourMesh& operator=(const DetourMesh&) = delete;
 
     /// From centre to centre: the polygons next to them, the corridor, the corners of the string
     /// pulled straight through it. Length of that way, below 0 where there is none.
-    double find(ai::navigation::Cell start, ai::navigation::Cell goal);
+    double find(ai::pathfinding::Cell start, ai::pathfinding::Cell goal);
 
     /// The very same polygons, for our own search.
-    [[nodiscard]] const ai::navigation::Navmesh& navmesh() const;
+    [[nodiscard]] const ai::pathfinding::Navmesh& navmesh() const;
 
     [[nodiscard]] std::size_t bytes() const;
     [[nodiscard]] int polygons() const;

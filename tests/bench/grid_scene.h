@@ -11,8 +11,8 @@ namespace zoned::bench {
 
 struct GridScene {
     std::string name;
-    ai::navigation::GridMap map;
-    std::vector<ai::navigation::GridInstance> instances;
+    ai::pathfinding::GridMap map;
+    std::vector<ai::pathfinding::GridInstance> instances;
 };
 
 /// movingai/`name`.map and its scenario from the directory of the public data, or else from

@@ -10,7 +10,7 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::navigation::Navmesh;
+using ai::pathfinding::Navmesh;
 
 /// What rounding may put beside an edge, m.
 constexpr float kOnCorner_m = 1e-2F;

@@ -14,7 +14,7 @@ namespace zoned::bench {
 /// ACM 22, 1979): Dijkstra over who sees whom, as Navmesh::walk() says. Slow.
 class MeshVisibility {
   public:
-    explicit MeshVisibility(const ai::navigation::Navmesh& mesh);
+    explicit MeshVisibility(const ai::pathfinding::Navmesh& mesh);
 
     /// Below 0 where there is no way. `reach_m` as of NavmeshSearch::plan().
     double shortest(const Vec3& from, const Vec3& to, float reach_m);
@@ -29,7 +29,7 @@ class MeshVisibility {
     [[nodiscard]] bool sees(std::uint32_t polygon, const Vec3& from, const Vec3& to) const;
     [[nodiscard]] std::vector<Seen> seen_from(std::uint32_t polygon, const Vec3& place) const;
 
-    const ai::navigation::Navmesh& mesh_;
+    const ai::pathfinding::Navmesh& mesh_;
     std::vector<std::uint32_t> turning_;                // vertices at the edge of the mesh
     std::vector<std::vector<std::uint32_t>> polygons_;  // of each vertex
     std::vector<std::vector<Seen>> seen_;               // by vertex

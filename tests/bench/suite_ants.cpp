@@ -15,10 +15,10 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::ants::LocalSearch;
-using ai::ants::MaxMin;
-using ai::ants::MaxMinSettings;
-using ai::ants::TspInstance;
+using ai::pathfinding::LocalSearch;
+using ai::pathfinding::MaxMin;
+using ai::pathfinding::MaxMinSettings;
+using ai::pathfinding::TspInstance;
 
 struct KnownInstance {
     const char* name;
@@ -50,7 +50,7 @@ std::optional<TspInstance> read_tsp(const std::string& name, std::string& why) {
     if (text.empty()) {
         text = text_of_file(ZONED_SOURCE_DIR "/tests/conformance" + file);
     }
-    auto read = ai::ants::parse_tsp(text);
+    auto read = ai::pathfinding::parse_tsp(text);
     if (!read) {
         why = file + ": " + read.error();
         return std::nullopt;

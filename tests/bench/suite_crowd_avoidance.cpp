@@ -12,10 +12,10 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::crowd::AvoidanceReport;
-using ai::crowd::CrowdAgents;
-using ai::crowd::OrcaAvoidance;
-using ai::crowd::Walls;
+using ai::steering::AvoidanceReport;
+using ai::steering::CrowdAgents;
+using ai::steering::OrcaAvoidance;
+using ai::steering::Walls;
 
 constexpr float kPerM2 = 0.5F;         ///< agents
 constexpr float kBodyRadius = 0.25F;   ///< m

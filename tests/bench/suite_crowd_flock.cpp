@@ -31,7 +31,7 @@ class SteeredFlockTrial final : public JudgedTrial {
                              {0.2F * side, 0.6F * side},
                              {0.9F * side, 0.9F * side}};
         const int cells = static_cast<int>(side / 4.0F) + 1;
-        field_ = ai::crowd::along_path(path, {0.0F, 0.0F, 4.0F, cells, cells, {}}, 20.0F);
+        field_ = ai::pathfinding::along_path(path, {0.0F, 0.0F, 4.0F, cells, cells, {}}, 20.0F);
         field_.steer(rules_, 1.0F);
         agents_ = scattered();
         reference_ = scattered();
@@ -81,7 +81,7 @@ class SteeredFlockTrial final : public JudgedTrial {
     kernels::FlockRules rules_;
     std::unique_ptr<compute::WorkerPool> pool_;
     compute::Team team_;
-    ai::crowd::FlockFlowField field_;
+    ai::pathfinding::FlockFlowField field_;
     compute::ParticleColumns agents_;
     compute::ParticleColumns reference_;
     compute::FlockStage stage_;

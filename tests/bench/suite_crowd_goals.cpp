@@ -14,14 +14,14 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::navigation::Cell;
-using ai::navigation::GridInstance;
-using ai::navigation::GridPathRequests;
-using ai::navigation::GroundMap;
-using ai::navigation::Outcome;
-using ai::navigation::PathRequestId;
-using ai::navigation::PathResult;
-using ai::navigation::Spot;
+using ai::pathfinding::Cell;
+using ai::pathfinding::GridInstance;
+using ai::pathfinding::GridPathRequests;
+using ai::pathfinding::GroundMap;
+using ai::pathfinding::PathOutcome;
+using ai::pathfinding::PathRequestId;
+using ai::pathfinding::PathResult;
+using ai::pathfinding::Spot;
 
 constexpr std::size_t kGoalAgents = 5000;
 /// Ticks of 50 ms at 5 m/s, where a cell is a metre.
@@ -31,10 +31,10 @@ constexpr int kGoalTicks = 25;
 /// Ticks after which nobody waits for an index any more.
 constexpr int kPatience = 1000;
 
-GroundMap metre_cells(const ai::navigation::GridMap& cells) {
-    const ai::navigation::GroundRect area{
+GroundMap metre_cells(const ai::pathfinding::GridMap& cells) {
+    const ai::pathfinding::GroundRect area{
         0.0F, 0.0F, static_cast<float>(cells.width()), static_cast<float>(cells.height())};
-    return {ai::navigation::GroundGrid(area, 1.0F), cells, std::vector<float>(cells.places())};
+    return {ai::pathfinding::GroundGrid(area, 1.0F), cells, std::vector<float>(cells.places())};
 }
 
 /// The queries of the scenario with the longest paths; fewer queries than agents come again.
@@ -149,14 +149,14 @@ class GoalsTrial {
     }
 
     /// The cell of a corner that an asker has still to pass, and those around it.
-    [[nodiscard]] std::vector<ai::navigation::CellChange> door_of(std::size_t asker) const {
-        std::vector<ai::navigation::CellChange> door;
+    [[nodiscard]] std::vector<ai::pathfinding::CellChange> door_of(std::size_t asker) const {
+        std::vector<ai::pathfinding::CellChange> door;
         const std::span<const Spot> corners = service_.answer(tickets_[asker]).corners;
         if (corners.empty()) {
             return door;
         }
         const Cell middle = service_.grid().cell(corners[corners.size() / 2]);
-        const ai::navigation::GridMap& map = service_.planner().map();
+        const ai::pathfinding::GridMap& map = service_.planner().map();
         for (int y = middle.y - 1; y <= middle.y + 1; ++y) {
             for (int x = middle.x - 1; x <= middle.x + 1; ++x) {
                 const Cell c{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
@@ -171,9 +171,10 @@ class GoalsTrial {
     /// Doors one after the other: each shuts and opens, and does so again before the index is
     /// renewed.
     void turn_doors(DoorRun& d) {
-        const ai::navigation::PathCounts before = service_.counts();
+        const ai::pathfinding::PathCounts before = service_.counts();
         for (std::size_t i = 0; i < std::min(kGoalDoors, agents_.size()); ++i) {
-            std::vector<ai::navigation::CellChange> door = door_of(i * agents_.size() / kGoalDoors);
+            std::vector<ai::pathfinding::CellChange> door =
+                door_of(i * agents_.size() / kGoalDoors);
             turn(d, door, false, kPatience);
             for (std::size_t a = 0; a < agents_.size(); ++a) {
                 d.wrong += free_from(tickets_[a], at_[a]) ? 0U : 1U;
@@ -186,7 +187,10 @@ class GoalsTrial {
         d.reviewed = service_.counts().reviewed - before.reviewed;
     }
 
-    void turn(DoorRun& d, std::vector<ai::navigation::CellChange>& door, bool passable, int ticks) {
+    void turn(DoorRun& d,
+              std::vector<ai::pathfinding::CellChange>& door,
+              bool passable,
+              int ticks) {
         for (auto& c : door) {
             c.passable = passable;
         }
@@ -228,10 +232,10 @@ class GoalsTrial {
         std::uint32_t looked = 0;
         auto next = std::find(corners.begin(), corners.end(), head);
         for (; next != corners.end() && next + 1 != corners.end(); ++next) {
-            if (!ai::navigation::sees(service_.planner().map(),
-                                      service_.grid().cell(*next),
-                                      service_.grid().cell(next[1]),
-                                      looked)) {
+            if (!ai::pathfinding::sees(service_.planner().map(),
+                                       service_.grid().cell(*next),
+                                       service_.grid().cell(next[1]),
+                                       looked)) {
                 return false;
             }
         }
@@ -239,10 +243,10 @@ class GoalsTrial {
     }
 
     void look_at_first(GoalsRun& r) {
-        ai::navigation::Planner judge(service_.planner().map());
+        ai::pathfinding::GridPlanner judge(service_.planner().map());
         judge.prepare();
         for (std::size_t i = 0; i < agents_.size(); ++i) {
-            ai::navigation::Query query;
+            ai::pathfinding::GridQuery query;
             query.start = service_.grid().cell(heads_[i]);
             query.goal = agents_[i].goal;
             r.still += heads_[i] == at_[i] && agents_[i].length > 0.0 ? 1U : 0U;
@@ -259,12 +263,12 @@ class GoalsTrial {
                                Spot{-kOnEdge_m, kOnEdge_m},
                                Spot{kOnEdge_m, kOnEdge_m}}) {
             Cell at;
-            bool free = ai::navigation::nearest_passable(
+            bool free = ai::pathfinding::nearest_passable(
                 service_.planner().map(), service_.grid(), {from.x + off.x, from.z + off.z}, 1, at);
             std::uint32_t looked = 0;
             for (const Spot& corner : path.corners) {
                 const Cell to = service_.grid().cell(corner);
-                free = free && ai::navigation::sees(service_.planner().map(), at, to, looked);
+                free = free && ai::pathfinding::sees(service_.planner().map(), at, to, looked);
                 at = to;
             }
             if (free && at == goal) {
@@ -278,7 +282,7 @@ class GoalsTrial {
         std::vector<double> ratios;
         for (std::size_t i = 0; i < agents_.size(); ++i) {
             const PathResult a = service_.answer(tickets_[i]);
-            const bool found = !a.waiting && a.outcome == Outcome::kFound;
+            const bool found = !a.waiting && a.outcome == PathOutcome::kFound;
             r.wrong += found && leads_to(a, from_[i], agents_[i].goal) ? 0U : 1U;
             r.near_best += a.best ? 0U : 1U;
             ratios.push_back(static_cast<double>(a.length_m) / agents_[i].length);

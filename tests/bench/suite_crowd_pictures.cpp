@@ -15,15 +15,15 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::crowd::CrowdAgents;
-using ai::crowd::CrowdFlowField;
-using ai::crowd::Density;
-using ai::crowd::OrcaAvoidance;
-using ai::crowd::Wall;
-using ai::crowd::Walls;
-using ai::navigation::Cell;
-using ai::navigation::GridMap;
-using ai::navigation::Place;
+using ai::pathfinding::Cell;
+using ai::pathfinding::CrowdFlowField;
+using ai::pathfinding::Density;
+using ai::pathfinding::GridMap;
+using ai::pathfinding::Place;
+using ai::steering::CrowdAgents;
+using ai::steering::OrcaAvoidance;
+using ai::steering::Wall;
+using ai::steering::Walls;
 
 void draw_agents(Picture& picture, const CrowdAgents& a) {
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -124,11 +124,11 @@ class DoorsScene {
   private:
     void aim(const Density& density, const CrowdFlowField& field, std::size_t i) {
         const Place p = density.place_of(agents_.x[i], agents_.z[i]);
-        if (p == ai::navigation::kNoPlace || agents_.x[i] > 22.0F) {
+        if (p == ai::pathfinding::kNoPlace || agents_.x[i] > 22.0F) {
             agents_.remove(i);
             return;
         }
-        const Cell next = ai::navigation::hopped(map_.cell(p), field.hop(p));
+        const Cell next = ai::pathfinding::hopped(map_.cell(p), field.hop(p));
         const float dx = static_cast<float>(next.x) + 0.5F - agents_.x[i];
         const float dz = static_cast<float>(next.y) + 0.5F - agents_.z[i];
         const float d = std::max(1e-3F, std::hypot(dx, dz));
@@ -143,7 +143,7 @@ class DoorsScene {
                 continue;
             }
             const Cell c = map_.cell(p);
-            const Cell to = ai::navigation::hopped(c, field.hop(p));
+            const Cell to = ai::pathfinding::hopped(c, field.hop(p));
             const double x = c.x;
             const double z = c.y;
             picture.box(x, z, 1.0, 1.0, shade(static_cast<double>(density.of(p)) / 4.5, 30));
@@ -171,7 +171,7 @@ std::string scent_picture() {
             map.set_passable({x, y}, !wall);
         }
     }
-    ai::ants::Foraging colony(map, {6, 30}, {});
+    ai::pathfinding::Foraging colony(map, {6, 30}, {});
     colony.set_food({54, 30}, true);
     colony.add_walkers(300);
     for (int tick = 0; tick < 6000; ++tick) {
@@ -183,7 +183,7 @@ std::string scent_picture() {
         if (!map.contains(c)) {
             continue;
         }
-        using ai::ants::Foraging;
+        using ai::pathfinding::Foraging;
         const double food = static_cast<double>(colony.scent(Foraging::kFood, p));
         const double home = static_cast<double>(colony.scent(Foraging::kHome, p));
         const std::string colour = !map.passable(p) ? "black"

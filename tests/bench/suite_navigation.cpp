@@ -18,11 +18,11 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::navigation::Answer;
-using ai::navigation::GridInstance;
-using ai::navigation::Outcome;
-using ai::navigation::Planner;
-using ai::navigation::Query;
+using ai::pathfinding::GridAnswer;
+using ai::pathfinding::GridInstance;
+using ai::pathfinding::GridPlanner;
+using ai::pathfinding::GridQuery;
+using ai::pathfinding::PathOutcome;
 
 /// Frames take every so many-th query of the scene in turn.
 constexpr std::size_t kShares = 16;
@@ -140,7 +140,7 @@ class PathTrial final : public JudgedTrial {
         }
     }
 
-    /// Query by query, on the wall.
+    /// GridQuery by query, on the wall.
     void time_each(Row& row) {
         std::vector<double> times;
         for (std::size_t turn = 0; turn < kShares; ++turn) {
@@ -174,23 +174,23 @@ double seconds_of(const Work& work) {
 }
 
 PathTrialMethod planner_method(const std::string& name,
-                               ai::navigation::Method method,
-                               const std::shared_ptr<Planner>& planner,
+                               ai::pathfinding::GridMethod method,
+                               const std::shared_ptr<GridPlanner>& planner,
                                bool slow) {
     PathTrialMethod m;
     m.name = name;
     m.slow = slow;
     m.ask = [planner, method](const GridInstance& i) {
-        Query q;
+        GridQuery q;
         q.start = i.start;
         q.goal = i.goal;
-        const Answer a = planner->plan(q, method);
-        return a.outcome == Outcome::kFound ? a.length : -1.0;
+        const GridAnswer a = planner->plan(q, method);
+        return a.outcome == PathOutcome::kFound ? a.length : -1.0;
     };
     return m;
 }
 
-Vec3 centre_on_mesh(ai::navigation::Cell c) {
+Vec3 centre_on_mesh(ai::pathfinding::Cell c) {
     return {static_cast<float>(c.x) + 0.5F, 1.0F, static_cast<float>(c.y) + 0.5F};
 }
 
@@ -200,27 +200,27 @@ constexpr float kMeshReach = 2.0F;
 PathTrialMethod mesh_method(const std::shared_ptr<DetourMesh>& mesh, double baked_s) {
     PathTrialMethod m{"mesh", "", false, PathLength::kAny, {}, baked_s, 0.0, {}};
     m.ask = [mesh,
-             search = std::make_shared<ai::navigation::NavmeshSearch>()](const GridInstance& i) {
+             search = std::make_shared<ai::pathfinding::NavmeshSearch>()](const GridInstance& i) {
         const auto a = search->plan(
             mesh->navmesh(), centre_on_mesh(i.start), centre_on_mesh(i.goal), kMeshReach);
-        return a.outcome == Outcome::kFound ? static_cast<double>(a.length_m) : -1.0;
+        return a.outcome == PathOutcome::kFound ? static_cast<double>(a.length_m) : -1.0;
     };
     m.index_mib = static_cast<double>(mesh->navmesh().bytes()) / (1024.0 * 1024.0);
     return m;
 }
 
 /// The cells as waypoints, with an edge for each step; waypoints have the numbers of their places.
-ai::navigation::WaypointGraph waypoints_of(const ai::navigation::GridMap& map) {
-    using ai::navigation::Cell;
-    std::vector<ai::navigation::Waypoint> nodes;
-    std::vector<ai::navigation::WaypointEdge> edges;
+ai::pathfinding::WaypointGraph waypoints_of(const ai::pathfinding::GridMap& map) {
+    using ai::pathfinding::Cell;
+    std::vector<ai::pathfinding::Waypoint> nodes;
+    std::vector<ai::pathfinding::WaypointEdge> edges;
     for (int y = 0; y < map.height(); ++y) {
         for (int x = 0; x < map.width(); ++x) {
             const auto at = [&](int dx, int dy) {
                 return map.place(
                            Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)}) +
-                       static_cast<ai::navigation::Place>(dx) +
-                       static_cast<ai::navigation::Place>(dy) * map.stride();
+                       static_cast<ai::pathfinding::Place>(dx) +
+                       static_cast<ai::pathfinding::Place>(dy) * map.stride();
             };
             if (!map.passable(at(0, 0))) {
                 continue;
@@ -239,13 +239,13 @@ ai::navigation::WaypointGraph waypoints_of(const ai::navigation::GridMap& map) {
             }
         }
     }
-    return std::move(ai::navigation::WaypointGraph::build(nodes, edges)).value();
+    return std::move(ai::pathfinding::WaypointGraph::build(nodes, edges)).value();
 }
 
 PathTrialMethod graph_method(const GridScene& scene) {
     struct Waypoints {
-        ai::navigation::WaypointGraph graph;
-        ai::navigation::WaypointSearch search;
+        ai::pathfinding::WaypointGraph graph;
+        ai::pathfinding::WaypointSearch search;
     };
 
     PathTrialMethod m{"graph", "", true, PathLength::kBest, {}, 0.0, 0.0, {}};
@@ -255,29 +255,29 @@ PathTrialMethod graph_method(const GridScene& scene) {
         const auto a = w->search.plan(w->graph,
                                       w->graph.number_of(scene.map.place(i.start)),
                                       w->graph.number_of(scene.map.place(i.goal)));
-        return a.outcome == Outcome::kFound ? a.cost : -1.0;
+        return a.outcome == PathOutcome::kFound ? a.cost : -1.0;
     };
     m.index_mib = static_cast<double>(w->graph.bytes()) / (1024.0 * 1024.0);
     return m;
 }
 
 std::vector<PathTrialMethod> path_methods(const GridScene& scene) {
-    using ai::navigation::Method;
+    using ai::pathfinding::GridMethod;
     constexpr double kMib = 1024.0 * 1024.0;
-    const auto indexed = std::make_shared<Planner>(scene.map);
+    const auto indexed = std::make_shared<GridPlanner>(scene.map);
     const double prepared_s = seconds_of([&indexed] { indexed->prepare(); });
-    const auto bare = std::make_shared<Planner>(scene.map);
+    const auto bare = std::make_shared<GridPlanner>(scene.map);
     std::vector<PathTrialMethod> methods;
-    methods.push_back(planner_method("default", Method::kDefault, indexed, false));
+    methods.push_back(planner_method("default", GridMethod::kDefault, indexed, false));
     methods.back().preprocess_s = prepared_s;
     methods.back().index_mib = static_cast<double>(indexed->index_bytes()) / kMib;
-    if (indexed->can(Method::kSubgoals)) {
-        methods.push_back(planner_method("subgoals", Method::kSubgoals, indexed, false));
+    if (indexed->can(GridMethod::kSubgoals)) {
+        methods.push_back(planner_method("subgoals", GridMethod::kSubgoals, indexed, false));
     }
-    methods.push_back(planner_method("jump_points", Method::kJumpPoints, bare, false));
-    methods.push_back(planner_method("astar", Method::kAStar, bare, true));
+    methods.push_back(planner_method("jump_points", GridMethod::kJumpPoints, bare, false));
+    methods.push_back(planner_method("astar", GridMethod::kAStar, bare, true));
     const double clusters_s = seconds_of([&bare] { bare->prepare_clusters(); });
-    methods.push_back(planner_method("hierarchical", Method::kHierarchical, bare, false));
+    methods.push_back(planner_method("hierarchical", GridMethod::kHierarchical, bare, false));
     methods.back().length = PathLength::kNear;
     methods.back().preprocess_s = clusters_s;
     methods.back().index_mib = static_cast<double>(bare->clusters()->bytes()) / kMib;

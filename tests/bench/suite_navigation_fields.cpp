@@ -12,11 +12,11 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::navigation::Cell;
-using ai::navigation::FlowField;
-using ai::navigation::GridInstance;
-using ai::navigation::Hop;
-using ai::navigation::NextHops;
+using ai::pathfinding::Cell;
+using ai::pathfinding::FlowField;
+using ai::pathfinding::GridInstance;
+using ai::pathfinding::Hop;
+using ai::pathfinding::NextHops;
 
 constexpr std::size_t kNamedGoals = 16;
 constexpr std::size_t kLookups = 4096;
@@ -39,11 +39,11 @@ double length_along(const GridScene& scene, Cell c, const HopAt& hop_at) {
     std::uint32_t diagonal = 0;
     for (std::uint32_t i = 0; i <= scene.map.passable_cells(); ++i) {
         const Hop hop = hop_at(c);
-        if (hop >= ai::navigation::kArrived) {
-            return hop == ai::navigation::kArrived ? ai::navigation::length_of(straight, diagonal)
-                                                   : -1.0;
+        if (hop >= ai::pathfinding::kArrived) {
+            return hop == ai::pathfinding::kArrived ? ai::pathfinding::length_of(straight, diagonal)
+                                                    : -1.0;
         }
-        const Cell to = ai::navigation::hopped(c, hop);
+        const Cell to = ai::pathfinding::hopped(c, hop);
         ++(to.x != c.x && to.y != c.y ? diagonal : straight);
         c = to;
     }

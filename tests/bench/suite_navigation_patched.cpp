@@ -11,14 +11,14 @@ namespace zoned::bench {
 
 namespace {
 
-using ai::navigation::Cell;
-using ai::navigation::CellChange;
-using ai::navigation::GridEvent;
-using ai::navigation::GridMap;
-using ai::navigation::GridPatch;
-using ai::navigation::Outcome;
-using ai::navigation::Planner;
-using ai::navigation::Query;
+using ai::pathfinding::Cell;
+using ai::pathfinding::CellChange;
+using ai::pathfinding::GridEvent;
+using ai::pathfinding::GridMap;
+using ai::pathfinding::GridPatch;
+using ai::pathfinding::GridPlanner;
+using ai::pathfinding::GridQuery;
+using ai::pathfinding::PathOutcome;
 
 /// The patched map of the data: it begins as an empty one of this size.
 constexpr int kPatchedWidth = 281;
@@ -59,20 +59,20 @@ struct Replayed {
 
 Replayed replay(const std::vector<GridPatch>& patches, const std::vector<GridEvent>& events) {
     Replayed r;
-    Planner planner(empty_map());
-    Query nowhere;
+    GridPlanner planner(empty_map());
+    GridQuery nowhere;
     planner.plan(nowhere);
     for (const GridEvent& e : events) {
         const std::vector<CellChange> changes =
             e.query ? std::vector<CellChange>()
                     : changes_of(patches[static_cast<std::size_t>(e.patch)], e.x, e.y);
-        Query query;
+        GridQuery query;
         query.start = e.instance.start;
         query.goal = e.instance.goal;
         const std::int64_t before = wall_ns();
         if (e.query) {
-            const ai::navigation::Answer a = planner.plan(query);
-            r.wrong += a.outcome != Outcome::kFound ||
+            const ai::pathfinding::GridAnswer a = planner.plan(query);
+            r.wrong += a.outcome != PathOutcome::kFound ||
                                std::abs(a.length - e.instance.length) > kLengthTolerance
                            ? 1U
                            : 0U;
@@ -98,18 +98,18 @@ struct DoorTimes {
 
 DoorTimes shut_doors(const GridScene& scene) {
     DoorTimes t;
-    Planner planner(scene.map);
+    GridPlanner planner(scene.map);
     planner.prepare_clusters();
     const std::size_t step = std::max<std::size_t>(1, scene.instances.size() / kDoors);
     std::vector<Cell> cells;
     for (std::size_t i = 0; i < scene.instances.size(); i += step) {
-        Query query;
+        GridQuery query;
         query.start = scene.instances[i].start;
         query.goal = scene.instances[i].goal;
-        Query nowhere = query;
+        GridQuery nowhere = query;
         nowhere.goal = nowhere.start;
         planner.plan(query);
-        ai::navigation::cells_of(planner.path().corners(), cells);
+        ai::pathfinding::cells_of(planner.path().corners(), cells);
         if (cells.size() < 3) {
             continue;
         }
@@ -120,8 +120,9 @@ DoorTimes shut_doors(const GridScene& scene) {
             planner.change(std::span(&door, 1));
             planner.plan(nowhere);
             t.us.push_back(static_cast<double>(wall_ns() - before) * 1e-3);
-            const ai::navigation::Answer a = planner.plan(query);
-            const ai::navigation::Answer b = planner.plan(query, ai::navigation::Method::kAStar);
+            const ai::pathfinding::GridAnswer a = planner.plan(query);
+            const ai::pathfinding::GridAnswer b =
+                planner.plan(query, ai::pathfinding::GridMethod::kAStar);
             t.wrong += a.outcome != b.outcome || a.cost != b.cost ? 1U : 0U;
             ++t.asked;
         }
@@ -156,8 +157,9 @@ void run_doors(Session& session, const GridScene& scene) {
 void run_patched_map(Session& session) {
     const std::string folder = data_directory() + "/movingai/dynamic/";
     const auto patches =
-        ai::navigation::parse_grid_patches(text_of_file(folder + "dao_arena2.patch"));
-    const auto events = ai::navigation::parse_grid_events(text_of_file(folder + "dao_arena2.scen"));
+        ai::pathfinding::parse_grid_patches(text_of_file(folder + "dao_arena2.patch"));
+    const auto events =
+        ai::pathfinding::parse_grid_events(text_of_file(folder + "dao_arena2.scen"));
     if (!patches || !events) {
         session.note("navigation: " + folder + "dao_arena2: " +
                      (patches ? events.error() : patches.error()) + ": no rows of it");

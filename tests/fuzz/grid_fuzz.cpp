@@ -12,7 +12,7 @@ namespace zoned::fuzz {
 
 namespace {
 
-using namespace ai::navigation;
+using namespace ai::pathfinding;
 
 constexpr std::size_t kMaxText = 20000;
 /// Larger maps are read, but no paths are looked for on them.
@@ -26,9 +26,9 @@ bool read_or_refused(const R& result) {
 
 /// From the first passable cell to some others, by all exact methods.
 void use_map(const GridMap& map) {
-    Planner planner(map);
+    GridPlanner planner(map);
     planner.prepare();
-    Query query;
+    GridQuery query;
     bool started = false;
     std::uint32_t seen = 0;
     for (Place p = 0; p < map.places(); ++p) {
@@ -41,10 +41,11 @@ void use_map(const GridMap& map) {
             continue;
         }
         query.goal = map.cell(p);
-        const Answer best = planner.plan(query, Method::kAStar);
-        for (const Method m : {Method::kJumpPoints, Method::kSubgoals, Method::kHubLabels}) {
+        const GridAnswer best = planner.plan(query, GridMethod::kAStar);
+        for (const GridMethod m :
+             {GridMethod::kJumpPoints, GridMethod::kSubgoals, GridMethod::kHubLabels}) {
             if (planner.can(m)) {
-                const Answer a = planner.plan(query, m);
+                const GridAnswer a = planner.plan(query, m);
                 ZONED_ASSERT(a.outcome == best.outcome && a.cost == best.cost,
                              "exact methods agree");
             }
@@ -59,7 +60,7 @@ void use_waypoints(const WaypointGraph& graph) {
     for (std::uint32_t a = 0; a < count; ++a) {
         for (std::uint32_t b = 0; b < count; ++b) {
             const WaypointSearch::WaypointAnswer found = search.plan(graph, a, b);
-            ZONED_ASSERT(found.outcome != Outcome::kFound ||
+            ZONED_ASSERT(found.outcome != PathOutcome::kFound ||
                              (search.path().front() == a && search.path().back() == b),
                          "a path from start to goal");
         }
@@ -97,16 +98,16 @@ std::vector<Bytes> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace zoned::fuzz;
     const std::string_view text(reinterpret_cast<const char*>(data), std::min(size, kMaxText));
-    const auto map = zoned::ai::navigation::parse_grid_map(text);
+    const auto map = zoned::ai::pathfinding::parse_grid_map(text);
     if (read_or_refused(map) && map->places() <= kMostPlaces) {
         use_map(*map);
     }
-    const auto waypoints = zoned::ai::navigation::parse_waypoints(text);
+    const auto waypoints = zoned::ai::pathfinding::parse_waypoints(text);
     if (read_or_refused(waypoints)) {
         use_waypoints(*waypoints);
     }
-    read_or_refused(zoned::ai::navigation::parse_grid_scenario(text));
-    read_or_refused(zoned::ai::navigation::parse_grid_patches(text));
-    read_or_refused(zoned::ai::navigation::parse_grid_events(text));
+    read_or_refused(zoned::ai::pathfinding::parse_grid_scenario(text));
+    read_or_refused(zoned::ai::pathfinding::parse_grid_patches(text));
+    read_or_refused(zoned::ai::pathfinding::parse_grid_events(text));
     return 0;
 }

@@ -25,7 +25,7 @@ std::vector<Bytes> seeds() {
 }  // namespace zoned::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    using namespace zoned::ai::ants;
+    using namespace zoned::ai::pathfinding;
     const std::string_view text(reinterpret_cast<const char*>(data), size);
     const auto instance = parse_tsp(text);
     if (!instance) {

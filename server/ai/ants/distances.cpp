@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -150,4 +150,4 @@ std::int64_t Distances::length_of(std::span<const Place> tour) const {
     return sum;
 }
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 using Place = std::uint32_t;
 using Length = std::int32_t;
@@ -61,4 +61,4 @@ class Distances {
     std::vector<Length> lengths_;
 };
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

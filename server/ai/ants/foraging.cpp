@@ -2,11 +2,11 @@
 
 #include "shared/core/assert.h"
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
-using navigation::Cell;
+using pathfinding::Cell;
 
-Foraging::Foraging(const navigation::GridMap& map, Cell home, const ForagingSettings& settings)
+Foraging::Foraging(const pathfinding::GridMap& map, Cell home, const ForagingSettings& settings)
     : map_(map),
       home_(map.place(home)),
       settings_(settings),
@@ -87,4 +87,4 @@ void Foraging::turn_back(std::size_t i) {
     direction_[i] = static_cast<std::uint8_t>((direction_[i] + kDirections / 2) % kDirections);
 }
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 struct ForagingSettings {
     float evaporation = 0.002F;  ///< share of all scent that is lost in a tick, 0 to 1
@@ -26,27 +26,27 @@ struct ForagingSettings {
 /// what it is worth. Scouts go where no scent leads until they find food. Deterministic by seed.
 class Foraging {
   public:
-    static constexpr Scent kHome = ants::kHome;
-    static constexpr Scent kFood = ants::kFood;
+    static constexpr Scent kHome = pathfinding::kHome;
+    static constexpr Scent kFood = pathfinding::kFood;
 
     /// `map` must outlive this; it may change between steps. `home` is passable.
-    Foraging(const navigation::GridMap& map,
-             navigation::Cell home,
+    Foraging(const pathfinding::GridMap& map,
+             pathfinding::Cell home,
              const ForagingSettings& settings);
 
     /// Walkers start at home.
     void add_walkers(std::size_t count);
 
     /// Food that does not run out, or no more (`there` false).
-    void set_food(navigation::Cell cell, bool there);
+    void set_food(pathfinding::Cell cell, bool there);
 
     /// Ticks that a step into this cell takes, >= 1 (mud, thicket). One at first.
-    void set_slowness(navigation::Cell cell, std::uint8_t ticks);
+    void set_slowness(pathfinding::Cell cell, std::uint8_t ticks);
 
     void step();
 
     /// 0 to 1.
-    [[nodiscard]] float scent(Scent which, navigation::Place p) const {
+    [[nodiscard]] float scent(Scent which, pathfinding::Place p) const {
         return trails_.scent(which, p);
     }
 
@@ -54,7 +54,7 @@ class Foraging {
 
     [[nodiscard]] std::size_t walkers() const { return at_.size(); }
 
-    [[nodiscard]] navigation::Place walker_at(std::size_t i) const { return at_[i]; }
+    [[nodiscard]] pathfinding::Place walker_at(std::size_t i) const { return at_[i]; }
 
     [[nodiscard]] bool carries(std::size_t i) const { return carries_[i] != 0; }
 
@@ -63,15 +63,15 @@ class Foraging {
     void set_out(std::size_t i);
     void turn_back(std::size_t i);
 
-    const navigation::GridMap& map_;
-    navigation::Place home_;
+    const pathfinding::GridMap& map_;
+    pathfinding::Place home_;
     ForagingSettings settings_;
     core::Rng rng_;
     PheromoneTrails trails_;
     std::vector<std::uint8_t> food_;
     std::vector<std::uint8_t> slowness_;
     // Walkers.
-    std::vector<navigation::Place> at_;
+    std::vector<pathfinding::Place> at_;
     std::vector<std::uint8_t> direction_;  // 0 to 7, by eighths of a turn
     std::vector<std::uint8_t> carries_;
     std::vector<std::uint8_t> scouts_;
@@ -80,4 +80,4 @@ class Foraging {
     std::uint64_t delivered_ = 0;
 };
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

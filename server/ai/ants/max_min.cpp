@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -258,4 +258,4 @@ void MaxMin::weigh() {
     }
 }
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 struct MaxMinSettings {
     LocalSearch local = LocalSearch::kOrOpt;
@@ -86,4 +86,4 @@ class MaxMin {
     std::uint32_t restarts_ = 0;
 };
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

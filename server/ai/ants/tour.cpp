@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -189,4 +189,4 @@ std::int64_t Tour::improve(const Distances& distances,
     return gained;
 }
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

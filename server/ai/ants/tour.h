@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 /// What an improvement may change.
 enum class LocalSearch : std::uint8_t {
@@ -96,4 +96,4 @@ class Tour {
     std::vector<std::uint8_t> queued_;
 };
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -18,7 +18,7 @@ constexpr float kStepRatio = 1.4F;
 constexpr float kLeastScent = 1e-4F;
 
 /// What a cell adds to the hash: whoever adds these up need not care for an order.
-std::uint64_t term(navigation::Place at, float home, float food) {
+std::uint64_t term(pathfinding::Place at, float home, float food) {
     const std::uint64_t scents = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(home))
                                      << 32U |
                                  std::bit_cast<std::uint32_t>(food);
@@ -30,7 +30,7 @@ constexpr int kStepY[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
 
 }  // namespace
 
-PheromoneTrails::PheromoneTrails(const navigation::GridMap& map, const TrailSettings& settings)
+PheromoneTrails::PheromoneTrails(const pathfinding::GridMap& map, const TrailSettings& settings)
     : map_(map),
       settings_(settings) {
     for (auto& scent : scent_) {
@@ -52,7 +52,7 @@ void PheromoneTrails::evaporate() {
     const float stays = 1.0F - settings_.evaporation;
     std::size_t kept = 0;
     sum_ = 0;
-    for (const navigation::Place p : scented_) {
+    for (const pathfinding::Place p : scented_) {
         bool any = false;
         for (auto& scent : scent_) {
             scent[p] = scent[p] * stays > kLeastScent ? scent[p] * stays : 0.0F;
@@ -68,14 +68,14 @@ void PheromoneTrails::evaporate() {
     scented_.resize(kept);
 }
 
-void PheromoneTrails::note(navigation::Place p) {
+void PheromoneTrails::note(pathfinding::Place p) {
     if (is_scented_[p] == 0) {
         is_scented_[p] = 1;
         scented_.push_back(p);
     }
 }
 
-void PheromoneTrails::mark(Scent which, navigation::Place at, std::uint32_t steps) {
+void PheromoneTrails::mark(Scent which, pathfinding::Place at, std::uint32_t steps) {
     if (steps >= strength_.size()) {
         return;
     }
@@ -87,7 +87,7 @@ void PheromoneTrails::mark(Scent which, navigation::Place at, std::uint32_t step
         which == kFood ? std::max(food, strength) : food);
 }
 
-void PheromoneTrails::set(navigation::Place at, float home, float food) {
+void PheromoneTrails::set(pathfinding::Place at, float home, float food) {
     if (is_scented_[at] != 0) {
         sum_ -= term(at, scent_[kHome][at], scent_[kFood][at]);
     }
@@ -102,7 +102,7 @@ void PheromoneTrails::hash(core::StateHash& hash) const {
     hash.add(sum_);
 }
 
-bool PheromoneTrails::put_scent(navigation::Place at, float home, float food) {
+bool PheromoneTrails::put_scent(pathfinding::Place at, float home, float food) {
     const auto known = [](float scent) {
         return scent >= 0.0F && scent <= 1.0F;
     };
@@ -113,14 +113,14 @@ bool PheromoneTrails::put_scent(navigation::Place at, float home, float food) {
     return true;
 }
 
-navigation::Place PheromoneTrails::beside(navigation::Place from, unsigned direction) const {
+pathfinding::Place PheromoneTrails::beside(pathfinding::Place from, unsigned direction) const {
     const auto stride = static_cast<std::int64_t>(map_.stride());
-    return static_cast<navigation::Place>(static_cast<std::int64_t>(from) +
-                                          kStepY[direction] * stride + kStepX[direction]);
+    return static_cast<pathfinding::Place>(static_cast<std::int64_t>(from) +
+                                           kStepY[direction] * stride + kStepX[direction]);
 }
 
 /// Without cutting corners.
-bool PheromoneTrails::open(navigation::Place from, unsigned direction) const {
+bool PheromoneTrails::open(pathfinding::Place from, unsigned direction) const {
     const bool diagonal = direction % 2 == 1;
     return map_.passable(beside(from, direction)) &&
            (!diagonal ||
@@ -128,7 +128,7 @@ bool PheromoneTrails::open(navigation::Place from, unsigned direction) const {
              map_.passable(beside(from, (direction + kDirections - 1) % kDirections))));
 }
 
-float PheromoneTrails::weight(navigation::Place at,
+float PheromoneTrails::weight(pathfinding::Place at,
                               unsigned direction,
                               unsigned came,
                               Scent wanted,
@@ -138,7 +138,7 @@ float PheromoneTrails::weight(navigation::Place at,
     if (!guided) {
         return liking;
     }
-    const navigation::Place there = beside(at, direction);
+    const pathfinding::Place there = beside(at, direction);
     // Against what is smelt here, so that what counts is which way it grows, however weak it is.
     const float own = std::max(scent_[wanted][at], kLeastScent);
     float ratio = scent_[wanted][there] / own;
@@ -148,7 +148,7 @@ float PheromoneTrails::weight(navigation::Place at,
     return liking * (kUnscented + ratio);
 }
 
-unsigned PheromoneTrails::choose(navigation::Place at,
+unsigned PheromoneTrails::choose(pathfinding::Place at,
                                  unsigned direction,
                                  Scent wanted,
                                  bool guided,
@@ -176,4 +176,4 @@ unsigned PheromoneTrails::choose(navigation::Place at,
     return last;
 }
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 enum Scent : std::uint8_t {
     kHome,
@@ -36,31 +36,31 @@ struct TrailSettings {
 class PheromoneTrails {
   public:
     /// `map` must outlive this; it may change.
-    PheromoneTrails(const navigation::GridMap& map, const TrailSettings& settings);
+    PheromoneTrails(const pathfinding::GridMap& map, const TrailSettings& settings);
 
     /// Only cells with scent cost anything.
     void evaporate();
 
     /// By a walker that has made so many steps.
-    void mark(Scent which, navigation::Place at, std::uint32_t steps);
+    void mark(Scent which, pathfinding::Place at, std::uint32_t steps);
 
     /// Where one who came in `direction` goes on to find what has the scent `wanted`; without being
     /// `guided` by it anywhere ahead. kDirections where there is no path out.
-    [[nodiscard]] unsigned choose(navigation::Place at,
+    [[nodiscard]] unsigned choose(pathfinding::Place at,
                                   unsigned direction,
                                   Scent wanted,
                                   bool guided,
                                   core::Rng& rng) const;
 
-    [[nodiscard]] navigation::Place beside(navigation::Place from, unsigned direction) const;
+    [[nodiscard]] pathfinding::Place beside(pathfinding::Place from, unsigned direction) const;
 
     /// 0 to 1.
-    [[nodiscard]] float scent(Scent which, navigation::Place p) const { return scent_[which][p]; }
+    [[nodiscard]] float scent(Scent which, pathfinding::Place p) const { return scent_[which][p]; }
 
     /// Calls visit(place, home, food) for the cells with any scent, by ascending place.
     template <class Visit>
     void for_each_scent(Visit&& visit) const {
-        for (navigation::Place p = 0; p < map_.places(); ++p) {
+        for (pathfinding::Place p = 0; p < map_.places(); ++p) {
             if (is_scented_[p] != 0) {
                 visit(p, scent_[kHome][p], scent_[kFood][p]);
             }
@@ -68,29 +68,29 @@ class PheromoneTrails {
     }
 
     /// As for_each_scent() said; false: the map has no such place, or scents are not within 0 to 1.
-    bool put_scent(navigation::Place at, float home, float food);
+    bool put_scent(pathfinding::Place at, float home, float food);
 
     /// Costs the same whatever there is: a sum over the cells is kept as they change.
     void hash(core::StateHash& hash) const;
 
   private:
-    void set(navigation::Place at, float home, float food);
-    [[nodiscard]] bool open(navigation::Place from, unsigned direction) const;
-    [[nodiscard]] float weight(navigation::Place at,
+    void set(pathfinding::Place at, float home, float food);
+    [[nodiscard]] bool open(pathfinding::Place from, unsigned direction) const;
+    [[nodiscard]] float weight(pathfinding::Place at,
                                unsigned direction,
                                unsigned came,
                                Scent wanted,
                                bool guided) const;
-    void note(navigation::Place p);
+    void note(pathfinding::Place p);
 
-    const navigation::GridMap& map_;
+    const pathfinding::GridMap& map_;
     TrailSettings settings_;
     std::array<std::vector<float>, kScents> scent_;
-    std::vector<navigation::Place> scented_;  // cells with any scent
-    std::uint64_t sum_ = 0;                   // of what these add to the hash
+    std::vector<pathfinding::Place> scented_;  // cells with any scent
+    std::uint64_t sum_ = 0;                    // of what these add to the hash
     std::vector<std::uint8_t> is_scented_;
     std::vector<float> strength_;  // of a mark, by steps on the way
     unsigned sharpness_ = 0;       // how often ratios of scent are squared
 };
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

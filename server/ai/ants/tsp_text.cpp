@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -192,4 +192,4 @@ core::Result<TspInstance> parse_tsp(std::string_view text) {
     return TspReader(text).read();
 }
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

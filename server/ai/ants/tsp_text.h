@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 struct TspInstance {
     std::string name;
@@ -20,4 +20,4 @@ struct TspInstance {
 /// what stands after EOF is not read. Errors name the line.
 core::Result<TspInstance> parse_tsp(std::string_view text);
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 /// Discs on the ground. All columns have the same length; a row is an agent.
 struct CrowdAgents {
@@ -79,4 +79,4 @@ struct CrowdAgents {
     }
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -6,7 +6,7 @@
 #include <limits>
 #include <tuple>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -119,4 +119,4 @@ void Assignment::solve_greedily(std::span<const double> cost, std::size_t rows, 
     }
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

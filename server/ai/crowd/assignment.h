@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 inline constexpr std::uint32_t kNoSlot = ~0U;
 
@@ -44,4 +44,4 @@ class Assignment {
     std::vector<AssignedPair> pairs_;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -424,4 +424,4 @@ AvoidanceReport OrcaAvoidance::step(CrowdAgents& agents,
     return sum;
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 struct AvoidanceSettings {
     float step_s = 0.05F;         ///< > 0
@@ -67,4 +67,4 @@ class OrcaAvoidance {
     std::vector<AvoidanceReport> of_batch_;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

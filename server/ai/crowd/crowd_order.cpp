@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -110,4 +110,4 @@ void CrowdOrder::make_batches() {
     }
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

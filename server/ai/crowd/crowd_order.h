@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 /// What a step reads of an agent, in the order of cells.
 enum SortedColumn : std::size_t {
@@ -78,4 +78,4 @@ class CrowdOrder {
     std::vector<CrowdBatch> batches_;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
 struct CrowdPathSettings {
     std::uint32_t look_ticks = 15;  ///< bodies are counted every so many ticks, > 0
@@ -40,4 +40,4 @@ struct SavedCrowds {
     std::uint64_t next_review = 0;  ///< request
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -8,11 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace zoned::ai::crowd {
-
-using navigation::Cell;
-using navigation::Hop;
-using navigation::Spot;
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -25,8 +21,7 @@ constexpr std::uint64_t kCountUnits = 10;
 /// Squares in which bodies are counted are about so wide, m: many bodies fit, and a gate does not.
 constexpr float kBlock_m = 2.0F;
 
-DensitySettings density_settings(const navigation::GroundGrid& grid,
-                                 const CrowdPathSettings& settings) {
+DensitySettings density_settings(const GroundGrid& grid, const CrowdPathSettings& settings) {
     DensitySettings out;
     out.x0 = grid.min_x();
     out.z0 = grid.min_z();
@@ -40,8 +35,8 @@ DensitySettings density_settings(const navigation::GroundGrid& grid,
 
 }  // namespace
 
-CrowdPaths::CrowdPaths(const navigation::GridMap& map,
-                       const navigation::GroundGrid& grid,
+CrowdPaths::CrowdPaths(const GridMap& map,
+                       const GroundGrid& grid,
                        const CrowdPathSettings& settings)
     : settings_(settings),
       grid_(grid),
@@ -63,15 +58,15 @@ bool CrowdPaths::busy() const {
 void CrowdPaths::look(std::span<const float> x, std::span<const float> z) {
     ticks_ = 0;
     density_.look(x, z);
-    for (const navigation::Place p : density_.changed()) {
+    for (const Place p : density_.changed()) {
         const Cell c = map_.cell(p);
         calm_.set_passable(c, map_.passable(p) && density_.crowding()[p] == 0);
     }
     changed_.assign(density_.changed().begin(), density_.changed().end());
 }
 
-void CrowdPaths::change(std::span<const navigation::CellChange> changes) {
-    for (const navigation::CellChange& c : changes) {
+void CrowdPaths::change(std::span<const CellChange> changes) {
+    for (const CellChange& c : changes) {
         map_.set_passable(c.cell, c.passable);
         calm_.set_passable(c.cell, c.passable && density_.crowding()[map_.place(c.cell)] == 0);
     }
@@ -81,7 +76,7 @@ void CrowdPaths::change(std::span<const navigation::CellChange> changes) {
             goal.state = GoalState::kWanted;
         }
     }
-    for (const navigation::CellChange& c : changes) {
+    for (const CellChange& c : changes) {
         changed_.push_back(map_.place(c.cell));
     }
 }
@@ -136,7 +131,7 @@ std::size_t CrowdPaths::goal_for(Cell goal) const {
     for (std::size_t g = 0; g < kGoals; ++g) {
         const Cell at = goals_[g].cell;
         if (goals_[g].state != GoalState::kNone && std::abs(at.x - goal.x) <= kShare &&
-            std::abs(at.y - goal.y) <= kShare && navigation::sees(map_, at, goal, looked)) {
+            std::abs(at.y - goal.y) <= kShare && sees(map_, at, goal, looked)) {
             return g;
         }
     }
@@ -161,28 +156,28 @@ void CrowdPaths::want(Cell goal) {
 }
 
 Hop CrowdPaths::next_hop(const CrowdGoal& goal, Cell at) const {
-    const navigation::Place p = map_.place(at);
+    const Place p = map_.place(at);
     const auto open = [this, at](int dx, int dy) {
         const int x = at.x + dx;
         const int y = at.y + dy;
         return x >= 0 && y >= 0 &&
                map_.passable(Cell{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
     };
-    Hop best = navigation::kNoHop;
+    Hop best = kNoHop;
     Cost least = CrowdFlowField::kNoPath;
-    for (Hop hop = 0; hop < navigation::kArrived; ++hop) {
-        const Cell to = navigation::hopped(at, hop);
+    for (Hop hop = 0; hop < kArrived; ++hop) {
+        const Cell to = hopped(at, hop);
         const int dx = to.x - at.x;
         const int dy = to.y - at.y;
         // Beyond the map's first column numbers begin again at the last one.
         if (dx > 1 || dy > 1 || !open(dx, dy) || !open(dx, 0) || !open(0, dy)) {
             continue;
         }
-        const navigation::Place q = map_.place(to);
+        const Place q = map_.place(to);
         if (goal.costs[q] >= goal.costs[p]) {
             continue;
         }
-        const Cost length = dx != 0 && dy != 0 ? navigation::kDiagonal : navigation::kStraight;
+        const Cost length = dx != 0 && dy != 0 ? kDiagonal : kStraight;
         const Cost cost = goal.costs[q] + length * (2U * kPerStep + density_.crowding()[p] +
                                                     density_.crowding()[q]);
         if (cost < least) {
@@ -207,18 +202,18 @@ bool CrowdPaths::append_path(Cell start, Cell goal, std::vector<Cell>& cells) {
     const std::size_t before = cells.size();
     std::uint32_t looked = 0;
     Cell c = start;
-    Hop last = navigation::kNoHop;
+    Hop last = kNoHop;
     while (c != to.cell) {
         const bool near = std::abs(c.x - goal.x) <= kShare && std::abs(c.y - goal.y) <= kShare;
-        if (near && navigation::sees(map_, c, goal, looked)) {
+        if (near && sees(map_, c, goal, looked)) {
             break;
         }
         const Hop hop = next_hop(to, c);
-        if (hop == navigation::kNoHop) {
+        if (hop == kNoHop) {
             cells.resize(before);  // a door has shut there since
             return false;
         }
-        c = navigation::hopped(c, hop);
+        c = hopped(c, hop);
         if (hop == last && cells.size() > before) {
             cells.back() = c;
         } else {
@@ -252,12 +247,12 @@ CrowdPaths::Cost CrowdPaths::cost_along(Spot from, Spot to) const {
             (grid_.contains(at) ? density_.crowding()[map_.place(grid_.cell(at))] : Crowding{0});
     }
     const float cells = length / grid_.cell_m();
-    const double per_cell = 2.0 * static_cast<double>(navigation::kStraight);
+    const double per_cell = 2.0 * static_cast<double>(kStraight);
     return static_cast<Cost>(per_cell * static_cast<double>(cells) *
                              static_cast<double>(sixteenths) / static_cast<double>(pieces));
 }
 
-SavedCrowds CrowdPaths::memory() const {
+SavedCrowds CrowdPaths::save() const {
     SavedCrowds memory;
     density_.write(memory.blocks);
     for (const CrowdGoal& goal : goals_) {
@@ -270,15 +265,15 @@ SavedCrowds CrowdPaths::memory() const {
     return memory;
 }
 
-bool CrowdPaths::remember(const SavedCrowds& memory) {
-    if (memory.goals.size() != kGoals || !density_.remember(memory.blocks)) {
+bool CrowdPaths::load(const SavedCrowds& memory) {
+    if (memory.goals.size() != kGoals || !density_.load(memory.blocks)) {
         return false;
     }
     ticks_ = memory.ticks;
     tick_ = memory.tick;
     round_ = memory.round;
     for (const SavedCrowds::SavedBlock& block : memory.blocks) {
-        density_.for_each_cell(block.block, [&](navigation::Place p) {
+        density_.for_each_cell(block.block, [&](Place p) {
             calm_.set_passable(map_.cell(p), map_.passable(p) && density_.crowding()[p] == 0);
         });
     }
@@ -311,4 +306,4 @@ std::size_t CrowdPaths::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
 /// How crowded a map is, and next steps by that to the goals that were asked for last. Fields are
 /// made and brought up to date in counted resumable_task; until one is, that of before answers.
@@ -21,9 +21,7 @@ class CrowdPaths {
   public:
     using Cost = CrowdFlowField::Cost;
 
-    CrowdPaths(const navigation::GridMap& map,
-               const navigation::GroundGrid& grid,
-               const CrowdPathSettings& settings);
+    CrowdPaths(const GridMap& map, const GroundGrid& grid, const CrowdPathSettings& settings);
 
     // What it counts on is a map of its own.
     CrowdPaths(const CrowdPaths&) = delete;
@@ -36,33 +34,31 @@ class CrowdPaths {
     void look(std::span<const float> x, std::span<const float> z);
 
     /// Cells have become passable or not. Steps into what was closed are none at once.
-    void change(std::span<const navigation::CellChange> changes);
+    void change(std::span<const CellChange> changes);
 
     /// Once per tick; returns the work done, at most a little more than that of the settings.
     std::uint64_t advance();
 
-    [[nodiscard]] SavedCrowds memory() const;
+    [[nodiscard]] SavedCrowds save() const;
 
     /// Of one that was just made. False: it is none of this map; then this is of no use.
-    bool remember(const SavedCrowds& memory);
+    bool load(const SavedCrowds& memory);
 
     /// How often the answers have become others.
     [[nodiscard]] std::uint64_t round() const { return round_; }
 
     /// Appends to `cells`, which ends with `start`, those of the best path to the goal; false where
     /// there is no field for it yet, which is then made.
-    bool append_path(navigation::Cell start,
-                     navigation::Cell goal,
-                     std::vector<navigation::Cell>& cells);
+    bool append_path(Cell start, Cell goal, std::vector<Cell>& cells);
 
     /// What that path costs; kNoPath where nobody knows.
-    [[nodiscard]] Cost cost(navigation::Cell start, navigation::Cell goal) const;
+    [[nodiscard]] Cost cost(Cell start, Cell goal) const;
 
     /// What a straight walk costs.
-    [[nodiscard]] Cost cost_along(navigation::Spot from, navigation::Spot to) const;
+    [[nodiscard]] Cost cost_along(Spot from, Spot to) const;
 
     /// Where one can walk that is not crowded.
-    [[nodiscard]] const navigation::GridMap& calm() const { return calm_; }
+    [[nodiscard]] const GridMap& calm() const { return calm_; }
 
     [[nodiscard]] const CrowdPathSettings& settings() const { return settings_; }
 
@@ -84,7 +80,7 @@ class CrowdPaths {
 
     struct CrowdGoal {
         GoalState state = GoalState::kNone;
-        navigation::Cell cell{};
+        Cell cell{};
         std::uint64_t used = 0;
         bool answers = false;  ///< hops and costs are there
         CrowdFlowField field;
@@ -92,22 +88,22 @@ class CrowdPaths {
     };
 
     /// The next step down: hangs on costs and crowding alone, not on how they came about.
-    [[nodiscard]] navigation::Hop next_hop(const CrowdGoal& goal, navigation::Cell at) const;
+    [[nodiscard]] Hop next_hop(const CrowdGoal& goal, Cell at) const;
     [[nodiscard]] bool busy() const;
-    [[nodiscard]] std::size_t goal_for(navigation::Cell goal) const;
-    void want(navigation::Cell goal);
+    [[nodiscard]] std::size_t goal_for(Cell goal) const;
+    void want(Cell goal);
     std::uint64_t work_on(CrowdGoal& goal, std::uint64_t budget);
 
     CrowdPathSettings settings_;
-    navigation::GroundGrid grid_;
-    navigation::GridMap map_;
-    navigation::GridMap calm_;
+    GroundGrid grid_;
+    GridMap map_;
+    GridMap calm_;
     Density density_;
     std::array<CrowdGoal, kGoals> goals_;
-    std::vector<navigation::Place> changed_;  // that fields have yet to hear of
-    std::uint64_t ticks_ = 0;                 // since the last look
+    std::vector<Place> changed_;  // that fields have yet to hear of
+    std::uint64_t ticks_ = 0;     // since the last look
     std::uint64_t tick_ = 0;
     std::uint64_t round_ = 0;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

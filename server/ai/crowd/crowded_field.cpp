@@ -5,18 +5,14 @@
 #include <algorithm>
 #include <array>
 
-namespace zoned::ai::crowd {
-
-using navigation::GridMap;
-using navigation::Hop;
-using navigation::Place;
+namespace zoned::ai::pathfinding {
 
 namespace {
 
 constexpr Hop kHops = 8;
 constexpr Hop kFirstDiagonal = 4;
 
-/// As navigation::hopped.
+/// As hopped.
 constexpr std::array<int, kHops> kAcross{1, -1, 0, 0, 1, -1, 1, -1};
 constexpr std::array<int, kHops> kDown{0, 0, 1, -1, 1, -1, -1, 1};
 
@@ -35,8 +31,7 @@ bool open_step(const GridMap& map, Place p, Hop hop) {
 }
 
 CrowdFlowField::Cost step_cost(std::span<const Crowding> crowding, Place p, Place q, Hop hop) {
-    const CrowdFlowField::Cost length =
-        hop < kFirstDiagonal ? navigation::kStraight : navigation::kDiagonal;
+    const CrowdFlowField::Cost length = hop < kFirstDiagonal ? kStraight : kDiagonal;
     return length * (2U * kPerStep + crowding[p] + crowding[q]);
 }
 
@@ -52,25 +47,23 @@ void CrowdFlowField::push(const ReachedCell& reached) {
     std::push_heap(open_.begin(), open_.end());
 }
 
-void CrowdFlowField::begin_build(const GridMap& map, navigation::Cell goal) {
+void CrowdFlowField::begin_build(const GridMap& map, Cell goal) {
     ZONED_ASSERT(map.contains(goal), "a goal off the map");
     stride_ = map.stride();
     goal_ = map.place(goal);
     cost_.assign(map.places(), kNoPath);
-    hop_.assign(map.places(), navigation::kNoHop);
+    hop_.assign(map.places(), kNoHop);
     open_.clear();
     work_ = 0;
     phase_ = RepairPhase::kSpread;
     if (map.passable(goal_)) {
         cost_[goal_] = 0;
-        hop_[goal_] = navigation::kArrived;
+        hop_[goal_] = kArrived;
         push({0, goal_});
     }
 }
 
-void CrowdFlowField::build(const GridMap& map,
-                           std::span<const Crowding> crowding,
-                           navigation::Cell goal) {
+void CrowdFlowField::build(const GridMap& map, std::span<const Crowding> crowding, Cell goal) {
     ZONED_ASSERT(crowding.size() == map.places(), "crowding of each place");
     begin_build(map, goal);
     while (!advance(map, crowding, map.places())) {
@@ -109,14 +102,14 @@ bool CrowdFlowField::spread(const GridMap& map,
 
 void CrowdFlowField::forget(Place p) {
     cost_[p] = kNoPath;
-    hop_[p] = navigation::kNoHop;
+    hop_[p] = kNoHop;
     forgotten_.push_back(p);
 }
 
 void CrowdFlowField::find_again(const GridMap& map, std::span<const Crowding> crowding, Place p) {
     if (p == goal_ && map.passable(p)) {
         cost_[p] = 0;
-        hop_[p] = navigation::kArrived;
+        hop_[p] = kArrived;
     } else if (map.passable(p)) {
         for (Hop hop = 0; hop < kHops; ++hop) {
             const Place q = beside(p, hop, stride_);
@@ -159,7 +152,7 @@ void CrowdFlowField::forget_before(Place p) {
 }
 
 void CrowdFlowField::begin_update(std::span<const Place> changed) {
-    ZONED_ASSERT(goal_ != navigation::kNoPlace, "a field is built before it is updated");
+    ZONED_ASSERT(goal_ != kNoPlace, "a field is built before it is updated");
     changed_.assign(changed.begin(), changed.end());
     forgotten_.clear();
     open_.clear();
@@ -210,4 +203,4 @@ std::size_t CrowdFlowField::bytes() const {
            (changed_.capacity() + forgotten_.capacity()) * sizeof(Place);
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
-/// As navigation::FlowField, but a step costs more where cells are crowded: its length times the
+/// As FlowField, but a step costs more where cells are crowded: its length times the
 /// mean of 1 + crowding / 16 of both cells. When some cells change, only what led through them is
 /// looked for again (after Ramalingam and Reps, "An incremental algorithm for a generalization of
 /// the shortest-path problem", Journal of Algorithms 21, 1996): costs are the same as those of a
@@ -25,28 +25,24 @@ class CrowdFlowField {
     static constexpr Cost kNoPath = ~Cost{0};
 
     /// Field to `goal` (on the map) from everywhere.
-    void build(const navigation::GridMap& map,
-               std::span<const Crowding> crowding,
-               navigation::Cell goal);
+    void build(const GridMap& map, std::span<const Crowding> crowding, Cell goal);
 
     /// After cells in `changed` became passable or not, or more or less crowded.
-    void update(const navigation::GridMap& map,
+    void update(const GridMap& map,
                 std::span<const Crowding> crowding,
-                std::span<const navigation::Place> changed);
+                std::span<const Place> changed);
 
-    [[nodiscard]] navigation::Hop hop(navigation::Place p) const { return hop_[p]; }
+    [[nodiscard]] Hop hop(Place p) const { return hop_[p]; }
 
-    [[nodiscard]] Cost cost(navigation::Place p) const { return cost_[p]; }
+    [[nodiscard]] Cost cost(Place p) const { return cost_[p]; }
 
     /// The same a part at a time: nothing else may be asked for, and neither map nor crowding
     /// change, until advance() says so.
-    void begin_build(const navigation::GridMap& map, navigation::Cell goal);
-    void begin_update(std::span<const navigation::Place> changed);
+    void begin_build(const GridMap& map, Cell goal);
+    void begin_update(std::span<const Place> changed);
 
     /// Looks at `most` (> 0) cells more or less; true: the field is that of now.
-    bool advance(const navigation::GridMap& map,
-                 std::span<const Crowding> crowding,
-                 std::size_t most);
+    bool advance(const GridMap& map, std::span<const Crowding> crowding, std::size_t most);
 
     /// All costs, by place.
     [[nodiscard]] std::span<const Cost> costs() const { return cost_; }
@@ -59,7 +55,7 @@ class CrowdFlowField {
   private:
     struct ReachedCell {
         Cost cost;
-        navigation::Place place;
+        Place place;
 
         /// The least on top of a heap; ties by place.
         friend bool operator<(const ReachedCell& a, const ReachedCell& b) {
@@ -76,27 +72,23 @@ class CrowdFlowField {
     };
 
     /// Settles `most` cells at most; true: there are no more.
-    bool spread(const navigation::GridMap& map,
-                std::span<const Crowding> crowding,
-                std::size_t most);
-    void forget(navigation::Place p);
-    void forget_around(const navigation::GridMap& map, navigation::Place changed);
-    void forget_before(navigation::Place p);
-    void find_again(const navigation::GridMap& map,
-                    std::span<const Crowding> crowding,
-                    navigation::Place p);
+    bool spread(const GridMap& map, std::span<const Crowding> crowding, std::size_t most);
+    void forget(Place p);
+    void forget_around(const GridMap& map, Place changed);
+    void forget_before(Place p);
+    void find_again(const GridMap& map, std::span<const Crowding> crowding, Place p);
 
     std::vector<Cost> cost_;
-    std::vector<navigation::Hop> hop_;
+    std::vector<Hop> hop_;
     std::vector<ReachedCell> open_;
-    std::vector<navigation::Place> changed_;
-    std::vector<navigation::Place> forgotten_;
+    std::vector<Place> changed_;
+    std::vector<Place> forgotten_;
     RepairPhase phase_ = RepairPhase::kSpread;
     std::size_t next_ = 0;     // of forgotten_, in this phase
     std::size_t changes_ = 0;  // of changed_, done
-    navigation::Place goal_ = navigation::kNoPlace;
+    Place goal_ = kNoPlace;
     std::uint32_t stride_ = 0;
     std::size_t work_ = 0;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -5,11 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::crowd {
-
-using navigation::Cell;
-using navigation::kNoPlace;
-using navigation::Place;
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -19,7 +15,7 @@ constexpr int kLeastChange = 2;  ///< sixteenths
 
 }  // namespace
 
-Density::Density(const navigation::GridMap& map, const DensitySettings& settings)
+Density::Density(const GridMap& map, const DensitySettings& settings)
     : settings_(settings),
       width_(map.width()),
       height_(map.height()),
@@ -74,7 +70,7 @@ Crowding Density::crowding_of(float density) const {
     return static_cast<Crowding>(static_cast<float>(kPerStep) * (1.0F / speed - 1.0F) + 0.5F);
 }
 
-void Density::look(const CrowdAgents& agents) {
+void Density::look(const steering::CrowdAgents& agents) {
     look(agents.x, agents.z);
 }
 
@@ -116,7 +112,7 @@ void Density::write(std::vector<SavedCrowds::SavedBlock>& blocks) const {
     }
 }
 
-bool Density::remember(std::span<const SavedCrowds::SavedBlock> blocks) {
+bool Density::load(std::span<const SavedCrowds::SavedBlock> blocks) {
     const float most = static_cast<float>(kPerStep) * (1.0F / settings_.least_speed - 1.0F) + 1.0F;
     for (const SavedCrowds::SavedBlock& b : blocks) {
         if (b.block >= density_.size() || density_[b.block] > 0.0F || !(b.density > 0.0F) ||
@@ -131,4 +127,4 @@ bool Density::remember(std::span<const SavedCrowds::SavedBlock> blocks) {
     return true;
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
 /// What a step costs more in a cell, in sixteenths: 0 in an empty one.
 using Crowding = std::uint16_t;
@@ -36,25 +36,25 @@ struct DensitySettings {
 /// depend on it change seldom. Costs nothing where nobody is or was.
 class Density {
   public:
-    Density(const navigation::GridMap& map, const DensitySettings& settings);
+    Density(const GridMap& map, const DensitySettings& settings);
 
     /// Counts agents; cells whose crowding has changed are in changed() until the next look. No
     /// allocation once as many cells were crowded.
-    void look(const CrowdAgents& agents);
+    void look(const steering::CrowdAgents& agents);
 
     /// The same of bodies at these places.
     void look(std::span<const float> x, std::span<const float> z);
 
-    [[nodiscard]] std::span<const navigation::Place> changed() const { return changed_; }
+    [[nodiscard]] std::span<const Place> changed() const { return changed_; }
 
     /// By place.
     [[nodiscard]] std::span<const Crowding> crowding() const { return crowding_; }
 
     /// Agents per m2.
-    [[nodiscard]] float of(navigation::Place p) const { return density_[block_of(p)]; }
+    [[nodiscard]] float of(Place p) const { return density_[block_of(p)]; }
 
     /// The cell of a point, or nothing off the map.
-    [[nodiscard]] navigation::Place place_of(float x, float z) const;
+    [[nodiscard]] Place place_of(float x, float z) const;
 
     [[nodiscard]] const DensitySettings& settings() const { return settings_; }
 
@@ -63,7 +63,7 @@ class Density {
 
     /// Of one that nobody has looked at. False: some are no blocks of this map, there twice, or no
     /// densities; then it is of no use.
-    bool remember(std::span<const SavedCrowds::SavedBlock> blocks);
+    bool load(std::span<const SavedCrowds::SavedBlock> blocks);
 
     /// Calls visit(place) for the cells of a block.
     template <class Visit>
@@ -79,21 +79,21 @@ class Density {
 
   private:
     [[nodiscard]] Crowding crowding_of(float density) const;
-    [[nodiscard]] std::uint32_t block_of(navigation::Place p) const;
+    [[nodiscard]] std::uint32_t block_of(Place p) const;
     [[nodiscard]] float passable_m2(std::uint32_t block) const;
     void set(std::uint32_t block, Crowding crowding);
 
     DensitySettings settings_;
     int width_;
     int height_;
-    const navigation::GridMap& map_;
+    const GridMap& map_;
     std::uint32_t blocks_across_;
     std::vector<float> density_;        // by block
     std::vector<std::uint16_t> count_;  // likewise
     std::vector<Crowding> of_block_;    // likewise
     std::vector<Crowding> crowding_;    // by place
     std::vector<std::uint32_t> known_;  // blocks with a density
-    std::vector<navigation::Place> changed_;
+    std::vector<Place> changed_;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -62,17 +62,16 @@ FlockFlowField along_path(std::span<const Vec2> path,
     return made;
 }
 
-FlockFlowField to_goal(const navigation::GridMap& map,
-                       const navigation::FlowField& field,
+FlockFlowField to_goal(const GridMap& map,
+                       const FlowField& field,
                        float x0,
                        float z0,
                        float cell_m) {
     FlockFlowField made{x0, z0, cell_m, map.width(), map.height(), {}};
     for (int row = 0; row < made.rows; ++row) {
         for (int column = 0; column < made.columns; ++column) {
-            const navigation::Cell c{static_cast<std::uint16_t>(column),
-                                     static_cast<std::uint16_t>(row)};
-            const navigation::Cell next = navigation::hopped(c, field.hop(map.place(c)));
+            const Cell c{static_cast<std::uint16_t>(column), static_cast<std::uint16_t>(row)};
+            const Cell next = hopped(c, field.hop(map.place(c)));
             const Vec2 step(static_cast<float>(next.x) - static_cast<float>(c.x),
                             static_cast<float>(next.y) - static_cast<float>(c.y));
             const float norm = std::max(step.norm(), 1.0F);
@@ -83,4 +82,4 @@ FlockFlowField to_goal(const navigation::GridMap& map,
     return made;
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
 /// A table of directions, as compute::FlockStage::step takes it.
 struct FlockFlowField {
@@ -34,10 +34,10 @@ FlockFlowField along_path(std::span<const Vec2> path,
 
 /// By the steps of a field to a goal on a grid map whose first cell's corner is at (x0, z0), cells
 /// of `cell_m`. Where there is no path, and at the goal, zero: nobody is steered but by the others.
-FlockFlowField to_goal(const navigation::GridMap& map,
-                       const navigation::FlowField& field,
+FlockFlowField to_goal(const GridMap& map,
+                       const FlowField& field,
                        float x0,
                        float z0,
                        float cell_m);
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

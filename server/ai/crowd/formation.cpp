@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -167,4 +167,4 @@ void Formation::aim(CrowdAgents& agents, const Walls& walls, const Route& route)
     }
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 /// Place of a member beside the centre, m.
 struct FormationSlot {
@@ -93,4 +93,4 @@ class Formation {
 /// The share of the path from a to b, 0 to 1, after which it meets a wall; 1 where it meets none.
 float free_share(const Vec2& a, const Vec2& b, const Walls& walls);
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -1,6 +1,6 @@
 #include "server/ai/crowd/half_planes.h"
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -105,4 +105,4 @@ OrcaSolution solve_with_slack(const OrcaProgram& p, const Lanes& most_slack, int
     return best;
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 using kernels::kLanes;
 using kernels::LaneInts;
@@ -139,4 +139,4 @@ OrcaSolution solve(const OrcaProgram& program, const Lanes& slack);
 /// at a row that is not fixed (most_slack is enough in all of them). `failed_at` of what remains.
 OrcaSolution solve_with_slack(const OrcaProgram& program, const Lanes& most_slack, int halvings);
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

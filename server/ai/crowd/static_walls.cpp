@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -47,4 +47,4 @@ Walls walls_of(const motion::StaticGeometry& statics, float cell_m) {
     return std::move(*made);
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

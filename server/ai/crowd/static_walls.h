@@ -4,7 +4,7 @@
 #include "server/ai/crowd/walls.h"
 #include "shared/motion/static_geometry.h"
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 /// The sides of upright boxes that stand on the ground (or what lies on it) and are too high to be
 /// stepped onto. What else there is - slopes, ramps, other floors - movement keeps everybody out
@@ -29,4 +29,4 @@ class KnownWalls {
     const motion::StaticGeometry* statics_ = nullptr;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

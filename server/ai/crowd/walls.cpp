@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -101,4 +101,4 @@ void Walls::fill_cells() {
     }
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 /// A wall without thickness from a to b, m.
 struct Wall {
@@ -87,4 +87,4 @@ class Walls {
     int rows_ = 0;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -436,4 +436,4 @@ std::size_t RegionNextHop::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

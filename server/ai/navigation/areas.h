@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// The map is cut into squares. Cells of a square that reach each other within it are an region; it
 /// has an exit to each region beyond the square's sides that it touches. Each cell knows the next
@@ -217,4 +217,4 @@ class RegionNextHop {
     Square old_;                             // whose exits are found anew
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

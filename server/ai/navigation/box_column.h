@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct BoxColumn {
     float bottom = 0.0F;  ///< m
@@ -46,4 +46,4 @@ inline std::optional<BoxColumn> column_of_box(const motion::StaticGeometry& worl
     return column.bottom <= column.top ? std::optional<BoxColumn>(column) : std::nullopt;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

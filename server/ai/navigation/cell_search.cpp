@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -11,7 +11,7 @@ constexpr std::uint64_t kWeightUnit = 256;
 
 class CellSearch {
   public:
-    CellSearch(const GridMap& map, const Query& query, SearchSpace& space)
+    CellSearch(const GridMap& map, const GridQuery& query, SearchSpace& space)
         : map_(map),
           space_(space),
           goal_(query.goal),
@@ -92,8 +92,8 @@ class CellSearch {
 
 }  // namespace
 
-Reached search_cells(const GridMap& map, const Query& query, SearchSpace& space) {
+Reached search_cells(const GridMap& map, const GridQuery& query, SearchSpace& space) {
     return CellSearch(map, query, space).run(query.start);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

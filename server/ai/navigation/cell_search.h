@@ -5,7 +5,7 @@
 #include "server/ai/navigation/open_list.h"
 #include "server/ai/navigation/query.h"
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// How a search over places ended.
 struct Reached {
@@ -18,7 +18,7 @@ struct Reached {
 /// determination of minimum cost paths", 1968); with query.weight > 1 weighted A*, which looks at
 /// no cell twice (Likhachev, Gordon and Thrun, "ARA*", 2003, theorem 1: the bound holds all the
 /// same). `space` has map.places() nodes; start and goal are passable.
-Reached search_cells(const GridMap& map, const Query& query, SearchSpace& space);
+Reached search_cells(const GridMap& map, const GridQuery& query, SearchSpace& space);
 
 /// Jump-point search without cutting corners, 64 cells of a row or column at a time (Harabor and
 /// Grastien, "Improving jump point search", ICAPS 2014, section 3; "Online graph pruning for
@@ -27,8 +27,8 @@ Reached search_cells(const GridMap& map, const Query& query, SearchSpace& space)
 /// of the map, or of one that has passable cells besides; a cell may then be looked at twice, for
 /// what they tell is rounded.
 Reached search_jump_points(const GridMap& map,
-                           const Query& query,
+                           const GridQuery& query,
                            SearchSpace& space,
                            const Landmarks* landmarks = nullptr);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -157,7 +157,7 @@ void HpaGraph::reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goa
 /// From the start through the portals of its square, and from those of the goal's to the goal. What
 /// is looked at are the cells behind portals only: two segments within one square are never shorter
 /// than the one between their ends.
-void HpaGraph::open_ends(const GridMap& map, const Query& query) {
+void HpaGraph::open_ends(const GridMap& map, const GridQuery& query) {
     const HpaCluster& first = clusters_[cluster_of(query.start)];
     const HpaCluster& last = clusters_[cluster_of(query.goal)];
     to_goal_.clear();
@@ -179,7 +179,7 @@ void HpaGraph::open_ends(const GridMap& map, const Query& query) {
 }
 
 bool HpaGraph::run(const GridMap& map,
-                   const Query& query,
+                   const GridQuery& query,
                    std::vector<Cell>& through,
                    std::uint32_t& work) {
     const auto goal = static_cast<std::uint32_t>(nodes_.size());
@@ -227,4 +227,4 @@ std::size_t HpaGraph::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Hierarchical planning (Botea, Mueller and Schaeffer, "Near optimal hierarchical path-finding",
 /// Journal of Game Development 1, 2004): pairs of cells on either side of a border are portals,
@@ -31,7 +31,7 @@ class HpaGraph {
     /// the list are in one square or in two next to each other. False where there is none, or
     /// query.max_work is exceeded. Start and goal are passable.
     bool run(const GridMap& map,
-             const Query& query,
+             const GridQuery& query,
              std::vector<Cell>& through,
              std::uint32_t& work);
 
@@ -93,7 +93,7 @@ class HpaGraph {
 
     void measure(const GridMap& map, std::uint32_t cluster);
     [[nodiscard]] FlowField::Window window(const GridMap& map, std::uint32_t cluster) const;
-    void open_ends(const GridMap& map, const Query& query);
+    void open_ends(const GridMap& map, const GridQuery& query);
     void reach(std::uint32_t node, Cost cost, std::uint32_t from, Cell goal);
 
     std::uint32_t across_;
@@ -110,4 +110,4 @@ class HpaGraph {
     Cost direct_ = kNoCost;      // from start to goal within one cluster
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 void GraphConnectivity::start(std::uint32_t blocks) {
     for (NodeBlock& b : blocks_) {
@@ -112,4 +112,4 @@ std::size_t GraphConnectivity::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// What links join whichever way they lead, in two levels, as Components does for cells: clusters
 /// lie in blocks; those of a block that links within it join are a region, and regions are joined
@@ -130,4 +130,4 @@ void GraphConnectivity::renew(const Out& out, const In& in) {
     join_regions();
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -4,7 +4,7 @@
 #include <bit>
 #include <numeric>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -238,4 +238,4 @@ std::size_t Components::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

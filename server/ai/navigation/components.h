@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Without cutting corners a diagonal step can be walked in two straight ones as well, so that
 /// cells which touch by their sides tell all.
@@ -88,4 +88,4 @@ class Components {
     std::vector<std::uint32_t> joined_;                    // by the last update(), ascending
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

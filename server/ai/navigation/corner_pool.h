@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Where the corners of one path lie.
 struct CornerBlock {
@@ -81,4 +81,4 @@ class BlockPool {
 
 using CornerPool = BlockPool<Spot>;
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

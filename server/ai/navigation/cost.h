@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Straight steps and diagonal ones are in the ratio 985 : 1393, a convergent of 1 : sqrt 2 that is
 /// off by 3.7e-7 of a straight step per diagonal one (Hardy and Wright, "An Introduction to the
@@ -36,4 +36,4 @@ inline double length_of(std::uint32_t straight, std::uint32_t diagonal) {
     return straight + diagonal * std::numbers::sqrt2;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

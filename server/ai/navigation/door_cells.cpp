@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -126,7 +126,7 @@ void DoorMap::turn(std::uint32_t door, bool shut, std::vector<CellChange>& chang
         return;
     }
     shut_[door] = shut;
-    const auto change = [&](std::uint32_t number, std::uint16_t Ground::*doors) {
+    const auto change = [&](std::uint32_t number, std::uint16_t Ground::* doors) {
         Ground& g = ground_[number];
         const bool before = g.passable();
         g.*doors = static_cast<std::uint16_t>(g.*doors + (shut ? 1 : -1));
@@ -151,4 +151,4 @@ std::size_t DoorMap::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// What a map with a door shut has other than one with all doors open.
 struct DoorCells {
@@ -79,4 +79,4 @@ class DoorMap {
     std::vector<bool> shut_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <array>
 #include <bit>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -230,4 +230,4 @@ std::size_t NextHops::add(const GridMap& map, const FlowField& field) {
     return begin / bytes_per_goal();
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Number of a step to a neighbour, 0 to 7: those along rows and columns first.
 using Hop = std::uint8_t;
@@ -130,4 +130,4 @@ class NextHops {
     std::vector<std::uint8_t> hops_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -147,18 +147,18 @@ void WaypointPaths::turn_doors(std::span<const std::uint8_t> shut) {
     }
 }
 
-Outcome WaypointPaths::locate(Request& request) {
+PathOutcome WaypointPaths::locate(PathRequestEntry& request) {
     for (End* end : {&request.from, &request.to}) {
         end->node = graph_.nearest(end->wanted);
         if (end->node == graph_.size()) {
-            return end == &request.from ? Outcome::kStartBlocked : Outcome::kGoalBlocked;
+            return end == &request.from ? PathOutcome::kStartBlocked : PathOutcome::kGoalBlocked;
         }
         end->on = end->wanted;
         if (std::isnan(end->on.y())) {
             end->on.y() = graph_.position(end->node).y();
         }
     }
-    return Outcome::kFound;
+    return PathOutcome::kFound;
 }
 
 void WaypointPaths::ready(std::uint32_t goal) {
@@ -167,11 +167,11 @@ void WaypointPaths::ready(std::uint32_t goal) {
     }
 }
 
-void WaypointPaths::prepare_segments(const Request& request) {
+void WaypointPaths::prepare_segments(const PathRequestEntry& request) {
     ready(request.to.node);
 }
 
-void WaypointPaths::find(const Request& request, bool late, Found& found) {
+void WaypointPaths::find(const PathRequestEntry& request, bool late, FoundPath& found) {
     const std::uint32_t from = request.from.node;
     std::uint32_t goal = request.to.node;
     found.last = goal;
@@ -184,17 +184,17 @@ void WaypointPaths::find(const Request& request, bool late, Found& found) {
     ready(goal);
     if (!clusters_.joined(from, goal)) {
         goal = nearest_reached(request);
-        found.outcome = Outcome::kPartial;
+        found.outcome = PathOutcome::kPartial;
         found.last = goal;
         found.short_m = (places_[goal] - request.to.on).norm();
         ready(goal);
     }
-    const bool to_goal = found.outcome == Outcome::kFound;
+    const bool to_goal = found.outcome == PathOutcome::kFound;
     if (!late) {
         const WaypointSearch::WaypointAnswer answer =
             search_.plan(graph_, from, goal, settings_.search_work);
         spend(kWaypointUnits * answer.work);
-        if (answer.outcome == Outcome::kFound) {
+        if (answer.outcome == PathOutcome::kFound) {
             path_.assign(search_.path().begin(), search_.path().end());
             found.best = true;
             found.cost = answer.cost;
@@ -204,7 +204,7 @@ void WaypointPaths::find(const Request& request, bool late, Found& found) {
     }
     found.cheap = true;
     if (!find_by_clusters(from, goal)) {
-        found.outcome = Outcome::kUnreachable;
+        found.outcome = PathOutcome::kUnreachable;
         return;
     }
     for (std::size_t i = 1; i < path_.size(); ++i) {
@@ -213,7 +213,7 @@ void WaypointPaths::find(const Request& request, bool late, Found& found) {
     take(request, to_goal, found);
 }
 
-std::uint32_t WaypointPaths::nearest_reached(const Request& request) {
+std::uint32_t WaypointPaths::nearest_reached(const PathRequestEntry& request) {
     clusters_.flood(request.from.node);
     std::uint32_t best = request.from.node;
     float least = std::numeric_limits<float>::infinity();
@@ -268,7 +268,7 @@ bool WaypointPaths::on_edge(const Vec3& place, std::uint32_t from, std::uint32_t
     return (off - path * (along / length2)).norm() <= kBesideEdge_m;
 }
 
-void WaypointPaths::take(const Request& request, bool to_goal, Found& found) const {
+void WaypointPaths::take(const PathRequestEntry& request, bool to_goal, FoundPath& found) const {
     std::size_t first = 0;
     std::size_t end = path_.size();
     if (path_.size() > 1 && on_edge(request.from.on, path_[0], path_[1])) {
@@ -300,7 +300,7 @@ void WaypointPaths::take(const Request& request, bool to_goal, Found& found) con
     }
 }
 
-Spot WaypointPaths::first_segment(Request& request, Spot at) const {
+Spot WaypointPaths::first_segment(PathRequestEntry& request, Spot at) const {
     const Vec3 here(at.x, request.from.wanted.y(), at.z);
     const std::uint32_t node = graph_.nearest(here);
     if (node == graph_.size() || !clusters_.prepared(request.to.node)) {
@@ -329,7 +329,7 @@ bool WaypointPaths::passable(const Hinge& hinge) const {
     return is_open(hinge.what);
 }
 
-bool WaypointPaths::may_be_shorter(const Request& request) const {
+bool WaypointPaths::may_be_shorter(const PathRequestEntry& request) const {
     // Who has come some of the path would gain on the whole of it too.
     const Vec3& from = places_[request.from.node];
     const Vec3& to = places_[request.last];
@@ -347,8 +347,8 @@ bool WaypointPaths::may_be_shorter(const Request& request) const {
            });
 }
 
-bool WaypointPaths::may_come_nearer(const Request& request) const {
-    return !request.usable || request.outcome != Outcome::kPartial ||
+bool WaypointPaths::may_come_nearer(const PathRequestEntry& request) const {
+    return !request.usable || request.outcome != PathOutcome::kPartial ||
            clusters_.joined_anew(request.last) ||
            std::any_of(opened_.begin(), opened_.end(), [&](std::uint32_t what) {
                const auto [begin, end] = ends_of(what);
@@ -394,4 +394,4 @@ std::size_t WaypointPaths::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct WaypointPathsSettings {
     QueueSettings queue;
@@ -44,10 +44,10 @@ class WaypointPaths final : public PathRequestQueue {
     [[nodiscard]] const WaypointGraph& waypoints() const { return graph_; }
 
   protected:
-    Outcome locate(Request& request) override;
-    void find(const Request& request, bool late, Found& found) override;
-    Spot first_segment(Request& request, Spot at) const override;
-    void prepare_segments(const Request& request) override;
+    PathOutcome locate(PathRequestEntry& request) override;
+    void find(const PathRequestEntry& request, bool late, FoundPath& found) override;
+    Spot first_segment(PathRequestEntry& request, Spot at) const override;
+    void prepare_segments(const PathRequestEntry& request) override;
     [[nodiscard]] MapNumbers numbers() const override;
 
     [[nodiscard]] std::vector<std::uint32_t> tables() const override {
@@ -57,8 +57,8 @@ class WaypointPaths final : public PathRequestQueue {
     void make_table(std::uint32_t node) override { clusters_.prepare(node); }
 
     [[nodiscard]] bool passable(const Hinge& hinge) const override;
-    [[nodiscard]] bool may_be_shorter(const Request& request) const override;
-    [[nodiscard]] bool may_come_nearer(const Request& request) const override;
+    [[nodiscard]] bool may_be_shorter(const PathRequestEntry& request) const override;
+    [[nodiscard]] bool may_come_nearer(const PathRequestEntry& request) const override;
 
   private:
     /// A waypoint or edge that hangs on doors, and how many of these are shut.
@@ -82,8 +82,8 @@ class WaypointPaths final : public PathRequestQueue {
     [[nodiscard]] std::uint32_t start_of(std::uint32_t edge) const;
     void ready(std::uint32_t goal);
     bool find_by_clusters(std::uint32_t from, std::uint32_t goal);
-    std::uint32_t nearest_reached(const Request& request);
-    void take(const Request& request, bool to_goal, Found& found) const;
+    std::uint32_t nearest_reached(const PathRequestEntry& request);
+    void take(const PathRequestEntry& request, bool to_goal, FoundPath& found) const;
     [[nodiscard]] std::uint32_t edge_between(std::uint32_t from, std::uint32_t to) const;
     /// Whether a place lies beside an edge, not before its beginning.
     [[nodiscard]] bool on_edge(const Vec3& place, std::uint32_t from, std::uint32_t to) const;
@@ -108,4 +108,4 @@ class WaypointPaths final : public PathRequestQueue {
     std::vector<std::uint32_t> path_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

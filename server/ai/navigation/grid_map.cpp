@@ -2,7 +2,7 @@
 
 #include "shared/core/assert.h"
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -43,4 +43,4 @@ void GridMap::set_passable(Cell c, bool passable) {
     set_bit(by_column_, column_place(c), passable);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

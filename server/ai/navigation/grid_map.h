@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct Cell {
     std::uint16_t x = 0;  ///< column, from the left
@@ -87,4 +87,4 @@ class GridMap {
     std::vector<std::uint64_t> by_column_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -325,4 +325,4 @@ core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text) {
     return in.failed() ? R::failure(in.error()) : R(std::move(events));
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// `.map` (N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, section III): `type
 /// octile`, `height H`, `width W`, `map`, then H rows of W characters. `.`, `G` and `S` are
@@ -52,4 +52,4 @@ struct GridEvent {
 /// x y`.
 core::Result<std::vector<GridEvent>> parse_grid_events(std::string_view text);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -150,4 +150,4 @@ std::size_t GridPaths::bytes() const {
     return kept + service_.bytes() + doors_.bytes() + changes_.capacity() * sizeof(CellChange);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// A GridPathRequests on the ground of a zone for characters of one size.
 class GridPaths final : public PathProvider {
@@ -82,9 +82,9 @@ class GridPaths final : public PathProvider {
 
     void forget_ground() override { ground_.reset(); }
 
-    [[nodiscard]] SavedPaths memory() const override { return service_.memory(); }
+    [[nodiscard]] SavedPaths save() const override { return service_.save(); }
 
-    std::string remember(const SavedPaths& memory) override { return service_.remember(memory); }
+    std::string load(const SavedPaths& memory) override { return service_.load(memory); }
 
     [[nodiscard]] const PathCounts& counts() const override { return service_.counts(); }
 
@@ -120,4 +120,4 @@ class GridPaths final : public PathProvider {
     std::vector<CellChange> changes_;  // of the last turn
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

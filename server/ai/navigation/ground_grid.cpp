@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -103,4 +103,4 @@ bool nearest_passable(const GridMap& map, const GroundGrid& grid, Spot s, int re
     return any;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

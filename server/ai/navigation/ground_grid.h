@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// A place on the ground, zone-local, m.
 struct Spot {
@@ -68,4 +68,4 @@ class GroundGrid {
 /// nothing within `reach` cells. Cost grows with how far it is, squared.
 bool nearest_passable(const GridMap& map, const GroundGrid& grid, Spot s, int reach, Cell& found);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <optional>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -398,4 +398,4 @@ GroundMap bake_ground(const StaticGeometry& world,
     return out;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

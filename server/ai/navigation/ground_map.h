@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// One floor to a cell: of those on which the capsule stands the highest that can be walked to from
 /// the largest part of the ground (over a bridge and up a ramp, not below them), else the lowest.
@@ -32,4 +32,4 @@ GroundMap bake_ground(const motion::StaticGeometry& world,
                       const GroundRect& area,
                       float cell_m);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

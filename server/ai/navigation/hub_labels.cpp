@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -176,4 +176,4 @@ std::size_t HubLabels::bytes() const {
     return first_.capacity() * sizeof(std::uint32_t) + labels_.capacity() * sizeof(HubLabel);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Subgoals in the order in which they become hubs: those that lie on most shortest paths first.
 /// Trees of shortest paths from a sample of subgoals stand for all; who lies on most paths of the
@@ -66,4 +66,4 @@ class HubLabels {
     std::vector<HubLabel> labels_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

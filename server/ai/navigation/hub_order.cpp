@@ -5,7 +5,7 @@
 #include <queue>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -181,4 +181,4 @@ ResumableTask hub_order(const Subgoals& graph, std::uint32_t trees, std::vector<
     }
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -82,7 +82,7 @@ template <class Heuristic, bool kLooksAhead>
 class JumpSearch {
   public:
     JumpSearch(const GridMap& map,
-               const Query& query,
+               const GridQuery& query,
                const Heuristic& heuristic,
                SearchSpace& space)
         : map_(map),
@@ -291,7 +291,7 @@ class JumpSearch {
 }  // namespace
 
 Reached search_jump_points(const GridMap& map,
-                           const Query& query,
+                           const GridQuery& query,
                            SearchSpace& space,
                            const Landmarks* landmarks) {
     if (landmarks == nullptr) {
@@ -307,4 +307,4 @@ Reached search_jump_points(const GridMap& map,
     return JumpSearch<decltype(least), true>(map, query, least, space).run(query.start);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -1,6 +1,6 @@
 #include "server/ai/navigation/landmarks.h"
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -88,4 +88,4 @@ std::size_t Landmarks::bytes() const {
            cells_.capacity() * sizeof(std::uint32_t) + field_.bytes();
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Differential heuristics: of any landmark l no path from a to b is shorter than
 /// |d(a, l) - d(b, l)| (Sturtevant, Felner, Barrer, Schaeffer and Burch, "Memory-based heuristics
@@ -86,4 +86,4 @@ class Landmarks {
     std::vector<std::uint32_t> cells_;  // by component
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -1,6 +1,6 @@
 #include "server/ai/navigation/line_of_sight.h"
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 bool sees(const GridMap& map, Cell from, Cell to, std::uint32_t& looked) {
     const std::int32_t dx = std::abs(to.x - from.x);
@@ -66,4 +66,4 @@ void pull(const GridMap& map, std::vector<Cell>& corners, std::uint32_t& looked)
     corners.resize(kept + 1);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

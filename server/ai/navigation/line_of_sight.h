@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Whether all cells that the line from the middle of one cell to that of another touches are
 /// passable; where it runs through a corner between four, all four (as steps do, it cuts none).
@@ -35,4 +35,4 @@ inline bool touches(Cell from, Cell to, Cell cell) {
 /// free.
 void pull(const GridMap& map, std::vector<Cell>& corners, std::uint32_t& looked);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

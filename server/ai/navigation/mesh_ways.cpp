@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -212,15 +212,15 @@ void NavmeshPaths::turn_doors(std::span<const std::uint8_t> shut) {
     }
 }
 
-Outcome NavmeshPaths::locate(Request& request) {
+PathOutcome NavmeshPaths::locate(PathRequestEntry& request) {
     End& from = request.from;
     from.node = mesh_.nearest(from.wanted, settings_.reach_m, kAnyHeight, from.on);
     if (from.node == Navmesh::kNone) {
-        return Outcome::kStartBlocked;
+        return PathOutcome::kStartBlocked;
     }
     End& to = request.to;
     to.node = mesh_.nearest(to.wanted, settings_.reach_m, kAnyHeight, to.on);
-    return to.node == Navmesh::kNone ? Outcome::kGoalBlocked : Outcome::kFound;
+    return to.node == Navmesh::kNone ? PathOutcome::kGoalBlocked : PathOutcome::kFound;
 }
 
 void NavmeshPaths::ready(std::uint32_t goal) {
@@ -229,14 +229,14 @@ void NavmeshPaths::ready(std::uint32_t goal) {
     }
 }
 
-void NavmeshPaths::prepare_segments(const Request& request) {
+void NavmeshPaths::prepare_segments(const PathRequestEntry& request) {
     ready(request.to.node);
 }
 
-void NavmeshPaths::find(const Request& request, bool late, Found& found) {
+void NavmeshPaths::find(const PathRequestEntry& request, bool late, FoundPath& found) {
     const float off = off_goal(request.to.wanted, request.to.on);
     End goal = request.to;
-    found.outcome = off > kMoved_m ? Outcome::kPartial : Outcome::kFound;
+    found.outcome = off > kMoved_m ? PathOutcome::kPartial : PathOutcome::kFound;
     found.short_m = off;
     found.last = goal.node;
     if (find_straight(request, goal, found)) {
@@ -245,7 +245,7 @@ void NavmeshPaths::find(const Request& request, bool late, Found& found) {
     ready(goal.node);
     if (!clusters_.joined(request.from.node, goal.node)) {
         goal = nearest_reached(request);
-        found.outcome = Outcome::kPartial;
+        found.outcome = PathOutcome::kPartial;
         found.last = goal.node;
         found.short_m = off_goal(request.to.wanted, goal.on);
         if (find_straight(request, goal, found)) {
@@ -257,7 +257,7 @@ void NavmeshPaths::find(const Request& request, bool late, Found& found) {
         const NavmeshSearch::NavmeshAnswer answer = search_.plan(
             mesh_, request.from.node, goal.node, request.from.on, goal.on, settings_.search_work);
         spend(kPolygonUnits * answer.work);
-        if (answer.outcome == Outcome::kFound) {
+        if (answer.outcome == PathOutcome::kFound) {
             take(found);
             return;
         }
@@ -266,11 +266,13 @@ void NavmeshPaths::find(const Request& request, bool late, Found& found) {
     if (find_by_clusters(request, goal)) {
         take(found);
     } else {
-        found.outcome = Outcome::kUnreachable;
+        found.outcome = PathOutcome::kUnreachable;
     }
 }
 
-bool NavmeshPaths::find_straight(const Request& request, const End& goal, Found& found) {
+bool NavmeshPaths::find_straight(const PathRequestEntry& request,
+                                 const End& goal,
+                                 FoundPath& found) {
     found.hinges.clear();
     std::uint64_t steps = 0;
     const std::uint32_t end =
@@ -292,7 +294,7 @@ bool NavmeshPaths::find_straight(const Request& request, const End& goal, Found&
     return true;
 }
 
-PathRequestQueue::End NavmeshPaths::nearest_reached(const Request& request) {
+PathRequestQueue::End NavmeshPaths::nearest_reached(const PathRequestEntry& request) {
     clusters_.flood(request.from.node);
     End best = request.from;
     // On the ground where the goal's height is not told: where it was found.
@@ -313,7 +315,7 @@ PathRequestQueue::End NavmeshPaths::nearest_reached(const Request& request) {
     return best;
 }
 
-bool NavmeshPaths::find_by_clusters(const Request& request, const End& goal) {
+bool NavmeshPaths::find_by_clusters(const PathRequestEntry& request, const End& goal) {
     std::array<std::uint32_t, GraphHierarchy::kMost + 1> segment{};
     corridor_.assign(1, request.from.node);
     while (corridor_.back() != goal.node) {
@@ -329,7 +331,7 @@ bool NavmeshPaths::find_by_clusters(const Request& request, const End& goal) {
     return true;
 }
 
-void NavmeshPaths::take(Found& found) const {
+void NavmeshPaths::take(FoundPath& found) const {
     const std::span<const Vec3> corners = search_.corners();
     for (const Vec3& c : corners.subspan(1)) {
         found.corners.push_back(flat_spot(c));
@@ -358,7 +360,7 @@ Vec3 NavmeshPaths::gate_between(std::uint32_t polygon, std::uint32_t next) const
     return middles_[next];
 }
 
-Spot NavmeshPaths::first_segment(Request& request, Spot at) const {
+Spot NavmeshPaths::first_segment(PathRequestEntry& request, Spot at) const {
     Vec3 on;
     const Vec3 here(at.x, request.from.wanted.y(), at.z);
     const std::uint32_t node = mesh_.nearest(here, settings_.reach_m, kAnyHeight, on);
@@ -403,7 +405,7 @@ bool NavmeshPaths::passable(const Hinge& hinge) const {
     return mesh_.passable(hinge.what);
 }
 
-bool NavmeshPaths::may_be_shorter(const Request& request) const {
+bool NavmeshPaths::may_be_shorter(const PathRequestEntry& request) const {
     const Spot at = flat_spot(request.from.wanted);
     const Spot to = end_of(request);
     const float left = left_m(request);
@@ -415,7 +417,7 @@ bool NavmeshPaths::may_be_shorter(const Request& request) const {
     });
 }
 
-bool NavmeshPaths::may_come_nearer(const Request& request) const {
+bool NavmeshPaths::may_come_nearer(const PathRequestEntry& request) const {
     const Spot at = flat_spot(request.from.wanted);
     const Spot wanted = flat_spot(request.to.wanted);
     const auto opened_within = [&](Spot spot, float reach_m) {
@@ -426,7 +428,7 @@ bool NavmeshPaths::may_come_nearer(const Request& request) const {
     if (!request.usable) {  // one of its ends was beside all floors
         return opened_within(at, settings_.reach_m) || opened_within(wanted, settings_.reach_m);
     }
-    return request.outcome != Outcome::kPartial || clusters_.joined_anew(request.last) ||
+    return request.outcome != PathOutcome::kPartial || clusters_.joined_anew(request.last) ||
            opened_within(wanted, request.short_m + kMoved_m);
 }
 
@@ -511,4 +513,4 @@ std::size_t NavmeshPaths::bytes() const {
            rims_.capacity() * sizeof(Rim);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

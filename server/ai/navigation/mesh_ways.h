@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct NavmeshPathsSettings {
     QueueSettings queue;
@@ -44,10 +44,10 @@ class NavmeshPaths final : public PathRequestQueue {
     [[nodiscard]] const Navmesh& mesh() const { return mesh_; }
 
   protected:
-    Outcome locate(Request& request) override;
-    void find(const Request& request, bool late, Found& found) override;
-    Spot first_segment(Request& request, Spot at) const override;
-    void prepare_segments(const Request& request) override;
+    PathOutcome locate(PathRequestEntry& request) override;
+    void find(const PathRequestEntry& request, bool late, FoundPath& found) override;
+    Spot first_segment(PathRequestEntry& request, Spot at) const override;
+    void prepare_segments(const PathRequestEntry& request) override;
     [[nodiscard]] MapNumbers numbers() const override;
 
     [[nodiscard]] std::vector<std::uint32_t> tables() const override {
@@ -57,8 +57,8 @@ class NavmeshPaths final : public PathRequestQueue {
     void make_table(std::uint32_t node) override { clusters_.prepare(node); }
 
     [[nodiscard]] bool passable(const Hinge& hinge) const override;
-    [[nodiscard]] bool may_be_shorter(const Request& request) const override;
-    [[nodiscard]] bool may_come_nearer(const Request& request) const override;
+    [[nodiscard]] bool may_be_shorter(const PathRequestEntry& request) const override;
+    [[nodiscard]] bool may_come_nearer(const PathRequestEntry& request) const override;
 
   private:
     /// Edges at a side of the area, where the zone can be left.
@@ -81,11 +81,11 @@ class NavmeshPaths final : public PathRequestQueue {
     /// Sets gates as doors are; whether any polygon has changed. Notes what was opened.
     bool follow(std::span<const std::uint8_t> shut);
     void ready(std::uint32_t goal);
-    bool find_straight(const Request& request, const End& goal, Found& found);
+    bool find_straight(const PathRequestEntry& request, const End& goal, FoundPath& found);
     /// The place nearest to a goal among those that can be reached.
-    End nearest_reached(const Request& request);
-    bool find_by_clusters(const Request& request, const End& goal);
-    void take(Found& found) const;
+    End nearest_reached(const PathRequestEntry& request);
+    bool find_by_clusters(const PathRequestEntry& request, const End& goal);
+    void take(FoundPath& found) const;
     [[nodiscard]] Vec3 gate_between(std::uint32_t polygon, std::uint32_t next) const;
 
     NavmeshPathsSettings settings_;
@@ -106,4 +106,4 @@ class NavmeshPaths final : public PathRequestQueue {
     std::vector<std::uint32_t> corridor_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

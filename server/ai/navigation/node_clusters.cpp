@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -427,4 +427,4 @@ std::size_t GraphHierarchy::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// A graph as others keep it: links out of each node, in compressed rows.
 struct NodeGraph {
@@ -184,4 +184,4 @@ class GraphHierarchy {
     std::vector<std::uint32_t> queue_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

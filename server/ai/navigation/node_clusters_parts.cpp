@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// By what lies next to each other, as nodes are shared out.
 void GraphHierarchy::share_out_blocks(const NodeGraph& graph) {
@@ -94,4 +94,4 @@ bool GraphHierarchy::joined_anew(std::uint32_t node) const {
            std::binary_search(joined_.begin(), joined_.end(), parts_.of(cluster_[node]));
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

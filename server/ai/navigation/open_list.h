@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// A heap of four children to a node with places of its entries, so that an entry can become
 /// cheaper: it never holds more than one for each node (Johnson, "Priority queues with update and
@@ -24,7 +24,7 @@ class OpenList {
     [[nodiscard]] bool empty() const { return heap_.empty(); }
 
     void clear() {
-        for (const Entry& e : heap_) {
+        for (const OpenEntry& e : heap_) {
             at_[e.node] = kAbsent;
         }
         heap_.clear();
@@ -50,7 +50,7 @@ class OpenList {
     std::uint32_t pop() {
         const std::uint32_t node = heap_.front().node;
         at_[node] = kAbsent;
-        const Entry last = heap_.back();
+        const OpenEntry last = heap_.back();
         heap_.pop_back();
         if (!heap_.empty()) {
             sink(last);
@@ -59,14 +59,14 @@ class OpenList {
     }
 
   private:
-    struct Entry {
+    struct OpenEntry {
         std::uint64_t key;
         std::uint32_t node;
     };
 
     static constexpr std::uint32_t kAbsent = ~0U;
 
-    void rise(const Entry& e, std::uint32_t i) {
+    void rise(const OpenEntry& e, std::uint32_t i) {
         while (i != 0) {
             const std::uint32_t above = (i - 1) / 4;
             if (heap_[above].key <= e.key) {
@@ -80,7 +80,7 @@ class OpenList {
         at_[e.node] = i;
     }
 
-    void sink(const Entry& e) {
+    void sink(const OpenEntry& e) {
         const auto size = static_cast<std::uint32_t>(heap_.size());
         std::uint32_t i = 0;
         while (true) {
@@ -104,7 +104,7 @@ class OpenList {
         at_[e.node] = i;
     }
 
-    std::vector<Entry> heap_;
+    std::vector<OpenEntry> heap_;
     std::vector<std::uint32_t> at_;
 };
 
@@ -113,7 +113,7 @@ class OpenList {
 class SearchSpace {
   public:
     void resize(std::uint32_t nodes) {
-        known_.assign(nodes, Known{});
+        known_.assign(nodes, KnownNode{});
         open.resize(nodes);
         search_ = 0;
     }
@@ -122,7 +122,7 @@ class SearchSpace {
     void begin() {
         open.clear();
         if (++search_ == 0) {
-            known_.assign(known_.size(), Known{});
+            known_.assign(known_.size(), KnownNode{});
             search_ = 1;
         }
     }
@@ -147,15 +147,15 @@ class SearchSpace {
     OpenList open;
 
   private:
-    struct Known {
+    struct KnownNode {
         std::uint32_t search = 0;
         Cost cost = 0;
         std::uint32_t from = 0;
         std::uint32_t tag = 0;
     };
 
-    std::vector<Known> known_;
+    std::vector<KnownNode> known_;
     std::uint32_t search_ = 0;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

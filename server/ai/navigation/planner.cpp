@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -17,65 +17,65 @@ constexpr std::uint64_t kIndexPart = 20'000;
 
 }  // namespace
 
-const char* to_string(Outcome outcome) {
+const char* to_string(PathOutcome outcome) {
     switch (outcome) {
-        case Outcome::kFound:
+        case PathOutcome::kFound:
             return "found";
-        case Outcome::kPartial:
+        case PathOutcome::kPartial:
             return "partial";
-        case Outcome::kUnreachable:
+        case PathOutcome::kUnreachable:
             return "unreachable";
-        case Outcome::kOffMap:
+        case PathOutcome::kOffMap:
             return "off_map";
-        case Outcome::kStartBlocked:
+        case PathOutcome::kStartBlocked:
             return "start_blocked";
-        case Outcome::kGoalBlocked:
+        case PathOutcome::kGoalBlocked:
             return "goal_blocked";
-        case Outcome::kCutOff:
+        case PathOutcome::kCutOff:
             return "cut_off";
     }
     return "?";
 }
 
-const char* to_string(Method method) {
+const char* to_string(GridMethod method) {
     switch (method) {
-        case Method::kDefault:
+        case GridMethod::kDefault:
             return "default";
-        case Method::kAStar:
+        case GridMethod::kAStar:
             return "astar";
-        case Method::kWeightedAStar:
+        case GridMethod::kWeightedAStar:
             return "weighted_astar";
-        case Method::kJumpPoints:
+        case GridMethod::kJumpPoints:
             return "jump_points";
-        case Method::kSubgoals:
+        case GridMethod::kSubgoals:
             return "subgoals";
-        case Method::kHubLabels:
+        case GridMethod::kHubLabels:
             return "hub_labels";
-        case Method::kHierarchical:
+        case GridMethod::kHierarchical:
             return "hierarchical";
     }
     return "?";
 }
 
-Planner::Planner(GridMap map) : map_(std::move(map)) {
+GridPlanner::GridPlanner(GridMap map) : map_(std::move(map)) {
     ZONED_ASSERT(map_.passable_cells() <= kMostPassable, "a map whose paths may be too long");
     path_.reserve(map_.passable_cells());
     chain_.reserve(map_.passable_cells());
 }
 
-void Planner::prepare(const IndexBounds& bounds) {
+void GridPlanner::prepare(const IndexBounds& bounds) {
     label_components();
     begin_index(bounds);
     advance_index(~std::uint64_t{0});
 }
 
-void Planner::begin_index(const IndexBounds& bounds) {
+void GridPlanner::begin_index(const IndexBounds& bounds) {
     retire_index();
     indexing_.cancel();
     next_index_ = bounds;
 }
 
-bool Planner::advance_index(std::uint64_t units) {
+bool GridPlanner::advance_index(std::uint64_t units) {
     index_work_ = 0;
     while (index_work_ < units) {
         const bool done = indexing_.advance(units - index_work_);
@@ -92,7 +92,7 @@ bool Planner::advance_index(std::uint64_t units) {
     return false;
 }
 
-void Planner::retire_index() {
+void GridPlanner::retire_index() {
     // To give back megabytes takes up to a millisecond, which nobody waits for.
     if (subgoals_) {
         old_labels_ = std::move(labels_);
@@ -102,11 +102,11 @@ void Planner::retire_index() {
     subgoals_.reset();
 }
 
-bool Planner::worth_a_try(std::uint64_t failed_at) const {
+bool GridPlanner::worth_a_try(std::uint64_t failed_at) const {
     return failed_at == kNever || changed_cells_ - failed_at > map_.passable_cells() / kRetryShare;
 }
 
-ResumableTask Planner::index(IndexBounds bounds) {
+ResumableTask GridPlanner::index(IndexBounds bounds) {
     bool cancelled = false;
     if (old_subgoals_) {
         const std::size_t labels = old_labels_ ? old_labels_->bytes() : 0;
@@ -145,7 +145,7 @@ ResumableTask Planner::index(IndexBounds bounds) {
     co_await Spent{part.taken()};
 }
 
-ResumableTask Planner::index_subgoals(IndexBounds bounds) {
+ResumableTask GridPlanner::index_subgoals(IndexBounds bounds) {
     bool cancelled = false;
     ResumableTask part;
     const auto run = [&part, &cancelled] {
@@ -200,12 +200,12 @@ ResumableTask Planner::index_subgoals(IndexBounds bounds) {
     }
 }
 
-void Planner::prepare_clusters() {
+void GridPlanner::prepare_clusters() {
     clusters_.emplace(map_);
     through_.reserve(clusters_->portals() * 2 + 2);  // all of them, and both ends
 }
 
-void Planner::change(std::span<const CellChange> changes) {
+void GridPlanner::change(std::span<const CellChange> changes) {
     bool changed = false;
     for (const CellChange& c : changes) {
         if (map_.passable(c.cell) != c.passable) {
@@ -234,102 +234,104 @@ void Planner::change(std::span<const CellChange> changes) {
     }
 }
 
-bool Planner::joined(Cell a, Cell b) {
+bool GridPlanner::joined(Cell a, Cell b) {
     label_components();
     return map_.passable(a) && map_.passable(b) &&
            components_.of(map_.place(a)) == components_.of(map_.place(b));
 }
 
-void Planner::label_components() {
+void GridPlanner::label_components() {
     if (!components_true_) {
         components_.label(map_);
         components_true_ = true;
     }
 }
 
-bool Planner::can(Method method) const {
+bool GridPlanner::can(GridMethod method) const {
     switch (method) {
-        case Method::kSubgoals:
+        case GridMethod::kSubgoals:
             return subgoals_.has_value();
-        case Method::kHubLabels:
+        case GridMethod::kHubLabels:
             return labels_.has_value();
-        case Method::kHierarchical:
+        case GridMethod::kHierarchical:
             return clusters_.has_value();
         default:
             return true;
     }
 }
 
-Method Planner::choice() const {
-    return labels_ ? Method::kHubLabels : subgoals_ ? Method::kSubgoals : Method::kJumpPoints;
+GridMethod GridPlanner::choice() const {
+    return labels_     ? GridMethod::kHubLabels
+           : subgoals_ ? GridMethod::kSubgoals
+                       : GridMethod::kJumpPoints;
 }
 
-std::size_t Planner::index_bytes() const {
+std::size_t GridPlanner::index_bytes() const {
     return (subgoals_ ? subgoals_->bytes() : 0) + (labels_ ? labels_->bytes() : 0) +
            landmarks_.bytes();
 }
 
-Answer Planner::plan(const Query& query, Method method) {
+GridAnswer GridPlanner::plan(const GridQuery& query, GridMethod method) {
     ZONED_ASSERT(can(method), "a method that needs an index");
     ZONED_ASSERT(query.weight >= 1.0F && query.weight <= 16.0F && query.max_work > 0,
                  "weight 1 to 16, max_work above 0");
     if (!map_.contains(query.start) || !map_.contains(query.goal)) {
-        return {Outcome::kOffMap};
+        return {PathOutcome::kOffMap};
     }
     if (!map_.passable(query.start)) {
-        return {Outcome::kStartBlocked};
+        return {PathOutcome::kStartBlocked};
     }
     if (joined(query.start, query.goal)) {
         return route(query, method);
     }
     if (!query.nearest) {
-        return {map_.passable(query.goal) ? Outcome::kUnreachable : Outcome::kGoalBlocked};
+        return {map_.passable(query.goal) ? PathOutcome::kUnreachable : PathOutcome::kGoalBlocked};
     }
-    Query instead = query;
+    GridQuery instead = query;
     std::uint32_t looked = 0;
     instead.goal = nearest_reached(query.start, query.goal, looked);
-    Answer answer = route(instead, method);
+    GridAnswer answer = route(instead, method);
     answer.looked += looked;
-    if (answer.outcome == Outcome::kFound) {
-        answer.outcome = Outcome::kPartial;
+    if (answer.outcome == PathOutcome::kFound) {
+        answer.outcome = PathOutcome::kPartial;
     }
     return answer;
 }
 
-Answer Planner::route(const Query& query, Method method) {
+GridAnswer GridPlanner::route(const GridQuery& query, GridMethod method) {
     if (free_line(map_, query.start, query.goal)) {
         path_.begin(query.start);
         path_.go(query.goal);
-        return finished(Outcome::kFound, 0);
+        return finished(PathOutcome::kFound, 0);
     }
-    method = method == Method::kDefault ? choice() : method;
+    method = method == GridMethod::kDefault ? choice() : method;
     switch (method) {
-        case Method::kSubgoals:
+        case GridMethod::kSubgoals:
             return by_subgoals(query, false);
-        case Method::kHubLabels:
+        case GridMethod::kHubLabels:
             return by_subgoals(query, true);
-        case Method::kHierarchical:
+        case GridMethod::kHierarchical:
             return by_clusters(query);
         default:
             return by_cells(query, method);
     }
 }
 
-Answer Planner::by_cells(const Query& query, Method method) {
+GridAnswer GridPlanner::by_cells(const GridQuery& query, GridMethod method) {
     if (cells_.size() == 0) {
         cells_.resize(map_.places());
     }
-    Query exact = query;
-    exact.weight = method == Method::kWeightedAStar ? query.weight : 1.0F;
-    const Reached reached = method == Method::kJumpPoints
+    GridQuery exact = query;
+    exact.weight = method == GridMethod::kWeightedAStar ? query.weight : 1.0F;
+    const Reached reached = method == GridMethod::kJumpPoints
                                 ? search_jump_points(map_, exact, cells_, landmarks())
                                 : search_cells(map_, exact, cells_);
     path_.begin(query.start);
     append_chain(reached.last);
-    return finished(reached.goal ? Outcome::kFound : Outcome::kCutOff, reached.work);
+    return finished(reached.goal ? PathOutcome::kFound : PathOutcome::kCutOff, reached.work);
 }
 
-void Planner::append_chain(Place last) {
+void GridPlanner::append_chain(Place last) {
     chain_.clear();
     for (Place p = last; p != cells_.from(p); p = cells_.from(p)) {
         chain_.push_back(p);
@@ -339,24 +341,24 @@ void Planner::append_chain(Place last) {
     }
 }
 
-Answer Planner::by_clusters(const Query& query) {
+GridAnswer GridPlanner::by_clusters(const GridQuery& query) {
     if (cells_.size() == 0) {
         cells_.resize(map_.places());
     }
     std::uint32_t work = 0;
     path_.begin(query.start);
     if (!clusters_->run(map_, query, through_, work)) {
-        return finished(Outcome::kCutOff, work);
+        return finished(PathOutcome::kCutOff, work);
     }
     // Best paths between every so many-th of the portals: those between are not gone through.
-    Query segment = query;
+    GridQuery segment = query;
     for (std::size_t at = 0; at + 1 < through_.size();) {
         const std::size_t next = std::min(at + kPortalsLeftOut, through_.size() - 1);
         segment.start = through_[at];
         segment.goal = through_[next];
         segment.max_work = query.max_work - work;
         if (segment.max_work == 0) {
-            return finished(Outcome::kCutOff, work);
+            return finished(PathOutcome::kCutOff, work);
         }
         if (free_line(map_, segment.start, segment.goal)) {
             path_.go(segment.goal);
@@ -365,15 +367,15 @@ Answer Planner::by_clusters(const Query& query) {
             work += reached.work;
             append_chain(reached.last);
             if (!reached.goal) {
-                return finished(Outcome::kCutOff, work);
+                return finished(PathOutcome::kCutOff, work);
             }
         }
         at = next;
     }
-    return finished(Outcome::kFound, work);
+    return finished(PathOutcome::kFound, work);
 }
 
-Answer Planner::by_subgoals(const Query& query, bool labels) {
+GridAnswer GridPlanner::by_subgoals(const GridQuery& query, bool labels) {
     std::uint32_t work = 0;
     std::uint32_t looked = 0;
     const bool found =
@@ -387,16 +389,16 @@ Answer Planner::by_subgoals(const Query& query, bool labels) {
     if (found) {
         path_.arrive(query.goal);  // doors are in free reach of the goal, as seen from there
     }
-    Answer answer = finished(found ? Outcome::kFound : Outcome::kCutOff, work);
+    GridAnswer answer = finished(found ? PathOutcome::kFound : PathOutcome::kCutOff, work);
     answer.looked = looked;
     return answer;
 }
 
-Answer Planner::finished(Outcome outcome, std::uint32_t work) const {
+GridAnswer GridPlanner::finished(PathOutcome outcome, std::uint32_t work) const {
     return {outcome, path_.cost(), path_.length(), work, 0};
 }
 
-Cell Planner::nearest_reached(Cell from, Cell to, std::uint32_t& looked) const {
+Cell GridPlanner::nearest_reached(Cell from, Cell to, std::uint32_t& looked) const {
     const std::uint32_t component = components_.of(map_.place(from));
     Cell best = from;
     Cost least = octile(from.x - to.x, from.y - to.y);
@@ -426,4 +428,4 @@ Cell Planner::nearest_reached(Cell from, Cell to, std::uint32_t& looked) const {
     return best;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

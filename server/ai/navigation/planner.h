@@ -1,4 +1,4 @@
-// Planner: paths on one grid map, by whichever method suits the map and the query.
+// GridPlanner: paths on one grid map, by whichever method suits the map and the query.
 #pragma once
 
 #include "server/ai/navigation/cluster_graph.h"
@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// What an index may cost. Counted, not timed: the same map gives the same index everywhere.
 struct IndexBounds {
@@ -27,12 +27,12 @@ struct IndexBounds {
 
 /// A map, its index, and memory for one query at a time. Deterministic; no allocation in plan()
 /// once each method that is used has been used.
-class Planner {
+class GridPlanner {
   public:
     /// At most kMostPassable cells of the map are passable.
-    explicit Planner(GridMap map);
-    Planner(const Planner&) = delete;  // resumable_task of its index know where it is
-    Planner& operator=(const Planner&) = delete;
+    explicit GridPlanner(GridMap map);
+    GridPlanner(const GridPlanner&) = delete;  // resumable_task of its index know where it is
+    GridPlanner& operator=(const GridPlanner&) = delete;
 
     /// What may ever be passable, the map included, where that is known beforehand: landmarks are
     /// of this from the first prepare() on, and the same whatever doors have done.
@@ -71,14 +71,14 @@ class Planner {
     }
 
     /// Whether the method has what it needs.
-    [[nodiscard]] bool can(Method method) const;
+    [[nodiscard]] bool can(GridMethod method) const;
 
     /// What kDefault is for the map as it is, where no straight line leads to the goal.
-    [[nodiscard]] Method choice() const;
+    [[nodiscard]] GridMethod choice() const;
 
     /// Finds a path; `path()` holds it until the next call (kFound, kPartial, kCutOff). The method
     /// is one that it can. A free straight line is always taken without any search.
-    Answer plan(const Query& query, Method method = Method::kDefault);
+    GridAnswer plan(const GridQuery& query, GridMethod method = GridMethod::kDefault);
 
     [[nodiscard]] const GridPath& path() const { return path_; }
 
@@ -98,10 +98,10 @@ class Planner {
     [[nodiscard]] bool worth_a_try(std::uint64_t failed_at) const;
     void retire_index();
     void label_components();
-    Answer route(const Query& query, Method method);
-    Answer by_cells(const Query& query, Method method);
-    Answer by_subgoals(const Query& query, bool labels);
-    Answer by_clusters(const Query& query);
+    GridAnswer route(const GridQuery& query, GridMethod method);
+    GridAnswer by_cells(const GridQuery& query, GridMethod method);
+    GridAnswer by_subgoals(const GridQuery& query, bool labels);
+    GridAnswer by_clusters(const GridQuery& query);
 
     /// Null where nothing is known.
     [[nodiscard]] const Landmarks* landmarks() const {
@@ -110,7 +110,7 @@ class Planner {
 
     /// Appends the path that a search over cells has found.
     void append_chain(Place last);
-    Answer finished(Outcome outcome, std::uint32_t work) const;
+    GridAnswer finished(PathOutcome outcome, std::uint32_t work) const;
     /// The passable cell nearest to `to`, as on an empty map, that `from` reaches.
     Cell nearest_reached(Cell from, Cell to, std::uint32_t& looked) const;
 
@@ -143,4 +143,4 @@ class Planner {
     ResumableTask indexing_;  // last: goes before what it works on
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

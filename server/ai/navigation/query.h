@@ -1,4 +1,4 @@
-// Query: what is asked of a planner on a grid, and what it answers.
+// GridQuery: what is asked of a planner on a grid, and what it answers.
 #pragma once
 
 #include "server/ai/navigation/cost.h"
@@ -6,10 +6,10 @@
 
 #include <cstdint>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// How a path is looked for. All but kWeightedAStar and kHierarchical are exact.
-enum class Method : std::uint8_t {
+enum class GridMethod : std::uint8_t {
     kDefault,        ///< what suits the map as it is
     kAStar,          ///< cell by cell
     kWeightedAStar,  ///< the path costs at most `weight` times the best
@@ -19,7 +19,7 @@ enum class Method : std::uint8_t {
     kHierarchical,   ///< through portals of squares, renewed with each change: nearly the best path
 };
 
-enum class Outcome : std::uint8_t {
+enum class PathOutcome : std::uint8_t {
     kFound,        ///< a path from start to goal
     kPartial,      ///< the goal can't be reached; a path to the cell nearest to it that can
     kUnreachable,  ///< start and goal are passable, and no path joins them
@@ -30,7 +30,7 @@ enum class Outcome : std::uint8_t {
               ///< at (kHierarchical: as far as it was put together, or the start alone)
 };
 
-struct Query {
+struct GridQuery {
     Cell start;
     Cell goal;
     /// Cells or corners that a search may look at, > 0. Looking up labels costs none.
@@ -42,8 +42,8 @@ struct Query {
     bool nearest = false;
 };
 
-struct Answer {
-    Outcome outcome = Outcome::kUnreachable;
+struct GridAnswer {
+    PathOutcome outcome = PathOutcome::kUnreachable;
     Cost cost = 0;           ///< of the path to the last corner
     double length = 0.0;     ///< the same in cells
     std::uint32_t work = 0;  ///< cells or corners looked at
@@ -51,9 +51,9 @@ struct Answer {
     std::uint32_t looked = 0;
 };
 
-const char* to_string(Outcome outcome);
+const char* to_string(PathOutcome outcome);
 
 /// As in the names of rows: "astar", "jump_points".
-const char* to_string(Method method);
+const char* to_string(GridMethod method);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -43,9 +43,9 @@ PathRequestId PathRequestQueue::ask(const PathRequest& ask) {
     }
     const std::uint32_t number = free_.back();
     free_.pop_back();
-    Request& request = requests_[number];
+    PathRequestEntry& request = requests_[number];
     const std::uint32_t round = request.round;
-    request = Request();
+    request = PathRequestEntry();
     request.round = round;
     request.asker = ask.asker == PathRequest::kAlone ? number : ask.asker;
     request.from.wanted = Vec3(ask.from.x, ask.from_y, ask.from.z);
@@ -53,9 +53,9 @@ PathRequestId PathRequestQueue::ask(const PathRequest& ask) {
     request.taken = true;
     ++counts_.asked;
     spend(kAskUnits);
-    const Outcome ends =
-        contains(ask.from) && contains(ask.to) ? locate(request) : Outcome::kOffMap;
-    if (ends == Outcome::kFound) {
+    const PathOutcome ends =
+        contains(ask.from) && contains(ask.to) ? locate(request) : PathOutcome::kOffMap;
+    if (ends == PathOutcome::kFound) {
         wait(number);
         if (work_left()) {
             prepare_segments(request);
@@ -67,13 +67,13 @@ PathRequestId PathRequestQueue::ask(const PathRequest& ask) {
 }
 
 void PathRequestQueue::wait(std::uint32_t number) {
-    Request& request = requests_[number];
+    PathRequestEntry& request = requests_[number];
     request.waiting = true;
     ++counts_.waiting;
     queue_.push(number, request.asker);
 }
 
-void PathRequestQueue::free_blocks(Request& request) {
+void PathRequestQueue::free_blocks(PathRequestEntry& request) {
     pool_.give_back(request.corners);
     hinges_.give_back(request.hinges);
     request.corners = {};
@@ -82,7 +82,7 @@ void PathRequestQueue::free_blocks(Request& request) {
 
 void PathRequestQueue::release(PathRequestId ticket) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
-    Request& request = requests_[ticket.slot];
+    PathRequestEntry& request = requests_[ticket.slot];
     request.taken = false;
     ++request.round;
     free_blocks(request);
@@ -98,7 +98,7 @@ void PathRequestQueue::serve() {
     std::uint32_t served = 0;
     while (!queue_.empty()) {
         const std::uint32_t number = queue_.front();
-        Request& request = requests_[number];
+        PathRequestEntry& request = requests_[number];
         if (!request.taken) {
             queue_.pop();
             request.waiting = false;
@@ -114,13 +114,13 @@ void PathRequestQueue::serve() {
         request.waiting = false;
         --counts_.waiting;
         // It has walked on since, and the map may have changed.
-        const Outcome ends = locate(request);
-        if (ends != Outcome::kFound) {
+        const PathOutcome ends = locate(request);
+        if (ends != PathOutcome::kFound) {
             queue_.pop();
             fail(number, ends);
             continue;
         }
-        found_.outcome = Outcome::kFound;
+        found_.outcome = PathOutcome::kFound;
         found_.best = found_.straight = found_.cheap = false;
         found_.cost = 0.0;
         found_.short_m = 0.0F;
@@ -134,7 +134,7 @@ void PathRequestQueue::serve() {
     queue_.tick();
     std::size_t led = 0;
     for (; led < unled_.size() && work_left(); ++led) {
-        const Request& request = requests_[unled_[led]];
+        const PathRequestEntry& request = requests_[unled_[led]];
         if (request.taken && request.waiting && !request.usable) {
             prepare_segments(request);
         }
@@ -147,7 +147,7 @@ void PathRequestQueue::serve() {
 }
 
 void PathRequestQueue::done(std::uint32_t number) {
-    Request& request = requests_[number];
+    PathRequestEntry& request = requests_[number];
     free_blocks(request);
     request.outcome = found_.outcome;
     request.best = found_.best;
@@ -176,8 +176,8 @@ void PathRequestQueue::done(std::uint32_t number) {
     answered_.push_back(number);
 }
 
-void PathRequestQueue::fail(std::uint32_t number, Outcome outcome) {
-    Request& request = requests_[number];
+void PathRequestQueue::fail(std::uint32_t number, PathOutcome outcome) {
+    PathRequestEntry& request = requests_[number];
     free_blocks(request);
     request.outcome = outcome;
     request.usable = false;
@@ -187,7 +187,7 @@ void PathRequestQueue::fail(std::uint32_t number, Outcome outcome) {
 
 PathResult PathRequestQueue::answer(PathRequestId ticket) const {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
-    const Request& request = requests_[ticket.slot];
+    const PathRequestEntry& request = requests_[ticket.slot];
     if (request.waiting && !request.usable) {
         return {};
     }
@@ -196,7 +196,7 @@ PathResult PathRequestQueue::answer(PathRequestId ticket) const {
 
 Spot PathRequestQueue::heading(PathRequestId ticket, Spot at, float near_m) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
-    Request& request = requests_[ticket.slot];
+    PathRequestEntry& request = requests_[ticket.slot];
     if (request.waiting && !request.usable) {
         return first_segment(request, at);
     }
@@ -218,12 +218,12 @@ void PathRequestQueue::see(PathRequestId ticket, Spot at, float at_y) {
     requests_[ticket.slot].from.wanted = Vec3(at.x, at_y, at.z);
 }
 
-float PathRequestQueue::left_m(const Request& request) const {
+float PathRequestQueue::left_m(const PathRequestEntry& request) const {
     const std::span<const Spot> corners = pool_.of(request.corners);
     return ground_distance(spot_under(request.from.wanted), corners[request.next]) + request.rest_m;
 }
 
-bool PathRequestQueue::cut(const Request& request) const {
+bool PathRequestQueue::cut(const PathRequestEntry& request) const {
     const std::span<const Hinge> hinges = hinges_.of(request.hinges);
     return std::any_of(hinges.begin(), hinges.end(), [&](const Hinge& h) {
         return h.corner >= request.next && !passable(h);
@@ -233,14 +233,14 @@ bool PathRequestQueue::cut(const Request& request) const {
 void PathRequestQueue::review(bool opened) {
     requeued_.clear();
     for (std::uint32_t i = 0; i < requests_.size(); ++i) {
-        Request& request = requests_[i];
+        PathRequestEntry& request = requests_[i];
         if (!request.taken) {
             continue;
         }
         const bool broken = request.usable && cut(request);
         const bool longer = !broken && opened && !request.waiting &&
-                            request.outcome != Outcome::kOffMap &&
-                            ((request.outcome != Outcome::kFound && may_come_nearer(request)) ||
+                            request.outcome != PathOutcome::kOffMap &&
+                            ((request.outcome != PathOutcome::kFound && may_come_nearer(request)) ||
                              (request.usable && may_be_shorter(request)));
         if (!broken && !longer) {
             continue;
@@ -253,8 +253,8 @@ void PathRequestQueue::review(bool opened) {
         if (request.waiting) {
             continue;
         }
-        const Outcome ends = locate(request);
-        if (ends == Outcome::kFound) {
+        const PathOutcome ends = locate(request);
+        if (ends == PathOutcome::kFound) {
             wait(i);
             if (broken) {
                 unled_.push_back(i);
@@ -266,10 +266,10 @@ void PathRequestQueue::review(bool opened) {
 }
 
 std::size_t PathRequestQueue::queue_bytes() const {
-    return pool_.bytes() + hinges_.bytes() + requests_.capacity() * sizeof(Request) +
+    return pool_.bytes() + hinges_.bytes() + requests_.capacity() * sizeof(PathRequestEntry) +
            (free_.capacity() + answered_.capacity() + told_.capacity() + requeued_.capacity() +
             unled_.capacity()) *
                sizeof(std::uint32_t);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

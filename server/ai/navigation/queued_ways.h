@@ -9,7 +9,7 @@
 
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct QueueSettings {
     /// Of a tick, in units of about 2 ns.
@@ -36,8 +36,8 @@ class PathRequestQueue : public PathProvider {
 
     [[nodiscard]] std::span<const std::uint32_t> requeued() const final { return requeued_; }
 
-    [[nodiscard]] SavedPaths memory() const final;
-    std::string remember(const SavedPaths& memory) final;
+    [[nodiscard]] SavedPaths save() const final;
+    std::string load(const SavedPaths& memory) final;
 
     [[nodiscard]] const PathCounts& counts() const final { return counts_; }
 
@@ -45,16 +45,16 @@ class PathRequestQueue : public PathProvider {
     static constexpr std::uint32_t kNoNode = ~0U;
 
     using End = PathEnd;
-    using Hinge = navigation::Hinge;
+    using Hinge = pathfinding::Hinge;
 
-    struct Request : RequestState {
+    struct PathRequestEntry : RequestState {
         CornerBlock corners;
         CornerBlock hinges;
     };
 
     /// A path as it is found.
-    struct Found {
-        Outcome outcome = Outcome::kFound;
+    struct FoundPath {
+        PathOutcome outcome = PathOutcome::kFound;
         bool best = false;
         bool straight = false;
         bool cheap = false;  ///< from group to group
@@ -66,17 +66,17 @@ class PathRequestQueue : public PathProvider {
     };
 
     /// The places on the map of both ends. kFound, or why there are none.
-    virtual Outcome locate(Request& request) = 0;
+    virtual PathOutcome locate(PathRequestEntry& request) = 0;
 
     /// Puts a path into `found`, whose vectors are empty, and adds what it cost to spent(). `late`:
     /// the tick's work is used up.
-    virtual void find(const Request& request, bool late, Found& found) = 0;
+    virtual void find(const PathRequestEntry& request, bool late, FoundPath& found) = 0;
 
     /// Where to go from a place as long as the path is not there; moves `from` there.
-    virtual Spot first_segment(Request& request, Spot at) const = 0;
+    virtual Spot first_segment(PathRequestEntry& request, Spot at) const = 0;
 
     /// Makes ready what first_segment() looks up, as far as the tick's work goes.
-    virtual void prepare_segments(const Request& request) = 0;
+    virtual void prepare_segments(const PathRequestEntry& request) = 0;
 
     /// How many nodes and hinges the map numbers.
     [[nodiscard]] virtual MapNumbers numbers() const = 0;
@@ -90,12 +90,12 @@ class PathRequestQueue : public PathProvider {
 
     /// Whether a path through what the last change opened to where a path ends could be shorter
     /// than what is left of that.
-    [[nodiscard]] virtual bool may_be_shorter(const Request& request) const = 0;
+    [[nodiscard]] virtual bool may_be_shorter(const PathRequestEntry& request) const = 0;
 
     /// Whether one that has no path, or a path that ends short of what was wanted (kPartial), may
     /// get nearer to it after the last change: what can be reached was joined with more by it, or
     /// it opened something nearer.
-    [[nodiscard]] virtual bool may_come_nearer(const Request& request) const = 0;
+    [[nodiscard]] virtual bool may_come_nearer(const PathRequestEntry& request) const = 0;
 
     /// After a change of the map: looks for paths anew. `opened`: something can be passed that
     /// could not before.
@@ -108,38 +108,38 @@ class PathRequestQueue : public PathProvider {
     [[nodiscard]] bool work_left() const { return spent_ < settings_.work_per_tick; }
 
     /// Of a request that is usable.
-    [[nodiscard]] Spot end_of(const Request& request) const {
+    [[nodiscard]] Spot end_of(const PathRequestEntry& request) const {
         return pool_.of(request.corners).back();
     }
 
     /// What is left of a path, from where the asker was last seen.
-    [[nodiscard]] float left_m(const Request& request) const;
+    [[nodiscard]] float left_m(const PathRequestEntry& request) const;
 
     [[nodiscard]] std::size_t queue_bytes() const;
 
   private:
-    [[nodiscard]] SavedRequest memory_of(std::uint32_t number) const;
-    void remember(const SavedRequest& memory);
+    [[nodiscard]] SavedRequest saved_request(std::uint32_t number) const;
+    void load(const SavedRequest& memory);
     void wait(std::uint32_t number);
-    void fail(std::uint32_t number, Outcome outcome);
+    void fail(std::uint32_t number, PathOutcome outcome);
     void done(std::uint32_t number);
-    void free_blocks(Request& request);
+    void free_blocks(PathRequestEntry& request);
     /// Whether it leads, ahead of its asker, over something that can't be passed now.
-    [[nodiscard]] bool cut(const Request& request) const;
+    [[nodiscard]] bool cut(const PathRequestEntry& request) const;
 
     QueueSettings settings_;
     CornerPool pool_;
     BlockPool<Hinge> hinges_;
     RequestTurns queue_;
-    std::vector<Request> requests_;
+    std::vector<PathRequestEntry> requests_;
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> answered_;  // since the last serve()
     std::vector<std::uint32_t> told_;      // by it
     std::vector<std::uint32_t> requeued_;
     std::vector<std::uint32_t> unled_;  // that wait since a change
-    Found found_;
+    FoundPath found_;
     std::uint64_t spent_ = 0;
     PathCounts counts_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
-SavedRequest PathRequestQueue::memory_of(std::uint32_t number) const {
-    const Request& r = requests_[number];
+SavedRequest PathRequestQueue::saved_request(std::uint32_t number) const {
+    const PathRequestEntry& r = requests_[number];
     SavedRequest m;
     m.number = number;
     if (!r.taken) {  // of no use but for its turn
@@ -22,12 +22,12 @@ SavedRequest PathRequestQueue::memory_of(std::uint32_t number) const {
     return m;
 }
 
-SavedPaths PathRequestQueue::memory() const {
+SavedPaths PathRequestQueue::save() const {
     SavedPaths memory;
     memory.free = free_;
     for (std::uint32_t i = 0; i < requests_.size(); ++i) {
         if (requests_[i].taken || requests_[i].waiting) {
-            memory.requests.push_back(memory_of(i));
+            memory.requests.push_back(saved_request(i));
         }
     }
     memory.turns = queue_.turns();
@@ -36,8 +36,8 @@ SavedPaths PathRequestQueue::memory() const {
     return memory;
 }
 
-void PathRequestQueue::remember(const SavedRequest& m) {
-    Request& r = requests_[m.number];
+void PathRequestQueue::load(const SavedRequest& m) {
+    PathRequestEntry& r = requests_[m.number];
     static_cast<RequestState&>(r) = m;
     r.corners = pool_.take(static_cast<std::uint32_t>(m.corners.size()));
     std::copy(m.corners.begin(), m.corners.end(), pool_.of(r.corners).begin());
@@ -48,7 +48,7 @@ void PathRequestQueue::remember(const SavedRequest& m) {
     }
 }
 
-std::string PathRequestQueue::remember(const SavedPaths& memory) {
+std::string PathRequestQueue::load(const SavedPaths& memory) {
     MapNumbers numbers = this->numbers();
     numbers.longest_wait_ticks = settings_.longest_wait_ticks;
     std::string wrong = defect_of(memory, numbers);
@@ -64,9 +64,9 @@ std::string PathRequestQueue::remember(const SavedPaths& memory) {
     free_ = memory.free;
     free_.reserve(requests_.capacity());
     for (const SavedRequest& m : memory.requests) {
-        remember(m);
+        load(m);
     }
-    queue_.remember(memory.turns);
+    queue_.load(memory.turns);
     unled_ = memory.unled;
     for (const std::uint32_t node : memory.tables) {
         make_table(node);
@@ -74,4 +74,4 @@ std::string PathRequestQueue::remember(const SavedPaths& memory) {
     return {};
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

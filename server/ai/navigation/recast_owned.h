@@ -5,7 +5,7 @@
 
 #include <memory>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 template <auto Free>
 struct FreeRecast {
@@ -24,4 +24,4 @@ using RecastContours = Recast<rcContourSet, rcFreeContourSet>;
 using RecastPolygons = Recast<rcPolyMesh, rcFreePolyMesh>;
 using RecastDetail = Recast<rcPolyMeshDetail, rcFreePolyMeshDetail>;
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Units of work that a part has taken.
 struct Spent {
@@ -39,7 +39,7 @@ class ResumableTask {
 
         [[noreturn]] static void unhandled_exception() { std::terminate(); }
 
-        struct Stop {
+        struct Pause {
             const promise_type& of;
             bool go_on;
 
@@ -51,7 +51,7 @@ class ResumableTask {
             bool await_resume() const noexcept { return of.cancelled_; }
         };
 
-        Stop await_transform(Spent spent) {
+        Pause await_transform(Spent spent) {
             spent_ += spent.units;
             return {*this, spent_ < given_};
         }
@@ -124,4 +124,4 @@ class ResumableTask {
     std::uint64_t taken_ = 0;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

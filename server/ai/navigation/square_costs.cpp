@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -162,4 +162,4 @@ void HpaClusterCosts::step_along(Costs& to, const Costs& from) {
     }
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

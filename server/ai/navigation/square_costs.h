@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Costs from several cells are columns that are looked at together, kAtOnce of them: what a cell
 /// costs is the least of what its neighbours cost and the step from there, which is asked of row
@@ -65,4 +65,4 @@ class HpaClusterCosts {
     std::uint64_t work_ = 0;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

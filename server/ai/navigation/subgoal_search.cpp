@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -24,7 +24,7 @@ std::span<const Subgoal> doors_of(const GridMap& map,
 template <class Found>
 void look_across(const GridMap& map,
                  const Subgoals& graph,
-                 const Query& query,
+                 const GridQuery& query,
                  std::span<const Subgoal> doors,
                  const Cost& least,
                  const Found& found) {
@@ -56,7 +56,7 @@ void SubgoalSearch::resize(const Subgoals& graph) {
 bool SubgoalSearch::run(const GridMap& map,
                         const Subgoals& graph,
                         const Landmarks* landmarks,
-                        const Query& query,
+                        const GridQuery& query,
                         std::vector<Subgoal>& best,
                         std::uint32_t& work) {
     const Subgoal goal = graph.size();
@@ -132,7 +132,7 @@ void LabelLookup::resize(const Subgoals& graph) {
 bool LabelLookup::run(const GridMap& map,
                       const Subgoals& graph,
                       const HubLabels& labels,
-                      const Query& query,
+                      const GridQuery& query,
                       std::vector<Subgoal>& best,
                       std::uint32_t& looked) {
     if (--mark_ == 0) {
@@ -192,4 +192,4 @@ bool LabelLookup::run(const GridMap& map,
     return true;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

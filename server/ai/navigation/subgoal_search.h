@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// A* among subgoals, from the doors of the start to those of the goal. Start and goal are passable
 /// and free_line(start, goal) is false.
@@ -21,7 +21,7 @@ class SubgoalSearch {
     bool run(const GridMap& map,
              const Subgoals& graph,
              const Landmarks* landmarks,
-             const Query& query,
+             const GridQuery& query,
              std::vector<Subgoal>& best,
              std::uint32_t& work);
 
@@ -40,7 +40,7 @@ class LabelLookup {
     bool run(const GridMap& map,
              const Subgoals& graph,
              const HubLabels& labels,
-             const Query& query,
+             const GridQuery& query,
              std::vector<Subgoal>& best,
              std::uint32_t& looked);
 
@@ -54,4 +54,4 @@ class LabelLookup {
     std::uint32_t mark_ = kFirstMark;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

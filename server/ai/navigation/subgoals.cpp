@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -323,4 +323,4 @@ std::size_t Subgoals::bytes() const {
            (seen_.size() + doors_.size()) * sizeof(Subgoal);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 using Subgoal = std::uint32_t;
 
@@ -81,4 +81,4 @@ class Subgoals {
     std::vector<Subgoal> doors_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <array>
 #include <numbers>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -202,4 +202,4 @@ core::Result<NavmeshLayers> navmesh_layers(const motion::StaticGeometry& world,
     return FloorSurvey(world, limits, frame).run();
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Columns and steps of height in which a world is looked at, and the body in these.
 struct FloorFrame {
@@ -55,4 +55,4 @@ core::Result<NavmeshLayers> navmesh_layers(const motion::StaticGeometry& world,
                                            const motion::CharacterLimits& limits,
                                            const FloorFrame& frame);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

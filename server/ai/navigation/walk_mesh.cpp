@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -315,7 +315,8 @@ NavmeshSearch::NavmeshAnswer NavmeshSearch::plan(const Navmesh& mesh,
     const std::uint32_t last = mesh.nearest(to, reach_m, goal);
     if (first == Navmesh::kNone || last == Navmesh::kNone) {
         NavmeshAnswer none;
-        none.outcome = first == Navmesh::kNone ? Outcome::kStartBlocked : Outcome::kGoalBlocked;
+        none.outcome =
+            first == Navmesh::kNone ? PathOutcome::kStartBlocked : PathOutcome::kGoalBlocked;
         return none;
     }
     return plan(mesh, first, last, start, goal, max_work);
@@ -331,7 +332,7 @@ NavmeshSearch::NavmeshAnswer NavmeshSearch::plan(const Navmesh& mesh,
     corners_.clear();
     if (find(mesh, first, last, from, to, max_work, answer)) {
         pull(mesh, from, to);
-        answer.outcome = Outcome::kFound;
+        answer.outcome = PathOutcome::kFound;
         answer.length_m = length();
     }
     return answer;
@@ -344,7 +345,7 @@ NavmeshSearch::NavmeshAnswer NavmeshSearch::follow(const Navmesh& mesh,
     corridor_.assign(polygons.begin(), polygons.end());
     corners_.clear();
     pull(mesh, from, to);
-    return {Outcome::kFound, length(), static_cast<std::uint32_t>(polygons.size())};
+    return {PathOutcome::kFound, length(), static_cast<std::uint32_t>(polygons.size())};
 }
 
 float NavmeshSearch::length() const {
@@ -396,7 +397,7 @@ bool NavmeshSearch::find(const Navmesh& mesh,
             continue;
         }
         if (answer.work++ == max_work) {
-            answer.outcome = Outcome::kCutOff;
+            answer.outcome = PathOutcome::kCutOff;
             return false;
         }
         if (at.polygon == last) {
@@ -483,4 +484,4 @@ void NavmeshSearch::turn_at(const Vec3& corner, std::size_t gate) {
     passed_.push_back(static_cast<std::uint32_t>(gate) + 1);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct NavmeshSettings {
     float cell_m = 0.25F;         ///< of the heightfield that polygons are found on
@@ -178,7 +178,7 @@ std::uint32_t Navmesh::walk(std::uint32_t polygon,
 class NavmeshSearch {
   public:
     struct NavmeshAnswer {
-        Outcome outcome = Outcome::kUnreachable;
+        PathOutcome outcome = PathOutcome::kUnreachable;
         float length_m = 0.0F;
         std::uint32_t work = 0;  ///< polygons looked at
     };
@@ -255,4 +255,4 @@ class NavmeshSearch {
     std::vector<std::uint32_t> passed_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -11,7 +11,7 @@
 #include <tuple>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -440,4 +440,4 @@ core::Result<Navmesh> Navmesh::bake(const motion::StaticGeometry& world,
     return NavmeshBaker(world, limits, frame).run();
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -1,6 +1,6 @@
 #include "server/ai/navigation/way.h"
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -91,4 +91,4 @@ bool free_line(const GridMap& map, Cell from, Cell to) {
     return passable(end);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Cells at which a path turns, with its first and last cell: between neighbours it runs along a
 /// row, a column or a diagonal.
@@ -48,4 +48,4 @@ void cells_of(std::span<const Cell> corners, std::vector<Cell>& cells);
 /// True where the path along the diagonal first and then straight is free: no best path is shorter.
 bool free_line(const GridMap& map, Cell from, Cell to);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

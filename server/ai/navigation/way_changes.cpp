@@ -7,7 +7,7 @@
 #include <limits>
 #include <tuple>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -128,7 +128,7 @@ void GridPathRequests::review(std::uint32_t number,
                               bool near,
                               const Gap& gap,
                               const Closed& closed) {
-    Slot& slot = slots_[number];
+    RequestSlot& slot = slots_[number];
     const bool broken = near && slot.usable && cut(slot, closed);
     const bool longer = !broken && !gap.middles.empty() && may_be_shorter(slot, gap);
     if (!broken && !longer) {
@@ -155,7 +155,7 @@ void GridPathRequests::queue_again() {
             __builtin_prefetch(&wanted_[map.place(slots_[to_queue_[i + kAhead]].goal)]);
         }
         const std::uint32_t number = to_queue_[i];
-        Slot& slot = slots_[number];
+        RequestSlot& slot = slots_[number];
         slot.waiting = false;
         --counts_.waiting;
         // Its ends are looked for anew when its turn comes.
@@ -170,7 +170,7 @@ void GridPathRequests::queue_again() {
 }
 
 /// Whether one of the segments that are left of a path leads through something that was closed.
-bool GridPathRequests::cut(const Slot& slot, const Closed& closed) const {
+bool GridPathRequests::cut(const RequestSlot& slot, const Closed& closed) const {
     const std::span<const Spot> corners = pool_.of(slot.corners);
     // Most segments lie far from it: two cells are more than what is in a cell but not in its
     // middle.
@@ -216,8 +216,8 @@ bool GridPathRequests::leads_through(Spot from, Spot to, const Closed& closed) c
 
 /// Whether a path through what was opened could be shorter than what is left of this one, or lead
 /// nearer to the goal.
-bool GridPathRequests::may_be_shorter(const Slot& slot, const Gap& gap) const {
-    if (slot.waiting || slot.outcome == Outcome::kOffMap) {
+bool GridPathRequests::may_be_shorter(const RequestSlot& slot, const Gap& gap) const {
+    if (slot.waiting || slot.outcome == PathOutcome::kOffMap) {
         return false;
     }
     if (!slot.usable) {
@@ -228,7 +228,7 @@ bool GridPathRequests::may_be_shorter(const Slot& slot, const Gap& gap) const {
             return std::min(apart(slot.at, middle), apart(slot.to, middle)) <= reach;
         });
     }
-    const bool there = slot.outcome == Outcome::kFound;
+    const bool there = slot.outcome == PathOutcome::kFound;
     const Spot end = there ? slot.to : pool_.of(slot.corners).back();
     if (!there && may_come_nearer(slot, gap, end)) {
         return true;
@@ -247,9 +247,9 @@ bool GridPathRequests::may_be_shorter(const Slot& slot, const Gap& gap) const {
 
 /// Whether one whose path ends short of its goal may get nearer to it now: other cells are reached
 /// than before only where components were joined or by the cells opened themselves.
-bool GridPathRequests::may_come_nearer(const Slot& slot, const Gap& gap, Spot end) const {
+bool GridPathRequests::may_come_nearer(const RequestSlot& slot, const Gap& gap, Spot end) const {
     const Cell last = grid_.cell(end);
-    if (slot.outcome != Outcome::kPartial || !planner_.map().passable(last) ||
+    if (slot.outcome != PathOutcome::kPartial || !planner_.map().passable(last) ||
         planner_.joined_anew(last)) {
         return true;
     }
@@ -262,4 +262,4 @@ bool GridPathRequests::may_come_nearer(const Slot& slot, const Gap& gap, Spot en
            });
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -22,9 +22,9 @@ float segment_m(Spot a, Spot b) {
 
 }  // namespace
 
-bool GridPathRequests::find(Slot& slot, bool cheaply) {
+bool GridPathRequests::find(RequestSlot& slot, bool cheaply) {
     const GridMap& map = planner_.map();
-    slot.outcome = Outcome::kFound;
+    slot.outcome = PathOutcome::kFound;
     slot.best = true;
     std::uint32_t looked = 0;
     const GridMap& free = crowd_ != nullptr ? crowd_->calm() : map;
@@ -54,7 +54,7 @@ bool GridPathRequests::find(Slot& slot, bool cheaply) {
 }
 
 /// Crowds move: such a path is the best as far as one knows now.
-bool GridPathRequests::find_around_crowds(Slot& slot) {
+bool GridPathRequests::find_around_crowds(RequestSlot& slot) {
     if (crowd_ == nullptr) {
         return false;
     }
@@ -67,20 +67,20 @@ bool GridPathRequests::find_around_crowds(Slot& slot) {
     return true;
 }
 
-bool GridPathRequests::pays(const Slot& slot, std::uint64_t& work) const {
-    const crowd::CrowdPaths::Cost best = crowd_->cost(grid_.cell(slot.at), slot.goal);
-    if (best == crowd::CrowdFlowField::kNoPath) {
+bool GridPathRequests::pays(const RequestSlot& slot, std::uint64_t& work) const {
+    const pathfinding::CrowdPaths::Cost best = crowd_->cost(grid_.cell(slot.at), slot.goal);
+    if (best == pathfinding::CrowdFlowField::kNoPath) {
         return false;
     }
     // Steps to eight sides are up to 8 % longer than lines: in favour of what one has.
-    crowd::CrowdPaths::Cost own = 0;
+    pathfinding::CrowdPaths::Cost own = 0;
     const std::span<const Spot> corners = pool_.of(slot.corners);
     Spot before = slot.at;
     for (std::size_t i = slot.next; i < corners.size(); ++i) {
         own += crowd_->cost_along(before, corners[i]);
         before = corners[i];
     }
-    work += kSightUnits * static_cast<std::uint64_t>(own / (2 * crowd::kPerStep * kStraight));
+    work += kSightUnits * static_cast<std::uint64_t>(own / (2 * pathfinding::kPerStep * kStraight));
     const auto enough = static_cast<double>(1.0F - crowd_->settings().gain);
     return static_cast<double>(best) < enough * static_cast<double>(own);
 }
@@ -99,7 +99,7 @@ void GridPathRequests::review_crowds() {
     const std::uint64_t most = crowd_->settings().work_per_tick / kReviewShare;
     for (std::uint64_t work = 0; next_review_ < slots_.size() && work < most; ++next_review_) {
         const auto number = static_cast<std::uint32_t>(next_review_);
-        Slot& slot = slots_[number];
+        RequestSlot& slot = slots_[number];
         work += 1;
         if (!slot.taken || slot.waiting || !slot.usable) {
             continue;
@@ -114,7 +114,7 @@ void GridPathRequests::review_crowds() {
     }
 }
 
-bool GridPathRequests::worth_a_field(const Slot& slot) const {
+bool GridPathRequests::worth_a_field(const RequestSlot& slot) const {
     const GridMap& map = planner_.map();
     const std::uint64_t by_planner = wanted_[map.place(slot.goal)] * typical_work_;
     return by_planner > kFieldGain * kFieldUnits * map.passable_cells();
@@ -149,7 +149,7 @@ bool GridPathRequests::make_field(Cell goal) {
     return false;
 }
 
-bool GridPathRequests::find_by_field(Slot& slot) {
+bool GridPathRequests::find_by_field(RequestSlot& slot) {
     const GridMap& map = planner_.map();
     const Place goal = map.place(slot.goal);
     const auto field = std::find_if(fields_.begin(),
@@ -190,20 +190,20 @@ void GridPathRequests::walk(const HopAt& hop_at) {
 
 /// A search that the end of the tick cuts off begins anew in the next one; one that had all of a
 /// tick goes from area to area.
-bool GridPathRequests::find_by_planner(Slot& slot) {
+bool GridPathRequests::find_by_planner(RequestSlot& slot) {
     const bool first = !std::exchange(searched_, true);
     const std::uint64_t left = budget_ > spent_ ? (budget_ - spent_) / kNodeUnits : 0;
-    Query query;
+    GridQuery query;
     query.start = slot.start;
     query.goal = slot.goal;
     query.max_work =
         static_cast<std::uint32_t>(std::clamp<std::uint64_t>(left, 1, settings_.search_work));
     query.nearest = true;
-    const Answer found = planner_.plan(query);
+    const GridAnswer found = planner_.plan(query);
     const std::uint64_t work = kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
     spent_ += work;
     typical_work_ = (7 * typical_work_ + work) / 8;
-    if (found.outcome == Outcome::kCutOff) {
+    if (found.outcome == PathOutcome::kCutOff) {
         if (!first && query.max_work < settings_.search_work) {
             return false;
         }
@@ -229,7 +229,7 @@ void GridPathRequests::prepare_table(Cell goal) {
     }
 }
 
-Cell GridPathRequests::nearest_middle(const Slot& slot) {
+Cell GridPathRequests::nearest_middle(const RequestSlot& slot) {
     const auto off = [&slot](Cell c) {
         return octile(c.x - slot.goal.x, c.y - slot.goal.y);
     };
@@ -243,26 +243,26 @@ Cell GridPathRequests::nearest_middle(const Slot& slot) {
     return best;
 }
 
-void GridPathRequests::find_by_regions(Slot& slot) {
+void GridPathRequests::find_by_regions(RequestSlot& slot) {
     const GridMap& map = planner_.map();
     const bool joined = planner_.joined(slot.start, slot.goal);
     const Cell goal = joined ? slot.goal : nearest_middle(slot);
-    slot.outcome = joined ? Outcome::kFound : Outcome::kPartial;
+    slot.outcome = joined ? PathOutcome::kFound : PathOutcome::kPartial;
     slot.best = false;
     prepare_table(goal);
     ++counts_.by_regions;
     if (!regions_.together(map, slot.start, goal) &&
         regions_.hop(map, slot.start, goal) == kNoHop) {
         // Farther than tables tell: as far as a short search comes.
-        Query query;
+        GridQuery query;
         query.start = slot.start;
         query.goal = goal;
         query.max_work = kRegionSearch;
-        const Answer found = planner_.plan(query);
+        const GridAnswer found = planner_.plan(query);
         spent_ += kQueryUnits + kNodeUnits * found.work;
         const std::span<const Cell> corners = planner_.path().corners();
         cells_.assign(corners.begin(), corners.end());
-        slot.outcome = found.outcome == Outcome::kFound ? slot.outcome : found.outcome;
+        slot.outcome = found.outcome == PathOutcome::kFound ? slot.outcome : found.outcome;
         return;
     }
     cells_.assign(1, slot.start);
@@ -280,13 +280,13 @@ void GridPathRequests::find_by_regions(Slot& slot) {
 
 void GridPathRequests::walk_within_region(Cell goal) {
     const GridMap& map = planner_.map();
-    Query query;
+    GridQuery query;
     query.start = cells_.back();
     query.goal = goal;
     query.max_work = kRegionSearch;
-    const Answer found = planner_.plan(query);
+    const GridAnswer found = planner_.plan(query);
     spent_ += kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
-    if (found.outcome == Outcome::kFound) {
+    if (found.outcome == PathOutcome::kFound) {
         const std::span<const Cell> corners = planner_.path().corners();
         cells_.insert(cells_.end(), corners.begin() + 1, corners.end());
         return;
@@ -300,7 +300,7 @@ void GridPathRequests::walk_within_region(Cell goal) {
 }
 
 void GridPathRequests::keep(std::uint32_t number) {
-    Slot& slot = slots_[number];
+    RequestSlot& slot = slots_[number];
     std::uint32_t looked = 0;
     spent_ += kCornerUnits * cells_.size();
     pull(crowd_ != nullptr ? crowd_->calm() : planner_.map(), cells_, looked);
@@ -317,7 +317,7 @@ void GridPathRequests::keep(std::uint32_t number) {
     for (std::size_t i = 1; i < cells_.size(); ++i) {
         corners[i - 1] = grid_.centre(cells_[i]);
     }
-    if (slot.outcome == Outcome::kFound) {
+    if (slot.outcome == PathOutcome::kFound) {
         corners.back() = slot.to;  // in the cell of the goal itself
     } else if (cells_.size() < 2) {
         corners.back() = grid_.centre(slot.start);
@@ -361,7 +361,7 @@ void GridPathRequests::add_blocks(Blocks& blocks, Cell a, Cell b) const {
 
 std::optional<float> GridPathRequests::length(Spot from, Cell to) {
     const GridMap& map = planner_.map();
-    Query query;
+    GridQuery query;
     query.start = grid_.cell(from);
     query.goal = to;
     if ((!map.passable(query.start) &&
@@ -372,9 +372,9 @@ std::optional<float> GridPathRequests::length(Spot from, Cell to) {
     if (spent_ < settings_.work_per_tick) {
         query.max_work = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
             (settings_.work_per_tick - spent_) / kNodeUnits, 1, settings_.search_work));
-        const Answer found = planner_.plan(query);
+        const GridAnswer found = planner_.plan(query);
         spent_ += kQueryUnits + kNodeUnits * found.work + kLookedUnits * found.looked;
-        if (found.outcome == Outcome::kFound) {
+        if (found.outcome == PathOutcome::kFound) {
             return static_cast<float>(found.length) * grid_.cell_m();
         }
     }
@@ -382,4 +382,4 @@ std::optional<float> GridPathRequests::length(Spot from, Cell to) {
     return static_cast<float>(regions_.cells(map, query.start, to)) * grid_.cell_m();
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

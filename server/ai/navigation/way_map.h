@@ -12,7 +12,7 @@
 #include <optional>
 #include <span>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct GroundMap;
 class ZonePortals;
@@ -47,11 +47,12 @@ struct MapExit {
 
 /// What has become of a request.
 struct PathResult {
-    bool waiting = true;                      ///< the rest says nothing yet
-    Outcome outcome = Outcome::kUnreachable;  ///< kPartial: to the place nearest to the goal
-    bool best = false;                        ///< false: a path that is near the best
-    float length_m = 0.0F;                    ///< along the corners, over the ground
-    std::span<const Spot> corners;            ///< without the start; true until the next serve()
+    bool waiting = true;  ///< the rest says nothing yet
+    PathOutcome outcome =
+        PathOutcome::kUnreachable;  ///< kPartial: to the place nearest to the goal
+    bool best = false;              ///< false: a path that is near the best
+    float length_m = 0.0F;          ///< along the corners, over the ground
+    std::span<const Spot> corners;  ///< without the start; true until the next serve()
 };
 
 /// What the ticks so far have done.
@@ -171,15 +172,15 @@ class PathProvider {
     }
 
     /// All who have asked and what has become of it, between serve() and the next call.
-    [[nodiscard]] virtual SavedPaths memory() const = 0;
+    [[nodiscard]] virtual SavedPaths save() const = 0;
 
     /// Of a map of the same ground whose doors are as they were, while nobody has asked. Empty:
     /// done, all tickets are what they were; else why not, and nothing was changed.
-    virtual std::string remember(const SavedPaths& memory) = 0;
+    virtual std::string load(const SavedPaths& memory) = 0;
 
     [[nodiscard]] virtual const PathCounts& counts() const = 0;
 
     [[nodiscard]] virtual std::size_t bytes() const = 0;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

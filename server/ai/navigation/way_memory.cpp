@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -33,7 +33,7 @@ const char* wrong_with(const SavedRequest& r, const MapNumbers& map) {
     if ((r.waiting || r.usable) && (r.from.node == ~0U || r.to.node == ~0U)) {
         return "leads over no place of the map";
     }
-    if (r.outcome > Outcome::kCutOff || r.asker >= kMostAskers) {
+    if (r.outcome > PathOutcome::kCutOff || r.asker >= kMostAskers) {
         return "has an outcome or an asker that is none";
     }
     const bool placed = std::all_of(r.corners.begin(), r.corners.end(), [](const Spot& s) {
@@ -102,4 +102,4 @@ std::string defect_of(const SavedPaths& memory, const MapNumbers& map) {
     return led && fields && tables ? "" : "paths remember what there is not";
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

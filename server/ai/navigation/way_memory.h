@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Something that a path leads over and that doors may take away.
 struct Hinge {
@@ -35,7 +35,7 @@ struct RequestState {
     bool waiting = false;
     bool usable = false;  ///< its corners lead somewhere
     bool best = false;
-    Outcome outcome = Outcome::kUnreachable;
+    PathOutcome outcome = PathOutcome::kUnreachable;
     std::uint32_t next = 0;  ///< corner that the asker heads for
     float length_m = 0.0F;
     float rest_m = 0.0F;   ///< from that corner on
@@ -82,7 +82,7 @@ struct SavedPaths {
     std::uint64_t tick = 0;             ///< of the map
     std::uint64_t typical_work = 0;
     std::uint64_t cheap_work = 0;
-    crowd::SavedCrowds crowd{};  ///< of maps that know of crowds
+    pathfinding::SavedCrowds crowd{};  ///< of maps that know of crowds
 };
 
 /// How many of each a map numbers.
@@ -96,4 +96,4 @@ struct MapNumbers {
 /// for heights, each number up to the largest is there once, who waits has one turn.
 std::string defect_of(const SavedPaths& memory, const MapNumbers& numbers);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

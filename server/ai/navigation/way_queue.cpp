@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 void RequestTurns::push(std::uint32_t request, std::uint32_t asker) {
     if (request >= requests_.size()) {
@@ -39,7 +39,7 @@ void RequestTurns::line_up(std::uint32_t asker, std::uint32_t turn) {
 void RequestTurns::pop() {
     const std::uint32_t asker = first_;
     Asker& a = askers_[asker];
-    const Request& r = requests_[a.first];
+    const Turn& r = requests_[a.first];
     --due_[(r.turn + wait_) % due_.size()];
     a.first = r.next;
     first_ = a.next;
@@ -70,7 +70,7 @@ std::vector<SavedTurn> RequestTurns::turns() const {
     return turns;
 }
 
-void RequestTurns::remember(const std::vector<SavedTurn>& turns) {
+void RequestTurns::load(const std::vector<SavedTurn>& turns) {
     now_ = wait_;  // nobody has waited longer
     for (const SavedTurn& turn : turns) {
         for (const std::uint32_t request : turn.requests) {
@@ -86,4 +86,4 @@ void RequestTurns::remember(const std::vector<SavedTurn>& turns) {
     }
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// First come, first served among askers; who asks for several at once waits for each in turn, so
 /// that nobody waits longer for another's many. Requests are small numbers; so are askers.
@@ -39,13 +39,13 @@ class RequestTurns {
     [[nodiscard]] std::vector<SavedTurn> turns() const;
 
     /// In a queue that nobody was in: those wait, in that order.
-    void remember(const std::vector<SavedTurn>& turns);
+    void load(const std::vector<SavedTurn>& turns);
 
     /// Ticks that the front has waited.
     [[nodiscard]] std::uint32_t waited() const { return now_ - requests_[front()].turn; }
 
   private:
-    struct Request {
+    struct Turn {
         std::uint32_t next = kNone;  ///< of the same asker
         std::uint32_t turn = 0;      ///< tick in which it became its asker's first
     };
@@ -60,7 +60,7 @@ class RequestTurns {
     /// Puts it behind the last one; its turn began in that tick.
     void line_up(std::uint32_t asker, std::uint32_t turn);
 
-    std::vector<Request> requests_;
+    std::vector<Turn> requests_;
     std::vector<Asker> askers_;
     std::uint32_t first_ = kNone;  // askers
     std::uint32_t last_ = kNone;
@@ -69,4 +69,4 @@ class RequestTurns {
     std::uint32_t wait_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

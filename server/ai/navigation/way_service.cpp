@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -56,7 +56,8 @@ GridPathRequests::GridPathRequests(GroundMap map,
         regions_.prepare(next_table_);
     }
     if (settings.crowding) {
-        crowd_ = std::make_unique<crowd::CrowdPaths>(planner_.map(), grid_, *settings.crowding);
+        crowd_ =
+            std::make_unique<pathfinding::CrowdPaths>(planner_.map(), grid_, *settings.crowding);
     }
     // No path has more corners, pulled or not.
     cells_.reserve(planner_.map().passable_cells() + std::size_t{2});
@@ -72,9 +73,9 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
     }
     const std::uint32_t number = free_.back();
     free_.pop_back();
-    Slot& slot = slots_[number];
+    RequestSlot& slot = slots_[number];
     const std::uint32_t round = slot.round;
-    slot = Slot();
+    slot = RequestSlot();
     slot.round = round;
     slot.asker = ask.asker == PathRequest::kAlone ? number : ask.asker;
     slot.at = ask.from;
@@ -82,7 +83,7 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
     slot.taken = true;
     ++counts_.asked;
     if (!grid_.contains(ask.from) || !grid_.contains(ask.to)) {
-        fail(number, Outcome::kOffMap);
+        fail(number, PathOutcome::kOffMap);
     } else if (find_ends(number)) {
         wait(number);
         // Where to walk meanwhile; the other half is for the paths themselves.
@@ -94,19 +95,19 @@ PathRequestId GridPathRequests::ask(const PathRequest& ask) {
 }
 
 bool GridPathRequests::find_ends(std::uint32_t number) {
-    Slot& slot = slots_[number];
+    RequestSlot& slot = slots_[number];
     const GridMap& map = planner_.map();
     // Of a place on the line between two cells the one that it counts to.
     slot.start = grid_.cell(slot.at);
     slot.goal = grid_.cell(slot.to);
     if (!map.passable(slot.start) &&
         !nearest_passable(map, grid_, slot.at, settings_.reach_cells, slot.start)) {
-        fail(number, Outcome::kStartBlocked);
+        fail(number, PathOutcome::kStartBlocked);
         return false;
     }
     if (!map.passable(slot.goal) &&
         !nearest_passable(map, grid_, slot.to, settings_.reach_cells, slot.goal)) {
-        fail(number, Outcome::kGoalBlocked);
+        fail(number, PathOutcome::kGoalBlocked);
         return false;
     }
     slot.moved = slot.goal != grid_.cell(slot.to);
@@ -121,7 +122,7 @@ bool GridPathRequests::reaches(Spot from, Cell to) {
 }
 
 void GridPathRequests::wait(std::uint32_t number) {
-    Slot& slot = slots_[number];
+    RequestSlot& slot = slots_[number];
     slot.waiting = true;
     ++wanted_[planner_.map().place(slot.goal)];
     ++counts_.waiting;
@@ -131,7 +132,7 @@ void GridPathRequests::wait(std::uint32_t number) {
 void GridPathRequests::lead_waiting() {
     std::size_t led = 0;
     for (; led < unled_.size() && spent_ < settings_.work_per_tick; ++led) {
-        const Slot& slot = slots_[unled_[led]];
+        const RequestSlot& slot = slots_[unled_[led]];
         if (slot.taken && slot.waiting && !slot.usable) {
             prepare_table(slot.goal);
         }
@@ -142,7 +143,7 @@ void GridPathRequests::lead_waiting() {
 void GridPathRequests::release(PathRequestId ticket) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
     queue_again();
-    Slot& slot = slots_[ticket.slot];
+    RequestSlot& slot = slots_[ticket.slot];
     slot.taken = false;
     ++slot.round;
     drop(ticket.slot);
@@ -164,7 +165,7 @@ void GridPathRequests::serve_waiting() {
     searched_ = false;
     while (!queue_.empty()) {
         const std::uint32_t number = queue_.front();
-        Slot& slot = slots_[number];
+        RequestSlot& slot = slots_[number];
         if (!slot.taken) {
             queue_.pop();
             slot.waiting = false;
@@ -236,7 +237,7 @@ void GridPathRequests::serve() {
 }
 
 bool GridPathRequests::refresh(std::uint32_t number) {
-    Slot& slot = slots_[number];
+    RequestSlot& slot = slots_[number];
     spent_ += kTakeUnits;
     const Place before = planner_.map().place(slot.goal);
     const bool found = find_ends(number);
@@ -253,13 +254,13 @@ bool GridPathRequests::refresh(std::uint32_t number) {
 }
 
 void GridPathRequests::done(std::uint32_t number) {
-    Slot& slot = slots_[number];
+    RequestSlot& slot = slots_[number];
     slot.waiting = false;
     ++counts_.served;
     --counts_.waiting;
     --wanted_[planner_.map().place(slot.goal)];
-    if (slot.moved && slot.outcome == Outcome::kFound) {
-        slot.outcome = Outcome::kPartial;
+    if (slot.moved && slot.outcome == PathOutcome::kFound) {
+        slot.outcome = PathOutcome::kPartial;
     }
     keep(number);
     answered_.push_back(number);
@@ -271,8 +272,8 @@ void GridPathRequests::drop(std::uint32_t number) {
     blocks_[number] = {};
 }
 
-void GridPathRequests::fail(std::uint32_t number, Outcome outcome) {
-    Slot& slot = slots_[number];
+void GridPathRequests::fail(std::uint32_t number, PathOutcome outcome) {
+    RequestSlot& slot = slots_[number];
     answered_.push_back(number);
     slot.outcome = outcome;
     slot.usable = false;
@@ -282,7 +283,7 @@ void GridPathRequests::fail(std::uint32_t number, Outcome outcome) {
 
 PathResult GridPathRequests::answer(PathRequestId ticket) const {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
-    const Slot& slot = slots_[ticket.slot];
+    const RequestSlot& slot = slots_[ticket.slot];
     if (slot.waiting && !slot.usable) {
         return {};
     }
@@ -291,7 +292,7 @@ PathResult GridPathRequests::answer(PathRequestId ticket) const {
 
 Spot GridPathRequests::heading(PathRequestId ticket, Spot at, float near_m) {
     ZONED_ASSERT(knows(ticket), "a ticket that was released");
-    Slot& slot = slots_[ticket.slot];
+    RequestSlot& slot = slots_[ticket.slot];
     slot.at = at;
     if (slot.waiting && !slot.usable) {
         return first_segment(slot, at);
@@ -308,7 +309,7 @@ Spot GridPathRequests::heading(PathRequestId ticket, Spot at, float near_m) {
     return corners[slot.next];
 }
 
-Spot GridPathRequests::first_segment(const Slot& slot, Spot at) const {
+Spot GridPathRequests::first_segment(const RequestSlot& slot, Spot at) const {
     const GridMap& map = planner_.map();
     Cell from;
     if (!nearest_passable(map, grid_, at, kBesideReach, from)) {
@@ -340,7 +341,8 @@ Spot GridPathRequests::first_segment(const Slot& slot, Spot at) const {
 std::size_t GridPathRequests::bytes() const {
     std::size_t bytes = (crowd_ != nullptr ? crowd_->bytes() : 0) + regions_.bytes() +
                         planner_.index_bytes() + pool_.bytes() + builder_.bytes() +
-                        near_goal_.bytes() + slots_.capacity() * (sizeof(Slot) + sizeof(Blocks)) +
+                        near_goal_.bytes() +
+                        slots_.capacity() * (sizeof(RequestSlot) + sizeof(Blocks)) +
                         wanted_.capacity() * sizeof(std::uint32_t);
     for (const CachedFlowField& f : fields_) {
         bytes += f.hops.capacity();
@@ -348,4 +350,4 @@ std::size_t GridPathRequests::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -13,7 +13,7 @@
 #include <memory>
 #include <optional>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct GridPathSettings {
     /// Of a tick, in units of about 2 ns (work_units.h). Of that as much is kept for those who are
@@ -32,14 +32,14 @@ struct GridPathSettings {
     /// A place in an obstacle stands for the nearest passable cell within so many.
     int reach_cells = 8;
     IndexBounds index;
-    std::optional<crowd::CrowdPathSettings> crowding{};  ///< none: crowds are no matter
+    std::optional<pathfinding::CrowdPathSettings> crowding{};  ///< none: crowds are no matter
 };
 
 /// Deterministic: what is answered, and when, hangs on the calls alone. Work is counted, never
 /// timed. Nothing is allocated once as many have asked, and for goals as far spread, as ever will.
 class GridPathRequests {
   public:
-    /// Prepares the map's index. `most_open`: Planner::know_most_open(); may be null.
+    /// Prepares the map's index. `most_open`: GridPlanner::know_most_open(); may be null.
     explicit GridPathRequests(GroundMap map,
                               const GridPathSettings& settings = {},
                               const GridMap* most_open = nullptr);
@@ -106,7 +106,7 @@ class GridPathRequests {
 
     [[nodiscard]] const GroundGrid& grid() const { return grid_; }
 
-    [[nodiscard]] const Planner& planner() const { return planner_; }
+    [[nodiscard]] const GridPlanner& planner() const { return planner_; }
 
     /// Whether a path leads from the cell nearest to a place to another cell.
     bool reaches(Spot from, Cell to);
@@ -119,15 +119,15 @@ class GridPathRequests {
     [[nodiscard]] const RegionNextHop& regions() const { return regions_; }
 
     /// See PathProvider.
-    [[nodiscard]] SavedPaths memory() const;
-    std::string remember(const SavedPaths& memory);
+    [[nodiscard]] SavedPaths save() const;
+    std::string load(const SavedPaths& memory);
 
     [[nodiscard]] const PathCounts& counts() const { return counts_; }
 
     [[nodiscard]] std::size_t bytes() const;
 
   private:
-    struct Slot {
+    struct RequestSlot {
         std::uint32_t round = 0;
         std::uint32_t asker = 0;
         Spot at;  ///< where the asker was when last seen
@@ -140,7 +140,7 @@ class GridPathRequests {
         bool moved = false;   ///< the goal stands for one in an obstacle
         bool best = false;
         bool doubted = false;  ///< it waits for another path if that pays
-        Outcome outcome = Outcome::kUnreachable;
+        PathOutcome outcome = PathOutcome::kUnreachable;
         CornerBlock corners;
         std::uint32_t next = 0;  ///< corner that the asker heads for
         float length_m = 0.0F;
@@ -175,8 +175,8 @@ class GridPathRequests {
     };
 
     static constexpr std::size_t kFields = 8;
-    [[nodiscard]] SavedRequest memory_of(std::uint32_t number) const;
-    void remember(const SavedRequest& memory);
+    [[nodiscard]] SavedRequest saved_request(std::uint32_t number) const;
+    void load(const SavedRequest& memory);
     /// What keeps it from being one of this map; empty: nothing.
     [[nodiscard]] std::string defect_of_memory(const SavedPaths& memory) const;
     /// Answers requests as far as the tick's work goes, and all that are due.
@@ -184,17 +184,17 @@ class GridPathRequests {
     /// So many requests are due in this tick still: what they need at least is kept for them.
     void keep_back(std::uint32_t due);
     /// Corners of the path are in `cells_`; false where the tick's work ended before it was found.
-    bool find(Slot& slot, bool cheaply);
-    bool find_by_field(Slot& slot);
-    bool find_around_crowds(Slot& slot);
+    bool find(RequestSlot& slot, bool cheaply);
+    bool find_by_field(RequestSlot& slot);
+    bool find_around_crowds(RequestSlot& slot);
     /// Whether a path around crowds is so much less than what is left of its own as to be taken.
-    [[nodiscard]] bool pays(const Slot& slot, std::uint64_t& work) const;
-    bool find_by_planner(Slot& slot);
-    void find_by_regions(Slot& slot);
+    [[nodiscard]] bool pays(const RequestSlot& slot, std::uint64_t& work) const;
+    bool find_by_planner(RequestSlot& slot);
+    void find_by_regions(RequestSlot& slot);
     void prepare_table(Cell goal);
     /// Of the cells that stand for regions, and the start, the one nearest to the goal that is
     /// reached.
-    Cell nearest_middle(const Slot& slot);
+    Cell nearest_middle(const RequestSlot& slot);
     /// From the last of `cells_` to a goal in the same area.
     void walk_within_region(Cell goal);
     /// Makes a field, as far as the tick's work goes; true once it is there.
@@ -210,7 +210,7 @@ class GridPathRequests {
     /// Those that the line between the middles of two cells leads through.
     void add_blocks(Blocks& blocks, Cell a, Cell b) const;
     void done(std::uint32_t number);
-    void fail(std::uint32_t number, Outcome outcome);
+    void fail(std::uint32_t number, PathOutcome outcome);
     void wait(std::uint32_t number);
     /// Where those who wait and were not led so far may walk meanwhile, as far as the tick's work
     /// goes.
@@ -225,23 +225,23 @@ class GridPathRequests {
     [[nodiscard]] Closed closed() const;
     /// What a change means for the path of a request.
     void review(std::uint32_t number, bool near, const Gap& gap, const Closed& closed);
-    [[nodiscard]] bool cut(const Slot& slot, const Closed& closed) const;
+    [[nodiscard]] bool cut(const RequestSlot& slot, const Closed& closed) const;
     [[nodiscard]] bool leads_through(Spot from, Spot to, const Closed& closed) const;
-    [[nodiscard]] bool may_be_shorter(const Slot& slot, const Gap& gap) const;
-    [[nodiscard]] bool may_come_nearer(const Slot& slot, const Gap& gap, Spot end) const;
+    [[nodiscard]] bool may_be_shorter(const RequestSlot& slot, const Gap& gap) const;
+    [[nodiscard]] bool may_come_nearer(const RequestSlot& slot, const Gap& gap, Spot end) const;
     /// Puts those whom changes made wait in their queues.
     void queue_again();
     void settle_regions();
-    [[nodiscard]] bool worth_a_field(const Slot& slot) const;
-    [[nodiscard]] Spot first_segment(const Slot& slot, Spot at) const;
+    [[nodiscard]] bool worth_a_field(const RequestSlot& slot) const;
+    [[nodiscard]] Spot first_segment(const RequestSlot& slot, Spot at) const;
 
     GridPathSettings settings_;
     GroundGrid grid_;
-    Planner planner_;
+    GridPlanner planner_;
     RegionNextHop regions_;
     CornerPool pool_;
     RequestTurns queue_;
-    std::vector<Slot> slots_;
+    std::vector<RequestSlot> slots_;
     std::vector<Blocks> blocks_;  // by slot; none where there is no path
     unsigned block_shift_ = 0;    // of a cell's column or row
     std::vector<std::uint32_t> free_;
@@ -253,7 +253,7 @@ class GridPathRequests {
     std::vector<Spot> opened_;             // middles of the cells of a change
     std::vector<Cell> closed_;             // of it
     std::vector<std::uint32_t> near_;  // slots that it may concern, doubled; odd: by what it closed
-    std::unique_ptr<crowd::CrowdPaths> crowd_;  // null: crowds are no matter
+    std::unique_ptr<pathfinding::CrowdPaths> crowd_;  // null: crowds are no matter
     std::vector<std::uint32_t> doubted_;
     std::size_t next_review_ = 0;        // slot
     std::uint64_t reviewed_round_ = 0;   // of the crowds
@@ -274,4 +274,4 @@ class GridPathRequests {
     PathCounts counts_;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

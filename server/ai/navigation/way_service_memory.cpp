@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
-SavedRequest GridPathRequests::memory_of(std::uint32_t number) const {
-    const Slot& slot = slots_[number];
+SavedRequest GridPathRequests::saved_request(std::uint32_t number) const {
+    const RequestSlot& slot = slots_[number];
     const GridMap& map = planner_.map();
     SavedRequest m;
     m.number = number;
@@ -17,7 +17,7 @@ SavedRequest GridPathRequests::memory_of(std::uint32_t number) const {
         return m;
     }
     // Off the map there are no cells.
-    const bool placed = slot.outcome != Outcome::kOffMap;
+    const bool placed = slot.outcome != PathOutcome::kOffMap;
     m.from = {Vec3(slot.at.x, 0.0F, slot.at.z), Vec3::Zero(), placed ? map.place(slot.start) : ~0U};
     m.to = {Vec3(slot.to.x, 0.0F, slot.to.z), Vec3::Zero(), placed ? map.place(slot.goal) : ~0U};
     m.usable = slot.usable;
@@ -33,12 +33,12 @@ SavedRequest GridPathRequests::memory_of(std::uint32_t number) const {
     return m;
 }
 
-SavedPaths GridPathRequests::memory() const {
+SavedPaths GridPathRequests::save() const {
     SavedPaths memory;
     memory.free = free_;
     for (std::uint32_t i = 0; i < slots_.size(); ++i) {
         if (slots_[i].taken || slots_[i].waiting) {
-            memory.requests.push_back(memory_of(i));
+            memory.requests.push_back(saved_request(i));
         }
     }
     memory.turns = queue_.turns();
@@ -56,7 +56,7 @@ SavedPaths GridPathRequests::memory() const {
     memory.typical_work = typical_work_;
     memory.cheap_work = cheap_work_;
     if (crowd_ != nullptr) {
-        memory.crowd = crowd_->memory();
+        memory.crowd = crowd_->save();
         memory.crowd.reviewed_round = reviewed_round_;
         memory.crowd.next_review = next_review_;
     }
@@ -99,9 +99,9 @@ std::string GridPathRequests::defect_of_memory(const SavedPaths& memory) const {
     return {};
 }
 
-void GridPathRequests::remember(const SavedRequest& m) {
+void GridPathRequests::load(const SavedRequest& m) {
     const GridMap& map = planner_.map();
-    Slot& slot = slots_[m.number];
+    RequestSlot& slot = slots_[m.number];
     slot.round = m.round;
     slot.asker = m.asker;
     slot.taken = m.taken;
@@ -138,7 +138,7 @@ void GridPathRequests::remember(const SavedRequest& m) {
     }
 }
 
-std::string GridPathRequests::remember(const SavedPaths& memory) {
+std::string GridPathRequests::load(const SavedPaths& memory) {
     std::string wrong = defect_of_memory(memory);
     if (!wrong.empty()) {
         return wrong;
@@ -148,9 +148,9 @@ std::string GridPathRequests::remember(const SavedPaths& memory) {
     free_ = memory.free;
     free_.reserve(slots_.capacity());
     for (const SavedRequest& m : memory.requests) {
-        remember(m);
+        load(m);
     }
-    queue_.remember(memory.turns);
+    queue_.load(memory.turns);
     unled_ = memory.unled;
     std::size_t next = 0;
     for (const SavedField& f : memory.fields) {
@@ -171,11 +171,11 @@ std::string GridPathRequests::remember(const SavedPaths& memory) {
     if (crowd_ != nullptr) {
         reviewed_round_ = memory.crowd.reviewed_round;
         next_review_ = static_cast<std::size_t>(memory.crowd.next_review);
-        if (!crowd_->remember(memory.crowd)) {
+        if (!crowd_->load(memory.crowd)) {
             return "paths remember crowds where there are none";
         }
     }
     return {};
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

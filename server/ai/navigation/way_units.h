@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 inline constexpr std::uint64_t kQueryUnits = 600;  ///< a path put together
 inline constexpr std::uint64_t kNodeUnits = 100;   ///< a node of a search
@@ -17,4 +17,4 @@ inline constexpr std::uint64_t kFieldUnits = 6;    ///< a cell of a field that i
 inline constexpr std::uint64_t kRegionUnits = 25;  ///< an area of a table to a goal's area
 inline constexpr std::uint64_t kMiddleUnits = 4;   ///< an area that is looked at
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

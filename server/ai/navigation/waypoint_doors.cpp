@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -95,4 +95,4 @@ std::vector<WaypointDoor> waypoint_doors(const WaypointGraph& graph,
     return doors;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// Numbers of waypoints, and behind the last one those of edges.
 struct WaypointDoor {
@@ -21,4 +21,4 @@ std::vector<WaypointDoor> waypoint_doors(const WaypointGraph& graph,
                                          const motion::StaticGeometry& world,
                                          const motion::CharacterLimits& limits);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <string>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -201,10 +201,10 @@ WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
                                                     std::uint32_t max_work) {
     path_.clear();
     if (start >= graph.size() || goal >= graph.size()) {
-        return {Outcome::kOffMap};
+        return {PathOutcome::kOffMap};
     }
     if (!graph.passable(start) || !graph.passable(goal)) {
-        return {graph.passable(start) ? Outcome::kGoalBlocked : Outcome::kStartBlocked};
+        return {graph.passable(start) ? PathOutcome::kGoalBlocked : PathOutcome::kStartBlocked};
     }
     begin(graph);
     const auto ahead = [&graph, goal](std::uint32_t number) {
@@ -219,11 +219,11 @@ WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
             continue;
         }
         if (answer.work++ == max_work) {
-            answer.outcome = Outcome::kCutOff;
+            answer.outcome = PathOutcome::kCutOff;
             return answer;
         }
         if (at.number == goal) {
-            answer.outcome = Outcome::kFound;
+            answer.outcome = PathOutcome::kFound;
             answer.cost = at.cost;
             trace(goal);
             return answer;
@@ -251,14 +251,14 @@ WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
         if (at.cost > known_[at.number].cost) {
             continue;
         }
-        if (answer.outcome == Outcome::kFound && at.cost >= answer.cost) {
+        if (answer.outcome == PathOutcome::kFound && at.cost >= answer.cost) {
             break;
         }
         ++answer.work;
         for (const WaypointEnd& e : ends) {
             if (e.number == at.number &&
-                (answer.outcome != Outcome::kFound || at.cost + e.cost < answer.cost)) {
-                answer.outcome = Outcome::kFound;
+                (answer.outcome != PathOutcome::kFound || at.cost + e.cost < answer.cost)) {
+                answer.outcome = PathOutcome::kFound;
                 answer.cost = at.cost + e.cost;
                 last = at.number;
             }
@@ -269,10 +269,10 @@ WaypointSearch::WaypointAnswer WaypointSearch::plan(const WaypointGraph& graph,
             }
         }
     }
-    if (answer.outcome == Outcome::kFound) {
+    if (answer.outcome == PathOutcome::kFound) {
         trace(last);
     }
     return answer;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

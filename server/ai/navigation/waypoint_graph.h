@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 struct Waypoint {
     std::uint32_t id = 0;          ///< unique, any number
@@ -118,9 +118,9 @@ core::Result<WaypointGraph> parse_waypoints(std::string_view text);
 class WaypointSearch {
   public:
     struct WaypointAnswer {
-        Outcome outcome = Outcome::kUnreachable;  ///< kOffMap: there is no such waypoint
-        double cost = 0.0;                        ///< sum of the weights along the path
-        std::uint32_t work = 0;                   ///< waypoints looked at
+        PathOutcome outcome = PathOutcome::kUnreachable;  ///< kOffMap: there is no such waypoint
+        double cost = 0.0;                                ///< sum of the weights along the path
+        std::uint32_t work = 0;                           ///< waypoints looked at
     };
 
     /// A* with the distance to the goal times least_weight_per_m(): exact (Hart, Nilsson and
@@ -174,4 +174,4 @@ class WaypointSearch {
     std::uint32_t search_ = 0;
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

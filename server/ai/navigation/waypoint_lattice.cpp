@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 core::Result<WaypointGraph> waypoint_lattice(const GroundMap& ground) {
     const GridMap& map = ground.cells;
@@ -42,4 +42,4 @@ core::Result<WaypointGraph> waypoint_lattice(const GroundMap& ground) {
     return WaypointGraph::build(waypoints, edges);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

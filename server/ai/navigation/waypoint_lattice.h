@@ -4,11 +4,11 @@
 #include "server/ai/navigation/ground_map.h"
 #include "server/ai/navigation/waypoint_graph.h"
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// A waypoint in the middle of each passable cell, with edges to its eight neighbours that a step
 /// leads to (diagonally only where both cells beside it are passable), as long as they are. Fails
 /// where the graph would be too large.
 core::Result<WaypointGraph> waypoint_lattice(const GroundMap& ground);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

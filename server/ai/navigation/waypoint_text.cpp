@@ -8,7 +8,7 @@
 #include <string>
 #include <unordered_map>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -183,4 +183,4 @@ core::Result<WaypointGraph> parse_waypoints(std::string_view text) {
     return WaypointReader().read(text);
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -9,7 +9,7 @@
 #include <queue>
 #include <utility>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -296,27 +296,27 @@ std::optional<Spot> ZonePortals::straight_exit(std::uint32_t from,
     return best ? std::optional<Spot>(portals_[best->first].beyond) : std::nullopt;
 }
 
-Outcome ZonePortals::route(Planner& planner,
-                           std::uint32_t from,
-                           Spot start,
-                           std::uint32_t to,
-                           Spot goal,
-                           std::vector<ZonePathSegment>& segments) const {
+PathOutcome ZonePortals::route(GridPlanner& planner,
+                               std::uint32_t from,
+                               Spot start,
+                               std::uint32_t to,
+                               Spot goal,
+                               std::vector<ZonePathSegment>& segments) const {
     segments.clear();
     const PortalZone& first = zones_[from];
     const PortalZone& last = zones_[to];
-    Query query;
+    GridQuery query;
     query.start = first.grid.cell(start);
     if (!first.grid.contains(start) || !planner.map().passable(query.start)) {
-        return Outcome::kStartBlocked;
+        return PathOutcome::kStartBlocked;
     }
     if (!last.grid.contains(goal) || !last.cells.passable(last.grid.cell(goal))) {
-        return Outcome::kGoalBlocked;
+        return PathOutcome::kGoalBlocked;
     }
     const auto length_to = [&](Cell c) -> std::optional<float> {
         query.goal = c;
         const Answer a = planner.plan(query);
-        return a.outcome == Outcome::kFound
+        return a.outcome == PathOutcome::kFound
                    ? std::optional<float>(static_cast<float>(a.length) * first.grid.cell_m())
                    : std::nullopt;
     };
@@ -326,7 +326,7 @@ Outcome ZonePortals::route(Planner& planner,
         first.grid.contains(here) ? length_to(first.grid.cell(here)) : std::nullopt;
     const std::optional<PortalChoice> best = choose(from, start, to, goal, length_to, scratch);
     if (!within && !best) {
-        return Outcome::kUnreachable;
+        return PathOutcome::kUnreachable;
     }
     if (best && !(within && *within <= best->cost_m)) {
         // Portal by portal the one from which the least is left.
@@ -353,7 +353,7 @@ Outcome ZonePortals::route(Planner& planner,
     }
     const std::uint32_t end = segments.empty() ? from : portals_[best->last].to;
     segments.push_back({end, local(to, goal, end)});
-    return Outcome::kFound;
+    return PathOutcome::kFound;
 }
 
 std::size_t ZonePortals::bytes() const {
@@ -365,4 +365,4 @@ std::size_t ZonePortals::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// The map of a zone and where it lies: world coordinates of the zone's local (0, 0). The map may
 /// go beyond the zone, over parts of its neighbours.
@@ -82,12 +82,12 @@ class ZonePortals {
     /// Zones that a path from a place in one leads through, with what to walk to in each. `planner`
     /// is that of zone `from`; the ends lie on their zones' maps. kFound, kStartBlocked and
     /// kGoalBlocked (the place is not passable), kUnreachable.
-    Outcome route(Planner& planner,
-                  std::uint32_t from,
-                  Spot start,
-                  std::uint32_t to,
-                  Spot goal,
-                  std::vector<ZonePathSegment>& segments) const;
+    PathOutcome route(GridPlanner& planner,
+                      std::uint32_t from,
+                      Spot start,
+                      std::uint32_t to,
+                      Spot goal,
+                      std::vector<ZonePathSegment>& segments) const;
 
     [[nodiscard]] std::size_t portals() const { return portals_.size(); }
 
@@ -153,4 +153,4 @@ class ZonePortals {
         through_m_;  // from beyond one portal to beyond another; infinite for no path
 };
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

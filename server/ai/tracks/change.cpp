@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 std::size_t choose_track(std::uint64_t seed, std::uint64_t id, std::span<const double> weights) {
     double sum = 0.0;
@@ -51,4 +51,4 @@ LaneChange::Moving LaneChange::at(double walked) const {
             a.ahead + share * (b.ahead - a.ahead) + slope * (b.at - a.at)};
 }
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

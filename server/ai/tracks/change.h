@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 /// The track that who has `id` takes, by chance as weights (>= 0, their sum > 0) say: the same for
 /// the same seed and id.
@@ -44,4 +44,4 @@ class LaneChange {
     double length_;
 };
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 namespace {
 
@@ -180,4 +180,4 @@ std::size_t Lane::bytes() const {
            (curved_.capacity() + turned_.capacity()) * sizeof(float);
 }
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

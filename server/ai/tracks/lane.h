@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 /// Names a lane among all lanes of a world.
 using LaneId = std::uint16_t;
@@ -81,4 +81,4 @@ class Lane {
     std::vector<float> turned_;  // what the lane turns by from a station to the next, rad
 };
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

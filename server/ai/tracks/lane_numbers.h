@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 /// How many lanes a track has each way, and whether a racing line besides.
 struct SplineLanes {
@@ -27,4 +27,4 @@ inline LaneId lane_number(std::span<const SplineLanes> tracks, const LaneChoice&
     return static_cast<LaneId>(number + (choice.racing_line ? track.lanes : choice.lane));
 }
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

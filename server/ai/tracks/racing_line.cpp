@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 namespace {
 
@@ -87,4 +87,4 @@ core::Result<Spline> track_along(const Spline& track, const RacingLine& line) {
     return Spline::make(def);
 }
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

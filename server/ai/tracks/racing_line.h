@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 /// Places across a closed track, evenly spaced along it.
 struct RacingLine {
@@ -26,4 +26,4 @@ RacingLine racing_line(const Spline& track, std::size_t samples, double margin_m
 /// A track of the same width / 4 along it.
 core::Result<Spline> track_along(const Spline& track, const RacingLine& line);
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

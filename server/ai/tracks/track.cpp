@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 namespace {
 
@@ -195,4 +195,4 @@ double Spline::walked(double s, double offset, double distance) const {
     return s;
 }
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

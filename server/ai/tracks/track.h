@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 using Vec2d = Eigen::Vector2d;
 
@@ -111,4 +111,4 @@ class Spline {
     std::uint32_t lanes_ = 1;
 };
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 namespace {
 
@@ -108,4 +108,4 @@ std::size_t SplineNetwork::bytes() const {
     return bytes;
 }
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

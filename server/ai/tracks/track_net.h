@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 /// A track as a world has it.
 struct NamedSpline {
@@ -71,4 +71,4 @@ class SplineNetwork {
     double length_m_ = 0.0;
 };
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

@@ -22,7 +22,7 @@ class CircuitWorld : public GameTest {
     void look(app::World& now) {
         for (const auto& zone : now.zones()) {
             const zone::ZoneState& state = zone->state();
-            const ai::tracks::SplineNetwork& net = *state.places.tracks();
+            const ai::splines::SplineNetwork& net = *state.places.tracks();
             for (std::size_t n = 0; n < state.minds.size(); ++n) {
                 look(state, net, state.minds.at(state.minds.nth(n)));
             }
@@ -30,7 +30,7 @@ class CircuitWorld : public GameTest {
     }
 
     void look(const zone::ZoneState& state,
-              const ai::tracks::SplineNetwork& net,
+              const ai::splines::SplineNetwork& net,
               const ai::Mind& mind) {
         const world::Row row = state.entities.find(mind.entity);
         if (row == world::kNoRow || mind.corner != ai::kOnTrack || mind.entered) {
@@ -42,7 +42,7 @@ class CircuitWorld : public GameTest {
         const Vec2d here = Vec2(at.x(), at.z()).cast<double>() + state.places.origin();
         ++samples_;
         (mind.tier == ai::Tier::kCoarse ? coarse_ : awake_) += 1;
-        if (mind.tier == ai::Tier::kAwake && mind.track.from == ai::tracks::kNoLane) {
+        if (mind.tier == ai::Tier::kAwake && mind.track.from == ai::splines::kNoLane) {
             beside_ += net.lane(mind.track.lane).nearest(here).distance_m > 1.0 ? 1 : 0;
         }
     }

@@ -23,7 +23,7 @@ motion::StaticBox wall_between(float from_z, float to_z) {
 /// apart before the first, who want to be spread over a place behind it.
 class Gates {
   public:
-    Gates(const std::optional<crowd::CrowdPathSettings>& crowding, std::uint32_t walkers)
+    Gates(const std::optional<pathfinding::CrowdPathSettings>& crowding, std::uint32_t walkers)
         : walkers_(walkers),
           through_(walkers + 1, false),
           changes_(walkers + 1, 0) {
@@ -44,7 +44,7 @@ class Gates {
         walker.character.acceleration = 20.0F;
         walker.character.speed = 3.0F;
         field.settings.machines = {single(ActionKind::kGo)};
-        field.settings.avoidance = crowd::AvoidanceSettings{};
+        field.settings.avoidance = steering::AvoidanceSettings{};
         compile(field.settings, kDt);
         PathfindingSettings paths;
         paths.cell_m = 0.5F;
@@ -98,8 +98,8 @@ class Gates {
         if (!field.paths.has(slot, EntityId(id))) {
             return;
         }
-        navigation::Spot before{at.x(), at.z()};
-        for (const navigation::Spot& corner : field.paths.answer(slot).corners) {
+        pathfinding::Spot before{at.x(), at.z()};
+        for (const pathfinding::Spot& corner : field.paths.answer(slot).corners) {
             if (before.x <= 0.0F && corner.x > 0.0F) {
                 const float share = -before.x / (corner.x - before.x);
                 const int gate = before.z + share * (corner.z - before.z) > 6.0F ? 2 : 1;
@@ -120,8 +120,8 @@ class Gates {
 
 /// Discs of 0.4 m leave nobody room to move where there are 1.6 on a square metre: four fifths of
 /// it.
-crowd::CrowdPathSettings around_crowds() {
-    crowd::CrowdPathSettings crowding;
+pathfinding::CrowdPathSettings around_crowds() {
+    pathfinding::CrowdPathSettings crowding;
     crowding.jam_per_m2 = 1.6F;
     return crowding;
 }

@@ -14,15 +14,15 @@ namespace zoned::ai {
 namespace {
 
 using namespace test;
+using splines::NamedSpline;
+using splines::SplineNetwork;
 using testing::HasSubstr;
-using tracks::NamedSpline;
-using tracks::SplineNetwork;
 
 constexpr float kBody = 0.9F;
 /// As steering.cpp: a body farther than this from its segment is put right.
 constexpr double kOffSegment = 0.2;
 
-NamedSpline course(tracks::Curve curve, bool closed) {
+NamedSpline course(splines::Curve curve, bool closed) {
     NamedSpline track;
     track.name = "course";
     track.def.curve = curve;
@@ -59,7 +59,7 @@ class Followers {
 
     [[nodiscard]] const SplineNetwork& net() const { return *field.settings.places.tracks; }
 
-    [[nodiscard]] const tracks::Lane& lane(tracks::LaneId id) const { return net().lane(id); }
+    [[nodiscard]] const splines::Lane& lane(splines::LaneId id) const { return net().lane(id); }
 
     /// On a lane, in world coordinates of the tracks.
     void add(std::uint32_t id, const Vec2d& at) {
@@ -94,13 +94,13 @@ class Followers {
     Field field;
 };
 
-FollowDef follow_lane(tracks::LaneId first, std::uint16_t count = 1) {
+FollowDef follow_lane(splines::LaneId first, std::uint16_t count = 1) {
     FollowDef follow;
     follow.draws = {{first, count, 1.0F}};
     return follow;
 }
 
-class CurveOf : public testing::TestWithParam<std::tuple<tracks::Curve, bool>> {};
+class CurveOf : public testing::TestWithParam<std::tuple<splines::Curve, bool>> {};
 
 /// At 0.8 of 4 m/s. The timetable is that of even speed along the lane from beginning to end: it is
 /// compared with one that is reckoned here. The segment is within error_m of it; the body within
@@ -110,7 +110,7 @@ TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
     const double error = 0.25;
     Followers one({course(curve, closed)}, follow_lane(2));
     one.field.solid = true;
-    const tracks::Lane& lane = one.lane(2);
+    const splines::Lane& lane = one.lane(2);
     one.add(1, lane.at(5.0).at);
     one.field.run(2.0F);
     ASSERT_EQ(one.mind(1).corner, kOnTrack);
@@ -138,13 +138,13 @@ TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
 
 INSTANTIATE_TEST_SUITE_P(Tracks,
                          CurveOf,
-                         testing::Combine(testing::Values(tracks::Curve::kCatmullRom,
-                                                          tracks::Curve::kBSpline),
+                         testing::Combine(testing::Values(splines::Curve::kCatmullRom,
+                                                          splines::Curve::kBSpline),
                                           testing::Bool()));
 
 TEST(FollowTrack, WhoNobodySeesIsWhereItWouldHaveWalked) {
-    Followers all({course(tracks::Curve::kCatmullRom, true)}, follow_lane(0, 3), true);
-    Followers some({course(tracks::Curve::kCatmullRom, true)}, follow_lane(0, 3), false);
+    Followers all({course(splines::Curve::kCatmullRom, true)}, follow_lane(0, 3), true);
+    Followers some({course(splines::Curve::kCatmullRom, true)}, follow_lane(0, 3), false);
     std::uint64_t events = 0;
     for (Followers* side : {&all, &some}) {
         side->field.solid = true;
@@ -168,7 +168,7 @@ TEST(FollowTrack, WhoNobodySeesIsWhereItWouldHaveWalked) {
 }
 
 TEST(FollowTrack, WakesWhereItIsDueWithoutAJump) {
-    Followers some({course(tracks::Curve::kCatmullRom, true)}, follow_lane(0), false);
+    Followers some({course(splines::Curve::kCatmullRom, true)}, follow_lane(0), false);
     some.field.solid = true;
     some.add(1, some.lane(0).at(3.0).at);
     some.field.run(31.0F);
@@ -193,7 +193,7 @@ TEST(FollowTrack, ChangesLanesSmoothly) {
     FollowDef follow = follow_lane(0, 3);
     follow.blend_m = 8.0F;
     follow.change_every_m = 20.0F;
-    Followers one({course(tracks::Curve::kBSpline, true)}, follow);
+    Followers one({course(splines::Curve::kBSpline, true)}, follow);
     one.field.solid = true;
     one.add(1, one.lane(1).at(3.0).at);
     one.field.run(2.0F);
@@ -211,11 +211,11 @@ TEST(FollowTrack, ChangesLanesSmoothly) {
             sharpest = std::min(sharpest, heading.dot(step.normalized()));
         }
         heading = step.normalized();
-        const bool now = one.mind(1).track.from != tracks::kNoLane;
+        const bool now = one.mind(1).track.from != splines::kNoLane;
         changes += now && !changing ? 1 : 0;
         changing = now;
         double nearest = 1e9;
-        for (tracks::LaneId id = 0; id < 3; ++id) {
+        for (splines::LaneId id = 0; id < 3; ++id) {
             nearest = std::min(nearest, one.lane(id).nearest(one.timed(1)).distance_m);
         }
         // Between two lanes it is a metre from both at the most.
@@ -266,7 +266,7 @@ TEST(FollowTrack, GoesToAndFroWhereItMayTurnBack) {
     one.field.solid = true;
     one.add(1, Vec2d(15.0, 0.0));
     int turns = 0;
-    tracks::LaneId before = 7;
+    splines::LaneId before = 7;
     double low = 15.0;
     double high = 15.0;
     for (int k = 0; k < 100 * 30; ++k) {
@@ -284,7 +284,7 @@ TEST(FollowTrack, GoesToAndFroWhereItMayTurnBack) {
 
 TEST(FollowTrack, WhoIsPushedOffComesBackAndGoesOn) {
     for (const double push : {3.0, 20.0}) {
-        Followers one({course(tracks::Curve::kCatmullRom, true)}, follow_lane(1));
+        Followers one({course(splines::Curve::kCatmullRom, true)}, follow_lane(1));
         one.field.solid = true;
         one.add(1, one.lane(1).at(10.0).at);
         one.field.run(5.0F);
@@ -296,8 +296,8 @@ TEST(FollowTrack, WhoIsPushedOffComesBackAndGoesOn) {
 }
 
 TEST(FollowTrack, IsTakenAlongToAnotherZoneToTheCentimetre) {
-    Followers one({course(tracks::Curve::kCatmullRom, true)}, follow_lane(1));
-    Followers other({course(tracks::Curve::kCatmullRom, true)}, follow_lane(1));
+    Followers one({course(splines::Curve::kCatmullRom, true)}, follow_lane(1));
+    Followers other({course(splines::Curve::kCatmullRom, true)}, follow_lane(1));
     one.field.solid = other.field.solid = true;
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
@@ -323,12 +323,12 @@ TEST(FollowTrack, IsTakenAlongToAnotherZoneToTheCentimetre) {
 }
 
 TEST(FollowTrack, IsWrittenDownAndReadAgainAndRefusedWhereThereIsNoSuchTrack) {
-    Followers one({course(tracks::Curve::kCatmullRom, true)}, follow_lane(0, 3));
+    Followers one({course(splines::Curve::kCatmullRom, true)}, follow_lane(0, 3));
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
     std::vector<std::uint8_t> bytes;
     write_minds(one.field.minds, one.field.steps, one.field.places, bytes);
-    Followers same({course(tracks::Curve::kCatmullRom, true)}, follow_lane(0, 3));
+    Followers same({course(splines::Curve::kCatmullRom, true)}, follow_lane(0, 3));
     EXPECT_EQ(
         read_minds(
             bytes, same.field.settings, same.field.minds, same.field.steps, same.field.places),
@@ -346,7 +346,7 @@ TEST(FollowTrack, IsWrittenDownAndReadAgainAndRefusedWhereThereIsNoSuchTrack) {
 }
 
 TEST(FollowTrack, IsExplained) {
-    Followers one({course(tracks::Curve::kCatmullRom, true)}, follow_lane(1));
+    Followers one({course(splines::Curve::kCatmullRom, true)}, follow_lane(1));
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
     const std::string text = why(one.mind(1),
@@ -365,7 +365,7 @@ TEST(FollowTrack, IsExplained) {
 TEST(FollowTrack, LegsAreAsLongAsTheErrorAllows) {
     std::array<std::uint64_t, 2> events{};
     for (const int k : {0, 1}) {
-        NamedSpline track = course(tracks::Curve::kBSpline, true);
+        NamedSpline track = course(splines::Curve::kBSpline, true);
         track.error_m = k == 0 ? 0.25F : 1.0F;
         Followers some({track}, follow_lane(1), false);
         some.field.types[kGuard].character.acceleration = 0.0F;

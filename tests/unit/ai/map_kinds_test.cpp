@@ -117,15 +117,15 @@ TEST(PathsOnANavmesh, LeadOutOfTheWholeArea) {
                       {-25, -25, 25, 25},
                       types,
                       0);
-    const std::array<navigation::Spot, 4> goals{{{90, 3}, {-90, 3}, {3, 90}, {3, -90}}};
+    const std::array<pathfinding::Spot, 4> goals{{{90, 3}, {-90, 3}, {3, 90}, {3, -90}}};
     for (Slot mind = 0; mind < 8; ++mind) {
         paths.ask(mind, EntityId(mind + 1), mind / 4, {3.0F, 8.0F}, goals[mind % 4], {0.0F});
     }
     paths.serve();
     for (Slot mind = 0; mind < 8; ++mind) {
-        const navigation::PathResult a = paths.answer(mind);
-        ASSERT_EQ(a.outcome, navigation::Outcome::kPartial);
-        const navigation::Spot end = a.corners.back();
+        const pathfinding::PathResult a = paths.answer(mind);
+        ASSERT_EQ(a.outcome, pathfinding::PathOutcome::kPartial);
+        const pathfinding::Spot end = a.corners.back();
         EXPECT_GT(std::max(std::abs(end.x), std::abs(end.z)), 25.0F) << mind;
     }
 }

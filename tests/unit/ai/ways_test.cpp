@@ -13,10 +13,10 @@
 namespace zoned::ai::ways_test {
 namespace {
 
-using navigation::Outcome;
-using navigation::Spot;
+using pathfinding::PathOutcome;
+using pathfinding::Spot;
 
-constexpr navigation::GroundRect kTown{-20.0F, -20.0F, 20.0F, 20.0F};
+constexpr pathfinding::GroundRect kTown{-20.0F, -20.0F, 20.0F, 20.0F};
 
 motion::StaticBox wall(const Vec3& centre, const Vec3& half) {
     motion::StaticBox box;
@@ -90,14 +90,14 @@ TEST(PathService, AreAnsweredInTheTickInWhichTheyAreAskedFor) {
     ASSERT_EQ(std::vector<Slot>(paths.answered().begin(), paths.answered().end()),
               (std::vector<Slot>{3, 5, 7}));
     for (const Slot mind : {7U, 3U}) {
-        const navigation::PathResult a = paths.answer(mind);
+        const pathfinding::PathResult a = paths.answer(mind);
         ASSERT_FALSE(a.waiting);
-        EXPECT_EQ(a.outcome, Outcome::kFound);
+        EXPECT_EQ(a.outcome, PathOutcome::kFound);
         ASSERT_EQ(a.corners.size(), 1U) << "straight through the open gate";
         EXPECT_EQ(a.corners.back(), to);
         EXPECT_FLOAT_EQ(a.length_m, 20.0F);
     }
-    EXPECT_EQ(paths.answer(5).outcome, Outcome::kPartial) << "beyond the zone";
+    EXPECT_EQ(paths.answer(5).outcome, PathOutcome::kPartial) << "beyond the zone";
     EXPECT_TRUE(paths.has(7, EntityId(70)));
     EXPECT_FALSE(paths.has(7, EntityId(71)));
     paths.release(7);
@@ -113,7 +113,7 @@ TEST(PathService, GoRoundAGateThatIsShutAndThroughItAgainOnceItIsOpen) {
     const Spot to{10.0F, 0.0F};
     paths.ask(0, EntityId(1), 1, from, to);
     paths.serve();
-    ASSERT_EQ(paths.answer(0).outcome, Outcome::kFound);
+    ASSERT_EQ(paths.answer(0).outcome, PathOutcome::kFound);
     // By the gap at z = 17: the shortest path there and back is 2 sqrt(10^2 + 17^2) = 39.4 m.
     EXPECT_GT(paths.answer(0).length_m, 38.0F);
     EXPECT_LT(paths.answer(0).length_m, 44.0F);
@@ -149,7 +149,7 @@ TEST(PathService, LeadOutOfTheZoneToAPlaceBeyondItWhereItCanBeLeft) {
     paths.ask(2, EntityId(3), 1, {0.0F, 0.0F}, {0.0F, -60.0F});
     paths.ask(3, EntityId(4), 1, {0.0F, 0.0F}, {std::nanf(""), 0.0F});
     paths.serve();
-    EXPECT_EQ(paths.answer(0).outcome, Outcome::kPartial);
+    EXPECT_EQ(paths.answer(0).outcome, PathOutcome::kPartial);
     const Spot east = paths.answer(0).corners.back();
     EXPECT_FLOAT_EQ(east.x, 19.75F);
     EXPECT_GT(east.z, 10.0F);
@@ -158,7 +158,7 @@ TEST(PathService, LeadOutOfTheZoneToAPlaceBeyondItWhereItCanBeLeft) {
     const Spot corner = paths.answer(1).corners.back();
     EXPECT_TRUE(corner.z > 19.0F || corner.x > 19.0F);
     EXPECT_EQ(paths.answer(2).corners.back(), (Spot{-0.25F, -19.75F}));
-    EXPECT_EQ(paths.answer(3).outcome, Outcome::kOffMap);
+    EXPECT_EQ(paths.answer(3).outcome, PathOutcome::kOffMap);
 }
 
 TEST(PathService, ForgetWhoseSlotIsAnothers) {

@@ -4,12 +4,12 @@
 
 #include <string_view>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
-using navigation::Cell;
-using navigation::GridMap;
+using pathfinding::Cell;
+using pathfinding::GridMap;
 
 /// Two paths from home (left) to food (right): a short one above, a long one below (the double
 /// bridge of Goss, Aron, Deneubourg and Pasteels, "Self-organized shortcuts in the Argentine ant",
@@ -154,7 +154,7 @@ TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
     const GridMap map = bridge();
     PheromoneTrails one(map, TrailSettings{});
     PheromoneTrails other(map, TrailSettings{});
-    const navigation::Place places[] = {map.place({2, 2}), map.place({10, 2}), map.place({10, 9})};
+    const pathfinding::Place places[] = {map.place({2, 2}), map.place({10, 2}), map.place({10, 9})};
     std::uint64_t before = hash_of(one);
     for (std::uint32_t k = 0; k < 60; ++k) {
         one.mark(k % 2 == 0 ? kHome : kFood, places[k % 3], 60 - k);
@@ -166,7 +166,7 @@ TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
             before = hash_of(one);
         }
     }
-    one.for_each_scent([&](navigation::Place p, float home, float food) {
+    one.for_each_scent([&](pathfinding::Place p, float home, float food) {
         ASSERT_TRUE(other.put_scent(p, home, food));
     });
     EXPECT_EQ(hash_of(other), hash_of(one));
@@ -184,4 +184,4 @@ TEST(PheromoneTrails, HashesWhatTheyAreAndNotHowTheyBecameSo) {
     EXPECT_EQ(hash_of(forwards), hash_of(backwards));
 }
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

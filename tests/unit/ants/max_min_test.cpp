@@ -11,7 +11,7 @@
 #include <sstream>
 #include <vector>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -208,4 +208,4 @@ TEST(Distances, AreRefusedWithThePlaceAndTheReason) {
 
 }  // namespace
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace zoned::ai::ants {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -60,4 +60,4 @@ TEST(TspText, RefusesWhatIsMalformedWithLineAndReason) {
 
 }  // namespace
 
-}  // namespace zoned::ai::ants
+}  // namespace zoned::ai::pathfinding

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -267,4 +267,4 @@ TEST(Walls, AreVisitedOnceEachWhereverTheBoxLies) {
 
 }  // namespace
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

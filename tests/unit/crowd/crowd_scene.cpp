@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -194,4 +194,4 @@ bool DoorScene::aim(std::size_t i) {
     return true;
 }
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

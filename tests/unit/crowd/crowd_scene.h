@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 struct CrowdScene {
     CrowdAgents agents;
@@ -68,4 +68,4 @@ class DoorScene final : public WalkingScene {
     float width_;
 };
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -10,14 +10,9 @@
 #include <algorithm>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
 namespace {
-
-using navigation::Cell;
-using navigation::GridMap;
-using navigation::GroundGrid;
-using navigation::Place;
 
 Cell cell_at(int x, int y) {
     return {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
@@ -107,7 +102,7 @@ TEST_F(TwoGaps, AWayLeadsAroundACrowdAndBackWhereItIsGone) {
     EXPECT_LT(gap_of(path()), 8);
     const CrowdPaths::Cost free = paths.cost(start, goal);
     // 20 m along the row.
-    EXPECT_EQ(free, CrowdPaths::Cost{40} * navigation::kStraight * 2 * kPerStep);
+    EXPECT_EQ(free, CrowdPaths::Cost{40} * kStraight * 2 * kPerStep);
     EXPECT_EQ(paths.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}), free);
     crowd(14);
     EXPECT_GE(gap_of(path()), 30);
@@ -115,7 +110,7 @@ TEST_F(TwoGaps, AWayLeadsAroundACrowdAndBackWhereItIsGone) {
     // It pays by what it says: straight on costs more.
     EXPECT_LT(paths.cost(start, goal), paths.cost_along({5.25F, 3.25F}, {25.25F, 3.25F}));
     std::uint32_t looked = 0;
-    EXPECT_FALSE(navigation::sees(paths.calm(), start, goal, looked));
+    EXPECT_FALSE(sees(paths.calm(), start, goal, looked));
     crowd(0);
     EXPECT_LT(gap_of(path()), 8);
     EXPECT_EQ(paths.cost(start, goal), free);
@@ -125,7 +120,7 @@ TEST_F(TwoGaps, AWayEndsAtAClosedDoorAtOnceAndIsThereAgainSoon) {
     std::vector<Cell> cells{start};
     EXPECT_FALSE(paths.append_path(start, goal, cells));
     settle(paths);
-    std::vector<navigation::CellChange> shut;
+    std::vector<CellChange> shut;
     for (int y = 4; y < 8; ++y) {
         shut.push_back({cell_at(30, y), false});
     }
@@ -156,9 +151,9 @@ TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
     EXPECT_FALSE(paths.append_path(start, goal, cells));
     settle(paths);
     crowd(14);
-    const SavedCrowds memory = paths.memory();
+    const SavedCrowds memory = paths.save();
     CrowdPaths other(two_gaps(), half_metres(), settings());
-    ASSERT_TRUE(other.remember(memory));
+    ASSERT_TRUE(other.load(memory));
     const GridMap map = two_gaps();
     for (int y = 0; y < 40; y += 3) {
         for (int x = 0; x < 60; x += 7) {
@@ -182,7 +177,7 @@ TEST_F(TwoGaps, AreRememberedWithTheSameWays) {
         : spoil == 2 ? (bad.goals.pop_back(), 0U)
                      : (bad.blocks.push_back(bad.blocks[0]), 0U);
         CrowdPaths none(two_gaps(), half_metres(), settings());
-        EXPECT_FALSE(none.remember(bad)) << spoil;
+        EXPECT_FALSE(none.load(bad)) << spoil;
     }
 }
 
@@ -211,7 +206,7 @@ TEST_F(TwoGaps, AllocatesNothingOnceWarm) {
 /// once.
 TEST(CrowdFlowFieldInParts, IsTheSame) {
     core::Rng rng(8);
-    GridMap map = navigation::random_map(40, 30, 0.2F, 5);
+    GridMap map = random_map(40, 30, 0.2F, 5);
     const Cell goal = cell_at(20, 15);
     map.set_passable(goal, true);
     std::vector<Crowding> crowding(map.places(), 0);
@@ -268,4 +263,4 @@ TEST(DensityInBlocks, CountsByWhatIsPassable) {
 
 }  // namespace
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

@@ -12,16 +12,18 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
+
+using namespace pathfinding;
 
 namespace {
 
-using navigation::Cell;
-using navigation::GridMap;
-using navigation::Place;
+using pathfinding::Cell;
+using pathfinding::GridMap;
+using pathfinding::Place;
 
 TEST(CrowdFlowField, IsAGoalFieldWhereNobodyIs) {
-    const GridMap map = navigation::random_map(50, 40, 0.25F, 3);
+    const GridMap map = pathfinding::random_map(50, 40, 0.25F, 3);
     const std::vector<Crowding> nobody(map.places(), 0);
     Cell goal{0, 0};
     while (!map.passable(goal)) {
@@ -29,10 +31,10 @@ TEST(CrowdFlowField, IsAGoalFieldWhereNobodyIs) {
     }
     CrowdFlowField crowded;
     crowded.build(map, nobody, goal);
-    navigation::FlowField plain;
+    pathfinding::FlowField plain;
     plain.build(map, goal);
     for (Place p = 0; p < map.places(); ++p) {
-        if (plain.cost(p) == navigation::kNoCost) {
+        if (plain.cost(p) == pathfinding::kNoCost) {
             ASSERT_EQ(crowded.cost(p), CrowdFlowField::kNoPath);
         } else {
             ASSERT_EQ(crowded.cost(p), CrowdFlowField::Cost{plain.cost(p)} * 2 * kPerStep);
@@ -44,7 +46,7 @@ TEST(CrowdFlowField, IsAGoalFieldWhereNobodyIs) {
 TEST(CrowdFlowField, IsAfterEachChangeAsIfItWereBuiltAnew) {
     core::Rng rng(4);
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-        GridMap map = navigation::random_map(30, 25, 0.05F * static_cast<float>(seed % 6), seed);
+        GridMap map = pathfinding::random_map(30, 25, 0.05F * static_cast<float>(seed % 6), seed);
         std::vector<Crowding> crowding(map.places(), 0);
         const Cell goal{15, 12};
         map.set_passable(goal, true);
@@ -70,19 +72,19 @@ TEST(CrowdFlowField, IsAfterEachChangeAsIfItWereBuiltAnew) {
                 if (kept.cost(p) == CrowdFlowField::kNoPath || map.place(goal) == p) {
                     continue;
                 }
-                const Place q = map.place(navigation::hopped(map.cell(p), kept.hop(p)));
+                const Place q = map.place(pathfinding::hopped(map.cell(p), kept.hop(p)));
                 const bool diagonal = kept.hop(p) >= 4;
-                ASSERT_EQ(
-                    kept.cost(p) - kept.cost(q),
-                    CrowdFlowField::Cost{diagonal ? navigation::kDiagonal : navigation::kStraight} *
-                        (2U * kPerStep + crowding[p] + crowding[q]));
+                ASSERT_EQ(kept.cost(p) - kept.cost(q),
+                          CrowdFlowField::Cost{diagonal ? pathfinding::kDiagonal
+                                                        : pathfinding::kStraight} *
+                              (2U * kPerStep + crowding[p] + crowding[q]));
             }
         }
     }
 }
 
 TEST(CrowdFlowField, LooksAtFewCellsWhereFewChange) {
-    const GridMap map = navigation::random_map(200, 200, 0.1F, 9);
+    const GridMap map = pathfinding::random_map(200, 200, 0.1F, 9);
     std::vector<Crowding> crowding(map.places(), 0);
     CrowdFlowField field;
     Cell goal{0, 0};
@@ -217,14 +219,14 @@ class TwoDoors {
     void aim(const Density& density, const CrowdFlowField& field, std::size_t i) {
         CrowdAgents& a = scene.agents;
         const Place p = density.place_of(a.x[i], a.z[i]);
-        const Cell next = navigation::hopped(map.cell(p), field.hop(p));
+        const Cell next = pathfinding::hopped(map.cell(p), field.hop(p));
         const float dx = static_cast<float>(next.x) + 0.5F - a.x[i];
         const float dz = static_cast<float>(next.y) + 0.5F - a.z[i];
         const float d = std::max(1e-3F, std::hypot(dx, dz));
         a.want_x[i] = 1.3F * dx / d;
         a.want_z[i] = 1.3F * dz / d;
         a.path_left[i] = static_cast<float>(field.cost(p)) /
-                         static_cast<float>(navigation::kStraight * 2 * kPerStep);
+                         static_cast<float>(pathfinding::kStraight * 2 * kPerStep);
     }
 
     GridMap map = open_map(25, 20);
@@ -245,4 +247,4 @@ TEST(Density, SpreadsACrowdOverTwoDoorsSoThatItClearsSooner) {
 
 }  // namespace
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

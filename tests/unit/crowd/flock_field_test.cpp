@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -28,12 +28,12 @@ TEST(FlockFlowField, LeadsAlongAPathAndBackToIt) {
 }
 
 TEST(FlockFlowField, LeadsToAGoalOfAMap) {
-    navigation::GridMap map(3, 2);
+    GridMap map(3, 2);
     for (std::uint16_t x = 0; x < 3; ++x) {
         map.set_passable({x, 0}, true);
     }
     map.set_passable({0, 1}, true);
-    navigation::FlowField field;
+    FlowField field;
     field.build(map, {2, 0});
     const FlockFlowField f = to_goal(map, field, 0.0F, 0.0F, 2.0F);
     EXPECT_EQ(direction_in(f, 0, 0), Vec2(1.0F, 0.0F));
@@ -91,4 +91,4 @@ TEST(FlockFlowField, SteersAFlockToTheEndOfAPath) {
 
 }  // namespace
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::pathfinding

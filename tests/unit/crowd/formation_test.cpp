@@ -11,7 +11,7 @@
 #include <numeric>
 #include <string_view>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -150,14 +150,14 @@ TEST(Formation, MovesSlotsBeforeWalls) {
 }
 
 /// Walls along the sides of blocked cells of a map, cells of 1 m.
-std::vector<Wall> walls_of(const navigation::GridMap& map) {
+std::vector<Wall> walls_of(const pathfinding::GridMap& map) {
     std::vector<Wall> walls;
     for (int y = -1; y < map.height(); ++y) {
         for (int x = -1; x < map.width(); ++x) {
             const auto open = [&map](int cx, int cy) {
                 return cx >= 0 && cy >= 0 &&
-                       map.passable(navigation::Cell{static_cast<std::uint16_t>(cx),
-                                                     static_cast<std::uint16_t>(cy)});
+                       map.passable(pathfinding::Cell{static_cast<std::uint16_t>(cx),
+                                                      static_cast<std::uint16_t>(cy)});
             };
             const auto fx = static_cast<float>(x);
             const auto fy = static_cast<float>(y);
@@ -204,7 +204,7 @@ class FormationInAMaze : public testing::Test {
         }
     }
 
-    static navigation::Cell cell_at(const Vec2& p) {
+    static pathfinding::Cell cell_at(const Vec2& p) {
         return {static_cast<std::uint16_t>(std::clamp(p.x(), 0.0F, 23.0F)),
                 static_cast<std::uint16_t>(std::clamp(p.y(), 0.0F, 10.0F))};
     }
@@ -236,7 +236,7 @@ class FormationInAMaze : public testing::Test {
         }
     }
 
-    navigation::GridMap map{24, 11};
+    pathfinding::GridMap map{24, 11};
     Walls walls;
     CrowdAgents agents;
     std::vector<std::size_t> members;
@@ -245,15 +245,15 @@ class FormationInAMaze : public testing::Test {
 };
 
 TEST_F(FormationInAMaze, StragglersAreReroutedAndTakenBack) {
-    navigation::Planner planner(map);
+    pathfinding::GridPlanner planner(map);
     int asked = 0;
     run([&](std::size_t, const Vec2& from, const Vec2& to) {
         ++asked;
-        navigation::Query query;
+        pathfinding::GridQuery query;
         query.start = cell_at(from);
         query.goal = cell_at(to);
         query.nearest = true;
-        planner.plan(query, navigation::Method::kAStar);
+        planner.plan(query, pathfinding::GridMethod::kAStar);
         const auto& corners = planner.path().corners();
         if (corners.size() < 2) {
             return to;
@@ -275,4 +275,4 @@ TEST_F(FormationInAMaze, WithoutWaysTheyStayInTheDeadEnd) {
 
 }  // namespace
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-namespace zoned::ai::crowd {
+namespace zoned::ai::steering {
 
 namespace {
 
@@ -191,4 +191,4 @@ TEST(OrcaLines, KeepTheStrictestWhereALaneIsFull) {
 
 }  // namespace
 
-}  // namespace zoned::ai::crowd
+}  // namespace zoned::ai::steering

@@ -7,7 +7,7 @@
 
 #include <numbers>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -118,4 +118,4 @@ TEST(RegionNextHop, LeadAlongWaysThatAreNotFarFromTheBest) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

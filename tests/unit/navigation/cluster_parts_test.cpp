@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <map>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -168,4 +168,4 @@ TEST(GraphConnectivity, MissWhatNobodyTellsThemOf) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -7,7 +7,7 @@
 
 #include <map>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -133,4 +133,4 @@ TEST(Components, SayWhatAChangeHasJoined) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

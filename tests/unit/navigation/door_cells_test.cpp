@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -102,13 +102,13 @@ TEST(DoorCells, OfABridgeAreThereWhileItIsShut) {
     for (const CellChange& c : changes) {
         shut.set_passable(c.cell, c.passable);
     }
-    Planner before(open.cells);
-    Planner after(shut);
-    Query q;
+    GridPlanner before(open.cells);
+    GridPlanner after(shut);
+    GridQuery q;
     q.start = open.grid.cell({-8.0F, 0.0F});
     q.goal = open.grid.cell({8.0F, 0.0F});
-    EXPECT_EQ(before.plan(q).outcome, Outcome::kUnreachable);
-    EXPECT_EQ(after.plan(q).outcome, Outcome::kFound);
+    EXPECT_EQ(before.plan(q).outcome, PathOutcome::kUnreachable);
+    EXPECT_EQ(after.plan(q).outcome, PathOutcome::kFound);
 }
 
 TEST(DoorCells, OfDoorsBesideEachOtherAddUp) {
@@ -134,4 +134,4 @@ TEST(DoorCells, OfDoorsBesideEachOtherAddUp) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -8,7 +8,7 @@
 
 #include <numbers>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -111,4 +111,4 @@ TEST(NextHops, TakeHalfAByteForEachCellAndGoal) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -31,7 +31,7 @@ motion::StaticGeometry with_door(const motion::StaticBox& box) {
 
 std::vector<Spot> path_of(WaypointPaths& paths,
                           const PathRequest& ask,
-                          Outcome outcome = Outcome::kFound) {
+                          PathOutcome outcome = PathOutcome::kFound) {
     const PathRequestId t = paths.ask(ask);
     paths.serve();
     EXPECT_EQ(paths.answer(t).outcome, outcome);
@@ -61,9 +61,9 @@ TEST(WaypointPaths, FollowOneWayEdgesAndSayHowNearTheyGet) {
     WaypointPaths paths(std::move(graph).value(), {}, {});
     EXPECT_EQ(path_of(paths, {0, {0, 1}, {20, 1}}),
               (std::vector<Spot>{{0, 0}, {10, 0}, {20, 0}, {20, 1}}));
-    EXPECT_EQ(path_of(paths, {0, {20, 1}, {0, 1}}, Outcome::kPartial),
+    EXPECT_EQ(path_of(paths, {0, {20, 1}, {0, 1}}, PathOutcome::kPartial),
               (std::vector<Spot>{{20, 0}}));
-    EXPECT_EQ(path_of(paths, {0, {-4, 5}, {31, 0}}, Outcome::kPartial).back(), (Spot{20, 0}));
+    EXPECT_EQ(path_of(paths, {0, {-4, 5}, {31, 0}}, PathOutcome::kPartial).back(), (Spot{20, 0}));
 }
 
 TEST(WaypointPaths, KeepOffEdgesThatPassThroughADoorThatIsShut) {
@@ -122,9 +122,9 @@ TEST(WaypointPaths, LeaveBlockedWaypointsOutWhateverDoorsDo) {
     const std::vector<WaypointDoor> doors = waypoint_doors(*graph, world, kGraphWalker);
     WaypointPaths paths(std::move(graph).value(), doors, std::vector<std::uint8_t>{1});
     paths.turn_doors(std::vector<std::uint8_t>{0});
-    EXPECT_EQ(path_of(paths, {0, {0, 1}, {20, 1}}, Outcome::kPartial).back(), (Spot{0, 0}));
+    EXPECT_EQ(path_of(paths, {0, {0, 1}, {20, 1}}, PathOutcome::kPartial).back(), (Spot{0, 0}));
 }
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <queue>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -142,4 +142,4 @@ std::string wrong_with(const GridMap& map,
                : "";
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

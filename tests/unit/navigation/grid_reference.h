@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 inline constexpr double kNoPath = std::numeric_limits<double>::infinity();
 
@@ -38,4 +38,4 @@ std::string wrong_with(const GridMap& map,
 /// Cells off by less than this are rounding of sums of up to 10,000 steps in doubles.
 inline constexpr double kRounding = 1e-8;
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

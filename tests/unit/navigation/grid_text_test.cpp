@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -125,4 +125,4 @@ TEST(GridText, ReadsPatchesAndEventsOfMapsThatChange) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <memory>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -24,11 +24,11 @@ GroundMap baked(const std::vector<motion::StaticBox>& boxes,
 
 /// Whether a path leads from the place to the other on the map.
 bool leads(const GroundMap& map, Spot from, Spot to) {
-    Planner planner(map.cells);
-    Query q;
+    GridPlanner planner(map.cells);
+    GridQuery q;
     q.start = map.grid.cell(from);
     q.goal = map.grid.cell(to);
-    return planner.plan(q).outcome == Outcome::kFound;
+    return planner.plan(q).outcome == PathOutcome::kFound;
 }
 
 TEST(GroundGrid, TellsCellsFromPlacesAndBack) {
@@ -230,9 +230,9 @@ Walked walk_random_worlds(const motion::CharacterLimits& planned,
     for (int i = 0; i < worlds; ++i) {
         const motion::StaticGeometry world = make_world(rng);
         const GroundMap map = bake_ground(world, planned, {-20.0F, -20.0F, 20.0F, 20.0F}, kCell_m);
-        Planner planner(map.cells);
+        GridPlanner planner(map.cells);
         for (int k = 0; k < 40; ++k) {
-            Query q;
+            GridQuery q;
             Cell goal;
             const auto any = [&] {
                 return Spot{rng.unit() * 40.0F - 20.0F, rng.unit() * 40.0F - 20.0F};
@@ -242,7 +242,7 @@ Walked walk_random_worlds(const motion::CharacterLimits& planned,
                 continue;
             }
             q.goal = goal;
-            if (planner.plan(q).outcome != Outcome::kFound || q.start == q.goal) {
+            if (planner.plan(q).outcome != PathOutcome::kFound || q.start == q.goal) {
                 continue;
             }
             std::vector<Cell> cells(planner.path().corners().begin(),
@@ -314,4 +314,4 @@ TEST(BakeGround, AgreesWithMovementOnHills) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

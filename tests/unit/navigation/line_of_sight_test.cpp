@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -72,15 +72,15 @@ TEST(Pull, KeepsEndsStaysFreeAndIsNeverLonger) {
     core::Rng rng(6);
     int shorter = 0;
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-        Planner planner(rooms_map(60, 50, 9, seed));
+        GridPlanner planner(rooms_map(60, 50, 9, seed));
         for (int i = 0; i < 20; ++i) {
-            Query q;
+            GridQuery q;
             q.start = {static_cast<std::uint16_t>(rng.below(60)),
                        static_cast<std::uint16_t>(rng.below(50))};
             q.goal = {static_cast<std::uint16_t>(rng.below(60)),
                       static_cast<std::uint16_t>(rng.below(50))};
-            const Answer a = planner.plan(q);
-            if (a.outcome != Outcome::kFound || q.start == q.goal) {
+            const GridAnswer a = planner.plan(q);
+            if (a.outcome != PathOutcome::kFound || q.start == q.goal) {
                 continue;
             }
             std::vector<Cell> corners(planner.path().corners().begin(),
@@ -104,4 +104,4 @@ TEST(Pull, KeepsEndsStaysFreeAndIsNeverLonger) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

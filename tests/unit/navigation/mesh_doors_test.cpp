@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -101,7 +101,7 @@ TEST(NavmeshDoors, AnswerRightAfterAChangeAsAMeshOfTheWorldAsItIs) {
                 ASSERT_EQ(outcome, wanted) << world << " " << change << " " << i;
                 out_of_date += answer_of(before).first != wanted ? 1 : 0;
                 ++compared;
-                if (outcome == Outcome::kFound && best > 1.0F) {
+                if (outcome == PathOutcome::kFound && best > 1.0F) {
                     ratio += static_cast<double>(length) / static_cast<double>(best);
                     ++found;
                 }
@@ -127,11 +127,11 @@ TEST(NavmeshDoors, MayBeBridgesThatAreThereWhileShut) {
     NavmeshPaths paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
     const PathRequestId t = paths.ask({0, {-8.0F, -5.0F}, {8.0F, -5.0F}, 1.0F, 1.0F});
     paths.serve();
-    EXPECT_EQ(paths.answer(t).outcome, Outcome::kPartial);
+    EXPECT_EQ(paths.answer(t).outcome, PathOutcome::kPartial);
     paths.turn_doors(std::vector<std::uint8_t>{1});
     EXPECT_EQ(paths.requeued().size(), 1U);
     paths.serve();
-    ASSERT_EQ(paths.answer(t).outcome, Outcome::kFound);
+    ASSERT_EQ(paths.answer(t).outcome, PathOutcome::kFound);
     bool over = false;
     for (const Spot& c : paths.answer(t).corners) {
         over = over || (std::abs(c.x) < 3.0F && std::abs(c.z - 3.0F) < 1.5F);
@@ -140,7 +140,7 @@ TEST(NavmeshDoors, MayBeBridgesThatAreThereWhileShut) {
     paths.turn_doors(std::vector<std::uint8_t>{0});
     EXPECT_EQ(paths.counts().broken, 1U);
     paths.serve();
-    EXPECT_EQ(paths.answer(t).outcome, Outcome::kPartial);
+    EXPECT_EQ(paths.answer(t).outcome, PathOutcome::kPartial);
 }
 
 TEST(NavmeshDoors, CutOnlyWhatIsStillAhead) {
@@ -155,7 +155,7 @@ TEST(NavmeshDoors, CutOnlyWhatIsStillAhead) {
     NavmeshPaths paths(baked(world), kMaze, std::vector<std::uint8_t>{0});
     const PathRequestId t = paths.ask({0, {-5.0F, 5.0F}, {12.0F, 5.0F}});
     paths.serve();
-    ASSERT_EQ(paths.answer(t).outcome, Outcome::kFound);
+    ASSERT_EQ(paths.answer(t).outcome, PathOutcome::kFound);
     // Through the door, and on to the corner behind it.
     const std::vector<Spot> corners(paths.answer(t).corners.begin(), paths.answer(t).corners.end());
     for (const Spot& c : corners) {
@@ -192,7 +192,7 @@ TEST(NavmeshDoors, TellFloorsApart) {
     const PathRequestId up = paths.ask({3, here, here, 0.0F, 3.0F});
     paths.serve();
     for (const PathRequestId t : {below, above, ground, up}) {
-        EXPECT_EQ(paths.answer(t).outcome, Outcome::kFound);
+        EXPECT_EQ(paths.answer(t).outcome, PathOutcome::kFound);
     }
     // Up the ramp straight ahead; on the ground round it, for it is in the way.
     EXPECT_NEAR(paths.answer(above).length_m, 18.0F, 0.5F);
@@ -214,7 +214,7 @@ TEST(NavmeshPaths, LeaveTheZoneWhereThatIsSoonest) {
     EXPECT_GT(east.at.x, 13.0F);
     const PathRequestId t = paths.ask({0, {0.0F, 0.0F}, east.at, 0.0F, east.y});
     paths.serve();
-    EXPECT_EQ(paths.answer(t).outcome, Outcome::kFound);
+    EXPECT_EQ(paths.answer(t).outcome, PathOutcome::kFound);
     const MapExit west = paths.straight_exit({0.0F, 5.0F}, 0.0F, {-60.0F, 5.0F});
     EXPECT_NEAR(west.at.z, 5.0F, 0.1F);
     EXPECT_LT(west.at.x, -13.0F);
@@ -222,4 +222,4 @@ TEST(NavmeshPaths, LeaveTheZoneWhereThatIsSoonest) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

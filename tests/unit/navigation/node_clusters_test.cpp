@@ -6,7 +6,7 @@
 
 #include <queue>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -341,4 +341,4 @@ TEST(GraphHierarchy, SayExactlyWhatDoorsOfALargeGraphHaveJoined) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -11,22 +11,22 @@
 #include <optional>
 #include <sstream>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
-constexpr Method kExact[] = {Method::kDefault,
-                             Method::kAStar,
-                             Method::kJumpPoints,
-                             Method::kSubgoals,
-                             Method::kHubLabels};
+constexpr GridMethod kExact[] = {GridMethod::kDefault,
+                                 GridMethod::kAStar,
+                                 GridMethod::kJumpPoints,
+                                 GridMethod::kSubgoals,
+                                 GridMethod::kHubLabels};
 
 /// A best path by Cost may be longer than the best by the error that cost.h states: 3.7e-7 a
 /// diagonal, of which maps here have at most 10,000.
 constexpr double kCostError = 3.7e-3;
 
-Query from_to(Cell start, Cell goal) {
-    Query q;
+GridQuery from_to(Cell start, Cell goal) {
+    GridQuery q;
     q.start = start;
     q.goal = goal;
     return q;
@@ -48,19 +48,20 @@ double length_to(const GridMap& map, const std::vector<double>& lengths, Cell c)
 }
 
 /// All exact methods from one cell to some others, against Dijkstra.
-void expect_exact(Planner& planner, core::Rng& rng, int goals, const std::string& name) {
+void expect_exact(GridPlanner& planner, core::Rng& rng, int goals, const std::string& name) {
     const GridMap& map = planner.map();
     const Cell start = any_passable(map, rng);
     const std::vector<double> lengths = all_lengths(map, start);
     for (int i = 0; i < goals; ++i) {
         const Cell goal = any_passable(map, rng);
         const double best = length_to(map, lengths, goal);
-        for (const Method method : kExact) {
+        for (const GridMethod method : kExact) {
             if (!planner.can(method)) {
                 continue;
             }
-            const Answer a = planner.plan(from_to(start, goal), method);
-            ASSERT_EQ(a.outcome, best == kNoPath ? Outcome::kUnreachable : Outcome::kFound) << name;
+            const GridAnswer a = planner.plan(from_to(start, goal), method);
+            ASSERT_EQ(a.outcome, best == kNoPath ? PathOutcome::kUnreachable : PathOutcome::kFound)
+                << name;
             if (best == kNoPath) {
                 continue;
             }
@@ -73,7 +74,7 @@ void expect_exact(Planner& planner, core::Rng& rng, int goals, const std::string
     }
 }
 
-TEST(Planner, IsExactByEachMethodOnRandomMaps) {
+TEST(GridPlanner, IsExactByEachMethodOnRandomMaps) {
     core::Rng rng(1);
     for (std::uint64_t seed = 1; seed <= 120; ++seed) {
         const int width = 1 + static_cast<int>(rng.below(seed % 3 == 0 ? 130 : 24));
@@ -82,19 +83,19 @@ TEST(Planner, IsExactByEachMethodOnRandomMaps) {
         if (map.passable_cells() == 0) {
             continue;
         }
-        Planner planner(map);
+        GridPlanner planner(map);
         planner.prepare();
-        ASSERT_TRUE(planner.can(Method::kHubLabels));
+        ASSERT_TRUE(planner.can(GridMethod::kHubLabels));
         for (int start = 0; start < 4; ++start) {
             expect_exact(planner, rng, 30, "seed " + std::to_string(seed));
         }
     }
 }
 
-TEST(Planner, IsExactByEachMethodInRooms) {
+TEST(GridPlanner, IsExactByEachMethodInRooms) {
     core::Rng rng(2);
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-        Planner planner(rooms_map(97, 75, 4 + static_cast<int>(seed), seed));
+        GridPlanner planner(rooms_map(97, 75, 4 + static_cast<int>(seed), seed));
         planner.prepare();
         for (int start = 0; start < 6; ++start) {
             expect_exact(planner, rng, 40, "rooms of " + std::to_string(4 + seed));
@@ -120,17 +121,17 @@ void read_published(const std::string& name,
     ASSERT_GE(instances.size(), 160U);
 }
 
-TEST(Planner, FindsThePublishedLengthsOfBestWays) {
+TEST(GridPlanner, FindsThePublishedLengthsOfBestWays) {
     for (const std::string name : {"arena", "den312d"}) {
         std::optional<GridMap> map;
         std::vector<GridInstance> instances;
         read_published(name, map, instances);
-        Planner planner(std::move(*map));
+        GridPlanner planner(std::move(*map));
         planner.prepare();
         for (const GridInstance& i : instances) {
-            for (const Method method : kExact) {
-                const Answer a = planner.plan(from_to(i.start, i.goal), method);
-                ASSERT_EQ(a.outcome, Outcome::kFound) << name << " line " << i.line;
+            for (const GridMethod method : kExact) {
+                const GridAnswer a = planner.plan(from_to(i.start, i.goal), method);
+                ASSERT_EQ(a.outcome, PathOutcome::kFound) << name << " line " << i.line;
                 // The scenarios round to six digits.
                 ASSERT_NEAR(a.length, i.length, 0.001) << name << " line " << i.line;
             }
@@ -143,12 +144,12 @@ TEST(Hierarchical, IsNearTheBestOnPublishedMaps) {
         std::optional<GridMap> map;
         std::vector<GridInstance> instances;
         read_published(name, map, instances);
-        Planner planner(std::move(*map));
+        GridPlanner planner(std::move(*map));
         planner.prepare_clusters();
         double sum = 0.0;
         for (const GridInstance& i : instances) {
-            const Answer a = planner.plan(from_to(i.start, i.goal), Method::kHierarchical);
-            ASSERT_EQ(a.outcome, Outcome::kFound);
+            const GridAnswer a = planner.plan(from_to(i.start, i.goal), GridMethod::kHierarchical);
+            ASSERT_EQ(a.outcome, PathOutcome::kFound);
             ASSERT_GE(a.length, i.length - 0.001);
             ASSERT_LE(a.length, 1.05 * i.length + 0.001) << name << " line " << i.line;
             sum += i.length > 0.0 ? a.length / i.length - 1.0 : 0.0;
@@ -160,17 +161,17 @@ TEST(Hierarchical, IsNearTheBestOnPublishedMaps) {
 TEST(Hierarchical, FindsLegalWaysExactlyWhereThereAreSome) {
     core::Rng rng(8);
     for (std::uint64_t seed = 1; seed <= 30; ++seed) {
-        Planner planner(seed % 2 == 0
-                            ? random_map(100, 80, 0.04F * static_cast<float>(seed % 10), seed)
-                            : rooms_map(130, 70, 5 + static_cast<int>(seed % 9), seed));
+        GridPlanner planner(seed % 2 == 0
+                                ? random_map(100, 80, 0.04F * static_cast<float>(seed % 10), seed)
+                                : rooms_map(130, 70, 5 + static_cast<int>(seed % 9), seed));
         planner.prepare_clusters();
         const Cell start = any_passable(planner.map(), rng);
         const std::vector<double> lengths = all_lengths(planner.map(), start);
         for (int i = 0; i < 60; ++i) {
             const Cell goal = any_passable(planner.map(), rng);
-            const Answer a = planner.plan(from_to(start, goal), Method::kHierarchical);
+            const GridAnswer a = planner.plan(from_to(start, goal), GridMethod::kHierarchical);
             const double best = length_to(planner.map(), lengths, goal);
-            ASSERT_EQ(a.outcome, best == kNoPath ? Outcome::kUnreachable : Outcome::kFound);
+            ASSERT_EQ(a.outcome, best == kNoPath ? PathOutcome::kUnreachable : PathOutcome::kFound);
             if (best != kNoPath) {
                 ASSERT_GE(a.length, best - kCostError);
                 ASSERT_EQ(
@@ -182,7 +183,7 @@ TEST(Hierarchical, FindsLegalWaysExactlyWhereThereAreSome) {
 
 TEST(Hierarchical, AnswersAfterAChangeAsIfBuiltAnew) {
     core::Rng rng(9);
-    Planner changed(rooms_map(100, 77, 6, 4));
+    GridPlanner changed(rooms_map(100, 77, 6, 4));
     changed.prepare_clusters();
     for (int round = 0; round < 40; ++round) {
         std::vector<CellChange> changes;
@@ -193,13 +194,14 @@ TEST(Hierarchical, AnswersAfterAChangeAsIfBuiltAnew) {
             changes.push_back({c, !changed.map().passable(c)});
         }
         changed.change(changes);
-        Planner anew(changed.map());
+        GridPlanner anew(changed.map());
         anew.prepare_clusters();
         ASSERT_EQ(changed.clusters()->portals(), anew.clusters()->portals());
         for (int i = 0; i < 30; ++i) {
-            const Query q = from_to(any_passable(anew.map(), rng), any_passable(anew.map(), rng));
-            const Answer a = changed.plan(q, Method::kHierarchical);
-            const Answer b = anew.plan(q, Method::kHierarchical);
+            const GridQuery q =
+                from_to(any_passable(anew.map(), rng), any_passable(anew.map(), rng));
+            const GridAnswer a = changed.plan(q, GridMethod::kHierarchical);
+            const GridAnswer b = anew.plan(q, GridMethod::kHierarchical);
             ASSERT_EQ(a.outcome, b.outcome);
             ASSERT_EQ(a.cost, b.cost);
             ASSERT_EQ(a.work, b.work);
@@ -207,9 +209,9 @@ TEST(Hierarchical, AnswersAfterAChangeAsIfBuiltAnew) {
     }
 }
 
-TEST(Planner, IsExactRightAfterEachChange) {
+TEST(GridPlanner, IsExactRightAfterEachChange) {
     core::Rng rng(3);
-    Planner planner(rooms_map(61, 47, 6, 5));
+    GridPlanner planner(rooms_map(61, 47, 6, 5));
     planner.prepare();
     for (int round = 0; round < 60; ++round) {
         std::vector<CellChange> changes;
@@ -226,18 +228,18 @@ TEST(Planner, IsExactRightAfterEachChange) {
     }
 }
 
-TEST(Planner, IsExactByLandmarksAsDoorsShutAndOpenOrWallsFall) {
+TEST(GridPlanner, IsExactByLandmarksAsDoorsShutAndOpenOrWallsFall) {
     core::Rng rng(4);
     std::uint32_t work = 0;
     std::uint32_t plain_work = 0;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-        Planner planner(seed % 2 == 0 ? random_map(90, 70, 0.3F, seed)
-                                      : rooms_map(90, 70, 6, seed));
+        GridPlanner planner(seed % 2 == 0 ? random_map(90, 70, 0.3F, seed)
+                                          : rooms_map(90, 70, 6, seed));
         IndexBounds bounds;
         bounds.labels.labels = 0;
         bounds.doors = seed <= 2 ? 100 : bounds.doors;  // no subgoals either
         planner.prepare(bounds);
-        ASSERT_EQ(planner.choice(), seed <= 2 ? Method::kJumpPoints : Method::kSubgoals);
+        ASSERT_EQ(planner.choice(), seed <= 2 ? GridMethod::kJumpPoints : GridMethod::kSubgoals);
         const std::size_t index = planner.index_bytes();
         ASSERT_GT(index, 16U * 2U * 90U * 70U);
         for (int round = 0; round < 40; ++round) {
@@ -254,17 +256,17 @@ TEST(Planner, IsExactByLandmarksAsDoorsShutAndOpenOrWallsFall) {
                 planner.begin_index(bounds);
                 planner.advance_index(~std::uint64_t{0});
             }
-            Planner plain(planner.map());
+            GridPlanner plain(planner.map());
             for (int i = 0; i < 12; ++i) {
-                const Query q =
+                const GridQuery q =
                     from_to(any_passable(plain.map(), rng), any_passable(plain.map(), rng));
-                const Answer a = planner.plan(q);
-                const Answer b = plain.plan(q, Method::kAStar);
+                const GridAnswer a = planner.plan(q);
+                const GridAnswer b = plain.plan(q, GridMethod::kAStar);
                 ASSERT_EQ(a.outcome, b.outcome);
                 ASSERT_EQ(a.cost, b.cost) << seed << " round " << round;
                 if (seed <= 2) {
                     work += a.work;
-                    plain_work += plain.plan(q, Method::kJumpPoints).work;
+                    plain_work += plain.plan(q, GridMethod::kJumpPoints).work;
                 }
             }
         }
@@ -272,44 +274,45 @@ TEST(Planner, IsExactByLandmarksAsDoorsShutAndOpenOrWallsFall) {
     EXPECT_LT(work, plain_work * 3 / 4);
 }
 
-TEST(Planner, KeepsItsIndexWhereAChangeChangesNothing) {
-    Planner planner(random_map(20, 20, 0.2F, 1));
+TEST(GridPlanner, KeepsItsIndexWhereAChangeChangesNothing) {
+    GridPlanner planner(random_map(20, 20, 0.2F, 1));
     planner.prepare();
     const CellChange same{{3, 3}, planner.map().passable(Cell{3, 3})};
     planner.change(std::span(&same, 1));
-    EXPECT_TRUE(planner.can(Method::kHubLabels));
+    EXPECT_TRUE(planner.can(GridMethod::kHubLabels));
     const CellChange other{{3, 3}, !same.passable};
     planner.change(std::span(&other, 1));
-    EXPECT_FALSE(planner.can(Method::kHubLabels));
-    EXPECT_EQ(planner.choice(), Method::kJumpPoints);
+    EXPECT_FALSE(planner.can(GridMethod::kHubLabels));
+    EXPECT_EQ(planner.choice(), GridMethod::kJumpPoints);
     EXPECT_EQ(planner.index_bytes(), 0U);
 }
 
-TEST(Planner, NamesWhyThereIsNoWay) {
-    Planner planner(map_of({"..#..", "..#..", "..#.#"}));
+TEST(GridPlanner, NamesWhyThereIsNoWay) {
+    GridPlanner planner(map_of({"..#..", "..#..", "..#.#"}));
     planner.prepare();
-    for (const Method method : kExact) {
-        EXPECT_EQ(planner.plan(from_to({0, 0}, {5, 0}), method).outcome, Outcome::kOffMap);
-        EXPECT_EQ(planner.plan(from_to({0, 3}, {0, 0}), method).outcome, Outcome::kOffMap);
-        EXPECT_EQ(planner.plan(from_to({2, 0}, {0, 0}), method).outcome, Outcome::kStartBlocked);
-        EXPECT_EQ(planner.plan(from_to({0, 0}, {2, 1}), method).outcome, Outcome::kGoalBlocked);
-        EXPECT_EQ(planner.plan(from_to({0, 0}, {3, 0}), method).outcome, Outcome::kUnreachable);
-        const Answer here = planner.plan(from_to({1, 1}, {1, 1}), method);
-        EXPECT_EQ(here.outcome, Outcome::kFound);
+    for (const GridMethod method : kExact) {
+        EXPECT_EQ(planner.plan(from_to({0, 0}, {5, 0}), method).outcome, PathOutcome::kOffMap);
+        EXPECT_EQ(planner.plan(from_to({0, 3}, {0, 0}), method).outcome, PathOutcome::kOffMap);
+        EXPECT_EQ(planner.plan(from_to({2, 0}, {0, 0}), method).outcome,
+                  PathOutcome::kStartBlocked);
+        EXPECT_EQ(planner.plan(from_to({0, 0}, {2, 1}), method).outcome, PathOutcome::kGoalBlocked);
+        EXPECT_EQ(planner.plan(from_to({0, 0}, {3, 0}), method).outcome, PathOutcome::kUnreachable);
+        const GridAnswer here = planner.plan(from_to({1, 1}, {1, 1}), method);
+        EXPECT_EQ(here.outcome, PathOutcome::kFound);
         EXPECT_EQ(here.length, 0.0);
         EXPECT_EQ(planner.path().corners().size(), 1U);
     }
 }
 
-TEST(Planner, GoesAsNearAsItCanWhereItIsToldTo) {
-    Planner planner(map_of({".....#..", ".###.#..", "...#.#..", "...#..#.", "........"}));
+TEST(GridPlanner, GoesAsNearAsItCanWhereItIsToldTo) {
+    GridPlanner planner(map_of({".....#..", ".###.#..", "...#.#..", "...#..#.", "........"}));
     planner.change(std::vector<CellChange>{{{7, 4}, false}, {{6, 4}, false}, {{7, 3}, false}});
     planner.prepare();
-    for (const Method method : kExact) {
-        Query q = from_to({0, 2}, {7, 1});
+    for (const GridMethod method : kExact) {
+        GridQuery q = from_to({0, 2}, {7, 1});
         q.nearest = true;
-        const Answer a = planner.plan(q, method);
-        EXPECT_EQ(a.outcome, Outcome::kPartial);
+        const GridAnswer a = planner.plan(q, method);
+        EXPECT_EQ(a.outcome, PathOutcome::kPartial);
         // (5, 3) is two columns and two rows away, all others that can be reached are farther.
         EXPECT_EQ(planner.path().corners().back(), (Cell{5, 3})) << to_string(method);
         const Cell near = planner.path().corners().back();
@@ -317,25 +320,27 @@ TEST(Planner, GoesAsNearAsItCanWhereItIsToldTo) {
     }
 }
 
-TEST(Planner, StopsAtTheBoundOfItsWork) {
-    Planner planner(rooms_map(90, 90, 7, 3));
+TEST(GridPlanner, StopsAtTheBoundOfItsWork) {
+    GridPlanner planner(rooms_map(90, 90, 7, 3));
     planner.prepare();
     core::Rng rng(4);
     int cut = 0;
     for (int i = 0; i < 200; ++i) {
-        for (const Method method : {Method::kAStar, Method::kJumpPoints, Method::kSubgoals}) {
-            Query q = from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
+        for (const GridMethod method :
+             {GridMethod::kAStar, GridMethod::kJumpPoints, GridMethod::kSubgoals}) {
+            GridQuery q =
+                from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
             q.max_work = 1 + rng.below(30);
-            const Answer a = planner.plan(q, method);
-            if (a.outcome == Outcome::kUnreachable) {
+            const GridAnswer a = planner.plan(q, method);
+            if (a.outcome == PathOutcome::kUnreachable) {
                 continue;
             }
             ASSERT_LE(a.work, q.max_work);
             const Cell end = planner.path().corners().back();
             ASSERT_EQ(wrong_with(planner.map(), q.start, end, a.length, planner.path().corners()),
                       "");
-            cut += a.outcome == Outcome::kCutOff ? 1 : 0;
-            ASSERT_EQ(a.outcome == Outcome::kFound, end == q.goal);
+            cut += a.outcome == PathOutcome::kCutOff ? 1 : 0;
+            ASSERT_EQ(a.outcome == PathOutcome::kFound, end == q.goal);
         }
     }
     EXPECT_GT(cut, 100);
@@ -346,16 +351,17 @@ TEST(WeightedAStar, KeepsItsBoundAndLooksAtLess) {
     std::uint64_t work = 0;
     std::uint64_t exact_work = 0;
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-        Planner planner(rooms_map(120, 90, 9, seed));
+        GridPlanner planner(rooms_map(120, 90, 9, seed));
         for (int i = 0; i < 40; ++i) {
-            Query q = from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
-            const Answer best = planner.plan(q, Method::kAStar);
-            if (best.outcome != Outcome::kFound) {
+            GridQuery q =
+                from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
+            const GridAnswer best = planner.plan(q, GridMethod::kAStar);
+            if (best.outcome != PathOutcome::kFound) {
                 continue;
             }
             exact_work += best.work;
             q.weight = 1.0F + rng.range(0.0F, 2.0F);
-            const Answer a = planner.plan(q, Method::kWeightedAStar);
+            const GridAnswer a = planner.plan(q, GridMethod::kWeightedAStar);
             work += a.work;
             ASSERT_LE(a.length, best.length * (static_cast<double>(q.weight) + 1.0 / 512) + 1e-6);
             ASSERT_EQ(
@@ -365,19 +371,19 @@ TEST(WeightedAStar, KeepsItsBoundAndLooksAtLess) {
     EXPECT_LT(work, exact_work / 2);
 }
 
-TEST(Planner, AllocatesNothingOnceWarm) {
-    Planner planner(rooms_map(128, 128, 8, 2));
+TEST(GridPlanner, AllocatesNothingOnceWarm) {
+    GridPlanner planner(rooms_map(128, 128, 8, 2));
     planner.prepare();
     planner.prepare_clusters();
     core::Rng rng(6);
     const auto ask = [&](int times) {
         for (int i = 0; i < times; ++i) {
-            const Query q =
+            const GridQuery q =
                 from_to(any_passable(planner.map(), rng), any_passable(planner.map(), rng));
-            for (const Method method : kExact) {
+            for (const GridMethod method : kExact) {
                 planner.plan(q, method);
             }
-            planner.plan(q, Method::kHierarchical);
+            planner.plan(q, GridMethod::kHierarchical);
         }
     };
     ask(1);
@@ -386,17 +392,17 @@ TEST(Planner, AllocatesNothingOnceWarm) {
     EXPECT_EQ(allocation_count(), before);
 }
 
-TEST(Planner, LeavesOutWhatExceedsItsBounds) {
+TEST(GridPlanner, LeavesOutWhatExceedsItsBounds) {
     IndexBounds bounds;
-    Planner planner(random_map(60, 60, 0.2F, 9));
+    GridPlanner planner(random_map(60, 60, 0.2F, 9));
     bounds.labels.labels = 100;
     planner.prepare(bounds);
-    EXPECT_FALSE(planner.can(Method::kHubLabels));
-    EXPECT_EQ(planner.choice(), Method::kSubgoals);
+    EXPECT_FALSE(planner.can(GridMethod::kHubLabels));
+    EXPECT_EQ(planner.choice(), GridMethod::kSubgoals);
     bounds.doors = 100;
     planner.prepare(bounds);
-    EXPECT_FALSE(planner.can(Method::kSubgoals));
-    EXPECT_EQ(planner.choice(), Method::kJumpPoints);
+    EXPECT_FALSE(planner.can(GridMethod::kSubgoals));
+    EXPECT_EQ(planner.choice(), GridMethod::kJumpPoints);
     core::Rng rng(7);
     expect_exact(planner, rng, 30, "no index");
 }
@@ -454,4 +460,4 @@ TEST(WrongWith, FindsWaysThatCutCornersLeapOrLie) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

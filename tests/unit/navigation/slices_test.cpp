@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -61,9 +61,9 @@ TEST(GridPlannerInParts, DoNotTryAgainWhatHasExceededItsBoundUntilTheMapIsAnothe
     IndexBounds bounds;
     bounds.doors = 1000;
     bounds.landmark_bytes = 0;
-    Planner planner(rooms_map(120, 100, 11, 1));
+    GridPlanner planner(rooms_map(120, 100, 11, 1));
     planner.prepare(bounds);
-    ASSERT_FALSE(planner.can(Method::kSubgoals));
+    ASSERT_FALSE(planner.can(GridMethod::kSubgoals));
     const auto turn = [&](int from, int to) {
         std::vector<CellChange> changes;
         for (int x = from; x < to; ++x) {
@@ -80,9 +80,9 @@ TEST(GridPlannerInParts, DoNotTryAgainWhatHasExceededItsBoundUntilTheMapIsAnothe
     bounds.doors = IndexBounds().doors;
     EXPECT_LT(turn(0, 5), 1000U) << "it does not know that the bound is another";
     turn(0, 1000);
-    EXPECT_TRUE(planner.can(Method::kHubLabels));
+    EXPECT_TRUE(planner.can(GridMethod::kHubLabels));
 }
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -148,4 +148,4 @@ TEST(HpaClusterCosts, AllocateNothing) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

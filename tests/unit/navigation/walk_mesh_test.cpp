@@ -9,7 +9,7 @@
 #include <cmath>
 #include <memory>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -23,7 +23,7 @@ Navmesh mesh_of(const std::vector<motion::StaticBox>& boxes,
     return std::move(mesh).value();
 }
 
-Outcome outcome_of(const Navmesh& mesh, const Vec3& from, const Vec3& to) {
+PathOutcome outcome_of(const Navmesh& mesh, const Vec3& from, const Vec3& to) {
     NavmeshSearch search;
     return search.plan(mesh, from, to, 1.0F).outcome;
 }
@@ -52,11 +52,11 @@ TEST(Navmesh, KeepsAwayFromWallsByTheRadiusOfEachSize) {
     const std::vector<motion::StaticBox> boxes{
         static_box(Vec3(0.0F, 1.5F, -5.4F), Vec3(0.2F, 1.5F, 4.6F)),
         static_box(Vec3(0.0F, 1.5F, 5.4F), Vec3(0.2F, 1.5F, 4.6F))};
-    EXPECT_EQ(outcome_of(mesh_of(boxes), Vec3(-8, 0, 0), Vec3(8, 0, 0)), Outcome::kFound);
+    EXPECT_EQ(outcome_of(mesh_of(boxes), Vec3(-8, 0, 0), Vec3(8, 0, 0)), PathOutcome::kFound);
     motion::CharacterLimits wide;
     wide.radius = 1.0F;
     EXPECT_EQ(outcome_of(mesh_of(boxes, wide), Vec3(-8, 0, 0), Vec3(8, 0, 0)),
-              Outcome::kUnreachable);
+              PathOutcome::kUnreachable);
     const Navmesh mesh = mesh_of(boxes);
     for (const Vec3& v : mesh.vertices()) {
         const float dx = std::max(std::abs(v.x()) - 0.2F, 0.0F);
@@ -83,14 +83,14 @@ TEST(Navmesh, HasFloorsOneOverTheOther) {
     const Vec3 below(6.0F, 0.0F, 0.0F);
     const Vec3 above(6.0F, 3.0F, 0.0F);
     const Vec3 outside(-9.0F, 0.0F, 0.0F);
-    EXPECT_EQ(search.plan(mesh, outside, below, 1.0F).outcome, Outcome::kFound);
+    EXPECT_EQ(search.plan(mesh, outside, below, 1.0F).outcome, PathOutcome::kFound);
     EXPECT_LT(search.corners().back().y(), 0.3F);
-    EXPECT_EQ(search.plan(mesh, outside, above, 1.0F).outcome, Outcome::kFound);
+    EXPECT_EQ(search.plan(mesh, outside, above, 1.0F).outcome, PathOutcome::kFound);
     EXPECT_NEAR(search.corners().back().y(), 3.0F, 0.15F);
     EXPECT_LT(off_mesh(mesh, search.corners()), 0.05F);
     // From under the platform onto it: out, up the ramp, and back.
     const NavmeshSearch::NavmeshAnswer up = search.plan(mesh, below, above, 1.0F);
-    EXPECT_EQ(up.outcome, Outcome::kFound);
+    EXPECT_EQ(up.outcome, PathOutcome::kFound);
     EXPECT_GT(up.length_m, 2.0F * length);
 }
 
@@ -160,7 +160,7 @@ TEST(Navmesh, FollowsHeights) {
     // Around the ridge: it ends 7.5 m from the middle.
     const NavmeshSearch::NavmeshAnswer a =
         search.plan(*mesh, Vec3(-5.0F, 5.0F, 0.0F), Vec3(5.0F, 5.0F, 0.0F), 2.0F);
-    ASSERT_EQ(a.outcome, Outcome::kFound);
+    ASSERT_EQ(a.outcome, PathOutcome::kFound);
     EXPECT_GT(a.length_m, 2.0F * std::hypot(5.0F, 7.0F));
     EXPECT_LT(a.length_m, 30.0F);
     EXPECT_LT(off_mesh(*mesh, search.corners()), 0.05F);
@@ -185,10 +185,10 @@ TEST(NavmeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
         const auto mesh = Navmesh::bake(world, kPerson, kTwentyMetres);
         ASSERT_TRUE(mesh.ok());
         const GroundMap ground = bake_ground(world, kPerson, kTwentyMetres, 0.25F);
-        Planner planner(ground.cells);
+        GridPlanner planner(ground.cells);
         NavmeshSearch search;
         for (int k = 0; k < 60; ++k) {
-            Query q;
+            GridQuery q;
             Cell goal;
             ASSERT_TRUE(nearest_passable(
                 ground.cells, ground.grid, {rng.range(-9, 9), rng.range(-9, 9)}, 40, q.start));
@@ -197,10 +197,10 @@ TEST(NavmeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
             q.goal = goal;
             const Spot from = ground.grid.centre(q.start);
             const Spot to = ground.grid.centre(q.goal);
-            const Answer best = planner.plan(q);
+            const GridAnswer best = planner.plan(q);
             const NavmeshSearch::NavmeshAnswer a =
                 search.plan(*mesh, Vec3(from.x, 0, from.z), Vec3(to.x, 0, to.z), 0.6F);
-            if (best.outcome != Outcome::kFound || a.outcome != Outcome::kFound) {
+            if (best.outcome != PathOutcome::kFound || a.outcome != PathOutcome::kFound) {
                 continue;  // gaps of about a cell are open on the one and shut on the other
             }
             ASSERT_LT(off_mesh(*mesh, search.corners()), 0.05F);
@@ -217,11 +217,12 @@ TEST(NavmeshSearch, LeadsAlongTheMeshByWaysNoLongerThanThoseOfTheGrid) {
 
 TEST(NavmeshSearch, NamesWhatCantBeAnsweredAndAllocatesNothingOnceWarm) {
     const Navmesh mesh = mesh_of({static_box(Vec3(0.0F, 1.5F, 0.0F), Vec3(0.2F, 1.5F, 9.9F))});
-    EXPECT_EQ(outcome_of(mesh, Vec3(-30, 0, 0), Vec3(8, 0, 0)), Outcome::kStartBlocked);
-    EXPECT_EQ(outcome_of(mesh, Vec3(-8, 0, 0), Vec3(8, 9, 0)), Outcome::kGoalBlocked);
-    EXPECT_EQ(outcome_of(mesh, Vec3(-8, 0, 0), Vec3(8, 0, 0)), Outcome::kUnreachable);
+    EXPECT_EQ(outcome_of(mesh, Vec3(-30, 0, 0), Vec3(8, 0, 0)), PathOutcome::kStartBlocked);
+    EXPECT_EQ(outcome_of(mesh, Vec3(-8, 0, 0), Vec3(8, 9, 0)), PathOutcome::kGoalBlocked);
+    EXPECT_EQ(outcome_of(mesh, Vec3(-8, 0, 0), Vec3(8, 0, 0)), PathOutcome::kUnreachable);
     NavmeshSearch search;
-    EXPECT_EQ(search.plan(mesh, Vec3(-8, 0, 0), Vec3(-2, 0, 3), 1.0F, 0).outcome, Outcome::kCutOff);
+    EXPECT_EQ(search.plan(mesh, Vec3(-8, 0, 0), Vec3(-2, 0, 3), 1.0F, 0).outcome,
+              PathOutcome::kCutOff);
     for (int round = 0; round < 2; ++round) {
         const std::uint64_t before = allocation_count();
         for (int i = 0; i < 50; ++i) {
@@ -255,4 +256,4 @@ TEST(Navmesh, SaysWhyItCantBeBaked) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

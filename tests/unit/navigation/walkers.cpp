@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 motion::StaticBox static_box(const Vec3& centre,
                              const Vec3& half,
@@ -93,4 +93,4 @@ int ticks_to_walk(const motion::StaticGeometry& world,
     return most;
 }
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 /// A box of these half extents, turned about `axis` by so many degrees.
 motion::StaticBox static_box(const Vec3& centre,
@@ -28,4 +28,4 @@ int ticks_to_walk(const motion::StaticGeometry& world,
                   float near_m,
                   int most);
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

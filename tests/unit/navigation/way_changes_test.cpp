@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -47,7 +47,7 @@ class Askers {
             walkers.push_back(w);
         }
         settle();
-        remember();
+        load();
     }
 
     void settle() {
@@ -57,7 +57,7 @@ class Askers {
         ASSERT_EQ(service.counts().waiting, 0U);
     }
 
-    void remember() {
+    void load() {
         for (Walker& w : walkers) {
             const auto corners = service.answer(w.ticket).corners;
             w.corners.assign(corners.begin(), corners.end());
@@ -118,21 +118,22 @@ TEST(GridPathChanges, RenewExactlyTheWaysThatAreCut) {
                 old.push_back(a.free(w) ? w.corners : std::vector<Spot>());
             }
             a.settle();
-            a.remember();
-            Planner anew(a.service.planner().map());
+            a.load();
+            GridPlanner anew(a.service.planner().map());
             for (std::size_t i = 0; i < a.walkers.size(); ++i) {
                 Walker& w = a.walkers[i];
                 if (!old[i].empty()) {
                     ASSERT_EQ(w.corners, old[i]);  // the rest untouched
                 } else if (anew.map().passable(w.start) && anew.map().passable(w.goal)) {
-                    Query q;
+                    GridQuery q;
                     q.start = w.start;
                     q.goal = w.goal;
-                    const Answer best = anew.plan(q);
+                    const GridAnswer best = anew.plan(q);
                     const PathResult answer = a.service.answer(w.ticket);
-                    ASSERT_EQ(answer.outcome == Outcome::kFound, best.outcome == Outcome::kFound);
+                    ASSERT_EQ(answer.outcome == PathOutcome::kFound,
+                              best.outcome == PathOutcome::kFound);
                     ASSERT_TRUE(a.free(w));
-                    if (best.outcome == Outcome::kFound) {
+                    if (best.outcome == PathOutcome::kFound) {
                         ASSERT_LE(answer.length_m, best.length + 0.01);
                     }
                 }
@@ -163,7 +164,7 @@ TEST(GridPathChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
             a.service.change(line_of_cells(a.service.planner().map(), rng, true));
             for (const Walker& w : a.walkers) {
                 const PathResult answer = a.service.answer(w.ticket);
-                if (answer.outcome == Outcome::kFound) {
+                if (answer.outcome == PathOutcome::kFound) {
                     ASSERT_FALSE(answer.waiting);
                     ASSERT_TRUE(std::equal(answer.corners.begin(),
                                            answer.corners.end(),
@@ -172,16 +173,16 @@ TEST(GridPathChanges, FindShortCutsThatAreOpenedAndKeepTheOldWayUntilThen) {
                 }
             }
             a.settle();
-            a.remember();
-            Planner anew(a.service.planner().map());
+            a.load();
+            GridPlanner anew(a.service.planner().map());
             for (std::size_t i = 0; i < a.walkers.size(); ++i) {
-                Query q;
+                GridQuery q;
                 q.start = a.walkers[i].start;
                 q.goal = a.walkers[i].goal;
-                const Answer best = anew.plan(q);
+                const GridAnswer best = anew.plan(q);
                 const PathResult answer = a.service.answer(a.walkers[i].ticket);
-                if (best.outcome == Outcome::kFound) {
-                    ASSERT_EQ(answer.outcome, Outcome::kFound);
+                if (best.outcome == PathOutcome::kFound) {
+                    ASSERT_EQ(answer.outcome, PathOutcome::kFound);
                     ASSERT_LE(answer.length_m, best.length + 0.01);
                     shorter += answer.length_m < length[i] - 0.01F ? 1U : 0U;
                 }
@@ -222,22 +223,22 @@ TEST(GridPathChanges, LookAgainForWhoWasOutOfReachOnlyWhereThatMayBeOtherwise) {
                                 again.end());
             }
             a.settle();
-            a.remember();
-            Planner anew(a.service.planner().map());
+            a.load();
+            GridPlanner anew(a.service.planner().map());
             for (std::size_t i = 0; i < a.walkers.size(); ++i) {
                 const Walker& w = a.walkers[i];
                 const PathResult answer = a.service.answer(w.ticket);
                 if (!anew.map().passable(w.start) || !anew.map().passable(w.goal)) {
                     continue;
                 }
-                Query q;
+                GridQuery q;
                 q.start = w.start;
                 q.goal = w.goal;
                 q.nearest = true;
-                const Answer best = anew.plan(q);
+                const GridAnswer best = anew.plan(q);
                 ASSERT_EQ(answer.outcome, best.outcome) << seed << " round " << round;
                 ASSERT_TRUE(a.free(w));
-                if (best.outcome != Outcome::kPartial) {
+                if (best.outcome != PathOutcome::kPartial) {
                     continue;
                 }
                 ++out_of_reach;
@@ -263,34 +264,34 @@ TEST(GridPathChanges, AnswerExactlyWhileTheIndexIsRenewedOverTicks) {
     GridPathSettings settings;
     settings.index_work_per_tick = 100'000;
     GridPathRequests service(metre_ground(map), settings);
-    EXPECT_EQ(service.planner().choice(), Method::kHubLabels);
+    EXPECT_EQ(service.planner().choice(), GridMethod::kHubLabels);
     const CellChange door{some_passable(map, rng), false};
     service.change(std::span(&door, 1));
     EXPECT_FALSE(service.indexed());
-    EXPECT_EQ(service.planner().choice(), Method::kJumpPoints);
+    EXPECT_EQ(service.planner().choice(), GridMethod::kJumpPoints);
     int ticks = 0;
-    Planner anew(service.planner().map());
-    std::vector<Method> choices;
+    GridPlanner anew(service.planner().map());
+    std::vector<GridMethod> choices;
     for (; !service.indexed() && ticks < 1000; ++ticks) {
         const Cell start = some_passable(anew.map(), rng);
         const Cell goal = some_passable(anew.map(), rng);
         const PathRequestId t =
             service.ask({0, service.grid().centre(start), service.grid().centre(goal)});
         service.serve();
-        Query q;
+        GridQuery q;
         q.start = start;
         q.goal = goal;
-        const Answer best = anew.plan(q);
+        const GridAnswer best = anew.plan(q);
         const PathResult answer = service.answer(t);
         ASSERT_FALSE(answer.waiting);
-        ASSERT_TRUE(best.outcome != Outcome::kFound || answer.length_m <= best.length + 0.01);
+        ASSERT_TRUE(best.outcome != PathOutcome::kFound || answer.length_m <= best.length + 0.01);
         service.release(t);
         choices.push_back(service.planner().choice());
     }
     EXPECT_GT(ticks, 5);
     EXPECT_LT(ticks, 1000);
-    EXPECT_THAT(choices, testing::Contains(Method::kSubgoals));
-    EXPECT_EQ(service.planner().choice(), Method::kHubLabels);
+    EXPECT_THAT(choices, testing::Contains(GridMethod::kSubgoals));
+    EXPECT_EQ(service.planner().choice(), GridMethod::kHubLabels);
     // The index is what it would be anew.
     anew.prepare();
     EXPECT_EQ(service.planner().index_bytes(), anew.index_bytes());
@@ -334,7 +335,7 @@ TEST(GridPathChanges, LeadWhoHasWalkedWhileWaitingFromWhereItIs) {
             answered[i] = true;
             std::uint32_t looked = 0;
             const Cell from = service.grid().cell(at[i]);
-            if (answer.outcome == Outcome::kFound && map.passable(from)) {
+            if (answer.outcome == PathOutcome::kFound && map.passable(from)) {
                 walked += tick > 4 ? 1 : 0;
                 EXPECT_TRUE(sees(map, from, service.grid().cell(answer.corners.front()), looked));
             }
@@ -417,4 +418,4 @@ TEST(GridPathChanges, GiveBackTheCornersOfWaysThatTheyRenew) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -12,7 +12,7 @@
 #include <memory>
 #include <string>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -106,7 +106,7 @@ TEST_P(PathProviders, LeadRoundWhatIsShutAndThroughWhatOpensAndLeaveTheRestAlone
     const PathRequestId across = map->ask({0, from, to});
     const PathRequestId beside = map->ask({1, {-10.0F, 5.0F}, {-3.0F, -14.0F}});
     map->serve();
-    ASSERT_EQ(map->answer(across).outcome, Outcome::kFound);
+    ASSERT_EQ(map->answer(across).outcome, PathOutcome::kFound);
     // By the gap: 2 sqrt(10^2 + 17^2) = 39.4 m at least, bar the contours' error; waypoints keep to
     // eight directions, which costs 8 % at most.
     EXPECT_GT(map->answer(across).length_m, 37.5F);
@@ -128,10 +128,10 @@ TEST_P(PathProviders, LeadRoundWhatIsShutAndThroughWhatOpensAndLeaveTheRestAlone
     EXPECT_TRUE(map->answer(across).waiting);
     EXPECT_EQ(map->counts().broken, 1U);
     map->serve();
-    EXPECT_EQ(map->answer(across).outcome, Outcome::kFound);
+    EXPECT_EQ(map->answer(across).outcome, PathOutcome::kFound);
     EXPECT_FALSE(crosses(from, map->answer(across).corners, {1, 0}));
     EXPECT_LT(map->answer(across).length_m, 33.0F) << "by the other gate";
-    EXPECT_EQ(map->answer(beside).outcome, Outcome::kFound);
+    EXPECT_EQ(map->answer(beside).outcome, PathOutcome::kFound);
 }
 
 TEST_P(PathProviders, AnswerEverybodyInTimeWhateverTheLoad) {
@@ -157,7 +157,7 @@ TEST_P(PathProviders, AnswerEverybodyInTimeWhateverTheLoad) {
     for (std::uint32_t i = 0; i < kAskers; ++i) {
         const PathResult a = map->answer(tickets[i]);
         ASSERT_FALSE(a.waiting);
-        ASSERT_EQ(a.outcome, Outcome::kFound);
+        ASSERT_EQ(a.outcome, PathOutcome::kFound);
         ASSERT_NEAR(a.corners.back().x, to[i].x, 1e-4F);
         ASSERT_FALSE(crosses(from[i], a.corners, {0, 1}));
         sum += a.length_m;
@@ -196,12 +196,12 @@ TEST_P(PathProviders, SayHowNearOneGetsToWhereNoWayLeads) {
     const PathRequestId nan = map->ask({1, {-10.0F, 0.0F}, {std::nanf(""), 4.0F}});
     map->serve();
     const PathResult a = map->answer(t);
-    EXPECT_EQ(a.outcome, Outcome::kPartial);
+    EXPECT_EQ(a.outcome, PathOutcome::kPartial);
     // As near to the wall as a body comes, rounded to cells, or to the lattice.
     EXPECT_GT(a.corners.back().x, -2.0F);
     EXPECT_LT(a.corners.back().x, -0.3F);
     EXPECT_NEAR(a.corners.back().z, 4.0F, 1.0F);
-    EXPECT_EQ(map->answer(nan).outcome, Outcome::kOffMap);
+    EXPECT_EQ(map->answer(nan).outcome, PathOutcome::kOffMap);
 }
 
 TEST_P(PathProviders, AllocateNothingOnceWarm) {
@@ -275,4 +275,4 @@ INSTANTIATE_TEST_SUITE_P(All,
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -9,7 +9,7 @@
 
 #include <cmath>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -92,7 +92,7 @@ TEST(GridPathRequests, AnswersWithFreeCornersFromTheStartToTheGoal) {
         const GridMap cells =
             seed % 2 == 0 ? rooms_map(90, 80, 9, seed) : random_map(90, 80, 0.3F, seed);
         GridPathRequests service(ground_of(cells));
-        Planner planner(cells);
+        GridPlanner planner(cells);
         for (int i = 0; i < 60; ++i) {
             const Spot from = any_free_spot(service, rng);
             const Spot to = any_free_spot(service, rng);
@@ -100,19 +100,20 @@ TEST(GridPathRequests, AnswersWithFreeCornersFromTheStartToTheGoal) {
             ASSERT_TRUE(service.answer(ticket).waiting);
             serve_all(service, 3);
             const PathResult a = service.answer(ticket);
-            Query q;
+            GridQuery q;
             q.start = service.grid().cell(from);
             q.goal = service.grid().cell(to);
-            const Answer best = planner.plan(q);
-            ASSERT_EQ(a.outcome == Outcome::kFound, best.outcome == Outcome::kFound);
-            ASSERT_EQ(a.outcome == Outcome::kPartial, best.outcome == Outcome::kUnreachable);
+            const GridAnswer best = planner.plan(q);
+            ASSERT_EQ(a.outcome == PathOutcome::kFound, best.outcome == PathOutcome::kFound);
+            ASSERT_EQ(a.outcome == PathOutcome::kPartial,
+                      best.outcome == PathOutcome::kUnreachable);
             Cell at = q.start;
             std::uint32_t looked = 0;
             for (const Spot& corner : a.corners) {
                 ASSERT_TRUE(sees(cells, at, service.grid().cell(corner), looked));
                 at = service.grid().cell(corner);
             }
-            if (a.outcome == Outcome::kFound) {
+            if (a.outcome == PathOutcome::kFound) {
                 EXPECT_EQ(a.corners.back(), to);
                 // Ends lie off the middles of their cells by half a diagonal at most.
                 EXPECT_LE(a.length_m, kCell_m * (best.length + 2.0 * 0.7072) + 1e-3);
@@ -143,19 +144,19 @@ TEST(GridPathRequests, NamesWhatCantBeAnswered) {
         EXPECT_FALSE(a.waiting);
         return a.outcome;
     };
-    EXPECT_EQ(outcome({0.2F, 0.2F}, {1.7F, 4.7F}), Outcome::kFound);
-    EXPECT_EQ(outcome({-0.2F, 0.2F}, {1.7F, 4.7F}), Outcome::kOffMap);
-    EXPECT_EQ(outcome({0.2F, 0.2F}, {1e30F, 4.7F}), Outcome::kOffMap);
-    EXPECT_EQ(outcome({std::nanf(""), 0.2F}, {1.7F, 4.7F}), Outcome::kOffMap);
-    EXPECT_EQ(outcome({0.2F, 0.2F}, {5.2F, 0.2F}), Outcome::kPartial);   // beyond the wall
-    EXPECT_EQ(outcome({2.2F, 2.2F}, {1.7F, 4.7F}), Outcome::kFound);     // pressed into the wall
-    EXPECT_EQ(outcome({5.2F, 0.2F}, {10.6F, 4.3F}), Outcome::kPartial);  // in the wall
+    EXPECT_EQ(outcome({0.2F, 0.2F}, {1.7F, 4.7F}), PathOutcome::kFound);
+    EXPECT_EQ(outcome({-0.2F, 0.2F}, {1.7F, 4.7F}), PathOutcome::kOffMap);
+    EXPECT_EQ(outcome({0.2F, 0.2F}, {1e30F, 4.7F}), PathOutcome::kOffMap);
+    EXPECT_EQ(outcome({std::nanf(""), 0.2F}, {1.7F, 4.7F}), PathOutcome::kOffMap);
+    EXPECT_EQ(outcome({0.2F, 0.2F}, {5.2F, 0.2F}), PathOutcome::kPartial);  // beyond the wall
+    EXPECT_EQ(outcome({2.2F, 2.2F}, {1.7F, 4.7F}), PathOutcome::kFound);    // pressed into the wall
+    EXPECT_EQ(outcome({5.2F, 0.2F}, {10.6F, 4.3F}), PathOutcome::kPartial);  // in the wall
     settings.reach_cells = 0;
     GridPathRequests strict(ground_of(cells), settings);
     PathRequestId t = strict.ask({0, {2.3F, 2.2F}, {1.7F, 4.7F}});
-    EXPECT_EQ(strict.answer(t).outcome, Outcome::kStartBlocked);
+    EXPECT_EQ(strict.answer(t).outcome, PathOutcome::kStartBlocked);
     t = strict.ask({0, {1.7F, 4.7F}, {2.3F, 2.2F}});
-    EXPECT_EQ(strict.answer(t).outcome, Outcome::kGoalBlocked);
+    EXPECT_EQ(strict.answer(t).outcome, PathOutcome::kGoalBlocked);
 }
 
 /// Who asks, and how all have been answered: a fingerprint, and the longest wait.
@@ -188,7 +189,7 @@ Load ask_many(GridPathRequests& service,
     }
     for (const PathRequestId t : tickets) {
         const PathResult a = service.answer(t);
-        load.wrong += a.waiting || a.outcome != Outcome::kFound ? 1U : 0U;
+        load.wrong += a.waiting || a.outcome != PathOutcome::kFound ? 1U : 0U;
         for (const Spot& s : a.corners) {
             for (const float v : {s.x, s.z}) {
                 load.fingerprint =
@@ -273,9 +274,9 @@ TEST(GridPathRequests, MakesAFieldForAGoalThatManyShareAndNotForOthers) {
     }
     serve_all(service, 1000);
     EXPECT_EQ(service.counts().fields, 2U);
-    Planner planner(service.planner().map());
+    GridPlanner planner(service.planner().map());
     for (std::size_t i = 0; i < tickets.size(); i += 10) {
-        Query q;
+        GridQuery q;
         q.start = service.grid().cell(from[i]);
         q.goal = service.grid().cell(to);
         EXPECT_LE(service.answer(tickets[i]).length_m,
@@ -391,4 +392,4 @@ TEST(GridPathRequests, KnowsNoTicketThatWasReleasedAndFreesWhatWaits) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

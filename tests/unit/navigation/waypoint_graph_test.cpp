@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -60,10 +60,11 @@ void expect_best(const WaypointGraph& graph, WaypointSearch& search, core::Rng& 
     for (std::uint32_t goal = 0; goal < graph.size(); ++goal) {
         const WaypointSearch::WaypointAnswer a = search.plan(graph, start, goal);
         if (!graph.passable(start) || !graph.passable(goal)) {
-            EXPECT_TRUE(a.outcome == Outcome::kStartBlocked || a.outcome == Outcome::kGoalBlocked);
+            EXPECT_TRUE(a.outcome == PathOutcome::kStartBlocked ||
+                        a.outcome == PathOutcome::kGoalBlocked);
             continue;
         }
-        ASSERT_EQ(a.outcome == Outcome::kFound, best[goal] != kFar);
+        ASSERT_EQ(a.outcome == PathOutcome::kFound, best[goal] != kFar);
         if (best[goal] == kFar) {
             continue;
         }
@@ -108,7 +109,7 @@ TEST(WaypointSearch, NamesWhatCantBeAnsweredAndAllocatesNothingOnceWarm) {
     const auto graph = WaypointGraph::build(g.waypoints, g.edges);
     ASSERT_TRUE(graph);
     WaypointSearch search;
-    EXPECT_EQ(search.plan(*graph, 400, 0).outcome, Outcome::kOffMap);
+    EXPECT_EQ(search.plan(*graph, 400, 0).outcome, PathOutcome::kOffMap);
     EXPECT_EQ(graph->number_of(1), graph->size());
     for (int round = 0; round < 2; ++round) {
         const std::uint64_t before = allocation_count();
@@ -121,7 +122,7 @@ TEST(WaypointSearch, NamesWhatCantBeAnsweredAndAllocatesNothingOnceWarm) {
     while (search.plan(*graph, start, (start * 7) % 400).work < 10) {
         ++start;
     }
-    EXPECT_EQ(search.plan(*graph, start, (start * 7) % 400, 3).outcome, Outcome::kCutOff);
+    EXPECT_EQ(search.plan(*graph, start, (start * 7) % 400, 3).outcome, PathOutcome::kCutOff);
 }
 
 TEST(WaypointGraph, FindsTheNearestWaypoint) {
@@ -184,4 +185,4 @@ TEST(ParseWaypoints, NamesTheLineOfWhatIsWrong) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -8,7 +8,7 @@
 #include <array>
 #include <memory>
 
-namespace zoned::ai::navigation {
+namespace zoned::ai::pathfinding {
 
 namespace {
 
@@ -61,7 +61,7 @@ struct CutMap {
              static_cast<double>(half_x) + static_cast<double>(kZoneCell_m) * left + 1e5,
              static_cast<double>(half_z) + static_cast<double>(kZoneCell_m) * top - 3e4,
              GroundRect{-half_x, -half_z, half_x, half_z}});
-        planners.push_back(std::make_unique<Planner>(cells));
+        planners.push_back(std::make_unique<GridPlanner>(cells));
     }
 
     std::uint32_t zone_of(Cell c) const {
@@ -90,7 +90,7 @@ struct CutMap {
     std::vector<std::array<int, 2>> corners;  // of the zones, without what is beyond
     std::vector<std::array<int, 2>> sizes;
     std::vector<ZoneGround> zones;
-    std::vector<std::unique_ptr<Planner>> planners;
+    std::vector<std::unique_ptr<GridPlanner>> planners;
     std::unique_ptr<ZonePortals> portals;
 };
 
@@ -104,12 +104,12 @@ double walked(CutMap& m, Cell start, std::span<const ZonePathSegment> segments) 
         if (m.zone_of(at) != zone) {
             return -1.0;
         }
-        Query q;
+        GridQuery q;
         q.start = m.within(zone, at);
         const GroundGrid& grid = m.grounds[zone].grid;
         q.goal = grid.cell(segments[i].to);  // of a place beyond the border the cell before it
-        const Answer a = m.planners[zone]->plan(q);
-        if (a.outcome != Outcome::kFound) {
+        const GridAnswer a = m.planners[zone]->plan(q);
+        if (a.outcome != PathOutcome::kFound) {
             return -1.0;
         }
         length += a.length;
@@ -141,23 +141,23 @@ TEST_P(ZonePortalsBeyond, LeadThroughSeveralZonesToWhateverCanBeReached) {
             seed % 2 == 0 ? rooms_map(150, 120, 11, seed) : random_map(150, 120, 0.33F, seed);
         CutMap m(map, {0, 40, 101}, {0, 70}, GetParam());
         EXPECT_GT(m.portals->portals(), 5U);
-        Planner planner(map);
+        GridPlanner planner(map);
         for (int i = 0; i < 150; ++i) {
             const auto any = [&] {
                 return Cell{static_cast<std::uint16_t>(rng.below(150)),
                             static_cast<std::uint16_t>(rng.below(120))};
             };
-            Query q;
+            GridQuery q;
             q.start = any();
             q.goal = any();
-            const Answer best = planner.plan(q);
+            const GridAnswer best = planner.plan(q);
             std::vector<ZonePathSegment> segments;
             const std::uint32_t from = m.zone_of(q.start);
             const std::uint32_t to = m.zone_of(q.goal);
-            const Outcome outcome = m.portals->route(
+            const PathOutcome outcome = m.portals->route(
                 *m.planners[from], from, m.spot(q.start), to, m.spot(q.goal), segments);
             ASSERT_EQ(outcome, best.outcome) << seed;
-            if (outcome != Outcome::kFound) {
+            if (outcome != PathOutcome::kFound) {
                 continue;
             }
             const double length = walked(m, q.start, segments);
@@ -182,14 +182,14 @@ TEST(ZonePortals, LeaveAZoneWhereTheWayWithinItIsLongerOrMissing) {
     CutMap m(cells, {0, 6}, {0});
     std::vector<ZonePathSegment> segments;
     ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({0, 0}), 0, m.spot({0, 3}), segments),
-              Outcome::kFound);
+              PathOutcome::kFound);
     ASSERT_EQ(segments.size(), 3U);
     EXPECT_EQ(segments[0].zone, 0U);
     EXPECT_EQ(segments[1].zone, 1U);
     EXPECT_EQ(segments[2].zone, 0U);
     // Around the wall's end: seven cells there and back, and three down.
-    Planner planner(cells);
-    Query q;
+    GridPlanner planner(cells);
+    GridQuery q;
     q.goal = {0, 3};
     EXPECT_NEAR(walked(m, {0, 0}, segments), planner.plan(q).length, 1.0);
 }
@@ -201,7 +201,7 @@ TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
     CutMap m(cells, {0, 3}, {0, 3});
     std::vector<ZonePathSegment> segments;
     ASSERT_EQ(m.portals->route(*m.planners[0], 0, m.spot({1, 1}), 1, m.spot({8, 1}), segments),
-              Outcome::kFound);
+              PathOutcome::kFound);
     std::vector<std::uint32_t> through;
     for (const ZonePathSegment& segment : segments) {
         through.push_back(segment.zone);
@@ -209,11 +209,11 @@ TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
     EXPECT_EQ(through, (std::vector<std::uint32_t>{0, 2, 3, 1}));
     ZonePortals::Scratch scratch;
     const auto length = [&](Cell c) -> std::optional<float> {
-        Query q;
+        GridQuery q;
         q.start = m.within(0, {1, 1});
         q.goal = c;
-        const Answer a = m.planners[0]->plan(q);
-        return a.outcome == Outcome::kFound ? std::optional<float>(a.length) : std::nullopt;
+        const GridAnswer a = m.planners[0]->plan(q);
+        return a.outcome == PathOutcome::kFound ? std::optional<float>(a.length) : std::nullopt;
     };
     EXPECT_EQ(m.portals->straight_exit(0, m.spot({1, 1}), 1, m.spot({8, 1}), length, scratch),
               segments[0].to);
@@ -222,4 +222,4 @@ TEST(ZonePortals, LeadPastAZoneWhoseNearestBorderIsADeadEnd) {
 
 }  // namespace
 
-}  // namespace zoned::ai::navigation
+}  // namespace zoned::ai::pathfinding

@@ -44,7 +44,7 @@ TEST(PathfindingInConfigs, LeadAroundCrowdsWhereTheySaySo) {
     const Outcome out =
         parse(with_paths("crowding { look_s: 1 remember_s: 2 jam_per_m2: 1.6 gain: 0.3 }"));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::crowd::CrowdPathSettings& crowding = *out.settings.ai.pathfinding.crowding;
+    const ai::pathfinding::CrowdPathSettings& crowding = *out.settings.ai.pathfinding.crowding;
     EXPECT_EQ(crowding.look_ticks, static_cast<std::uint32_t>(out.settings.tick_rate_hz));
     EXPECT_NEAR(crowding.remember, 0.6065F, 1e-4F);
     EXPECT_EQ(crowding.jam_per_m2, 1.6F);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 namespace {
 
@@ -132,4 +132,4 @@ TEST(SplineNetwork, SaysWhichTrackIsWrong) {
 
 }  // namespace
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines

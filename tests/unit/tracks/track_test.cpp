@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace zoned::ai::tracks {
+namespace zoned::ai::splines {
 
 namespace {
 
@@ -260,4 +260,4 @@ TEST(LaneChange, JumpsNeitherInPlaceNorInVelocity) {
 
 }  // namespace
 
-}  // namespace zoned::ai::tracks
+}  // namespace zoned::ai::splines
