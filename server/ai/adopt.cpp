@@ -55,11 +55,11 @@ bool same_pace(const State& a, const State& b) {
 }
 
 /// By name. `entered`: the first state was, and what that gave stays.
-void carry_variables(const Mind& from,
+void carry_variables(const Agent& from,
                      const CompiledMachine& before,
                      const CompiledMachine& after,
                      bool entered,
-                     Mind& to) {
+                     Agent& to) {
     for (std::size_t v = 0; v < after.variables.size(); ++v) {
         const Variable& variable = after.variables[v];
         const float given = entered ? to.variables[v] - variable.start : 0.0F;
@@ -75,46 +75,46 @@ void carry_variables(const Mind& from,
 
 }  // namespace
 
-void adopt(Mind& mind,
+void adopt(Agent& agent,
            const CompiledMachine& before,
            const CompiledMachine& after,
            std::uint16_t index,
            Tick now,
            float dt) {
-    grow(mind, before, now);
-    const Mind old = mind;
-    begin(mind, after, now);
-    mind.machine = index;
-    mind.entered = true;
-    mind.fresh = true;
+    grow(agent, before, now);
+    const Agent old = agent;
+    begin(agent, after, now);
+    agent.machine = index;
+    agent.entered = true;
+    agent.fresh = true;
     const std::uint16_t node = node_of(after.table, before.table.state_name(old.fsm.state()));
     const std::uint16_t leaf = node == fsm::kNone ? fsm::kNone : after.table.nodes[node].leaf;
-    carry_variables(old, before, after, leaf == fsm::kNone, mind);
+    carry_variables(old, before, after, leaf == fsm::kNone, agent);
     if (leaf != fsm::kNone) {
-        mind.fsm = carry_state(old.fsm, before.table, after.table, leaf, now);
-        mind.doing = leaf;
+        agent.fsm = carry_state(old.fsm, before.table, after.table, leaf, now);
+        agent.doing = leaf;
         const State& did = before.states[old.doing];
         for (std::size_t d = 0; d < after.states.size(); ++d) {
             const bool of_leaf =
                 d == leaf || (d >= after.choices[leaf].first &&
                               d < after.choices[leaf].first + after.states[leaf].deeds.size());
             if (of_leaf && after.states[d].name == did.name) {
-                mind.doing = static_cast<std::uint16_t>(d);
+                agent.doing = static_cast<std::uint16_t>(d);
                 // The same action goes on where it is.
-                mind.entered = old.entered || after.states[d].action != did.action;
+                agent.entered = old.entered || after.states[d].action != did.action;
                 if (!same_pace(after.states[d], did)) {
-                    mind.timed = false;  // its segment ends at another time
-                    mind.next_steering = now;
+                    agent.timed = false;  // its segment ends at another time
+                    agent.next_steering = now;
                 }
-                mind.degrees = {};
+                agent.degrees = {};
                 if (after.choices[leaf].blend >= 0 && d != leaf) {
-                    mind.degrees[d - after.choices[leaf].first] = 1.0F;  // the most active alone
+                    agent.degrees[d - after.choices[leaf].first] = 1.0F;  // the most active alone
                 }
             }
         }
     }
     if (old.next_decision > now) {
-        mind.next_decision = next_decision(mind.entity, decision_period(after, dt), now);
+        agent.next_decision = next_decision(agent.entity, decision_period(after, dt), now);
     }
 }
 

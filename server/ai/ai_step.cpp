@@ -49,50 +49,51 @@ CoarseWorld Step::coarse(const World& world) const {
 
 // ---------------------------------------------------------------- what is to be done
 
-/// Finds the rows of awake minds, and who has something to do, the longest waiting first; what is
+/// Finds the rows of awake agents, and who has something to do, the longest waiting first; what is
 /// beyond the budget waits.
-void Step::collect_due(Minds& minds, const World& world, const Settings& settings) {
-    const std::span<const Slot> awake = minds.awake();
+void Step::collect_due(AgentStore& agents, const World& world, const Settings& settings) {
+    const std::span<const Slot> awake = agents.awake();
     rows_.resize(awake.size());
     due_.clear();
     steppers_.clear();
     for (std::size_t i = 0; i < awake.size(); ++i) {
-        const Mind& mind = minds.at(awake[i]);
-        rows_[i] = row_of(world.entities, mind.entity, row_hints_[awake[i]]);
+        const Agent& agent = agents.at(awake[i]);
+        rows_[i] = row_of(world.entities, agent.entity, row_hints_[awake[i]]);
         row_hints_[awake[i]] = rows_[i];
         if (rows_[i] != world::kNoRow && reaches_.any()) {
             slot_hints_[rows_[i]] = awake[i];
         }
-        if (rows_[i] != world::kNoRow && mind.next_decision <= world.now) {
-            due_.push_back({mind.next_decision, mind.entity, awake[i], rows_[i], Tier::kAwake});
+        if (rows_[i] != world::kNoRow && agent.next_decision <= world.now) {
+            due_.push_back({agent.next_decision, agent.entity, awake[i], rows_[i], Tier::kAwake});
         }
     }
     events_.clear();
-    minds.take_due(world.now, events_);
-    call_up_waiting(minds, world, settings);
-    for (const Minds::Event& event : events_) {
+    agents.take_due(world.now, events_);
+    call_up_waiting(agents, world, settings);
+    for (const AgentStore::Event& event : events_) {
         __builtin_prefetch(&row_hints_[event.slot], 1);
     }
-    std::sort(events_.begin(), events_.end(), [](const Minds::Event& a, const Minds::Event& b) {
-        return a.at != b.at ? a.at < b.at : a.entity < b.entity;
-    });
+    std::sort(
+        events_.begin(), events_.end(), [](const AgentStore::Event& a, const AgentStore::Event& b) {
+            return a.at != b.at ? a.at < b.at : a.entity < b.entity;
+        });
     // They are anywhere in memory.
-    for (const Minds::Event& event : events_) {
+    for (const AgentStore::Event& event : events_) {
         world.entities.prefetch(row_hints_[event.slot]);
-        minds.prefetch_neighbours(event.slot);
+        agents.prefetch_neighbours(event.slot);
     }
-    for (const Minds::Event& event : events_) {
+    for (const AgentStore::Event& event : events_) {
         const world::Row row = row_of(world.entities, event.entity, row_hints_[event.slot]);
         row_hints_[event.slot] = row;
         if (row == world::kNoRow) {
             continue;
         }
-        const Mind& mind = minds.at(event.slot);
-        if (!event.waited && only_steps(mind, machine_of(mind, settings), coarse(world), row)) {
+        const Agent& agent = agents.at(event.slot);
+        if (!event.waited && only_steps(agent, machine_of(agent, settings), coarse(world), row)) {
             steppers_.push_back({event.entity, event.slot, row});
         } else {
             due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
-            due_.back().waited = event.waited || mind.wait.any();
+            due_.back().waited = event.waited || agent.wait.any();
         }
     }
     const auto before = [](const Due& a, const Due& b) {
@@ -102,17 +103,17 @@ void Step::collect_due(Minds& minds, const World& world, const Settings& setting
     if (!std::is_sorted(due_.begin(), due_.end(), before)) {
         std::sort(due_.begin(), due_.end(), before);
     }
-    keep_to_budgets(minds, world, settings);
+    keep_to_budgets(agents, world, settings);
 }
 
 /// Of decisions, and of rays: whoever looks along lines of sight takes as many as it may need.
-void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& settings) {
+void Step::keep_to_budgets(AgentStore& agents, const World& world, const Settings& settings) {
     const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
     std::uint32_t rays = std::max(settings.max_sight_rays_per_tick, kRaysPerLook);
     std::size_t kept = 0;
     for (const Due& due : due_) {
         const bool looks = due.tier == Tier::kAwake &&
-                           machine_of(minds.at(due.slot), settings).perception.line_of_sight;
+                           machine_of(agents.at(due.slot), settings).perception.line_of_sight;
         const bool blind = looks && rays < kRaysPerLook;
         if (kept < budget && !blind) {
             rays -= looks ? kRaysPerLook : 0U;
@@ -123,10 +124,10 @@ void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& set
             continue;
         }
         if (due.tier == Tier::kCoarse) {
-            minds.at(due.slot).next_event = due.since;
-            minds.schedule(due.slot, 1);  // it waits for nothing
-            const Tick left = left_at(minds.at(due.slot), world, true);
-            settle(minds, due.slot, std::max(left, world.now + 1), world, true);
+            agents.at(due.slot).next_event = due.since;
+            agents.schedule(due.slot, 1);  // it waits for nothing
+            const Tick left = left_at(agents.at(due.slot), world, true);
+            settle(agents, due.slot, std::max(left, world.now + 1), world, true);
         }
         report_.blinded += kept < budget ? 1U : 0U;
         ++report_.postponed;
@@ -134,31 +135,31 @@ void Step::keep_to_budgets(Minds& minds, const World& world, const Settings& set
     due_.resize(kept);
 }
 
-/// The grid is made only where some awake mind looks for others than players, or is looked for.
-void Step::find_others(Minds& minds, const World& world, const Settings& settings) {
-    const std::span<const Slot> awake = minds.awake();
+/// The grid is made only where some awake agent looks for others than players, or is looked for.
+void Step::find_others(AgentStore& agents, const World& world, const Settings& settings) {
+    const std::span<const Slot> awake = agents.awake();
     bool needed = false;
     for (std::size_t i = 0; i < awake.size() && !needed; ++i) {
-        const Mind& mind = minds.at(awake[i]);
-        needed = machine_of(mind, settings).knows_others ||
+        const Agent& agent = agents.at(awake[i]);
+        needed = machine_of(agent, settings).knows_others ||
                  (reaches_.any() && rows_[i] != world::kNoRow &&
-                  reaches_.farthest({world.entities.type[rows_[i]], mind.machine}) >= 0.0F);
+                  reaches_.farthest({world.entities.type[rows_[i]], agent.machine}) >= 0.0F);
     }
     others_ = needed ? &world.grid() : &nobody_;
 }
 
 // ---------------------------------------------------------------- doing it
 
-void Step::decide_one(Minds& minds,
+void Step::decide_one(AgentStore& agents,
                       Due& due,
                       const World& world,
                       const Settings& settings,
                       Lane& lane) {
-    Mind& mind = minds.at(due.slot);
-    const CompiledMachine& machine = machine_of(mind, settings);
+    Agent& agent = agents.at(due.slot);
+    const CompiledMachine& machine = machine_of(agent, settings);
     const world::Entities& e = world.entities;
     const bool awake = due.tier == Tier::kAwake;
-    const Timetables timetables{minds, slot_hints_};
+    const Timetables timetables{agents, slot_hints_};
     const Sight sight = awake ? perceive({e,
                                           world.types,
                                           *others_,
@@ -169,35 +170,35 @@ void Step::decide_one(Minds& minds,
                                           &players_,
                                           reaches_.any() ? &timetables : nullptr},
                                          due.row,
-                                         mind,
+                                         agent,
                                          machine)
                               : Sight::none();
     const Vec2 body(e.position[due.row].x(), e.position[due.row].z());
-    const Vec2 here = whereabouts(mind, body, world.now, world.dt);
-    if (decide(mind, machine, sight, here, world.places, world.now, lane.thinking)) {
+    const Vec2 here = whereabouts(agent, body, world.now, world.dt);
+    if (decide(agent, machine, sight, here, world.places, world.now, lane.thinking)) {
         ++lane.transitions;
         due.change = lane.thinking.change;
     }
-    due.changed = mind.entered;
+    due.changed = agent.entered;
     if (awake) {
-        mind.next_decision =
-            next_decision(mind.entity, decision_period(machine, world.dt), world.now);
+        agent.next_decision =
+            next_decision(agent.entity, decision_period(machine, world.dt), world.now);
         if (watched_.covers(body)) {
-            mind.unseen_since = kNever;
-        } else if (mind.unseen_since == kNever) {
-            mind.unseen_since = world.now;
+            agent.unseen_since = kNever;
+        } else if (agent.unseen_since == kNever) {
+            agent.unseen_since = world.now;
         }
     }
 }
 
 /// First who goes from event to event is put where he is, then all look around.
-void Step::decide_due(Minds& minds, const World& world, const Settings& settings) {
+void Step::decide_due(AgentStore& agents, const World& world, const Settings& settings) {
     in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             if (due_[i].tier == Tier::kCoarse) {
-                Mind& mind = minds.at(due_[i].slot);
-                due_[i].decides = mind.next_decision <= world.now;
-                catch_up(mind, coarse(world), due_[i].row);
+                Agent& agent = agents.at(due_[i].slot);
+                due_[i].decides = agent.next_decision <= world.now;
+                catch_up(agent, coarse(world), due_[i].row);
                 due_[i].moved = world.entities.discontinuity_tick[due_[i].row] == world.now;
             }
         }
@@ -206,92 +207,93 @@ void Step::decide_due(Minds& minds, const World& world, const Settings& settings
         lane.thinking.max_plan_nodes = settings.max_plan_nodes;
         for (std::size_t i = begin; i < end; ++i) {
             if (due_[i].decides) {
-                decide_one(minds, due_[i], world, settings, lane);
+                decide_one(agents, due_[i], world, settings, lane);
             }
         }
     });
 }
 
 /// Who goes to and fro: for reports alone.
-void Step::watch_changes(Minds& minds, const World& world) const {
+void Step::watch_changes(AgentStore& agents, const World& world) const {
     for (const Due& due : due_) {
         if (due.change) {
-            minds.watch(due.slot, *due.change, world.now, world.dt);
+            agents.watch(due.slot, *due.change, world.now, world.dt);
         }
     }
 }
 
-/// Legs of coarse minds whose event this is.
-void Step::walk_coarse(Minds& minds, const World& world, const Settings& settings) {
+/// Legs of coarse agents whose event this is.
+void Step::walk_coarse(AgentStore& agents, const World& world, const Settings& settings) {
     in_lanes(world.team, due_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Due& due = due_[i];
             if (due.tier != Tier::kCoarse) {
                 continue;
             }
-            Mind& mind = minds.at(due.slot);
-            const CompiledMachine& machine = machine_of(mind, settings);
+            Agent& agent = agents.at(due.slot);
+            const CompiledMachine& machine = machine_of(agent, settings);
             if (due.roams) {
                 const Vec3 from = world.entities.position[due.row];
-                take_step(mind, machine, coarse(world), from, due.end);
-                mind.placed = Vec2(from.x(), from.z());
-                lane.drift_m = std::max(lane.drift_m, step_of(mind));
-            } else if (!roams(mind, machine) &&
-                       walk_on(mind, machine, coarse(world), due.row, due.slot)) {
+                take_step(agent, machine, coarse(world), from, due.end);
+                agent.placed = Vec2(from.x(), from.z());
+                lane.drift_m = std::max(lane.drift_m, step_of(agent));
+            } else if (!roams(agent, machine) &&
+                       walk_on(agent, machine, coarse(world), due.row, due.slot)) {
                 lane.asking.push_back(due.slot);
             }
             std::uint8_t& behaviour = world.entities.behaviour[due.row];
-            due.moved = due.moved || behaviour != machine.states[mind.doing].behaviour;
-            behaviour = machine.states[mind.doing].behaviour;
+            due.moved = due.moved || behaviour != machine.states[agent.doing].behaviour;
+            behaviour = machine.states[agent.doing].behaviour;
         }
     });
 }
 
-/// Of awake minds.
-void Step::give_commands(const Minds& minds, const World& world, const Settings& settings) {
-    const std::span<const Slot> awake = minds.awake();
+/// Of awake agents.
+void Step::give_commands(const AgentStore& agents, const World& world, const Settings& settings) {
+    const std::span<const Slot> awake = agents.awake();
     in_lanes(world.team, awake.size(), [&](Lane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];
             if (row == world::kNoRow) {
                 continue;
             }
-            const Mind& mind = minds.at(awake[i]);
-            world.entities.command[row] = mind.aim;
+            const Agent& agent = agents.at(awake[i]);
+            world.entities.command[row] = agent.aim;
             world.entities.command[row].tick = world.now;
-            world.entities.behaviour[row] = machine_of(mind, settings).states[mind.doing].behaviour;
+            world.entities.behaviour[row] =
+                machine_of(agent, settings).states[agent.doing].behaviour;
         }
     });
 }
 
-/// Of a coarse mind: what its next_event() has found.
-void Step::plan(Minds& minds, Slot slot, const World& world, const Settings& settings) const {
-    minds.schedule(slot, decision_period(machine_of(minds.at(slot), settings), world.dt));
+/// Of a coarse agent: what its next_event() has found.
+void Step::plan(AgentStore& agents, Slot slot, const World& world, const Settings& settings) const {
+    agents.schedule(slot, decision_period(machine_of(agents.at(slot), settings), world.dt));
 }
 
-/// Coarse minds whose event this was: to the next one.
-void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
+/// Coarse agents whose event this was: to the next one.
+void Step::go_on(AgentStore& agents, const World& world, const Settings& settings) {
     in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Due& due = due_[i];
             if (due.tier == Tier::kCoarse) {
-                Mind& mind = minds.at(due.slot);
-                due.next_event = event_after(mind, due, world, settings);
-                due.left = std::max(left_at(mind, world), world.now + 1);
+                Agent& agent = agents.at(due.slot);
+                due.next_event = event_after(agent, due, world, settings);
+                due.left = std::max(left_at(agent, world), world.now + 1);
             }
         }
     });
     for (const Due& due : due_) {
         if (due.tier == Tier::kCoarse) {
-            Mind& mind = minds.at(due.slot);
-            mind.next_event = due.next_event;
-            plan(minds, due.slot, world, settings);
-            settle(minds, due.slot, due.left, world);
+            Agent& agent = agents.at(due.slot);
+            agent.next_event = due.next_event;
+            plan(agents, due.slot, world, settings);
+            settle(agents, due.slot, due.left, world);
             if (due.moved) {
                 world.entities.touch(due.row);
                 report_.moved = true;
             }
-            if (!due.end.stands || !can_sleep(mind, machine_of(mind, settings))) {
+            if (!due.end.stands || !can_sleep(agent, machine_of(agent, settings))) {
                 waking_.push_back(due.slot);
             }
             ++report_.events;
@@ -300,55 +302,56 @@ void Step::go_on(Minds& minds, const World& world, const Settings& settings) {
     }
 }
 
-/// Awake minds that have decided and that nobody can see for a while.
-void Step::send_to_sleep(Minds& minds, const World& world, const Settings& settings) {
+/// Awake agents that have decided and that nobody can see for a while.
+void Step::send_to_sleep(AgentStore& agents, const World& world, const Settings& settings) {
     const Tick calm = static_cast<Tick>(std::ceil(settings.calm_s / world.dt));
     for (const Due& due : due_) {
-        Mind& mind = minds.at(due.slot);
-        if (due.tier == Tier::kCoarse || mind.unseen_since == kNever ||
-            world.now - mind.unseen_since < calm || !can_sleep(mind, machine_of(mind, settings)) ||
+        Agent& agent = agents.at(due.slot);
+        if (due.tier == Tier::kCoarse || agent.unseen_since == kNever ||
+            world.now - agent.unseen_since < calm ||
+            !can_sleep(agent, machine_of(agent, settings)) ||
             !world.entities.has(due.row, world::kGrounded)) {
             continue;
         }
-        const CompiledMachine& machine = machine_of(mind, settings);
+        const CompiledMachine& machine = machine_of(agent, settings);
         // A blend goes by none while it is awake, however settled it is.
-        const bool blends = machine.choices[mind.fsm.state()].blend >= 0;
-        if (blends ? world.now < mind.detour_until
-                   : !mind.timed && goes_by_segments(mind, machine.states[mind.doing])) {
+        const bool blends = machine.choices[agent.fsm.state()].blend >= 0;
+        if (blends ? world.now < agent.detour_until
+                   : !agent.timed && goes_by_segments(agent, machine.states[agent.doing])) {
             continue;  // on a detour
         }
-        if (!meets_nobody(minds, due, world, calm)) {
-            mind.unseen_since = world.now;  // others are no better than viewers
+        if (!meets_nobody(agents, due, world, calm)) {
+            agent.unseen_since = world.now;  // others are no better than viewers
             continue;
         }
-        if (roams(mind, machine) && !set_roaming(mind, due, world, settings)) {
+        if (roams(agent, machine) && !set_roaming(agent, due, world, settings)) {
             continue;  // on its way down
         }
-        fall_asleep(mind, machine, coarse(world), due.row);
-        if (mind.look_at != kNever) {
-            encounters_.put(due.slot, world.entities.type[due.row], scene(minds, world), false);
+        fall_asleep(agent, machine, coarse(world), due.row);
+        if (agent.look_at != kNever) {
+            encounters_.put(due.slot, world.entities.type[due.row], scene(agents, world), false);
         }
-        mind.next_event = next_event(mind, machine, coarse(world));
-        minds.put_to_sleep(due.slot);
-        plan(minds, due.slot, world, settings);
-        settle(minds, due.slot, std::max(left_at(mind, world), world.now + 1), world);
-        fell_asleep_.push_back(mind.entity);
+        agent.next_event = next_event(agent, machine, coarse(world));
+        agents.put_to_sleep(due.slot);
+        plan(agents, due.slot, world, settings);
+        settle(agents, due.slot, std::max(left_at(agent, world), world.now + 1), world);
+        fell_asleep_.push_back(agent.entity);
     }
     std::sort(fell_asleep_.begin(), fell_asleep_.end());
 }
 
-void Step::steer_awake(Minds& minds, const World& world, const Settings& settings) {
-    const std::span<const Slot> awake = minds.awake();
-    const Drift drift = drift_of(minds, world);
+void Step::steer_awake(AgentStore& agents, const World& world, const Settings& settings) {
+    const std::span<const Slot> awake = agents.awake();
+    const Drift drift = drift_of(agents, world);
     in_lanes(world.team, awake.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];
             if (row == world::kNoRow) {
                 continue;
             }
-            Mind& mind = minds.at(awake[i]);
-            const CompiledMachine& machine = machine_of(mind, settings);
-            if (steers_now(mind, settings, world.now)) {
+            Agent& agent = agents.at(awake[i]);
+            const CompiledMachine& machine = machine_of(agent, settings);
+            if (steers_now(agent, settings, world.now)) {
                 Surroundings around{world.entities,
                                     world.types,
                                     *others_,
@@ -358,9 +361,9 @@ void Step::steer_awake(Minds& minds, const World& world, const Settings& setting
                                     world.dt,
                                     world.paths,
                                     awake[i]};
-                around.at = whereabouts(mind, around.body(), world.now, world.dt);
+                around.at = whereabouts(agent, around.body(), world.now, world.dt);
                 around.drift = drift_m_ > 0.0F ? &drift : nullptr;
-                if (steer(mind, machine, around)) {
+                if (steer(agent, machine, around)) {
                     lane.asking.push_back(awake[i]);
                 }
                 ++lane.steered;
@@ -380,83 +383,83 @@ void Step::add_up() {
     }
 }
 
-Report Step::run(Minds& minds, const World& world, const Settings& settings) {
+Report Step::run(AgentStore& agents, const World& world, const Settings& settings) {
     report_ = Report{};
     fell_asleep_.clear();
     woke_up_.clear();
-    row_hints_.resize(minds.slots(), world::kNoRow);
+    row_hints_.resize(agents.slots(), world::kNoRow);
     players_.gather(world.entities);
-    know_sleepers(minds, world, settings);
+    know_sleepers(agents, world, settings);
     if (std::isfinite(settings.seen_m)) {
-        follow_viewers(minds, world, settings);
-        meet(minds, world);
-        wake_seen(minds, world, settings);
+        follow_viewers(agents, world, settings);
+        meet(agents, world);
+        wake_seen(agents, world, settings);
     }
-    call_foragers(minds, world, settings);
-    collect_due(minds, world, settings);
-    find_others(minds, world, settings);
-    decide_due(minds, world, settings);
-    settle_trades(minds, world, settings);
-    watch_changes(minds, world);
-    forage(minds, world, settings);
-    formation_following(minds, world, settings);
-    steer_awake(minds, world, settings);
-    head_herds(minds, world, settings);
-    walk_coarse(minds, world, settings);
-    walk_steppers(minds, world, settings);
-    find_paths(minds, world, settings);
-    give_commands(minds, world, settings);
-    local_avoidance(minds, world, settings);
-    go_on(minds, world, settings);
-    settle_steppers(minds, world, settings);
+    call_foragers(agents, world, settings);
+    collect_due(agents, world, settings);
+    find_others(agents, world, settings);
+    decide_due(agents, world, settings);
+    settle_trades(agents, world, settings);
+    watch_changes(agents, world);
+    forage(agents, world, settings);
+    formation_following(agents, world, settings);
+    steer_awake(agents, world, settings);
+    head_herds(agents, world, settings);
+    walk_coarse(agents, world, settings);
+    walk_steppers(agents, world, settings);
+    find_paths(agents, world, settings);
+    give_commands(agents, world, settings);
+    local_avoidance(agents, world, settings);
+    go_on(agents, world, settings);
+    settle_steppers(agents, world, settings);
     if (std::isfinite(settings.seen_m)) {
-        send_to_sleep(minds, world, settings);
+        send_to_sleep(agents, world, settings);
     }
     add_up();
-    report_.minds = static_cast<std::uint32_t>(minds.size());
-    report_.awake = static_cast<std::uint32_t>(minds.awake().size());
+    report_.agents = static_cast<std::uint32_t>(agents.size());
+    report_.awake = static_cast<std::uint32_t>(agents.awake().size());
     return report_;
 }
 
 void Step::remember(const Memory& memory,
                     const Nests::Memory& nests,
-                    const Minds& minds,
+                    const AgentStore& agents,
                     const Settings& settings) {
     memory_ = memory;
     nests_.remember(nests);
     reaches_ = Reaches();  // who sleeps is found anew
     watch();
     waking_.clear();
-    for (std::size_t n = 0; n < minds.size(); ++n) {
-        const Mind& mind = minds.at(minds.nth(n));
-        if (mind.tier == Tier::kCoarse && !can_sleep(mind, machine_of(mind, settings))) {
-            waking_.push_back(minds.nth(n));
+    for (std::size_t n = 0; n < agents.size(); ++n) {
+        const Agent& agent = agents.at(agents.nth(n));
+        if (agent.tier == Tier::kCoarse && !can_sleep(agent, machine_of(agent, settings))) {
+            waking_.push_back(agents.nth(n));
         }
-        if (mind.tier == Tier::kCoarse && roams(mind, machine_of(mind, settings))) {
-            drift_m_ = std::max(drift_m_, step_of(mind));
+        if (agent.tier == Tier::kCoarse && roams(agent, machine_of(agent, settings))) {
+            drift_m_ = std::max(drift_m_, step_of(agent));
         }
     }
 }
 
-void Step::hash(const Minds& minds, core::StateHash& hash) const {
-    hash.add(static_cast<std::uint64_t>(minds.size()));
+void Step::hash(const AgentStore& agents, core::StateHash& hash) const {
+    hash.add(static_cast<std::uint64_t>(agents.size()));
     nests_.hash(hash);
     for (const Due& due : due_) {
         // It may have gone to another zone since.
-        const Mind& mind = minds.at(due.slot);
-        if (mind.entity != due.entity) {
+        const Agent& agent = agents.at(due.slot);
+        if (agent.entity != due.entity) {
             continue;
         }
         if (due.tier == Tier::kCoarse && !due.decides && !due.waited && !due.changed) {
-            hash_walk(hash, mind);
+            hash_walk(hash, agent);
         } else {
-            ai::hash(hash, mind);
+            ai::hash(hash, agent);
         }
     }
     for (const Stepper& stepper : steppers_) {
-        const Mind& mind = minds.at(stepper.slot);
-        if (mind.entity == stepper.entity) {
-            hash_step(hash, mind);
+        const Agent& agent = agents.at(stepper.slot);
+        if (agent.entity == stepper.entity) {
+            hash_step(hash, agent);
         }
     }
 }

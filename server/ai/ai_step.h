@@ -1,4 +1,4 @@
-// ai_step: perception, decisions and steering of all minds in a zone; its output is one
+// ai_step: perception, decisions and steering of all agents in a zone; its output is one
 // InputCommand per character.
 #pragma once
 
@@ -30,21 +30,21 @@ namespace zoned::ai {
 struct Settings {
     std::vector<Machine> machines;            ///< as written
     std::vector<CompiledMachine> compiled{};  ///< the same for the world's time step: compile()
-    /// By type of entity: machine + 1 of its mind, 0: none. Empty: as the types say.
-    std::vector<std::uint16_t> mind_of_type{};
+    /// By type of entity: machine + 1 of its agent, 0: none. Empty: as the types say.
+    std::vector<std::uint16_t> brain_of_type{};
     std::uint32_t max_decisions_per_tick =
         4096;  ///< counted units of work; what does not fit waits, the longest waiting first
-    bool reduce_far = true;  ///< minds farther than far_m from every player steer every 4th tick
+    bool reduce_far = true;  ///< agents farther than far_m from every player steer every 4th tick
     float far_m = 150.0F;
     std::uint32_t max_plan_nodes = 1024;           ///< that one search for a plan may create
     std::uint32_t max_sight_rays_per_tick = 8192;  ///< kRaysPerLook for each that looks along lines
-    /// Minds farther than this from every player go from event to event; infinity: none does.
+    /// AgentStore farther than this from every player go from event to event; infinity: none does.
     /// Beyond it nobody may hear of an entity.
     float seen_m = std::numeric_limits<float>::infinity();
     float calm_s = 2.0F;  ///< only after so long out of sight
     PlaceSettings places{};
     PathfindingSettings pathfinding{};
-    /// How minds make way for each other; its step is the world's: compile(). None: they do not.
+    /// How agents make way for each other; its step is the world's: compile(). None: they do not.
     std::optional<steering::AvoidanceSettings> avoidance{};
     LadderSettings ladder{};
 };
@@ -72,7 +72,7 @@ struct World {
 };
 
 struct Report {
-    std::uint32_t minds = 0;
+    std::uint32_t agents = 0;
     std::uint32_t awake = 0;
     std::uint32_t decisions = 0;
     std::uint32_t events = 0;  ///< of the coarse tier; those that are decisions count as such too
@@ -102,18 +102,18 @@ class Step {
     /// The nests of who forages: their scents are part of the zone's state.
     [[nodiscard]] const Nests& nests() const { return nests_; }
 
-    /// Chains what the minds are that had something to decide or an event in the last step.
-    void hash(const Minds& minds, core::StateHash& hash) const;
+    /// Chains what the agents are that had something to decide or an event in the last step.
+    void hash(const AgentStore& agents, core::StateHash& hash) const;
 
     /// `settings` are compiled for world.dt. Writes `command`, `behaviour` of the rows of awake
-    /// minds, and places those of coarse ones. Players are the rows with a client and without
-    /// kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n minds that
+    /// agents, and places those of coarse ones. Players are the rows with a client and without
+    /// kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n agents that
     /// decide in every tick and a budget of b decisions none waits longer than ceil(n / b) ticks.
     /// Results depend neither on the order of rows, nor on the history of add() and take(), nor on
     /// threads. A budget of 0 counts as 1, and one of less than kRaysPerLook rays as that: who
     /// finds no rays left waits, and goes on with what it knew, at most ceil(n / (rays /
     /// kRaysPerLook)) ticks. Steps of herds that nobody sees are no decisions.
-    Report run(Minds& minds, const World& world, const Settings& settings);
+    Report run(AgentStore& agents, const World& world, const Settings& settings);
 
     /// What a step knows of those before it, for snapshots.
     struct Memory {
@@ -128,17 +128,17 @@ class Step {
 
     [[nodiscard]] Ladder& ladder() { return memory_.ladder; }
 
-    /// `minds` are those that the memory belongs to.
+    /// `agents` are those that the memory belongs to.
     void remember(const Memory& memory,
                   const Nests::Memory& nests,
-                  const Minds& minds,
+                  const AgentStore& agents,
                   const Settings& settings);
 
     /// After `paths` were read: tells them where those who wait are.
-    void wait_for(const PathService& paths, const Minds& minds);
+    void wait_for(const PathService& paths, const AgentStore& agents);
 
   private:
-    /// A mind that has something to do in this tick.
+    /// An agent that has something to do in this tick.
     struct Due {
         Tick since;  ///< when it should have been done at the latest
         EntityId entity;
@@ -156,7 +156,7 @@ class Step {
         Tick left = kNever;  ///< coarse: when it leaves the square that it is in
     };
 
-    /// A coarse mind that takes a step with its herd, and has nothing else to do.
+    /// A coarse agent that takes a step with its herd, and has nothing else to do.
     struct Stepper {
         EntityId entity;
         Slot slot;
@@ -165,7 +165,7 @@ class Step {
         Tick left = kNever;
     };
 
-    /// One thread's share of the minds.
+    /// One thread's share of the agents.
     struct Lane {
         Thinking thinking;
         std::vector<Slot> asking;  ///< who needs a way
@@ -174,7 +174,7 @@ class Step {
         std::uint32_t steered = 0;
     };
 
-    /// Coarse minds that decide in this tick, and would trade if only the stock were so.
+    /// Coarse agents that decide in this tick, and would trade if only the stock were so.
     struct WaitingTraders {
         const StockWaits::Group* group = nullptr;
         bool may = false;                      ///< the stock is so
@@ -183,67 +183,76 @@ class Step {
     };
 
     static constexpr std::size_t kLanes = 16;
-    static constexpr std::size_t kShared = 256;  ///< fewer minds are not worth a second thread
+    static constexpr std::size_t kShared = 256;  ///< fewer agents are not worth a second thread
 
-    void follow_viewers(Minds& minds, const World& world, const Settings& settings);
+    void follow_viewers(AgentStore& agents, const World& world, const Settings& settings);
     void watch();
-    void follow_coarse(Minds& minds, const World& world);
-    void look_at_coarse(Minds& minds, const World& world, bool all);
-    void look_at(Minds& minds, Slot slot, const World& world);
-    void place(Mind& mind, const World& world, world::Row row);
-    void know_sleepers(Minds& minds, const World& world, const Settings& settings);
-    void meet(Minds& minds, const World& world);
-    void look_around(const Minds& minds, const World& world, Reaches::Kind kind, world::Row row);
-    void check_sleeper(Minds& minds, const World& world, Slot slot);
-    void settle(Minds& minds, Slot slot, Tick left, const World& world, bool late = false);
-    [[nodiscard]] bool meets_nobody(Minds& minds, const Due& due, const World& world, Tick calm);
-    [[nodiscard]] const Mind* mind_at(const Minds& minds,
-                                      const world::Entities& entities,
-                                      world::Row row) const;
-    [[nodiscard]] Encounters::Scene scene(const Minds& minds, const World& world) const;
-    void wake_seen(Minds& minds, const World& world, const Settings& settings);
-    void collect_due(Minds& minds, const World& world, const Settings& settings);
-    void keep_to_budgets(Minds& minds, const World& world, const Settings& settings);
-    void find_others(Minds& minds, const World& world, const Settings& settings);
+    void follow_coarse(AgentStore& agents, const World& world);
+    void look_at_coarse(AgentStore& agents, const World& world, bool all);
+    void look_at(AgentStore& agents, Slot slot, const World& world);
+    void place(Agent& agent, const World& world, world::Row row);
+    void know_sleepers(AgentStore& agents, const World& world, const Settings& settings);
+    void meet(AgentStore& agents, const World& world);
+    void look_around(const AgentStore& agents,
+                     const World& world,
+                     Reaches::Kind kind,
+                     world::Row row);
+    void check_sleeper(AgentStore& agents, const World& world, Slot slot);
+    void settle(AgentStore& agents, Slot slot, Tick left, const World& world, bool late = false);
+    [[nodiscard]] bool meets_nobody(AgentStore& agents,
+                                    const Due& due,
+                                    const World& world,
+                                    Tick calm);
+    [[nodiscard]] const Agent* agent_at(const AgentStore& agents,
+                                        const world::Entities& entities,
+                                        world::Row row) const;
+    [[nodiscard]] Encounters::Scene scene(const AgentStore& agents, const World& world) const;
+    void wake_seen(AgentStore& agents, const World& world, const Settings& settings);
+    void collect_due(AgentStore& agents, const World& world, const Settings& settings);
+    void keep_to_budgets(AgentStore& agents, const World& world, const Settings& settings);
+    void find_others(AgentStore& agents, const World& world, const Settings& settings);
     [[nodiscard]] CoarseWorld coarse(const World& world) const;
-    void decide_due(Minds& minds, const World& world, const Settings& settings);
-    void decide_one(Minds& minds,
+    void decide_due(AgentStore& agents, const World& world, const Settings& settings);
+    void decide_one(AgentStore& agents,
                     Due& due,
                     const World& world,
                     const Settings& settings,
                     Lane& lane);
-    void call_up_waiting(Minds& minds, const World& world, const Settings& settings);
-    void settle_trades(Minds& minds, const World& world, const Settings& settings);
-    void collect_traders(Minds& minds, const Settings& settings);
-    void collect_waiting_traders(Minds& minds, const World& world, const Settings& settings);
+    void call_up_waiting(AgentStore& agents, const World& world, const Settings& settings);
+    void settle_trades(AgentStore& agents, const World& world, const Settings& settings);
+    void collect_traders(AgentStore& agents, const Settings& settings);
+    void collect_waiting_traders(AgentStore& agents, const World& world, const Settings& settings);
     void look_at_stock(const World& world, const Settings& settings, EntityId after);
     [[nodiscard]] WaitingTraders* first_waiting_trader();
-    bool call_up_trader(Minds& minds, const World& world, const Settings& settings, Slot slot);
-    void trade(Minds& minds, const World& world, const Settings& settings, std::uint32_t due);
-    void plan(Minds& minds, Slot slot, const World& world, const Settings& settings) const;
-    void steer_awake(Minds& minds, const World& world, const Settings& settings);
-    void call_foragers(Minds& minds, const World& world, const Settings& settings);
-    void forage(Minds& minds, const World& world, const Settings& settings);
-    [[nodiscard]] Drift drift_of(const Minds& minds, const World& world) const;
-    void head_herds(Minds& minds, const World& world, const Settings& settings);
-    void walk_steppers(Minds& minds, const World& world, const Settings& settings);
-    void settle_steppers(Minds& minds, const World& world, const Settings& settings);
-    [[nodiscard]] Tick event_after(Mind& mind,
+    bool call_up_trader(AgentStore& agents,
+                        const World& world,
+                        const Settings& settings,
+                        Slot slot);
+    void trade(AgentStore& agents, const World& world, const Settings& settings, std::uint32_t due);
+    void plan(AgentStore& agents, Slot slot, const World& world, const Settings& settings) const;
+    void steer_awake(AgentStore& agents, const World& world, const Settings& settings);
+    void call_foragers(AgentStore& agents, const World& world, const Settings& settings);
+    void forage(AgentStore& agents, const World& world, const Settings& settings);
+    [[nodiscard]] Drift drift_of(const AgentStore& agents, const World& world) const;
+    void head_herds(AgentStore& agents, const World& world, const Settings& settings);
+    void walk_steppers(AgentStore& agents, const World& world, const Settings& settings);
+    void settle_steppers(AgentStore& agents, const World& world, const Settings& settings);
+    [[nodiscard]] Tick event_after(Agent& agent,
                                    const Due& due,
                                    const World& world,
                                    const Settings& settings) const;
-    bool set_roaming(Mind& mind, const Due& due, const World& world, const Settings& settings);
-    void formation_following(Minds& minds, const World& world, const Settings& settings);
-    void local_avoidance(Minds& minds, const World& world, const Settings& settings);
-    void watch_changes(Minds& minds, const World& world) const;
-    void walk_coarse(Minds& minds, const World& world, const Settings& settings);
-    void find_paths(Minds& minds, const World& world, const Settings& settings);
+    bool set_roaming(Agent& agent, const Due& due, const World& world, const Settings& settings);
+    void formation_following(AgentStore& agents, const World& world, const Settings& settings);
+    void local_avoidance(AgentStore& agents, const World& world, const Settings& settings);
+    void watch_changes(AgentStore& agents, const World& world) const;
+    void walk_coarse(AgentStore& agents, const World& world, const Settings& settings);
+    void find_paths(AgentStore& agents, const World& world, const Settings& settings);
     void count_bodies(const World& world);
-    void request_paths(Minds& minds, const World& world, const Settings& settings);
-    void give_commands(const Minds& minds, const World& world, const Settings& settings);
-    void go_on(Minds& minds, const World& world, const Settings& settings);
-    void go_on_from(Mind& mind, Slot slot, const World& world, const Settings& settings);
-    void send_to_sleep(Minds& minds, const World& world, const Settings& settings);
+    void request_paths(AgentStore& agents, const World& world, const Settings& settings);
+    void give_commands(const AgentStore& agents, const World& world, const Settings& settings);
+    void go_on(AgentStore& agents, const World& world, const Settings& settings);
+    void go_on_from(Agent& agent, Slot slot, const World& world, const Settings& settings);
+    void send_to_sleep(AgentStore& agents, const World& world, const Settings& settings);
     void add_up();
     template <class Work>
     void in_lanes(compute::Team& team, std::size_t count, Work&& work);
@@ -256,11 +265,11 @@ class Step {
     std::vector<EntityId> viewers_before_;
     Players players_;
     std::vector<world::Row> row_hints_;  // by slot: where the entity was last
-    /// By row: of coarse minds that roam, and of awake ones that meet others.
+    /// By row: of coarse agents that roam, and of awake ones that meet others.
     std::vector<Slot> slot_hints_;
     float drift_m_ = 0.0F;  // so far may animals that nobody sees be from their rows; 0: none are
-    std::vector<world::Row> rows_;  // of awake minds, in their order; kNoRow: leave it alone
-    std::vector<Minds::Event> events_;
+    std::vector<world::Row> rows_;  // of awake agents, in their order; kNoRow: leave it alone
+    std::vector<AgentStore::Event> events_;
     std::vector<Due> due_;
     std::vector<Stepper> steppers_;                // ascending by entity
     std::vector<std::uint32_t> traders_;           // of due_, ascending by entity
@@ -271,7 +280,7 @@ class Step {
     std::vector<Slot> told_;     // paths
     std::vector<float> body_x_;  // of those whom paths lead around
     std::vector<float> body_z_;
-    std::vector<CoarseCells::Cell> watched_squares_;  // in which minds may be seen
+    std::vector<CoarseCells::Cell> watched_squares_;  // in which agents may be seen
     std::vector<Slot> left_;
     std::vector<Slot> waking_;
     Reaches reaches_;

@@ -10,43 +10,43 @@ namespace zoned::ai {
 
 namespace {
 
-bool forages(const Mind& mind, const Settings& settings) {
-    const CompiledMachine& machine = settings.compiled[mind.machine];
+bool forages(const Agent& agent, const Settings& settings) {
+    const CompiledMachine& machine = settings.compiled[agent.machine];
     // Who has just turned to it begins when it steers.
-    return machine.forages && !mind.entered &&
-           machine.states[mind.doing].action == ActionKind::kForage;
+    return machine.forages && !agent.entered &&
+           machine.states[agent.doing].action == ActionKind::kForage;
 }
 
 }  // namespace
 
 /// Where a door has turned, those whom nobody sees look up as well.
-void Step::call_foragers(Minds& minds, const World& world, const Settings& settings) {
-    for (std::size_t n = 0; nests_.turned() && n < minds.size(); ++n) {
-        const Slot slot = minds.nth(n);
-        Mind& mind = minds.at(slot);
-        if (mind.tier == Tier::kCoarse && forages(mind, settings)) {
-            mind.next_event = world.now;
-            plan(minds, slot, world, settings);
+void Step::call_foragers(AgentStore& agents, const World& world, const Settings& settings) {
+    for (std::size_t n = 0; nests_.turned() && n < agents.size(); ++n) {
+        const Slot slot = agents.nth(n);
+        Agent& agent = agents.at(slot);
+        if (agent.tier == Tier::kCoarse && forages(agent, settings)) {
+            agent.next_event = world.now;
+            plan(agents, slot, world, settings);
         }
     }
 }
 
 /// Where those who look for food go next.
-void Step::forage(Minds& minds, const World& world, const Settings& settings) {
+void Step::forage(AgentStore& agents, const World& world, const Settings& settings) {
     nests_.clear();
-    const std::span<const Slot> awake = minds.awake();
+    const std::span<const Slot> awake = agents.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {
-        const Mind& mind = minds.at(awake[i]);
-        if (rows_[i] != world::kNoRow && forages(mind, settings)) {
-            nests_.add({mind.entity, rows_[i], awake[i]});
+        const Agent& agent = agents.at(awake[i]);
+        if (rows_[i] != world::kNoRow && forages(agent, settings)) {
+            nests_.add({agent.entity, rows_[i], awake[i]});
         }
     }
     for (const Due& due : due_) {
-        if (due.tier == Tier::kCoarse && forages(minds.at(due.slot), settings)) {
+        if (due.tier == Tier::kCoarse && forages(agents.at(due.slot), settings)) {
             nests_.add({due.entity, due.row, due.slot});
         }
     }
-    nests_.step(minds,
+    nests_.step(agents,
                 {world.entities,
                  world.types,
                  world.places,
@@ -60,13 +60,13 @@ void Step::forage(Minds& minds, const World& world, const Settings& settings) {
 
 // ---------------------------------------------------------------- herds that nobody sees
 
-Drift Step::drift_of(const Minds& minds, const World& world) const {
+Drift Step::drift_of(const AgentStore& agents, const World& world) const {
     // Twice: who has to wait for its turn walks on meanwhile.
-    return {minds, slot_hints_, world.now, world.dt, kHerdStale_m + 2.0F * drift_m_};
+    return {agents, slot_hints_, world.now, world.dt, kHerdStale_m + 2.0F * drift_m_};
 }
 
 /// All look around before any of them walks on.
-void Step::head_herds(Minds& minds, const World& world, const Settings& settings) {
+void Step::head_herds(AgentStore& agents, const World& world, const Settings& settings) {
     if (!has_herds(settings)) {
         return;
     }
@@ -74,27 +74,27 @@ void Step::head_herds(Minds& minds, const World& world, const Settings& settings
     slot_hints_.resize(std::max<std::size_t>(slot_hints_.size(), world.entities.size()));
     const CoarseWorld in = coarse(world);
     for (Due& due : due_) {
-        Mind& mind = minds.at(due.slot);
-        const CompiledMachine& machine = machine_of(mind, settings);
-        if (due.tier != Tier::kCoarse || !roams_on(mind, machine, world.now)) {
+        Agent& agent = agents.at(due.slot);
+        const CompiledMachine& machine = machine_of(agent, settings);
+        if (due.tier != Tier::kCoarse || !roams_on(agent, machine, world.now)) {
             continue;
         }
-        const State& state = machine.states[mind.doing];
-        const Surroundings around = in.around(mind, due.row, due.slot);
-        if (std::exchange(mind.entered, false)) {
-            begin_deed(mind, state, around);
+        const State& state = machine.states[agent.doing];
+        const Surroundings around = in.around(agent, due.row, due.slot);
+        if (std::exchange(agent.entered, false)) {
+            begin_deed(agent, state, around);
         }
-        get_unstuck(mind, state, around);
+        get_unstuck(agent, state, around);
         slot_hints_[due.row] = due.slot;
         due.roams = true;
         herds_.add(due.slot, due.row, world.entities.position[due.row]);
     }
     for (const Stepper& stepper : steppers_) {
         slot_hints_[stepper.row] = stepper.slot;
-        herds_.add(stepper.slot, stepper.row, minds.at(stepper.slot).target);
+        herds_.add(stepper.slot, stepper.row, agents.at(stepper.slot).target);
     }
-    const Drift drift = drift_of(minds, world);
-    herds_.step(minds,
+    const Drift drift = drift_of(agents, world);
+    herds_.step(agents,
                 {world.entities,
                  world.types,
                  world.places,
@@ -115,38 +115,39 @@ void Step::head_herds(Minds& minds, const World& world, const Settings& settings
     }
 }
 
-void Step::walk_steppers(Minds& minds, const World& world, const Settings& settings) {
+void Step::walk_steppers(AgentStore& agents, const World& world, const Settings& settings) {
     in_lanes(world.team, steppers_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Stepper& stepper = steppers_[i];
-            Mind& mind = minds.at(stepper.slot);
-            const CompiledMachine& machine = machine_of(mind, settings);
-            const Vec3 from = mind.target;
-            take_step(mind, machine, coarse(world), from, stepper.end);
+            Agent& agent = agents.at(stepper.slot);
+            const CompiledMachine& machine = machine_of(agent, settings);
+            const Vec3 from = agent.target;
+            take_step(agent, machine, coarse(world), from, stepper.end);
             const Vec2 here(from.x(), from.z());
             // Of those beyond the border whom it may come to know of, and who may come to know of
             // it, rows are all that is known.
-            const float known_m = machine.states[mind.doing].radius_m + kHerdStale_m;
+            const float known_m = machine.states[agent.doing].radius_m + kHerdStale_m;
             const bool at_border = ((world.half_size - here.cwiseAbs()).array() < known_m).any();
-            if (at_border || !stepper.end.stands || (here - mind.placed).norm() >= kHerdStale_m) {
+            if (at_border || !stepper.end.stands || (here - agent.placed).norm() >= kHerdStale_m) {
                 world.entities.position[stepper.row] = from;
                 world.entities.discontinuity_tick[stepper.row] = world.now;
-                mind.placed = here;
+                agent.placed = here;
             }
-            restart_progress(mind, from, world.now);
-            lane.drift_m = std::max(lane.drift_m, step_of(mind));
-            mind.next_event = std::min(mind.next_decision, std::max(mind.again_at, world.now + 1));
-            stepper.left = std::max(left_at(mind, world), world.now + 1);
+            restart_progress(agent, from, world.now);
+            lane.drift_m = std::max(lane.drift_m, step_of(agent));
+            agent.next_event =
+                std::min(agent.next_decision, std::max(agent.again_at, world.now + 1));
+            stepper.left = std::max(left_at(agent, world), world.now + 1);
         }
     });
 }
 
 /// Their next steps.
-void Step::settle_steppers(Minds& minds, const World& world, const Settings& settings) {
+void Step::settle_steppers(AgentStore& agents, const World& world, const Settings& settings) {
     for (const Stepper& stepper : steppers_) {
         const world::Row row = stepper.row;
-        plan(minds, stepper.slot, world, settings);
-        settle(minds, stepper.slot, stepper.left, world);
+        plan(agents, stepper.slot, world, settings);
+        settle(agents, stepper.slot, stepper.left, world);
         if (world.entities.discontinuity_tick[row] == world.now) {
             world.entities.touch(row);
             report_.moved = true;
@@ -159,52 +160,52 @@ void Step::settle_steppers(Minds& minds, const World& world, const Settings& set
 }
 
 /// An awake one, from where its body is. False: it would leave the ground.
-bool Step::set_roaming(Mind& mind, const Due& due, const World& world, const Settings& settings) {
+bool Step::set_roaming(Agent& agent, const Due& due, const World& world, const Settings& settings) {
     const CoarseWorld in = coarse(world);
-    const CompiledMachine& machine = machine_of(mind, settings);
-    start_segment(mind, in.around(mind, due.row, due.slot));
+    const CompiledMachine& machine = machine_of(agent, settings);
+    start_segment(agent, in.around(agent, due.row, due.slot));
     const Vec3 from = world.entities.position[due.row];
-    mind.timed = roam(mind, machine, in, due.row, from, path_ahead(mind, machine, in, due.row));
-    mind.placed = Vec2(from.x(), from.z());
-    drift_m_ = std::max(drift_m_, step_of(mind));
-    return mind.timed;
+    agent.timed = roam(agent, machine, in, due.row, from, path_ahead(agent, machine, in, due.row));
+    agent.placed = Vec2(from.x(), from.z());
+    drift_m_ = std::max(drift_m_, step_of(agent));
+    return agent.timed;
 }
 
 /// When something may happen next to one that nobody sees. Of who took no decision the forecast of
 /// the last one holds, whichever way its herd goes.
-Tick Step::event_after(Mind& mind,
+Tick Step::event_after(Agent& agent,
                        const Due& due,
                        const World& world,
                        const Settings& settings) const {
     if (due.roams && !due.decides) {
-        return std::min(mind.next_decision, std::max(mind.again_at, world.now + 1));
+        return std::min(agent.next_decision, std::max(agent.again_at, world.now + 1));
     }
-    const CompiledMachine& machine = machine_of(mind, settings);
+    const CompiledMachine& machine = machine_of(agent, settings);
     return due.decides || due.waited || due.changed
-               ? next_event(mind, machine, coarse(world))
-               : next_event_undecided(mind, machine, coarse(world));
+               ? next_event(agent, machine, coarse(world))
+               : next_event_undecided(agent, machine, coarse(world));
 }
 
 // ---------------------------------------------------------------- formations, avoidance
 
 /// Where those who form up around somebody are to be now.
-void Step::formation_following(Minds& minds, const World& world, const Settings& settings) {
+void Step::formation_following(AgentStore& agents, const World& world, const Settings& settings) {
     formations_.clear();
-    const std::span<const Slot> awake = minds.awake();
+    const std::span<const Slot> awake = agents.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {
-        const Mind& mind = minds.at(awake[i]);
-        const CompiledMachine& machine = settings.compiled[mind.machine];
-        if (rows_[i] == world::kNoRow || !machine.forms_up || !mind.ward ||
-            machine.states[mind.doing].action != ActionKind::kFormUp) {
+        const Agent& agent = agents.at(awake[i]);
+        const CompiledMachine& machine = settings.compiled[agent.machine];
+        if (rows_[i] == world::kNoRow || !machine.forms_up || !agent.ward ||
+            machine.states[agent.doing].action != ActionKind::kFormUp) {
             continue;
         }
-        const world::Row captain = world.entities.find(mind.ward);
+        const world::Row captain = world.entities.find(agent.ward);
         if (captain != world::kNoRow) {
-            formations_.add({mind.ward, mind.entity, captain, rows_[i], awake[i]});
+            formations_.add({agent.ward, agent.entity, captain, rows_[i], awake[i]});
         }
     }
     if (!formations_.empty()) {
-        formations_.place(minds,
+        formations_.place(agents,
                           world.entities,
                           world.types,
                           settings.compiled,
@@ -214,19 +215,19 @@ void Step::formation_following(Minds& minds, const World& world, const Settings&
 }
 
 /// Whoever would meet somebody avoids it; what it wants stays its aim.
-void Step::local_avoidance(Minds& minds, const World& world, const Settings& settings) {
+void Step::local_avoidance(AgentStore& agents, const World& world, const Settings& settings) {
     if (!settings.avoidance) {
         return;
     }
     walkers_.clear();
-    const std::span<const Slot> awake = minds.awake();
+    const std::span<const Slot> awake = agents.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {
         if (rows_[i] != world::kNoRow) {
-            const Mind& mind = minds.at(awake[i]);
-            const State& state = settings.compiled[mind.machine].states[mind.doing];
+            const Agent& agent = agents.at(awake[i]);
+            const State& state = settings.compiled[agent.machine].states[agent.doing];
             const Vec3& at = world.entities.position[rows_[i]];
             walkers_.push_back(
-                {rows_[i], path_left(mind, state, world.places, Vec2(at.x(), at.z()))});
+                {rows_[i], path_left(agent, state, world.places, Vec2(at.x(), at.z()))});
         }
     }
     report_.avoidance = local_avoidance_.step(

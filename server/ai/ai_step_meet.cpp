@@ -30,81 +30,84 @@ Encounters::Body body_of(const World& world,
 
 }  // namespace
 
-Encounters::Scene Step::scene(const Minds& minds, const World& world) const {
-    return {minds, reaches_, world.half_size, world.shared_m, world.now, world.dt};
+Encounters::Scene Step::scene(const AgentStore& agents, const World& world) const {
+    return {agents, reaches_, world.half_size, world.shared_m, world.now, world.dt};
 }
 
-/// Of an awake one that meets others; null: it has no mind here.
-const Mind* Step::mind_at(const Minds& minds,
-                          const world::Entities& entities,
-                          world::Row row) const {
-    if (row >= slot_hints_.size() || slot_hints_[row] >= minds.slots()) {
+/// Of an awake one that meets others; null: it has no agent here.
+const Agent* Step::agent_at(const AgentStore& agents,
+                            const world::Entities& entities,
+                            world::Row row) const {
+    if (row >= slot_hints_.size() || slot_hints_[row] >= agents.slots()) {
         return nullptr;
     }
-    const Mind& mind = minds.at(slot_hints_[row]);
-    return mind.entity == entities.id[row] ? &mind : nullptr;
+    const Agent& agent = agents.at(slot_hints_[row]);
+    return agent.entity == entities.id[row] ? &agent : nullptr;
 }
 
 /// Who looks for whom; where that is new, who sleeps and meets others is found anew.
-void Step::know_sleepers(Minds& minds, const World& world, const Settings& settings) {
-    const bool changed = reaches_.set(settings.compiled, settings.mind_of_type, world.types);
+void Step::know_sleepers(AgentStore& agents, const World& world, const Settings& settings) {
+    const bool changed = reaches_.set(settings.compiled, settings.brain_of_type, world.types);
     if (!reaches_.any()) {
         return;
     }
     slot_hints_.resize(std::max<std::size_t>(slot_hints_.size(), world.entities.size()));
-    encounters_.grow(minds.slots());
+    encounters_.grow(agents.slots());
     if (!changed) {
         return;
     }
     encounters_.clear();
-    const Encounters::Scene scene = this->scene(minds, world);
-    for (std::size_t n = 0; n < minds.size(); ++n) {
-        const Slot slot = minds.nth(n);
-        Mind& mind = minds.at(slot);
-        const world::Row row = mind.tier == Tier::kCoarse
-                                   ? row_of(world.entities, mind.entity, row_hints_[slot])
+    const Encounters::Scene scene = this->scene(agents, world);
+    for (std::size_t n = 0; n < agents.size(); ++n) {
+        const Slot slot = agents.nth(n);
+        Agent& agent = agents.at(slot);
+        const world::Row row = agent.tier == Tier::kCoarse
+                                   ? row_of(world.entities, agent.entity, row_hints_[slot])
                                    : world::kNoRow;
         if (row == world::kNoRow ||
-            reaches_.farthest({world.entities.type[row], mind.machine}) < 0.0F) {
+            reaches_.farthest({world.entities.type[row], agent.machine}) < 0.0F) {
             continue;
         }
-        mind.look_at = mind.look_at == kNever ? world.now : mind.look_at;
-        encounters_.put(slot, world.entities.type[row], scene, mind.next_event < world.now);
+        agent.look_at = agent.look_at == kNever ? world.now : agent.look_at;
+        encounters_.put(slot, world.entities.type[row], scene, agent.next_event < world.now);
     }
 }
 
 /// Wakes those who may come to perceive somebody, or be perceived. All that is simulated looks for
 /// them in turn, what was put somewhere or pushed at once; those who sleep among themselves when it
 /// is time.
-void Step::meet(Minds& minds, const World& world) {
+void Step::meet(AgentStore& agents, const World& world) {
     if (!reaches_.any()) {
         return;
     }
     const world::Entities& e = world.entities;
-    for (const Slot slot : minds.awake()) {
-        const Mind& mind = minds.at(slot);
-        const world::Row row = row_of(e, mind.entity, row_hints_[slot]);
+    for (const Slot slot : agents.awake()) {
+        const Agent& agent = agents.at(slot);
+        const world::Row row = row_of(e, agent.entity, row_hints_[slot]);
         row_hints_[slot] = row;
         if (row != world::kNoRow) {
             slot_hints_[row] = slot;
-            look_around(minds, world, {e.type[row], mind.machine}, row);
+            look_around(agents, world, {e.type[row], agent.machine}, row);
         }
     }
     if (reaches_.has_strangers(e.counts())) {
         for (world::Row row = 0; row < e.size(); ++row) {
             const Reaches::Kind kind = reaches_.kind_of(e.type[row]);
             if (reaches_.farthest(kind) >= 0.0F && is_met(e, row) &&
-                mind_at(minds, e, row) == nullptr) {
-                look_around(minds, world, kind, row);
+                agent_at(agents, e, row) == nullptr) {
+                look_around(agents, world, kind, row);
             }
         }
     }
-    encounters_.take_due(scene(minds, world),
-                         [&](Slot slot) { check_sleeper(minds, world, slot); });
+    encounters_.take_due(scene(agents, world),
+                         [&](Slot slot) { check_sleeper(agents, world, slot); });
 }
 
 /// Of one who is simulated.
-void Step::look_around(const Minds& minds, const World& world, Reaches::Kind kind, world::Row row) {
+void Step::look_around(const AgentStore& agents,
+                       const World& world,
+                       Reaches::Kind kind,
+                       world::Row row) {
     const world::Entities& e = world.entities;
     if (reaches_.farthest(kind) < 0.0F) {
         return;
@@ -113,53 +116,54 @@ void Step::look_around(const Minds& minds, const World& world, Reaches::Kind kin
     const bool turn = (world.now + static_cast<Tick>(body.entity.value)) % Encounters::kTurn == 0;
     const bool jumped = e.discontinuity_tick[row] >= world.now - 1;
     if (turn || jumped || body.speed > kPushed * reaches_.top_speed(kind.type)) {
-        encounters_.look_around(body, scene(minds, world), waking_);
+        encounters_.look_around(body, scene(agents, world), waking_);
     }
 }
 
-void Step::check_sleeper(Minds& minds, const World& world, Slot slot) {
-    const Encounters::Scene scene = this->scene(minds, world);
+void Step::check_sleeper(AgentStore& agents, const World& world, Slot slot) {
+    const Encounters::Scene scene = this->scene(agents, world);
     const Encounters::Body body = encounters_.sleeper(slot, scene);
-    Mind& mind = minds.at(slot);
-    if (mind.look_at <= world.now) {
+    Agent& agent = agents.at(slot);
+    if (agent.look_at <= world.now) {
         const Tick apart = encounters_.apart(body, scene, waking_);
         if (apart < Encounters::kSoon) {
             waking_.push_back(slot);
             return;
         }
-        mind.look_at = world.now + apart - Encounters::kSoon / 2;
+        agent.look_at = world.now + apart - Encounters::kSoon / 2;
     }
-    encounters_.put(slot, body.kind.type, scene, mind.next_event < world.now);
+    encounters_.put(slot, body.kind.type, scene, agent.next_event < world.now);
 }
 
-/// Minds::settle(), for encounters as well. Who is new here, from another zone, is checked soon.
-void Step::settle(Minds& minds, Slot slot, Tick left, const World& world, bool late) {
-    minds.settle(slot, left, world.dt, late);
+/// AgentStore::settle(), for encounters as well. Who is new here, from another zone, is checked
+/// soon.
+void Step::settle(AgentStore& agents, Slot slot, Tick left, const World& world, bool late) {
+    agents.settle(slot, left, world.dt, late);
     if (!reaches_.any()) {
         return;
     }
-    Mind& mind = minds.at(slot);
-    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+    Agent& agent = agents.at(slot);
+    const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     if (row == world::kNoRow ||
-        reaches_.farthest({world.entities.type[row], mind.machine}) < 0.0F) {
+        reaches_.farthest({world.entities.type[row], agent.machine}) < 0.0F) {
         return;
     }
-    if (!encounters_.knows(slot, mind.entity)) {
-        mind.look_at = world.now;
+    if (!encounters_.knows(slot, agent.entity)) {
+        agent.look_at = world.now;
     }
-    encounters_.put(slot, world.entities.type[row], scene(minds, world), late);
+    encounters_.put(slot, world.entities.type[row], scene(agents, world), late);
 }
 
-/// Whether an awake mind can fall asleep, though it meets others: for so long nobody comes. Says
+/// Whether an awake agent can fall asleep, though it meets others: for so long nobody comes. Says
 /// when it is to be checked then.
-bool Step::meets_nobody(Minds& minds, const Due& due, const World& world, Tick calm) {
-    Mind& mind = minds.at(due.slot);
+bool Step::meets_nobody(AgentStore& agents, const Due& due, const World& world, Tick calm) {
+    Agent& agent = agents.at(due.slot);
     const world::Entities& e = world.entities;
-    const Reaches::Kind kind{e.type[due.row], mind.machine};
+    const Reaches::Kind kind{e.type[due.row], agent.machine};
     if (!reaches_.any() || reaches_.farthest(kind) < 0.0F) {
         return true;
     }
-    const Encounters::Scene scene = this->scene(minds, world);
+    const Encounters::Scene scene = this->scene(agents, world);
     const Encounters::Body body = body_of(world, reaches_, kind, due.row);
     const Tick enough = std::max(calm, 2 * Encounters::kTurn);
     met_.clear();
@@ -173,7 +177,7 @@ bool Step::meets_nobody(Minds& minds, const Due& due, const World& world, Tick c
             if (!alone || row == due.row || !is_met(e, row)) {
                 return;
             }
-            const Mind* const its = mind_at(minds, e, row);
+            const Agent* const its = agent_at(agents, e, row);
             const Reaches::Kind other = its != nullptr ? Reaches::Kind{e.type[row], its->machine}
                                                        : reaches_.kind_of(e.type[row]);
             const float reach = reaches_.between(kind, other);
@@ -183,7 +187,7 @@ bool Step::meets_nobody(Minds& minds, const Due& due, const World& world, Tick c
         });
     }
     if (alone) {
-        mind.look_at = world.now + apart - Encounters::kSoon / 2;
+        agent.look_at = world.now + apart - Encounters::kSoon / 2;
     }
     return alone;
 }

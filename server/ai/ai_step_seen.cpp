@@ -8,12 +8,12 @@ namespace zoned::ai {
 
 namespace {
 
-/// All squares in which minds may be seen are looked at once in so many ticks, in turn.
+/// All squares in which agents may be seen are looked at once in so many ticks, in turn.
 constexpr Tick kLookPeriod = 16;
 /// Who may be seen soon is put where it is when it has walked so far, m.
 constexpr float kStale_m = 8.0F;
 
-/// From how far off a mind is woken, m: so that it is awake when its entity can be seen, though
+/// From how far off an agent is woken, m: so that it is awake when its entity can be seen, though
 /// that is put where it is now and then only, and both run towards each other between two looks.
 float waking_radius(const World& world, const Settings& settings) {
     float fastest = 0.0F;
@@ -30,7 +30,7 @@ bool outside(const Vec2& at, const Vec2& half_size) {
 }  // namespace
 
 /// Where players are. One who was not here a tick ago, or is back, is heard of at once.
-void Step::follow_viewers(Minds& minds, const World& world, const Settings& settings) {
+void Step::follow_viewers(AgentStore& agents, const World& world, const Settings& settings) {
     const world::Entities& e = world.entities;
     viewers_before_.swap(memory_.viewers);
     memory_.viewers.clear();
@@ -56,8 +56,8 @@ void Step::follow_viewers(Minds& minds, const World& world, const Settings& sett
     }
     // Without anybody to see them, and nowhere to go to, it does not matter where they are.
     if (!memory_.viewers.empty() || world.half_size.allFinite()) {
-        follow_coarse(minds, world);
-        look_at_coarse(minds, world, appeared || jumped);
+        follow_coarse(agents, world);
+        look_at_coarse(agents, world, appeared || jumped);
     }
 }
 
@@ -71,33 +71,33 @@ void Step::watch() {
                         watched_squares_);
 }
 
-/// Who has left its squares is put where it is: entity and mind are always in those that it was
+/// Who has left its squares is put where it is: entity and agent are always in those that it was
 /// settled in. So who looks at a place looks at those alone that come through around it.
-void Step::follow_coarse(Minds& minds, const World& world) {
+void Step::follow_coarse(AgentStore& agents, const World& world) {
     left_.clear();
-    minds.take_left(world.now, left_);
+    agents.take_left(world.now, left_);
     for (const Slot slot : left_) {
         __builtin_prefetch(&row_hints_[slot], 1);
     }
     for (const Slot slot : left_) {
         world.entities.prefetch(row_hints_[slot]);
-        minds.prefetch_neighbours(slot);
+        agents.prefetch_neighbours(slot);
     }
     for (const Slot slot : left_) {
-        Mind& mind = minds.at(slot);
-        const bool late = mind.next_event < world.now;
-        const Tick left = left_at(mind, world, late);
+        Agent& agent = agents.at(slot);
+        const bool late = agent.next_event < world.now;
+        const Tick left = left_at(agent, world, late);
         if (left > world.now) {  // it is new here
-            settle(minds, slot, left, world, late);
+            settle(agents, slot, left, world, late);
             continue;
         }
-        const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+        const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
         row_hints_[slot] = row;
         if (row != world::kNoRow) {
-            place(mind, world, row);
+            place(agent, world, row);
         }
-        settle(minds, slot, std::max(left_at(mind, world, late), world.now + 1), world, late);
-        if (watched_.covers(mind.placed) || outside(mind.placed, world.half_size)) {
+        settle(agents, slot, std::max(left_at(agent, world, late), world.now + 1), world, late);
+        if (watched_.covers(agent.placed) || outside(agent.placed, world.half_size)) {
             waking_.push_back(slot);
         }
     }
@@ -105,58 +105,58 @@ void Step::follow_coarse(Minds& minds, const World& world) {
 
 /// Wakes who may be seen: a share of the squares that can be seen in each tick, at once where
 /// `all`.
-void Step::look_at_coarse(Minds& minds, const World& world, bool all) {
+void Step::look_at_coarse(AgentStore& agents, const World& world, bool all) {
     const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
     if (all || turn == 0) {
-        minds.visit_anywhere([&](Slot slot) { look_at(minds, slot, world); });
+        agents.visit_anywhere([&](Slot slot) { look_at(agents, slot, world); });
     }
     for (std::size_t k = all ? 0 : turn; k < watched_squares_.size();
          k += all ? 1 : static_cast<std::size_t>(kLookPeriod)) {
-        minds.visit(watched_squares_[k], [&](Slot slot) { look_at(minds, slot, world); });
+        agents.visit(watched_squares_[k], [&](Slot slot) { look_at(agents, slot, world); });
     }
 }
 
-void Step::look_at(Minds& minds, Slot slot, const World& world) {
-    Mind& mind = minds.at(slot);
-    const Vec2 at = position_at(mind.segment, world.now - 1, world.dt);
+void Step::look_at(AgentStore& agents, Slot slot, const World& world) {
+    Agent& agent = agents.at(slot);
+    const Vec2 at = position_at(agent.segment, world.now - 1, world.dt);
     const bool wakes = watched_.covers(at) || outside(at, world.half_size);
     const bool stale =
-        (mind.segment.length > 0.0F || on_step(mind)) && (at - mind.placed).norm() >= kStale_m;
+        (agent.segment.length > 0.0F || on_step(agent)) && (at - agent.placed).norm() >= kStale_m;
     if (!wakes && !stale) {
         return;
     }
-    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+    const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     if (row == world::kNoRow) {
         return;
     }
     if (wakes) {
         waking_.push_back(slot);
     } else {
-        place(mind, world, row);
+        place(agent, world, row);
     }
 }
 
-void Step::place(Mind& mind, const World& world, world::Row row) {
-    catch_up(mind, coarse(world), row);
+void Step::place(Agent& agent, const World& world, world::Row row) {
+    catch_up(agent, coarse(world), row);
     world.entities.touch(row);
     report_.moved = true;
 }
 
-void Step::wake_seen(Minds& minds, const World& world, const Settings& settings) {
+void Step::wake_seen(AgentStore& agents, const World& world, const Settings& settings) {
     std::sort(waking_.begin(), waking_.end(), [&](Slot a, Slot b) {
-        return minds.at(a).entity < minds.at(b).entity;
+        return agents.at(a).entity < agents.at(b).entity;
     });
     for (const Slot slot : waking_) {
-        Mind& mind = minds.at(slot);
+        Agent& agent = agents.at(slot);
         // Some are here since the last tick.
-        const world::Row row = row_of(world.entities, mind.entity);
-        if (!mind.entity || mind.tier != Tier::kCoarse || row == world::kNoRow) {
+        const world::Row row = row_of(world.entities, agent.entity);
+        if (!agent.entity || agent.tier != Tier::kCoarse || row == world::kNoRow) {
             continue;
         }
-        wake_up(mind, machine_of(mind, settings), coarse(world), row);
-        minds.wake(slot);
+        wake_up(agent, machine_of(agent, settings), coarse(world), row);
+        agents.wake(slot);
         encounters_.forget(slot);
-        woke_up_.push_back(mind.entity);
+        woke_up_.push_back(agent.entity);
         report_.moved = true;
     }
     waking_.clear();

@@ -30,9 +30,9 @@ bool some_trade_can(const StockWaits::Key& key,
 }  // namespace
 
 /// Of those who wait for stock, whoever decides in this tick and will find it other than it was.
-void Step::call_up_waiting(Minds& minds, const World& world, const Settings& settings) {
-    const StockWaits& waits = minds.waits(
-        [&](const Mind& mind) { return decision_period(machine_of(mind, settings), world.dt); });
+void Step::call_up_waiting(AgentStore& agents, const World& world, const Settings& settings) {
+    const StockWaits& waits = agents.waits(
+        [&](const Agent& agent) { return decision_period(machine_of(agent, settings), world.dt); });
     const std::size_t before = events_.size();
     for (const StockWaits::Group& group : waits.groups()) {
         const StockWaits::Key& key = group.key();
@@ -48,19 +48,19 @@ void Step::call_up_waiting(Minds& minds, const World& world, const Settings& set
         }
     }
     for (std::size_t i = before; i < events_.size(); ++i) {
-        minds.call_up(events_[i].slot, world.now);
+        agents.call_up(events_[i].slot, world.now);
     }
 }
 
 /// Those who have something to do in this tick, and want to trade.
-void Step::collect_traders(Minds& minds, const Settings& settings) {
+void Step::collect_traders(AgentStore& agents, const Settings& settings) {
     traders_.clear();
     for (std::uint32_t i = 0; i < due_.size(); ++i) {
-        Mind& mind = minds.at(due_[i].slot);
+        Agent& agent = agents.at(due_[i].slot);
         if (due_[i].changed) {
-            mind.wants = all_trades(machine_of(mind, settings).states[mind.doing]);
+            agent.wants = all_trades(machine_of(agent, settings).states[agent.doing]);
         }
-        if (due_[i].decides && mind.wants != 0) {
+        if (due_[i].decides && agent.wants != 0) {
             traders_.push_back(i);
         }
     }
@@ -70,10 +70,12 @@ void Step::collect_traders(Minds& minds, const Settings& settings) {
 }
 
 /// Those who decide in this tick, and will trade if the stock is so when it is their turn.
-void Step::collect_waiting_traders(Minds& minds, const World& world, const Settings& settings) {
+void Step::collect_waiting_traders(AgentStore& agents,
+                                   const World& world,
+                                   const Settings& settings) {
     waiting_trader_groups_ = 0;
-    const StockWaits& waits = minds.waits(
-        [&](const Mind& mind) { return decision_period(machine_of(mind, settings), world.dt); });
+    const StockWaits& waits = agents.waits(
+        [&](const Agent& agent) { return decision_period(machine_of(agent, settings), world.dt); });
     for (const StockWaits::Group& group : waits.groups()) {
         if (group.key().wait.trades == 0 || group.near(world.now).empty()) {
             continue;
@@ -127,36 +129,42 @@ Step::WaitingTraders* Step::first_waiting_trader() {
 
 /// Somebody who waited has something to do in this tick after all: the last of due_ from now on.
 /// False: not in this one.
-bool Step::call_up_trader(Minds& minds, const World& world, const Settings& settings, Slot slot) {
-    Mind& mind = minds.at(slot);
-    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+bool Step::call_up_trader(AgentStore& agents,
+                          const World& world,
+                          const Settings& settings,
+                          Slot slot) {
+    Agent& agent = agents.at(slot);
+    const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     row_hints_[slot] = row;
     if (row == world::kNoRow) {
         return false;
     }
-    minds.call_up(slot, world.now);
+    agents.call_up(slot, world.now);
     if (due_.size() >= std::max<std::size_t>(1, settings.max_decisions_per_tick)) {
-        mind.next_event = world.now;
-        minds.schedule(slot, 1);
-        settle(minds, slot, std::max(left_at(mind, world, true), world.now + 1), world, true);
+        agent.next_event = world.now;
+        agents.schedule(slot, 1);
+        settle(agents, slot, std::max(left_at(agent, world, true), world.now + 1), world, true);
         ++report_.postponed;
         return false;
     }
-    catch_up(mind, coarse(world), row);
-    Due due{world.now, mind.entity, slot, row, Tier::kCoarse};
+    catch_up(agent, coarse(world), row);
+    Due due{world.now, agent.entity, slot, row, Tier::kCoarse};
     due.moved = world.entities.discontinuity_tick[row] == world.now;
     due_.push_back(due);
     return true;
 }
 
-void Step::trade(Minds& minds, const World& world, const Settings& settings, std::uint32_t number) {
+void Step::trade(AgentStore& agents,
+                 const World& world,
+                 const Settings& settings,
+                 std::uint32_t number) {
     Due& due = due_[number];
-    Mind& mind = minds.at(due.slot);
+    Agent& agent = agents.at(due.slot);
     const Vec3& position = world.entities.position[due.row];
     const Vec2 body(position.x(), position.z());
-    const Bargain bargain = ai::settle_trades(mind,
-                                              machine_of(mind, settings),
-                                              whereabouts(mind, body, world.now, world.dt),
+    const Bargain bargain = ai::settle_trades(agent,
+                                              machine_of(agent, settings),
+                                              whereabouts(agent, body, world.now, world.dt),
                                               world.places,
                                               world.now);
     report_.trades += bargain.done;
@@ -167,20 +175,20 @@ void Step::trade(Minds& minds, const World& world, const Settings& settings, std
     }
 }
 
-/// What minds do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
-/// decided first; the other one goes on asking as long as it does what asks. Coarse minds that wait
-/// for stock ask as well at each of their decisions: they come up where the stock is so when it is
-/// their turn.
-void Step::settle_trades(Minds& minds, const World& world, const Settings& settings) {
-    collect_traders(minds, settings);
-    collect_waiting_traders(minds, world, settings);
+/// What agents do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
+/// decided first; the other one goes on asking as long as it does what asks. Coarse agents that
+/// wait for stock ask as well at each of their decisions: they come up where the stock is so when
+/// it is their turn.
+void Step::settle_trades(AgentStore& agents, const World& world, const Settings& settings) {
+    collect_traders(agents, settings);
+    collect_waiting_traders(agents, world, settings);
     look_at_stock(world, settings, EntityId());
     for (std::size_t next = 0;;) {
         WaitingTraders* const waiting = first_waiting_trader();
         const bool due = next < traders_.size();
         if (due &&
             (waiting == nullptr || due_[traders_[next]].entity < waiting->next.front().entity)) {
-            trade(minds, world, settings, traders_[next++]);
+            trade(agents, world, settings, traders_[next++]);
             continue;
         }
         if (waiting == nullptr) {
@@ -189,8 +197,8 @@ void Step::settle_trades(Minds& minds, const World& world, const Settings& setti
         const Slot slot = waiting->next.front().slot;
         std::pop_heap(waiting->next.begin(), waiting->next.end(), comes_later);
         waiting->next.pop_back();
-        if (call_up_trader(minds, world, settings, slot)) {
-            trade(minds, world, settings, static_cast<std::uint32_t>(due_.size() - 1));
+        if (call_up_trader(agents, world, settings, slot)) {
+            trade(agents, world, settings, static_cast<std::uint32_t>(due_.size() - 1));
         }
     }
 }

@@ -7,20 +7,20 @@
 namespace zoned::ai {
 
 /// In the order of entities, so that what is answered when does not depend on lanes.
-void Step::request_paths(Minds& minds, const World& world, const Settings& settings) {
+void Step::request_paths(AgentStore& agents, const World& world, const Settings& settings) {
     asking_.clear();
     for (Lane& lane : lanes_) {
         asking_.insert(asking_.end(), lane.asking.begin(), lane.asking.end());
         lane.asking.clear();
     }
-    std::sort(asking_.begin(), asking_.end(), [&minds](Slot a, Slot b) {
-        return minds.at(a).entity < minds.at(b).entity;
+    std::sort(asking_.begin(), asking_.end(), [&agents](Slot a, Slot b) {
+        return agents.at(a).entity < agents.at(b).entity;
     });
     const world::Entities& e = world.entities;
     const auto at = [&](Slot slot) {
-        const Mind& mind = minds.at(slot);
+        const Agent& agent = agents.at(slot);
         const Vec3& body = e.position[row_hints_[slot]];
-        const Vec2 here = whereabouts(mind, Vec2(body.x(), body.z()), world.now, world.dt);
+        const Vec2 here = whereabouts(agent, Vec2(body.x(), body.z()), world.now, world.dt);
         return pathfinding::Spot{here.x(), here.y()};
     };
     const auto feet = [&](Slot slot) {
@@ -30,28 +30,28 @@ void Step::request_paths(Minds& minds, const World& world, const Settings& setti
     };
     waiting_.insert(waiting_.end(), world.paths->requeued().begin(), world.paths->requeued().end());
     for (const Slot slot : waiting_) {
-        const EntityId entity = minds.at(slot).entity;
+        const EntityId entity = agents.at(slot).entity;
         row_hints_[slot] = row_of(e, entity, row_hints_[slot]);
         if (world.paths->has(slot, entity) && row_hints_[slot] != world::kNoRow) {
             world.paths->see(slot, at(slot), feet(slot));
         }
     }
     for (const Slot slot : asking_) {
-        Mind& mind = minds.at(slot);
-        mind.on_path = true;
-        const pathfinding::Spot goal{mind.segment.goal.x(), mind.segment.goal.y()};
+        Agent& agent = agents.at(slot);
+        agent.on_path = true;
+        const pathfinding::Spot goal{agent.segment.goal.x(), agent.segment.goal.y()};
         const world::Row row = row_hints_[slot];
-        const State& state = machine_of(mind, settings).states[mind.doing];
-        const float floor = goal_floor(mind, state, coarse(world).around(mind, row, slot));
-        world.paths->ask(slot, mind.entity, e.type[row], at(slot), goal, {feet(slot), floor});
+        const State& state = machine_of(agent, settings).states[agent.doing];
+        const float floor = goal_floor(agent, state, coarse(world).around(agent, row, slot));
+        world.paths->ask(slot, agent.entity, e.type[row], at(slot), goal, {feet(slot), floor});
     }
 }
 
-void Step::wait_for(const PathService& paths, const Minds& minds) {
+void Step::wait_for(const PathService& paths, const AgentStore& agents) {
     waiting_.clear();
-    for (std::size_t n = 0; n < minds.size(); ++n) {
-        const Slot slot = minds.nth(n);
-        if (paths.has(slot, minds.at(slot).entity) && paths.answer(slot).waiting) {
+    for (std::size_t n = 0; n < agents.size(); ++n) {
+        const Slot slot = agents.nth(n);
+        if (paths.has(slot, agents.at(slot).entity) && paths.answer(slot).waiting) {
             waiting_.push_back(slot);
         }
     }
@@ -78,27 +78,27 @@ void Step::count_bodies(const World& world) {
 
 /// Paths for those who need one, most often in the tick in which they ask; others are told when
 /// theirs is there, or another than before because a door has turned.
-void Step::find_paths(Minds& minds, const World& world, const Settings& settings) {
+void Step::find_paths(AgentStore& agents, const World& world, const Settings& settings) {
     if (world.paths == nullptr) {
         return;
     }
-    request_paths(minds, world, settings);
+    request_paths(agents, world, settings);
     count_bodies(world);
     world.paths->serve();
     told_.clear();
-    std::copy_if(asking_.begin(), asking_.end(), std::back_inserter(told_), [&minds](Slot slot) {
-        return minds.at(slot).timed;
+    std::copy_if(asking_.begin(), asking_.end(), std::back_inserter(told_), [&agents](Slot slot) {
+        return agents.at(slot).timed;
     });
     waiting_.insert(waiting_.end(), asking_.begin(), asking_.end());
     for (const Slot slot : world.paths->answered()) {
-        Mind& mind = minds.at(slot);
-        const bool walks = mind.timed && mind.on_path && world.paths->has(slot, mind.entity);
-        if (!mind.on_path) {
+        Agent& agent = agents.at(slot);
+        const bool walks = agent.timed && agent.on_path && world.paths->has(slot, agent.entity);
+        if (!agent.on_path) {
             world.paths->release(slot);
         }
-        const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+        const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
         if (walks && row != world::kNoRow) {
-            restart_progress(mind, world.entities.position[row], world.now);
+            restart_progress(agent, world.entities.position[row], world.now);
             told_.push_back(slot);
         }
     }
@@ -107,33 +107,34 @@ void Step::find_paths(Minds& minds, const World& world, const Settings& settings
         slots->erase(std::unique(slots->begin(), slots->end()), slots->end());
     }
     std::erase_if(waiting_, [&](Slot slot) {
-        return !world.paths->has(slot, minds.at(slot).entity) || !world.paths->answer(slot).waiting;
+        return !world.paths->has(slot, agents.at(slot).entity) ||
+               !world.paths->answer(slot).waiting;
     });
     for (const Slot slot : told_) {
-        Mind& mind = minds.at(slot);
-        const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+        Agent& agent = agents.at(slot);
+        const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
         // Who was told between two events is put where it is: it may be in another square.
-        if (mind.tier == Tier::kCoarse && row != world::kNoRow &&
-            mind.placed != position_at(mind.segment, world.now - 1, world.dt)) {
-            place(mind, world, row);
+        if (agent.tier == Tier::kCoarse && row != world::kNoRow &&
+            agent.placed != position_at(agent.segment, world.now - 1, world.dt)) {
+            place(agent, world, row);
         }
-        go_on_from(mind, slot, world, settings);
-        if (mind.tier == Tier::kCoarse) {
-            plan(minds, slot, world, settings);
-            settle(minds, slot, std::max(left_at(mind, world), world.now + 1), world);
+        go_on_from(agent, slot, world, settings);
+        if (agent.tier == Tier::kCoarse) {
+            plan(agents, slot, world, settings);
+            settle(agents, slot, std::max(left_at(agent, world), world.now + 1), world);
         }
     }
 }
 
-/// Sets out on the way that the mind was told.
-void Step::go_on_from(Mind& mind, Slot slot, const World& world, const Settings& settings) {
-    const CompiledMachine& machine = machine_of(mind, settings);
-    const world::Row row = row_of(world.entities, mind.entity, row_hints_[slot]);
+/// Sets out on the way that the agent was told.
+void Step::go_on_from(Agent& agent, Slot slot, const World& world, const Settings& settings) {
+    const CompiledMachine& machine = machine_of(agent, settings);
+    const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     row_hints_[slot] = row;
-    follow_path(mind, machine.states[mind.doing], coarse(world).around(mind, row, slot));
-    mind.next_steering = world.now + 1;
-    if (mind.tier == Tier::kCoarse) {
-        mind.next_event = next_event(mind, machine, coarse(world));
+    follow_path(agent, machine.states[agent.doing], coarse(world).around(agent, row, slot));
+    agent.next_steering = world.now + 1;
+    if (agent.tier == Tier::kCoarse) {
+        agent.next_event = next_event(agent, machine, coarse(world));
     }
 }
 

@@ -85,22 +85,22 @@ struct Course {
                                            ///< which sets out anew before the forecast ends
 };
 
-Course course_of(const Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
+Course course_of(const Agent& agent, const CompiledMachine& machine, const CoarseWorld& in) {
     const float speed =
-        std::max(mind.segment.speed, velocity_at(mind.segment, in.now - 1, in.dt).norm());
-    if (!roams(mind, machine)) {
-        return {speed, &mind.segment};
+        std::max(agent.segment.speed, velocity_at(agent.segment, in.now - 1, in.dt).norm());
+    if (!roams(agent, machine)) {
+        return {speed, &agent.segment};
     }
-    const world::Row row = in.entities.find(mind.entity);
+    const world::Row row = in.entities.find(agent.entity);
     return {row == world::kNoRow
                 ? speed
-                : std::max(speed, roam_speed(machine.states[mind.doing], limits_of(in, row))),
+                : std::max(speed, roam_speed(machine.states[agent.doing], limits_of(in, row))),
             nullptr};
 }
 
-/// What an input of a blend is as long as the mind perceives nobody; no number where that may
+/// What an input of a blend is as long as the agent perceives nobody; no number where that may
 /// change.
-float input_alone(SenseIndex sense, const Mind& mind, const CompiledMachine& machine) {
+float input_alone(SenseIndex sense, const Agent& agent, const CompiledMachine& machine) {
     switch (sense) {
         case kSensePlayerDistance:
             return Sight::none().distance;
@@ -114,51 +114,51 @@ float input_alone(SenseIndex sense, const Mind& mind, const CompiledMachine& mac
     const std::size_t v = sense - std::size_t{kOwnSenses};
     const std::size_t count = machine.variables.size();
     const bool constant =
-        sense >= kOwnSenses && v < count && machine.rates[mind.doing * count + v] == 0.0F;
-    return constant ? mind.variables[v] : std::numeric_limits<float>::quiet_NaN();
+        sense >= kOwnSenses && v < count && machine.rates[agent.doing * count + v] == 0.0F;
+    return constant ? agent.variables[v] : std::numeric_limits<float>::quiet_NaN();
 }
 
 /// Who blends goes by no segments while it is simulated.
-bool blends(const Mind& mind, const CompiledMachine& machine) {
-    return machine.choices[mind.fsm.state()].blend >= 0;
+bool blends(const Agent& agent, const CompiledMachine& machine) {
+    return machine.choices[agent.fsm.state()].blend >= 0;
 }
 
 /// Whether a blend does one deed with all its heart, and goes on to: the next decision leaves its
 /// degrees as they are to the last bit, and so do all after it. Degrees come to that within
 /// response_s where inputs stay (fuzzy::FuzzyMachine moves them by a bounded step).
-bool is_settled(const Mind& mind,
+bool is_settled(const Agent& agent,
                 const CompiledMachine& machine,
                 const CompiledMachine::Choice& choice) {
-    if (mind.doing < choice.first) {
+    if (agent.doing < choice.first) {
         return false;
     }
     const CompiledMachine::Blend& blend = machine.blends[static_cast<std::size_t>(choice.blend)];
     std::array<float, fuzzy::kMaxInputs> in{};
     for (std::size_t k = 0; k < blend.inputs.size(); ++k) {
-        in[k] = input_alone(blend.inputs[k], mind, machine);
+        in[k] = input_alone(blend.inputs[k], agent, machine);
         if (std::isnan(in[k])) {
             return false;
         }
     }
     std::array<float, kMaxBlended> only{};
-    only[mind.doing - choice.first] = 1.0F;
-    std::array<float, kMaxBlended> next = mind.degrees;
+    only[agent.doing - choice.first] = 1.0F;
+    std::array<float, kMaxBlended> next = agent.degrees;
     blend.machine.step_one(std::span<const float>(in.data(), blend.inputs.size()),
                            std::span(next.data(), blend.machine.states()));
-    return mind.degrees == only && next == only;
+    return agent.degrees == only && next == only;
 }
 
-/// A tick before which a trade at the place where the mind is cannot be done while `wait` lasts, to
-/// which it adds.
-Tick trade_from(const Mind& mind,
+/// A tick before which a trade at the place where the agent is cannot be done while `wait` lasts,
+/// to which it adds.
+Tick trade_from(const Agent& agent,
                 const CompiledMachine& machine,
                 std::size_t t,
                 const CoarseWorld& in,
                 StockWait& wait) {
-    const Trade& trade = machine.states[mind.doing].trades[t];
+    const Trade& trade = machine.states[agent.doing].trades[t];
     const bool in_stock = in.places.can(trade, in.now);
-    if (!able(mind, machine, trade, in.now)) {
-        const Tick from = able_from(mind, machine, trade, in.now);
+    if (!able(agent, machine, trade, in.now)) {
+        const Tick from = able_from(agent, machine, trade, in.now);
         if (in_stock || from > in.now + decision_period(machine, in.dt)) {
             return from;
         }
@@ -170,12 +170,12 @@ Tick trade_from(const Mind& mind,
     return kNever;
 }
 
-/// A tick before which the mind is not at a place where it is not at now.
-Tick at_place_from(const Mind& mind,
+/// A tick before which the agent is not at a place where it is not at now.
+Tick at_place_from(const Agent& agent,
                    std::size_t place,
                    const Course& course,
                    const CoarseWorld& in) {
-    const Vec2 here = position_at(mind.segment, in.now - 1, in.dt);
+    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
     const float way = in.places.outside(place, here) - kAtPlaceM;
     const Tick by_speed = in.now + static_cast<Tick>(std::min(way / (course.speed * in.dt), 1e9F));
     return course.segment == nullptr ? by_speed
@@ -187,60 +187,60 @@ Tick at_place_from(const Mind& mind,
                                                             in.dt));
 }
 
-/// A tick before which no trade that the mind still wants can be done while `wait` lasts, to which
+/// A tick before which no trade that the agent still wants can be done while `wait` lasts, to which
 /// it adds: at other places not before it can have walked there.
-Tick trades_from(const Mind& mind,
+Tick trades_from(const Agent& agent,
                  const CompiledMachine& machine,
                  const Course& course,
                  const CoarseWorld& in,
                  StockWait& wait) {
-    const std::vector<Trade>& trades = machine.states[mind.doing].trades;
-    if (mind.wants == 0 || trades.empty()) {
+    const std::vector<Trade>& trades = machine.states[agent.doing].trades;
+    if (agent.wants == 0 || trades.empty()) {
         return kNever;
     }
-    const Vec2 here = position_at(mind.segment, in.now - 1, in.dt);
+    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
     Tick from = kNever;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const bool away = in.places.outside(trades[t].place, here) > kAtPlaceM;
-        if ((mind.wants & 1U << t) == 0 || (away && !(course.speed * in.dt > 0.0F))) {
+        if ((agent.wants & 1U << t) == 0 || (away && !(course.speed * in.dt > 0.0F))) {
             continue;
         }
         from = std::min(from,
-                        away ? at_place_from(mind, trades[t].place, course, in)
-                             : trade_from(mind, machine, t, in, wait));
+                        away ? at_place_from(agent, trades[t].place, course, in)
+                             : trade_from(agent, machine, t, in, wait));
     }
     return std::max(from, in.now + 1);
 }
 
-Tick segment_or_decision(const Mind& mind, const CoarseWorld& in) {
+Tick segment_or_decision(const Agent& agent, const CoarseWorld& in) {
     const Tick arrives =
-        mind.segment.length > 0.0F ? arrival_of(mind.segment, in.dt) : mind.again_at;
-    return std::min(mind.next_decision, std::max(arrives, in.now + 1));
+        agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
+    return std::min(agent.next_decision, std::max(arrives, in.now + 1));
 }
 
 }  // namespace
 
-bool can_sleep(const Mind& mind, const CompiledMachine& machine) {
-    const State& state = machine.states[mind.doing];
-    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
+bool can_sleep(const Agent& agent, const CompiledMachine& machine) {
+    const State& state = machine.states[agent.doing];
+    const CompiledMachine::Choice& choice = machine.choices[agent.fsm.state()];
     // A policy does a little else at each tick.
-    const bool even = (choice.blend < 0 || is_settled(mind, machine, choice)) &&
+    const bool even = (choice.blend < 0 || is_settled(agent, machine, choice)) &&
                       !std::holds_alternative<PolicyChoice>(state.choice);
-    return even && !mind.prey && !mind.ward;
+    return even && !agent.prey && !agent.ward;
 }
 
-void fall_asleep(Mind& mind,
+void fall_asleep(Agent& agent,
                  const CompiledMachine& machine,
                  const CoarseWorld& in,
                  world::Row row) {
     world::Entities& e = in.entities;
-    if (!mind.timed) {
-        Surroundings around = in.around(mind, row);
-        around.all_out = blends(mind, machine);
-        start_segment(mind, around);
-        plan_segment(mind, machine.states[mind.doing], true, around);
+    if (!agent.timed) {
+        Surroundings around = in.around(agent, row);
+        around.all_out = blends(agent, machine);
+        start_segment(agent, around);
+        plan_segment(agent, machine.states[agent.doing], true, around);
     }
-    mind.placed = in.around(mind, row).body();
+    agent.placed = in.around(agent, row).body();
     e.command[row] = motion::InputCommand{};
     e.command[row].yaw = e.yaw[row];
     e.velocity[row].setZero();
@@ -250,15 +250,15 @@ void fall_asleep(Mind& mind,
     e.discontinuity_tick[row] = in.now;
 }
 
-void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
+void catch_up(Agent& agent, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
-    const Vec2 at = position_at(mind.segment, in.now - 1, in.dt);
-    if (at != in.around(mind, row).body()) {
+    const Vec2 at = position_at(agent.segment, in.now - 1, in.dt);
+    if (at != in.around(agent, row).body()) {
         const motion::CharacterLimits& limits = limits_of(in, row);
         const Vec3& body = e.position[row];
         // Where it will stand at the end of its step is nearer than where its entity was put.
-        const Vec3 from = on_step(mind) ? mind.target : body;
-        const bool there = on_step(mind) && at_step_end(mind, at);
+        const Vec3 from = on_step(agent) ? agent.target : body;
+        const bool there = on_step(agent) && at_step_end(agent, at);
         const float floor =
             in.paths != nullptr && in.paths->plans_for(e.type[row])
                 ? in.paths->floor_along(e.type[row],
@@ -269,70 +269,71 @@ void catch_up(Mind& mind, const CoarseWorld& in, world::Row row) {
         e.position[row] = there ? from : standing_at(in.statics, limits, from, at, floor, in.now);
         e.discontinuity_tick[row] = in.now;
     }
-    mind.placed = at;
+    agent.placed = at;
 }
 
-bool walk_on(Mind& mind,
+bool walk_on(Agent& agent,
              const CompiledMachine& machine,
              const CoarseWorld& in,
              world::Row row,
              Slot slot) {
-    const State& state = machine.states[mind.doing];
-    const bool entered = std::exchange(mind.entered, false);
-    mind.fresh = false;
-    Surroundings around = in.around(mind, row, slot);
-    around.all_out = blends(mind, machine);
+    const State& state = machine.states[agent.doing];
+    const bool entered = std::exchange(agent.entered, false);
+    agent.fresh = false;
+    Surroundings around = in.around(agent, row, slot);
+    around.all_out = blends(agent, machine);
     if (entered) {
-        begin_deed(mind, state, around);
+        begin_deed(agent, state, around);
     }
-    return (entered || segment_is_over(mind, in.now, in.dt)) &&
-           plan_segment(mind, state, entered, around);
+    return (entered || segment_is_over(agent, in.now, in.dt)) &&
+           plan_segment(agent, state, entered, around);
 }
 
-Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
+Tick next_event(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in) {
     const Tick period = decision_period(machine, in.dt);
     Senses senses;
-    const Vec2 here = position_at(mind.segment, in.now - 1, in.dt);
-    const std::uint64_t wanted = machine.senses_of_leaf[mind.fsm.state()];
-    sense(mind, machine, Sight::none(), here, in.places, in.now, senses, wanted);
-    const Course course = course_of(mind, machine, in);
+    const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
+    const std::uint64_t wanted = machine.senses_of_leaf[agent.fsm.state()];
+    sense(agent, machine, Sight::none(), here, in.places, in.now, senses, wanted);
+    const Course course = course_of(agent, machine, in);
     const Outlook outlook{course.speed, in.places.day_s(), in.dt, in.places, course.segment};
-    Quiet quiet = quiet_until(mind, machine, senses, outlook, in.now);
-    quiet.until = std::min(quiet.until, trades_from(mind, machine, course, in, quiet.wait));
-    mind.next_decision =
-        quiet.until == kNever ? kNever : next_decision(mind.entity, period, quiet.until - 1);
+    Quiet quiet = quiet_until(agent, machine, senses, outlook, in.now);
+    quiet.until = std::min(quiet.until, trades_from(agent, machine, course, in, quiet.wait));
+    agent.next_decision =
+        quiet.until == kNever ? kNever : next_decision(agent.entity, period, quiet.until - 1);
     // Who looks at its very next decision anyway need not wait as well.
-    const bool at_once = mind.next_decision == next_decision(mind.entity, period, in.now);
-    mind.wait = at_once ? StockWait{} : quiet.wait;
-    return segment_or_decision(mind, in);
+    const bool at_once = agent.next_decision == next_decision(agent.entity, period, in.now);
+    agent.wait = at_once ? StockWait{} : quiet.wait;
+    return segment_or_decision(agent, in);
 }
 
-Tick next_event_undecided(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in) {
-    const std::uint64_t reads = machine.senses_of_leaf[mind.fsm.state()];
-    const bool trades = mind.wants != 0 && !machine.states[mind.doing].trades.empty();
-    return trades || (reads & machine.senses_of_place) != 0 ? next_event(mind, machine, in)
-                                                            : segment_or_decision(mind, in);
+Tick next_event_undecided(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in) {
+    const std::uint64_t reads = machine.senses_of_leaf[agent.fsm.state()];
+    const bool trades = agent.wants != 0 && !machine.states[agent.doing].trades.empty();
+    return trades || (reads & machine.senses_of_place) != 0 ? next_event(agent, machine, in)
+                                                            : segment_or_decision(agent, in);
 }
 
-void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row) {
+void wake_up(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
-    catch_up(mind, in, row);
-    const Vec2 velocity = velocity_at(mind.segment, in.now - 1, in.dt);
+    catch_up(agent, in, row);
+    const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
     e.velocity[row] = Vec3(velocity.x(), 0.0F, velocity.y());
-    e.yaw[row] = mind.aim.yaw;
-    e.orientation[row] = motion::orientation_from_yaw(mind.aim.yaw);
+    e.yaw[row] = agent.aim.yaw;
+    e.orientation[row] = motion::orientation_from_yaw(agent.aim.yaw);
     e.set(row, world::kAtRest, velocity == Vec2::Zero());
     e.set(row, world::kDozing, false);
     e.set(row, world::kGrounded, true);
     e.discontinuity_tick[row] = in.now;
-    mind.unseen_since = kNever;
-    mind.look_at = kNever;
+    agent.unseen_since = kNever;
+    agent.look_at = kNever;
     // Who is far from players goes on at its turn, as it would have.
-    const Tick over = mind.segment.length > 0.0F ? arrival_of(mind.segment, in.dt) : mind.again_at;
-    mind.next_steering = std::clamp(over, in.now, next_turn(mind, in.now - 1));
-    mind.detour_until = 0;
-    mind.next_decision = next_decision(mind.entity, decision_period(machine, in.dt), in.now - 1);
-    restart_progress(mind, e.position[row], in.now);
+    const Tick over =
+        agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
+    agent.next_steering = std::clamp(over, in.now, next_turn(agent, in.now - 1));
+    agent.detour_until = 0;
+    agent.next_decision = next_decision(agent.entity, decision_period(machine, in.dt), in.now - 1);
+    restart_progress(agent, e.position[row], in.now);
 }
 
 }  // namespace zoned::ai

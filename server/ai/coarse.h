@@ -1,4 +1,4 @@
-// Coarse: minds that nobody can see go from event to event, and their entities are not simulated.
+// Coarse: agents that nobody can see go from event to event, and their entities are not simulated.
 #pragma once
 
 #include "server/ai/walk.h"
@@ -17,43 +17,46 @@ struct CoarseWorld {
     float dt;                      ///< s
     PathService* paths = nullptr;  ///< where they are planned
 
-    [[nodiscard]] Surroundings around(const Mind& mind, world::Row row, Slot slot = 0) const {
+    [[nodiscard]] Surroundings around(const Agent& agent, world::Row row, Slot slot = 0) const {
         Surroundings around{entities, types, grid, places, row, now, dt, paths, slot};
-        around.at = whereabouts(mind, around.body(), now, dt);
+        around.at = whereabouts(agent, around.body(), now, dt);
         return around;
     }
 };
 
-/// Whether what the mind does can go on from event to event, as long as it meets nobody
+/// Whether what the agent does can go on from event to event, as long as it meets nobody
 /// (encounters.h): it depends on nobody else, or on a herd alone (herd.h).
-bool can_sleep(const Mind& mind, const CompiledMachine& machine);
+bool can_sleep(const Agent& agent, const CompiledMachine& machine);
 
-/// The entity comes to rest where it is; its way goes on in mind.segment.
-void fall_asleep(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
+/// The entity comes to rest where it is; its way goes on in agent.segment.
+void fall_asleep(Agent& agent,
+                 const CompiledMachine& machine,
+                 const CoarseWorld& in,
+                 world::Row row);
 
-/// Puts the entity where the mind's segment has brought it by the end of the last tick, on the
+/// Puts the entity where the agent's segment has brought it by the end of the last tick, on the
 /// ground and clear of what stands there.
-void catch_up(Mind& mind, const CoarseWorld& in, world::Row row);
+void catch_up(Agent& agent, const CoarseWorld& in, world::Row row);
 
-/// After catch_up() and any decision of this tick: sets the segment where the mind has turned to
+/// After catch_up() and any decision of this tick: sets the segment where the agent has turned to
 /// something else, or its segment has come to its end. True: it needs a way first, see
 /// plan_segment().
-bool walk_on(Mind& mind,
+bool walk_on(Agent& agent,
              const CompiledMachine& machine,
              const CoarseWorld& in,
              world::Row row,
              Slot slot);
 
-/// When something may happen to the mind next: the end of its segment, or a decision; at its
-/// decisions before that nothing does, unless mind.wait says what stock it takes. To be called
-/// after all that happens to it and to stock in this tick. Sets mind.next_decision and mind.wait.
-Tick next_event(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in);
+/// When something may happen to the agent next: the end of its segment, or a decision; at its
+/// decisions before that nothing does, unless agent.wait says what stock it takes. To be called
+/// after all that happens to it and to stock in this tick. Sets agent.next_decision and agent.wait.
+Tick next_event(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in);
 
-/// The same after an event at which the mind took no decision, did not trade and waited for no
+/// The same after an event at which the agent took no decision, did not trade and waited for no
 /// stock: the forecast of its last decision holds where that does not hang on where it walks.
-Tick next_event_undecided(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in);
+Tick next_event_undecided(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in);
 
 /// The entity goes on as one that was simulated all the time: position, velocity, command.
-void wake_up(Mind& mind, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
+void wake_up(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
 
 }  // namespace zoned::ai

@@ -1,5 +1,5 @@
-// CoarseCells: which squares of the plane each coarse mind comes through, so that a look at a place
-// finds those who may be there.
+// CoarseCells: which squares of the plane each coarse agent comes through, so that a look at a
+// place finds those who may be there.
 #pragma once
 
 #include "server/ai/mind.h"

@@ -7,19 +7,19 @@ namespace zoned::ai {
 
 namespace {
 
-void add(Mind& mind, const CompiledMachine& machine, std::size_t variable, float amount) {
+void add(Agent& agent, const CompiledMachine& machine, std::size_t variable, float amount) {
     const Variable& of = machine.variables[variable];
-    mind.variables[variable] = std::clamp(mind.variables[variable] + amount, of.low, of.high);
+    agent.variables[variable] = std::clamp(agent.variables[variable] + amount, of.low, of.high);
 }
 
 /// What states from `level` on give to those who enter them.
-void gain(Mind& mind, const CompiledMachine& machine, std::size_t level) {
+void gain(Agent& agent, const CompiledMachine& machine, std::size_t level) {
     const fsm::FlatMachine& table = machine.table;
-    const std::uint16_t* path = &table.path[mind.fsm.state() * table.levels];
+    const std::uint16_t* path = &table.path[agent.fsm.state() * table.levels];
     for (const CompiledMachine::Gain& gain : machine.gains) {
         const std::size_t at = table.nodes[gain.node].level;
         if (at >= level && path[at] == gain.node) {
-            add(mind, machine, gain.variable, gain.amount);
+            add(agent, machine, gain.variable, gain.amount);
         }
     }
 }
@@ -33,7 +33,7 @@ bool all_hold(const std::vector<Condition>& conditions, Known senses) {
 }
 
 /// The deed that a plan begins with, or `otherwise`.
-std::uint16_t plan_deed(Mind& mind,
+std::uint16_t plan_deed(Agent& agent,
                         const CompiledMachine::Plans& plans,
                         std::uint16_t first,
                         std::uint16_t otherwise,
@@ -43,10 +43,10 @@ std::uint16_t plan_deed(Mind& mind,
     for (std::size_t f = 0; f < plans.facts.size(); ++f) {
         facts |= static_cast<goap::World>(all_hold(plans.facts[f], senses)) << f;
     }
-    if (facts == mind.facts) {
-        return mind.doing;
+    if (facts == agent.facts) {
+        return agent.doing;
     }
-    mind.facts = facts;
+    agent.facts = facts;
     if (!thinking.planner || thinking.planner->bound() != thinking.max_plan_nodes) {
         thinking.planner.emplace(thinking.max_plan_nodes);
     }
@@ -68,43 +68,43 @@ std::uint16_t plan_deed(Mind& mind,
 }
 
 /// Moves the degrees of a blend's states on; the deed of the most active one, of equals the first.
-std::uint16_t blend_deed(Mind& mind,
+std::uint16_t blend_deed(Agent& agent,
                          const CompiledMachine::Blend& blend,
                          std::uint16_t first,
                          bool entered,
                          Known senses) {
     if (entered) {
-        mind.degrees[0] = 1.0F;
+        agent.degrees[0] = 1.0F;
     }
     std::array<float, fuzzy::kMaxInputs> in{};
     for (std::size_t k = 0; k < blend.inputs.size(); ++k) {
         in[k] = senses[blend.inputs[k]];
     }
-    const std::span<float> degrees(mind.degrees.data(), blend.machine.states());
+    const std::span<float> degrees(agent.degrees.data(), blend.machine.states());
     blend.machine.step_one(std::span<const float>(in.data(), blend.inputs.size()), degrees);
     const auto most = std::max_element(degrees.begin(), degrees.end());
     return static_cast<std::uint16_t>(first + (most - degrees.begin()));
 }
 
 /// What to do in the state. `entered`: it was entered just now.
-void choose(Mind& mind,
+void choose(Agent& agent,
             const CompiledMachine& machine,
             bool entered,
             Known senses,
             Tick now,
             Thinking& thinking) {
-    const std::uint16_t leaf = mind.fsm.state();
+    const std::uint16_t leaf = agent.fsm.state();
     const CompiledMachine::Choice& choice = machine.choices[leaf];
     if (entered) {
-        mind.facts = kUnplanned;
-        mind.degrees = {};
+        agent.facts = kUnplanned;
+        agent.degrees = {};
     }
     std::uint16_t deed = leaf;
     if (choice.tree >= 0) {
         deed = static_cast<std::uint16_t>(
             choice.first + machine.trees[static_cast<std::size_t>(choice.tree)].decide(senses));
     } else if (choice.plan >= 0) {
-        deed = plan_deed(mind,
+        deed = plan_deed(agent,
                          machine.plans[static_cast<std::size_t>(choice.plan)],
                          choice.first,
                          leaf,
@@ -112,62 +112,62 @@ void choose(Mind& mind,
                          thinking);
     }
     if (choice.blend >= 0) {
-        deed = blend_deed(mind,
+        deed = blend_deed(agent,
                           machine.blends[static_cast<std::size_t>(choice.blend)],
                           choice.first,
-                          entered || mind.doing == leaf,
+                          entered || agent.doing == leaf,
                           senses);
     }
-    if (deed == mind.doing && !entered) {
+    if (deed == agent.doing && !entered) {
         return;
     }
-    grow(mind, machine, now);
+    grow(agent, machine, now);
     // All deeds of a blend go on, whichever is the most active.
-    mind.entered = mind.entered || entered || choice.blend < 0 || mind.doing == leaf;
-    mind.doing = deed;
+    agent.entered = agent.entered || entered || choice.blend < 0 || agent.doing == leaf;
+    agent.doing = deed;
     if (deed != leaf) {
         for (const VariableChange& change : machine.states[deed].changes) {
-            add(mind, machine, change.variable, change.on_enter);
+            add(agent, machine, change.variable, change.on_enter);
         }
     }
 }
 
 }  // namespace
 
-void begin(Mind& mind, const CompiledMachine& machine, Tick now) {
-    mind.fsm = fsm::OneState(now);
-    mind.doing = 0;
-    mind.wants = all_trades(machine.states[0]);
-    mind.facts = kUnplanned;
-    mind.degrees = {};
+void begin(Agent& agent, const CompiledMachine& machine, Tick now) {
+    agent.fsm = fsm::OneState(now);
+    agent.doing = 0;
+    agent.wants = all_trades(machine.states[0]);
+    agent.facts = kUnplanned;
+    agent.degrees = {};
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-        mind.variables[v] = machine.variables[v].start;
+        agent.variables[v] = machine.variables[v].start;
     }
-    mind.variables_at = now;
-    gain(mind, machine, 0);
+    agent.variables_at = now;
+    gain(agent, machine, 0);
 }
 
-float variable_at(const Mind& mind, const CompiledMachine& machine, std::size_t v, Tick now) {
+float variable_at(const Agent& agent, const CompiledMachine& machine, std::size_t v, Tick now) {
     const Variable& of = machine.variables[v];
-    const float rate = machine.rates[mind.doing * machine.variables.size() + v];
-    const auto ticks = static_cast<float>(now - mind.variables_at);
-    return std::clamp(mind.variables[v] + rate * ticks, of.low, of.high);
+    const float rate = machine.rates[agent.doing * machine.variables.size() + v];
+    const auto ticks = static_cast<float>(now - agent.variables_at);
+    return std::clamp(agent.variables[v] + rate * ticks, of.low, of.high);
 }
 
-void grow(Mind& mind, const CompiledMachine& machine, Tick now) {
+void grow(Agent& agent, const CompiledMachine& machine, Tick now) {
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-        mind.variables[v] = variable_at(mind, machine, v, now);
+        agent.variables[v] = variable_at(agent, machine, v, now);
     }
-    mind.variables_at = now;
+    agent.variables_at = now;
 }
 
-float drawn_at(const Mind& mind, Tick now) {
+float drawn_at(const Agent& agent, Tick now) {
     const std::uint64_t bits =
-        core::mix(mind.rng.stream ^ core::mix(static_cast<std::uint64_t>(now)));
+        core::mix(agent.rng.stream ^ core::mix(static_cast<std::uint64_t>(now)));
     return static_cast<float>(bits >> 40U) * 0x1.0p-24F;
 }
 
-void sense(const Mind& mind,
+void sense(const Agent& agent,
            const CompiledMachine& machine,
            const Sight& sight,
            const Vec2& here,
@@ -176,19 +176,19 @@ void sense(const Mind& mind,
            Senses& senses,
            std::uint64_t wanted) {
     senses[kSensePlayerDistance] = sight.distance;
-    senses[kSenseHomeDistance] = (here - Vec2(mind.home.x(), mind.home.z())).norm();
+    senses[kSenseHomeDistance] = (here - Vec2(agent.home.x(), agent.home.z())).norm();
     senses[kSenseTimeOfDay] = places.time_of_day(now);
-    senses[kSenseRandom] = drawn_at(mind, now);
+    senses[kSenseRandom] = drawn_at(agent, now);
     senses[kSenseConfidence] = sight.confidence;
     senses[kSenseAllies] = sight.allies;
     senses[kSenseFoes] = sight.foes;
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-        senses[kOwnSenses + v] = variable_at(mind, machine, v, now);
+        senses[kOwnSenses + v] = variable_at(agent, machine, v, now);
     }
-    sense_more(mind, machine, here, places, now, senses, wanted);
+    sense_more(agent, machine, here, places, now, senses, wanted);
 }
 
-void sense_more(const Mind& mind,
+void sense_more(const Agent& agent,
                 const CompiledMachine& machine,
                 const Vec2& here,
                 const Places& places,
@@ -218,12 +218,12 @@ void sense_more(const Mind& mind,
         }
         const PlaceSense& of = machine.places[k];
         senses[machine.first_place_sense + k] =
-            of.stock < 0 ? (here - places.spot(of.place, mind.entity)).norm()
+            of.stock < 0 ? (here - places.spot(of.place, agent.entity)).norm()
                          : places.stock(of.place, static_cast<std::size_t>(of.stock), now);
     }
 }
 
-bool decide(Mind& mind,
+bool decide(Agent& agent,
             const CompiledMachine& machine,
             const Sight& sight,
             const Vec2& here,
@@ -231,27 +231,27 @@ bool decide(Mind& mind,
             Tick now,
             Thinking& thinking) {
     Senses senses;
-    const std::uint64_t wanted = machine.senses_of_leaf[mind.fsm.state()];
-    sense(mind, machine, sight, here, places, now, senses, wanted);
-    take_notice(mind, sight, machine, now);
-    mind.far = sight.player_far;
-    mind.fresh = true;
+    const std::uint64_t wanted = machine.senses_of_leaf[agent.fsm.state()];
+    sense(agent, machine, sight, here, places, now, senses, wanted);
+    take_notice(agent, sight, machine, now);
+    agent.far = sight.player_far;
+    agent.fresh = true;
     const Known known(senses.data(), machine.senses);
-    const std::optional<fsm::Change> change = fsm::step_one(machine.table, mind.fsm, known, now);
+    const std::optional<fsm::Change> change = fsm::step_one(machine.table, agent.fsm, known, now);
     if (change) {
-        const std::uint64_t then = machine.senses_of_leaf[mind.fsm.state()];
-        sense_more(mind, machine, here, places, now, senses, then & ~wanted);
-        grow(mind, machine, now);
-        gain(mind, machine, machine.table.transitions[change->transition].level);
+        const std::uint64_t then = machine.senses_of_leaf[agent.fsm.state()];
+        sense_more(agent, machine, here, places, now, senses, then & ~wanted);
+        grow(agent, machine, now);
+        gain(agent, machine, machine.table.transitions[change->transition].level);
     }
     thinking.change = change;
-    choose(mind, machine, change.has_value(), known, now, thinking);
+    choose(agent, machine, change.has_value(), known, now, thinking);
     return change.has_value();
 }
 
-bool able(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now) {
+bool able(const Agent& agent, const CompiledMachine& machine, const Trade& trade, Tick now) {
     return std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& item) {
-        const float then = variable_at(mind, machine, item.variable, now) + item.amount;
+        const float then = variable_at(agent, machine, item.variable, now) + item.amount;
         const Variable& of = machine.variables[item.variable];
         return then >= of.low && then <= of.high;
     });
@@ -261,28 +261,28 @@ std::uint8_t all_trades(const State& state) {
     return static_cast<std::uint8_t>((1U << state.trades.size()) - 1U);
 }
 
-Bargain settle_trades(Mind& mind,
+Bargain settle_trades(Agent& agent,
                       const CompiledMachine& machine,
                       const Vec2& here,
                       Places& places,
                       Tick now) {
-    const std::vector<Trade>& trades = machine.states[mind.doing].trades;
+    const std::vector<Trade>& trades = machine.states[agent.doing].trades;
     Bargain bargain;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const unsigned bit = 1U << t;
-        if ((mind.wants & bit) == 0 || places.outside(trades[t].place, here) > kAtPlaceM) {
+        if ((agent.wants & bit) == 0 || places.outside(trades[t].place, here) > kAtPlaceM) {
             continue;
         }
-        if (!able(mind, machine, trades[t], now) || !places.can(trades[t], now)) {
+        if (!able(agent, machine, trades[t], now) || !places.can(trades[t], now)) {
             ++bargain.refused;
             continue;
         }
-        grow(mind, machine, now);
+        grow(agent, machine, now);
         for (const TradeItem& item : trades[t].items) {
-            mind.variables[item.variable] += item.amount;
+            agent.variables[item.variable] += item.amount;
         }
         places.commit(trades[t], now);
-        mind.wants = static_cast<std::uint8_t>(mind.wants & ~bit);
+        agent.wants = static_cast<std::uint8_t>(agent.wants & ~bit);
         ++bargain.done;
     }
     return bargain;

@@ -1,4 +1,4 @@
-// Decision: one pass through the transitions of a mind's state.
+// Decision: one pass through the transitions of an agent's state.
 #pragma once
 
 #include "server/ai/mind.h"
@@ -12,7 +12,7 @@ namespace zoned::ai {
 /// What decisions need while they are made, and count; holds no state.
 struct Thinking {
     std::uint32_t max_plan_nodes = 1024;
-    std::optional<goap::Planner> planner{};  ///< once some mind plans
+    std::optional<goap::Planner> planner{};  ///< once some agent plans
     goap::Plan plan{};
     std::optional<fsm::Change> change{};  ///< of the last decision
     std::uint32_t plans = 0;
@@ -20,25 +20,25 @@ struct Thinking {
     std::uint32_t plans_unreachable = 0;
 };
 
-/// What a mind senses at a decision.
+/// What an agent senses at a decision.
 using Senses = std::array<float, fsm::kMaxSenses>;
 
-/// Variable v at `now`, not before variables_at: it has grown at the rate of what the mind does. A
+/// Variable v at `now`, not before variables_at: it has grown at the rate of what the agent does. A
 /// function of what it was when that began, so that it is the same to the last bit however often
 /// it was asked for.
-float variable_at(const Mind& mind, const CompiledMachine& machine, std::size_t v, Tick now);
+float variable_at(const Agent& agent, const CompiledMachine& machine, std::size_t v, Tick now);
 
-/// Writes the variables down as they are at `now`: before what the mind does changes.
-void grow(Mind& mind, const CompiledMachine& machine, Tick now);
+/// Writes the variables down as they are at `now`: before what the agent does changes.
+void grow(Agent& agent, const CompiledMachine& machine, Tick now);
 
-/// The number that the mind draws at a decision, in [0, 1): of the tick alone, so that decisions
+/// The number that the agent draws at a decision, in [0, 1): of the tick alone, so that decisions
 /// which change nothing can be left out.
-float drawn_at(const Mind& mind, Tick now);
+float drawn_at(const Agent& agent, Tick now);
 
 /// Fills in what `machine` reads at `now`: its own senses, the variables, the outputs of its fuzzy
 /// systems, then what it knows of places. `here`: x, z where it takes itself to be, zone-local, m.
 /// Of fuzzy outputs and places only those `wanted`, by bit; others stay as they are.
-void sense(const Mind& mind,
+void sense(const Agent& agent,
            const CompiledMachine& machine,
            const Sight& sight,
            const Vec2& here,
@@ -48,7 +48,7 @@ void sense(const Mind& mind,
            std::uint64_t wanted = ~std::uint64_t{0});
 
 /// Of what sense() left out, those `wanted`.
-void sense_more(const Mind& mind,
+void sense_more(const Agent& agent,
                 const CompiledMachine& machine,
                 const Vec2& here,
                 const Places& places,
@@ -60,7 +60,7 @@ void sense_more(const Mind& mind,
 /// the states that it enters give is added. Then finds what to do: as the state says, its tree or
 /// its plan, which is made anew when a fact has changed since; where no plan is found, the state's
 /// own action. Returns whether a transition fired.
-bool decide(Mind& mind,
+bool decide(Agent& agent,
             const CompiledMachine& machine,
             const Sight& sight,
             const Vec2& here,
@@ -71,8 +71,8 @@ bool decide(Mind& mind,
 /// Who has come to its spot is within so much of it, m.
 inline constexpr float kAtPlaceM = 2.0F;
 
-/// Whether the mind has at `now` what it gives and room for what it takes.
-bool able(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now);
+/// Whether the agent has at `now` what it gives and room for what it takes.
+bool able(const Agent& agent, const CompiledMachine& machine, const Trade& trade, Tick now);
 
 /// All trades that what is done asks for, by bit.
 std::uint8_t all_trades(const State& state);
@@ -82,9 +82,9 @@ struct Bargain {
     std::uint32_t refused = 0;  ///< of those at whose place it is
 };
 
-/// Does those trades that the mind still wants and that can be done by somebody at `here` (x, z,
+/// Does those trades that the agent still wants and that can be done by somebody at `here` (x, z,
 /// m).
-Bargain settle_trades(Mind& mind,
+Bargain settle_trades(Agent& agent,
                       const CompiledMachine& machine,
                       const Vec2& here,
                       Places& places,
@@ -93,7 +93,7 @@ Bargain settle_trades(Mind& mind,
 /// Ticks between decisions, >= 1.
 Tick decision_period(const CompiledMachine& machine, float dt);
 
-/// The next tick after `now` at which the mind decides: entities are spread over the period by id,
+/// The next tick after `now` at which the agent decides: entities are spread over the period by id,
 /// so that a herd that was born in one tick does not decide in one tick for ever.
 Tick next_decision(EntityId entity, Tick period, Tick now);
 

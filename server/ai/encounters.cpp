@@ -12,7 +12,7 @@ namespace {
 
 /// How much farther than it may be perceived one looks for who may come, m.
 constexpr float kAhead_m = 96.0F;
-/// Two bodies may be so far from where their minds take themselves to be, m, and a rounding.
+/// Two bodies may be so far from where their agents take themselves to be, m, and a rounding.
 constexpr float kBodies_m = 2.0F * kDriftM + 0.1F;
 /// Who walks may be a rounding beside its squares, or what one walks in some ticks, m.
 constexpr float kBeside_m = 2.0F;
@@ -34,7 +34,7 @@ float perceives_within(const CompiledMachine& machine) {
 // ---------------------------------------------------------------- who looks for whom
 
 bool Reaches::set(std::span<const CompiledMachine> machines,
-                  std::span<const std::uint16_t> mind_of_type,
+                  std::span<const std::uint16_t> brain_of_type,
                   const world::TypeTable& types) {
     any_ = std::any_of(machines.begin(), machines.end(), [](const CompiledMachine& machine) {
         return machine.perception.concerns_others();
@@ -46,10 +46,10 @@ bool Reaches::set(std::span<const CompiledMachine> machines,
     before_.swap(looks_);
     machine_before_.swap(machine_of_);
     types_ = types.size();
-    machine_of_.assign(types_, kMindless);
+    machine_of_.assign(types_, kNoBrain);
     for (std::size_t t = 0; t < types_; ++t) {
-        const std::uint16_t mind = mind_of_type.empty() ? types[t].mind : mind_of_type[t];
-        machine_of_[t] = mind > 0 ? static_cast<std::uint16_t>(mind - 1) : kMindless;
+        const std::uint16_t agent = brain_of_type.empty() ? types[t].brain : brain_of_type[t];
+        machine_of_[t] = agent > 0 ? static_cast<std::uint16_t>(agent - 1) : kNoBrain;
     }
     looks_.assign(machines.size() * types_, -1.0F);
     for (std::size_t m = 0; m < machines.size(); ++m) {
@@ -88,7 +88,7 @@ bool Reaches::set(std::span<const CompiledMachine> machines,
 
 bool Reaches::has_strangers(const std::vector<world::Entities::Count>& counts) const {
     for (std::size_t t = 0; t < std::min(counts.size(), types_); ++t) {
-        const bool mindless = machine_of_[t] == kMindless && counts[t].shown > 0;
+        const bool mindless = machine_of_[t] == kNoBrain && counts[t].shown > 0;
         if ((counts[t].ghosts > 0 || mindless) &&
             farthest(kind_of(static_cast<TypeIndex>(t))) >= 0.0F) {
             return true;
@@ -122,24 +122,24 @@ void Encounters::grow(std::size_t slots) {
 }
 
 void Encounters::put(Slot slot, TypeIndex type, const Scene& scene, bool late) {
-    const Mind& mind = scene.minds.at(slot);
-    members_[slot] = {mind.entity, type};
-    const Vec2 at = position_at(mind.segment, scene.now - 1, scene.dt);
+    const Agent& agent = scene.agents.at(slot);
+    members_[slot] = {agent.entity, type};
+    const Vec2 at = position_at(agent.segment, scene.now - 1, scene.dt);
     const Vec2 anywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
-    const Tick left = CoarseCells::left_at(mind.segment, at, anywhere, scene.dt, late);
-    cells_.put(slot, mind.segment, at, scene.dt, late);
-    const Tick look = std::max(std::min(mind.look_at, left), scene.now + 1);
+    const Tick left = CoarseCells::left_at(agent.segment, at, anywhere, scene.dt, late);
+    cells_.put(slot, agent.segment, at, scene.dt, late);
+    const Tick look = std::max(std::min(agent.look_at, left), scene.now + 1);
     if (looks_.at(slot) != look) {
         looks_.schedule(slot, look);
     }
 }
 
 Encounters::Body Encounters::sleeper(Slot slot, const Scene& scene) const {
-    const Mind& mind = scene.minds.at(slot);
+    const Agent& agent = scene.agents.at(slot);
     const TypeIndex type = members_[slot].type;
-    return {{type, mind.machine},
-            mind.entity,
-            position_at(mind.segment, scene.now - 1, scene.dt),
+    return {{type, agent.machine},
+            agent.entity,
+            position_at(agent.segment, scene.now - 1, scene.dt),
             scene.reaches.top_speed(type)};
 }
 

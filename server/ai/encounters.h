@@ -1,4 +1,4 @@
-// Encounters: when minds that nobody sees may come to perceive somebody, or somebody them.
+// Encounters: when agents that nobody sees may come to perceive somebody, or somebody them.
 #pragma once
 
 #include "server/ai/coarse_cells.h"
@@ -16,19 +16,19 @@ namespace zoned::ai {
 /// Who looks for whom, and from how far off one may come to know of the other.
 class Reaches {
   public:
-    /// As minds are of machines now, and entities of types. `mind_of_type` as in Settings. Returns
-    /// whether that has changed.
+    /// As agents are of machines now, and entities of types. `brain_of_type` as in Settings.
+    /// Returns whether that has changed.
     bool set(std::span<const CompiledMachine> machines,
-             std::span<const std::uint16_t> mind_of_type,
+             std::span<const std::uint16_t> brain_of_type,
              const world::TypeTable& types);
 
     /// Stands for the machine of who has none.
-    static constexpr std::uint16_t kMindless = 0xFFFF;
+    static constexpr std::uint16_t kNoBrain = 0xFFFF;
 
     /// Of one who meets others.
     struct Kind {
         TypeIndex type = 0;
-        std::uint16_t machine = kMindless;
+        std::uint16_t machine = kNoBrain;
     };
 
     /// Whether anybody looks for others than players.
@@ -50,16 +50,16 @@ class Reaches {
     /// Of all types.
     [[nodiscard]] float fastest() const { return fastest_; }
 
-    /// Of an entity whose mind is in another zone, or that has none.
+    /// Of an entity whose agent is in another zone, or that has none.
     [[nodiscard]] Kind kind_of(TypeIndex type) const { return {type, machine_of_[type]}; }
 
-    /// Whether some may be met here whose minds are not here: ghosts, and the mindless.
+    /// Whether some may be met here whose agents are not here: ghosts, and the mindless.
     [[nodiscard]] bool has_strangers(const std::vector<world::Entities::Count>& counts) const;
 
   private:
     [[nodiscard]] float looks(std::uint16_t machine, TypeIndex type) const {
         const std::size_t at = machine * types_ + type;
-        return machine != kMindless && at < looks_.size() ? looks_[at] : -1.0F;
+        return machine != kNoBrain && at < looks_.size() ? looks_[at] : -1.0F;
     }
 
     std::size_t types_ = 0;
@@ -83,7 +83,8 @@ class Reaches {
 /// whom they might meet until it is their turn again, and at once when they were put somewhere or
 /// go faster than they can by themselves. Who may meet somebody soon is woken, both of a pair. So
 /// whoever perceives and whoever is perceived is simulated, and all others perceive nobody.
-/// The checks of a mind hang on places and speeds alone (Mind::look_at), not on the order of rows.
+/// The checks of an agent hang on places and speeds alone (Agent::look_at), not on the order of
+/// rows.
 class Encounters {
   public:
     /// Those who are simulated look around once in so many ticks, in turn.
@@ -100,7 +101,7 @@ class Encounters {
     };
 
     struct Scene {
-        const Minds& minds;
+        const AgentStore& agents;
         const Reaches& reaches;
         /// x, z: what lies beyond is not known, m; and so far within it may belong to others.
         Vec2 half_size;
@@ -115,13 +116,13 @@ class Encounters {
     /// It sleeps no more.
     void forget(Slot slot);
 
-    /// Whether that mind is among the sleepers.
+    /// Whether that agent is among the sleepers.
     [[nodiscard]] bool knows(Slot slot, EntityId entity) const {
         return slot < members_.size() && members_[slot].entity == entity;
     }
 
-    /// A mind that sleeps, and meets somebody: it walks by its segment as that is now, and is
-    /// checked at Mind::look_at. `late`: it goes on from the end of its segment.
+    /// An agent that sleeps, and meets somebody: it walks by its segment as that is now, and is
+    /// checked at Agent::look_at. `late`: it goes on from the end of its segment.
     void put(Slot slot, TypeIndex type, const Scene& scene, bool late);
 
     /// Calls visit(slot) for those whose check is due, in no order. Ticks ascend.
@@ -160,8 +161,8 @@ class Encounters {
     };
 
     [[nodiscard]] bool is_asleep(Slot slot, const Scene& scene) const {
-        const Mind& mind = scene.minds.at(slot);
-        return mind.entity && mind.tier == Tier::kCoarse && knows(slot, mind.entity);
+        const Agent& agent = scene.agents.at(slot);
+        return agent.entity && agent.tier == Tier::kCoarse && knows(slot, agent.entity);
     }
 
     template <class Visit>

@@ -1,4 +1,4 @@
-// FollowDef: which tracks a mind follows, and how it goes from one to another.
+// FollowDef: which tracks an agent follows, and how it goes from one to another.
 #pragma once
 
 #include "server/ai/tracks/track_net.h"

@@ -19,7 +19,7 @@ using splines::LaneId;
 constexpr double kChordShare = 0.5;
 constexpr double kTurnShare = 0.25;
 constexpr double kStepShare = 0.15;
-/// So near to the track a mind begins to follow it, m.
+/// So near to the track an agent begins to follow it, m.
 constexpr double kBoardM = 1.5;
 /// Who was pushed off farther than this walks back as to any goal, m.
 constexpr double kPushedOffM = 8.0;
@@ -41,7 +41,7 @@ constexpr int kTurnTries = 3;
 constexpr double kAheadS = 1.0;
 constexpr double kAheadM = 2.0;
 
-/// The tracks as one state follows them: they are in world coordinates, minds in those of a zone.
+/// The tracks as one state follows them: they are in world coordinates, agents in those of a zone.
 class SplineView {
   public:
     SplineView(const FollowDef& def, const Surroundings& around)
@@ -108,62 +108,63 @@ double timetable_speed(const State& state, const Surroundings& around) {
 }
 
 /// From the end of the last tick to where the timetable has the end of the segment, s.
-double time_to_due(const Mind& mind, const Surroundings& around) {
-    const Tick ticks = mind.track.due - (around.now - 1);
+double time_to_due(const Agent& agent, const Surroundings& around) {
+    const Tick ticks = agent.track.due - (around.now - 1);
     return static_cast<double>(ticks) * static_cast<double>(around.dt) +
-           static_cast<double>(mind.track.due_s);
+           static_cast<double>(agent.track.due_s);
 }
 
-void set_due(Mind& mind, double from_now_s, const Surroundings& around) {
+void set_due(Agent& agent, double from_now_s, const Surroundings& around) {
     const double dt = static_cast<double>(around.dt);
     const double ticks = std::floor(from_now_s / dt);
-    mind.track.due = around.now - 1 + static_cast<Tick>(ticks);
-    mind.track.due_s = static_cast<float>(from_now_s - ticks * dt);
+    agent.track.due = around.now - 1 + static_cast<Tick>(ticks);
+    agent.track.due_s = static_cast<float>(from_now_s - ticks * dt);
 }
 
-bool changes_lanes(const Mind& mind) {
-    return mind.track.from != splines::kNoLane;
+bool changes_lanes(const Agent& agent) {
+    return agent.track.from != splines::kNoLane;
 }
 
-splines::LaneChange change_of(const Mind& mind, const SplineView& view) {
-    const SplineWalk& walk = mind.track;
+splines::LaneChange change_of(const Agent& agent, const SplineView& view) {
+    const SplineWalk& walk = agent.track;
     return {{&view.lane(walk.from).curve(), static_cast<double>(walk.from_s), 0.0},
             {&view.lane(walk.lane).curve(), static_cast<double>(walk.s), 0.0},
             static_cast<double>(view.def().blend_m)};
 }
 
-/// Where the timetable has the mind, after `more` m from the end of its segment: world coordinates.
-Vec2d place_after(const Mind& mind, const SplineView& view, double more) {
-    const SplineWalk& walk = mind.track;
-    return changes_lanes(mind)
-               ? change_of(mind, view).at(static_cast<double>(walk.changed) + more).at
+/// Where the timetable has the agent, after `more` m from the end of its segment: world
+/// coordinates.
+Vec2d place_after(const Agent& agent, const SplineView& view, double more) {
+    const SplineWalk& walk = agent.track;
+    return changes_lanes(agent)
+               ? change_of(agent, view).at(static_cast<double>(walk.changed) + more).at
                : view.lane(walk.lane).at(static_cast<double>(walk.s) + more).at;
 }
 
 /// From where its body is.
-void board(Mind& mind,
+void board(Agent& agent,
            const Lane& lane,
            double s,
            const SplineView& view,
            const Surroundings& around) {
-    SplineWalk& walk = mind.track;
+    SplineWalk& walk = agent.track;
     walk.s = static_cast<float>(lane.on_lane(s));
     walk.from = splines::kNoLane;
     walk.to_change = view.def().change_every_m;
-    mind.corner = kOnTrack;
-    set_due(mind, 0.0, around);
+    agent.corner = kOnTrack;
+    set_due(agent, 0.0, around);
 }
 
 /// A target on the track, to which it walks as to any goal.
-void head_for_place(Mind& mind, std::uint8_t corner, const Vec2d& at, const SplineView& view) {
+void head_for_place(Agent& agent, std::uint8_t corner, const Vec2d& at, const SplineView& view) {
     const Vec2 place = view.local(at);
-    mind.corner = corner;
-    mind.target = Vec3(place.x(), mind.home.y(), place.y());
+    agent.corner = corner;
+    agent.target = Vec3(place.x(), agent.home.y(), place.y());
 }
 
 /// Another lane beside the one that it is on, if it draws one.
-void draw_change(Mind& mind, const SplineView& view) {
-    SplineWalk& walk = mind.track;
+void draw_change(Agent& agent, const SplineView& view) {
+    SplineWalk& walk = agent.track;
     walk.to_change = view.def().change_every_m;
     const double blend = static_cast<double>(view.def().blend_m);
     const Lane& own = view.lane(walk.lane);
@@ -174,7 +175,7 @@ void draw_change(Mind& mind, const SplineView& view) {
         return;
     }
     const splines::SplinePoint here = own.at(static_cast<double>(walk.s));
-    const LaneId drawn = view.draw(mind.rng, [&](LaneId id) {
+    const LaneId drawn = view.draw(agent.rng, [&](LaneId id) {
         if (id == walk.lane) {
             return true;
         }
@@ -194,9 +195,9 @@ void draw_change(Mind& mind, const SplineView& view) {
 }
 
 /// At the end of an open lane: another one that begins there. False: none does.
-bool go_on_to_next(Mind& mind, const Vec2d& end, const SplineView& view) {
+bool go_on_to_next(Agent& agent, const Vec2d& end, const SplineView& view) {
     const double join = std::max(static_cast<double>(view.def().blend_m), 1.0);
-    const LaneId next = view.draw(mind.rng, [&](LaneId id) {
+    const LaneId next = view.draw(agent.rng, [&](LaneId id) {
         const Lane& lane = view.lane(id);
         return (lane.closed() ? lane.nearest(end).distance_m : (lane.at(0.0).at - end).norm()) <=
                join;
@@ -205,8 +206,8 @@ bool go_on_to_next(Mind& mind, const Vec2d& end, const SplineView& view) {
         return false;
     }
     const Lane& lane = view.lane(next);
-    mind.track.lane = next;
-    mind.track.s = static_cast<float>(lane.closed() ? lane.nearest(end).s : 0.0);
+    agent.track.lane = next;
+    agent.track.s = static_cast<float>(lane.closed() ? lane.nearest(end).s : 0.0);
     return true;
 }
 
@@ -229,16 +230,16 @@ splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundi
 }
 
 /// How long the next segment is, m; at least so long that it lasts some ticks.
-double next_segment_m(const Mind& mind,
+double next_segment_m(const Agent& agent,
                       const SplineView& view,
                       double speed,
                       const Surroundings& around) {
-    const SplineWalk& walk = mind.track;
+    const SplineWalk& walk = agent.track;
     const Lane& lane = view.lane(walk.lane);
     const double at_least =
         std::max(Lane::kLeast_m, kLeastTicks * speed * static_cast<double>(around.dt));
     const double s = static_cast<double>(walk.s);
-    if (!changes_lanes(mind)) {
+    if (!changes_lanes(agent)) {
         const double left = lane.closed() ? lane.length() : lane.length() - s;
         double most = std::max(lane.segment_m(s, limits_of(lane, speed, around)), at_least);
         if (view.def().change_every_m > 0.0F) {
@@ -257,11 +258,11 @@ double next_segment_m(const Mind& mind,
 }
 
 /// The timetable's place moves on by `path`.
-void advance(Mind& mind, const SplineView& view, double path) {
-    SplineWalk& walk = mind.track;
+void advance(Agent& agent, const SplineView& view, double path) {
+    SplineWalk& walk = agent.track;
     const Lane& lane = view.lane(walk.lane);
     walk.to_change -= static_cast<float>(path);
-    if (!changes_lanes(mind)) {
+    if (!changes_lanes(agent)) {
         walk.s = static_cast<float>(lane.on_lane(static_cast<double>(walk.s) + path));
         return;
     }
@@ -278,9 +279,9 @@ void advance(Mind& mind, const SplineView& view, double path) {
 PathSegment segment_in_time(const Vec2& goal,
                             double time_s,
                             float most,
-                            const Mind& mind,
+                            const Agent& agent,
                             const Surroundings& around) {
-    const Vec2 velocity = velocity_at(mind.segment, around.now - 1, around.dt);
+    const Vec2 velocity = velocity_at(agent.segment, around.now - 1, around.dt);
     const auto time = static_cast<float>(time_s);
     Vec2 from = around.at;
     PathSegment segment;
@@ -303,123 +304,124 @@ PathSegment segment_in_time(const Vec2& goal,
     return segment;
 }
 
-/// Whether the mind is where its segment was to end; else it boards again from where it is.
+/// Whether the agent is where its segment was to end; else it boards again from where it is.
 /// False: it is too far off.
-bool find_place(Mind& mind, const SplineView& view, const Surroundings& around) {
+bool find_place(Agent& agent, const SplineView& view, const Surroundings& around) {
     const auto on_it = [](float distance) {
         return static_cast<double>(distance) <= kBoardM;
     };
     // That place is the goal of its segment, if it still has that one.
-    if (on_it((mind.segment.goal - around.at).norm()) ||
-        on_it((view.local(place_after(mind, view, 0.0)) - around.at).norm())) {
+    if (on_it((agent.segment.goal - around.at).norm()) ||
+        on_it((view.local(place_after(agent, view, 0.0)) - around.at).norm())) {
         return true;
     }
     const Vec2d here = view.world(around.at);
-    const Lane& lane = view.lane(mind.track.lane);
-    const Lane::NearestOnLane near = lane.nearest(here, static_cast<double>(mind.track.s), kReachM);
+    const Lane& lane = view.lane(agent.track.lane);
+    const Lane::NearestOnLane near =
+        lane.nearest(here, static_cast<double>(agent.track.s), kReachM);
     if (near.distance_m > kPushedOffM) {
-        head_for_place(mind, kJoins, lane.at(near.s).at, view);
+        head_for_place(agent, kJoins, lane.at(near.s).at, view);
         return false;
     }
-    board(mind, lane, near.s, view, around);
+    board(agent, lane, near.s, view, around);
     return true;
 }
 
 /// Sets the next segment, from the place that the timetable has for the end of the last one.
-void set_next_segment(Mind& mind,
+void set_next_segment(Agent& agent,
                       const State& state,
                       const SplineView& view,
                       const Surroundings& around) {
     const double top = top_speed_of(state, around);
     const double speed = timetable_speed(state, around);
-    const double path = next_segment_m(mind, view, speed, around);
-    const Vec2 goal = view.local(place_after(mind, view, path));
+    const double path = next_segment_m(agent, view, speed, around);
+    const Vec2 goal = view.local(place_after(agent, view, path));
     const double straight = static_cast<double>((goal - around.at).norm());
-    double time = time_to_due(mind, around) + path / speed;
+    double time = time_to_due(agent, around) + path / speed;
     // By another timetable: who was held up, or has just come from beside the track.
     if (!(straight > kLeastShare * speed * time) || !(straight < top * time + 0.5 * kBoardM)) {
         time = std::max(straight / speed, static_cast<double>(around.dt));
     }
-    advance(mind, view, path);
-    set_due(mind, time, around);
-    mind.segment = segment_in_time(goal, time, static_cast<float>(top), mind, around);
-    aim_along(mind,
-              Pace{mind.segment.speed / static_cast<float>(top), state.sprint},
-              mind.segment.direction);
-    mind.on_path = false;
-    mind.again_at = kNever;
+    advance(agent, view, path);
+    set_due(agent, time, around);
+    agent.segment = segment_in_time(goal, time, static_cast<float>(top), agent, around);
+    aim_along(agent,
+              Pace{agent.segment.speed / static_cast<float>(top), state.sprint},
+              agent.segment.direction);
+    agent.on_path = false;
+    agent.again_at = kNever;
 }
 
 }  // namespace
 
-void begin_spline(Mind& mind, const State& state, const Surroundings& around) {
+void begin_spline(Agent& agent, const State& state, const Surroundings& around) {
     ZONED_ASSERT(state.follow && around.places.tracks() != nullptr,
                  "who follows tracks has some to follow");
     const SplineView view(*state.follow, around);
-    mind.track = SplineWalk{};
-    mind.track.lane = view.draw(mind.rng, [](LaneId) { return true; });
-    const Lane& lane = view.lane(mind.track.lane);
+    agent.track = SplineWalk{};
+    agent.track.lane = view.draw(agent.rng, [](LaneId) { return true; });
+    const Lane& lane = view.lane(agent.track.lane);
     const Lane::NearestOnLane near = lane.nearest(view.world(around.at));
-    mind.track.s = static_cast<float>(near.s);
-    head_for_place(mind, kJoins, lane.at(near.s).at, view);
+    agent.track.s = static_cast<float>(near.s);
+    head_for_place(agent, kJoins, lane.at(near.s).at, view);
 }
 
-bool follow_spline(Mind& mind, const State& state, const Surroundings& around) {
+bool follow_spline(Agent& agent, const State& state, const Surroundings& around) {
     const SplineView view(*state.follow, around);
-    if (mind.corner == kTrackEnds || !(timetable_speed(state, around) > 0.0)) {
+    if (agent.corner == kTrackEnds || !(timetable_speed(state, around) > 0.0)) {
         return false;
     }
-    if (mind.corner == kJoins) {
-        const Lane& lane = view.lane(mind.track.lane);
+    if (agent.corner == kJoins) {
+        const Lane& lane = view.lane(agent.track.lane);
         const Lane::NearestOnLane near = lane.nearest(view.world(around.at));
         if (near.distance_m > (around.there ? kAsNearM : kBoardM)) {
             return false;
         }
-        board(mind, lane, near.s, view, around);
-    } else if (!find_place(mind, view, around)) {
+        board(agent, lane, near.s, view, around);
+    } else if (!find_place(agent, view, around)) {
         return false;
     }
-    if (!changes_lanes(mind)) {
-        if (view.def().change_every_m > 0.0F && !(mind.track.to_change > 0.0F)) {
-            draw_change(mind, view);
+    if (!changes_lanes(agent)) {
+        if (view.def().change_every_m > 0.0F && !(agent.track.to_change > 0.0F)) {
+            draw_change(agent, view);
         }
-        const Lane& lane = view.lane(mind.track.lane);
+        const Lane& lane = view.lane(agent.track.lane);
         if (!lane.closed() &&
-            static_cast<double>(mind.track.s) > lane.length() - 1e-3 * Lane::kLeast_m) {
+            static_cast<double>(agent.track.s) > lane.length() - 1e-3 * Lane::kLeast_m) {
             const Vec2d end = lane.at(lane.length()).at;
-            if (!go_on_to_next(mind, end, view)) {
-                head_for_place(mind, kTrackEnds, end, view);
+            if (!go_on_to_next(agent, end, view)) {
+                head_for_place(agent, kTrackEnds, end, view);
                 return false;
             }
         }
     }
-    set_next_segment(mind, state, view, around);
+    set_next_segment(agent, state, view, around);
     return true;
 }
 
-DesiredVelocity track_velocity(Mind& mind, const State& state, const Surroundings& around) {
-    const Vec2 target(mind.target.x(), mind.target.z());
+DesiredVelocity track_velocity(Agent& agent, const State& state, const Surroundings& around) {
+    const Vec2 target(agent.target.x(), agent.target.z());
     DesiredVelocity desired;
     desired.has_goal = true;
     desired.seeks = true;
     desired.goal = target;
     desired.direction = target - around.at;
-    if (mind.corner == kTrackEnds) {
+    if (agent.corner == kTrackEnds) {
         return desired.direction.norm() > 2.0F * kArriveM ? desired : DesiredVelocity();
     }
     const SplineView view(*state.follow, around);
-    const Lane& lane = view.lane(mind.track.lane);
+    const Lane& lane = view.lane(agent.track.lane);
     const Lane::NearestOnLane near =
-        lane.nearest(view.world(around.at), static_cast<double>(mind.track.s), kReachM);
-    if (mind.timed && around.there) {
+        lane.nearest(view.world(around.at), static_cast<double>(agent.track.s), kReachM);
+    if (agent.timed && around.there) {
         desired = DesiredVelocity();
         desired.far = true;  // a path may open
         return desired;
     }
-    if (mind.timed || near.distance_m > kPushedOffM) {
+    if (agent.timed || near.distance_m > kPushedOffM) {
         return desired;
     }
-    mind.track.s = static_cast<float>(near.s);
+    agent.track.s = static_cast<float>(near.s);
     const double ahead = std::max(kAheadM, kAheadS * timetable_speed(state, around));
     desired.seeks = false;
     desired.goal = view.local(lane.at(near.s + ahead).at);
@@ -427,14 +429,14 @@ DesiredVelocity track_velocity(Mind& mind, const State& state, const Surrounding
     return desired;
 }
 
-SplinePlace spline_place(const Mind& mind, const Places& places) {
-    const SplineWalk& walk = mind.track;
+SplinePlace spline_place(const Agent& agent, const Places& places) {
+    const SplineWalk& walk = agent.track;
     if (places.tracks() == nullptr || walk.lane >= places.tracks()->lanes()) {
         return {};
     }
     const Lane& lane = places.tracks()->lane(walk.lane);
     const double s = static_cast<double>(walk.s) +
-                     (changes_lanes(mind) ? static_cast<double>(walk.changed) : 0.0);
+                     (changes_lanes(agent) ? static_cast<double>(walk.changed) : 0.0);
     return {walk.lane, lane.on_lane(s), lane.length()};
 }
 

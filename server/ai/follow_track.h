@@ -1,17 +1,17 @@
-// FollowTrack: minds that go along tracks, by a timetable that is kept to the centimetre.
+// FollowTrack: agents that go along tracks, by a timetable that is kept to the centimetre.
 #pragma once
 
 #include "server/ai/wish.h"
 
 namespace zoned::ai {
 
-/// What a mind keeps in `corner` while it follows a track.
+/// What an agent keeps in `corner` while it follows a track.
 inline constexpr std::uint8_t kJoins = 0;  ///< on its way to the track: `target`
 inline constexpr std::uint8_t kOnTrack = 1;
 inline constexpr std::uint8_t kTrackEnds = 2;  ///< it stands where its track ended: `target`
 
-/// A lane is drawn, by the mind's own stream of random numbers.
-void begin_spline(Mind& mind, const State& state, const Surroundings& around);
+/// A lane is drawn, by the agent's own stream of random numbers.
+void begin_spline(Agent& agent, const State& state, const Surroundings& around);
 
 /// Once the segment is over, or is to be made anew: sets the next one along the track. A segment is
 /// as long as its line is within 0.5 error_m of the lane, its turn within what a body that
@@ -22,13 +22,13 @@ void begin_spline(Mind& mind, const State& state, const Surroundings& around);
 /// as nobody is in its path. Who was held up or pushed by more than 1.5 m goes on from where it is,
 /// by another timetable.
 ///
-/// False: it is not on the track, and walks to Mind::target as to any goal.
-bool follow_spline(Mind& mind, const State& state, const Surroundings& around);
+/// False: it is not on the track, and walks to Agent::target as to any goal.
+bool follow_spline(Agent& agent, const State& state, const Surroundings& around);
 
 /// For followers that go by no segments (in a blend): to a place ahead on the track.
-DesiredVelocity track_velocity(Mind& mind, const State& state, const Surroundings& around);
+DesiredVelocity track_velocity(Agent& agent, const State& state, const Surroundings& around);
 
-/// Where on its track a mind is that goes along it, for people: the place that the timetable has
+/// Where on its track an agent is that goes along it, for people: the place that the timetable has
 /// for the end of its segment.
 struct SplinePlace {
     splines::LaneId lane = splines::kNoLane;
@@ -36,6 +36,6 @@ struct SplinePlace {
     double length = 0.0;  ///< of it, m
 };
 
-[[nodiscard]] SplinePlace spline_place(const Mind& mind, const Places& places);
+[[nodiscard]] SplinePlace spline_place(const Agent& agent, const Places& places);
 
 }  // namespace zoned::ai

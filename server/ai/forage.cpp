@@ -17,33 +17,33 @@ pathfinding::Spot spot_of(const Vec2& at) {
     return {at.x(), at.y()};
 }
 
-void turn_back(Mind& mind) {
-    mind.corner ^= pathfinding::kDirections / 2;
-    mind.steps = 0;
+void turn_back(Agent& agent) {
+    agent.corner ^= pathfinding::kDirections / 2;
+    agent.steps = 0;
 }
 
-void set_out(Mind& mind, const ForageDef& def) {
-    mind.corner &= static_cast<std::uint8_t>(~(kScouts | kLost | kBegins));
-    mind.corner |= mind.rng.unit() < def.explore ? kScouts : 0;
-    mind.steps = 0;
+void set_out(Agent& agent, const ForageDef& def) {
+    agent.corner &= static_cast<std::uint8_t>(~(kScouts | kLost | kBegins));
+    agent.corner |= agent.rng.unit() < def.explore ? kScouts : 0;
+    agent.steps = 0;
 }
 
-void aim_at(Mind& mind, const Vec2& at) {
-    mind.target = Vec3(at.x(), mind.target.y(), at.y());
+void aim_at(Agent& agent, const Vec2& at) {
+    agent.target = Vec3(at.x(), agent.target.y(), at.y());
 }
 
 /// Its segment is over: whoever steers it, or goes on with it unseen, makes one to its new target.
-void end_segment(Mind& mind, Tick now) {
-    mind.segment.length = 0.0F;
-    mind.again_at = now;
-    mind.next_steering = now;
+void end_segment(Agent& agent, Tick now) {
+    agent.segment.length = 0.0F;
+    agent.again_at = now;
+    agent.next_steering = now;
 }
 
 /// Scouts are not, nor whoever has been on its way for long, half of the time: old scents may lead
 /// to where there is no path any more.
-bool is_guided(const Mind& mind, const ForageDef& def) {
-    const bool scouts = (mind.corner & (kCarries | kScouts)) == kScouts;
-    return !scouts && (mind.steps / def.trails.patience) % 2 == 0;
+bool is_guided(const Agent& agent, const ForageDef& def) {
+    const bool scouts = (agent.corner & (kCarries | kScouts)) == kScouts;
+    return !scouts && (agent.steps / def.trails.patience) % 2 == 0;
 }
 
 bool finds_food(const ForageDef& def, const Places& places, const Vec2& at) {
@@ -133,118 +133,118 @@ void Nests::follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick
 }
 
 /// On to a cell beside the one that it is in, or to the nearest that can be walked.
-void Nests::choose(Mind& mind, Nest& nest, const Vec2& at) {
+void Nests::choose(Agent& agent, Nest& nest, const Vec2& at) {
     const pathfinding::GroundGrid& grid = nest.ground.grid;
     const pathfinding::Cell here = grid.cell(spot_of(at));
     if (!nest.ground.cells.passable(here)) {
         pathfinding::Cell near;
         if (pathfinding::nearest_passable(nest.ground.cells, grid, spot_of(at), 4, near)) {
             const pathfinding::Spot to = grid.centre(near);
-            aim_at(mind, Vec2(to.x, to.z));
+            aim_at(agent, Vec2(to.x, to.z));
         } else {
-            mind.corner |= kLost;
+            agent.corner |= kLost;
         }
         return;
     }
-    const bool carries = (mind.corner & kCarries) != 0;
+    const bool carries = (agent.corner & kCarries) != 0;
     const pathfinding::Place place = nest.ground.cells.place(here);
     const unsigned direction = nest.trails.choose(place,
-                                                  mind.corner & kDirectionBits,
+                                                  agent.corner & kDirectionBits,
                                                   carries ? pathfinding::kHome : pathfinding::kFood,
-                                                  is_guided(mind, *nest.def),
-                                                  mind.rng);
+                                                  is_guided(agent, *nest.def),
+                                                  agent.rng);
     if (direction >= pathfinding::kDirections) {
-        aim_at(mind, at);  // it waits
+        aim_at(agent, at);  // it waits
         return;
     }
-    mind.corner = static_cast<std::uint8_t>((mind.corner & ~kDirectionBits) | direction);
+    agent.corner = static_cast<std::uint8_t>((agent.corner & ~kDirectionBits) | direction);
     const pathfinding::Spot to =
         grid.centre(nest.ground.cells.cell(nest.trails.beside(place, direction)));
-    aim_at(mind, Vec2(to.x, to.z));
+    aim_at(agent, Vec2(to.x, to.z));
 }
 
 /// In the middle of a cell: a mark, food or home, and on.
-void Nests::arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene) {
+void Nests::arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene) {
     const ForageDef& def = *nest.def;
     const pathfinding::Cell here = nest.ground.grid.cell(spot_of(at));
-    mind.steps = static_cast<std::uint16_t>(std::min<std::uint32_t>(mind.steps + 1U, 0xFFFFU));
-    const bool carries = (mind.corner & kCarries) != 0;
+    agent.steps = static_cast<std::uint16_t>(std::min<std::uint32_t>(agent.steps + 1U, 0xFFFFU));
+    const bool carries = (agent.corner & kCarries) != 0;
     if (nest.ground.cells.passable(here)) {
         nest.trails.mark(carries ? pathfinding::kFood : pathfinding::kHome,
                          nest.ground.cells.place(here),
-                         mind.steps);
+                         agent.steps);
     }
     if (!carries && finds_food(def, scene.places, at)) {
-        mind.corner |= kCarries;
-        turn_back(mind);
-    } else if ((carries || mind.steps > 1) && scene.places.outside(def.nest, at) <= 0.0F) {
+        agent.corner |= kCarries;
+        turn_back(agent);
+    } else if ((carries || agent.steps > 1) && scene.places.outside(def.nest, at) <= 0.0F) {
         delivered_ += carries ? 1U : 0U;
-        mind.corner &= static_cast<std::uint8_t>(~kCarries);
-        turn_back(mind);
-        set_out(mind, def);
+        agent.corner &= static_cast<std::uint8_t>(~kCarries);
+        turn_back(agent);
+        set_out(agent, def);
     }
-    choose(mind, nest, at);
+    choose(agent, nest, at);
 }
 
-void Nests::walk(Mind& mind, Nest& nest, const Vec2& at, bool arrived, const Scene& scene) {
+void Nests::walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const Scene& scene) {
     const float cell_m = nest.ground.grid.cell_m();
-    const Vec2 target(mind.target.x(), mind.target.z());
-    if ((mind.corner & kLost) != 0) {
+    const Vec2 target(agent.target.x(), agent.target.z());
+    if ((agent.corner & kLost) != 0) {
         if (scene.places.outside(nest.place, at) > 0.0F) {
-            aim_at(mind, scene.places.centre(nest.place));
+            aim_at(agent, scene.places.centre(nest.place));
             return;
         }
-        mind.corner &= static_cast<std::uint8_t>(~kCarries);
-        set_out(mind, *nest.def);
-        choose(mind, nest, at);
-    } else if ((mind.corner & kBegins) != 0) {
-        mind.corner = static_cast<std::uint8_t>(mind.rng.below(pathfinding::kDirections));
-        set_out(mind, *nest.def);
-        choose(mind, nest, at);
+        agent.corner &= static_cast<std::uint8_t>(~kCarries);
+        set_out(agent, *nest.def);
+        choose(agent, nest, at);
+    } else if ((agent.corner & kBegins) != 0) {
+        agent.corner = static_cast<std::uint8_t>(agent.rng.below(pathfinding::kDirections));
+        set_out(agent, *nest.def);
+        choose(agent, nest, at);
     } else if (!nest.ground.grid.contains(spot_of(at))) {
-        mind.corner |= kLost;
-        aim_at(mind, scene.places.centre(nest.place));
+        agent.corner |= kLost;
+        aim_at(agent, scene.places.centre(nest.place));
     } else if (arrived) {
-        arrive(mind, nest, at, scene);
+        arrive(agent, nest, at, scene);
     } else if ((target - at).norm() > kAstrayCells * cell_m ||
                !nest.ground.cells.passable(nest.ground.grid.cell(spot_of(target)))) {
         // Pushed away, or a door has shut before it.
-        choose(mind, nest, at);
+        choose(agent, nest, at);
     }
 }
 
 /// Nothing happens to who is on a segment, unless doors have turned.
-void Nests::take_turn(Mind& mind, const Forager& forager, const Scene& scene) {
-    const ForageDef& def = *scene.machines[mind.machine].states[mind.doing].forage;
+void Nests::take_turn(Agent& agent, const Forager& forager, const Scene& scene) {
+    const ForageDef& def = *scene.machines[agent.machine].states[agent.doing].forage;
     const Vec3& position = scene.entities.position[forager.row];
     const Vec2 body(position.x(), position.z());
-    const bool by_segment = keeps_to_segment(mind, body, scene.now, scene.dt);
-    const bool over = by_segment && segment_is_over(mind, scene.now, scene.dt);
+    const bool by_segment = keeps_to_segment(agent, body, scene.now, scene.dt);
+    const bool over = by_segment && segment_is_over(agent, scene.now, scene.dt);
     if (by_segment && !over && !turned_) {
         return;
     }
-    const Vec2 at = whereabouts(mind, body, scene.now, scene.dt);
-    const Vec2 target(mind.target.x(), mind.target.z());
-    const Scents key{mind.machine, mind.doing, scene.entities.type[forager.row], {}};
+    const Vec2 at = whereabouts(agent, body, scene.now, scene.dt);
+    const Vec2 target(agent.target.x(), agent.target.z());
+    const Scents key{agent.machine, agent.doing, scene.entities.type[forager.row], {}};
     if (Nest* const nest = nest_of(key, scene)) {
         const bool near = (target - at).norm() < kAtCell * nest->ground.grid.cell_m();
-        walk(mind, *nest, at, by_segment ? over : near, scene);
+        walk(agent, *nest, at, by_segment ? over : near, scene);
     } else {
-        mind.corner |= kLost;
-        aim_at(mind, scene.places.centre(def.nest));
+        agent.corner |= kLost;
+        aim_at(agent, scene.places.centre(def.nest));
     }
-    if (by_segment && target != Vec2(mind.target.x(), mind.target.z())) {
-        end_segment(mind, scene.now);
+    if (by_segment && target != Vec2(agent.target.x(), agent.target.z())) {
+        end_segment(agent, scene.now);
     }
 }
 
-void Nests::step(Minds& minds, const Scene& scene) {
+void Nests::step(AgentStore& agents, const Scene& scene) {
     std::sort(foragers_.begin(), foragers_.end(), [](const Forager& a, const Forager& b) {
         return a.entity < b.entity;
     });
     restore(scene);
     for (const Forager& forager : foragers_) {
-        take_turn(minds.at(forager.slot), forager, scene);
+        take_turn(agents.at(forager.slot), forager, scene);
     }
     turned_ = false;
     const auto second = std::max<Tick>(1, std::lround(1.0F / scene.dt));

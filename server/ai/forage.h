@@ -14,15 +14,15 @@
 
 namespace zoned::ai {
 
-/// A mind that forages.
+/// An agent that forages.
 struct Forager {
     EntityId entity;
     world::Row row = world::kNoRow;
     Slot slot = 0;
 };
 
-/// What a mind keeps in `corner` while it forages: the direction in which it goes, by eighths of a
-/// turn, and these.
+/// What an agent keeps in `corner` while it forages: the direction in which it goes, by eighths of
+/// a turn, and these.
 inline constexpr std::uint8_t kCarries = 0x08;
 inline constexpr std::uint8_t kScouts = 0x10;
 inline constexpr std::uint8_t kLost = 0x20;  ///< off the map: it walks straight home
@@ -32,15 +32,15 @@ inline constexpr std::uint8_t kBegins = 0x40;
 inline constexpr float kAtCell = 0.4F;
 
 /// Whether it goes from cell to cell, straight from one to the next.
-inline bool goes_by_cells(const Mind& mind, const State& state) {
-    return state.action == ActionKind::kForage && (mind.corner & kLost) == 0;
+inline bool goes_by_cells(const Agent& agent, const State& state) {
+    return state.action == ActionKind::kForage && (agent.corner & kLost) == 0;
 }
 
 /// The nests of a zone: a map of the ground around each, baked when somebody first forages there,
 /// as it is while doors turn, and the scents on it. Creatures walk from the middle of a cell to
 /// that of the next by a timetable (walk.h), and what they smell and mark happens at the ends of
 /// these segments, in the order of ticks and then of entities: the same whether somebody sees them
-/// or not. Where they are on their path is part of their minds (`corner`, `target`, `steps`), and
+/// or not. Where they are on their path is part of their agents (`corner`, `target`, `steps`), and
 /// goes with them to another zone: from there they walk straight home. Scents stay, and are part of
 /// the zone's state.
 class Nests {
@@ -64,7 +64,7 @@ class Nests {
 
     /// Lets those who have come to a cell mark it and choose the next: writes `target`, and ends
     /// the segment of whoever has another one.
-    void step(Minds& minds, const Scene& scene);
+    void step(AgentStore& agents, const Scene& scene);
 
     /// A door has changed the ground of a nest in the last step: all who forage have to look, in
     /// this one, whether it has shut before them.
@@ -136,10 +136,10 @@ class Nests {
     Nest* nest_of(const Scents& key, const Scene& scene);
     void restore(const Scene& scene);
     void follow_doors(Nest& nest, const motion::StaticGeometry& statics, Tick now);
-    void take_turn(Mind& mind, const Forager& forager, const Scene& scene);
-    void walk(Mind& mind, Nest& nest, const Vec2& at, bool arrived, const Scene& scene);
-    void arrive(Mind& mind, Nest& nest, const Vec2& at, const Scene& scene);
-    void choose(Mind& mind, Nest& nest, const Vec2& at);
+    void take_turn(Agent& agent, const Forager& forager, const Scene& scene);
+    void walk(Agent& agent, Nest& nest, const Vec2& at, bool arrived, const Scene& scene);
+    void arrive(Agent& agent, Nest& nest, const Vec2& at, const Scene& scene);
+    void choose(Agent& agent, Nest& nest, const Vec2& at);
 
     std::vector<Forager> foragers_;
     std::vector<std::unique_ptr<Nest>> nests_;

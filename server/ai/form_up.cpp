@@ -67,16 +67,16 @@ steering::FormationSlot slot_in(const FormationDef& def, std::size_t index, std:
     return {};
 }
 
-/// Rows of other zones whose minds may form up: members of a company that is on both sides of a
+/// Rows of other zones whose agents may form up: members of a company that is on both sides of a
 /// border are among them.
 std::size_t ghosts_in_formations(const world::Entities& entities,
                                  const world::TypeTable& types,
                                  std::span<const CompiledMachine> machines) {
     std::size_t ghosts = 0;
     for (world::Row row = 0; row < entities.size(); ++row) {
-        const std::uint16_t mind = types[entities.type[row]].mind;
-        ghosts += entities.has(row, world::kGhost) && mind != 0 && mind <= machines.size() &&
-                          machines[mind - 1U].forms_up
+        const std::uint16_t agent = types[entities.type[row]].brain;
+        ghosts += entities.has(row, world::kGhost) && agent != 0 && agent <= machines.size() &&
+                          machines[agent - 1U].forms_up
                       ? 1
                       : 0;
     }
@@ -98,13 +98,15 @@ struct Formations::Group {
     }
 };
 
-void Formations::give_slots(Minds& minds, const world::Entities& entities, const Group& group) {
+void Formations::give_slots(AgentStore& agents,
+                            const world::Entities& entities,
+                            const Group& group) {
     const std::size_t count = std::min(group.ranks.size(), kMostInFormation);
     taken_.assign(group.company, 0);
     bool whole = true;
     bool strays = false;
     for (std::size_t i = 0; i < count && whole; ++i) {
-        const std::uint8_t corner = minds.at(group.ranks[i].slot).corner;
+        const std::uint8_t corner = agents.at(group.ranks[i].slot).corner;
         const std::size_t slot = corner & ~kStraggles;
         strays = strays || (corner & kStraggles) != 0;
         whole = slot < group.company && taken_[slot] == 0;
@@ -124,13 +126,13 @@ void Formations::give_slots(Minds& minds, const world::Entities& entities, const
         }
         const auto slots = assignment_.solve(cost_, count, group.company);
         for (std::size_t i = 0; i < count; ++i) {
-            std::uint8_t& corner = minds.at(group.ranks[i].slot).corner;
+            std::uint8_t& corner = agents.at(group.ranks[i].slot).corner;
             corner = static_cast<std::uint8_t>((corner & kStraggles) | slots[i]);
-            minds.at(group.ranks[i].slot).steps = static_cast<std::uint16_t>(group.company);
+            agents.at(group.ranks[i].slot).steps = static_cast<std::uint16_t>(group.company);
         }
     }
     for (std::size_t i = count; i < group.ranks.size(); ++i) {
-        minds.at(group.ranks[i].slot).corner |= kNoRank;
+        agents.at(group.ranks[i].slot).corner |= kNoRank;
     }
 }
 
@@ -138,25 +140,25 @@ void Formations::give_slots(Minds& minds, const world::Entities& entities, const
 /// and the rest may be among the ghosts.
 template <class Ghosts>
 std::size_t Formations::company_of(std::span<const Rank> ranks,
-                                   const Minds& minds,
+                                   const AgentStore& agents,
                                    Ghosts&& ghosts) {
     const std::size_t here = std::min(ranks.size(), kMostInFormation);
     std::size_t were = 0;
     for (const Rank& rank : ranks) {
-        were = std::max<std::size_t>(were, minds.at(rank.slot).steps);
+        were = std::max<std::size_t>(were, agents.at(rank.slot).steps);
     }
     return were > here && were <= kMostInFormation && ghosts() >= were - here ? were : here;
 }
 
-void Formations::place(Minds& minds,
+void Formations::place(AgentStore& agents,
                        const world::Entities& entities,
                        const world::TypeTable& types,
                        std::span<const CompiledMachine> machines,
                        const steering::Walls& walls,
                        Tick now) {
     const auto def_of = [&](const Rank& rank) {
-        const Mind& mind = minds.at(rank.slot);
-        return &*machines[mind.machine].states[mind.doing].formation;
+        const Agent& agent = agents.at(rank.slot);
+        return &*machines[agent.machine].states[agent.doing].formation;
     };
     // Looked for once, and only where somebody is missing.
     auto ghosts = [&, found = std::optional<std::size_t>()]() mutable {
@@ -180,11 +182,11 @@ void Formations::place(Minds& minds,
                           ground_of(entities.position[captain]),
                           heading_of_captain(entities, captain),
                           (now + static_cast<Tick>(ranks_[begin].captain.value)) % kRegroup == 0,
-                          company_of(ranks, minds, ghosts)};
-        give_slots(minds, entities, group);
+                          company_of(ranks, agents, ghosts)};
+        give_slots(agents, entities, group);
         for (const Rank& rank : group.ranks) {
-            Mind& mind = minds.at(rank.slot);
-            const std::size_t slot = mind.corner & ~kStraggles;
+            Agent& agent = agents.at(rank.slot);
+            const std::size_t slot = agent.corner & ~kStraggles;
             const Vec2 offset = slot == kNoRank ? Vec2(Vec2::Zero()) : group.offset(slot);
             const float radius = types[entities.type[rank.row]].character.radius;
             const Vec2 place = steering::slot_before_walls(group.centre, offset, radius, walls);
@@ -192,44 +194,47 @@ void Formations::place(Minds& minds,
             const float distance = (place - at).norm();
             const bool sees = steering::free_share(at, place, walls) >= 1.0F;
             const steering::FormationSettings& settings = group.def->settings;
-            const bool stray = straggles(mind) ? distance > settings.taken_back_m || !sees
-                                               : distance > settings.straggler_m || !sees;
-            mind.corner = static_cast<std::uint8_t>(slot | (stray ? kStraggles : 0U));
+            const bool stray = straggles(agent) ? distance > settings.taken_back_m || !sees
+                                                : distance > settings.straggler_m || !sees;
+            agent.corner = static_cast<std::uint8_t>(slot | (stray ? kStraggles : 0U));
             // Behind a wall from its place it follows the captain, who came by some path.
             const Vec2 to = sees ? place : group.centre;
-            mind.target = Vec3(to.x(), entities.position[rank.row].y(), to.y());
+            agent.target = Vec3(to.x(), entities.position[rank.row].y(), to.y());
         }
         begin = end;
     }
 }
 
-void steer_in_formation(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+void steer_in_formation(Agent& agent,
+                        const State& state,
+                        bool entered,
+                        const Surroundings& around) {
     const world::Entities& e = around.entities;
-    const world::Row captain = mind.ward ? e.find(mind.ward) : world::kNoRow;
+    const world::Row captain = agent.ward ? e.find(agent.ward) : world::kNoRow;
     const motion::CharacterLimits& limits = around.types[e.type[around.self]].character;
     const float full = std::max(0.01F, full_speed(state, around));
     Vec2 want = Vec2::Zero();
     if (captain != world::kNoRow && !e.has(captain, world::kHidden)) {
         want = steering::pull_to_slot(state.formation->settings,
                                       ground_of(e.velocity[captain]),
-                                      ground_of(mind.target) - around.body());
+                                      ground_of(agent.target) - around.body());
     }
     const float speed = std::min(want.norm(), full);
-    mind.next_steering = around.now + 1;
-    restart_progress(mind, e.position[around.self], around.now);
-    const bool stood = !moving(mind);
+    agent.next_steering = around.now + 1;
+    restart_progress(agent, e.position[around.self], around.now);
+    const bool stood = !moving(agent);
     if (!(speed >= (stood ? 2.0F : 1.0F) * kRankStands * full)) {
-        mind.aim = motion::InputCommand{};
-        mind.aim.yaw = e.yaw[around.self];
+        agent.aim = motion::InputCommand{};
+        agent.aim.yaw = e.yaw[around.self];
         return;
     }
     const Vec2 direction = want.normalized();
     const float top = limits.speed * (state.sprint ? limits.sprint_factor : 1.0F);
-    const float aimed = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
+    const float aimed = Vec2(agent.aim.move_x, agent.aim.move_z).norm() / kFullMove;
     const float share = speed / top;
-    if (entered || stood || aim_direction(mind).dot(direction) < kRankCos ||
+    if (entered || stood || aim_direction(agent).dot(direction) < kRankCos ||
         std::abs(aimed - share) > kRankPace * full / top) {
-        aim_along(mind, Pace{share, state.sprint}, direction);
+        aim_along(agent, Pace{share, state.sprint}, direction);
     }
 }
 

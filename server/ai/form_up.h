@@ -1,4 +1,4 @@
-// FormationFollowing: minds that keep their places around a captain.
+// FormationFollowing: agents that keep their places around a captain.
 #pragma once
 
 #include "server/ai/crowd/assignment.h"
@@ -11,11 +11,11 @@
 
 namespace zoned::ai {
 
-/// What a mind keeps in `corner` while it forms up: its slot, and whether it straggles.
+/// What an agent keeps in `corner` while it forms up: its slot, and whether it straggles.
 inline constexpr std::uint8_t kNoRank = 0x7F;
 inline constexpr std::uint8_t kStraggles = 0x80;
 
-/// A mind that forms up around its ward.
+/// An agent that forms up around its ward.
 struct Rank {
     EntityId captain;
     EntityId entity;
@@ -25,7 +25,7 @@ struct Rank {
 };
 
 /// The members of all formations of a zone. Nothing is remembered here: slots are part of the
-/// minds, and given anew, by the least sum of squared paths, when those of a captain's members are
+/// agents, and given anew, by the least sum of squared paths, when those of a captain's members are
 /// not the first so many. On a border, where some of them, or the captain, are ghosts of another
 /// zone, both keep to the slots that they had when they were together: as long as there are as many
 /// ghosts who may be those that are missing.
@@ -33,13 +33,13 @@ class Formations {
   public:
     void clear() { ranks_.clear(); }
 
-    /// A mind whose state forms up; its ward is there.
+    /// An agent whose state forms up; its ward is there.
     void add(const Rank& rank) { ranks_.push_back(rank); }
 
     [[nodiscard]] bool empty() const { return ranks_.empty(); }
 
     /// Gives each its slot, writes where that is now into `target`, and says who straggles.
-    void place(Minds& minds,
+    void place(AgentStore& agents,
                const world::Entities& entities,
                const world::TypeTable& types,
                std::span<const CompiledMachine> machines,
@@ -49,10 +49,10 @@ class Formations {
   private:
     struct Group;
 
-    void give_slots(Minds& minds, const world::Entities& entities, const Group& group);
+    void give_slots(AgentStore& agents, const world::Entities& entities, const Group& group);
     template <class Ghosts>
     [[nodiscard]] static std::size_t company_of(std::span<const Rank> ranks,
-                                                const Minds& minds,
+                                                const AgentStore& agents,
                                                 Ghosts&& ghosts);
 
     std::vector<Rank> ranks_;
@@ -61,12 +61,12 @@ class Formations {
     steering::Assignment assignment_;
 };
 
-/// Whether the mind walks to its place by itself, as to any goal.
-inline bool straggles(const Mind& mind) {
-    return (mind.corner & kStraggles) != 0;
+/// Whether the agent walks to its place by itself, as to any goal.
+inline bool straggles(const Agent& agent) {
+    return (agent.corner & kStraggles) != 0;
 }
 
 /// Steers a member in its place: with the captain, and to its slot.
-void steer_in_formation(Mind& mind, const State& state, bool entered, const Surroundings& around);
+void steer_in_formation(Agent& agent, const State& state, bool entered, const Surroundings& around);
 
 }  // namespace zoned::ai

@@ -120,18 +120,18 @@ Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimit
 
 const PathSegment* Drift::segment_of(const world::Entities& entities, world::Row row) const {
     const EntityId entity = entities.id[row];
-    if (row < slots.size() && slots[row] < minds.slots()) {
-        const Mind& hinted = minds.at(slots[row]);
+    if (row < slots.size() && slots[row] < agents.slots()) {
+        const Agent& hinted = agents.at(slots[row]);
         if (hinted.entity == entity) {
             return &hinted.segment;
         }
     }
-    const Mind* const mind = minds.find(entity);
-    return mind != nullptr ? &mind->segment : nullptr;
+    const Agent* const agent = agents.find(entity);
+    return agent != nullptr ? &agent->segment : nullptr;
 }
 
-bool at_step_end(const Mind& mind, const Vec2& at) {
-    return (at - mind.segment.goal).norm() <= kAtEndShare * step_of(mind);
+bool at_step_end(const Agent& agent, const Vec2& at) {
+    return (at - agent.segment.goal).norm() <= kAtEndShare * step_of(agent);
 }
 
 float roam_speed(const State& state, const motion::CharacterLimits& limits) {
@@ -145,15 +145,15 @@ Tick roams_until(const CompiledMachine& machine, Tick now, float dt) {
     return (now / period + 1) * period;
 }
 
-Vec2 path_ahead(const Mind& mind,
+Vec2 path_ahead(const Agent& agent,
                 const CompiledMachine& machine,
                 const CoarseWorld& in,
                 world::Row row) {
     const auto ticks = static_cast<float>(roams_until(machine, in.now, in.dt) - in.now);
-    return wanted_by(mind.aim, in.types[in.entities.type[row]].character) * (ticks * in.dt);
+    return wanted_by(agent.aim, in.types[in.entities.type[row]].character) * (ticks * in.dt);
 }
 
-void take_step(Mind& mind,
+void take_step(Agent& agent,
                const CompiledMachine& machine,
                const CoarseWorld& in,
                const Vec3& from,
@@ -162,22 +162,22 @@ void take_step(Mind& mind,
     const float time_s = static_cast<float>(until - in.now) * in.dt;
     const Vec2 here = flat_part(from);
     const float length = end.stands ? (flat_part(end.at) - here).norm() : 0.0F;
-    mind.segment = PathSegment();
-    mind.segment.from = here;
-    mind.segment.goal = end.stands ? flat_part(end.at) : here;
-    mind.segment.since = in.now - 1;
+    agent.segment = PathSegment();
+    agent.segment.from = here;
+    agent.segment.goal = end.stands ? flat_part(end.at) : here;
+    agent.segment.since = in.now - 1;
     if (length > 0.0F) {
-        mind.segment.direction = (mind.segment.goal - here) / length;
-        mind.segment.speed = length / time_s;
+        agent.segment.direction = (agent.segment.goal - here) / length;
+        agent.segment.speed = length / time_s;
     }
-    mind.target = Vec3(mind.segment.goal.x(), end.at.y(), mind.segment.goal.y());
-    mind.timed = true;
-    mind.on_path = false;
-    mind.fresh = false;
-    mind.again_at = until;
+    agent.target = Vec3(agent.segment.goal.x(), end.at.y(), agent.segment.goal.y());
+    agent.timed = true;
+    agent.on_path = false;
+    agent.fresh = false;
+    agent.again_at = until;
 }
 
-bool roam(Mind& mind,
+bool roam(Agent& agent,
           const CompiledMachine& machine,
           const CoarseWorld& in,
           world::Row row,
@@ -185,45 +185,45 @@ bool roam(Mind& mind,
           const Vec2& way) {
     const Tick until = roams_until(machine, in.now, in.dt);
     const float time_s = static_cast<float>(until - in.now) * in.dt;
-    const Vec2 velocity = velocity_at(mind.segment, in.now - 1, in.dt);
+    const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
     const motion::CharacterState begin{
         from, Vec3(velocity.x(), 0.0F, velocity.y()), in.entities.yaw[row], true};
     const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
     const StepEnd end = walk_along(begin, way, time_s, limits, in.statics, in.now);
-    take_step(mind, machine, in, from, end);
+    take_step(agent, machine, in, from, end);
     return end.stands;
 }
 
-bool only_steps(const Mind& mind,
+bool only_steps(const Agent& agent,
                 const CompiledMachine& machine,
                 const CoarseWorld& in,
                 world::Row row) {
-    if (mind.entered || !on_step(mind) || !roams(mind, machine) || mind.again_at != in.now ||
-        mind.next_decision <= in.now || in.now < mind.detour_until) {
+    if (agent.entered || !on_step(agent) || !roams(agent, machine) || agent.again_at != in.now ||
+        agent.next_decision <= in.now || in.now < agent.detour_until) {
         return false;
     }
     const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
-    const float wanted = wanted_by(mind.aim, limits).norm();
-    return mind.segment.speed >= kHinderedShare * wanted;
+    const float wanted = wanted_by(agent.aim, limits).norm();
+    return agent.segment.speed >= kHinderedShare * wanted;
 }
 
-void hash_step(core::StateHash& hash, const Mind& mind) {
+void hash_step(core::StateHash& hash, const Agent& agent) {
     core::BlockHash block;
-    block.pack(mind.entity.value);
+    block.pack(agent.entity.value);
     for (int axis = 0; axis < 2; ++axis) {
-        block.pack(mind.segment.from[axis]);
-        block.pack(mind.segment.goal[axis]);
-        block.pack(mind.placed[axis]);
+        block.pack(agent.segment.from[axis]);
+        block.pack(agent.segment.goal[axis]);
+        block.pack(agent.placed[axis]);
     }
-    block.pack(mind.segment.speed);
-    block.pack(mind.segment.since);
-    block.pack(mind.target.y());
-    block.pack(mind.aim.move_x);
-    block.pack(mind.aim.move_z);
-    block.pack(mind.aim.yaw);
-    block.pack(mind.again_at);
-    block.pack(mind.next_event);
-    block.pack(mind.rng.state);
+    block.pack(agent.segment.speed);
+    block.pack(agent.segment.since);
+    block.pack(agent.target.y());
+    block.pack(agent.aim.move_x);
+    block.pack(agent.aim.move_z);
+    block.pack(agent.aim.yaw);
+    block.pack(agent.again_at);
+    block.pack(agent.next_event);
+    block.pack(agent.rng.state);
     hash.add(block.value());
 }
 

@@ -11,9 +11,9 @@
 
 namespace zoned::ai {
 
-/// Whether the mind goes with a herd.
-inline bool roams(const Mind& mind, const CompiledMachine& machine) {
-    return machine.states[mind.doing].action == ActionKind::kFlock;
+/// Whether the agent goes with a herd.
+inline bool roams(const Agent& agent, const CompiledMachine& machine) {
+    return machine.states[agent.doing].action == ActionKind::kFlock;
 }
 
 /// The fastest that one walks who roams so, m/s.
@@ -26,27 +26,28 @@ Vec2 wanted_by(const motion::InputCommand& command, const motion::CharacterLimit
 inline constexpr float kHinderedShare = 0.9F;
 
 /// The way of its last step, m: so far it may have come from where its entity was put.
-inline float step_of(const Mind& mind) {
-    return (mind.segment.goal - mind.segment.from).norm();
+inline float step_of(const Agent& agent) {
+    return (agent.segment.goal - agent.segment.from).norm();
 }
 
 /// Where those neighbours are whom nobody sees: their rows say where they were put last, their
-/// minds where they are now.
+/// agents where they are now.
 struct Drift {
-    const Minds& minds;
+    const AgentStore& agents;
     std::span<const Slot> slots;  ///< by row: of whoever dozes there; others may be in the way
     Tick now;
     float dt;       ///< s
     float reach_m;  ///< nobody is farther than this from its row
 
-    /// Of a row that dozes; null: it has no mind here.
+    /// Of a row that dozes; null: it has no agent here.
     [[nodiscard]] const PathSegment* segment_of(const world::Entities& entities,
                                                 world::Row row) const;
 };
 
-/// Whether the mind is on a step with its herd: no other segment leads on without an end.
-inline bool on_step(const Mind& mind) {
-    return mind.tier == Tier::kCoarse && mind.segment.length == 0.0F && mind.segment.speed > 0.0F;
+/// Whether the agent is on a step with its herd: no other segment leads on without an end.
+inline bool on_step(const Agent& agent) {
+    return agent.tier == Tier::kCoarse && agent.segment.length == 0.0F &&
+           agent.segment.speed > 0.0F;
 }
 
 /// How far the entity of such a one may be from where a step of it begins, m: to place it costs
@@ -54,12 +55,12 @@ inline bool on_step(const Mind& mind) {
 inline constexpr float kHerdStale_m = 4.0F;
 
 /// Whether such a one is at the end of its step, where roam() has found that it will stand
-/// (mind.target), when it is at `at` (x, z, m).
-bool at_step_end(const Mind& mind, const Vec2& at);
+/// (agent.target), when it is at `at` (x, z, m).
+bool at_step_end(const Agent& agent, const Vec2& at);
 
 /// Whether it is time for a step.
-inline bool roams_on(const Mind& mind, const CompiledMachine& machine, Tick now) {
-    return roams(mind, machine) && (mind.entered || now >= mind.again_at);
+inline bool roams_on(const Agent& agent, const CompiledMachine& machine, Tick now) {
+    return roams(agent, machine) && (agent.entered || now >= agent.again_at);
 }
 
 /// Until when a step leads that begins now: a tick that is a multiple of a second, or of the
@@ -74,8 +75,8 @@ struct StepEnd {
 };
 
 /// The step of an animal that is at `from` to where it leads until roams_until(). Who would leave
-/// the ground stands where it is, and is to be woken up. Where it comes to stand is mind.target.
-void take_step(Mind& mind,
+/// the ground stands where it is, and is to be woken up. Where it comes to stand is agent.target.
+void take_step(Agent& agent,
                const CompiledMachine& machine,
                const CoarseWorld& in,
                const Vec3& from,
@@ -109,8 +110,8 @@ StepEnd walk_along(const motion::CharacterState& from,
 /// The step of an animal that is at `from`, along `way` (x, z, m) until roams_until(): as a
 /// character moves that is simulated, so along walls, over ledges, up and down the ground
 /// (motion::apply_input). False: it would leave the ground; it stands where it is, and is to be
-/// woken up. Where it comes to stand is mind.target.
-bool roam(Mind& mind,
+/// woken up. Where it comes to stand is agent.target.
+bool roam(Agent& agent,
           const CompiledMachine& machine,
           const CoarseWorld& in,
           world::Row row,
@@ -119,16 +120,16 @@ bool roam(Mind& mind,
 
 /// Whether nothing happens to it now but that its step is over: it came on as it wanted, and
 /// decides nothing.
-bool only_steps(const Mind& mind,
+bool only_steps(const Agent& agent,
                 const CompiledMachine& machine,
                 const CoarseWorld& in,
                 world::Row row);
 
 /// Chains what such a step changes.
-void hash_step(core::StateHash& hash, const Mind& mind);
+void hash_step(core::StateHash& hash, const Agent& agent);
 
 /// The way that it goes until then where nothing changes its heading, x, z, m.
-Vec2 path_ahead(const Mind& mind,
+Vec2 path_ahead(const Agent& agent,
                 const CompiledMachine& machine,
                 const CoarseWorld& in,
                 world::Row row);
@@ -160,7 +161,7 @@ class Herds {
     void add(Slot slot, world::Row row, const Vec3& at) { roaming_.push_back({slot, row, at}); }
 
     /// Sets their aims as they are at the end of their steps.
-    void step(Minds& minds, const Scene& scene);
+    void step(AgentStore& agents, const Scene& scene);
 
     /// Where the n-th that was added comes.
     [[nodiscard]] const StepEnd& end(std::size_t n) const { return ends_[n]; }
@@ -184,7 +185,7 @@ class Herds {
         EntityId entity;
         world::Row row;
         TypeIndex type;
-        const Mind* mind;      // null: it goes straight on
+        const Agent* agent;    // null: it goes straight on
         std::uint32_t number;  // of those who step; kNoNumber: it does not
         Tick until;            // who steps: when that is over
         Vec2 at;               // when it begins
@@ -208,24 +209,24 @@ class Herds {
 
     static constexpr std::uint32_t kNoNumber = 0xFFFFFFFFU;
 
-    void gather(Minds& minds, const Scene& scene);
-    void add_animal(const Mind* mind,
+    void gather(AgentStore& agents, const Scene& scene);
+    void add_animal(const Agent* agent,
                     world::Row row,
                     std::uint32_t number,
                     const Vec2& at,
                     const Scene& scene);
     [[nodiscard]] bool is_barred(const Animal& animal, float reach_m, const Scene& scene) const;
     void walk_on(std::size_t n, const Scene& scene, Tick now);
-    void add_others(const Minds& minds, const Scene& scene);
+    void add_others(const AgentStore& agents, const Scene& scene);
     [[nodiscard]] Extent extent_of_found() const;
     void lay_mesh();
     void sort_by_cells();
     [[nodiscard]] std::uint32_t rank_of(TypeIndex type) const;
     [[nodiscard]] Vec2 place(std::size_t n, float time_s) const;
-    void turn_all(Minds& minds, const Scene& scene, Tick now);
-    [[nodiscard]] Vec2 turned(Minds& minds, std::size_t n, const Scene& scene, Tick now);
+    void turn_all(AgentStore& agents, const Scene& scene, Tick now);
+    [[nodiscard]] Vec2 turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick now);
     void set_velocity(std::size_t n, const Vec2& velocity, float time_s);
-    void leave(Minds& minds, std::size_t n, const Scene& scene, float time_s);
+    void leave(AgentStore& agents, std::size_t n, const Scene& scene, float time_s);
 
     std::vector<Roaming> roaming_;
     std::vector<TypeIndex> types_;  // of those who step, each once

@@ -18,9 +18,9 @@ constexpr float kMostMeshCells = 65'536.0F;
 constexpr float kNowhere_m = 1e9F;
 
 /// The first tick from `now` on at which a simulated animal decides, and then steers by that.
-Tick turn_from(const Mind& mind, Tick period, bool far, Tick now) {
-    const Tick decides = next_decision(mind.entity, period, now - 1);
-    const Tick late = (decides + static_cast<Tick>(mind.entity.value)) % kFarPeriod;
+Tick turn_from(const Agent& agent, Tick period, bool far, Tick now) {
+    const Tick decides = next_decision(agent.entity, period, now - 1);
+    const Tick late = (decides + static_cast<Tick>(agent.entity.value)) % kFarPeriod;
     return far && late != 0 ? decides + kFarPeriod - late : decides;
 }
 
@@ -42,20 +42,20 @@ bool is_within(const Vec2& at, const Vec2& low, const Vec2& high) {
 }  // namespace
 
 /// One that walks on along its aim, unless something held it up in its last step.
-void Herds::add_animal(const Mind* mind,
+void Herds::add_animal(const Agent* agent,
                        world::Row row,
                        std::uint32_t number,
                        const Vec2& at,
                        const Scene& scene) {
     const world::Entities& e = scene.entities;
     const PathSegment* const segment = !e.has(row, world::kDozing) ? nullptr
-                                       : number != kNoNumber       ? &mind->segment
+                                       : number != kNoNumber       ? &agent->segment
                                                                    : scene.drift.segment_of(e, row);
     Animal animal{};
     animal.entity = e.id[row];
     animal.row = row;
     animal.type = e.type[row];
-    animal.mind = mind;
+    animal.agent = agent;
     animal.number = number;
     animal.until = kNever;
     animal.at = at;
@@ -65,14 +65,14 @@ void Herds::add_animal(const Mind* mind,
         // Who steps is where it says.
         animal.at = number != kNoNumber ? at : position_at(*segment, scene.now - 1, scene.dt);
     }
-    if (mind != nullptr) {
-        const CompiledMachine& machine = scene.machines[mind->machine];
-        const State& state = machine.states[mind->doing];
+    if (agent != nullptr) {
+        const CompiledMachine& machine = scene.machines[agent->machine];
+        const State& state = machine.states[agent->doing];
         const motion::CharacterLimits& limits = scene.types[animal.type].character;
-        const Vec2 wanted = wanted_by(mind->aim, limits);
+        const Vec2 wanted = wanted_by(agent->aim, limits);
         const bool hindered = animal.velocity.norm() < kHinderedShare * wanted.norm();
         animal.velocity = hindered ? animal.velocity : wanted;
-        animal.aim = mind->aim;
+        animal.aim = agent->aim;
         const Tick until = roams_until(machine, scene.now, scene.dt);
         const float time_s = static_cast<float>(until - scene.now) * scene.dt;
         animal.reach = state.radius_m + 2.0F * time_s * roam_speed(state, limits);
@@ -115,7 +115,7 @@ Herds::Extent Herds::extent_of_found() const {
 }
 
 /// Those of the same types whom somebody who steps may come to know of.
-void Herds::add_others(const Minds& minds, const Scene& scene) {
+void Herds::add_others(const AgentStore& agents, const Scene& scene) {
     const world::Entities& e = scene.entities;
     const Extent known = extent_of_found();
     const Vec2 low = known.low.array() - (known.reach + scene.drift.reach_m);
@@ -129,13 +129,13 @@ void Herds::add_others(const Minds& minds, const Scene& scene) {
             continue;
         }
         const bool elsewhere = e.has(row, world::kDozing) || e.has(row, world::kGhost);
-        const Mind* const mind = elsewhere ? nullptr : minds.find(e.id[row]);
-        const bool foretold = mind != nullptr && roams(*mind, scene.machines[mind->machine]);
-        add_animal(foretold ? mind : nullptr, row, kNoNumber, at, scene);
+        const Agent* const agent = elsewhere ? nullptr : agents.find(e.id[row]);
+        const bool foretold = agent != nullptr && roams(*agent, scene.machines[agent->machine]);
+        add_animal(foretold ? agent : nullptr, row, kNoNumber, at, scene);
     }
 }
 
-void Herds::gather(Minds& minds, const Scene& scene) {
+void Herds::gather(AgentStore& agents, const Scene& scene) {
     const world::Entities& e = scene.entities;
     found_.clear();
     types_.clear();
@@ -145,7 +145,7 @@ void Herds::gather(Minds& minds, const Scene& scene) {
         const Roaming& roaming = roaming_[n];
         const auto number = static_cast<std::uint32_t>(n);
         const Vec2 at(roaming.at.x(), roaming.at.z());
-        add_animal(&minds.at(roaming.slot), roaming.row, number, at, scene);
+        add_animal(&agents.at(roaming.slot), roaming.row, number, at, scene);
         if (rank_of(found_.back().type) == types_.size()) {
             types_.push_back(found_.back().type);
         }
@@ -155,7 +155,7 @@ void Herds::gather(Minds& minds, const Scene& scene) {
         shown += e.counts()[type].shown + e.counts()[type].ghosts;
     }
     if (shown != roaming_.size()) {
-        add_others(minds, scene);
+        add_others(agents, scene);
     }
     for (const Animal& animal : found_) {
         among_[animal.row] = false;
@@ -235,14 +235,14 @@ void Herds::set_velocity(std::size_t n, const Vec2& wanted, float time_s) {
 
 /// The rule, as desired_velocity() and steer() ask it at a decision; by where all are at the end of
 /// the tick before.
-Vec2 Herds::turned(Minds& minds, std::size_t n, const Scene& scene, Tick now) {
+Vec2 Herds::turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick now) {
     Animal& animal = animals_[n];
-    const Mind& mind = *animal.mind;
+    const Agent& agent = *animal.agent;
     const Vec2 as_before(velocity_x_[n], velocity_z_[n]);
-    if (now < mind.detour_until) {
+    if (now < agent.detour_until) {
         return as_before;
     }
-    const State& state = scene.machines[mind.machine].states[mind.doing];
+    const State& state = scene.machines[agent.machine].states[agent.doing];
     const motion::CharacterLimits& limits = scene.types[animal.type].character;
     const float time_s = static_cast<float>(now - scene.now) * scene.dt;
     const Vec2 here = place(n, time_s);
@@ -265,25 +265,25 @@ Vec2 Herds::turned(Minds& minds, std::size_t n, const Scene& scene, Tick now) {
     const Vec2 heading = aim_direction(animal.aim);
     const bool stands = heading == Vec2::Zero();
     const float speed = std::max(0.01F, roam_speed(state, limits));
-    FlockPull pull = flock_pull(mind, state, speed, here, scene.places);
+    FlockPull pull = flock_pull(agent, state, speed, here, scene.places);
     pull.heading = heading;
     Vec2 desired = sum.heading(here, pull);
     if (desired.norm() < 1e-3F) {
         if (!stands || animal.number == kNoNumber) {
             return as_before;
         }
-        core::Rng& rng = minds.at(roaming_[animal.number].slot).rng;
+        core::Rng& rng = agents.at(roaming_[animal.number].slot).rng;
         desired = Vec2(rng.range(-1.0F, 1.0F), 1.0F);  // anywhere
     }
     const Vec2 direction = desired.normalized();
     if (stands || heading.dot(direction) < kReaimFlockCos) {
-        aim_along(animal.aim, Pace{state.speed_factor * mind.band, state.sprint}, direction);
+        aim_along(animal.aim, Pace{state.speed_factor * agent.band, state.sprint}, direction);
     }
     return wanted_by(animal.aim, limits);
 }
 
 /// All whose turn it is at `now`: first each looks around, then they turn.
-void Herds::turn_all(Minds& minds, const Scene& scene, Tick now) {
+void Herds::turn_all(AgentStore& agents, const Scene& scene, Tick now) {
     turning_.clear();
     wanted_.clear();
     for (std::size_t n = 0; n < turns_at_.size(); ++n) {
@@ -292,16 +292,16 @@ void Herds::turn_all(Minds& minds, const Scene& scene, Tick now) {
         }
     }
     for (const std::uint32_t n : turning_) {
-        wanted_.push_back(turned(minds, n, scene, now));
+        wanted_.push_back(turned(agents, n, scene, now));
     }
     const float time_s = static_cast<float>(now - scene.now) * scene.dt;
     for (std::size_t k = 0; k < turning_.size(); ++k) {
         const std::uint32_t n = turning_[k];
-        const Mind& mind = *animals_[n].mind;
+        const Agent& agent = *animals_[n].agent;
         set_velocity(n, wanted_[k], time_s);
-        turns_at_[n] = turn_from(mind,
-                                 decision_period(scene.machines[mind.machine], scene.dt),
-                                 scene.reduce_far && mind.far,
+        turns_at_[n] = turn_from(agent,
+                                 decision_period(scene.machines[agent.machine], scene.dt),
+                                 scene.reduce_far && agent.far,
                                  now + 1);
         walk_on(n, scene, now);
     }
@@ -323,20 +323,20 @@ void Herds::walk_on(std::size_t n, const Scene& scene, Tick now) {
         n, Vec2(way.x(), way.z()) / time_s, static_cast<float>(now - scene.now) * scene.dt);
 }
 
-void Herds::step(Minds& minds, const Scene& scene) {
+void Herds::step(AgentStore& agents, const Scene& scene) {
     if (roaming_.empty()) {
         return;
     }
-    gather(minds, scene);
+    gather(agents, scene);
     lay_mesh();
     sort_by_cells();
     turns_at_.assign(animals_.size(), kNever);
     Tick end = scene.now;
     for (std::size_t n = 0; n < animals_.size(); ++n) {
-        if (const Mind* const mind = animals_[n].mind) {
-            turns_at_[n] = turn_from(*mind,
-                                     decision_period(scene.machines[mind->machine], scene.dt),
-                                     scene.reduce_far && mind->far,
+        if (const Agent* const agent = animals_[n].agent) {
+            turns_at_[n] = turn_from(*agent,
+                                     decision_period(scene.machines[agent->machine], scene.dt),
+                                     scene.reduce_far && agent->far,
                                      scene.now);
         }
         if (animals_[n].until != kNever) {
@@ -351,12 +351,12 @@ void Herds::step(Minds& minds, const Scene& scene) {
         const float time_s = static_cast<float>(now - scene.now) * scene.dt;
         for (std::size_t n = 0; n < animals_.size(); ++n) {
             if (animals_[n].until == now) {
-                leave(minds, n, scene, time_s);
+                leave(agents, n, scene, time_s);
             }
             next = std::min(next, animals_[n].until);
         }
         for (; now < std::min(next, end); ++now) {
-            turn_all(minds, scene, now);
+            turn_all(agents, scene, now);
         }
         if (now == end && next == kNever) {
             break;
@@ -365,16 +365,16 @@ void Herds::step(Minds& minds, const Scene& scene) {
 }
 
 /// Its step is over: others see it go straight on.
-void Herds::leave(Minds& minds, std::size_t n, const Scene& scene, float time_s) {
+void Herds::leave(AgentStore& agents, std::size_t n, const Scene& scene, float time_s) {
     Animal& animal = animals_[n];
     const Roaming& roaming = roaming_[animal.number];
-    Mind& mind = minds.at(roaming.slot);
-    mind.aim = animal.aim;
+    Agent& agent = agents.at(roaming.slot);
+    agent.aim = animal.aim;
     if (animal.tries) {
         ends_[animal.number] = {animal.body.position, animal.body.grounded};
     } else {
         const motion::CharacterLimits& limits = scene.types[animal.type].character;
-        const Vec2 velocity = velocity_at(mind.segment, scene.now - 1, scene.dt);
+        const Vec2 velocity = velocity_at(agent.segment, scene.now - 1, scene.dt);
         ends_[animal.number] =
             walk_along({roaming.at, Vec3(velocity.x(), 0.0F, velocity.y()), animal.body.yaw, true},
                        place(n, time_s) - animal.at,

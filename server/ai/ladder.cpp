@@ -61,20 +61,24 @@ void put_on_rung(Settings& settings, std::uint16_t rung) {
     settings.ladder.active = rung;
 }
 
-void adopt_from_rung(Mind& mind, const Settings& settings, std::uint16_t rung, Tick now, float dt) {
+void adopt_from_rung(Agent& agent,
+                     const Settings& settings,
+                     std::uint16_t rung,
+                     Tick now,
+                     float dt) {
     if (rung == settings.ladder.active || settings.ladder.rungs.empty() ||
-        !settings.ladder.varies[mind.machine]) {
+        !settings.ladder.varies[agent.machine]) {
         return;
     }
-    adopt(mind,
-          machine_on(settings, rung, mind.machine),
-          settings.compiled[mind.machine],
-          mind.machine,
+    adopt(agent,
+          machine_on(settings, rung, agent.machine),
+          settings.compiled[agent.machine],
+          agent.machine,
           now,
           dt);
 }
 
-RungChange change_rung(Minds& minds,
+RungChange change_rung(AgentStore& agents,
                        Settings& settings,
                        Ladder& ladder,
                        std::uint16_t rung,
@@ -82,13 +86,13 @@ RungChange change_rung(Minds& minds,
                        float dt) {
     const RungChange change{ladder.rung, rung, ladder.level, ladder.successes, ladder.failures};
     put_on_rung(settings, rung);
-    for (std::size_t n = 0; n < minds.size(); ++n) {
-        Mind& mind = minds.at(minds.nth(n));
-        ZONED_ASSERT(mind.tier != Tier::kCoarse || !settings.ladder.varies[mind.machine],
+    for (std::size_t n = 0; n < agents.size(); ++n) {
+        Agent& agent = agents.at(agents.nth(n));
+        ZONED_ASSERT(agent.tier != Tier::kCoarse || !settings.ladder.varies[agent.machine],
                      "who is to live by other machines was woken up");
-        adopt_from_rung(mind, settings, change.from, now, dt);
+        adopt_from_rung(agent, settings, change.from, now, dt);
     }
-    minds.forget_wavering();  // the numbers of transitions may be others
+    agents.forget_wavering();  // the numbers of transitions may be others
     ladder.rung = rung;
     ladder.successes = 0;
     ladder.failures = 0;

@@ -14,8 +14,8 @@
 
 namespace zoned::ai {
 
-class Minds;
-struct Mind;
+class AgentStore;
+struct Agent;
 struct Settings;
 
 /// All machines as one difficulty has them: as many, of the same names, as every other's.
@@ -47,8 +47,9 @@ struct Ladder {
 
 /// Calls `visit(number)` for each number of a ladder, in one order; `ladder` may be const.
 template <class LadderOf, class Visit>
-void visit_fields(LadderOf& ladder,
-                  Visit&& visit) requires std::same_as<std::remove_const_t<LadderOf>, Ladder> {
+void visit_fields(LadderOf& ladder, Visit&& visit)
+    requires std::same_as<std::remove_const_t<LadderOf>, Ladder>
+{
     visit(ladder.rung);
     visit(ladder.level);
     visit(ladder.successes);
@@ -68,7 +69,7 @@ struct RungChange {
 /// Where a zone begins.
 Ladder first_of(const LadderSettings& settings);
 
-/// A player has succeeded at what the minds made difficult, or failed. Nothing where there are no
+/// A player has succeeded at what the agents made difficult, or failed. Nothing where there are no
 /// rungs.
 void note_outcome(Ladder& ladder, const LadderSettings& settings, bool player_succeeded);
 
@@ -84,17 +85,21 @@ const CompiledMachine& machine_on(const Settings& settings, std::uint16_t rung, 
 /// Gives the settings the machines of a rung. Nothing is copied or allocated.
 void put_on_rung(Settings& settings, std::uint16_t rung);
 
-/// The zone goes to another rung: the minds of machines that vary, which are all awake, go on with
+/// The zone goes to another rung: the agents of machines that vary, which are all awake, go on with
 /// those of that rung (adopt.h). `dt` in s.
-RungChange change_rung(Minds& minds,
+RungChange change_rung(AgentStore& agents,
                        Settings& settings,
                        Ladder& ladder,
                        std::uint16_t rung,
                        Tick now,
                        float dt);
 
-/// A mind that lived by the machines of another rung goes on by those of the settings.
-void adopt_from_rung(Mind& mind, const Settings& settings, std::uint16_t rung, Tick now, float dt);
+/// An agent that lived by the machines of another rung goes on by those of the settings.
+void adopt_from_rung(Agent& agent,
+                     const Settings& settings,
+                     std::uint16_t rung,
+                     Tick now,
+                     float dt);
 
 /// For settings that have come in the place of `before` in a zone that runs: puts them on the rung
 /// of the same name, or else where they begin, and the ladder with them.

@@ -55,7 +55,7 @@ void overlay(const std::vector<VariableChange>& changes, std::vector<float>& per
 
 /// What states and deeds do to variables.
 void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
-    ZONED_ASSERT(machine.variables.size() <= kMaxVariables, "a mind has few variables");
+    ZONED_ASSERT(machine.variables.size() <= kMaxVariables, "an agent has few variables");
     std::vector<const State*> nodes;
     collect_nodes(machine.states, nodes);
     ZONED_ASSERT(nodes.size() == out.table.nodes.size(), "every state is a node");

@@ -1,4 +1,4 @@
-// Machine: what the mind of a character is made of, as written and compiled.
+// Machine: what the agent of a character is made of, as written and compiled.
 #pragma once
 
 #include "server/ai/follow_def.h"
@@ -57,7 +57,7 @@ enum class Sensor : std::uint8_t {
     kFoes = 112,              ///< targets within sight or hearing
 };
 
-/// What every mind senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
+/// What every agent senses, by SenseIndex; its variables follow, then the outputs of its fuzzy
 /// systems, then what it knows of places.
 inline constexpr SenseIndex kSensePlayerDistance = 0;
 inline constexpr SenseIndex kSenseHomeDistance = 1;
@@ -68,7 +68,7 @@ inline constexpr SenseIndex kSenseFoes = 5;
 inline constexpr SenseIndex kSenseTimeOfDay = 6;
 inline constexpr SenseIndex kOwnSenses = 7;
 
-/// Numbers that a mind can have of its own.
+/// Numbers that an agent can have of its own.
 inline constexpr std::size_t kMaxVariables = 8;
 
 constexpr SenseIndex sense_of(Sensor sensor) {
@@ -109,7 +109,7 @@ struct Transition {
     }
 };
 
-/// A number of each mind that grows with time.
+/// A number of each agent that grows with time.
 struct Variable {
     std::string name;
     float start = 0.0F;
@@ -146,7 +146,7 @@ struct GuardedPolicy {
 struct PolicyChoice {
     std::uint16_t number = 0;                     ///< among the policies of whoever wrote this
     std::shared_ptr<const GuardedPolicy> policy;  ///< given before the machine is compiled
-    std::vector<std::uint16_t> variable;          ///< of the mind, by input that names one
+    std::vector<std::uint16_t> variable;          ///< of the agent, by input that names one
 };
 
 /// States that a blend can have.
@@ -195,8 +195,8 @@ struct FuzzySense {
     std::vector<SenseIndex> inputs;  ///< for each input a sense: its own, or a variable
 };
 
-/// Whom a mind looks for, and by what it notices them. As it is to begin with: players, all round,
-/// through walls, and forgotten at once.
+/// Whom an agent looks for, and by what it notices them. As it is to begin with: players, all
+/// round, through walls, and forgotten at once.
 struct Perception {
     bool given = false;  ///< else nothing below counts
     bool players = true;
@@ -301,7 +301,7 @@ struct CompiledMachine {
     float perception_m = 40.0F;
     float decide_every_s = 0.2F;
     Perception perception{};
-    /// Its minds need to know who is near, players or not.
+    /// Its agents need to know who is near, players or not.
     bool knows_others = false;
     bool flocks = false;    ///< some state of it does
     bool forages = false;   ///< some state of it does
@@ -311,7 +311,7 @@ struct CompiledMachine {
     std::vector<std::uint32_t> first_clause;  ///< by leaf, and the end of the last
     /// By leaf: what its clauses and its blend read, by bit.
     std::vector<std::uint64_t> senses_of_leaf;
-    std::uint64_t senses_of_place = 0;  ///< those that change where a mind walks, by bit
+    std::uint64_t senses_of_place = 0;  ///< those that change where an agent walks, by bit
 
     /// All that decisions in a leaf depend on.
     [[nodiscard]] std::span<const Clause> clauses_of(std::size_t leaf) const {

@@ -131,15 +131,15 @@ bool brakes_freely(const Vec3& from,
 
 }  // namespace
 
-float path_left(const Mind& mind, const State& state, const Places& places, const Vec2& here) {
+float path_left(const Agent& agent, const State& state, const Places& places, const Vec2& here) {
     switch (state.action) {
         case ActionKind::kWander:
-            return (on_ground(mind.target) - here).norm();
+            return (on_ground(agent.target) - here).norm();
         case ActionKind::kReturn:
         case ActionKind::kGuard:
-            return (on_ground(mind.home) - here).norm();
+            return (on_ground(agent.home) - here).norm();
         case ActionKind::kGo:
-            return (places.spot(state.place, mind.entity) - here).norm();
+            return (places.spot(state.place, agent.entity) - here).norm();
         default:
             return 0.0F;
     }
@@ -183,7 +183,7 @@ void LocalAvoidance::add_other(world::Row row, const Scene& scene) {
     seen_.want_z.back() = velocity.y();
     // Its own zone lets it make way likewise, by the same places and velocities.
     const bool yields = e.has(row, world::kGhost) && e.has(row, world::kGrounded) &&
-                        type.kind == world::EntityKind::kCharacter && type.mind != 0 &&
+                        type.kind == world::EntityKind::kCharacter && type.brain != 0 &&
                         !e.client[row];
     seen_.yield.back() = yields ? 1.0F : 0.0F;
     rows_.push_back(row);

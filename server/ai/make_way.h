@@ -1,4 +1,4 @@
-// LocalAvoidance: awake minds that would meet somebody get a command that avoids it; all others
+// LocalAvoidance: awake agents that would meet somebody get a command that avoids it; all others
 // keep theirs, bit for bit.
 #pragma once
 
@@ -15,14 +15,14 @@
 
 namespace zoned::ai {
 
-/// Who makes way: the entity of an awake mind.
+/// Who makes way: the entity of an awake agent.
 struct AvoidingAgent {
     world::Row row = world::kNoRow;
     float path_left_m = 0.0F;  ///< to where it goes; who has less goes first
 };
 
-/// How far a mind that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
-float path_left(const Mind& mind, const State& state, const Places& places, const Vec2& here);
+/// How far an agent that does `state` still has to go from `here` (x, z, m); 0: nobody knows.
+float path_left(const Agent& agent, const State& state, const Places& places, const Vec2& here);
 
 struct LocalAvoidanceReport {
     std::uint32_t crowded = 0;   ///< walkers that would have met somebody
@@ -50,8 +50,8 @@ class LocalAvoidance {
         float dt;  ///< s
     };
 
-    /// `walkers` ascend by entity id, each has the command that its mind wants. Others that count:
-    /// characters, and bodies that move; those yield that have a mind in another zone. Changes
+    /// `walkers` ascend by entity id, each has the command that its agent wants. Others that count:
+    /// characters, and bodies that move; those yield that have an agent in another zone. Changes
     /// `command` of walkers alone. The same bits for any number of threads and order of rows; no
     /// allocation once as many were near each other.
     LocalAvoidanceReport step(std::span<const AvoidingAgent> walkers,

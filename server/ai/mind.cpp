@@ -5,29 +5,29 @@
 
 namespace zoned::ai {
 
-void shift(Mind& mind, const Vec3& offset) {
-    mind.home += offset;
-    mind.target += offset;
-    mind.anchor += offset;
-    mind.known += offset;
-    mind.segment.from += Vec2(offset.x(), offset.z());
-    mind.segment.goal += Vec2(offset.x(), offset.z());
-    mind.placed += Vec2(offset.x(), offset.z());
+void shift(Agent& agent, const Vec3& offset) {
+    agent.home += offset;
+    agent.target += offset;
+    agent.anchor += offset;
+    agent.known += offset;
+    agent.segment.from += Vec2(offset.x(), offset.z());
+    agent.segment.goal += Vec2(offset.x(), offset.z());
+    agent.placed += Vec2(offset.x(), offset.z());
 }
 
-void hash(core::StateHash& hash, const Mind& mind) {
+void hash(core::StateHash& hash, const Agent& agent) {
     core::BlockHash block;
     // Inlined, so that which chain a number enters is known when this is compiled.
     visit_fields(
-        mind, [&block](const auto& number) __attribute__((always_inline)) { block.pack(number); });
+        agent, [&block](const auto& number) __attribute__((always_inline)) { block.pack(number); });
     hash.add(block.value());
 }
 
-void hash_walk(core::StateHash& hash, const Mind& mind) {
+void hash_walk(core::StateHash& hash, const Agent& agent) {
     core::BlockHash block;
-    block.pack(mind.entity.value);
+    block.pack(agent.entity.value);
     visit_walk_fields(
-        mind, [&block](const auto& number) __attribute__((always_inline)) { block.pack(number); });
+        agent, [&block](const auto& number) __attribute__((always_inline)) { block.pack(number); });
     hash.add(block.value());
 }
 

@@ -1,4 +1,4 @@
-// Mind: all that the mind of one entity is made of; part of snapshots, handoffs and hashes.
+// Agent: all that the agent of one entity is made of; part of snapshots, handoffs and hashes.
 #pragma once
 
 #include "server/ai/leg.h"
@@ -14,14 +14,14 @@
 
 namespace zoned::ai {
 
-/// How closely a mind is followed.
+/// How closely an agent is followed.
 enum class Tier : std::uint8_t {
     kAwake,   ///< decides at its period and steers its entity
     kCoarse,  ///< nobody can see it: it goes from event to event, and its entity is not simulated
 };
 
-/// What a coarse mind that stands and looks waits for besides time: that stock becomes other than
-/// it was. As long as it does not, the mind's decisions change nothing.
+/// What a coarse agent that stands and looks waits for besides time: that stock becomes other than
+/// it was. As long as it does not, the agent's decisions change nothing.
 struct StockWait {
     /// Clauses of its leaf's whose conditions on stock become other than `held` says, by bit
     /// Clause::stock_number.
@@ -53,7 +53,7 @@ struct SplineWalk {
 };
 
 /// Positions are zone-local.
-struct Mind {
+struct Agent {
     EntityId entity;
     std::uint16_t machine = 0;       ///< index into Settings::machines
     fsm::OneState fsm;               ///< where it is in it
@@ -73,7 +73,7 @@ struct Mind {
         prey;  ///< its target at the last decision: the nearest player, if nothing else is said
     EntityId ward;              ///< whom it looks after, likewise
     bool noticed = true;        ///< the target was; else it is remembered
-    Vec3 known = Vec3::Zero();  ///< where it was noticed last, by minds that can remember
+    Vec3 known = Vec3::Zero();  ///< where it was noticed last, by agents that can remember
     Tick known_at = 0;          ///< and when
     core::Rng rng;
     std::uint8_t wants = 0;    ///< trades of what it does that are still to be done, by bit
@@ -100,16 +100,16 @@ struct Mind {
     StockWait wait;         ///< coarse
 };
 
-/// Puts a mind into the first state of its machine, with variables as they start.
-void begin(Mind& mind, const CompiledMachine& machine, Tick now);
+/// Puts an agent into the first state of its machine, with variables as they start.
+void begin(Agent& agent, const CompiledMachine& machine, Tick now);
 
-/// Moves all positions of a mind by `offset`, m: for a zone with another origin.
-void shift(Mind& mind, const Vec3& offset);
+/// Moves all positions of an agent by `offset`, m: for a zone with another origin.
+void shift(Agent& agent, const Vec3& offset);
 
 /// All of it.
-void hash(core::StateHash& hash, const Mind& mind);
+void hash(core::StateHash& hash, const Agent& agent);
 
-/// What of a mind may become other where its segment ends, and it decides nothing.
-void hash_walk(core::StateHash& hash, const Mind& mind);
+/// What of an agent may become other where its segment ends, and it decides nothing.
+void hash_walk(core::StateHash& hash, const Agent& agent);
 
 }  // namespace zoned::ai

@@ -15,7 +15,7 @@ constexpr std::uint32_t kVersion = 5;
 /// No zone is so large, m.
 constexpr float kFarthest_m = 1e6F;
 
-/// The largest Mind::corner of who does that.
+/// The largest Agent::corner of who does that.
 std::uint8_t most_corner(ActionKind action) {
     switch (action) {
         case ActionKind::kPatrol:
@@ -50,41 +50,41 @@ bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
            (walk.from == splines::kNoLane || known(walk.from, walk.from_s));
 }
 
-/// What keeps the mind from being one of `settings` on that rung; null: nothing.
-const char* wrong_with(const Mind& mind, const Settings& settings, std::uint16_t rung) {
-    if (mind.machine >= settings.compiled.size() ||
-        machine_on(settings, rung, mind.machine).states.empty()) {
+/// What keeps the agent from being one of `settings` on that rung; null: nothing.
+const char* wrong_with(const Agent& agent, const Settings& settings, std::uint16_t rung) {
+    if (agent.machine >= settings.compiled.size() ||
+        machine_on(settings, rung, agent.machine).states.empty()) {
         return "has a machine that there is not";
     }
-    const CompiledMachine& machine = machine_on(settings, rung, mind.machine);
-    const std::uint16_t leaf = mind.fsm.state();
+    const CompiledMachine& machine = machine_on(settings, rung, agent.machine);
+    const std::uint16_t leaf = agent.fsm.state();
     if (leaf >= machine.table.leaves()) {
         return "is in a state that there is not";
     }
     const CompiledMachine::Choice& choice = machine.choices[leaf];
-    const bool deed =
-        mind.doing >= choice.first && mind.doing < choice.first + machine.states[leaf].deeds.size();
-    if (mind.doing != leaf && !deed) {
+    const bool deed = agent.doing >= choice.first &&
+                      agent.doing < choice.first + machine.states[leaf].deeds.size();
+    if (agent.doing != leaf && !deed) {
         return "does what its state does not say";
     }
-    if (mind.fsm.pending[0] != fsm::kNone &&
-        mind.fsm.pending[0] >= machine.table.transitions.size()) {
+    if (agent.fsm.pending[0] != fsm::kNone &&
+        agent.fsm.pending[0] >= machine.table.transitions.size()) {
         return "holds a transition that there is not";
     }
-    for (const auto& memory : mind.fsm.memory) {
+    for (const auto& memory : agent.fsm.memory) {
         if (memory[0] != fsm::kNone && memory[0] >= machine.table.nodes.size()) {
             return "remembers a state that there is not";
         }
     }
     // What has just been turned to writes it.
-    if (!mind.entered && mind.corner > most_corner(machine.states[mind.doing].action)) {
+    if (!agent.entered && agent.corner > most_corner(machine.states[agent.doing].action)) {
         return "is at a corner that there is not";
     }
-    if (!mind.entered && machine.states[mind.doing].action == ActionKind::kFollowTrack &&
-        !is_on_tracks(mind.track, settings.places.tracks.get())) {
+    if (!agent.entered && machine.states[agent.doing].action == ActionKind::kFollowTrack &&
+        !is_on_tracks(agent.track, settings.places.tracks.get())) {
         return "is on a track that there is not";
     }
-    if (mind.tier > Tier::kCoarse || (mind.tier == Tier::kCoarse && !mind.timed)) {
+    if (agent.tier > Tier::kCoarse || (agent.tier == Tier::kCoarse && !agent.timed)) {
         return "is in no tier, or nowhere";
     }
     return nullptr;
@@ -156,16 +156,16 @@ std::string read_nests(FieldReader& read, const Settings& settings, Nests::Memor
 
 }  // namespace
 
-void write_minds(const Minds& minds,
+void save_agents(const AgentStore& agents,
                  const Step& step,
                  const Places& places,
                  std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
     write(kVersion);
     visit_fields(step.memory().ladder, write);
-    write(static_cast<std::uint32_t>(minds.size()));
-    for (std::size_t n = 0; n < minds.size(); ++n) {
-        visit_fields(minds.at(minds.nth(n)), write);
+    write(static_cast<std::uint32_t>(agents.size()));
+    for (std::size_t n = 0; n < agents.size(); ++n) {
+        visit_fields(agents.at(agents.nth(n)), write);
     }
     write(static_cast<std::uint32_t>(step.memory().viewers.size()));
     for (const EntityId viewer : step.memory().viewers) {
@@ -185,43 +185,43 @@ void write_minds(const Minds& minds,
     write_nests(step.nests().memory(), write);
 }
 
-std::string read_minds(std::span<const std::uint8_t> bytes,
-                       Settings& settings,
-                       Minds& minds,
-                       Step& step,
-                       Places& places) {
+std::string load_agents(std::span<const std::uint8_t> bytes,
+                        Settings& settings,
+                        AgentStore& agents,
+                        Step& step,
+                        Places& places) {
     FieldReader read(bytes);
     std::uint32_t version = 0;
     std::uint32_t count = 0;
     Step::Memory memory;
     read(version);
     if (read.cut_short() || version != kVersion) {
-        return "version " + std::to_string(version) + " of minds, not " + std::to_string(kVersion);
+        return "version " + std::to_string(version) + " of agents, not " + std::to_string(kVersion);
     }
     visit_fields(memory.ladder, read);
     read(count);
     if (read.cut_short() || !read.finite() || !is_ladder(memory.ladder, settings.ladder)) {
         return "the difficulty is cut short, or none of the settings";
     }
-    Minds fresh;
+    AgentStore fresh;
     EntityId before;
     for (std::uint32_t n = 0; n < count; ++n) {
-        Mind mind;
-        visit_fields(mind, read);
+        Agent agent;
+        visit_fields(agent, read);
         const std::string name =
-            "mind " + std::to_string(n) + " of entity " + std::to_string(mind.entity.value) + " ";
+            "agent " + std::to_string(n) + " of entity " + std::to_string(agent.entity.value) + " ";
         if (read.cut_short()) {
             return name + "is cut short";
         }
-        if (!(before < mind.entity)) {
+        if (!(before < agent.entity)) {
             return name + "comes after a larger one";
         }
-        const char* wrong = wrong_with(mind, settings, memory.ladder.rung);
+        const char* wrong = wrong_with(agent, settings, memory.ladder.rung);
         if (wrong != nullptr || !read.finite() || !read.known()) {
             return name + (wrong != nullptr ? wrong : "has a number that is none");
         }
-        before = mind.entity;
-        fresh.add(mind);
+        before = agent.entity;
+        fresh.add(agent);
     }
     std::uint32_t viewers = 0;
     read(viewers);
@@ -265,10 +265,10 @@ std::string read_minds(std::span<const std::uint8_t> bytes,
     if (read.left() > 0) {
         return std::to_string(read.left()) + " bytes are left over";
     }
-    minds = std::move(fresh);
+    agents = std::move(fresh);
     places.set_stocks(stock);
     put_on_rung(settings, memory.ladder.rung);
-    step.remember(memory, nests, minds, settings);
+    step.remember(memory, nests, agents, settings);
     return {};
 }
 

@@ -1,4 +1,4 @@
-// Mind bytes: minds written down and read again, for snapshots of a zone.
+// Agent bytes: agents written down and read again, for snapshots of a zone.
 #pragma once
 
 #include "server/ai/ai_step.h"
@@ -11,24 +11,24 @@
 
 namespace zoned::ai {
 
-/// Appends on which difficulty they are (ladder.h), all minds, ascending by entity, what their step
-/// remembers, what is in stock, and the scents of nests, whose maps are baked anew: little endian,
-/// field by field as mind_fields.h has them, after a version and counts. What reads them goes on
-/// bit for bit.
-void write_minds(const Minds& minds,
+/// Appends on which difficulty they are (ladder.h), all agents, ascending by entity, what their
+/// step remembers, what is in stock, and the scents of nests, whose maps are baked anew: little
+/// endian, field by field as mind_fields.h has them, after a version and counts. What reads them
+/// goes on bit for bit.
+void save_agents(const AgentStore& agents,
                  const Step& step,
                  const Places& places,
                  std::vector<std::uint8_t>& out);
 
-/// Reads what write_minds() wrote into empty `minds`, `step`, and the stock into `places`, which
-/// have those of the settings; these are put on the rung on which the minds were. Empty text: done.
-/// Otherwise nothing was changed, and the text says what is wrong: another version, cut short,
-/// bytes left over, or numbers that mean nothing to `settings` (which are compiled), with the mind
-/// and the field.
-std::string read_minds(std::span<const std::uint8_t> bytes,
-                       Settings& settings,
-                       Minds& minds,
-                       Step& step,
-                       Places& places);
+/// Reads what save_agents() wrote into empty `agents`, `step`, and the stock into `places`, which
+/// have those of the settings; these are put on the rung on which the agents were. Empty text:
+/// done. Otherwise nothing was changed, and the text says what is wrong: another version, cut
+/// short, bytes left over, or numbers that mean nothing to `settings` (which are compiled), with
+/// the agent and the field.
+std::string load_agents(std::span<const std::uint8_t> bytes,
+                        Settings& settings,
+                        AgentStore& agents,
+                        Step& step,
+                        Places& places);
 
 }  // namespace zoned::ai

@@ -1,4 +1,4 @@
-// Mind fields: all that a mind is, field by field, for whoever hashes, writes or reads minds.
+// Agent fields: all that an agent is, field by field, for whoever hashes, writes or reads agents.
 #pragma once
 
 #include "server/ai/mind.h"
@@ -32,117 +32,117 @@ template <class Vector, class Visit>
                std::make_index_sequence<static_cast<std::size_t>(Vector::SizeAtCompileTime)>());
 }
 
-/// Calls `visit(number)` for each number of a mind, in one order; `mind` may be const.
-template <class MindOf, class Visit>
-[[gnu::always_inline]] inline void visit_fields(MindOf& mind, Visit&& visit) {
+/// Calls `visit(number)` for each number of an agent, in one order; `agent` may be const.
+template <class AgentOf, class Visit>
+[[gnu::always_inline]] inline void visit_fields(AgentOf& agent, Visit&& visit) {
     const auto column = [&visit](auto& array) __attribute__((always_inline)) {
         visit(array[0]);
     };
-    visit(mind.entity.value);
-    visit(mind.machine);
-    visit(mind.fsm.leaf[0]);
-    visit(mind.fsm.pending[0]);
-    visit(mind.fsm.pending_since[0]);
-    visit_array(mind.fsm.since, column);
-    visit_array(mind.fsm.memory, column);
-    visit(mind.doing);
-    visit(mind.facts);
-    visit_array(mind.variables, visit);
-    visit_array(mind.degrees, visit);
-    visit(mind.variables_at);
-    visit(mind.next_decision);
-    visit_vector(mind.home, visit);
-    visit_vector(mind.target, visit);
-    visit(mind.corner);
-    visit(mind.steps);
-    visit(mind.prey.value);
-    visit(mind.ward.value);
-    visit(mind.noticed);
-    visit_vector(mind.known, visit);
-    visit(mind.known_at);
-    visit(mind.rng.state);
-    visit(mind.rng.stream);
-    visit(mind.wants);
-    visit(mind.entered);
-    visit(mind.fresh);
-    visit(mind.far);
-    visit(mind.next_steering);
-    visit(mind.aim.move_x);
-    visit(mind.aim.move_z);
-    visit(mind.aim.yaw);
-    visit(mind.aim.buttons);
-    visit_vector(mind.anchor, visit);
-    visit(mind.anchor_since);
-    visit(mind.detour_until);
-    visit(mind.band);
-    visit(mind.tier);
-    visit(mind.unseen_since);
-    visit(mind.timed);
-    visit_vector(mind.segment.from, visit);
-    visit_vector(mind.segment.direction, visit);
-    visit(mind.segment.speed);
-    visit(mind.segment.length);
-    visit_vector(mind.segment.bend, visit);
-    visit(mind.segment.bend_s);
-    visit(mind.segment.since);
-    visit_vector(mind.segment.goal, visit);
-    visit(mind.track.lane);
-    visit(mind.track.from);
-    visit(mind.track.s);
-    visit(mind.track.from_s);
-    visit(mind.track.changed);
-    visit(mind.track.to_change);
-    visit(mind.track.due);
-    visit(mind.track.due_s);
-    visit(mind.on_path);
-    visit(mind.again_at);
-    visit_vector(mind.placed, visit);
-    visit(mind.next_event);
-    visit(mind.look_at);
-    visit(mind.wait.clauses);
-    visit(mind.wait.held);
-    visit(mind.wait.trades);
+    visit(agent.entity.value);
+    visit(agent.machine);
+    visit(agent.fsm.leaf[0]);
+    visit(agent.fsm.pending[0]);
+    visit(agent.fsm.pending_since[0]);
+    visit_array(agent.fsm.since, column);
+    visit_array(agent.fsm.memory, column);
+    visit(agent.doing);
+    visit(agent.facts);
+    visit_array(agent.variables, visit);
+    visit_array(agent.degrees, visit);
+    visit(agent.variables_at);
+    visit(agent.next_decision);
+    visit_vector(agent.home, visit);
+    visit_vector(agent.target, visit);
+    visit(agent.corner);
+    visit(agent.steps);
+    visit(agent.prey.value);
+    visit(agent.ward.value);
+    visit(agent.noticed);
+    visit_vector(agent.known, visit);
+    visit(agent.known_at);
+    visit(agent.rng.state);
+    visit(agent.rng.stream);
+    visit(agent.wants);
+    visit(agent.entered);
+    visit(agent.fresh);
+    visit(agent.far);
+    visit(agent.next_steering);
+    visit(agent.aim.move_x);
+    visit(agent.aim.move_z);
+    visit(agent.aim.yaw);
+    visit(agent.aim.buttons);
+    visit_vector(agent.anchor, visit);
+    visit(agent.anchor_since);
+    visit(agent.detour_until);
+    visit(agent.band);
+    visit(agent.tier);
+    visit(agent.unseen_since);
+    visit(agent.timed);
+    visit_vector(agent.segment.from, visit);
+    visit_vector(agent.segment.direction, visit);
+    visit(agent.segment.speed);
+    visit(agent.segment.length);
+    visit_vector(agent.segment.bend, visit);
+    visit(agent.segment.bend_s);
+    visit(agent.segment.since);
+    visit_vector(agent.segment.goal, visit);
+    visit(agent.track.lane);
+    visit(agent.track.from);
+    visit(agent.track.s);
+    visit(agent.track.from_s);
+    visit(agent.track.changed);
+    visit(agent.track.to_change);
+    visit(agent.track.due);
+    visit(agent.track.due_s);
+    visit(agent.on_path);
+    visit(agent.again_at);
+    visit_vector(agent.placed, visit);
+    visit(agent.next_event);
+    visit(agent.look_at);
+    visit(agent.wait.clauses);
+    visit(agent.wait.held);
+    visit(agent.wait.trades);
 }
 
 /// Of these those that become other where a segment ends and nothing is decided, large and small
 /// ones so that they fill words (core::BlockHash::pack()).
-template <class MindOf, class Visit>
-[[gnu::always_inline]] inline void visit_walk_fields(MindOf& mind, Visit&& visit) {
-    visit(mind.rng.state);
-    visit_vector(mind.target, visit);
-    visit(mind.corner);
-    visit(mind.aim.buttons);
-    visit(mind.steps);
-    visit(mind.aim.move_x);
-    visit(mind.aim.move_z);
-    visit(mind.aim.yaw);
-    visit(mind.timed);
-    visit(mind.on_path);
-    visit(mind.entered);
-    visit(mind.fresh);
-    visit_vector(mind.anchor, visit);
-    visit(mind.segment.bend_s);
-    visit(mind.anchor_since);
-    visit_vector(mind.segment.from, visit);
-    visit_vector(mind.segment.direction, visit);
-    visit(mind.segment.speed);
-    visit(mind.segment.length);
-    visit_vector(mind.segment.bend, visit);
-    visit(mind.segment.since);
-    visit_vector(mind.segment.goal, visit);
-    visit(mind.track.lane);
-    visit(mind.track.from);
-    visit(mind.track.s);
-    visit(mind.track.from_s);
-    visit(mind.track.changed);
-    visit(mind.track.to_change);
-    visit(mind.track.due);
-    visit(mind.track.due_s);
-    visit(mind.again_at);
-    visit_vector(mind.placed, visit);
-    visit(mind.next_decision);
-    visit(mind.next_event);
-    visit(mind.look_at);
+template <class AgentOf, class Visit>
+[[gnu::always_inline]] inline void visit_walk_fields(AgentOf& agent, Visit&& visit) {
+    visit(agent.rng.state);
+    visit_vector(agent.target, visit);
+    visit(agent.corner);
+    visit(agent.aim.buttons);
+    visit(agent.steps);
+    visit(agent.aim.move_x);
+    visit(agent.aim.move_z);
+    visit(agent.aim.yaw);
+    visit(agent.timed);
+    visit(agent.on_path);
+    visit(agent.entered);
+    visit(agent.fresh);
+    visit_vector(agent.anchor, visit);
+    visit(agent.segment.bend_s);
+    visit(agent.anchor_since);
+    visit_vector(agent.segment.from, visit);
+    visit_vector(agent.segment.direction, visit);
+    visit(agent.segment.speed);
+    visit(agent.segment.length);
+    visit_vector(agent.segment.bend, visit);
+    visit(agent.segment.since);
+    visit_vector(agent.segment.goal, visit);
+    visit(agent.track.lane);
+    visit(agent.track.from);
+    visit(agent.track.s);
+    visit(agent.track.from_s);
+    visit(agent.track.changed);
+    visit(agent.track.to_change);
+    visit(agent.track.due);
+    visit(agent.track.due_s);
+    visit(agent.again_at);
+    visit_vector(agent.placed, visit);
+    visit(agent.next_decision);
+    visit(agent.next_event);
+    visit(agent.look_at);
 }
 
 }  // namespace zoned::ai

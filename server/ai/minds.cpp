@@ -15,7 +15,7 @@ constexpr float kToAndFroS = 2.0F;
 
 }  // namespace
 
-std::size_t Minds::place_of(EntityId entity) const {
+std::size_t AgentStore::place_of(EntityId entity) const {
     const auto at =
         std::lower_bound(order_.begin(), order_.end(), entity, [](const Place& p, EntityId wanted) {
             return p.entity < wanted;
@@ -23,132 +23,134 @@ std::size_t Minds::place_of(EntityId entity) const {
     return static_cast<std::size_t>(at - order_.begin());
 }
 
-void Minds::add(const Mind& mind) {
-    const std::size_t place = place_of(mind.entity);
-    ZONED_ASSERT(mind.entity && (place == order_.size() || order_[place].entity != mind.entity),
-                 "an entity has one mind");
-    Slot slot = static_cast<Slot>(minds_.size());
+void AgentStore::add(const Agent& agent) {
+    const std::size_t place = place_of(agent.entity);
+    ZONED_ASSERT(agent.entity && (place == order_.size() || order_[place].entity != agent.entity),
+                 "an entity has one agent");
+    Slot slot = static_cast<Slot>(agents_.size());
     if (free_.empty()) {
-        minds_.push_back(mind);
+        agents_.push_back(agent);
         traces_.emplace_back();
     } else {
         slot = free_.back();
         free_.pop_back();
-        minds_[slot] = mind;
+        agents_[slot] = agent;
         traces_[slot] = fsm::Oscillations::Trace();
     }
-    order_.insert(order_.begin() + static_cast<std::ptrdiff_t>(place), {mind.entity, slot});
-    events_.grow(minds_.size());
-    leaving_.grow(minds_.size());
-    cells_.grow(minds_.size());
-    waits_.grow(minds_.size());
-    if (mind.tier == Tier::kAwake) {
+    order_.insert(order_.begin() + static_cast<std::ptrdiff_t>(place), {agent.entity, slot});
+    events_.grow(agents_.size());
+    leaving_.grow(agents_.size());
+    cells_.grow(agents_.size());
+    waits_.grow(agents_.size());
+    if (agent.tier == Tier::kAwake) {
         insert_awake(slot);
         return;
     }
-    events_.schedule(slot, mind.next_event);
+    events_.schedule(slot, agent.next_event);
     leaving_.schedule(slot, 0);
-    if (mind.wait.any()) {
+    if (agent.wait.any()) {
         newly_waiting_.push_back(slot);
     }
 }
 
-Mind Minds::take(EntityId entity) {
+Agent AgentStore::take(EntityId entity) {
     const std::size_t place = place_of(entity);
-    ZONED_ASSERT(place < order_.size() && order_[place].entity == entity, "a mind to take exists");
+    ZONED_ASSERT(place < order_.size() && order_[place].entity == entity,
+                 "an agent to take exists");
     const Slot slot = order_[place].slot;
-    if (minds_[slot].tier == Tier::kAwake) {
+    if (agents_[slot].tier == Tier::kAwake) {
         erase_awake(slot);
     } else {
         forget_coarse(slot);
     }
     order_.erase(order_.begin() + static_cast<std::ptrdiff_t>(place));
-    const Mind mind = minds_[slot];
-    minds_[slot].entity = EntityId();
+    const Agent agent = agents_[slot];
+    agents_[slot].entity = EntityId();
     free_.push_back(slot);
-    return mind;
+    return agent;
 }
 
-const Mind* Minds::find(EntityId entity) const {
+const Agent* AgentStore::find(EntityId entity) const {
     const std::size_t place = place_of(entity);
-    return place < order_.size() && order_[place].entity == entity ? &minds_[order_[place].slot]
+    return place < order_.size() && order_[place].entity == entity ? &agents_[order_[place].slot]
                                                                    : nullptr;
 }
 
-Mind* Minds::find(EntityId entity) {
-    return const_cast<Mind*>(static_cast<const Minds*>(this)->find(entity));
+Agent* AgentStore::find(EntityId entity) {
+    return const_cast<Agent*>(static_cast<const AgentStore*>(this)->find(entity));
 }
 
-void Minds::insert_awake(Slot slot) {
+void AgentStore::insert_awake(Slot slot) {
     const auto at = std::lower_bound(awake_.begin(), awake_.end(), slot, [this](Slot a, Slot b) {
-        return minds_[a].entity < minds_[b].entity;
+        return agents_[a].entity < agents_[b].entity;
     });
     awake_.insert(at, slot);
 }
 
-void Minds::erase_awake(Slot slot) {
+void AgentStore::erase_awake(Slot slot) {
     awake_.erase(std::lower_bound(awake_.begin(), awake_.end(), slot, [this](Slot a, Slot b) {
-        return minds_[a].entity < minds_[b].entity;
+        return agents_[a].entity < agents_[b].entity;
     }));
 }
 
-void Minds::wake(Slot slot) {
-    minds_[slot].tier = Tier::kAwake;
-    minds_[slot].next_event = kNever;
-    minds_[slot].wait = StockWait{};
+void AgentStore::wake(Slot slot) {
+    agents_[slot].tier = Tier::kAwake;
+    agents_[slot].next_event = kNever;
+    agents_[slot].wait = StockWait{};
     forget_coarse(slot);
     insert_awake(slot);
 }
 
-void Minds::wake(EntityId entity) {
+void AgentStore::wake(EntityId entity) {
     wake(order_[place_of(entity)].slot);
 }
 
-void Minds::put_to_sleep(Slot slot) {
+void AgentStore::put_to_sleep(Slot slot) {
     erase_awake(slot);
-    minds_[slot].tier = Tier::kCoarse;
+    agents_[slot].tier = Tier::kCoarse;
     leaving_.schedule(slot, 0);
 }
 
-void Minds::schedule(Slot slot, Tick period) {
-    events_.schedule(slot, minds_[slot].next_event);
+void AgentStore::schedule(Slot slot, Tick period) {
+    events_.schedule(slot, agents_[slot].next_event);
     wait(slot, period);
 }
 
-void Minds::wait(Slot slot, Tick period) {
-    const Mind& mind = minds_[slot];
-    if (mind.wait.any()) {
-        waits_.join(
-            slot, mind.entity, {mind.machine, mind.fsm.state(), mind.doing, mind.wait, period});
+void AgentStore::wait(Slot slot, Tick period) {
+    const Agent& agent = agents_[slot];
+    if (agent.wait.any()) {
+        waits_.join(slot,
+                    agent.entity,
+                    {agent.machine, agent.fsm.state(), agent.doing, agent.wait, period});
     } else {
         waits_.leave(slot);
     }
 }
 
-void Minds::call_up(Slot slot, Tick now) {
-    Mind& mind = minds_[slot];
-    mind.next_decision = now;
-    mind.next_event = kNever;
-    mind.wait = StockWait{};
+void AgentStore::call_up(Slot slot, Tick now) {
+    Agent& agent = agents_[slot];
+    agent.next_decision = now;
+    agent.next_event = kNever;
+    agent.wait = StockWait{};
     events_.cancel(slot);
     waits_.leave(slot);
 }
 
-void Minds::take_due(Tick now, std::vector<Event>& due) {
+void AgentStore::take_due(Tick now, std::vector<Event>& due) {
     const std::size_t before = due.size();
     events_.take_due(now, [&](Slot slot, Tick at) {
         prefetch(slot);
         due.push_back({at, EntityId(), slot});
     });
     for (std::size_t i = before; i < due.size(); ++i) {
-        Mind& mind = minds_[due[i].slot];
-        mind.next_event = kNever;
-        due[i].entity = mind.entity;
+        Agent& agent = agents_[due[i].slot];
+        agent.next_event = kNever;
+        due[i].entity = agent.entity;
         if (const StockWaits::Group* const group = waits_.group_of(due[i].slot)) {
             const Tick period = group->key().period;
-            mind.next_decision =
-                std::min(mind.next_decision, next_decision(mind.entity, period, now - 1));
-            mind.wait = StockWait{};
+            agent.next_decision =
+                std::min(agent.next_decision, next_decision(agent.entity, period, now - 1));
+            agent.wait = StockWait{};
             due[i].waited = true;
             waits_.leave(due[i].slot);
         }
@@ -156,13 +158,13 @@ void Minds::take_due(Tick now, std::vector<Event>& due) {
 }
 
 /// They are anywhere in memory, and all of one is used.
-void Minds::prefetch(Slot slot) const {
+void AgentStore::prefetch(Slot slot) const {
     constexpr std::size_t kLine = 64;
-    const char* const mind = reinterpret_cast<const char*>(&minds_[slot]);
-    for (std::size_t at = 0; at < sizeof(Mind); at += kLine) {
-        __builtin_prefetch(mind + at, 1);
+    const char* const agent = reinterpret_cast<const char*>(&agents_[slot]);
+    for (std::size_t at = 0; at < sizeof(Agent); at += kLine) {
+        __builtin_prefetch(agent + at, 1);
     }
-    __builtin_prefetch(mind + sizeof(Mind) - 1, 1);
+    __builtin_prefetch(agent + sizeof(Agent) - 1, 1);
     __builtin_prefetch(&traces_[slot], 1);
     events_.prefetch(slot);
     leaving_.prefetch(slot);
@@ -170,45 +172,45 @@ void Minds::prefetch(Slot slot) const {
     waits_.prefetch(slot);
 }
 
-void Minds::take_left(Tick now, std::vector<Slot>& left) {
+void AgentStore::take_left(Tick now, std::vector<Slot>& left) {
     leaving_.take_due(now, [&](Slot slot, Tick /*at*/) {
         prefetch(slot);
         left.push_back(slot);
     });
 }
 
-void Minds::forget_coarse(Slot slot) {
+void AgentStore::forget_coarse(Slot slot) {
     events_.cancel(slot);
     leaving_.cancel(slot);
     cells_.take(slot);
     waits_.leave(slot);
 }
 
-void Minds::watch(Slot slot, fsm::Change change, Tick now, float dt) {
-    const Mind& mind = minds_[slot];
-    if (wavering_.size() <= mind.machine) {
+void AgentStore::watch(Slot slot, fsm::Change change, Tick now, float dt) {
+    const Agent& agent = agents_[slot];
+    if (wavering_.size() <= agent.machine) {
         fsm::OscillationSettings settings;
         settings.window = std::max<Tick>(1, std::lround(kToAndFroS / dt));
-        wavering_.resize(mind.machine + 1U, fsm::Oscillations(settings));
+        wavering_.resize(agent.machine + 1U, fsm::Oscillations(settings));
     }
-    change.mind = mind.entity.value;
-    wavering_[mind.machine].watch(traces_[slot], change, now);
+    change.agent = agent.entity.value;
+    wavering_[agent.machine].watch(traces_[slot], change, now);
 }
 
-std::span<const fsm::Oscillation> Minds::wavering(std::size_t machine) const {
+std::span<const fsm::Oscillation> AgentStore::wavering(std::size_t machine) const {
     return machine < wavering_.size() ? wavering_[machine].found()
                                       : std::span<const fsm::Oscillation>();
 }
 
-void Minds::forget_wavering() {
+void AgentStore::forget_wavering() {
     wavering_.clear();
     std::fill(traces_.begin(), traces_.end(), fsm::Oscillations::Trace());
 }
 
-void Minds::hash(core::StateHash& hash) const {
+void AgentStore::hash(core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(order_.size()));
     for (const Place& place : order_) {
-        ai::hash(hash, minds_[place.slot]);
+        ai::hash(hash, agents_[place.slot]);
     }
 }
 

@@ -1,4 +1,4 @@
-// Minds: all minds of one zone, and which of them have something to do.
+// AgentStore: all agents of one zone, and which of them have something to do.
 #pragma once
 
 #include "server/ai/coarse_cells.h"
@@ -14,10 +14,10 @@
 
 namespace zoned::ai {
 
-/// Place of a mind in memory; stays while the mind is here.
+/// Place of an agent in memory; stays while the agent is here.
 using Slot = std::uint32_t;
 
-class Minds {
+class AgentStore {
   public:
     /// An event that was planned.
     struct Event {
@@ -27,31 +27,31 @@ class Minds {
         bool waited = false;  ///< for stock
     };
 
-    /// An entity has one mind; its `machine` must exist in the settings.
-    void add(const Mind& mind);
+    /// An entity has one agent; its `machine` must exist in the settings.
+    void add(const Agent& agent);
 
     /// Removes and returns (for a handoff); the entity must have one.
-    Mind take(EntityId entity);
+    Agent take(EntityId entity);
 
-    [[nodiscard]] const Mind* find(EntityId entity) const;
-    [[nodiscard]] Mind* find(EntityId entity);
+    [[nodiscard]] const Agent* find(EntityId entity) const;
+    [[nodiscard]] Agent* find(EntityId entity);
 
     /// Of an entity that has one.
     [[nodiscard]] Slot slot_of(EntityId entity) const { return order_[place_of(entity)].slot; }
 
     [[nodiscard]] std::size_t size() const { return order_.size(); }
 
-    [[nodiscard]] Mind& at(Slot slot) { return minds_[slot]; }
+    [[nodiscard]] Agent& at(Slot slot) { return agents_[slot]; }
 
-    [[nodiscard]] const Mind& at(Slot slot) const { return minds_[slot]; }
+    [[nodiscard]] const Agent& at(Slot slot) const { return agents_[slot]; }
 
-    /// Slots of the minds of the awake tier, ascending by entity id.
+    /// Slots of the agents of the awake tier, ascending by entity id.
     [[nodiscard]] std::span<const Slot> awake() const { return awake_; }
 
     /// Slots are smaller than this.
-    [[nodiscard]] std::size_t slots() const { return minds_.size(); }
+    [[nodiscard]] std::size_t slots() const { return agents_.size(); }
 
-    /// The n-th mind by entity id, n < size().
+    /// The n-th agent by entity id, n < size().
     [[nodiscard]] Slot nth(std::size_t n) const { return order_[n].slot; }
 
     /// Changes the tier.
@@ -59,43 +59,43 @@ class Minds {
     void wake(EntityId entity);
     void put_to_sleep(Slot slot);
 
-    /// Of a coarse mind: it is among the due ones at `mind.next_event`, as that is now, and waits
-    /// for `mind.wait`. `period` is that of its decisions, ticks.
+    /// Of a coarse agent: it is among the due ones at `agent.next_event`, as that is now, and waits
+    /// for `agent.wait`. `period` is that of its decisions, ticks.
     void schedule(Slot slot, Tick period);
 
     /// Appends what is due at `now`, in no order, and forgets that it is, and what it waited for;
     /// who did wait decides as well when its decision is due. Ticks ascend.
     void take_due(Tick now, std::vector<Event>& due);
 
-    /// Asks for all that is linked with a coarse mind; take_due() and take_left() have asked for
-    /// the mind itself.
+    /// Asks for all that is linked with a coarse agent; take_due() and take_left() have asked for
+    /// the agent itself.
     void prefetch_neighbours(Slot slot) const {
         leaving_.prefetch_neighbours(slot);
         cells_.prefetch_neighbours(slot);
     }
 
-    /// The minds that wait for stock; `period_of` tells the period of a mind's decisions, ticks,
+    /// The agents that wait for stock; `period_of` tells the period of an agent's decisions, ticks,
     /// for those that came with what they wait for.
     template <class PeriodOf>
     const StockWaits& waits(PeriodOf&& period_of) {
         for (const Slot slot : newly_waiting_) {
-            if (minds_[slot].entity && minds_[slot].tier == Tier::kCoarse) {
-                wait(slot, period_of(minds_[slot]));
+            if (agents_[slot].entity && agents_[slot].tier == Tier::kCoarse) {
+                wait(slot, period_of(agents_[slot]));
             }
         }
         newly_waiting_.clear();
         return waits_;
     }
 
-    /// A coarse mind that waits for stock decides at `now`: it waits no more, and nothing else is
+    /// A coarse agent that waits for stock decides at `now`: it waits no more, and nothing else is
     /// planned for it.
     void call_up(Slot slot, Tick now);
 
-    /// Of a coarse mind whose segment is another one than before, or was left: the squares that it
+    /// Of a coarse agent whose segment is another one than before, or was left: the squares that it
     /// comes through, and when it leaves them, CoarseCells::left_at(). `dt` in s. `late`: it should
     /// have had an event before.
     void settle(Slot slot, Tick left, float dt, bool late = false) {
-        cells_.put(slot, minds_[slot].segment, minds_[slot].placed, dt, late);
+        cells_.put(slot, agents_[slot].segment, agents_[slot].placed, dt, late);
         if (leaving_.at(slot) != left) {
             leaving_.schedule(slot, left);
         }
@@ -104,11 +104,11 @@ class Minds {
     /// When it leaves them, as settle() was told.
     [[nodiscard]] Tick left(Slot slot) const { return leaving_.at(slot); }
 
-    /// Appends the coarse minds that leave their squares by `now` or were never settled, in no
+    /// Appends the coarse agents that leave their squares by `now` or were never settled, in no
     /// order; they have to be settled again. Ticks ascend.
     void take_left(Tick now, std::vector<Slot>& left);
 
-    /// Calls visit(slot) for the coarse minds that were settled to come through a square, in no
+    /// Calls visit(slot) for the coarse agents that were settled to come through a square, in no
     /// order.
     template <class Visit>
     void visit(CoarseCells::Cell cell, Visit&& visit) const {
@@ -121,17 +121,17 @@ class Minds {
         cells_.visit_anywhere(visit);
     }
 
-    /// The mind changed its state: remembered for wavering(). `dt` in s.
+    /// The agent changed its state: remembered for wavering(). `dt` in s.
     void watch(Slot slot, fsm::Change change, Tick now, float dt);
 
-    /// Pairs of states between which minds of that machine have gone to and fro, six times within
-    /// 2 s each; `mind` is an entity's id. For reports: no state of the zone.
+    /// Pairs of states between which agents of that machine have gone to and fro, six times within
+    /// 2 s each; `agent` is an entity's id. For reports: no state of the zone.
     [[nodiscard]] std::span<const fsm::Oscillation> wavering(std::size_t machine) const;
 
     /// Forgets what watch() saw: machines have become others.
     void forget_wavering();
 
-    /// All minds, ascending by entity id.
+    /// All agents, ascending by entity id.
     void hash(core::StateHash& hash) const;
 
   private:
@@ -147,13 +147,13 @@ class Minds {
     void insert_awake(Slot slot);
     void erase_awake(Slot slot);
 
-    std::vector<Mind> minds_;                       // by slot
+    std::vector<Agent> agents_;                     // by slot
     std::vector<fsm::Oscillations::Trace> traces_;  // by slot
     std::vector<fsm::Oscillations> wavering_;       // by machine
     std::vector<Slot> free_;
     std::vector<Place> order_;  // ascending by entity
     std::vector<Slot> awake_;
-    // Of coarse minds:
+    // Of coarse agents:
     EventQueue events_;
     EventQueue leaving_;
     CoarseCells cells_;

@@ -99,22 +99,22 @@ Sight nearest_player(const world::Entities& entities,
     return sight;
 }
 
-/// One look around by one mind.
+/// One look around by one agent.
 class Looking {
   public:
     Looking(const Onlooker& around,
             world::Row self,
-            const Mind& mind,
+            const Agent& agent,
             const CompiledMachine& machine)
         : around_(around),
           e_(around.entities),
           self_(self),
-          mind_(mind),
+          agent_(agent),
           how_(machine.perception),
           sight_m_(machine.perception_m),
           eye_(stand_of(self).at) {
         const bool on_segment = timetable_of(self) != nullptr;
-        const std::uint16_t yaw = on_segment ? mind.aim.yaw : e_.yaw[self];
+        const std::uint16_t yaw = on_segment ? agent.aim.yaw : e_.yaw[self];
         const double turn = static_cast<std::int16_t>(yaw) * (std::numbers::pi / 32768.0);
         ahead_ = Vec2(static_cast<float>(std::sin(turn)), static_cast<float>(std::cos(turn)));
     }
@@ -139,7 +139,7 @@ class Looking {
         } else {
             remember(sight);
         }
-        sight.ward = kept_ward_ ? mind_.ward : ward_.id;
+        sight.ward = kept_ward_ ? agent_.ward : ward_.id;
         for_each_player(around_, self_, around_.far_m, [&](world::Row /*row*/, float /*d2*/) {
             sight.player_far = false;
         });
@@ -157,14 +157,14 @@ class Looking {
     /// Null: it goes by none that is known.
     [[nodiscard]] const PathSegment* timetable_of(world::Row row) const {
         const Timetables* const all = around_.timetables;
-        if (all == nullptr || row >= all->slots.size() || all->slots[row] >= all->minds.slots()) {
+        if (all == nullptr || row >= all->slots.size() || all->slots[row] >= all->agents.slots()) {
             return nullptr;
         }
-        const Mind& mind = all->minds.at(all->slots[row]);
+        const Agent& agent = all->agents.at(all->slots[row]);
         const Vec3& body = e_.position[row];
-        const bool keeps = mind.entity == e_.id[row] &&
-                           keeps_to_segment(mind, {body.x(), body.z()}, around_.now, around_.dt);
-        return keeps ? &mind.segment : nullptr;
+        const bool keeps = agent.entity == e_.id[row] &&
+                           keeps_to_segment(agent, {body.x(), body.z()}, around_.now, around_.dt);
+        return keeps ? &agent.segment : nullptr;
     }
 
     [[nodiscard]] Stand stand_of(world::Row row) const {
@@ -191,7 +191,7 @@ class Looking {
         }
         const Noticed one{d2, e_.id[row], row};
         if (within && ((player && how_.ward_players) || is_one_of(how_.wards, type))) {
-            kept_ward_ = kept_ward_ || one.id == mind_.ward;
+            kept_ward_ = kept_ward_ || one.id == agent_.ward;
             ward_ = std::min(ward_, one);
         }
         if (!(player && how_.players) && !is_one_of(how_.targets, type)) {
@@ -204,10 +204,10 @@ class Looking {
         sight.foes += 1.0F;
         if (heard || !how_.line_of_sight) {
             nearest_ = std::min(nearest_, one);
-            if (one.id == mind_.prey) {
+            if (one.id == agent_.prey) {
                 kept_ = one;
             }
-        } else if (one.id == mind_.prey) {
+        } else if (one.id == agent_.prey) {
             before_ = one;
         } else {
             others_.add(one);
@@ -275,23 +275,23 @@ class Looking {
 
     void remember(Sight& sight) const {
         sight.distance = std::numeric_limits<float>::infinity();
-        if (!mind_.prey || !(how_.memory_s > 0.0F) || mind_.known_at == 0) {
+        if (!agent_.prey || !(how_.memory_s > 0.0F) || agent_.known_at == 0) {
             return;
         }
-        const float age = static_cast<float>(around_.now - mind_.known_at) * around_.dt;
+        const float age = static_cast<float>(around_.now - agent_.known_at) * around_.dt;
         sight.confidence = std::max(0.0F, 1.0F - age / how_.memory_s);
         if (sight.confidence > 0.0F) {
-            sight.prey = mind_.prey;
+            sight.prey = agent_.prey;
             sight.noticed = false;
-            sight.place = mind_.known;
-            sight.distance = Vec2(mind_.known.x() - eye_.x(), mind_.known.z() - eye_.z()).norm();
+            sight.place = agent_.known;
+            sight.distance = Vec2(agent_.known.x() - eye_.x(), agent_.known.z() - eye_.z()).norm();
         }
     }
 
     const Onlooker& around_;
     const world::Entities& e_;
     world::Row self_;
-    const Mind& mind_;
+    const Agent& agent_;
     const Perception& how_;
     float sight_m_;
     Vec3 eye_;
@@ -338,10 +338,10 @@ void Players::gather(const world::Entities& entities) {
 
 Sight perceive(const Onlooker& around,
                world::Row self,
-               const Mind& mind,
+               const Agent& agent,
                const CompiledMachine& machine) {
     if (machine.perception.given) {
-        return Looking(around, self, mind, machine).run();
+        return Looking(around, self, agent, machine).run();
     }
     const auto near = [&](float radius, auto&& visit) {
         for_each_player(around, self, radius, visit);
@@ -349,16 +349,16 @@ Sight perceive(const Onlooker& around,
     return nearest_player(around.entities, machine.perception_m, around.far_m, near);
 }
 
-void take_notice(Mind& mind, const Sight& sight, const CompiledMachine& machine, Tick now) {
-    mind.prey = sight.prey;
+void take_notice(Agent& agent, const Sight& sight, const CompiledMachine& machine, Tick now) {
+    agent.prey = sight.prey;
     if (!machine.perception.given) {
         return;
     }
-    mind.ward = sight.ward;
-    mind.noticed = sight.noticed;
+    agent.ward = sight.ward;
+    agent.noticed = sight.noticed;
     if (sight.prey && sight.noticed) {
-        mind.known = sight.place;
-        mind.known_at = now;
+        agent.known = sight.place;
+        agent.known_at = now;
     }
 }
 

@@ -1,4 +1,4 @@
-// Perception: what a mind notices of those around it: players and others whom it looks for, by
+// Perception: what an agent notices of those around it: players and others whom it looks for, by
 // sight and hearing, and what it remembers of them.
 #pragma once
 
@@ -16,7 +16,7 @@ class Query;
 
 namespace zoned::ai {
 
-class Minds;
+class AgentStore;
 
 /// Rays that one look may cast: at its target of before and at the nearest others.
 inline constexpr std::uint32_t kRaysPerLook = 4;
@@ -62,8 +62,8 @@ struct Players {
 /// Who goes by a timetable is perceived where that says, and by one that is where its own says:
 /// so it is perceived at the same tick however closely its body has kept to it.
 struct Timetables {
-    const Minds& minds;
-    std::span<const std::uint32_t> slots;  ///< by row: of its mind; others may be in the way
+    const AgentStore& agents;
+    std::span<const std::uint32_t> slots;  ///< by row: of its agent; others may be in the way
 };
 
 /// What looking needs besides the one who looks.
@@ -79,7 +79,7 @@ struct Onlooker {
     const Timetables* timetables = nullptr;  ///< null: all are where their bodies are
 };
 
-/// look(), unless the machine says how its minds perceive. Then a target is noticed
+/// look(), unless the machine says how its agents perceive. Then a target is noticed
 /// - by sight: within perception_m, and within the cone about the facing or within around_m, and
 ///   where line_of_sight asks for it nothing static between eyes and eyes;
 /// - by hearing: within hearing_m, and within the target's own aura for its stance, times its speed
@@ -91,10 +91,10 @@ struct Onlooker {
 /// known within perception_m, the one of before as long as it is there.
 Sight perceive(const Onlooker& around,
                world::Row self,
-               const Mind& mind,
+               const Agent& agent,
                const CompiledMachine& machine);
 
 /// What a decision keeps of it.
-void take_notice(Mind& mind, const Sight& sight, const CompiledMachine& machine, Tick now);
+void take_notice(Agent& agent, const Sight& sight, const CompiledMachine& machine, Tick now);
 
 }  // namespace zoned::ai

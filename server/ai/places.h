@@ -1,4 +1,4 @@
-// Places: where minds go to, what is in stock there, and the time of day.
+// Places: where agents go to, what is in stock there, and the time of day.
 #pragma once
 
 #include "server/ai/tracks/track_net.h"
@@ -25,7 +25,7 @@ struct StockDef {
 struct PlaceDef {
     std::string name;
     Vec2d at = Vec2d::Zero();  ///< x, z, world coordinates, m
-    float radius_m = 3.0F;     ///< minds have spots of their own within it
+    float radius_m = 3.0F;     ///< agents have spots of their own within it
     std::vector<StockDef> stock;
     /// Of the feet of who stands there, m; not a number: on the ground.
     double y_m = std::numeric_limits<double>::quiet_NaN();
@@ -39,11 +39,11 @@ struct PlaceSettings {
     std::shared_ptr<const splines::SplineNetwork> tracks{};  ///< null: there are none
 };
 
-/// One good in a trade: a variable of the mind, and where the place stocks it, which.
+/// One good in a trade: a variable of the agent, and where the place stocks it, which.
 struct TradeItem {
     std::uint16_t variable = 0;
     std::int16_t stock = -1;  ///< below 0: the place has it, and takes it, without end
-    float amount = 0.0F;      ///< that the mind gets; below 0: that it gives
+    float amount = 0.0F;      ///< that the agent gets; below 0: that it gives
 };
 
 /// All of it or nothing.
@@ -52,7 +52,7 @@ struct Trade {
     std::vector<TradeItem> items;
 };
 
-/// A sense of places: how far the mind's spot is, or what is in stock.
+/// A sense of places: how far the agent's spot is, or what is in stock.
 struct PlaceSense {
     std::uint16_t place = 0;
     std::int16_t stock = -1;  ///< below 0: distance, m

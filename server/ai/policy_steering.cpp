@@ -42,7 +42,7 @@ bool repeats(const motion::InputCommand& aim,
            Vec2(aim.move_x, aim.move_z).norm() <= guard.max_speed * 127.0F;
 }
 
-learn::Wanted wanted_of(const Mind& mind,
+learn::Wanted wanted_of(const Agent& agent,
                         const CompiledMachine& machine,
                         const PolicyChoice& choice,
                         Tick now,
@@ -51,7 +51,7 @@ learn::Wanted wanted_of(const Mind& mind,
     for (std::size_t k = 0; k < choice.variable.size(); ++k) {
         // Inputs that name none have a number all the same.
         if (choice.variable[k] < machine.variables.size()) {
-            variables[k] = variable_at(mind, machine, choice.variable[k], now);
+            variables[k] = variable_at(agent, machine, choice.variable[k], now);
         }
     }
     std::array<float, learn::kMaxValues> values;
@@ -60,13 +60,13 @@ learn::Wanted wanted_of(const Mind& mind,
 
 }  // namespace
 
-learn::Situation situation_of(const Mind& mind, const Surroundings& around) {
+learn::Situation situation_of(const Agent& agent, const Surroundings& around) {
     const world::Entities& e = around.entities;
     learn::Situation s;
     s.here = on_ground(e.position[around.self]);
     s.velocity = on_ground(e.velocity[around.self]);
-    s.home = on_ground(mind.home);
-    const world::Row prey = mind.prey ? e.find(mind.prey) : world::kNoRow;
+    s.home = on_ground(agent.home);
+    const world::Row prey = agent.prey ? e.find(agent.prey) : world::kNoRow;
     s.has_target = prey != world::kNoRow && !e.has(prey, world::kHidden);
     if (s.has_target) {
         s.target = on_ground(e.position[prey]);
@@ -75,20 +75,20 @@ learn::Situation situation_of(const Mind& mind, const Surroundings& around) {
     return s;
 }
 
-void steer_by_policy(Mind& mind,
+void steer_by_policy(Agent& agent,
                      const CompiledMachine& machine,
                      const State& state,
                      const PolicyChoice& choice,
                      const Surroundings& around) {
     ZONED_ASSERT(choice.policy != nullptr, "a policy is given before its machine is compiled");
-    const learn::Situation s = situation_of(mind, around);
-    learn::Wanted wanted = wanted_of(mind, machine, choice, around.now, s);
-    wanted.move *= std::clamp(state.speed_factor * mind.band, 0.0F, 1.0F);
+    const learn::Situation s = situation_of(agent, around);
+    learn::Wanted wanted = wanted_of(agent, machine, choice, around.now, s);
+    wanted.move *= std::clamp(state.speed_factor * agent.band, 0.0F, 1.0F);
     const learn::Guard& guard = choice.policy->guard;
     wanted.sprint = wanted.sprint && guard.may_sprint;
-    const bool keep = near_enough(mind.aim, wanted, mind.fresh);
+    const bool keep = near_enough(agent.aim, wanted, agent.fresh);
     if (keep) {
-        wanted.move = Vec2(mind.aim.move_x, mind.aim.move_z) / 127.0F;
+        wanted.move = Vec2(agent.aim.move_x, agent.aim.move_z) / 127.0F;
     }
     const learn::Guarded body{s.here - s.home,
                               s.velocity,
@@ -97,24 +97,24 @@ void steer_by_policy(Mind& mind,
                               static_cast<float>(kFarPeriod) * around.dt};
     const motion::InputCommand command =
         guarded(guard, wanted, body, around.types[around.entities.type[around.self]].character);
-    if (!keep || !repeats(mind.aim, command, guard)) {
-        mind.aim = command;
+    if (!keep || !repeats(agent.aim, command, guard)) {
+        agent.aim = command;
     }
 }
 
-void follow_band(Mind& mind, const State& state, const Surroundings& around) {
+void follow_band(Agent& agent, const State& state, const Surroundings& around) {
     if (!state.rubber_band) {
-        mind.band = 1.0F;
+        agent.band = 1.0F;
         return;
     }
-    const learn::Situation s = situation_of(mind, around);
+    const learn::Situation s = situation_of(agent, around);
     float gap = s.has_target ? (s.target - s.here).norm()
                              : std::numeric_limits<float>::quiet_NaN();  // back towards 1
     if (state.action == ActionKind::kFlee) {
         // Who is ahead slows down where the other falls behind.
         gap = 2.0F * state.rubber_band->gap_m - gap;
     }
-    mind.band = learn::banded(*state.rubber_band, mind.band, gap, around.dt);
+    agent.band = learn::banded(*state.rubber_band, agent.band, gap, around.dt);
 }
 
 }  // namespace zoned::ai

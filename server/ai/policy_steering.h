@@ -6,21 +6,21 @@
 
 namespace zoned::ai {
 
-/// What a policy sees of its mind: its target is the mind's prey.
-learn::Situation situation_of(const Mind& mind, const Surroundings& around);
+/// What a policy sees of its agent: its target is the agent's prey.
+learn::Situation situation_of(const Agent& agent, const Surroundings& around);
 
-/// Updates mind.aim by the choice's policy, at full speed times the state's factor (and band) where
-/// the policy asks for all. The guard is asked at every tick that steers, those of a far mind
-/// included, so the command stays within it for kFarPeriod ticks. Changes too small to tell
+/// Updates agent.aim by the choice's policy, at full speed times the state's factor (and band)
+/// where the policy asks for all. The guard is asked at every tick that steers, those of a far
+/// agent included, so the command stays within it for kFarPeriod ticks. Changes too small to tell
 /// others are left out. Allocates nothing.
-void steer_by_policy(Mind& mind,
+void steer_by_policy(Agent& agent,
                      const CompiledMachine& machine,
                      const State& state,
                      const PolicyChoice& choice,
                      const Surroundings& around);
 
-/// Moves mind.band by the distance to its prey, once per tick that steers: who chases becomes
+/// Moves agent.band by the distance to its prey, once per tick that steers: who chases becomes
 /// faster the farther off that is, who flees slower. 1 in states without a rubber band.
-void follow_band(Mind& mind, const State& state, const Surroundings& around);
+void follow_band(Agent& agent, const State& state, const Surroundings& around);
 
 }  // namespace zoned::ai

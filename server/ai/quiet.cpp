@@ -38,8 +38,8 @@ Tick first_at(Tick now, float ticks, const Becomes& becomes) {
     return at;
 }
 
-float rate_of(const Mind& mind, const CompiledMachine& machine, std::size_t variable) {
-    return machine.rates[mind.doing * machine.variables.size() + variable];
+float rate_of(const Agent& agent, const CompiledMachine& machine, std::size_t variable) {
+    return machine.rates[agent.doing * machine.variables.size() + variable];
 }
 
 bool stock_holds(std::span<const Watch> watches,
@@ -53,15 +53,15 @@ bool stock_holds(std::span<const Watch> watches,
     });
 }
 
-/// The state of one mind, asked about one clause after the other.
+/// The state of one agent, asked about one clause after the other.
 class Forecast {
   public:
-    Forecast(const Mind& mind,
+    Forecast(const Agent& agent,
              const CompiledMachine& machine,
              const Senses& senses,
              const Outlook& outlook,
              Tick now)
-        : mind_(mind),
+        : agent_(agent),
           machine_(machine),
           senses_(senses),
           step_m_(outlook.speed * outlook.dt),
@@ -75,7 +75,7 @@ class Forecast {
     /// What comes at this tick or later need not be told apart.
     void look_until(Tick tick) { limit_ = tick; }
 
-    /// A tick before which the clause stays as the mind found it while `wait` lasts, to which it
+    /// A tick before which the clause stays as the agent found it while `wait` lasts, to which it
     /// adds.
     [[nodiscard]] Tick change_of(const Clause& clause, StockWait& wait) const {
         const std::span<const Watch> others = machine_.others(clause);
@@ -120,14 +120,14 @@ class Forecast {
         return holds({watch.sense, watch.compare, watch.threshold}, value);
     }
 
-    /// Whether the mind goes on as if the clause held. Who has decided and goes on has found no
+    /// Whether the agent goes on as if the clause held. Who has decided and goes on has found no
     /// transition to hold but the one that is pending; questions of a tree are as they are, its
     /// answer is compared as a whole.
     [[nodiscard]] bool found(const Clause& clause, bool now_holds) const {
         if (clause.transition != fsm::kNone) {
-            return mind_.fsm.pending[0] == clause.transition;
+            return agent_.fsm.pending[0] == clause.transition;
         }
-        return clause.fact < 0 ? now_holds : (mind_.facts >> clause.fact & 1U) != 0;
+        return clause.fact < 0 ? now_holds : (agent_.facts >> clause.fact & 1U) != 0;
     }
 
     /// A tick before which the condition stays as it is.
@@ -143,7 +143,7 @@ class Forecast {
             case kSenseFoes:
                 return kNever;
             case kSenseHomeDistance:
-                return passed(watch, Vec2(mind_.home.x(), mind_.home.z()));
+                return passed(watch, Vec2(agent_.home.x(), agent_.home.z()));
             case kSenseRandom:
                 return drawn(watch);
             case kSenseTimeOfDay:
@@ -157,7 +157,7 @@ class Forecast {
         }
         if (watch.sense >= machine_.first_place_sense) {
             const PlaceSense& of = machine_.places[watch.sense - machine_.first_place_sense];
-            return passed(watch, places_.spot(of.place, mind_.entity));
+            return passed(watch, places_.spot(of.place, agent_.entity));
         }
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
     }
@@ -182,7 +182,7 @@ class Forecast {
 
     /// Time in a state, which begins at the tick in which the state was entered, s.
     [[nodiscard]] float time_in_state(const Watch& watch, Tick at) const {
-        const Tick since = mind_.fsm.since[watch.sense - machine_.senses][0];
+        const Tick since = agent_.fsm.since[watch.sense - machine_.senses][0];
         return static_cast<float>(static_cast<std::int32_t>(at - since)) * dt_;
     }
 
@@ -199,14 +199,14 @@ class Forecast {
 
     /// Whether a variable is where its growth ends.
     [[nodiscard]] bool settled(std::size_t variable) const {
-        const float per_tick = rate_of(mind_, machine_, variable);
+        const float per_tick = rate_of(agent_, machine_, variable);
         const float value = senses_[kOwnSenses + variable];
         const Variable& of = machine_.variables[variable];
         return per_tick == 0.0F || (per_tick > 0.0F ? value >= of.high : value <= of.low);
     }
 
     [[nodiscard]] Tick grown(std::size_t variable, const Watch& watch) const {
-        const float per_tick = rate_of(mind_, machine_, variable);
+        const float per_tick = rate_of(agent_, machine_, variable);
         const float value = senses_[kOwnSenses + variable];
         const float way = watch.threshold - value;
         if (settled(variable) || (way != 0.0F && (way > 0.0F) != (per_tick > 0.0F))) {
@@ -214,16 +214,16 @@ class Forecast {
         }
         const bool before = is(watch, value);
         return first_at(now_, way / per_tick, [&](Tick at) {
-            return is(watch, variable_at(mind_, machine_, variable, at)) != before;
+            return is(watch, variable_at(agent_, machine_, variable, at)) != before;
         });
     }
 
     /// The next decision at which the number drawn says otherwise.
     [[nodiscard]] Tick drawn(const Watch& watch) const {
         const bool now_is = holds_now(watch);
-        Tick at = next_decision(mind_.entity, period_, now_);
+        Tick at = next_decision(agent_.entity, period_, now_);
         for (int k = 0; k < kLookAhead && at < limit_; ++k, at += period_) {
-            if (is(watch, drawn_at(mind_, at)) != now_is) {
+            if (is(watch, drawn_at(agent_, at)) != now_is) {
                 return at;
             }
         }
@@ -258,7 +258,7 @@ class Forecast {
         }
     }
 
-    const Mind& mind_;
+    const Agent& agent_;
     const CompiledMachine& machine_;
     const Senses& senses_;
     float step_m_;
@@ -271,34 +271,34 @@ class Forecast {
     const PathSegment* segment_;
 };
 
-/// Whether the mind would choose what it does by what it senses and remembers.
-bool does_as_chosen(const Mind& mind, const CompiledMachine& machine, const Senses& senses) {
-    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
+/// Whether the agent would choose what it does by what it senses and remembers.
+bool does_as_chosen(const Agent& agent, const CompiledMachine& machine, const Senses& senses) {
+    const CompiledMachine::Choice& choice = machine.choices[agent.fsm.state()];
     if (choice.tree >= 0) {
         const tree::DecisionTree& tree = machine.trees[static_cast<std::size_t>(choice.tree)];
         const std::span<const float> known(senses.data(), machine.senses);
-        return mind.doing == choice.first + tree.decide(known);
+        return agent.doing == choice.first + tree.decide(known);
     }
-    return choice.plan < 0 || mind.facts != kUnplanned;
+    return choice.plan < 0 || agent.facts != kUnplanned;
 }
 
 }  // namespace
 
-Quiet quiet_until(const Mind& mind,
+Quiet quiet_until(const Agent& agent,
                   const CompiledMachine& machine,
                   const Senses& senses,
                   const Outlook& outlook,
                   Tick now) {
-    if (!does_as_chosen(mind, machine, senses)) {
+    if (!does_as_chosen(agent, machine, senses)) {
         return {now + 1};
     }
-    Forecast forecast(mind, machine, senses, outlook, now);
-    const fsm::FlatTransition* const pending = mind.fsm.pending[0] != fsm::kNone
-                                                   ? &machine.table.transitions[mind.fsm.pending[0]]
-                                                   : nullptr;
+    Forecast forecast(agent, machine, senses, outlook, now);
+    const fsm::FlatTransition* const pending =
+        agent.fsm.pending[0] != fsm::kNone ? &machine.table.transitions[agent.fsm.pending[0]]
+                                           : nullptr;
     Quiet quiet;
     bool is_held = false;
-    for (const Clause& clause : machine.clauses_of(mind.fsm.state())) {
+    for (const Clause& clause : machine.clauses_of(agent.fsm.state())) {
         const bool transition = clause.transition != fsm::kNone;
         // Of transitions with a hold the first counts that holds.
         if (is_held && transition && machine.table.transitions[clause.transition].hold > 0) {
@@ -306,13 +306,13 @@ Quiet quiet_until(const Mind& mind,
         }
         forecast.look_until(quiet.until);
         quiet.until = std::min(quiet.until, forecast.change_of(clause, quiet.wait));
-        is_held = is_held || (transition && clause.transition == mind.fsm.pending[0]);
+        is_held = is_held || (transition && clause.transition == agent.fsm.pending[0]);
         if (quiet.until <= now + 1) {
             return {now + 1};
         }
     }
     if (pending != nullptr) {
-        quiet.until = std::min(quiet.until, mind.fsm.pending_since[0] + pending->hold);
+        quiet.until = std::min(quiet.until, agent.fsm.pending_since[0] + pending->hold);
     }
     quiet.until = std::max(quiet.until, now + 1);
     return quiet;
@@ -334,19 +334,19 @@ bool stock_changed(const StockWait& wait,
     });
 }
 
-Tick able_from(const Mind& mind, const CompiledMachine& machine, const Trade& trade, Tick now) {
+Tick able_from(const Agent& agent, const CompiledMachine& machine, const Trade& trade, Tick now) {
     Tick from = now + 1;
     for (const TradeItem& item : trade.items) {
         const Variable& of = machine.variables[item.variable];
         const auto then = [&](Tick at) {
-            return variable_at(mind, machine, item.variable, at) + item.amount;
+            return variable_at(agent, machine, item.variable, at) + item.amount;
         };
         const bool lacks = then(now) < of.low;
         if (!lacks && !(then(now) > of.high)) {
             continue;
         }
         const float way = (lacks ? of.low : of.high) - then(now);
-        const float per_tick = rate_of(mind, machine, item.variable);
+        const float per_tick = rate_of(agent, machine, item.variable);
         if (per_tick == 0.0F || lacks != (per_tick > 0.0F)) {
             return kNever;
         }

@@ -1,4 +1,4 @@
-// Senses: what minds know of the world, as numbers in columns, and conditions on them.
+// Senses: what agents know of the world, as numbers in columns, and conditions on them.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ using SenseIndex = std::uint16_t;
 /// knows it by itself. In a machine of machines it is the time of the state that has the condition.
 inline constexpr SenseIndex kStateTime = 0xFFFF;
 
-/// Columns of equal length: `column[k][i]` is sense k of the i-th mind. Not owned.
+/// Columns of equal length: `column[k][i]` is sense k of the i-th agent. Not owned.
 struct SenseColumns {
     std::span<const float* const> column;
-    std::size_t count = 0;  ///< of minds
+    std::size_t count = 0;  ///< of agents
 };
 
 /// Strictly below or above: with equality neither holds, and with no number (NaN) neither does.

@@ -29,59 +29,65 @@ constexpr float kPutRightS = 0.5F;
 /// Who falls faster, m/s, has left its floor: some 0.2 m below it.
 constexpr float kFalls = 2.0F;
 
-void stand(Mind& mind, const Surroundings& around) {
-    mind.aim = motion::InputCommand{};
-    mind.aim.yaw = around.entities.yaw[around.self];
-    restart_progress(mind, around.entities.position[around.self], around.now);
+void stand(Agent& agent, const Surroundings& around) {
+    agent.aim = motion::InputCommand{};
+    agent.aim.yaw = around.entities.yaw[around.self];
+    restart_progress(agent, around.entities.position[around.self], around.now);
 }
 
 /// True when it has walked for kPatienceS without getting anywhere; `goal`: without one, anywhere
 /// counts.
-bool blocked(Mind& mind, const Vec2* goal, float speed, const Surroundings& around) {
+bool blocked(Agent& agent, const Vec2* goal, float speed, const Surroundings& around) {
     const Vec3& here = around.entities.position[around.self];
-    const Vec2 anchor(mind.anchor.x(), mind.anchor.z());
+    const Vec2 anchor(agent.anchor.x(), agent.anchor.z());
     const float progress = goal != nullptr
                                ? (*goal - anchor).norm() - (*goal - around.body()).norm()
                                : (around.body() - anchor).norm();
     // A slow walker needs to show less.
     if (progress >= std::min(kProgressM, 0.25F * kPatienceS * speed)) {
-        restart_progress(mind, here, around.now);
+        restart_progress(agent, here, around.now);
         return false;
     }
-    return static_cast<float>(around.now - mind.anchor_since) * around.dt >= kPatienceS;
+    return static_cast<float>(around.now - agent.anchor_since) * around.dt >= kPatienceS;
 }
 
-bool blocked(Mind& mind, const DesiredVelocity& desired, float speed, const Surroundings& around) {
-    return blocked(mind, desired.has_goal ? &desired.goal : nullptr, speed, around);
+bool blocked(Agent& agent,
+             const DesiredVelocity& desired,
+             float speed,
+             const Surroundings& around) {
+    return blocked(agent, desired.has_goal ? &desired.goal : nullptr, speed, around);
 }
 
 /// Walks across its path for a while.
-void step_aside(Mind& mind, const Pace& pace, const Vec2& direction, const Surroundings& around) {
-    const float side = (mind.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
-    aim_along(mind, pace, Vec2(side * direction.y(), -side * direction.x()));
-    mind.detour_until = around.now + std::max<Tick>(1, std::lround(kDetourS / around.dt));
-    mind.timed = false;
+void step_aside(Agent& agent, const Pace& pace, const Vec2& direction, const Surroundings& around) {
+    const float side = (agent.rng.next() & 1U) != 0 ? 1.0F : -1.0F;
+    aim_along(agent, pace, Vec2(side * direction.y(), -side * direction.x()));
+    agent.detour_until = around.now + std::max<Tick>(1, std::lround(kDetourS / around.dt));
+    agent.timed = false;
 }
 
 /// What is in the way is passed by another target, the next corner, or a walk along it.
-void get_around(Mind& mind, const State& state, const Vec2& direction, const Surroundings& around) {
+void get_around(Agent& agent,
+                const State& state,
+                const Vec2& direction,
+                const Surroundings& around) {
     if (state.action == ActionKind::kWander) {
-        pick_wander_target(mind, state.radius_m, around);
+        pick_wander_target(agent, state.radius_m, around);
         return;
     }
-    restart_progress(mind, around.entities.position[around.self], around.now);
+    restart_progress(agent, around.entities.position[around.self], around.now);
     if (state.action == ActionKind::kPatrol) {
-        mind.corner = static_cast<std::uint8_t>((mind.corner + 1) & 3);
+        agent.corner = static_cast<std::uint8_t>((agent.corner + 1) & 3);
         return;
     }
-    step_aside(mind, {state.speed_factor * mind.band, state.sprint}, direction, around);
+    step_aside(agent, {state.speed_factor * agent.band, state.sprint}, direction, around);
 }
 
-Tick next_steering(const Mind& mind,
+Tick next_steering(const Agent& agent,
                    const DesiredVelocity& desired,
                    float speed,
                    const Surroundings& around) {
-    const Tick period = next_turn(mind, around.now) - around.now;
+    const Tick period = next_turn(agent, around.now) - around.now;
     if (!desired.has_goal) {
         return around.now + period;
     }
@@ -91,29 +97,32 @@ Tick next_steering(const Mind& mind,
 }
 
 /// True where the heading is off by too much.
-bool turns(const Mind& mind, const DesiredVelocity& desired, const Vec2& direction, bool entered) {
-    if (entered || !moving(mind)) {
+bool turns(const Agent& agent,
+           const DesiredVelocity& desired,
+           const Vec2& direction,
+           bool entered) {
+    if (entered || !moving(agent)) {
         return true;
     }
-    const float cosine = aim_direction(mind).dot(direction);
-    return cosine < (mind.fresh ? desired.fresh_cos : kReaimCos);
+    const float cosine = aim_direction(agent).dot(direction);
+    return cosine < (agent.fresh ? desired.fresh_cos : kReaimCos);
 }
 
 /// The same, or the speed.
-bool needs_aim(const Mind& mind,
+bool needs_aim(const Agent& agent,
                const State& state,
                const DesiredVelocity& desired,
                const Vec2& direction,
                bool entered) {
-    const float share = std::min(1.0F, state.speed_factor * mind.band);
-    const float aimed = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
+    const float share = std::min(1.0F, state.speed_factor * agent.band);
+    const float aimed = Vec2(agent.aim.move_x, agent.aim.move_z).norm() / kFullMove;
     const bool pace = state.rubber_band && std::abs(aimed - share) > kBandChange;
-    return pace || turns(mind, desired, direction, entered);
+    return pace || turns(agent, desired, direction, entered);
 }
 
 /// What all deeds of a blend want together, as a velocity in units of walking speed: each wants its
 /// own speed along its own direction, or to stand, with its degree as its weight.
-Vec2 blended_velocity(Mind& mind,
+Vec2 blended_velocity(Agent& agent,
                       const CompiledMachine& machine,
                       const CompiledMachine::Choice& choice,
                       std::size_t count,
@@ -123,23 +132,23 @@ Vec2 blended_velocity(Mind& mind,
     Vec2 sum = Vec2::Zero();
     float total = 0.0F;
     for (std::size_t d = 0; d < count; ++d) {
-        if (!(mind.degrees[d] > 0.0F)) {
+        if (!(agent.degrees[d] > 0.0F)) {
             continue;
         }
         const State& deed = machine.states[choice.first + d];
         const DesiredVelocity desired =
-            desired_velocity(mind, deed, full_speed(deed, around), around);
+            desired_velocity(agent, deed, full_speed(deed, around), around);
         const float length = desired.direction.norm();
-        total += mind.degrees[d];
+        total += agent.degrees[d];
         if (length > 0.0F && std::isfinite(length)) {
             const float speed = deed.speed_factor * (deed.sprint ? sprint_factor : 1.0F);
-            sum += desired.direction * (mind.degrees[d] * speed / length);
+            sum += desired.direction * (agent.degrees[d] * speed / length);
         }
     }
     return total > 0.0F ? Vec2(sum / total) : Vec2::Zero();
 }
 
-void steer_blend(Mind& mind,
+void steer_blend(Agent& agent,
                  const CompiledMachine& machine,
                  const CompiledMachine::Choice& choice,
                  bool entered,
@@ -147,64 +156,64 @@ void steer_blend(Mind& mind,
     const std::size_t count =
         machine.blends[static_cast<std::size_t>(choice.blend)].machine.states();
     for (std::size_t d = 0; entered && d < count; ++d) {
-        begin_deed(mind, machine.states[choice.first + d], around);
+        begin_deed(agent, machine.states[choice.first + d], around);
     }
-    if (around.now < mind.detour_until) {
+    if (around.now < agent.detour_until) {
         return;
     }
     const motion::CharacterLimits& limits =
         around.types[around.entities.type[around.self]].character;
-    const Vec2 desired = blended_velocity(mind, machine, choice, count, around);
+    const Vec2 desired = blended_velocity(agent, machine, choice, count, around);
     const float speed = desired.norm();
-    mind.next_steering = next_steering(mind, DesiredVelocity(), std::max(0.01F, speed), around);
+    agent.next_steering = next_steering(agent, DesiredVelocity(), std::max(0.01F, speed), around);
     if (!(speed >= kBlendStands)) {
-        stand(mind, around);
+        stand(agent, around);
         return;
     }
     const Pace pace{speed > 1.0F ? speed / limits.sprint_factor : speed, speed > 1.0F};
     const Vec2 direction = desired / speed;
-    const float now = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove *
-                      (mind.aim.buttons != 0 ? limits.sprint_factor : 1.0F);
-    if (turns(mind, DesiredVelocity(), direction, entered) || std::abs(now - speed) > kBlendPace) {
-        if (!moving(mind)) {
-            restart_progress(mind, around.entities.position[around.self], around.now);
+    const float now = Vec2(agent.aim.move_x, agent.aim.move_z).norm() / kFullMove *
+                      (agent.aim.buttons != 0 ? limits.sprint_factor : 1.0F);
+    if (turns(agent, DesiredVelocity(), direction, entered) || std::abs(now - speed) > kBlendPace) {
+        if (!moving(agent)) {
+            restart_progress(agent, around.entities.position[around.self], around.now);
         }
-        aim_along(mind, pace, direction);
+        aim_along(agent, pace, direction);
     }
-    if (blocked(mind, DesiredVelocity(), limits.speed * speed, around)) {
-        restart_progress(mind, around.entities.position[around.self], around.now);
-        step_aside(mind, pace, direction, around);
+    if (blocked(agent, DesiredVelocity(), limits.speed * speed, around)) {
+        restart_progress(agent, around.entities.position[around.self], around.now);
+        step_aside(agent, pace, direction, around);
     }
 }
 
 /// What hangs on others: looked at anew whenever it steers. True: it needs a path.
-bool steer_freely(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+bool steer_freely(Agent& agent, const State& state, bool entered, const Surroundings& around) {
     const float speed = std::max(0.01F, full_speed(state, around));
-    DesiredVelocity desired = desired_velocity(mind, state, speed, around);
+    DesiredVelocity desired = desired_velocity(agent, state, speed, around);
     const Vec2 goal = desired.goal;
-    const bool asks = turn_to_path(mind, state, desired, around);
+    const bool asks = turn_to_path(agent, state, desired, around);
     if (asks) {
-        mind.segment = PathSegment();
-        mind.segment.goal = goal;
+        agent.segment = PathSegment();
+        agent.segment.goal = goal;
     }
-    mind.next_steering = next_steering(mind, desired, speed, around);
+    agent.next_steering = next_steering(agent, desired, speed, around);
     const float length = desired.keep ? 0.0F : desired.direction.norm();
     if (desired.keep) {
-        if (blocked(mind, desired, speed, around)) {
-            get_around(mind, state, aim_direction(mind), around);
+        if (blocked(agent, desired, speed, around)) {
+            get_around(agent, state, aim_direction(agent), around);
         }
     } else if (!(length > 0.0F) || !std::isfinite(length)) {
-        stand(mind, around);
+        stand(agent, around);
     } else {
         const Vec2 direction = desired.direction / length;
-        if (needs_aim(mind, state, desired, direction, entered)) {
-            if (!moving(mind)) {
-                restart_progress(mind, around.entities.position[around.self], around.now);
+        if (needs_aim(agent, state, desired, direction, entered)) {
+            if (!moving(agent)) {
+                restart_progress(agent, around.entities.position[around.self], around.now);
             }
-            aim_along(mind, state, direction);
+            aim_along(agent, state, direction);
         }
-        if (blocked(mind, desired, speed, around)) {
-            get_around(mind, state, direction, around);
+        if (blocked(agent, desired, speed, around)) {
+            get_around(agent, state, direction, around);
         }
     }
     return asks;
@@ -212,21 +221,21 @@ bool steer_freely(Mind& mind, const State& state, bool entered, const Surroundin
 
 /// A command that leads the body to where the segment is at its end, or some time on: so soon that
 /// the correction is worth a step of the command.
-void correct_drift(Mind& mind, const State& state, const Surroundings& around) {
+void correct_drift(Agent& agent, const State& state, const Surroundings& around) {
     const float full = full_speed(state, around) / std::max(state.speed_factor, 1e-3F);
     const float soon_s = std::max(kPutRightS, kOffSegmentM * kFullMove / full);
-    const float left_s = time_on(mind.segment, arrival_of(mind.segment, around.dt), around.dt) -
-                         time_on(mind.segment, around.now, around.dt);
+    const float left_s = time_on(agent.segment, arrival_of(agent.segment, around.dt), around.dt) -
+                         time_on(agent.segment, around.now, around.dt);
     const float time_s = std::clamp(left_s, kPutRightS, soon_s);
     const auto ticks = static_cast<Tick>(std::lround(time_s / around.dt));
-    const Vec2 path = position_at(mind.segment, around.now - 1 + ticks, around.dt) - around.body();
+    const Vec2 path = position_at(agent.segment, around.now - 1 + ticks, around.dt) - around.body();
     const float length = path.norm();
     if (length > 0.0F) {
         const float speed = length / (static_cast<float>(ticks) * around.dt);
         // It faces the path of its segment, as one that nobody sees does.
-        const std::uint16_t facing = mind.aim.yaw;
-        aim_along(mind, Pace{speed / full, state.sprint}, path / length);
-        mind.aim.yaw = facing;
+        const std::uint16_t facing = agent.aim.yaw;
+        aim_along(agent, Pace{speed / full, state.sprint}, path / length);
+        agent.aim.yaw = facing;
     }
 }
 
@@ -238,94 +247,94 @@ bool falls(const Surroundings& around) {
 
 /// Keeps the body to the segment, which is set anew where it has come to its end, or the body was
 /// pushed away or held up. True: it needs a path.
-bool steer_by_segment(Mind& mind, const State& state, bool entered, const Surroundings& around) {
+bool steer_by_segment(Agent& agent, const State& state, bool entered, const Surroundings& around) {
     Surroundings self = around;
-    const Vec2 off = position_at(mind.segment, around.now - 1, around.dt) - around.body();
-    const bool anew = !mind.timed || off.norm() > kDriftM;
+    const Vec2 off = position_at(agent.segment, around.now - 1, around.dt) - around.body();
+    const bool anew = !agent.timed || off.norm() > kDriftM;
     if (falls(around)) {
-        mind.timed = false;  // where it lands its path may lead elsewhere
-        mind.next_steering = around.now + 1;
+        agent.timed = false;  // where it lands its path may lead elsewhere
+        agent.next_steering = around.now + 1;
         return false;
     }
-    const bool over = segment_is_over(mind, around.now, around.dt);
+    const bool over = segment_is_over(agent, around.now, around.dt);
     // In another zone than the one that knew its path.
     const bool lost =
-        mind.on_path && (around.paths == nullptr || !around.paths->has(around.slot, mind.entity));
-    if (over || mind.segment.length == 0.0F || !mind.timed) {
-        restart_progress(mind, around.entities.position[around.self], around.now);
+        agent.on_path && (around.paths == nullptr || !around.paths->has(around.slot, agent.entity));
+    if (over || agent.segment.length == 0.0F || !agent.timed) {
+        restart_progress(agent, around.entities.position[around.self], around.now);
     }
     if (anew) {
-        start_segment(mind, around);
+        start_segment(agent, around);
         self.at = around.body();
     }
     bool asks = false;
     if (anew || lost || entered || over) {
-        asks = plan_segment(mind, state, entered, self);
-    } else if (mind.segment.length > 0.0F && off.norm() > kOffSegmentM &&
-               time_on(mind.segment, around.now, around.dt) > mind.segment.bend_s) {
-        correct_drift(mind, state, around);
-        const Vec2 end = end_of(mind.segment);
-        if (blocked(mind, &end, mind.segment.speed, around)) {
-            get_around(mind, state, mind.segment.direction, around);
-            mind.timed = false;
+        asks = plan_segment(agent, state, entered, self);
+    } else if (agent.segment.length > 0.0F && off.norm() > kOffSegmentM &&
+               time_on(agent.segment, around.now, around.dt) > agent.segment.bend_s) {
+        correct_drift(agent, state, around);
+        const Vec2 end = end_of(agent.segment);
+        if (blocked(agent, &end, agent.segment.speed, around)) {
+            get_around(agent, state, agent.segment.direction, around);
+            agent.timed = false;
         }
     }
-    const Tick turn = next_turn(mind, around.now);
-    if (asks || mind.segment.length > 0.0F) {
-        mind.next_steering =
+    const Tick turn = next_turn(agent, around.now);
+    if (asks || agent.segment.length > 0.0F) {
+        agent.next_steering =
             asks ? around.now + 1
-                 : std::clamp(arrival_of(mind.segment, around.dt), around.now + 1, turn);
+                 : std::clamp(arrival_of(agent.segment, around.dt), around.now + 1, turn);
         return asks;
     }
-    mind.next_steering = std::clamp(mind.again_at, around.now + 1, turn);
-    stand(mind, around);
+    agent.next_steering = std::clamp(agent.again_at, around.now + 1, turn);
+    stand(agent, around);
     return false;
 }
 
 }  // namespace
 
-Tick next_turn(const Mind& mind, Tick now) {
-    return now + kFarPeriod - (now + static_cast<Tick>(mind.entity.value)) % kFarPeriod;
+Tick next_turn(const Agent& agent, Tick now) {
+    return now + kFarPeriod - (now + static_cast<Tick>(agent.entity.value)) % kFarPeriod;
 }
 
-void get_unstuck(Mind& mind, const State& state, const Surroundings& around) {
-    if (moving(mind) && blocked(mind, DesiredVelocity(), full_speed(state, around), around)) {
-        get_around(mind, state, aim_direction(mind), around);
+void get_unstuck(Agent& agent, const State& state, const Surroundings& around) {
+    if (moving(agent) && blocked(agent, DesiredVelocity(), full_speed(state, around), around)) {
+        get_around(agent, state, aim_direction(agent), around);
     }
 }
 
-bool steer(Mind& mind, const CompiledMachine& machine, const Surroundings& around) {
-    const State& state = machine.states[mind.doing];
-    const bool entered = std::exchange(mind.entered, false);
-    const CompiledMachine::Choice& choice = machine.choices[mind.fsm.state()];
+bool steer(Agent& agent, const CompiledMachine& machine, const Surroundings& around) {
+    const State& state = machine.states[agent.doing];
+    const bool entered = std::exchange(agent.entered, false);
+    const CompiledMachine::Choice& choice = machine.choices[agent.fsm.state()];
     const auto* const policy = std::get_if<PolicyChoice>(&state.choice);
-    if (choice.blend >= 0 && mind.doing >= choice.first) {
-        mind.timed = false;
-        steer_blend(mind, machine, choice, entered, around);
-        mind.fresh = false;
+    if (choice.blend >= 0 && agent.doing >= choice.first) {
+        agent.timed = false;
+        steer_blend(agent, machine, choice, entered, around);
+        agent.fresh = false;
         return false;
     }
     bool asks = false;
     if (entered) {
-        begin_deed(mind, state, around);
+        begin_deed(agent, state, around);
     }
-    follow_band(mind, state, around);
+    follow_band(agent, state, around);
     if (policy != nullptr) {
-        mind.timed = false;
-        mind.next_steering = around.now + 1;
-        steer_by_policy(mind, machine, state, *policy, around);
-    } else if (state.action == ActionKind::kFormUp && !straggles(mind)) {
-        mind.timed = false;
-        steer_in_formation(mind, state, entered, around);
-    } else if (around.now < mind.detour_until) {
+        agent.timed = false;
+        agent.next_steering = around.now + 1;
+        steer_by_policy(agent, machine, state, *policy, around);
+    } else if (state.action == ActionKind::kFormUp && !straggles(agent)) {
+        agent.timed = false;
+        steer_in_formation(agent, state, entered, around);
+    } else if (around.now < agent.detour_until) {
         // It walks on across its path.
-    } else if (goes_by_segments(mind, state)) {
-        asks = steer_by_segment(mind, state, entered, around);
+    } else if (goes_by_segments(agent, state)) {
+        asks = steer_by_segment(agent, state, entered, around);
     } else {
-        mind.timed = false;
-        asks = steer_freely(mind, state, entered, around);
+        agent.timed = false;
+        asks = steer_freely(agent, state, entered, around);
     }
-    mind.fresh = false;
+    agent.fresh = false;
     return asks;
 }
 

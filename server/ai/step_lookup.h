@@ -1,4 +1,4 @@
-// Step lookup: the machine, the row and the square of a mind, and work in lanes, for the files of
+// Step lookup: the machine, the row and the square of an agent, and work in lanes, for the files of
 // the step.
 #pragma once
 
@@ -9,9 +9,9 @@
 
 namespace zoned::ai {
 
-inline const CompiledMachine& machine_of(const Mind& mind, const Settings& settings) {
-    ZONED_ASSERT(mind.machine < settings.compiled.size(), "the machine of a mind exists");
-    return settings.compiled[mind.machine];
+inline const CompiledMachine& machine_of(const Agent& agent, const Settings& settings) {
+    ZONED_ASSERT(agent.machine < settings.compiled.size(), "the machine of an agent exists");
+    return settings.compiled[agent.machine];
 }
 
 inline bool has_herds(const Settings& settings) {
@@ -20,7 +20,7 @@ inline bool has_herds(const Settings& settings) {
                        [](const CompiledMachine& machine) { return machine.flocks; });
 }
 
-/// The row of an entity whose mind may do something; kNoRow: leave it alone. `hint`: where it was.
+/// The row of an entity whose agent may do something; kNoRow: leave it alone. `hint`: where it was.
 inline world::Row row_of(const world::Entities& entities,
                          EntityId entity,
                          world::Row hint = world::kNoRow) {
@@ -33,8 +33,8 @@ inline world::Row row_of(const world::Entities& entities,
 }
 
 /// When it leaves the square that its entity is in.
-inline Tick left_at(const Mind& mind, const World& world, bool goes_on = false) {
-    return CoarseCells::left_at(mind.segment, mind.placed, world.half_size, world.dt, goes_on);
+inline Tick left_at(const Agent& agent, const World& world, bool goes_on = false) {
+    return CoarseCells::left_at(agent.segment, agent.placed, world.half_size, world.dt, goes_on);
 }
 
 /// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).

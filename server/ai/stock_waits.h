@@ -1,4 +1,4 @@
-// StockWaits: which coarse minds wait for what stock, so that who waits costs nothing until it is
+// StockWaits: which coarse agents wait for what stock, so that who waits costs nothing until it is
 // there.
 #pragma once
 
@@ -12,11 +12,11 @@
 
 namespace zoned::ai {
 
-/// Minds that wait for the same are a group, which one look at the stock answers for in a tick;
-/// within it they lie by the ticks at which they decide. As long as nothing is new, a tick costs a
-/// look at each group of which somebody decides in it, and those alone come up for whom stock has
-/// become other than they wait for at a tick at which they decide: as if all of them had looked at
-/// each of their decisions.
+/// AgentStore that wait for the same are a group, which one look at the stock answers for in a
+/// tick; within it they lie by the ticks at which they decide. As long as nothing is new, a tick
+/// costs a look at each group of which somebody decides in it, and those alone come up for whom
+/// stock has become other than they wait for at a tick at which they decide: as if all of them had
+/// looked at each of their decisions.
 class StockWaits {
   public:
     using Slot = std::uint32_t;

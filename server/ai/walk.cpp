@@ -32,23 +32,23 @@ pathfinding::Spot spot_of(const Vec2& at) {
     return {at.x(), at.y()};
 }
 
-/// What the mind's command makes of a character, m/s.
-float commanded_speed(const Mind& mind, const motion::CharacterLimits& limits) {
-    const float share = Vec2(mind.aim.move_x, mind.aim.move_z).norm() / kFullMove;
-    const bool sprints = (mind.aim.buttons & motion::kButtonSprint) != 0;
+/// What the agent's command makes of a character, m/s.
+float commanded_speed(const Agent& agent, const motion::CharacterLimits& limits) {
+    const float share = Vec2(agent.aim.move_x, agent.aim.move_z).norm() / kFullMove;
+    const bool sprints = (agent.aim.buttons & motion::kButtonSprint) != 0;
     return std::min(share, 1.0F) * limits.speed * (sprints ? limits.sprint_factor : 1.0F);
 }
 
 /// Stands where it will have come to a halt.
-void halt(Mind& mind, const Surroundings& around, const Vec2& velocity) {
-    mind.segment = segment_from(
+void halt(Agent& agent, const Surroundings& around, const Vec2& velocity) {
+    agent.segment = segment_from(
         around.at, velocity, Vec2::Zero(), 0.0F, limits_of(around).acceleration, around.now - 1);
-    mind.aim.move_x = mind.aim.move_z = 0;
-    mind.aim.buttons = 0;
+    agent.aim.move_x = agent.aim.move_z = 0;
+    agent.aim.buttons = 0;
 }
 
-void look_again(Mind& mind, float after_s, const Surroundings& around) {
-    mind.again_at = around.now + std::max<Tick>(1, std::lround(after_s / around.dt));
+void look_again(Agent& agent, float after_s, const Surroundings& around) {
+    agent.again_at = around.now + std::max<Tick>(1, std::lround(after_s / around.dt));
 }
 
 /// Where a command leads that is held: its heading is one of few, so that it passes the goal a
@@ -69,48 +69,48 @@ void head_for(const Vec2& goal, float near_m, const Vec2& heading, PathSegment& 
 
 /// The command that leads to within `near_m` of `goal`, and the segment that it makes. Getting up
 /// to speed, or turning, leads a little aside: the second try allows for that.
-void set_out(Mind& mind,
+void set_out(Agent& agent,
              const State& state,
              const Surroundings& around,
              const Vec2& goal,
              float near_m) {
-    const Vec2 velocity = velocity_at(mind.segment, around.now - 1, around.dt);
-    const Vec2 whole = mind.segment.goal;
+    const Vec2 velocity = velocity_at(agent.segment, around.now - 1, around.dt);
+    const Vec2 whole = agent.segment.goal;
     const float acceleration = limits_of(around).acceleration;
-    const Pace pace{std::min(state.speed_factor * mind.band, around.all_out ? 1.0F : kUsed),
+    const Pace pace{std::min(state.speed_factor * agent.band, around.all_out ? 1.0F : kUsed),
                     state.sprint};
     Vec2 path = goal - around.at;
     Vec2 towards = Vec2::Zero();
     for (int attempt = 0; attempt < 2; ++attempt) {
         towards = path / path.norm();
-        move_along(mind.aim, pace, towards);
-        const float speed = commanded_speed(mind, limits_of(around));
+        move_along(agent.aim, pace, towards);
+        const float speed = commanded_speed(agent, limits_of(around));
         if (!(speed > 0.0F)) {
-            face_along(mind.aim, towards);
-            halt(mind, around, velocity);
+            face_along(agent.aim, towards);
+            halt(agent, around, velocity);
             return;
         }
-        const Vec2 heading = aim_direction(mind);
-        mind.segment =
+        const Vec2 heading = aim_direction(agent);
+        agent.segment =
             segment_from(around.at, velocity, heading, speed, acceleration, around.now - 1);
-        const Vec2 rest = goal - mind.segment.from;
+        const Vec2 rest = goal - agent.segment.from;
         if (!(rest.norm() > near_m)) {
             break;
         }
         path = rest;
     }
-    face_along(mind.aim, towards);
-    head_for(goal, near_m, aim_direction(mind), mind.segment);
-    mind.segment.goal = whole;
-    mind.again_at = kNever;
+    face_along(agent.aim, towards);
+    head_for(goal, near_m, aim_direction(agent), agent.segment);
+    agent.segment.goal = whole;
+    agent.again_at = kNever;
 }
 
-bool has_path(const Mind& mind, const Surroundings& around) {
-    return mind.on_path && around.paths != nullptr && around.paths->has(around.slot, mind.entity);
+bool has_path(const Agent& agent, const Surroundings& around) {
+    return agent.on_path && around.paths != nullptr && around.paths->has(around.slot, agent.entity);
 }
 
 /// So near to its goal a straight walk is over, m.
-float reach_of(const Mind& mind,
+float reach_of(const Agent& agent,
                const State& state,
                const DesiredVelocity& desired,
                const Surroundings& around) {
@@ -118,16 +118,16 @@ float reach_of(const Mind& mind,
         return kArriveM;
     }
     // Home is all of the nest.
-    return goes_by_cells(mind, state)
+    return goes_by_cells(agent, state)
                ? kAtCell * state.forage->cell_m
                : std::max(kTurnM,
                           desired.direction.norm() -
                               around.places.outside(state.forage->nest, around.at));
 }
 
-/// Whether the mind has come to where its path ends.
-bool path_is_over(const Mind& mind, const Surroundings& around) {
-    if (!has_path(mind, around)) {
+/// Whether the agent has come to where its path ends.
+bool path_is_over(const Agent& agent, const Surroundings& around) {
+    if (!has_path(agent, around)) {
         return false;
     }
     const pathfinding::PathResult path = around.paths->answer(around.slot);
@@ -137,17 +137,17 @@ bool path_is_over(const Mind& mind, const Surroundings& around) {
 
 }  // namespace
 
-bool keeps_to_segment(const Mind& mind, const Vec2& body, Tick now, float dt) {
-    return mind.timed && (mind.tier != Tier::kAwake ||
-                          !((position_at(mind.segment, now - 1, dt) - body).norm() > kDriftM));
+bool keeps_to_segment(const Agent& agent, const Vec2& body, Tick now, float dt) {
+    return agent.timed && (agent.tier != Tier::kAwake ||
+                           !((position_at(agent.segment, now - 1, dt) - body).norm() > kDriftM));
 }
 
-Vec2 whereabouts(const Mind& mind, const Vec2& body, Tick now, float dt) {
-    return keeps_to_segment(mind, body, now, dt) ? position_at(mind.segment, now - 1, dt) : body;
+Vec2 whereabouts(const Agent& agent, const Vec2& body, Tick now, float dt) {
+    return keeps_to_segment(agent, body, now, dt) ? position_at(agent.segment, now - 1, dt) : body;
 }
 
-bool goes_by_segments(const Mind& mind, const State& state) {
-    const bool banded = state.rubber_band && (mind.prey || mind.band != 1.0F);
+bool goes_by_segments(const Agent& agent, const State& state) {
+    const bool banded = state.rubber_band && (agent.prey || agent.band != 1.0F);
     switch (state.action) {
         case ActionKind::kFollowTrack:
             return true;
@@ -166,96 +166,96 @@ bool goes_by_segments(const Mind& mind, const State& state) {
         case ActionKind::kFollow:
         case ActionKind::kEscort:
         case ActionKind::kGuard:
-            return !banded && !mind.prey && !mind.ward;
+            return !banded && !agent.prey && !agent.ward;
     }
     return false;
 }
 
-void start_segment(Mind& mind, const Surroundings& around) {
+void start_segment(Agent& agent, const Surroundings& around) {
     const Vec3& v = around.entities.velocity[around.self];
     const Vec2 velocity(v.x(), v.z());
     const float speed = velocity.norm();
-    mind.segment = segment_from(around.body(),
-                                velocity,
-                                speed > 0.0F ? Vec2(velocity / speed) : Vec2(Vec2::Zero()),
-                                speed,
-                                0.0F,
-                                around.now - 1);
-    mind.timed = true;
-    mind.on_path = false;
+    agent.segment = segment_from(around.body(),
+                                 velocity,
+                                 speed > 0.0F ? Vec2(velocity / speed) : Vec2(Vec2::Zero()),
+                                 speed,
+                                 0.0F,
+                                 around.now - 1);
+    agent.timed = true;
+    agent.on_path = false;
 }
 
-void follow_path(Mind& mind, const State& state, const Surroundings& around) {
+void follow_path(Agent& agent, const State& state, const Surroundings& around) {
     const Vec2 next = flat_of(around.paths->heading(around.slot, spot_of(around.at), kCornerM));
-    const bool last = (next - mind.segment.goal).norm() < kTurnM;
+    const bool last = (next - agent.segment.goal).norm() < kTurnM;
     const float near_m = last ? kArriveM : kTurnM;
     if ((next - around.at).norm() > near_m) {
-        set_out(mind, state, around, next, near_m);
+        set_out(agent, state, around, next, near_m);
         return;
     }
-    const Vec2 goal = mind.segment.goal;
-    halt(mind, around, velocity_at(mind.segment, around.now - 1, around.dt));
-    mind.segment.goal = goal;
-    look_again(mind, kAskAgain_s, around);
+    const Vec2 goal = agent.segment.goal;
+    halt(agent, around, velocity_at(agent.segment, around.now - 1, around.dt));
+    agent.segment.goal = goal;
+    look_again(agent, kAskAgain_s, around);
 }
 
-bool plan_segment(Mind& mind, const State& state, bool entered, const Surroundings& from) {
+bool plan_segment(Agent& agent, const State& state, bool entered, const Surroundings& from) {
     Surroundings around = from;
-    around.there = !entered && path_is_over(mind, around);
-    if (state.action == ActionKind::kFollowTrack && follow_spline(mind, state, around)) {
+    around.there = !entered && path_is_over(agent, around);
+    if (state.action == ActionKind::kFollowTrack && follow_spline(agent, state, around)) {
         return false;
     }
     const DesiredVelocity desired =
-        desired_velocity(mind, state, full_speed(state, around), around);
+        desired_velocity(agent, state, full_speed(state, around), around);
     if (!desired.has_goal || !(desired.direction.norm() > 1e-3F)) {
-        if (mind.segment.speed > 0.0F) {
-            halt(mind, around, velocity_at(mind.segment, around.now - 1, around.dt));
+        if (agent.segment.speed > 0.0F) {
+            halt(agent, around, velocity_at(agent.segment, around.now - 1, around.dt));
         }
-        mind.on_path = false;
-        mind.again_at = kNever;
+        agent.on_path = false;
+        agent.again_at = kNever;
         if (desired.far || state.action == ActionKind::kForage) {
-            look_again(mind, desired.far ? kLookAgain_s : kAskAgain_s, around);
+            look_again(agent, desired.far ? kLookAgain_s : kAskAgain_s, around);
         }
         return false;
     }
-    const bool same = !entered && desired.goal == mind.segment.goal;
-    const bool by_cells = goes_by_cells(mind, state);
-    if (same && !by_cells && has_path(mind, around)) {
-        follow_path(mind, state, around);
+    const bool same = !entered && desired.goal == agent.segment.goal;
+    const bool by_cells = goes_by_cells(agent, state);
+    if (same && !by_cells && has_path(agent, around)) {
+        follow_path(agent, state, around);
         return false;
     }
     const TypeIndex type = around.entities.type[around.self];
     if (!by_cells && around.paths != nullptr && around.paths->plans_for(type)) {
-        mind.segment.goal = desired.goal;
+        agent.segment.goal = desired.goal;
         return true;
     }
-    if (!same || mind.segment.length == 0.0F) {
-        mind.on_path = false;
-        mind.segment.goal = desired.goal;
-        set_out(mind, state, around, desired.goal, reach_of(mind, state, desired, around));
+    if (!same || agent.segment.length == 0.0F) {
+        agent.on_path = false;
+        agent.segment.goal = desired.goal;
+        set_out(agent, state, around, desired.goal, reach_of(agent, state, desired, around));
     }
     return false;
 }
 
-bool turn_to_path(Mind& mind,
+bool turn_to_path(Agent& agent,
                   const State& state,
                   DesiredVelocity& desired,
                   const Surroundings& around) {
     const TypeIndex type = around.entities.type[around.self];
     const pathfinding::Spot body = spot_of(around.body());
     if (!desired.seeks || around.paths == nullptr || !around.paths->plans_for(type)) {
-        mind.on_path = false;
+        agent.on_path = false;
         return false;
     }
     const float feet_m = limits_of(around).radius + limits_of(around).half_segment;
     const PathHeights heights{around.entities.position[around.self].y() - feet_m,
-                              goal_floor(mind, state, around)};
+                              goal_floor(agent, state, around)};
     if (around.paths->straight(type, body, spot_of(desired.goal), heights)) {
-        mind.on_path = false;
+        agent.on_path = false;
         return false;
     }
-    const bool asks = mind.fresh || !has_path(mind, around);
-    if (has_path(mind, around)) {
+    const bool asks = agent.fresh || !has_path(agent, around);
+    if (has_path(agent, around)) {
         const Vec2 next = flat_of(around.paths->heading(around.slot, body, kCornerM));
         desired.direction = next - around.body();
         // Progress is what leads to the corner.

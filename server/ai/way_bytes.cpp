@@ -239,7 +239,7 @@ void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out) {
 }
 
 std::string deserialize_paths(std::span<const std::uint8_t> bytes,
-                              const Minds& minds,
+                              const AgentStore& agents,
                               PathService& paths,
                               Step& step) {
     FieldReader read(bytes);
@@ -262,9 +262,9 @@ std::string deserialize_paths(std::span<const std::uint8_t> bytes,
     if (read.left() > 0) {
         return std::to_string(read.left()) + " bytes are left over";
     }
-    std::string wrong = paths.load(memory, minds);
+    std::string wrong = paths.load(memory, agents);
     if (wrong.empty()) {
-        step.wait_for(paths, minds);
+        step.wait_for(paths, agents);
     }
     return wrong;
 }

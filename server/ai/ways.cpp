@@ -45,7 +45,7 @@ PathService::PathService(const PathfindingSettings& settings,
     }
     std::vector<motion::CharacterLimits> bodies;
     for (std::size_t t = 0; t < types.size(); ++t) {
-        if (types[t].mind == 0 || types[t].kind != world::EntityKind::kCharacter) {
+        if (types[t].brain == 0 || types[t].kind != world::EntityKind::kCharacter) {
             continue;
         }
         const motion::CharacterLimits& body = types[t].character;
@@ -57,7 +57,7 @@ PathService::PathService(const PathfindingSettings& settings,
         }
         size_of_type_[t] = static_cast<std::uint8_t>(same - bodies.begin());
     }
-    ZONED_ASSERT(bodies.size() < kNoSize, "sizes of characters with minds are few");
+    ZONED_ASSERT(bodies.size() < kNoSize, "sizes of characters with agents are few");
     for (const motion::Door& door : statics.doors()) {
         timetables_.push_back(door.times);
     }
@@ -137,16 +137,16 @@ void PathService::note(std::span<const std::uint32_t> requests,
     const Size& size = sizes_[number];
     for (const std::uint32_t request : requests) {
         // The request may have been released since, and be another's by now.
-        const Slot mind = size.mind_of_request[request];
-        if (asked_[mind].size == number && asked_[mind].ticket.slot == request) {
-            out.push_back(mind);
+        const Slot agent = size.agent_of_request[request];
+        if (asked_[agent].size == number && asked_[agent].ticket.slot == request) {
+            out.push_back(agent);
         }
     }
 }
 
-void PathService::put_in_order(std::vector<Slot>& minds) {
-    std::sort(minds.begin(), minds.end());
-    minds.erase(std::unique(minds.begin(), minds.end()), minds.end());
+void PathService::put_in_order(std::vector<Slot>& agents) {
+    std::sort(agents.begin(), agents.end());
+    agents.erase(std::unique(agents.begin(), agents.end()), agents.end());
 }
 
 void PathService::follow_doors(Tick now) {
@@ -164,16 +164,16 @@ void PathService::follow_doors(Tick now) {
     put_in_order(requeued_);
 }
 
-void PathService::ask(Slot mind,
+void PathService::ask(Slot agent,
                       EntityId entity,
                       TypeIndex type,
                       pathfinding::Spot from,
                       pathfinding::Spot to,
                       PathHeights heights) {
-    ZONED_ASSERT(plans_for(type), "characters with minds ask for paths where paths are planned");
-    release(mind);
-    if (mind >= asked_.size()) {
-        asked_.resize(mind + std::size_t{1});
+    ZONED_ASSERT(plans_for(type), "characters with agents ask for paths where paths are planned");
+    release(agent);
+    if (agent >= asked_.size()) {
+        asked_.resize(agent + std::size_t{1});
     }
     Size& size = sizes_[size_of_type_[type]];
     bool beyond = false;
@@ -184,11 +184,11 @@ void PathService::ask(Slot mind,
     }
     const pathfinding::PathRequestId ticket =
         size.map->ask({pathfinding::PathRequest::kAlone, from, to, heights.from, heights.to});
-    asked_[mind] = {entity, ticket, size_of_type_[type], beyond};
-    if (ticket.slot >= size.mind_of_request.size()) {
-        size.mind_of_request.resize(ticket.slot + std::size_t{1});
+    asked_[agent] = {entity, ticket, size_of_type_[type], beyond};
+    if (ticket.slot >= size.agent_of_request.size()) {
+        size.agent_of_request.resize(ticket.slot + std::size_t{1});
     }
-    size.mind_of_request[ticket.slot] = mind;
+    size.agent_of_request[ticket.slot] = agent;
 }
 
 void PathService::know_zones(std::size_t size,
@@ -203,10 +203,10 @@ void PathService::forget_ground() {
     }
 }
 
-void PathService::release(Slot mind) {
-    if (mind < asked_.size() && asked_[mind].size != kNoSize) {
-        sizes_[asked_[mind].size].map->release(asked_[mind].ticket);
-        asked_[mind] = Asked();
+void PathService::release(Slot agent) {
+    if (agent < asked_.size() && asked_[agent].size != kNoSize) {
+        sizes_[asked_[agent].size].map->release(asked_[agent].ticket);
+        asked_[agent] = Asked();
     }
 }
 
@@ -216,12 +216,12 @@ void PathService::serve() {
         sizes_[s].map->serve();
         note(sizes_[s].map->answered(), s, answered_);
     }
-    std::erase_if(answered_, [this](Slot mind) { return answer(mind).waiting; });
+    std::erase_if(answered_, [this](Slot agent) { return answer(agent).waiting; });
     put_in_order(answered_);
 }
 
-pathfinding::PathResult PathService::answer(Slot mind) const {
-    const Asked& asked = asked_[mind];
+pathfinding::PathResult PathService::answer(Slot agent) const {
+    const Asked& asked = asked_[agent];
     pathfinding::PathResult answer = sizes_[asked.size].map->answer(asked.ticket);
     if (asked.beyond && answer.outcome == pathfinding::PathOutcome::kFound) {
         answer.outcome = pathfinding::PathOutcome::kPartial;
@@ -242,13 +242,13 @@ void PathService::count_bodies(std::span<const float> x, std::span<const float> 
     }
 }
 
-void PathService::see(Slot mind, pathfinding::Spot at, float at_y) {
-    const Asked& asked = asked_[mind];
+void PathService::see(Slot agent, pathfinding::Spot at, float at_y) {
+    const Asked& asked = asked_[agent];
     sizes_[asked.size].map->see(asked.ticket, at, at_y);
 }
 
-pathfinding::Spot PathService::heading(Slot mind, pathfinding::Spot at, float near_m) {
-    const Asked& asked = asked_[mind];
+pathfinding::Spot PathService::heading(Slot agent, pathfinding::Spot at, float near_m) {
+    const Asked& asked = asked_[agent];
     return sizes_[asked.size].map->heading(asked.ticket, at, near_m);
 }
 
@@ -256,7 +256,7 @@ bool PathService::straight(TypeIndex type,
                            pathfinding::Spot from,
                            pathfinding::Spot to,
                            PathHeights heights) const {
-    ZONED_ASSERT(plans_for(type), "characters with minds ask for paths where paths are planned");
+    ZONED_ASSERT(plans_for(type), "characters with agents ask for paths where paths are planned");
     return sizes_[size_of_type_[type]].map->straight(from, heights.from, to, heights.to);
 }
 
@@ -285,7 +285,7 @@ std::size_t PathService::bytes() const {
                         (answered_.capacity() + requeued_.capacity()) * sizeof(Slot) +
                         shut_.capacity();
     for (const Size& size : sizes_) {
-        bytes += size.map->bytes() + size.mind_of_request.capacity() * sizeof(Slot);
+        bytes += size.map->bytes() + size.agent_of_request.capacity() * sizeof(Slot);
     }
     return bytes;
 }

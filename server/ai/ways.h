@@ -1,4 +1,5 @@
-// PathService: the paths of all minds of a zone, on maps of where characters of each size can walk.
+// PathService: the paths of all agents of a zone, on maps of where characters of each size can
+// walk.
 #pragma once
 
 #include "server/ai/crowd/crowd_settings.h"
@@ -61,9 +62,9 @@ struct SavedPathService {
 
 /// A zone has one; it is empty, and costs nothing, where no paths are planned. A tick goes:
 /// follow_doors(), then any ask() and release(), then serve(); answers hold until the next
-/// follow_doors(), ask() or release() of the same mind, or serve().
+/// follow_doors(), ask() or release() of the same agent, or serve().
 ///
-/// A mind has one path at most. What is answered, and when, hangs on the calls and their order
+/// An agent has one path at most. What is answered, and when, hangs on the calls and their order
 /// alone: ask in an order that is always the same (ascending by entity). Nothing is allocated once
 /// as many have asked as ever will.
 class PathService {
@@ -71,7 +72,7 @@ class PathService {
     PathService() = default;
 
     /// Bakes a map of `area` (zone-local, m; pathfinding::GroundGrid::defect_of() is empty) and an
-    /// index for each size of character that has a mind: types whose capsules and abilities to
+    /// index for each size of character that has an agent: types whose capsules and abilities to
     /// climb are alike share one. Doors are as at `now`. `origin`: of the zone in the world. Throws
     /// where Recast can't make a mesh of the area.
     PathService(const PathfindingSettings& settings,
@@ -89,7 +90,7 @@ class PathService {
     [[nodiscard]] bool empty() const { return sizes_.empty(); }
 
     /// Doors are as at `now` from here on, and some of the paths are compared with paths around
-    /// crowds. Paths that a door cuts, as far as their minds still have to go, and those that an
+    /// crowds. Paths that a door cuts, as far as their agents still have to go, and those that an
     /// opened one may shorten, are looked for anew. Costs nothing where no door turns and no crowd
     /// has changed.
     void follow_doors(Tick now);
@@ -108,45 +109,45 @@ class PathService {
     /// Where no other zone will be known.
     void forget_ground();
 
-    /// A path from a place to another, both zone-local; in place of the one that the mind has.
+    /// A path from a place to another, both zone-local; in place of the one that the agent has.
     /// plans_for(type). To a place beyond the map, or in it but out of reach within it where the
     /// world's portals are known, the path leads to where that is best left (kPartial; see
     /// PathProvider::exit_towards). Maps of one floor do not look at heights.
-    void ask(Slot mind,
+    void ask(Slot agent,
              EntityId entity,
              TypeIndex type,
              pathfinding::Spot from,
              pathfinding::Spot to,
              PathHeights heights = {});
 
-    /// The mind wants no path any more, or is gone. Nothing where it has none.
-    void release(Slot mind);
+    /// The agent wants no path any more, or is gone. Nothing where it has none.
+    void release(Slot agent);
 
     /// Once per tick, after all have asked. Who asked in this tick is answered in it, unless its
     /// work is used up: then in its turn, after GridPathSettings::longest_wait_ticks at most.
     void serve();
 
-    /// Whether the mind of that entity has asked. The slot may have been another's.
-    [[nodiscard]] bool has(Slot mind, EntityId entity) const {
-        return mind < asked_.size() && asked_[mind].size != kNoSize &&
-               asked_[mind].entity == entity;
+    /// Whether the agent of that entity has asked. The slot may have been another's.
+    [[nodiscard]] bool has(Slot agent, EntityId entity) const {
+        return agent < asked_.size() && asked_[agent].size != kNoSize &&
+               asked_[agent].entity == entity;
     }
 
-    /// Of a mind that has asked. Corners are those where the path turns, in any direction, the last
-    /// is its end; without the start. kFound: to the place itself. kPartial: to the nearest place
-    /// from which one comes no nearer; best = false: a path that is near the best.
-    [[nodiscard]] pathfinding::PathResult answer(Slot mind) const;
+    /// Of an agent that has asked. Corners are those where the path turns, in any direction, the
+    /// last is its end; without the start. kFound: to the place itself. kPartial: to the nearest
+    /// place from which one comes no nearer; best = false: a path that is near the best.
+    [[nodiscard]] pathfinding::PathResult answer(Slot agent) const;
 
     /// Where to walk from `at`, see GridPathRequests::heading: somewhere sensible before the path
-    /// is there too. Different minds may ask at the same time.
-    pathfinding::Spot heading(Slot mind, pathfinding::Spot at, float near_m);
+    /// is there too. Different agents may ask at the same time.
+    pathfinding::Spot heading(Slot agent, pathfinding::Spot at, float near_m);
 
-    /// Minds whose answers the last serve() has made, ascending; those whose path a door has cut or
-    /// shortened are among them again once they have another.
+    /// AgentStore whose answers the last serve() has made, ascending; those whose path a door has
+    /// cut or shortened are among them again once they have another.
     [[nodiscard]] std::span<const Slot> answered() const { return answered_; }
 
-    /// Minds whose paths the last follow_doors() has cut, or may have made longer than need be,
-    /// ascending: they wait again.
+    /// AgentStore whose paths the last follow_doors() has cut, or may have made longer than need
+    /// be, ascending: they wait again.
     [[nodiscard]] std::span<const Slot> requeued() const { return requeued_; }
 
     /// Whether bodies are to be counted in this tick, before serve().
@@ -155,8 +156,8 @@ class PathService {
     /// x and z of all bodies that may be in the way, m.
     void count_bodies(std::span<const float> x, std::span<const float> z);
 
-    /// A mind that has asked is here now: who waits is told a path from where it was seen last.
-    void see(Slot mind, pathfinding::Spot at, float at_y = pathfinding::kOnGround);
+    /// An agent that has asked is here now: who waits is told a path from where it was seen last.
+    void see(Slot agent, pathfinding::Spot at, float at_y = pathfinding::kOnGround);
 
     /// Whether a character of that type can walk straight from one place to another, as far as the
     /// map tells: then it needs no path. Different threads may ask at the same time, while nobody
@@ -188,10 +189,10 @@ class PathService {
     /// Between serve() and the next call.
     [[nodiscard]] SavedPathService save() const;
 
-    /// In paths of the same ground, whose doors are as they were, while nobody has asked. `minds`
+    /// In paths of the same ground, whose doors are as they were, while nobody has asked. `agents`
     /// are all those that there are; one that has asked is among them. Empty: done, and all goes
     /// on as it would have; else why not, and these paths are of no use any more.
-    std::string load(const SavedPathService& memory, const Minds& minds);
+    std::string load(const SavedPathService& memory, const AgentStore& agents);
 
     /// Counts of all sizes together.
     [[nodiscard]] pathfinding::PathCounts counts() const;
@@ -203,7 +204,7 @@ class PathService {
 
     struct Size {
         std::unique_ptr<pathfinding::PathProvider> map;
-        std::vector<Slot> mind_of_request;  // by the service's number of the request
+        std::vector<Slot> agent_of_request;  // by the service's number of the request
     };
 
     using Asked = SavedPathService::Asked;
@@ -222,13 +223,13 @@ class PathService {
     void note(std::span<const std::uint32_t> requests,
               std::size_t number,
               std::vector<Slot>& out) const;
-    static void put_in_order(std::vector<Slot>& minds);
+    static void put_in_order(std::vector<Slot>& agents);
 
     std::vector<std::uint8_t> size_of_type_;
     std::vector<Size> sizes_;
     std::vector<motion::Timetable> timetables_;   // of the doors
     Tick next_turn_ = motion::Timetable::kNever;  // of any door
-    std::vector<Asked> asked_;                    // by slot of the mind
+    std::vector<Asked> asked_;                    // by slot of the agent
     std::vector<Slot> answered_;
     std::vector<Slot> requeued_;
     std::vector<std::uint8_t> shut_;  // by door

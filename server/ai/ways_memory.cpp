@@ -26,7 +26,7 @@ SavedPathService PathService::save() const {
     return memory;
 }
 
-std::string PathService::load(const SavedPathService& memory, const Minds& minds) {
+std::string PathService::load(const SavedPathService& memory, const AgentStore& agents) {
     if (memory.sizes.size() != sizes_.size()) {
         return "paths of " + std::to_string(memory.sizes.size()) + " sizes of characters, not " +
                std::to_string(sizes_.size());
@@ -36,21 +36,21 @@ std::string PathService::load(const SavedPathService& memory, const Minds& minds
         if (!wrong.empty()) {
             return wrong;
         }
-        sizes_[s].mind_of_request.assign(
+        sizes_[s].agent_of_request.assign(
             memory.sizes[s].requests.size() + memory.sizes[s].free.size(), kNobody);
     }
     for (const SavedPathService::Asked& asked : memory.asked) {
         const std::string name = "the path of entity " + std::to_string(asked.entity.value) + " ";
-        if (minds.find(asked.entity) == nullptr || asked.size >= sizes_.size()) {
-            return name + "is that of no mind";
+        if (agents.find(asked.entity) == nullptr || asked.size >= sizes_.size()) {
+            return name + "is that of no agent";
         }
-        const Slot slot = minds.slot_of(asked.entity);
+        const Slot slot = agents.slot_of(asked.entity);
         Size& size = sizes_[asked.size];
-        if (asked.ticket.slot >= size.mind_of_request.size() || !size.map->knows(asked.ticket) ||
-            size.mind_of_request[asked.ticket.slot] != kNobody || has(slot, asked.entity)) {
+        if (asked.ticket.slot >= size.agent_of_request.size() || !size.map->knows(asked.ticket) ||
+            size.agent_of_request[asked.ticket.slot] != kNobody || has(slot, asked.entity)) {
             return name + "is none, or another's";
         }
-        size.mind_of_request[asked.ticket.slot] = slot;
+        size.agent_of_request[asked.ticket.slot] = slot;
         asked_.resize(std::max<std::size_t>(asked_.size(), slot + std::size_t{1}));
         asked_[slot] = asked;
     }

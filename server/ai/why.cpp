@@ -9,15 +9,15 @@ namespace {
 
 using core::print;
 
-/// Writes about one mind.
+/// Writes about one agent.
 class Account {
   public:
-    Account(const Mind& mind,
+    Account(const Agent& agent,
             const Machine& machine,
             const CompiledMachine& compiled,
             const Places& places,
             Tick now)
-        : mind_(mind),
+        : agent_(agent),
           machine_(machine),
           compiled_(compiled),
           places_(places),
@@ -26,7 +26,7 @@ class Account {
 
     std::string write(const Senses& senses, float dt) {
         states(dt);
-        text_ += "does " + compiled_.states[mind_.doing].name + "\n";
+        text_ += "does " + compiled_.states[agent_.doing].name + "\n";
         track(dt);
         learned();
         degrees();
@@ -39,7 +39,7 @@ class Account {
         }
         text_ += "transitions, as they are tried:\n";
         const fsm::FlatMachine& table = compiled_.table;
-        const fsm::FlatTest* row = &table.tests[mind_.fsm.state() * table.width];
+        const fsm::FlatTest* row = &table.tests[agent_.fsm.state() * table.width];
         for (std::size_t k = 0; k < table.width && row[k].transition != fsm::kNone; ++k) {
             transition(row[k], senses, dt);
         }
@@ -48,11 +48,11 @@ class Account {
 
   private:
     [[nodiscard]] const std::uint16_t* path() const {
-        return &compiled_.table.path[mind_.fsm.state() * compiled_.table.levels];
+        return &compiled_.table.path[agent_.fsm.state() * compiled_.table.levels];
     }
 
     [[nodiscard]] double seconds_in(std::size_t level, float dt) const {
-        return static_cast<double>(now_ - mind_.fsm.since[level][0]) * static_cast<double>(dt);
+        return static_cast<double>(now_ - agent_.fsm.since[level][0]) * static_cast<double>(dt);
     }
 
     void states(float dt) {
@@ -68,25 +68,25 @@ class Account {
 
     /// Where on its track it is.
     void track(float dt) {
-        if (compiled_.states[mind_.doing].action != ActionKind::kFollowTrack || mind_.entered) {
+        if (compiled_.states[agent_.doing].action != ActionKind::kFollowTrack || agent_.entered) {
             return;
         }
-        const SplinePlace place = spline_place(mind_, places_);
+        const SplinePlace place = spline_place(agent_, places_);
         if (place.lane == splines::kNoLane) {
             return;
         }
         text_ += "on track " + places_.tracks()->name(place.lane);
-        if (mind_.corner == kJoins) {
+        if (agent_.corner == kJoins) {
             text_ += ": walks there\n";
-        } else if (mind_.corner == kTrackEnds) {
+        } else if (agent_.corner == kTrackEnds) {
             text_ += ": at its end\n";
         } else {
             const double due =
-                static_cast<double>(mind_.track.due - now_) * static_cast<double>(dt) +
-                static_cast<double>(mind_.track.due_s);
+                static_cast<double>(agent_.track.due - now_) * static_cast<double>(dt) +
+                static_cast<double>(agent_.track.due_s);
             text_ += print(": at %.2f m of %.2f m in %.2f s", place.s, place.length, due);
-            if (mind_.track.from != splines::kNoLane) {
-                text_ += ", coming from " + places_.tracks()->name(mind_.track.from);
+            if (agent_.track.from != splines::kNoLane) {
+                text_ += ", coming from " + places_.tracks()->name(agent_.track.from);
             }
             text_ += "\n";
         }
@@ -94,7 +94,7 @@ class Account {
 
     /// What a policy is allowed, and what adapts.
     void learned() {
-        const State& state = compiled_.states[mind_.doing];
+        const State& state = compiled_.states[agent_.doing];
         if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
             const learn::Guard& guard = choice->policy->guard;
             text_ += print("as policy %s says, within %.3g of full speed%s, %.3g rad/s, ",
@@ -108,7 +108,7 @@ class Account {
         }
         if (state.rubber_band) {
             text_ += print("rubber band: speed times %.3f, within [%.3g, %.3g]\n",
-                           static_cast<double>(mind_.band),
+                           static_cast<double>(agent_.band),
                            static_cast<double>(state.rubber_band->least),
                            static_cast<double>(state.rubber_band->most));
         }
@@ -116,7 +116,7 @@ class Account {
 
     /// Of a blend, by state.
     void degrees() {
-        const std::uint16_t leaf = mind_.fsm.state();
+        const std::uint16_t leaf = agent_.fsm.state();
         const CompiledMachine::Choice& choice = compiled_.choices[leaf];
         if (choice.blend < 0) {
             return;
@@ -125,7 +125,7 @@ class Account {
         for (std::size_t d = 0; d < compiled_.states[leaf].deeds.size(); ++d) {
             text_ += print("  %s %.3g\n",
                            compiled_.states[choice.first + d].name.c_str(),
-                           static_cast<double>(mind_.degrees[d]));
+                           static_cast<double>(agent_.degrees[d]));
         }
     }
 
@@ -170,8 +170,8 @@ class Account {
             condition(compiled_.table.more[transition.more + c], senses, dt);
         }
         if (transition.hold > 0) {
-            const bool pending = mind_.fsm.pending[0] == first.transition;
-            const Tick held = pending ? now_ - mind_.fsm.pending_since[0] : 0;
+            const bool pending = agent_.fsm.pending[0] == first.transition;
+            const Tick held = pending ? now_ - agent_.fsm.pending_since[0] : 0;
             text_ += print(", held %.2f of %.2f s",
                            static_cast<double>(held) * static_cast<double>(dt),
                            static_cast<double>(transition.hold) * static_cast<double>(dt));
@@ -193,7 +193,7 @@ class Account {
                        holds ? "yes" : "no");
     }
 
-    const Mind& mind_;
+    const Agent& agent_;
     const Machine& machine_;
     const CompiledMachine& compiled_;
     const Places& places_;
@@ -258,7 +258,7 @@ std::string transition_text(const Machine& machine,
     return text;
 }
 
-std::string why(const Mind& mind,
+std::string why(const Agent& agent,
                 const Machine& machine,
                 const CompiledMachine& compiled,
                 const Sight& sight,
@@ -267,8 +267,8 @@ std::string why(const Mind& mind,
                 Tick now,
                 float dt) {
     Senses senses;
-    sense(mind, compiled, sight, here, places, now, senses);
-    return Account(mind, machine, compiled, places, now).write(senses, dt);
+    sense(agent, compiled, sight, here, places, now, senses);
+    return Account(agent, machine, compiled, places, now).write(senses, dt);
 }
 
 }  // namespace zoned::ai

@@ -1,4 +1,4 @@
-// Why: what a mind is in the middle of, and what it waits for, in words for a person.
+// Why: what an agent is in the middle of, and what it waits for, in words for a person.
 #pragma once
 
 #include "server/ai/decision.h"
@@ -20,9 +20,9 @@ std::string transition_text(const Machine& machine,
 
 /// Several lines: its states from the outermost in and since when, what it senses, the rules of its
 /// fuzzy systems that fire and how much, and each transition of its states with what its conditions
-/// read now, and how long it has held. `machine` as written and `compiled` are of the mind;
+/// read now, and how long it has held. `machine` as written and `compiled` are of the agent;
 /// `random` is what the next decision would draw. `dt` in s.
-std::string why(const Mind& mind,
+std::string why(const Agent& agent,
                 const Machine& machine,
                 const CompiledMachine& compiled,
                 const Sight& sight,

@@ -30,7 +30,7 @@ constexpr float kFollowStop = 0.7F;
 constexpr std::size_t kMostStops = 32;
 /// How far beside its path a herd turns back by half a right angle, as a share of its radius.
 constexpr float kTrackShare = 0.5F;
-/// What Mind::corner means to one who guards.
+/// What Agent::corner means to one who guards.
 constexpr std::uint8_t kAtPost = 0;
 constexpr std::uint8_t kEngaged = 1;
 
@@ -38,17 +38,17 @@ Vec2 flat(const Vec3& v) {
     return {v.x(), v.z()};
 }
 
-Vec2 corner_of(const Mind& mind, float radius, std::uint8_t corner) {
+Vec2 corner_of(const Agent& agent, float radius, std::uint8_t corner) {
     const bool right = corner == 1 || corner == 2;
     const bool up = corner >= 2;
-    return flat(mind.home) + Vec2(right ? radius : -radius, up ? radius : -radius);
+    return flat(agent.home) + Vec2(right ? radius : -radius, up ? radius : -radius);
 }
 
-std::uint8_t nearest_corner(const Mind& mind, float radius, const Vec2& here) {
+std::uint8_t nearest_corner(const Agent& agent, float radius, const Vec2& here) {
     std::uint8_t best = 0;
     for (std::uint8_t corner = 1; corner < 4; ++corner) {
-        if ((corner_of(mind, radius, corner) - here).squaredNorm() <
-            (corner_of(mind, radius, best) - here).squaredNorm()) {
+        if ((corner_of(agent, radius, corner) - here).squaredNorm() <
+            (corner_of(agent, radius, best) - here).squaredNorm()) {
             best = corner;
         }
     }
@@ -64,26 +64,26 @@ DesiredVelocity go_to(const Vec2& goal, const Vec2& here) {
     return desired;
 }
 
-DesiredVelocity wander_velocity(Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity wander_velocity(Agent& agent, const State& state, const Surroundings& around) {
     const Vec2 here = around.at;
-    if (around.there || (flat(mind.target) - here).norm() < kArriveM) {
-        pick_wander_target(mind, state.radius_m, around);
+    if (around.there || (flat(agent.target) - here).norm() < kArriveM) {
+        pick_wander_target(agent, state.radius_m, around);
     }
-    return go_to(flat(mind.target), here);
+    return go_to(flat(agent.target), here);
 }
 
-DesiredVelocity patrol_velocity(Mind& mind, const State& state, const Surroundings& around) {
-    Vec2 goal = corner_of(mind, state.radius_m, mind.corner);
+DesiredVelocity patrol_velocity(Agent& agent, const State& state, const Surroundings& around) {
+    Vec2 goal = corner_of(agent, state.radius_m, agent.corner);
     if (around.there || (goal - around.at).norm() < kArriveM) {
-        mind.corner = static_cast<std::uint8_t>((mind.corner + 1) & 3);
-        restart_progress(mind, around.entities.position[around.self], around.now);
-        goal = corner_of(mind, state.radius_m, mind.corner);
+        agent.corner = static_cast<std::uint8_t>((agent.corner + 1) & 3);
+        restart_progress(agent, around.entities.position[around.self], around.now);
+        goal = corner_of(agent, state.radius_m, agent.corner);
     }
     return go_to(goal, around.at);
 }
 
 /// Whether a goal that is near over the ground is on another floor, as far as maps tell floors.
-bool on_other_floor(const Mind& mind,
+bool on_other_floor(const Agent& agent,
                     const State& state,
                     const Vec2& goal,
                     const Surroundings& around) {
@@ -92,7 +92,7 @@ bool on_other_floor(const Mind& mind,
         return false;
     }
     const float ground = around.paths->ground(type, {goal.x(), goal.y()});
-    const float told = goal_floor(mind, state, around);
+    const float told = goal_floor(agent, state, around);
     const float floor = std::isnan(told) ? ground : told;
     const motion::CharacterLimits& body = around.types[type].character;
     const float feet = around.entities.position[around.self].y() - body.radius - body.half_segment;
@@ -101,28 +101,30 @@ bool on_other_floor(const Mind& mind,
 }
 
 /// To stand at: left only when pushed away from it.
-DesiredVelocity go_and_stay(const Mind& mind,
+DesiredVelocity go_and_stay(const Agent& agent,
                             const State& state,
                             const Vec2& goal,
                             const Surroundings& around) {
     const float over_ground = (goal - around.at).norm();
-    const bool above = over_ground < kSetOutM && on_other_floor(mind, state, goal, around);
+    const bool above = over_ground < kSetOutM && on_other_floor(agent, state, goal, around);
     const float distance = above ? kSetOutM : over_ground;
     DesiredVelocity desired;
     desired.far = around.there && !(distance < kArriveM);
-    const bool stay = distance < (walks(mind) ? kArriveM : kSetOutM);
+    const bool stay = distance < (walks(agent) ? kArriveM : kSetOutM);
     return stay || desired.far ? desired : go_to(goal, around.at);
 }
 
-DesiredVelocity return_velocity(const Mind& mind, const State& state, const Surroundings& around) {
-    return go_and_stay(mind, state, flat(mind.home), around);
+DesiredVelocity return_velocity(const Agent& agent,
+                                const State& state,
+                                const Surroundings& around) {
+    return go_and_stay(agent, state, flat(agent.home), around);
 }
 
-DesiredVelocity place_velocity(const Mind& mind, const State& state, const Surroundings& around) {
-    return go_and_stay(mind, state, around.places.spot(state.place, mind.entity), around);
+DesiredVelocity place_velocity(const Agent& agent, const State& state, const Surroundings& around) {
+    return go_and_stay(agent, state, around.places.spot(state.place, agent.entity), around);
 }
 
-/// Somebody as a mind takes them to be.
+/// Somebody as an agent takes them to be.
 struct Other {
     Vec2 place = Vec2::Zero();
     Vec2 velocity = Vec2::Zero();
@@ -137,27 +139,27 @@ std::optional<Other> other_of(EntityId entity, const Surroundings& around) {
 }
 
 /// Where it is, or was when it was noticed last.
-std::optional<Other> target_of(const Mind& mind, const Surroundings& around) {
-    if (mind.prey && !mind.noticed) {
-        return Other{flat(mind.known), Vec2::Zero()};
+std::optional<Other> target_of(const Agent& agent, const Surroundings& around) {
+    if (agent.prey && !agent.noticed) {
+        return Other{flat(agent.known), Vec2::Zero()};
     }
-    return other_of(mind.prey, around);
+    return other_of(agent.prey, around);
 }
 
 /// Chase and flee: `sign` is +1 towards, -1 away.
-DesiredVelocity prey_velocity(const Mind& mind,
+DesiredVelocity prey_velocity(const Agent& agent,
                               const State& state,
                               const Surroundings& around,
                               float sign) {
-    const std::optional<Other> target = target_of(mind, around);
+    const std::optional<Other> target = target_of(agent, around);
     if (!target) {
         return {};
     }
     const Vec2 towards = target->place - around.at;
     const float distance = towards.norm();
     DesiredVelocity desired;
-    if (sign > 0.0F && distance < (moving(mind) ? kChaseStopM : kChaseFollowM) &&
-        !on_other_floor(mind, state, target->place, around)) {
+    if (sign > 0.0F && distance < (moving(agent) ? kChaseStopM : kChaseFollowM) &&
+        !on_other_floor(agent, state, target->place, around)) {
         return desired;
     }
     desired.seeks = sign > 0.0F;
@@ -167,64 +169,68 @@ DesiredVelocity prey_velocity(const Mind& mind,
     return desired;
 }
 
-DesiredVelocity flock_velocity(Mind& mind,
+DesiredVelocity flock_velocity(Agent& agent,
                                const State& state,
                                float speed,
                                const Surroundings& around) {
     DesiredVelocity desired;
-    desired.keep = !mind.fresh && moving(mind);
+    desired.keep = !agent.fresh && moving(agent);
     if (desired.keep) {
         return desired;
     }
     const FlockQuery query{
-        flock_pull(mind, state, speed, around.body(), around.places), around.self, around.drift};
+        flock_pull(agent, state, speed, around.body(), around.places), around.self, around.drift};
     desired.direction = flock_heading(around.entities, around.grid, query);
     desired.fresh_cos = kReaimFlockCos;
     if (desired.direction.norm() < 1e-3F) {
         // Balanced: walk on, or set out anywhere.
-        desired.keep = moving(mind);
-        desired.direction = Vec2(mind.rng.range(-1.0F, 1.0F), 1.0F);
+        desired.keep = moving(agent);
+        desired.direction = Vec2(agent.rng.range(-1.0F, 1.0F), 1.0F);
     }
     return desired;
 }
 
 /// Within `radius_m` of its ward, else of its target; it sets out when it is beyond, and stops well
 /// within, so that who goes beside somebody does not stop and go with every step.
-DesiredVelocity follow_velocity(const Mind& mind, const State& state, const Surroundings& around) {
+DesiredVelocity follow_velocity(const Agent& agent,
+                                const State& state,
+                                const Surroundings& around) {
     const std::optional<Other> whom =
-        mind.ward ? other_of(mind.ward, around) : target_of(mind, around);
+        agent.ward ? other_of(agent.ward, around) : target_of(agent, around);
     if (!whom) {
         return {};
     }
-    const float enough = moving(mind) ? kFollowStop * state.radius_m : state.radius_m;
+    const float enough = moving(agent) ? kFollowStop * state.radius_m : state.radius_m;
     const bool near = (whom->place - around.at).norm() < enough &&
-                      !on_other_floor(mind, state, whom->place, around);
+                      !on_other_floor(agent, state, whom->place, around);
     return near ? DesiredVelocity() : go_to(whom->place, around.at);
 }
 
-DesiredVelocity escort_velocity(const Mind& mind, const State& state, const Surroundings& around) {
-    const std::optional<Other> ward = other_of(mind.ward, around);
+DesiredVelocity escort_velocity(const Agent& agent,
+                                const State& state,
+                                const Surroundings& around) {
+    const std::optional<Other> ward = other_of(agent.ward, around);
     if (!ward) {
         return {};
     }
     const Vec2 here = around.at;
-    const std::optional<Other> threat = target_of(mind, around);
+    const std::optional<Other> threat = target_of(agent, around);
     const Vec2 goal = escort_place(here,
                                    ward->place,
                                    ward->velocity,
                                    threat ? std::optional<Vec2>(threat->place) : std::nullopt,
                                    state.radius_m);
-    return (goal - here).norm() < (moving(mind) ? 0.5F * kArriveM : kArriveM) ? DesiredVelocity()
-                                                                              : go_to(goal, here);
+    return (goal - here).norm() < (moving(agent) ? 0.5F * kArriveM : kArriveM) ? DesiredVelocity()
+                                                                               : go_to(goal, here);
 }
 
-DesiredVelocity guard_velocity(Mind& mind, const State& state, const Surroundings& around) {
-    const std::optional<Other> target = target_of(mind, around);
-    const float from_post = target ? (target->place - flat(mind.home)).norm() : 0.0F;
-    const float reach = mind.corner == kEngaged ? state.leash_m : state.radius_m;
-    mind.corner = target && from_post <= reach ? kEngaged : kAtPost;
-    return mind.corner == kEngaged ? prey_velocity(mind, state, around, 1.0F)
-                                   : return_velocity(mind, state, around);
+DesiredVelocity guard_velocity(Agent& agent, const State& state, const Surroundings& around) {
+    const std::optional<Other> target = target_of(agent, around);
+    const float from_post = target ? (target->place - flat(agent.home)).norm() : 0.0F;
+    const float reach = agent.corner == kEngaged ? state.leash_m : state.radius_m;
+    agent.corner = target && from_post <= reach ? kEngaged : kAtPost;
+    return agent.corner == kEngaged ? prey_velocity(agent, state, around, 1.0F)
+                                    : return_velocity(agent, state, around);
 }
 
 }  // namespace
@@ -253,14 +259,14 @@ Vec2 escort_place(const Vec2& here,
 DesiredVelocity::DesiredVelocity() : fresh_cos(kReaimFreshCos) {
 }
 
-FlockPull flock_pull(const Mind& mind,
+FlockPull flock_pull(const Agent& agent,
                      const State& state,
                      float speed,
                      const Vec2& here,
                      const Places& places) {
     FlockPull pull;
-    pull.home = flat(mind.home);
-    pull.heading = aim_direction(mind);
+    pull.home = flat(agent.home);
+    pull.heading = aim_direction(agent);
     pull.radius_m = state.radius_m;
     pull.speed = speed;
     if (!state.along.empty()) {
@@ -275,12 +281,12 @@ FlockPull flock_pull(const Mind& mind,
     return pull;
 }
 
-bool walks(const Mind& mind) {
-    return mind.timed ? mind.segment.speed > 0.0F : moving(mind);
+bool walks(const Agent& agent) {
+    return agent.timed ? agent.segment.speed > 0.0F : moving(agent);
 }
 
-bool moving(const Mind& mind) {
-    return mind.aim.move_x != 0 || mind.aim.move_z != 0;
+bool moving(const Agent& agent) {
+    return agent.aim.move_x != 0 || agent.aim.move_z != 0;
 }
 
 Vec2 aim_direction(const motion::InputCommand& aim) {
@@ -288,54 +294,54 @@ Vec2 aim_direction(const motion::InputCommand& aim) {
     return aim.move_x != 0 || aim.move_z != 0 ? Vec2(move / move.norm()) : Vec2(Vec2::Zero());
 }
 
-Vec2 aim_direction(const Mind& mind) {
-    return aim_direction(mind.aim);
+Vec2 aim_direction(const Agent& agent) {
+    return aim_direction(agent.aim);
 }
 
-void restart_progress(Mind& mind, const Vec3& here, Tick now) {
-    mind.anchor = here;
-    mind.anchor_since = now;
+void restart_progress(Agent& agent, const Vec3& here, Tick now) {
+    agent.anchor = here;
+    agent.anchor_since = now;
 }
 
 /// A uniform point of the disc around home that is not where it stands already.
-void pick_wander_target(Mind& mind, float radius, const Surroundings& around) {
+void pick_wander_target(Agent& agent, float radius, const Surroundings& around) {
     for (int attempt = 0; attempt < 8; ++attempt) {
         // Rejection from the square needs no trigonometry.
         Vec2 point = Vec2::Zero();
         do {
-            point.x() = mind.rng.range(-1.0F, 1.0F);
-            point.y() = mind.rng.range(-1.0F, 1.0F);
+            point.x() = agent.rng.range(-1.0F, 1.0F);
+            point.y() = agent.rng.range(-1.0F, 1.0F);
         } while (point.squaredNorm() > 1.0F);
-        mind.target = mind.home + Vec3(point.x() * radius, 0.0F, point.y() * radius);
-        if ((flat(mind.target) - around.at).norm() > 2.0F * kArriveM) {
+        agent.target = agent.home + Vec3(point.x() * radius, 0.0F, point.y() * radius);
+        if ((flat(agent.target) - around.at).norm() > 2.0F * kArriveM) {
             break;
         }
     }
-    restart_progress(mind, around.entities.position[around.self], around.now);
+    restart_progress(agent, around.entities.position[around.self], around.now);
 }
 
-void begin_deed(Mind& mind, const State& state, const Surroundings& around) {
-    mind.detour_until = 0;
-    restart_progress(mind, around.entities.position[around.self], around.now);
+void begin_deed(Agent& agent, const State& state, const Surroundings& around) {
+    agent.detour_until = 0;
+    restart_progress(agent, around.entities.position[around.self], around.now);
     if (state.action == ActionKind::kWander) {
-        pick_wander_target(mind, state.radius_m, around);
+        pick_wander_target(agent, state.radius_m, around);
     } else if (state.action == ActionKind::kGuard) {
-        mind.corner = kAtPost;
+        agent.corner = kAtPost;
     } else if (state.action == ActionKind::kForage) {
-        mind.corner = kBegins;
-        mind.target = Vec3(around.at.x(), 0.0F, around.at.y());
+        agent.corner = kBegins;
+        agent.target = Vec3(around.at.x(), 0.0F, around.at.y());
     } else if (state.action == ActionKind::kFollowTrack) {
-        begin_spline(mind, state, around);
+        begin_spline(agent, state, around);
     } else if (state.action == ActionKind::kFormUp) {
-        mind.corner = kNoRank;
-        mind.steps = 0;
-        mind.target = around.entities.position[around.self];
+        agent.corner = kNoRank;
+        agent.steps = 0;
+        agent.target = around.entities.position[around.self];
     } else if (state.action == ActionKind::kPatrol) {
-        mind.corner = nearest_corner(mind, state.radius_m, around.at);
+        agent.corner = nearest_corner(agent, state.radius_m, around.at);
     }
 }
 
-DesiredVelocity desired_velocity(Mind& mind,
+DesiredVelocity desired_velocity(Agent& agent,
                                  const State& state,
                                  float speed,
                                  const Surroundings& around) {
@@ -343,38 +349,38 @@ DesiredVelocity desired_velocity(Mind& mind,
         case ActionKind::kIdle:
             return {};
         case ActionKind::kWander:
-            return wander_velocity(mind, state, around);
+            return wander_velocity(agent, state, around);
         case ActionKind::kPatrol:
-            return patrol_velocity(mind, state, around);
+            return patrol_velocity(agent, state, around);
         case ActionKind::kChase:
-            return prey_velocity(mind, state, around, 1.0F);
+            return prey_velocity(agent, state, around, 1.0F);
         case ActionKind::kFlee:
-            return prey_velocity(mind, state, around, -1.0F);
+            return prey_velocity(agent, state, around, -1.0F);
         case ActionKind::kFlock:
-            return flock_velocity(mind, state, speed, around);
+            return flock_velocity(agent, state, speed, around);
         case ActionKind::kReturn:
-            return return_velocity(mind, state, around);
+            return return_velocity(agent, state, around);
         case ActionKind::kGo:
-            return place_velocity(mind, state, around);
+            return place_velocity(agent, state, around);
         case ActionKind::kFollow:
-            return follow_velocity(mind, state, around);
+            return follow_velocity(agent, state, around);
         case ActionKind::kEscort:
-            return escort_velocity(mind, state, around);
+            return escort_velocity(agent, state, around);
         case ActionKind::kGuard:
-            return guard_velocity(mind, state, around);
+            return guard_velocity(agent, state, around);
         case ActionKind::kForage:
-            return go_to(flat(mind.target), around.at);
+            return go_to(flat(agent.target), around.at);
         case ActionKind::kFollowTrack:
-            return track_velocity(mind, state, around);
+            return track_velocity(agent, state, around);
         case ActionKind::kFormUp:
             // Who keeps its place is steered otherwise.
-            return mind.ward ? go_to(flat(mind.target), around.body()) : DesiredVelocity();
+            return agent.ward ? go_to(flat(agent.target), around.body()) : DesiredVelocity();
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return {};
 }
 
-float goal_floor(const Mind& mind, const State& state, const Surroundings& around) {
+float goal_floor(const Agent& agent, const State& state, const Surroundings& around) {
     const auto below = [&](float middle, TypeIndex type) {
         const motion::CharacterLimits& body = around.types[type].character;
         return middle - body.radius - body.half_segment;
@@ -383,11 +389,11 @@ float goal_floor(const Mind& mind, const State& state, const Surroundings& aroun
     const auto of = [&](EntityId whom) {
         const world::Row row = whom ? around.entities.find(whom) : world::kNoRow;
         return row == world::kNoRow
-                   ? below(mind.home.y(), own)
+                   ? below(agent.home.y(), own)
                    : below(around.entities.position[row].y(), around.entities.type[row]);
     };
     const auto of_prey = [&] {
-        return mind.prey && !mind.noticed ? below(mind.known.y(), own) : of(mind.prey);
+        return agent.prey && !agent.noticed ? below(agent.known.y(), own) : of(agent.prey);
     };
     switch (state.action) {
         case ActionKind::kGo:
@@ -397,30 +403,30 @@ float goal_floor(const Mind& mind, const State& state, const Surroundings& aroun
             return of_prey();
         case ActionKind::kFollow:
         case ActionKind::kEscort:
-            return mind.ward ? of(mind.ward) : of_prey();
+            return agent.ward ? of(agent.ward) : of_prey();
         case ActionKind::kGuard:
-            return mind.corner == kEngaged ? of_prey() : below(mind.home.y(), own);
+            return agent.corner == kEngaged ? of_prey() : below(agent.home.y(), own);
         case ActionKind::kFormUp:
         case ActionKind::kFollowTrack:
         case ActionKind::kForage:
-            return below(mind.target.y(), own);
+            return below(agent.target.y(), own);
         case ActionKind::kIdle:
         case ActionKind::kWander:
         case ActionKind::kPatrol:
         case ActionKind::kReturn:
         case ActionKind::kFlock:
-            return below(mind.home.y(), own);
+            return below(agent.home.y(), own);
     }
     ZONED_ASSERT(false, "an action is one of the enumeration");
     return pathfinding::kOnGround;
 }
 
-void aim_along(Mind& mind, const State& state, const Vec2& direction) {
-    aim_along(mind, Pace{state.speed_factor * mind.band, state.sprint}, direction);
+void aim_along(Agent& agent, const State& state, const Vec2& direction) {
+    aim_along(agent, Pace{state.speed_factor * agent.band, state.sprint}, direction);
 }
 
-void aim_along(Mind& mind, const Pace& pace, const Vec2& direction) {
-    aim_along(mind.aim, pace, direction);
+void aim_along(Agent& agent, const Pace& pace, const Vec2& direction) {
+    aim_along(agent.aim, pace, direction);
 }
 
 void move_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction) {

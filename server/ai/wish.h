@@ -1,4 +1,4 @@
-// DesiredVelocity: where what a mind does wants to go now, before it is made a command or a
+// DesiredVelocity: where what an agent does wants to go now, before it is made a command or a
 // segment.
 #pragma once
 
@@ -22,7 +22,7 @@ inline constexpr float kChaseFollowM = 1.4F;
 /// The most of a command's move along one axis.
 inline constexpr float kFullMove = 127.0F;
 
-/// What wishes and steering read besides the mind.
+/// What wishes and steering read besides the agent.
 struct Surroundings {
     const world::Entities& entities;
     const world::TypeTable& types;
@@ -32,8 +32,8 @@ struct Surroundings {
     Tick now;
     float dt;                      ///< s
     PathService* paths = nullptr;  ///< null, or without its type: it walks straight
-    Slot slot = 0;                 ///< of the mind
-    Vec2 at = Vec2::Zero();        ///< x, z where the mind takes itself to be, m: walk.h
+    Slot slot = 0;                 ///< of the agent
+    Vec2 at = Vec2::Zero();        ///< x, z where the agent takes itself to be, m: walk.h
     bool there = false;            ///< its path ends here: nearer to its goal it does not come
     bool all_out = false;  ///< it keeps no speed back, for no body has to follow its segment
     const Drift* drift = nullptr;  ///< of a herd that is not seen, or in part; null: all are where
@@ -58,8 +58,8 @@ struct DesiredVelocity {
     DesiredVelocity();
 };
 
-/// Begins what the mind does anew, which it has just turned to.
-void begin_deed(Mind& mind, const State& state, const Surroundings& around);
+/// Begins what the agent does anew, which it has just turned to.
+void begin_deed(Agent& agent, const State& state, const Surroundings& around);
 
 /// Where an escort goes, m: between its ward and a threat, `radius_m` from the ward but no farther
 /// than half way; without a threat beside a ward that moves, across its path, on the side on which
@@ -71,41 +71,41 @@ Vec2 escort_place(const Vec2& here,
                   float radius_m);
 
 /// What `state` wants; `speed` in m/s. Moves on targets that are reached.
-DesiredVelocity desired_velocity(Mind& mind,
+DesiredVelocity desired_velocity(Agent& agent,
                                  const State& state,
                                  float speed,
                                  const Surroundings& around);
 
 /// How high the feet are of who is where such a desired leads, m: as at home for what begins there,
 /// as those of whom it is about, as a place has it; not a number: on the ground.
-float goal_floor(const Mind& mind, const State& state, const Surroundings& around);
+float goal_floor(const Agent& agent, const State& state, const Surroundings& around);
 
 /// At a decision a herd animal re-aims when the cosine of what its heading is off by is below this:
 /// 10 degrees, for herds are many and may be sloppy.
 inline constexpr float kReaimFlockCos = 0.98481F;
 
 /// Where a herd animal at `here` (x, z, m) wants to go on its own account; `speed` in m/s.
-FlockPull flock_pull(const Mind& mind,
+FlockPull flock_pull(const Agent& agent,
                      const State& state,
                      float speed,
                      const Vec2& here,
                      const Places& places);
 
 /// Another point for a wanderer.
-void pick_wander_target(Mind& mind, float radius, const Surroundings& around);
+void pick_wander_target(Agent& agent, float radius, const Surroundings& around);
 
 /// Of a walker in that state, m/s.
 float full_speed(const State& state, const Surroundings& around);
 
 /// Whether its command moves it.
-bool moving(const Mind& mind);
+bool moving(const Agent& agent);
 
 /// Whether it is on its way: by its segment where it goes by one.
-bool walks(const Mind& mind);
+bool walks(const Agent& agent);
 
-/// Of a command, or the mind's: unit length, or zero when it stands.
+/// Of a command, or the agent's: unit length, or zero when it stands.
 Vec2 aim_direction(const motion::InputCommand& aim);
-Vec2 aim_direction(const Mind& mind);
+Vec2 aim_direction(const Agent& agent);
 
 /// How fast it goes.
 struct Pace {
@@ -118,9 +118,9 @@ void move_along(motion::InputCommand& aim, const Pace& pace, const Vec2& directi
 void face_along(motion::InputCommand& aim, const Vec2& direction);
 /// Both.
 void aim_along(motion::InputCommand& aim, const Pace& pace, const Vec2& direction);
-void aim_along(Mind& mind, const Pace& pace, const Vec2& direction);
-void aim_along(Mind& mind, const State& state, const Vec2& direction);
+void aim_along(Agent& agent, const Pace& pace, const Vec2& direction);
+void aim_along(Agent& agent, const State& state, const Vec2& direction);
 
-void restart_progress(Mind& mind, const Vec3& here, Tick now);
+void restart_progress(Agent& agent, const Vec3& here, Tick now);
 
 }  // namespace zoned::ai

@@ -31,7 +31,7 @@ std::string difficulty_text(const zone::ZoneState& state) {
     if (settings.rungs.empty()) {
         return {};
     }
-    const ai::Ladder& ladder = state.mind_step.memory().ladder;
+    const ai::Ladder& ladder = state.ai_update.memory().ladder;
     const auto name = [&](float level) {
         return settings.rungs[static_cast<std::size_t>(level)].name;
     };
@@ -73,11 +73,11 @@ std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone
         if (std::none_of(machines.begin(), machines.end(), has_band)) {
             continue;
         }
-        for (std::size_t n = 0; n < state.minds.size(); ++n) {
-            const ai::Mind& mind = state.minds.at(state.minds.nth(n));
-            const ai::CompiledMachine& machine = machines[mind.machine];
-            if (machine.states[mind.doing].rubber_band) {
-                add_band(mind.band, out[machine.name]);
+        for (std::size_t n = 0; n < state.agents.size(); ++n) {
+            const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+            const ai::CompiledMachine& machine = machines[agent.machine];
+            if (machine.states[agent.doing].rubber_band) {
+                add_band(agent.band, out[machine.name]);
             }
         }
     }

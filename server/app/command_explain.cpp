@@ -102,13 +102,13 @@ void print_zone(const ops::ZoneRegion& region,
                 region.min_z,
                 region.max_z);
     std::printf(
-        "  census: %u entities, %u ghosts, %u characters (%u moving), %u minds, %u bodies awake, "
+        "  census: %u entities, %u ghosts, %u characters (%u moving), %u agents, %u bodies awake, "
         "%u of %u soft bodies awake, %u viewers\n",
         c.entities,
         c.ghosts,
         c.characters,
         c.moving_characters,
-        c.minds,
+        c.agents,
         c.awake_bodies,
         c.awake_soft,
         c.soft_bodies,
@@ -159,35 +159,35 @@ void print_zone(const ops::ZoneRegion& region,
     }
 }
 
-/// Why an NPC does what it does; false where no zone owns an entity of that id with a mind.
+/// Why an NPC does what it does; false where no zone owns an entity of that id with an agent.
 bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tick now) {
     for (const auto& zone : world.zones()) {
         const zone::ZoneState& state = zone->state();
-        const ai::Mind* mind = zone->owns(entity) ? state.minds.find(entity) : nullptr;
-        if (mind == nullptr) {
+        const ai::Agent* agent = zone->owns(entity) ? state.agents.find(entity) : nullptr;
+        if (agent == nullptr) {
             continue;
         }
         const world::Row row = state.entities.find(entity);
-        const ai::Settings& minds = state.settings.ai;
-        const ai::CompiledMachine& compiled = minds.compiled[mind->machine];
+        const ai::Settings& agents = state.settings.ai;
+        const ai::CompiledMachine& compiled = agents.compiled[agent->machine];
         spatial::PointGrid grid;
         grid.build(state.entities.position, 8.0F);
         const physics::Query statics = state.scene.query();
         const ai::Sight sight = ai::perceive(
-            {state.entities, settings.types, grid, &statics, now, state.settings.dt, minds.far_m},
+            {state.entities, settings.types, grid, &statics, now, state.settings.dt, agents.far_m},
             row,
-            *mind,
+            *agent,
             compiled);
         const Vec3& at = state.entities.position[row];
-        const Vec2 here = ai::whereabouts(*mind, Vec2(at.x(), at.z()), now + 1, state.settings.dt);
+        const Vec2 here = ai::whereabouts(*agent, Vec2(at.x(), at.z()), now + 1, state.settings.dt);
         std::printf("entity %u, a %s in zone %u, after tick %lld\n%s%s",
                     entity.value,
                     settings.types[state.entities.type[row]].name.c_str(),
                     static_cast<unsigned>(state.settings.id.value),
                     static_cast<long long>(now),
                     difficulty_text(state).c_str(),
-                    ai::why(*mind,
-                            minds.machines[mind->machine],
+                    ai::why(*agent,
+                            agents.machines[agent->machine],
                             compiled,
                             sight,
                             here,
@@ -197,7 +197,7 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
                         .c_str());
         return true;
     }
-    std::fprintf(stderr, "zoned: no entity %u with a mind is in the world\n", entity.value);
+    std::fprintf(stderr, "zoned: no entity %u with an agent is in the world\n", entity.value);
     return false;
 }
 

@@ -91,7 +91,7 @@ int replay(const ReplayArguments& arguments) {
                 return kFailed;
             }
             for (mailbox::InboxItem& item : tick.inbox) {
-                const auto restored = restore_minds(settings, item);
+                const auto restored = restore_brains(settings, item);
                 if (!restored.ok()) {
                     std::fprintf(stderr,
                                  "zoned: %s, tick %lld: %s\n",

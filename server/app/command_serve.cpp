@@ -143,18 +143,18 @@ class Server {
             reader_.join();
         }
         reader_ = std::thread([this] {
-            auto minds = std::make_shared<core::Result<mailbox::NewMinds>>(
-                read_minds(arguments_.config, arguments_.sets, settings_));
-            asio::post(io_, [this, minds] {
+            auto brains = std::make_shared<core::Result<mailbox::NewBrains>>(
+                load_brains(arguments_.config, arguments_.sets, settings_));
+            asio::post(io_, [this, brains] {
                 reloading_ = false;
-                if (!minds->ok()) {
+                if (!brains->ok()) {
                     spdlog::error("{} is not taken, everything stays as it was: {}",
                                   arguments_.config,
-                                  minds->error());
-                } else if (loop_->post(**minds)) {
-                    spdlog::info("minds are as {} says now", arguments_.config);
+                                  brains->error());
+                } else if (loop_->post(**brains)) {
+                    spdlog::info("brains are as {} says now", arguments_.config);
                 } else {
-                    spdlog::error("no room for new minds in the mailbox: try again");
+                    spdlog::error("no room for new brains in the mailbox: try again");
                 }
             });
         });

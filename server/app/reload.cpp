@@ -8,45 +8,45 @@ namespace zoned::app {
 
 namespace {
 
-using Fresh = core::Result<mailbox::NewMinds>;
+using Fresh = core::Result<mailbox::NewBrains>;
 
-Fresh minds_of(const ops::Settings& fresh, const ops::Settings& running) {
-    auto minds = ops::new_minds(running, fresh);
-    if (!minds.ok()) {
-        return Fresh::failure(minds.error());
+Fresh brains_of(const ops::Settings& fresh, const ops::Settings& running) {
+    auto brains = ops::new_brains(running, fresh);
+    if (!brains.ok()) {
+        return Fresh::failure(brains.error());
     }
-    return mailbox::NewMinds{std::make_shared<const std::string>(fresh.text), *minds};
+    return mailbox::NewBrains{std::make_shared<const std::string>(fresh.text), *brains};
 }
 
 }  // namespace
 
-Fresh read_minds(const std::string& file,
-                 const std::vector<std::string>& sets,
-                 const ops::Settings& running) {
+Fresh load_brains(const std::string& file,
+                  const std::vector<std::string>& sets,
+                  const ops::Settings& running) {
     ops::Settings fresh;
     std::vector<ops::ConfigError> errors;
     if (!ops::load_settings(file, sets, fresh, errors)) {
         return Fresh::failure(ops::format_errors(file, errors));
     }
-    return minds_of(fresh, running);
+    return brains_of(fresh, running);
 }
 
-core::Result<bool> restore_minds(const ops::Settings& running, mailbox::InboxItem& item) {
-    auto* minds = std::get_if<mailbox::NewMinds>(&item);
-    if (minds == nullptr || minds->minds != nullptr) {
+core::Result<bool> restore_brains(const ops::Settings& running, mailbox::InboxItem& item) {
+    auto* brains = std::get_if<mailbox::NewBrains>(&item);
+    if (brains == nullptr || brains->settings != nullptr) {
         return true;
     }
     ops::Settings fresh;
     std::vector<ops::ConfigError> errors;
-    if (!ops::parse_settings(*minds->config, {}, fresh, errors)) {
+    if (!ops::parse_settings(*brains->config, {}, fresh, errors)) {
         return core::Result<bool>::failure(
             ops::format_errors("the config that was read anew", errors));
     }
-    Fresh read = minds_of(fresh, running);
+    Fresh read = brains_of(fresh, running);
     if (!read.ok()) {
         return core::Result<bool>::failure(read.error());
     }
-    *minds = std::move(*read);
+    *brains = std::move(*read);
     return true;
 }
 

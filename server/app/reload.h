@@ -1,4 +1,4 @@
-// Reload: minds of a config that was read anew, on their way into a world that runs.
+// Reload: agents of a config that was read anew, on their way into a world that runs.
 #pragma once
 
 #include "server/mailbox/messages.h"
@@ -12,11 +12,11 @@ namespace zoned::app {
 
 /// Reads `file` with `sets` as for a start. Fails with all that is wrong with it, or with what
 /// differs that takes a restart; `running` is what the world was made of.
-core::Result<mailbox::NewMinds> read_minds(const std::string& file,
-                                           const std::vector<std::string>& sets,
-                                           const ops::Settings& running);
+core::Result<mailbox::NewBrains> load_brains(const std::string& file,
+                                             const std::vector<std::string>& sets,
+                                             const ops::Settings& running);
 
-/// Gives an item that comes from a recording the minds that its text says; other items stay.
-core::Result<bool> restore_minds(const ops::Settings& running, mailbox::InboxItem& item);
+/// Gives an item that comes from a recording the agents that its text says; other items stay.
+core::Result<bool> restore_brains(const ops::Settings& running, mailbox::InboxItem& item);
 
 }  // namespace zoned::app

@@ -24,12 +24,12 @@ std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zo
     std::vector<ops::WaveringFigures> out;
     for (const auto& zone : zones) {
         const zone::ZoneState& state = zone->state();
-        const ai::Settings& minds = state.settings.ai;
-        for (std::size_t m = 0; m < minds.compiled.size(); ++m) {
-            for (const ai::fsm::Oscillation& o : state.minds.wavering(m)) {
-                const ai::CompiledMachine& compiled = minds.compiled[m];
+        const ai::Settings& agents = state.settings.ai;
+        for (std::size_t m = 0; m < agents.compiled.size(); ++m) {
+            for (const ai::fsm::Oscillation& o : state.agents.wavering(m)) {
+                const ai::CompiledMachine& compiled = agents.compiled[m];
                 const auto text = [&](std::uint16_t from, std::uint16_t to, std::uint16_t by) {
-                    return ai::transition_text(minds.machines[m], compiled, from, to, by);
+                    return ai::transition_text(agents.machines[m], compiled, from, to, by);
                 };
                 ops::WaveringFigures pair;
                 pair.machine = compiled.name;
@@ -37,7 +37,7 @@ std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zo
                 pair.forth = text(o.a, o.b, o.a_to_b);
                 pair.back = text(o.b, o.a, o.b_to_a);
                 pair.count = o.count;
-                pair.entity = o.mind;
+                pair.entity = o.agent;
                 pair.tick = static_cast<std::uint64_t>(o.at);
                 ops::WaveringFigures* known = find(out, pair);
                 if (known == nullptr) {

@@ -97,7 +97,7 @@ void World::sum_traffic(wire::TrafficTable& out) const {
 bool World::idle() const {
     return std::all_of(zones_.begin(), zones_.end(), [](const auto& zone) {
         const zone::StepPlan& plan = zone->report().plan;
-        return !plan.has(zone::Pass::kRules) && !plan.has(zone::Pass::kMinds) &&
+        return !plan.has(zone::Pass::kRules) && !plan.has(zone::Pass::kAgents) &&
                !plan.has(zone::Pass::kMovement) && !plan.has(zone::Pass::kPhysics) &&
                !plan.has(zone::Pass::kParticles) && !plan.has(zone::Pass::kInterest);
     });
@@ -129,7 +129,7 @@ void World::route(const mailbox::InboxItem& item) {
     }
     if (std::holds_alternative<mailbox::Freeze>(item) ||
         std::holds_alternative<mailbox::CodecPrice>(item) ||
-        std::holds_alternative<mailbox::NewMinds>(item)) {
+        std::holds_alternative<mailbox::NewBrains>(item)) {
         for (ZoneInbox& inbox : inboxes_) {
             inbox.push_back(item);
         }

@@ -106,11 +106,11 @@ struct CodecPrice {
     std::uint32_t packet_ns = 1000;
 };
 
-/// Minds by machines that were read anew, to all zones. Whether they fit the world was found out
-/// before it was sent.
-struct NewMinds {
-    std::shared_ptr<const std::string> config;  ///< as recordings hold it
-    std::shared_ptr<const ai::Settings> minds;  ///< what it says of them, compiled
+/// AgentStore by machines that were read anew, to all zones. Whether they fit the world was found
+/// out before it was sent.
+struct NewBrains {
+    std::shared_ptr<const std::string> config;     ///< as recordings hold it
+    std::shared_ptr<const ai::Settings> settings;  ///< what it says of them, compiled
 };
 
 using InboxItem = std::variant<Join,
@@ -123,7 +123,7 @@ using InboxItem = std::variant<Join,
                                Freeze,
                                AuditRequest,
                                CodecPrice,
-                               NewMinds>;
+                               NewBrains>;
 
 // ---- zones -> network ----
 

@@ -214,8 +214,8 @@ void expand_adaptation(const Config& written,
     }
     ladder.varies.assign(settings.ai.machines.size(), false);
     for (const world::EntityType& type : settings.types) {
-        if (type.mind != 0 && varying.count(type.name) != 0) {
-            ladder.varies[type.mind - 1U] = true;
+        if (type.brain != 0 && varying.count(type.name) != 0) {
+            ladder.varies[type.brain - 1U] = true;
         }
     }
 }

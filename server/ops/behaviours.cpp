@@ -148,13 +148,13 @@ class PartsCheck {
 };
 
 /// The machine of one type.
-class MindOfType {
+class BrainOfType {
   public:
-    MindOfType(Config& config,
-               const std::string& type,
-               const std::string& path,
-               const std::string& as,
-               Diagnostics& diagnostics)
+    BrainOfType(Config& config,
+                const std::string& type,
+                const std::string& path,
+                const std::string& as,
+                Diagnostics& diagnostics)
         : config_(config),
           type_(type),
           path_(path),
@@ -171,7 +171,7 @@ class MindOfType {
             return {};
         }
         Config::Machine machine;
-        machine.set_name(type_ + ".mind");
+        machine.set_name(type_ + ".brain");
         perceive(machine);
         merge_variables(uses, machine);
         for (std::size_t k = 0; k < layers_.size(); ++k) {
@@ -293,14 +293,14 @@ void perceive_as_type(Config& config, int type, Diagnostics& diagnostics) {
     }
     const std::string path = join_path("", "type", type);
     if (machine < 0) {
-        diagnostics.add(path + ".perception", "needs a mind: `machine` or `behaviour`");
+        diagnostics.add(path + ".perception", "needs an agent: `machine` or `behaviour`");
         return;
     }
     int own = machine;
-    if (of.machine() != of.name() + ".mind") {
+    if (of.machine() != of.name() + ".brain") {
         own = config.machine_size();
         Config::Machine copy = config.machine(machine);
-        copy.set_name(of.name() + ".mind");
+        copy.set_name(of.name() + ".brain");
         config.mutable_type(type)->set_machine(copy.name());
         *config.add_machine() = std::move(copy);
         diagnostics.set_origin(join_path("", "machine", own),
@@ -330,11 +330,11 @@ std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagn
             return choices;
         }
         if (!of.empty()) {
-            const std::string machine = MindOfType(config,
-                                                   config.type(t).name(),
-                                                   join_path("", "type", t),
-                                                   "in type '" + config.type(t).name() + "'",
-                                                   diagnostics)
+            const std::string machine = BrainOfType(config,
+                                                    config.type(t).name(),
+                                                    join_path("", "type", t),
+                                                    "in type '" + config.type(t).name() + "'",
+                                                    diagnostics)
                                             .build(of, choices);
             if (!machine.empty()) {
                 config.mutable_type(t)->set_machine(machine);
@@ -348,7 +348,7 @@ std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagn
         const std::string name = config.behaviour(b).name();
         if (used.count(name) == 0) {
             const std::string path = join_path("", "behaviour", b);
-            MindOfType(config, "behaviour." + name, path, "no type has it", diagnostics)
+            BrainOfType(config, "behaviour." + name, path, "no type has it", diagnostics)
                 .build({{name, path, {}}}, unused);
         }
     }

@@ -1,5 +1,5 @@
-// Blends: fuzzy state machines of a config, in the form in which minds have them, and what is wrong
-// with them.
+// Blends: fuzzy state machines of a config, in the form in which agents have them, and what is
+// wrong with them.
 #pragma once
 
 #include "server/ops/choices.h"

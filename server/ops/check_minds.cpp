@@ -206,7 +206,7 @@ class RootCheck {
     }
 
   private:
-    /// Transitions of all machines inside, judged by what this one's minds perceive; finds cycles.
+    /// Transitions of all machines inside, judged by what this one's agents perceive; finds cycles.
     void transitions(int index) {
         path_.push_back(index);
         looked_at_[static_cast<std::size_t>(index)] = true;

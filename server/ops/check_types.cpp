@@ -86,7 +86,7 @@ void check_shape(const proto::Config& config,
         diagnostics.add(path + ".character", "belongs to kind: CHARACTER only");
     }
     if (!character && type.has_machine()) {
-        diagnostics.add(path + ".machine", "only characters have a mind");
+        diagnostics.add(path + ".machine", "only characters have an agent");
     }
 }
 

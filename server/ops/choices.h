@@ -1,4 +1,4 @@
-// Choices: decision trees and planning domains of a config, in the form in which minds have them,
+// Choices: decision trees and planning domains of a config, in the form in which agents have them,
 // and what is wrong with them.
 #pragma once
 

@@ -73,7 +73,7 @@ motion::CharacterLimits expand_character(const proto::Config& config,
     return out;
 }
 
-std::uint16_t mind_of(const proto::Config& config, const std::string& machine) {
+std::uint16_t brain_of(const proto::Config& config, const std::string& machine) {
     for (int m = 0; m < config.machine_size(); ++m) {
         if (!machine.empty() && config.machine(m).name() == machine) {
             return static_cast<std::uint16_t>(m + 1);
@@ -159,7 +159,7 @@ world::EntityType expand_type(const proto::Config& config,
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
-    out.mind = mind_of(config, type.machine());
+    out.agent = brain_of(config, type.machine());
     return out;
 }
 
@@ -311,7 +311,7 @@ void expand_physics(const proto::Config::Physics& from, physics::Settings& out) 
     expand_methods(from.method_parameters(), out.methods);
 }
 
-/// From how far a viewer may hear of an entity that has a mind, or such an entity may notice a
+/// From how far a viewer may hear of an entity that has an agent, or such an entity may notice a
 /// viewer, m.
 float farthest_sight(const Settings& settings, float hysteresis) {
     float nimbus = 0.0F;
@@ -319,7 +319,7 @@ float farthest_sight(const Settings& settings, float hysteresis) {
     float perception = 0.0F;
     for (const world::EntityType& type : settings.types) {
         nimbus = std::max(nimbus, *std::max_element(type.nimbus_m.begin(), type.nimbus_m.end()));
-        if (type.mind != 0) {
+        if (type.brain != 0) {
             aura = std::max(aura, *std::max_element(type.aura_m.begin(), type.aura_m.end()));
         }
     }

@@ -246,7 +246,7 @@ class MachineExpansion {
     std::size_t first_place_ = 0;
 };
 
-// The enums of the config and of minds have the same numbers, so that casts are exact.
+// The enums of the config and of agents have the same numbers, so that casts are exact.
 static_assert(static_cast<int>(ai::ActionKind::kReturn) == Config::RETURN);
 static_assert(static_cast<int>(ai::ActionKind::kFlock) == Config::FLOCK);
 static_assert(static_cast<int>(ai::ActionKind::kGo) == Config::GO);
@@ -332,13 +332,13 @@ std::string why_not_sensed(const proto::Config& config, int root, const std::str
         return {};
     }
     if (system < 0) {
-        return "minds of machine '" + machine.name() + "' do not sense '" + sense +
+        return "agents of machine '" + machine.name() + "' do not sense '" + sense +
                "': it is no variable of theirs, no \"SYSTEM.OUTPUT\" of a fuzzy system, and no "
                "\"PLACE.distance\" or \"PLACE.GOOD\"";
     }
     for (const auto& input : config.fuzzy(system).input()) {
         if (input.has_sense() && find_variable(machine, input.sense()) < 0) {
-            return "minds of machine '" + machine.name() + "' do not sense '" + sense +
+            return "agents of machine '" + machine.name() + "' do not sense '" + sense +
                    "': it depends on '" + input.sense() + "', which is no variable of theirs";
         }
     }

@@ -1,5 +1,5 @@
-// Minds: state machines and fuzzy systems of a config, in the form in which minds have them, and
-// what is wrong with them.
+// AgentStore: state machines and fuzzy systems of a config, in the form in which agents have them,
+// and what is wrong with them.
 #pragma once
 
 #include "server/ai/machine.h"
@@ -41,7 +41,7 @@ std::vector<int> root_machines(const proto::Config& config);
 /// Index of the machine of that name, -1: none.
 int find_machine(const proto::Config& config, const std::string& name);
 
-/// What keeps `sense`, a variable or "SYSTEM.OUTPUT", from being known to minds of machine `root`;
+/// What keeps `sense`, a variable or "SYSTEM.OUTPUT", from being known to agents of machine `root`;
 /// empty: they sense it.
 std::string why_not_sensed(const proto::Config& config, int root, const std::string& sense);
 

@@ -1,4 +1,4 @@
-// Perceptions: whom minds look for and how they notice them, as a config says it.
+// Perceptions: whom agents look for and how they notice them, as a config says it.
 #pragma once
 
 #include "server/ai/machine.h"
@@ -9,7 +9,7 @@
 
 namespace zoned::ops {
 
-/// Of the machine's minds. Names that mean nothing are left out.
+/// Of the machine's agents. Names that mean nothing are left out.
 ai::Perception expand_perception(const proto::Config& config,
                                  const proto::Config::Machine& machine);
 
@@ -19,7 +19,7 @@ void check_perception(const proto::Config& config,
                       const std::string& path,
                       Diagnostics& diagnostics);
 
-/// What the states of a machine do against what its minds perceive; mistakes are reported at
+/// What the states of a machine do against what its agents perceive; mistakes are reported at
 /// `path`.
 void check_company(const ai::Machine& machine, const std::string& path, Diagnostics& diagnostics);
 

@@ -40,7 +40,7 @@ void check_trade(const Config& config,
             const std::string at = join_path(path, field, a) + ".good";
             if (find_variable(config.machine(root), good) < 0) {
                 diagnostics.add(at,
-                                "minds of machine '" + config.machine(root).name() +
+                                "agents of machine '" + config.machine(root).name() +
                                     "' have no variable named '" + good + "'");
             } else if (!goods.insert(good).second) {
                 diagnostics.add(at, "'" + good + "' is in this trade already");
@@ -57,10 +57,14 @@ constexpr double kMostCells = 500.0;
 
 bool in_one_zone(const Config::Place& place, const std::vector<ZoneRegion>& zones) {
     const double r = place.radius_m();
-    return zones.size() < 2 || std::any_of(zones.begin(), zones.end(), [&](const ZoneRegion& zone) {
-               return place.x_m() - r >= zone.min_x && place.x_m() + r <= zone.max_x &&
-                      place.z_m() - r >= zone.min_z && place.z_m() + r <= zone.max_z;
-           });
+    return zones.size() < 2 ||
+           std::any_of(
+               zones.begin(),
+               zones.end(),
+               [&](const ZoneRegion& zone) {
+                   return place.x_m() - r >= zone.min_x && place.x_m() + r <= zone.max_x &&
+                          place.z_m() - r >= zone.min_z && place.z_m() + r <= zone.max_z;
+               });
 }
 
 }  // namespace

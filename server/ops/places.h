@@ -1,4 +1,4 @@
-// Places of a config and what is traded there, in the form in which minds have them, and what is
+// Places of a config and what is traded there, in the form in which agents have them, and what is
 // wrong with them.
 #pragma once
 

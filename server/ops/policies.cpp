@@ -136,7 +136,7 @@ void give_policies(const Config& config,
         for (const auto& [number, variable] : giver.lacking) {
             diagnostics.add(join_path("", "policy", number),
                             "'" + config.policy(number).name() + "' reads the variable '" +
-                                variable + "', which minds of machine '" + machine.name +
+                                variable + "', which agents of machine '" + machine.name +
                                 "' do not have");
         }
     }

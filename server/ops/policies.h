@@ -1,4 +1,4 @@
-// policies: loads what minds have learned, and gives it to the machines that use it.
+// policies: loads what agents have learned, and gives it to the machines that use it.
 #pragma once
 
 #include "server/ai/machine.h"

@@ -1,4 +1,4 @@
-// policy_file: policies as text files: written by training, read for the minds of a world.
+// policy_file: policies as text files: written by training, read for the agents of a world.
 #pragma once
 
 #include "server/ai/learn/policy.h"
@@ -28,7 +28,7 @@ std::string policy_text(const ai::learn::Policy& policy, const std::string& trai
 std::vector<ai::learn::PolicyInput> inputs_of(
     const google::protobuf::RepeatedPtrField<proto::Input>& inputs);
 
-/// A policy that a mind can follow, from text that may come from anywhere: fails on what is no
+/// A policy that an agent can follow, from text that may come from anywhere: fails on what is no
 /// text of this schema, another version, a digest that does not fit, or a network without meaning.
 core::Result<ai::learn::Policy> parse_policy(const std::string& text);
 

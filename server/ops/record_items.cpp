@@ -89,8 +89,8 @@ struct ToRecord {
         out.mutable_audit_request()->set_client(m.client.value);
     }
 
-    void operator()(const mailbox::NewMinds& m) const {
-        out.mutable_new_minds()->set_config(*m.config);
+    void operator()(const mailbox::NewBrains& m) const {
+        out.mutable_new_brains()->set_config(*m.config);
     }
 
     void operator()(const mailbox::CodecPrice& m) const {
@@ -182,9 +182,9 @@ bool from_record(const RecordedItem& record, mailbox::InboxItem& out) {
             out = mailbox::CodecPrice{record.codec_price().record_ns(),
                                       record.codec_price().packet_ns()};
             return true;
-        case RecordedItem::kNewMinds:
-            out = mailbox::NewMinds{
-                std::make_shared<const std::string>(record.new_minds().config()), nullptr};
+        case RecordedItem::kNewBrains:
+            out = mailbox::NewBrains{
+                std::make_shared<const std::string>(record.new_brains().config()), nullptr};
             return true;
         case RecordedItem::ITEM_NOT_SET:
             break;

@@ -16,8 +16,8 @@ using google::protobuf::Message;
 using google::protobuf::util::MessageDifferencer;
 using proto::Config;
 
-/// What is left when minds are taken out.
-Config without_minds(const Config& config) {
+/// What is left when agents are taken out.
+Config without_brains(const Config& config) {
     Config rest = config;
     rest.clear_machine();
     rest.clear_tree();
@@ -68,29 +68,30 @@ std::string difference(const Message& a, const Message& b, const std::string& pa
 
 }  // namespace
 
-core::Result<std::shared_ptr<const ai::Settings>> new_minds(const Settings& running,
-                                                            const Settings& fresh) {
-    using Minds = core::Result<std::shared_ptr<const ai::Settings>>;
+core::Result<std::shared_ptr<const ai::Settings>> new_brains(const Settings& running,
+                                                             const Settings& fresh) {
+    using Reloaded = core::Result<std::shared_ptr<const ai::Settings>>;
     const std::string other =
-        difference(without_minds(running.config), without_minds(fresh.config), "");
+        difference(without_brains(running.config), without_brains(fresh.config), "");
     if (!other.empty()) {
-        return Minds::failure(other +
-                              " differs: only minds can be read anew, the rest takes a "
-                              "restart");
+        return Reloaded::failure(other +
+                                 " differs: only brains can be read anew, the rest takes a "
+                                 "restart");
     }
     for (std::size_t t = 0; t < fresh.types.size(); ++t) {
-        if ((fresh.types[t].mind == 0) != (running.types[t].mind == 0)) {
-            return Minds::failure("type '" + fresh.types[t].name + "' " +
-                                  (fresh.types[t].mind == 0 ? "loses its mind" : "gets a mind") +
-                                  ": that takes a restart");
+        if ((fresh.types[t].brain == 0) != (running.types[t].brain == 0)) {
+            return Reloaded::failure(
+                "type '" + fresh.types[t].name + "' " +
+                (fresh.types[t].brain == 0 ? "loses its brain" : "gets a brain") +
+                ": that takes a restart");
         }
     }
-    auto minds = std::make_shared<ai::Settings>(fresh.ai);
-    minds->mind_of_type.clear();
+    auto brains = std::make_shared<ai::Settings>(fresh.ai);
+    brains->brain_of_type.clear();
     for (const world::EntityType& type : fresh.types) {
-        minds->mind_of_type.push_back(type.mind);
+        brains->brain_of_type.push_back(type.brain);
     }
-    return Minds(std::shared_ptr<const ai::Settings>(std::move(minds)));
+    return Reloaded(std::shared_ptr<const ai::Settings>(std::move(brains)));
 }
 
 }  // namespace zoned::ops

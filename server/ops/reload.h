@@ -1,4 +1,4 @@
-// Reload: what a config that was read anew may change in a world that runs: minds, and nothing
+// Reload: what a config that was read anew may change in a world that runs: agents, and nothing
 // else.
 #pragma once
 
@@ -10,11 +10,11 @@
 
 namespace zoned::ops {
 
-/// Minds of `fresh` for a world that was made of `running`: machines, behaviours, parameters,
-/// difficulties, fuzzy systems, trees, domains, `ai`, and what types say of their minds. Fails,
-/// naming the setting, where anything else differs, and where a type gets a mind that had none or
+/// AgentStore of `fresh` for a world that was made of `running`: machines, behaviours, parameters,
+/// difficulties, fuzzy systems, trees, domains, `ai`, and what types say of their agents. Fails,
+/// naming the setting, where anything else differs, and where a type gets an agent that had none or
 /// loses the one it had.
-core::Result<std::shared_ptr<const ai::Settings>> new_minds(const Settings& running,
-                                                            const Settings& fresh);
+core::Result<std::shared_ptr<const ai::Settings>> new_brains(const Settings& running,
+                                                             const Settings& fresh);
 
 }  // namespace zoned::ops

@@ -340,11 +340,11 @@ class Placer {
     Occupied occupied_;
 };
 
-/// Half the height of the tallest character without a mind: what players may be.
+/// Half the height of the tallest character without an agent: what players may be.
 float avatar_half_height(const world::TypeTable& types) {
     float half = 0.0F;
     for (const world::EntityType& type : types) {
-        if (type.kind == world::EntityKind::kCharacter && type.mind == 0) {
+        if (type.kind == world::EntityKind::kCharacter && type.brain == 0) {
             half = std::max(half, type.radius + type.half_segment);
         }
     }

@@ -16,7 +16,7 @@ int find_stance(const proto::Config& config, const std::string& name);
 /// Over all stances, m.
 double largest_radius(const proto::Config::Radii& radii);
 
-/// Names of stances are unique, and radii and minds name no others.
+/// Names of stances are unique, and radii and agents name no others.
 void check_stances(const proto::Config& config, Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

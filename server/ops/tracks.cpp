@@ -281,10 +281,10 @@ std::vector<std::string> track_warnings(const Settings& settings) {
     }
     LaneSurvey survey(settings, *net);
     for (const world::EntityType& type : settings.types) {
-        if (type.mind == 0) {
+        if (type.brain == 0) {
             continue;
         }
-        for_each_doing(settings.ai.machines[type.mind - 1U].states, [&](const ai::State& state) {
+        for_each_doing(settings.ai.machines[type.brain - 1U].states, [&](const ai::State& state) {
             if (!state.follow) {
                 return;
             }

@@ -1,4 +1,4 @@
-// Tracks of a config and who follows them, in the form in which minds have them, and what is wrong
+// Tracks of a config and who follows them, in the form in which agents have them, and what is wrong
 // with them.
 #pragma once
 

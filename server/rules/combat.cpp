@@ -32,7 +32,7 @@ void fall(Game& game, RulesContext& context, EntityId entity, EntityId by) {
 
 bool is_npc(const RulesContext& context, world::Row row) {
     const world::Entities& e = context.entities();
-    return !e.client[row] && context.types()[e.type[row]].mind != 0;
+    return !e.client[row] && context.types()[e.type[row]].brain != 0;
 }
 
 /// Of a fight between a player and an NPC, which difficulty may follow. Who killed and is gone

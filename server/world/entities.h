@@ -22,7 +22,7 @@ enum EntityFlag : std::uint8_t {
                           ///< velocities are exactly zero
     kGrounded = 1u << 2,  ///< characters: carried by the ground
     kHidden = 1u << 3,    ///< nobody hears of it (carried in an inventory, dead and waiting)
-    kDozing = 1u << 4,    ///< its mind goes from event to event: nothing else moves it, and who
+    kDozing = 1u << 4,    ///< its agent goes from event to event: nothing else moves it, and who
                           ///< writes one of its columns says so by Entities::touch()
 };
 
@@ -137,7 +137,7 @@ class Entities {
     /// By type; types beyond its end have no entities.
     [[nodiscard]] const std::vector<Count>& counts() const { return counts_; }
 
-    /// Asks for what a mind reads of a row soon; it need not be there.
+    /// Asks for what an agent reads of a row soon; it need not be there.
     void prefetch(Row row) const {
         if (row < size()) {
             __builtin_prefetch(&id[row]);

@@ -25,8 +25,8 @@ Census take_census(const ZoneState& state, std::size_t inbox_items) {
                 !e.has(row, world::kAtRest) || wants_to_move(e, row) ? 1U : 0U;
         }
     });
-    census.minds = static_cast<std::uint32_t>(state.minds.size());
-    census.awake_minds = static_cast<std::uint32_t>(state.minds.awake().size());
+    census.agents = static_cast<std::uint32_t>(state.agents.size());
+    census.active_agents = static_cast<std::uint32_t>(state.agents.awake().size());
     census.awake_bodies = state.scene.awake_count();
     census.particle_systems = static_cast<std::uint32_t>(state.particles.systems.size());
     census.particles_go_on = particles_go_on(state);

@@ -42,8 +42,8 @@ void open(ZoneState& state, std::uint32_t door) {
     state.doors.body[door] = BodyId();
 }
 
-/// Characters that rest where a door has turned move again, if only out of it. Minds that nobody
-/// sees are placed by their own means.
+/// Characters that rest where a door has turned move again, if only out of it. AgentStore that
+/// nobody sees are placed by their own means.
 void rouse_resting(ZoneState& state) {
     world::Entities& e = state.entities;
     world::for_each_row(e.stirring(), [&](world::Row row) {

@@ -61,8 +61,8 @@ struct Handoff {
     ZoneId from;
     ZoneId to;
     EntityState state;
-    std::optional<ai::Mind> mind;
-    std::uint16_t rung = 0;          ///< of difficulty, by whose machines the mind lived
+    std::optional<ai::Agent> agent;
+    std::uint16_t rung = 0;          ///< of difficulty, by whose machines the agent lived
     physics::soft::SoftParcel soft;  ///< all nodes of a soft body; empty for others
     std::vector<std::uint8_t> rules;
     std::optional<ZoneClient> client;

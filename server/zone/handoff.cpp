@@ -93,13 +93,13 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     h.to = to;
     h.state = read_entity(e, row);
     h.rules = state.rules->take_entity(h.state.id);
-    if (state.minds.find(h.state.id) != nullptr) {
+    if (state.agents.find(h.state.id) != nullptr) {
         if (!state.settings.ai.ladder.rungs.empty()) {
             rouse(state, row);  // it may go on by other machines
         }
-        h.rung = state.mind_step.ladder().rung;
-        state.paths.release(state.minds.slot_of(h.state.id));
-        h.mind = state.minds.take(h.state.id);
+        h.rung = state.ai_update.ladder().rung;
+        state.paths.release(state.agents.slot_of(h.state.id));
+        h.agent = state.agents.take(h.state.id);
     }
     const int index = h.state.client ? find_client(state, h.state.client) : -1;
     if (index >= 0) {
@@ -278,11 +278,11 @@ void accept(ZoneState& state, Handoff& handoff) {
     } else if (!e.has(row, world::kHidden)) {
         add_body(state, row, e.has(row, world::kAtRest));
     }
-    if (handoff.mind) {
-        ai::shift(*handoff.mind, shift);
+    if (handoff.agent) {
+        ai::shift(*handoff.agent, shift);
         ai::adopt_from_rung(
-            *handoff.mind, state.settings.ai, handoff.rung, state.now, state.settings.dt);
-        state.minds.add(*handoff.mind);
+            *handoff.agent, state.settings.ai, handoff.rung, state.now, state.settings.dt);
+        state.agents.add(*handoff.agent);
     }
     if (handoff.client) {
         const auto at = std::lower_bound(

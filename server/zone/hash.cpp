@@ -77,12 +77,12 @@ std::uint32_t hash_tick(ZoneState& state) {
     if (first || state.report.plan.has(Pass::kSoft)) {
         hash_soft(state, state.hash);
     }
-    if (state.report.plan.has(Pass::kMinds)) {
-        state.mind_step.hash(state.minds, state.hash);
+    if (state.report.plan.has(Pass::kAgents)) {
+        state.ai_update.hash(state.agents, state.hash);
         state.places.hash(state.hash);
     }
     if (!state.settings.ai.ladder.rungs.empty()) {
-        ai::visit_fields(state.mind_step.memory().ladder,
+        ai::visit_fields(state.ai_update.memory().ladder,
                          [&state](const auto& number) { state.hash.add(number); });
     }
     if (state.report.plan.has(Pass::kParticles)) {

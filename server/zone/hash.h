@@ -5,7 +5,7 @@
 
 namespace zoned::zone {
 
-/// Rows that move or were touched since the last call, all in the first one; and what minds,
+/// Rows that move or were touched since the last call, all in the first one; and what agents,
 /// places, particles, soft bodies and rules tell of themselves. Returns the number of rows.
 std::uint32_t hash_tick(ZoneState& state);
 

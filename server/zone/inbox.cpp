@@ -130,25 +130,25 @@ struct Apply {
         }
     }
 
-    void operator()(const mailbox::NewMinds& fresh) const {
-        ZONED_ASSERT(fresh.minds != nullptr, "new minds were read before they are sent");
-        for (std::size_t n = 0; n < state.minds.size(); ++n) {
-            const world::Row row = state.entities.find(state.minds.at(state.minds.nth(n)).entity);
+    void operator()(const mailbox::NewBrains& fresh) const {
+        ZONED_ASSERT(fresh.settings != nullptr, "new brains were read before they are sent");
+        for (std::size_t n = 0; n < state.agents.size(); ++n) {
+            const world::Row row = state.entities.find(state.agents.at(state.agents.nth(n)).entity);
             if (row != world::kNoRow) {
                 rouse(state, row);
             }
         }
         const ai::Settings before = std::move(state.settings.ai);
-        state.settings.ai = *fresh.minds;
-        ai::go_on_with(state.mind_step.ladder(), before.ladder, state.settings.ai, state.now);
-        const std::vector<std::uint16_t>& of_type = state.settings.ai.mind_of_type;
+        state.settings.ai = *fresh.settings;
+        ai::go_on_with(state.ai_update.ladder(), before.ladder, state.settings.ai, state.now);
+        const std::vector<std::uint16_t>& of_type = state.settings.ai.brain_of_type;
         ai::adopt(
-            state.minds,
+            state.agents,
             before,
             state.settings.ai,
-            [&](const ai::Mind& mind) {
-                const world::Row row = state.entities.find(mind.entity);
-                ZONED_ASSERT(row != world::kNoRow, "a mind belongs to an entity that is here");
+            [&](const ai::Agent& agent) {
+                const world::Row row = state.entities.find(agent.entity);
+                ZONED_ASSERT(row != world::kNoRow, "an agent belongs to an entity that is here");
                 return static_cast<std::uint16_t>(of_type[state.entities.type[row]] - 1);
             },
             state.now,

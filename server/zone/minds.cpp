@@ -21,7 +21,7 @@ Vec2 half_size(const ZoneState& state) {
 
 }  // namespace
 
-std::uint32_t step_minds(ZoneState& state) {
+std::uint32_t update_agents(ZoneState& state) {
     compute::Team alone;
     const physics::Query statics = state.scene.query();
     const ai::World world{state.entities,
@@ -36,11 +36,11 @@ std::uint32_t step_minds(ZoneState& state) {
                           &statics,
                           state.paths.empty() ? nullptr : &state.paths,
                           state.settings.handoff_hysteresis_m};
-    state.report.ai = state.mind_step.run(state.minds, world, state.settings.ai);
-    for (const EntityId entity : state.mind_step.fell_asleep()) {
+    state.report.ai = state.ai_update.run(state.agents, world, state.settings.ai);
+    for (const EntityId entity : state.ai_update.fell_asleep()) {
         remove_body(state, state.entities.find(entity));
     }
-    for (const EntityId entity : state.mind_step.woke_up()) {
+    for (const EntityId entity : state.ai_update.woke_up()) {
         add_body(state, state.entities.find(entity), false);
     }
     state.grid_valid = state.grid_valid && !state.report.ai.moved;
@@ -49,29 +49,29 @@ std::uint32_t step_minds(ZoneState& state) {
 
 void follow_players(ZoneState& state) {
     ai::Settings& settings = state.settings.ai;
-    ai::Ladder& ladder = state.mind_step.ladder();
+    ai::Ladder& ladder = state.ai_update.ladder();
     const std::uint16_t rung = ai::rung_due(ladder, settings.ladder, state.now);
     if (rung == ladder.rung) {
         return;
     }
-    for (std::size_t n = 0; n < state.minds.size(); ++n) {
-        const ai::Mind& mind = state.minds.at(state.minds.nth(n));
-        const world::Row row = state.entities.find(mind.entity);
-        if (row != world::kNoRow && settings.ladder.varies[mind.machine]) {
+    for (std::size_t n = 0; n < state.agents.size(); ++n) {
+        const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+        const world::Row row = state.entities.find(agent.entity);
+        if (row != world::kNoRow && settings.ladder.varies[agent.machine]) {
             rouse(state, row);
         }
     }
     state.report.rung_change =
-        ai::change_rung(state.minds, settings, ladder, rung, state.now, state.settings.dt);
+        ai::change_rung(state.agents, settings, ladder, rung, state.now, state.settings.dt);
 }
 
 void rouse(ZoneState& state, world::Row row) {
-    ai::Mind* const mind = state.minds.find(state.entities.id[row]);
-    if (mind == nullptr || mind->tier != ai::Tier::kCoarse) {
+    ai::Agent* const agent = state.agents.find(state.entities.id[row]);
+    if (agent == nullptr || agent->tier != ai::Tier::kCoarse) {
         return;
     }
-    ai::wake_up(*mind,
-                state.settings.ai.compiled[mind->machine],
+    ai::wake_up(*agent,
+                state.settings.ai.compiled[agent->machine],
                 {state.entities,
                  *state.settings.types,
                  state.grid,
@@ -80,7 +80,7 @@ void rouse(ZoneState& state, world::Row row) {
                  state.now,
                  state.settings.dt},
                 row);
-    state.minds.wake(mind->entity);
+    state.agents.wake(agent->entity);
     add_body(state, row, false);
     state.grid_valid = false;
 }

@@ -1,4 +1,4 @@
-// Minds of a zone: the step, and bodies for those alone whose entities are simulated.
+// AgentStore of a zone: the step, and bodies for those alone whose entities are simulated.
 #pragma once
 
 #include "server/zone/zone_state.h"
@@ -7,14 +7,14 @@ namespace zoned::zone {
 
 /// Decisions and steering; who falls asleep loses the body, who wakes up gets it back. Returns how
 /// many decided.
-std::uint32_t step_minds(ZoneState& state);
+std::uint32_t update_agents(ZoneState& state);
 
-/// Minds become those of another difficulty where what players did asks for it (ai/ladder.h), at
-/// most one change a tick, told in the report.
+/// AgentStore become those of another difficulty where what players did asks for it (ai/ladder.h),
+/// at most one change a tick, told in the report.
 void follow_players(ZoneState& state);
 
-/// An entity that something is done to must be simulated: wakes its mind where it has one that goes
-/// from event to event.
+/// An entity that something is done to must be simulated: wakes its agent where it has one that
+/// goes from event to event.
 void rouse(ZoneState& state, world::Row row);
 
 }  // namespace zoned::zone

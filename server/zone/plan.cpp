@@ -6,7 +6,7 @@ std::string_view pass_name(Pass pass) {
     static constexpr std::array<std::string_view, kPasses> kNames = {"doors",
                                                                      "inbox",
                                                                      "rules",
-                                                                     "minds",
+                                                                     "agents",
                                                                      "movement",
                                                                      "representation",
                                                                      "soft",
@@ -45,21 +45,21 @@ StepPlan plan_for(const Census& census) {
            live && (census.rules_busy || census.viewers > 0),
            census.viewers > 0 ? "players are here" : "the rules have something pending",
            census.frozen ? frozen : "no player, nothing pending in the rules");
-    decide(Pass::kMinds,
-           live && census.minds > 0,
-           "minds live here",
-           census.frozen ? frozen : "no minds");
-    // An awake mind or a player may set somebody moving in this very tick: the movement pass looks
+    decide(Pass::kAgents,
+           live && census.agents > 0,
+           "agents live here",
+           census.frozen ? frozen : "no agents");
+    // An awake agent or a player may set somebody moving in this very tick: the movement pass looks
     // at all characters. Whoever wakes up in it moves from the next one on.
     decide(Pass::kMovement,
            live && census.characters > 0 &&
-               (census.moving_characters > 0 || census.awake_minds > 0 || census.viewers > 0 ||
+               (census.moving_characters > 0 || census.active_agents > 0 || census.viewers > 0 ||
                 census.turning_doors > 0),
            "characters move or may begin to",
            census.frozen ? frozen : "no character moves");
     const bool physics =
         live && (census.awake_bodies > 0 || census.awake_soft > 0 || census.moving_characters > 0 ||
-                 census.awake_minds > 0 || census.viewers > 0 || census.ghosts_moved ||
+                 census.active_agents > 0 || census.viewers > 0 || census.ghosts_moved ||
                  census.rules_busy || census.turning_doors > 0);
     decide(Pass::kPhysics,
            physics,
@@ -91,7 +91,7 @@ StepPlan plan_for(const Census& census) {
         Pass::kContacts, physics, "physics runs", census.frozen ? frozen : "physics does not run");
     decide(Pass::kHandoff,
            live && census.neighbours > 0 &&
-               (simulated_change || census.minds > 0 || census.viewers > 0),
+               (simulated_change || census.agents > 0 || census.viewers > 0),
            "something moves and there are neighbours",
            census.frozen ? frozen : (census.neighbours == 0 ? "no neighbour" : "nothing moves"));
     decide(Pass::kGhosts, census.neighbours > 0, "there are neighbours", "no neighbour");

@@ -13,7 +13,7 @@ enum class Pass : std::uint8_t {
     kDoors,
     kInbox,
     kRules,
-    kMinds,
+    kAgents,
     kMovement,
     kRepresentation,
     kSoft,
@@ -40,10 +40,10 @@ struct Census {
     std::uint32_t ghosts = 0;
     std::uint32_t characters = 0;         ///< owned characters that are not hidden
     std::uint32_t moving_characters = 0;  ///< of these: not at rest, or with a command that moves
-    std::uint32_t minds = 0;
-    std::uint32_t awake_minds = 0;   ///< those whose entities are simulated
-    std::uint32_t awake_bodies = 0;  ///< dynamic
-    std::uint32_t reducible = 0;     ///< owned props that may be simulated as less than they are
+    std::uint32_t agents = 0;
+    std::uint32_t active_agents = 0;  ///< those whose entities are simulated
+    std::uint32_t awake_bodies = 0;   ///< dynamic
+    std::uint32_t reducible = 0;      ///< owned props that may be simulated as less than they are
     std::uint32_t soft_bodies = 0;
     std::uint32_t awake_soft = 0;        ///< of these
     std::uint32_t rigid_soft = 0;        ///< of these, simulated as rigid hulls

@@ -8,11 +8,11 @@ namespace zoned::zone {
 
 namespace {
 
-/// A character that is simulated here and has a mind.
+/// A character that is simulated here and has an agent.
 bool is_pushed(const ZoneState& state, world::Row row) {
     const world::Entities& e = state.entities;
     const world::EntityType& type = (*state.settings.types)[e.type[row]];
-    return type.kind == world::EntityKind::kCharacter && type.mind != 0 && !e.client[row] &&
+    return type.kind == world::EntityKind::kCharacter && type.brain != 0 && !e.client[row] &&
            !e.has(row, world::kGhost) && !e.has(row, world::kHidden);
 }
 

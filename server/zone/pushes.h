@@ -1,4 +1,4 @@
-// Pushes: bodies that hit characters with minds knock them on.
+// Pushes: bodies that hit characters with agents knock them on.
 #pragma once
 
 #include "server/zone/zone_state.h"

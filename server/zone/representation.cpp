@@ -17,13 +17,13 @@ constexpr float kReturn = 0.9F;
 constexpr float kFast = 25.0F;
 constexpr float kSlack = 0.05F;
 
-/// Where players are: characters without a mind, ghosts too.
+/// Where players are: characters without an agent, ghosts too.
 void collect_players(ZoneState& state) {
     const world::Entities& e = state.entities;
     state.players.clear();
     for (world::Row row = 0; row < e.size(); ++row) {
         const world::EntityType& type = (*state.settings.types)[e.type[row]];
-        if (type.kind == world::EntityKind::kCharacter && type.mind == 0 &&
+        if (type.kind == world::EntityKind::kCharacter && type.brain == 0 &&
             !e.has(row, world::kHidden)) {
             state.players.push_back(e.position[row]);
         }

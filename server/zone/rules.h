@@ -242,9 +242,9 @@ class RulesContext {
     /// found to hold something else.
     virtual void reset_view(ClientId client) { (void)client; }
 
-    /// A player has succeeded, or failed, at what minds of this zone make difficult (has beaten
+    /// A player has succeeded, or failed, at what agents of this zone make difficult (has beaten
     /// one, or was beaten): difficulty follows where the config says so (`ai.adaptation`), else
-    /// nothing happens. Minds change after the rules of this tick at the earliest.
+    /// nothing happens. AgentStore change after the rules of this tick at the earliest.
     virtual void note_outcome(bool player_succeeded) { (void)player_succeeded; }
 
     virtual void kick(ClientId client, std::string_view reason) = 0;

@@ -134,7 +134,7 @@ void Zone::simulate(Tick now, std::span<const mailbox::InboxItem> inbox) {
     if (!s.frozen && !s.report.stalled) {
         follow_players(s);
     }
-    pass(Pass::kMinds, [&] { return step_minds(s); });
+    pass(Pass::kAgents, [&] { return update_agents(s); });
     pass(Pass::kMovement, [&] { return move_characters(s); });
     pass(Pass::kRepresentation, [&] { return choose_representations(s); });
     pass(Pass::kSoft, [&] { return step_soft(s); });

@@ -24,7 +24,7 @@ class Zone {
     /// Spawns what is there when the world begins; only before the first tick.
     EntityId spawn(const SpawnDef& def) { return spawn_entity(*state_, def); }
 
-    /// First half: inbox -> rules -> minds -> movement -> representation -> soft bodies ->
+    /// First half: inbox -> rules -> agents -> movement -> representation -> soft bodies ->
     /// physics -> contacts -> handoffs out.
     void simulate(Tick now, std::span<const mailbox::InboxItem> inbox);
 

@@ -44,7 +44,7 @@ struct Region {
     }
 };
 
-/// Where minds of a zone plan paths, zone-local, m: in its region and around it, two cells farther
+/// Where agents of a zone plan paths, zone-local, m: in its region and around it, two cells farther
 /// than where what leaves it is another zone's.
 inline ai::pathfinding::GroundRect paths_area(double wide_m,
                                               double deep_m,

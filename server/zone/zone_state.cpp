@@ -101,7 +101,7 @@ ZoneState::ZoneState(ZoneSettings zone_settings, std::unique_ptr<Rules> game_rul
       replicator(with_ground(settings)) {
     const Vec3d origin = settings.region().origin();
     places = ai::Places(settings.ai.places, Vec2d(origin.x(), origin.z()), settings.dt);
-    mind_step.ladder() = ai::first_of(settings.ai.ladder);
+    ai_update.ladder() = ai::first_of(settings.ai.ladder);
     conceals = std::any_of(
         settings.types->begin(), settings.types->end(), [](const world::EntityType& type) {
             return type.conceal != world::Conceal::kNothing;
@@ -195,22 +195,22 @@ void remove_body(ZoneState& state, world::Row row) {
     }
 }
 
-void add_mind(ZoneState& state, world::Row row) {
+void add_agent(ZoneState& state, world::Row row) {
     const world::Entities& e = state.entities;
     const world::EntityType& type = (*state.settings.types)[e.type[row]];
-    if (type.mind == 0) {
+    if (type.brain == 0) {
         return;
     }
-    ai::Mind mind;
-    mind.entity = e.id[row];
-    const std::vector<std::uint16_t>& of_type = state.settings.ai.mind_of_type;
-    mind.machine =
-        static_cast<std::uint16_t>((of_type.empty() ? type.mind : of_type[e.type[row]]) - 1);
-    ai::begin(mind, state.settings.ai.compiled[mind.machine], state.now);
-    mind.home = e.position[row];
-    mind.target = e.position[row];
-    mind.rng = core::Rng(state.settings.seed, e.id[row].value);
-    state.minds.add(mind);
+    ai::Agent agent;
+    agent.entity = e.id[row];
+    const std::vector<std::uint16_t>& of_type = state.settings.ai.brain_of_type;
+    agent.machine =
+        static_cast<std::uint16_t>((of_type.empty() ? type.brain : of_type[e.type[row]]) - 1);
+    ai::begin(agent, state.settings.ai.compiled[agent.machine], state.now);
+    agent.home = e.position[row];
+    agent.target = e.position[row];
+    agent.rng = core::Rng(state.settings.seed, e.id[row].value);
+    state.agents.add(agent);
 }
 
 EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
@@ -229,16 +229,16 @@ EntityId spawn_entity(ZoneState& state, const SpawnDef& def) {
     e.discontinuity_tick[row] = state.now;
     e.set(row, world::kAtRest, def.asleep && !character);
     add_body(state, row, def.asleep);
-    add_mind(state, row);
+    add_agent(state, row);
     state.grid_valid = false;
     return id;
 }
 
 void despawn_entity(ZoneState& state, world::Row row) {
     remove_body(state, row);
-    if (state.minds.find(state.entities.id[row]) != nullptr) {
-        state.paths.release(state.minds.slot_of(state.entities.id[row]));
-        state.minds.take(state.entities.id[row]);
+    if (state.agents.find(state.entities.id[row]) != nullptr) {
+        state.paths.release(state.agents.slot_of(state.entities.id[row]));
+        state.agents.take(state.entities.id[row]);
     }
     state.entities.remove(row);
     state.grid_valid = false;

@@ -155,8 +155,8 @@ struct ZoneState {
     compute::Team* team =
         nullptr;  ///< helps where a stage is large; outlives this; null: nobody does
     ParticlesOfZone particles;
-    ai::Minds minds;
-    ai::Step mind_step;
+    ai::AgentStore agents;
+    ai::Step ai_update;
     ai::Places places;
     ai::PathService paths;  ///< empty where none are planned
     DoorBodies doors;
@@ -218,12 +218,12 @@ EntityId next_entity_id(ZoneState& state);
 void add_body(ZoneState& state, world::Row row, bool asleep);
 /// Removes the body if there is one, rigid or soft.
 void remove_body(ZoneState& state, world::Row row);
-/// Gives an owned entity the mind of its type, if the type has one.
-void add_mind(ZoneState& state, world::Row row);
+/// Gives an owned entity the agent of its type, if the type has one.
+void add_agent(ZoneState& state, world::Row row);
 
-/// Spawns an owned entity: row, body, mind. Works before the first tick as well.
+/// Spawns an owned entity: row, body, agent. Works before the first tick as well.
 EntityId spawn_entity(ZoneState& state, const SpawnDef& def);
-/// Removes row, body and mind of an owned entity.
+/// Removes row, body and agent of an owned entity.
 void despawn_entity(ZoneState& state, world::Row row);
 
 /// The grid over all rows' positions, made anew if something moved since: of those that stir and

@@ -1,4 +1,4 @@
-// InputCommand: what a player (or a mind) wants its character to do during one tick.
+// InputCommand: what a player (or an agent) wants its character to do during one tick.
 #pragma once
 
 #include "shared/core/ids.h"

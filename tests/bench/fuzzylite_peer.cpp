@@ -92,10 +92,10 @@ FuzzylitePeer::FuzzylitePeer(const FuzzyDef& def) : parts_(std::make_unique<Part
 
 FuzzylitePeer::~FuzzylitePeer() = default;
 
-double FuzzylitePeer::evaluate(const float* const* in, std::size_t mind) {
+double FuzzylitePeer::evaluate(const float* const* in, std::size_t agent) {
     fl::Engine& engine = parts_->engine;
     for (std::size_t k = 0; k < engine.numberOfInputVariables(); ++k) {
-        engine.getInputVariable(k)->setValue(static_cast<fl::scalar>(in[k][mind]));
+        engine.getInputVariable(k)->setValue(static_cast<fl::scalar>(in[k][agent]));
     }
     engine.process();
     return engine.getOutputVariable(0)->getValue();

@@ -17,8 +17,8 @@ class FuzzylitePeer {
     FuzzylitePeer(const FuzzylitePeer&) = delete;
     FuzzylitePeer& operator=(const FuzzylitePeer&) = delete;
 
-    /// The first output for the inputs of one mind.
-    double evaluate(const float* const* in, std::size_t mind);
+    /// The first output for the inputs of one agent.
+    double evaluate(const float* const* in, std::size_t agent);
 
   private:
     struct Parts;

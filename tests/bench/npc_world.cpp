@@ -67,13 +67,13 @@ void NpcWorld::add(const std::string& type, std::size_t count, float side_m) {
                                        height,
                                        rng_.range(-0.5F * side_m, 0.5F * side_m));
         entities_.set(row, world::kGrounded, true);
-        ai::Mind mind;
-        mind.entity = id;
-        mind.machine = static_cast<std::uint16_t>(of.mind - 1);
-        ai::begin(mind, ai_.compiled[mind.machine], 0);
-        mind.home = mind.target = entities_.position[row];
-        mind.rng = core::Rng(settings_.seed, id.value);
-        minds_.add(mind);
+        ai::Agent agent;
+        agent.entity = id;
+        agent.machine = static_cast<std::uint16_t>(of.brain - 1);
+        ai::begin(agent, ai_.compiled[agent.machine], 0);
+        agent.home = agent.target = entities_.position[row];
+        agent.rng = core::Rng(settings_.seed, id.value);
+        agents_.add(agent);
     }
 }
 
@@ -82,7 +82,7 @@ NpcWorld::Cost NpcWorld::tick() {
     Cost cost;
     const std::int64_t begin = thread_cpu_ns();
     const std::int64_t wall = wall_ns();
-    report_ = step_.run(minds_,
+    report_ = step_.run(agents_,
                         {entities_,
                          settings_.types,
                          [this]() -> const spatial::PointGrid& {
@@ -97,9 +97,9 @@ NpcWorld::Cost NpcWorld::tick() {
                          dt_},
                         ai_);
     const std::int64_t between = thread_cpu_ns();
-    cost.minds_wall_ns = wall_ns() - wall;
+    cost.agents_wall_ns = wall_ns() - wall;
     walk();
-    cost.minds_ns = between - begin;
+    cost.agents_ns = between - begin;
     cost.walk_ns = thread_cpu_ns() - between;
     return cost;
 }

@@ -1,4 +1,4 @@
-// NpcWorld: people of a config's types on an open plain, and players; minds and walking alone.
+// NpcWorld: people of a config's types on an open plain, and players; agents and walking alone.
 #pragma once
 
 #include "server/ai/ai_step.h"
@@ -37,8 +37,8 @@ class NpcWorld {
 
     /// One tick; thread CPU time of the caller, and time on the wall, of its two halves.
     struct Cost {
-        std::int64_t minds_ns = 0;
-        std::int64_t minds_wall_ns = 0;
+        std::int64_t agents_ns = 0;
+        std::int64_t agents_wall_ns = 0;
         std::int64_t walk_ns = 0;
     };
 
@@ -56,7 +56,7 @@ class NpcWorld {
     ai::Settings ai_;
     float dt_;
     world::Entities entities_;
-    ai::Minds minds_;
+    ai::AgentStore agents_;
     ai::Step step_;
     ai::Places places_;
     motion::StaticGeometry plain_;

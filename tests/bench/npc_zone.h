@@ -18,7 +18,7 @@ struct NpcZoneCost {
     double ns = 0.0;
     std::array<double, zone::kPasses> pass_ns{};
     double rest_ns = 0.0;  ///< the census, inputs and what a world does around its zones
-    double awake = 0.0;    ///< minds, of all people
+    double awake = 0.0;    ///< agents, of all people
     double events_per_tick = 0.0;
 };
 

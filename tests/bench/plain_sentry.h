@@ -5,7 +5,7 @@
 
 namespace zoned::bench {
 
-/// One decision of every mind, as server/ai/fsm does it from tables.
+/// One decision of every agent, as server/ai/fsm does it from tables.
 void sentry_by_switch(ai::fsm::MachineStates& states,
                       const ai::SenseColumns& senses,
                       Tick now,

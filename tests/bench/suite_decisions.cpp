@@ -1,5 +1,5 @@
-// Suite `decisions`: what a decision of a mind costs by each method: state machines in three forms
-// and of three levels, plans, fuzzy rules.
+// Suite `decisions`: what a decision of an agent costs by each method: state machines in three
+// forms and of three levels, plans, fuzzy rules.
 #include "server/ai/fsm/flat_machine.h"
 #include "server/ai/fuzzy/fuzzy_system.h"
 #include "server/ai/goap/planner.h"
@@ -59,11 +59,11 @@ MachineScene machine_scene(Form form) {
             scenario::kSentryDt};
 }
 
-/// Minds in all states alike, most of which have no reason to leave it: on average one in 67
+/// AgentStore in all states alike, most of which have no reason to leave it: on average one in 67
 /// senses something that its state's transitions wait for, and is put back into its state after.
-class MindCrowd {
+class AgentCrowd {
   public:
-    MindCrowd(const MachineScene& scene, std::size_t count, bool sorted)
+    AgentCrowd(const MachineScene& scene, std::size_t count, bool sorted)
         : machine(fsm::compile(scene.def, scene.senses, scene.dt)),
           states(fsm::begin(machine, count, kNow)) {
         for (std::size_t set = 0; set < kSenseSets; ++set) {
@@ -100,9 +100,9 @@ class MindCrowd {
         changed += changes.size();
         ++ticks;
         for (const fsm::Change& change : changes) {
-            states.leaf[change.mind] = change.from;
+            states.leaf[change.agent] = change.from;
             for (std::size_t level = 0; level < machine.levels; ++level) {
-                states.since[level][change.mind] = since[level][change.mind];
+                states.since[level][change.agent] = since[level][change.agent];
             }
         }
         changes.clear();
@@ -160,10 +160,10 @@ class MachineTrial final : public JudgedTrial {
         crowd_.put_back();
     }
 
-    /// Minds whose state differs from what a walk through the definition gives, over a run in which
-    /// senses walk at random.
+    /// AgentStore whose state differs from what a walk through the definition gives, over a run in
+    /// which senses walk at random.
     void judge(Row& row) override {
-        row.error_unit = "minds";
+        row.error_unit = "agents";
         row.metric("changes_per_tick",
                    static_cast<double>(crowd_.changed) / static_cast<double>(crowd_.ticks));
         const MachineScene scene = machine_scene(form_);
@@ -211,7 +211,7 @@ class MachineTrial final : public JudgedTrial {
     }
 
     Form form_;
-    MindCrowd crowd_;
+    AgentCrowd crowd_;
 };
 
 void run_machine(Session& session, const std::string& scene, Form form) {
@@ -296,13 +296,13 @@ void run_plan(Session& session, const std::string& scene, bool reachable) {
 
 // ---------------------------------------------------------------- fuzzy rules
 
-/// Minds that are evaluated in one frame.
-constexpr std::size_t kFuzzyMinds = 4096;
+/// AgentStore that are evaluated in one frame.
+constexpr std::size_t kFuzzyAgents = 4096;
 
 struct FuzzyInputs {
     FuzzyInputs() {
         core::Rng rng(79);
-        for (std::size_t i = 0; i < kFuzzyMinds; ++i) {
+        for (std::size_t i = 0; i < kFuzzyAgents; ++i) {
             distance.push_back(rng.range(0.0F, 40.0F));
             health.push_back(rng.range(0.0F, 1.0F));
         }
@@ -315,7 +315,7 @@ struct FuzzyInputs {
 /// How far from the rules worked out in double precision, the union of terms in 100,000 pieces.
 double fuzzy_error(const ai::fuzzy::FuzzyDef& def,
                    const FuzzyInputs& inputs,
-                   std::size_t mind,
+                   std::size_t agent,
                    double out) {
     using ai::fuzzy::Term;
     const auto degree = [](const Term& t, double x) {
@@ -333,8 +333,8 @@ double fuzzy_error(const ai::fuzzy::FuzzyDef& def,
     double sum = 0.0;
     for (const auto& rule : def.rules) {
         const double fires =
-            std::min(degree(def.inputs[0].terms[rule.when[0].term], inputs.distance[mind]),
-                     degree(def.inputs[1].terms[rule.when[1].term], inputs.health[mind]));
+            std::min(degree(def.inputs[0].terms[rule.when[0].term], inputs.distance[agent]),
+                     degree(def.inputs[1].terms[rule.when[1].term], inputs.health[agent]));
         if (output.inference == ai::fuzzy::Inference::kSugeno) {
             weights += fires;
             sum += fires * output.values[rule.then].constant;
@@ -364,7 +364,7 @@ class FuzzyTrial : public JudgedTrial {
           columns_{inputs_.distance.data(), inputs_.health.data()} {}
 
     void judge(Row& row) override {
-        for (std::size_t i = 0; i < kFuzzyMinds; i += 64) {
+        for (std::size_t i = 0; i < kFuzzyAgents; i += 64) {
             row.error = std::max(row.error, fuzzy_error(def_, inputs_, i, result(i)));
         }
         row.error_unit = "-";
@@ -372,24 +372,24 @@ class FuzzyTrial : public JudgedTrial {
     }
 
   protected:
-    [[nodiscard]] virtual double result(std::size_t mind) const = 0;
+    [[nodiscard]] virtual double result(std::size_t agent) const = 0;
 
     ai::fuzzy::FuzzyDef def_;
     FuzzyInputs inputs_;
     std::array<const float*, 2> columns_;
 };
 
-/// `at_once` minds in one call: all, or one after the other.
+/// `at_once` agents in one call: all, or one after the other.
 class OurFuzzyTrial final : public FuzzyTrial {
   public:
     OurFuzzyTrial(ai::fuzzy::Inference inference, std::size_t at_once)
         : FuzzyTrial(inference),
           system_(def_),
           at_once_(at_once),
-          out_(kFuzzyMinds) {}
+          out_(kFuzzyAgents) {}
 
     void frame() override {
-        for (std::size_t i = 0; i < kFuzzyMinds; i += at_once_) {
+        for (std::size_t i = 0; i < kFuzzyAgents; i += at_once_) {
             const float* const in[] = {columns_[0] + i, columns_[1] + i};
             float* const out[] = {out_.data() + i};
             system_.evaluate(in, at_once_, out);
@@ -397,8 +397,8 @@ class OurFuzzyTrial final : public FuzzyTrial {
     }
 
   protected:
-    [[nodiscard]] double result(std::size_t mind) const override {
-        return static_cast<double>(out_[mind]);
+    [[nodiscard]] double result(std::size_t agent) const override {
+        return static_cast<double>(out_[agent]);
     }
 
   private:
@@ -412,16 +412,16 @@ class PeerFuzzyTrial final : public FuzzyTrial {
     explicit PeerFuzzyTrial(ai::fuzzy::Inference inference)
         : FuzzyTrial(inference),
           peer_(def_),
-          out_(kFuzzyMinds) {}
+          out_(kFuzzyAgents) {}
 
     void frame() override {
-        for (std::size_t i = 0; i < kFuzzyMinds; ++i) {
+        for (std::size_t i = 0; i < kFuzzyAgents; ++i) {
             out_[i] = peer_.evaluate(columns_.data(), i);
         }
     }
 
   protected:
-    [[nodiscard]] double result(std::size_t mind) const override { return out_[mind]; }
+    [[nodiscard]] double result(std::size_t agent) const override { return out_[agent]; }
 
   private:
     FuzzylitePeer peer_;
@@ -434,7 +434,7 @@ void run_fuzzy(Session& session, const std::string& scene, ai::fuzzy::Inference 
                {{"default",
                  "",
                  [inference] {
-                     return std::make_unique<OurFuzzyTrial>(inference, kFuzzyMinds);
+                     return std::make_unique<OurFuzzyTrial>(inference, kFuzzyAgents);
                  }},
                 {"one_by_one",
                  "",
@@ -454,8 +454,8 @@ void run_fuzzy(Session& session, const std::string& scene, ai::fuzzy::Inference 
                 asked,
                 {1, session.quick ? 2 : 60, session.quick ? 1 : session.repeats});
     for (Row& row : rows) {
-        row.time_us_p50 /= static_cast<double>(kFuzzyMinds);
-        row.time_us_p99 /= static_cast<double>(kFuzzyMinds);
+        row.time_us_p50 /= static_cast<double>(kFuzzyAgents);
+        row.time_us_p99 /= static_cast<double>(kFuzzyAgents);
         row.metric("evaluations_per_s", 1e6 / row.time_us_p50);
     }
     session.add(std::move(rows));
@@ -463,16 +463,16 @@ void run_fuzzy(Session& session, const std::string& scene, ai::fuzzy::Inference 
 
 void run_decisions(Session& session) {
     session.note(
-        "decisions: one thread. fsm_* and hfsm_*: a tick of 100,000 minds in columns, six states "
+        "decisions: one thread. fsm_* and hfsm_*: a tick of 100,000 agents in columns, six states "
         "with two transitions each (hfsm: eight innermost states in three levels, two transitions "
-        "each, so six for an innermost one), one mind in 67 with a reason to leave its state, "
-        "ns_per_npc unsorted, ns_per_npc_sorted sorted by state; error: minds whose state differs "
+        "each, so six for an innermost one), one agent in 67 with a reason to leave its state, "
+        "ns_per_npc unsorted, ns_per_npc_sorted sorted by state; error: agents whose state differs "
         "from a walk through the definition. goap_*: a plan; error: cost above the cheapest. "
-        "fuzzy_*: an evaluation of nine rules, 4,096 minds at once (default) or one by one; "
+        "fuzzy_*: an evaluation of nine rules, 4,096 agents at once (default) or one by one; "
         "error: from the same rules in double precision. xor, cartpole: an evaluation of a "
         "network, "
-        "4,096 minds at once; error: what ten seeds miss of all cases, or of 500 steps over 100 "
-        "episodes that they never saw, on average. npc_100k: a tick of the minds of a town of a "
+        "4,096 agents at once; error: what ten seeds miss of all cases, or of 500 steps over 100 "
+        "episodes that they never saw, on average. npc_100k: a tick of the agents of a town of a "
         "hundred thousand, a tenth of which players can see, CPU time of the first of two threads; "
         "coarse_share: what one that nobody sees costs in a tick of a whole zone, of one that is "
         "simulated; _day: over a whole day of ten minutes; _busiest: over its 400 ticks with the "
@@ -499,7 +499,7 @@ void run_decisions(Session& session) {
 }
 
 const Registration kDecisions({"decisions",
-                               "decisions of minds: state machines, plans and fuzzy rules",
+                               "decisions of agents: state machines, plans and fuzzy rules",
                                {"fsm_switch",
                                 "fsm_pattern",
                                 "fsm_interpreted",

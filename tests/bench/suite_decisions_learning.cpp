@@ -17,7 +17,7 @@ namespace {
 
 namespace learn = ai::learn;
 
-constexpr std::size_t kLearnedMinds = 4096;
+constexpr std::size_t kLearnedAgents = 4096;
 constexpr int kLearnSeeds = 10;
 
 struct Lesson {
@@ -70,10 +70,10 @@ class LearnTrial final : public JudgedTrial {
         : learned_(learned),
           unit_(unit),
           scratch_(learned.first.values() * learn::kLanes),
-          out_(kLearnedMinds) {
+          out_(kLearnedAgents) {
         core::Rng rng(83);
         for (std::size_t k = 0; k < learned.first.inputs; ++k) {
-            in_.emplace_back(kLearnedMinds);
+            in_.emplace_back(kLearnedAgents);
             for (float& value : in_.back()) {
                 value = rng.range(-1.0F, 1.0F);
             }
@@ -83,7 +83,7 @@ class LearnTrial final : public JudgedTrial {
 
     void frame() override {
         float* const out[] = {out_.data()};
-        learn::evaluate_many(learned_.first, columns_, kLearnedMinds, scratch_, out);
+        learn::evaluate_many(learned_.first, columns_, kLearnedAgents, scratch_, out);
     }
 
     void judge(Row& row) override {
@@ -130,8 +130,8 @@ void run_lessons(Session& session,
                 methods,
                 {1, session.quick ? 2 : 60, session.quick ? 1 : session.repeats});
     for (Row& row : rows) {
-        row.time_us_p50 /= static_cast<double>(kLearnedMinds);
-        row.time_us_p99 /= static_cast<double>(kLearnedMinds);
+        row.time_us_p50 /= static_cast<double>(kLearnedAgents);
+        row.time_us_p99 /= static_cast<double>(kLearnedAgents);
     }
     session.add(std::move(rows));
 }

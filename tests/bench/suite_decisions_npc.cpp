@@ -1,4 +1,4 @@
-// Scene `npc_100k`: a hundred thousand minds of a town's types, a tenth of which players can see.
+// Scene `npc_100k`: a hundred thousand agents of a town's types, a tenth of which players can see.
 #include "tests/bench/suite_decisions_npc.h"
 
 #include "tests/bench/npc_world.h"
@@ -39,8 +39,8 @@ NpcRun run_world(const ops::Settings& settings, NpcWorld::Plan plan, Tick settle
     NpcRun run;
     for (Tick t = 0; t < ticks; ++t) {
         const NpcWorld::Cost cost = world.tick();
-        run.tick_us.push_back(static_cast<double>(cost.minds_ns) * 1e-3);
-        run.wall_ms += static_cast<double>(cost.minds_wall_ns) * 1e-6;
+        run.tick_us.push_back(static_cast<double>(cost.agents_ns) * 1e-3);
+        run.wall_ms += static_cast<double>(cost.agents_wall_ns) * 1e-6;
         run.walk_ms += static_cast<double>(cost.walk_ns) * 1e-6;
         run.awake += world.report().awake;
         run.events += world.report().events;
@@ -141,7 +141,7 @@ void run_npcs(Session& session, const std::string& scene) {
     plan.players = session.quick ? 4 : 144;
     plan.side_m = session.quick ? 750.0F : 4'500.0F;
     plan.threads = 2;
-    // Minds that are seen by nobody fall asleep after two seconds, and the day begins at 40 s.
+    // AgentStore that are seen by nobody fall asleep after two seconds, and the day begins at 40 s.
     const Tick settle = session.quick ? 60 : 1'200;
     const Tick ticks = session.quick ? 20 : 400;
     const NpcRun all = run_world(settings, plan, settle, ticks);

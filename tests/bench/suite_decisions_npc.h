@@ -7,7 +7,7 @@
 
 namespace zoned::bench {
 
-/// A tick of all minds on two threads, and what a simulated mind and one that nobody sees cost.
+/// A tick of all agents on two threads, and what a simulated agent and one that nobody sees cost.
 void run_npcs(Session& session, const std::string& scene);
 
 }  // namespace zoned::bench

@@ -28,7 +28,7 @@ constexpr std::array kContested = {"porter", "pilgrim"};
 /// Variables that only trades and meals change: whole numbers.
 constexpr std::array kGoods = {"fish", "coins", "bread", "parcel", "days"};
 
-/// What a mind turned to, and what it had then.
+/// What an agent turned to, and what it had then.
 struct Turn {
     Tick tick = 0;
     std::uint16_t doing = 0;
@@ -70,11 +70,11 @@ bool town(int count, std::uint64_t seed, bool skip_unseen, ops::Settings& settin
         std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", sets, settings, errors);
 }
 
-std::int64_t goods_of(const ai::Mind& mind, const ai::CompiledMachine& machine, Tick now) {
+std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledMachine& machine, Tick now) {
     std::int64_t goods = 0;
     for (std::size_t v = 0; v < machine.variables.size(); ++v) {
         if (std::find(kGoods.begin(), kGoods.end(), machine.variables[v].name) != kGoods.end()) {
-            goods = goods * 1009 + std::llround(ai::variable_at(mind, machine, v, now));
+            goods = goods * 1009 + std::llround(ai::variable_at(agent, machine, v, now));
         }
     }
     return goods;
@@ -106,35 +106,35 @@ class DayTrial {
 
     void write_down() {
         const zone::ZoneState& state = zone().state();
-        for (std::size_t n = 0; n < state.minds.size(); ++n) {
-            const ai::Mind& mind = state.minds.at(state.minds.nth(n));
-            Person& person = day_.people[mind.entity.value];
-            if (person.turns.empty() || person.turns.back().doing != mind.doing) {
+        for (std::size_t n = 0; n < state.agents.size(); ++n) {
+            const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+            Person& person = day_.people[agent.entity.value];
+            if (person.turns.empty() || person.turns.back().doing != agent.doing) {
                 person.turns.push_back(
                     {world_.now(),
-                     mind.doing,
-                     goods_of(mind, settings_.ai.compiled[mind.machine], world_.now())});
+                     agent.doing,
+                     goods_of(agent, settings_.ai.compiled[agent.machine], world_.now())});
             }
         }
     }
 
     void end() {
         const zone::ZoneState& state = zone().state();
-        for (std::size_t n = 0; n < state.minds.size(); ++n) {
-            const ai::Mind& mind = state.minds.at(state.minds.nth(n));
-            const world::Row row = state.entities.find(mind.entity);
-            const ai::CompiledMachine& machine = settings_.ai.compiled[mind.machine];
-            Person& person = day_.people[mind.entity.value];
+        for (std::size_t n = 0; n < state.agents.size(); ++n) {
+            const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+            const world::Row row = state.entities.find(agent.entity);
+            const ai::CompiledMachine& machine = settings_.ai.compiled[agent.machine];
+            Person& person = day_.people[agent.entity.value];
             person.type = settings_.types[state.entities.type[row]].name;
             const Vec3& at = state.entities.position[row];
-            person.at = mind.tier == ai::Tier::kCoarse
-                            ? ai::position_at(mind.segment, world_.now(), state.settings.dt)
+            person.at = agent.tier == ai::Tier::kCoarse
+                            ? ai::position_at(agent.segment, world_.now(), state.settings.dt)
                             : Vec2(at.x(), at.z());
-            day_.dead += machine.states[mind.doing].name == "dead" ? 1U : 0U;
+            day_.dead += machine.states[agent.doing].name == "dead" ? 1U : 0U;
             for (std::size_t v = 0; v < machine.variables.size(); ++v) {
                 if (machine.variables[v].name == "coins") {
                     day_.totals[person.type] += std::round(
-                        static_cast<double>(ai::variable_at(mind, machine, v, world_.now())));
+                        static_cast<double>(ai::variable_at(agent, machine, v, world_.now())));
                 }
             }
         }
@@ -305,7 +305,7 @@ void run_lod(Session& session) {
 }
 
 const Registration kLod({"lod",
-                         "minds that nobody sees: the same outcome at what cost",
+                         "agents that nobody sees: the same outcome at what cost",
                          {kTownScene},
                          {"default", "simulated"},
                          run_lod});

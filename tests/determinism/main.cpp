@@ -24,7 +24,7 @@ bool same(const std::vector<Line>& one, const std::vector<Line>& other, unsigned
     return one.size() == other.size();
 }
 
-/// Rigid bodies, networks, then worlds: rigid bodies and minds, soft bodies, particles, all paths
+/// Rigid bodies, networks, then worlds: rigid bodies and agents, soft bodies, particles, all paths
 /// to decide, policies.
 std::vector<Line> all_lines(unsigned threads) {
     std::vector<Line> lines = physics_lines(threads);

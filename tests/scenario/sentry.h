@@ -1,5 +1,5 @@
 // Sentry: one state machine written down in three forms, as data, as a switch and as a class per
-// state; and senses for minds that run it.
+// state; and senses for agents that run it.
 #pragma once
 
 #include "server/ai/fsm/coded.h"
@@ -83,7 +83,7 @@ inline constexpr Tick kHold03 = 9;
 inline constexpr Tick kHold05 = 15;
 inline constexpr Tick kHold10 = 30;
 
-/// The columns that the switch reads, taken out once for all minds.
+/// The columns that the switch reads, taken out once for all agents.
 struct SentryColumns {
     explicit SentryColumns(const ai::SenseColumns& senses)
         : foe(senses.column[kFoeDistance]),
@@ -99,7 +99,7 @@ struct SentryColumns {
 
 /// The machine as a switch.
 inline void sentry_decide(ai::fsm::CodedTurn& turn, const SentryColumns& senses) {
-    const std::size_t i = turn.mind();
+    const std::size_t i = turn.agent();
     const float foe = senses.foe[i];
     switch (turn.state()) {
         case kPatrol:
@@ -158,10 +158,10 @@ inline void sentry_decide(ai::fsm::CodedTurn& turn, const SentryColumns& senses)
 class PatrolState final : public ai::fsm::CodedState {
   public:
     void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kNoise][turn.mind()] > 0.7F, 0)) {
+        if (turn.when(senses.column[kNoise][turn.agent()] > 0.7F, 0)) {
             return turn.enter(kListen, 0);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 20.0F, 1, kHold03)) {
+        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 20.0F, 1, kHold03)) {
             return turn.enter(kChase, 1);
         }
         turn.stay();
@@ -171,7 +171,7 @@ class PatrolState final : public ai::fsm::CodedState {
 class ListenState final : public ai::fsm::CodedState {
   public:
     void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 25.0F, 2, kHold01)) {
+        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 25.0F, 2, kHold01)) {
             return turn.enter(kChase, 2);
         }
         if (turn.when(turn.time_in_state(kSentryDt) > 5.0F, 3)) {
@@ -184,10 +184,10 @@ class ListenState final : public ai::fsm::CodedState {
 class ChaseState final : public ai::fsm::CodedState {
   public:
     void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 3.0F, 4)) {
+        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 3.0F, 4)) {
             return turn.enter(kFight, 4);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.mind()] > 35.0F, 5, kHold10)) {
+        if (turn.when(senses.column[kFoeDistance][turn.agent()] > 35.0F, 5, kHold10)) {
             return turn.enter(kPatrol, 5);
         }
         turn.stay();
@@ -197,10 +197,10 @@ class ChaseState final : public ai::fsm::CodedState {
 class FightState final : public ai::fsm::CodedState {
   public:
     void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kHealth][turn.mind()] < 0.3F, 6)) {
+        if (turn.when(senses.column[kHealth][turn.agent()] < 0.3F, 6)) {
             return turn.enter(kFlee, 6);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.mind()] > 5.0F, 7, kHold02)) {
+        if (turn.when(senses.column[kFoeDistance][turn.agent()] > 5.0F, 7, kHold02)) {
             return turn.enter(kChase, 7);
         }
         turn.stay();
@@ -210,10 +210,10 @@ class FightState final : public ai::fsm::CodedState {
 class FleeState final : public ai::fsm::CodedState {
   public:
     void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kFoeDistance][turn.mind()] > 40.0F, 8)) {
+        if (turn.when(senses.column[kFoeDistance][turn.agent()] > 40.0F, 8)) {
             return turn.enter(kRest, 8);
         }
-        if (turn.when(senses.column[kPostDistance][turn.mind()] < 5.0F, 9, kHold05)) {
+        if (turn.when(senses.column[kPostDistance][turn.agent()] < 5.0F, 9, kHold05)) {
             return turn.enter(kRest, 9);
         }
         turn.stay();
@@ -223,10 +223,10 @@ class FleeState final : public ai::fsm::CodedState {
 class RestState final : public ai::fsm::CodedState {
   public:
     void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
-        if (turn.when(senses.column[kHealth][turn.mind()] > 0.9F, 10)) {
+        if (turn.when(senses.column[kHealth][turn.agent()] > 0.9F, 10)) {
             return turn.enter(kPatrol, 10);
         }
-        if (turn.when(senses.column[kFoeDistance][turn.mind()] < 10.0F, 11)) {
+        if (turn.when(senses.column[kFoeDistance][turn.agent()] < 10.0F, 11)) {
             return turn.enter(kFlee, 11);
         }
         turn.stay();
@@ -246,7 +246,7 @@ inline const std::array<const ai::fsm::CodedState*, kSentryStates>& sentry_objec
     return objects;
 }
 
-/// What `count` minds sense, as columns of their own.
+/// What `count` agents sense, as columns of their own.
 class Sensed {
   public:
     Sensed(std::size_t senses, std::size_t count) : count_(count), columns_(senses) {
@@ -261,7 +261,7 @@ class Sensed {
     Sensed(const Sensed&) = delete;
     Sensed& operator=(const Sensed&) = delete;
 
-    [[nodiscard]] float& at(std::size_t sense, std::size_t mind) { return columns_[sense][mind]; }
+    [[nodiscard]] float& at(std::size_t sense, std::size_t agent) { return columns_[sense][agent]; }
 
     [[nodiscard]] ai::SenseColumns view() const { return {pointers_, count_}; }
 

@@ -11,7 +11,7 @@
 
 namespace zoned::scenario {
 
-/// One mind. `dt` in s.
+/// One agent. `dt` in s.
 class WalkedMachine {
   public:
     WalkedMachine(ai::fsm::MachineDef def, float dt) : def_(std::move(def)), dt_(dt) {
@@ -23,14 +23,14 @@ class WalkedMachine {
 
     WalkedMachine& operator=(const WalkedMachine&) = delete;
 
-    void tick(Tick now, const ai::SenseColumns& senses, std::size_t mind) {
+    void tick(Tick now, const ai::SenseColumns& senses, std::size_t agent) {
         const ai::fsm::TransitionDef* held = nullptr;
         std::size_t held_level = 0;
         const States* level = &def_.states;
         for (std::size_t l = 0; l < path_.size(); ++l) {
             const ai::fsm::StateDef& state = (*level)[path_[l]];
             for (const ai::fsm::TransitionDef& transition : state.transitions) {
-                if (!all_hold(transition, senses, mind, now, l)) {
+                if (!all_hold(transition, senses, agent, now, l)) {
                     continue;
                 }
                 if (transition.hold_s <= 0.0F) {
@@ -73,13 +73,13 @@ class WalkedMachine {
 
     [[nodiscard]] bool all_hold(const ai::fsm::TransitionDef& transition,
                                 const ai::SenseColumns& senses,
-                                std::size_t mind,
+                                std::size_t agent,
                                 Tick now,
                                 std::size_t level) const {
         for (const ai::Condition& condition : transition.when) {
             const float value = condition.sense == ai::kStateTime
                                     ? static_cast<float>(now - since_[level]) * dt_
-                                    : senses.column[condition.sense][mind];
+                                    : senses.column[condition.sense][agent];
             if (!ai::holds(condition, value)) {
                 return false;
             }

@@ -2,20 +2,20 @@
 
 namespace zoned::ai::fsm {
 
-void CodedColumns::change(std::size_t mind, std::uint16_t to, std::uint16_t transition) const {
-    changes.push_back({static_cast<std::uint32_t>(mind), leaf[mind], to, transition});
-    leaf[mind] = to;
-    since[mind] = now;
-    pending[mind] = kNone;
+void CodedColumns::change(std::size_t agent, std::uint16_t to, std::uint16_t transition) const {
+    changes.push_back({static_cast<std::uint32_t>(agent), leaf[agent], to, transition});
+    leaf[agent] = to;
+    since[agent] = now;
+    pending[agent] = kNone;
 }
 
-bool CodedColumns::held(std::size_t mind, std::uint16_t transition, Tick hold) const {
-    if (pending[mind] != transition) {
-        pending[mind] = transition;
-        pending_since[mind] = now;
+bool CodedColumns::held(std::size_t agent, std::uint16_t transition, Tick hold) const {
+    if (pending[agent] != transition) {
+        pending[agent] = transition;
+        pending_since[agent] = now;
         return false;
     }
-    return now - pending_since[mind] >= hold;
+    return now - pending_since[agent] >= hold;
 }
 
 bool group_by_state(const std::uint16_t* leaf,
@@ -46,7 +46,7 @@ bool group_by_state(const std::uint16_t* leaf,
 void sort_changes(std::vector<Change>& changes, std::size_t first) {
     std::sort(changes.begin() + static_cast<std::ptrdiff_t>(first),
               changes.end(),
-              [](const Change& a, const Change& b) { return a.mind < b.mind; });
+              [](const Change& a, const Change& b) { return a.agent < b.agent; });
 }
 
 }  // namespace zoned::ai::fsm

@@ -21,9 +21,9 @@ struct CodedColumns {
           changes(to) {}
 
     /// Out of line, for it is rare.
-    void change(std::size_t mind, std::uint16_t to, std::uint16_t transition) const;
+    void change(std::size_t agent, std::uint16_t to, std::uint16_t transition) const;
     /// A held transition that holds now; true once it has done so for `hold` ticks.
-    [[nodiscard]] bool held(std::size_t mind, std::uint16_t transition, Tick hold) const;
+    [[nodiscard]] bool held(std::size_t agent, std::uint16_t transition, Tick hold) const;
 
     std::uint16_t* leaf;
     std::uint16_t* pending;
@@ -33,21 +33,22 @@ struct CodedColumns {
     std::vector<Change>& changes;
 };
 
-/// One mind's decision. Usage, in order of transitions:
+/// One agent's decision. Usage, in order of transitions:
 ///     if (turn.when(distance < 20.0F, kToChase, 9)) { return turn.enter(kChase, kToChase); }
 ///     ...
 ///     turn.stay();
 class CodedTurn {
   public:
-    CodedTurn(const CodedColumns& columns, std::size_t mind) : columns_(columns), mind_(mind) {}
+    CodedTurn(const CodedColumns& columns, std::size_t agent) : columns_(columns), agent_(agent) {}
 
-    [[nodiscard]] std::size_t mind() const { return mind_; }
+    [[nodiscard]] std::size_t agent() const { return agent_; }
 
-    [[nodiscard]] std::uint16_t state() const { return columns_.leaf[mind_]; }
+    [[nodiscard]] std::uint16_t state() const { return columns_.leaf[agent_]; }
 
     /// Time in the state, s, at `dt` s per tick.
     [[nodiscard]] float time_in_state(float dt) const {
-        return static_cast<float>(static_cast<std::int32_t>(columns_.now - columns_.since[mind_])) *
+        return static_cast<float>(
+                   static_cast<std::int32_t>(columns_.now - columns_.since[agent_])) *
                dt;
     }
 
@@ -63,49 +64,49 @@ class CodedTurn {
             return false;
         }
         pending_ = transition;
-        return columns_.held(mind_, transition, hold);
+        return columns_.held(agent_, transition, hold);
     }
 
     void enter(std::uint16_t state, std::uint16_t transition) {
-        columns_.change(mind_, state, transition);
+        columns_.change(agent_, state, transition);
     }
 
     /// No transition fired.
-    void stay() { columns_.pending[mind_] = pending_; }
+    void stay() { columns_.pending[agent_] = pending_; }
 
   private:
     const CodedColumns& columns_;
-    std::size_t mind_;
+    std::size_t agent_;
     std::uint16_t pending_ = kNone;
 };
 
 /// A state as an object (Gamma, Helm, Johnson, Vlissides, "Design Patterns", 1994, State): shared
-/// by all minds that are in it, so it holds nothing of theirs.
+/// by all agents that are in it, so it holds nothing of theirs.
 class CodedState {
   public:
     CodedState() = default;
     CodedState(const CodedState&) = delete;
     CodedState& operator=(const CodedState&) = delete;
     virtual ~CodedState() = default;
-    /// One decision of `turn.mind()`: at most one enter(), or stay().
+    /// One decision of `turn.agent()`: at most one enter(), or stay().
     virtual void decide(CodedTurn& turn, const SenseColumns& senses) const = 0;
 };
 
-/// Minds that are looked at together.
+/// AgentStore that are looked at together.
 inline constexpr std::size_t kCodedBlock = 256;
 
-/// The minds of a block, those in the same state side by side: a jump to the code of a state is
+/// The agents of a block, those in the same state side by side: a jump to the code of a state is
 /// then foreseen by the processor for all but the first of them. False where all are in one state,
 /// and `order` is not written.
 bool group_by_state(const std::uint16_t* leaf,
                     std::size_t count,
                     std::array<std::uint8_t, kCodedBlock>& order);
 
-/// Puts the changes from `first` on in order of minds.
+/// Puts the changes from `first` on in order of agents.
 void sort_changes(std::vector<Change>& changes, std::size_t first);
 
-/// One decision of every mind. `decide(CodedTurn&)` makes it, most often by a switch; it is called
-/// for a mind at a time, in no particular order. Changes are in order of minds.
+/// One decision of every agent. `decide(CodedTurn&)` makes it, most often by a switch; it is called
+/// for an agent at a time, in no particular order. Changes are in order of agents.
 template <class Decide>
 void step_coded(MachineStates& states, Tick now, std::vector<Change>& changes, Decide&& decide) {
     const CodedColumns columns(states, now, changes);

@@ -18,7 +18,7 @@ class Compiler {
         add_states(def.states, kNone, 0, "");
         add_transitions(def.states, 0);
         lay_out_tests();
-        ZONED_ASSERT(descend(0) == 0, "minds begin in leaf 0");
+        ZONED_ASSERT(descend(0) == 0, "agents begin in leaf 0");
     }
 
     FlatMachine take() { return std::move(machine_); }

@@ -1,4 +1,4 @@
-// FlatMachine: a machine compiled to tables, and the step that all minds take through it.
+// FlatMachine: a machine compiled to tables, and the step that all agents take through it.
 #pragma once
 
 #include "server/ai/fsm/machine_states.h"
@@ -47,7 +47,7 @@ struct FlatNode {
 /// Tests of a leaf stand side by side, those of the outermost state first: an alarm out there comes
 /// before what the states inside would do (as in STATEMATE: Harel and Naamad, "The STATEMATE
 /// semantics of statecharts", TOSEM 5, 1996, section 4). All leaves have `width` tests, filled up
-/// with such as never hold, so that minds in different states take the same path through the code.
+/// with such as never hold, so that agents in different states take the same path through the code.
 struct FlatMachine {
     std::string name;
     std::size_t senses = 0;
@@ -81,22 +81,22 @@ Tick hold_ticks(float hold_s, float dt);
 /// `def` must be without defects for `senses` senses (at most kMaxSenses); `dt` in s, > 0.
 FlatMachine compile(const MachineDef& def, std::size_t senses, float dt);
 
-/// `count` minds at the machine's first state, leaf 0.
+/// `count` agents at the machine's first state, leaf 0.
 MachineStates begin(const FlatMachine& machine, std::size_t count, Tick now);
 
-/// One decision of every mind. Of the transitions of a mind's state, outermost first, the first
+/// One decision of every agent. Of the transitions of an agent's state, outermost first, the first
 /// fires that has held for as long as it must; one that must hold for a while is remembered, the
 /// first in order that holds, and those without hold fire at once wherever they stand. What a
 /// transition of an inner state does leaves a hold of an outer one alone. Appends to `changes` in
-/// order of minds; allocates only where that grows. `senses` has the machine's senses and
-/// states.size() minds.
+/// order of agents; allocates only where that grows. `senses` has the machine's senses and
+/// states.size() agents.
 void step(const FlatMachine& machine,
           MachineStates& states,
           const SenseColumns& senses,
           Tick now,
           std::vector<Change>& changes);
 
-/// The same for one mind, which senses `values`; the transition that fired.
+/// The same for one agent, which senses `values`; the transition that fired.
 std::optional<Change> step_one(const FlatMachine& machine,
                                OneState& state,
                                std::span<const float> values,

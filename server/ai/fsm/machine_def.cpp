@@ -161,7 +161,7 @@ std::string text_of(const Defect& defect) {
         case DefectKind::kUnreachable:
             return "is never entered: no chain of transitions leads here from the first state";
         case DefectKind::kUnknownSense:
-            return "reads a sense that these minds do not have";
+            return "reads a sense that these agents do not have";
         case DefectKind::kNoCondition:
             return "needs at least one condition";
         case DefectKind::kNeverTried:

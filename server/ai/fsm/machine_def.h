@@ -53,7 +53,7 @@ enum class DefectKind : std::uint8_t {
     kNoStates,
     kUnknownState,  ///< a transition leads to no state
     kUnreachable,   ///< no transition leads to the state from where its machine begins
-    kUnknownSense,  ///< a condition reads what its minds do not sense
+    kUnknownSense,  ///< a condition reads what its agents do not sense
     kNoCondition,   ///< a transition without a condition
     kNeverTried,    ///< an earlier transition without hold fires whenever this one could
     kNeverHolds,    ///< two conditions exclude each other
@@ -70,8 +70,8 @@ struct Defect {
     int condition = -1;                ///< of that transition; -1: the transition itself
 };
 
-/// All mistakes in `def` for minds with `senses` senses, in order of states. Without any, compile()
-/// (flat_machine.h) takes it.
+/// All mistakes in `def` for agents with `senses` senses, in order of states. Without any,
+/// compile() (flat_machine.h) takes it.
 std::vector<Defect> defects_of(const MachineDef& def, std::size_t senses);
 
 /// What is wrong, for a person: "no transition leads here".

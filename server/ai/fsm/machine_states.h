@@ -1,4 +1,4 @@
-// MachineStates: which state each mind is in, since when, and what is about to happen, in columns.
+// MachineStates: which state each agent is in, since when, and what is about to happen, in columns.
 #pragma once
 
 #include "server/ai/fsm/machine_def.h"
@@ -14,8 +14,8 @@ namespace zoned::ai::fsm {
 /// No transition, no memory.
 inline constexpr std::uint16_t kNone = 0xFFFF;
 
-/// What minds that share a machine remember of it; part of snapshots, handoffs and hashes. Columns
-/// by mind. A machine written as code uses one level and no memory.
+/// What agents that share a machine remember of it; part of snapshots, handoffs and hashes. Columns
+/// by agent. A machine written as code uses one level and no memory.
 struct MachineStates {
     explicit MachineStates(std::size_t levels_of = 1, std::size_t memories_of = 0)
         : levels(levels_of),
@@ -31,13 +31,13 @@ struct MachineStates {
 
     [[nodiscard]] std::size_t size() const { return leaf.size(); }
 
-    /// `count` minds in state `first`, entered at `now`; what was there is gone.
+    /// `count` agents in state `first`, entered at `now`; what was there is gone.
     void reset(std::size_t count, std::uint16_t first, Tick now);
 
     void hash(core::StateHash& hash) const;
 };
 
-/// The same of one mind, as columns of one element.
+/// The same of one agent, as columns of one element.
 struct OneState {
     /// In the first state, which is leaf 0 of every machine, entered at `now`.
     explicit OneState(Tick now = 0) {
@@ -61,7 +61,7 @@ struct OneState {
 
 /// A transition that fired.
 struct Change {
-    std::uint32_t mind = 0;
+    std::uint32_t agent = 0;
     std::uint16_t from = 0;  ///< innermost states
     std::uint16_t to = 0;
     std::uint16_t transition = 0;  ///< numbered through the machine

@@ -20,7 +20,7 @@ void Oscillations::reset(std::size_t count) {
 
 void Oscillations::watch(std::span<const Change> changes, Tick now) {
     for (const Change& change : changes) {
-        watch(last_[change.mind], change, now);
+        watch(last_[change.agent], change, now);
     }
 }
 
@@ -56,7 +56,7 @@ void Oscillations::report(const Trace& last, const Change& change, Tick now) {
     at->a_to_b = forth ? change.transition : last.transition;
     at->b_to_a = forth ? last.transition : change.transition;
     ++at->count;
-    at->mind = change.mind;
+    at->agent = change.agent;
     at->at = now;
 }
 

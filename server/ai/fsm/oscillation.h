@@ -1,4 +1,4 @@
-// Oscillations: finds minds that go to and fro between two states, and says between which.
+// Oscillations: finds agents that go to and fro between two states, and says between which.
 #pragma once
 
 #include "server/ai/fsm/machine_states.h"
@@ -12,24 +12,24 @@ struct OscillationSettings {
     std::uint16_t changes = 6;  ///< changes to and fro, each within the window, that make one
 };
 
-/// Two states, and how often minds went to and fro between them.
+/// Two states, and how often agents went to and fro between them.
 struct Oscillation {
     std::uint16_t a = 0;  ///< the smaller one
     std::uint16_t b = 0;
     std::uint16_t a_to_b = 0;  ///< the transitions, numbered through the machine
     std::uint16_t b_to_a = 0;
-    std::uint64_t count = 0;  ///< of times that a mind was found at it
-    std::uint32_t mind = 0;   ///< the last one
+    std::uint64_t count = 0;  ///< of times that an agent was found at it
+    std::uint32_t agent = 0;  ///< the last one
     Tick at = 0;              ///< when it was
 };
 
-/// Watches the changes of all minds of one machine; states that do not change cost nothing. What it
-/// remembers is for reports and decides nothing.
+/// Watches the changes of all agents of one machine; states that do not change cost nothing. What
+/// it remembers is for reports and decides nothing.
 class Oscillations {
   public:
     explicit Oscillations(OscillationSettings settings = {}) : settings_(settings) {}
 
-    /// What is remembered of one mind.
+    /// What is remembered of one agent.
     struct Trace {
         std::uint16_t from = kNone;
         std::uint16_t to = kNone;
@@ -38,13 +38,13 @@ class Oscillations {
         Tick at = 0;
     };
 
-    /// For minds 0 to `count` - 1; forgets all.
+    /// For agents 0 to `count` - 1; forgets all.
     void reset(std::size_t count);
 
-    /// The changes of one step. A mind is reported once for each `changes` changes that it keeps at
-    /// it; one that goes on to a third state has stopped. At most 64 pairs are kept apart.
+    /// The changes of one step. An agent is reported once for each `changes` changes that it keeps
+    /// at it; one that goes on to a third state has stopped. At most 64 pairs are kept apart.
     void watch(std::span<const Change> changes, Tick now);
-    /// One change, of a mind whose trace the caller keeps; `change.mind` is only for reports.
+    /// One change, of an agent whose trace the caller keeps; `change.agent` is only for reports.
     void watch(Trace& trace, const Change& change, Tick now);
 
     /// By states; those of pairs beyond the 64th are counted in lost().

@@ -9,11 +9,11 @@ namespace zoned::ai::fsm {
 
 namespace {
 
-/// Minds that are looked at together: their times in state are written down first, as one more
+/// AgentStore that are looked at together: their times in state are written down first, as one more
 /// column.
 constexpr std::size_t kBlock = 256;
 
-/// What a block of minds reads.
+/// What a block of agents reads.
 struct Block {
     std::array<const float*, kMaxSenses + kMaxLevels> column{};
     std::array<std::array<float, kBlock>, kMaxLevels> time;  // written where it is read
@@ -21,14 +21,14 @@ struct Block {
     [[nodiscard]] float value(SenseIndex sense, std::size_t i) const { return column[sense][i]; }
 };
 
-/// What one mind reads.
+/// What one agent reads.
 struct OneRead {
     std::array<float, kMaxSenses + kMaxLevels> values;  // written where it is read
 
     [[nodiscard]] float value(SenseIndex sense, std::size_t /*i*/) const { return values[sense]; }
 };
 
-/// Takes the change of one mind.
+/// Takes the change of one agent.
 struct OneChange {
     std::optional<Change> change;
 
@@ -45,7 +45,7 @@ float time_since(Tick since, Tick now, float dt) {
     return static_cast<float>(static_cast<std::int32_t>(now - since)) * dt;
 }
 
-/// One mind's way through a transition.
+/// One agent's way through a transition.
 template <class States, class Changes>
 class Walker {
   public:
@@ -55,10 +55,10 @@ class Walker {
           now_(now),
           changes_(to) {}
 
-    /// `mask`: whose first conditions hold, bit by test of the mind's leaf.
+    /// `mask`: whose first conditions hold, bit by test of the agent's leaf.
     template <class Read>
-    void turn(std::size_t mind, std::uint64_t mask, const Read& block, std::size_t in_block) {
-        const FlatTest* tests = &machine_.tests[states_.leaf[mind] * machine_.width];
+    void turn(std::size_t agent, std::uint64_t mask, const Read& block, std::size_t in_block) {
+        const FlatTest* tests = &machine_.tests[states_.leaf[agent] * machine_.width];
         std::uint16_t pending = kNone;
         for (; mask != 0; mask &= mask - 1) {
             const std::uint16_t number =
@@ -68,22 +68,22 @@ class Walker {
                 continue;
             }
             if (transition.hold == 0) {
-                fire(mind, number, pending);
+                fire(agent, number, pending);
                 return;
             }
             if (pending != kNone) {
                 continue;
             }
             pending = number;
-            if (states_.pending[mind] != number) {
-                states_.pending[mind] = number;
-                states_.pending_since[mind] = now_;
-            } else if (now_ - states_.pending_since[mind] >= transition.hold) {
-                fire(mind, number, kNone);
+            if (states_.pending[agent] != number) {
+                states_.pending[agent] = number;
+                states_.pending_since[agent] = now_;
+            } else if (now_ - states_.pending_since[agent] >= transition.hold) {
+                fire(agent, number, kNone);
                 return;
             }
         }
-        states_.pending[mind] = pending;
+        states_.pending[agent] = pending;
     }
 
   private:
@@ -101,40 +101,40 @@ class Walker {
 
     /// `pending`: the transition that is being held besides. It goes on where it belongs to a state
     /// that is not left.
-    void fire(std::size_t mind, std::uint16_t number, std::uint16_t pending) {
+    void fire(std::size_t agent, std::uint16_t number, std::uint16_t pending) {
         const FlatTransition& transition = machine_.transitions[number];
-        const std::uint16_t from = states_.leaf[mind];
+        const std::uint16_t from = states_.leaf[agent];
         if (machine_.memories > 0) {
-            remember(mind, from, transition.level);
+            remember(agent, from, transition.level);
         }
         const std::uint16_t to =
-            transition.leaf != kNone ? transition.leaf : recall(mind, transition.to);
-        states_.leaf[mind] = to;
+            transition.leaf != kNone ? transition.leaf : recall(agent, transition.to);
+        states_.leaf[agent] = to;
         for (std::size_t level = transition.level; level < machine_.levels; ++level) {
-            states_.since[level][mind] = now_;
+            states_.since[level][agent] = now_;
         }
         const bool stays =
             pending != kNone && machine_.transitions[pending].level < transition.level;
-        states_.pending[mind] = stays ? pending : kNone;
-        changes_.push_back({static_cast<std::uint32_t>(mind), from, to, number});
+        states_.pending[agent] = stays ? pending : kNone;
+        changes_.push_back({static_cast<std::uint32_t>(agent), from, to, number});
     }
 
-    void remember(std::size_t mind, std::uint16_t leaf, std::size_t level) {
+    void remember(std::size_t agent, std::uint16_t leaf, std::size_t level) {
         const std::uint16_t* path = &machine_.path[leaf * machine_.levels];
         for (; level < machine_.levels && path[level] != kNone; ++level) {
             const FlatNode& node = machine_.nodes[path[level]];
             if (node.memory != kNone) {
-                states_.memory[node.memory][mind] =
+                states_.memory[node.memory][agent] =
                     node.history == History::kDeep ? machine_.leaf_node[leaf] : path[level + 1];
             }
         }
     }
 
-    [[nodiscard]] std::uint16_t recall(std::size_t mind, std::uint16_t at) const {
+    [[nodiscard]] std::uint16_t recall(std::size_t agent, std::uint16_t at) const {
         while (machine_.nodes[at].first != kNone) {
             const FlatNode& node = machine_.nodes[at];
             const std::uint16_t last =
-                node.memory == kNone ? kNone : states_.memory[node.memory][mind];
+                node.memory == kNone ? kNone : states_.memory[node.memory][agent];
             at = last == kNone ? node.first : last;
         }
         return machine_.nodes[at].leaf;
@@ -169,13 +169,13 @@ void read_block(const FlatMachine& machine,
     }
 }
 
-/// `Width` tests of each mind, without a branch; 0: as many as the machine has.
+/// `Width` tests of each agent, without a branch; 0: as many as the machine has.
 template <std::size_t Width>
-void step_minds(const FlatMachine& machine,
-                MachineStates& states,
-                const SenseColumns& senses,
-                Tick now,
-                std::vector<Change>& changes) {
+void update_agents(const FlatMachine& machine,
+                   MachineStates& states,
+                   const SenseColumns& senses,
+                   Tick now,
+                   std::vector<Change>& changes) {
     Walker walker(machine, states, now, changes);
     Block block;
     const std::size_t width = Width == 0 ? machine.width : Width;
@@ -207,18 +207,18 @@ void step(const FlatMachine& machine,
           Tick now,
           std::vector<Change>& changes) {
     ZONED_ASSERT(senses.column.size() >= machine.senses && senses.count == states.size(),
-                 "minds sense what their machine reads");
+                 "agents sense what their machine reads");
     switch (machine.width) {
         case 2:
-            return step_minds<2>(machine, states, senses, now, changes);
+            return update_agents<2>(machine, states, senses, now, changes);
         case 4:
-            return step_minds<4>(machine, states, senses, now, changes);
+            return update_agents<4>(machine, states, senses, now, changes);
         case 6:
-            return step_minds<6>(machine, states, senses, now, changes);
+            return update_agents<6>(machine, states, senses, now, changes);
         case 8:
-            return step_minds<8>(machine, states, senses, now, changes);
+            return update_agents<8>(machine, states, senses, now, changes);
         default:
-            return step_minds<0>(machine, states, senses, now, changes);
+            return update_agents<0>(machine, states, senses, now, changes);
     }
 }
 
@@ -226,7 +226,7 @@ std::optional<Change> step_one(const FlatMachine& machine,
                                OneState& state,
                                std::span<const float> values,
                                Tick now) {
-    ZONED_ASSERT(values.size() >= machine.senses, "a mind senses what its machine reads");
+    ZONED_ASSERT(values.size() >= machine.senses, "an agent senses what its machine reads");
     OneRead read;
     std::copy_n(values.begin(), machine.senses, read.values.begin());
     for (std::size_t level = 0; level < machine.levels; ++level) {

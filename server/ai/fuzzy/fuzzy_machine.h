@@ -30,12 +30,12 @@ struct FuzzyTransition {
 struct FuzzyMachineDef {
     std::string name;
     std::vector<Variable> inputs;
-    std::vector<FuzzyState> states;  ///< minds begin in the first alone
+    std::vector<FuzzyState> states;  ///< agents begin in the first alone
     std::vector<FuzzyTransition> transitions;
     float response_s = 0.0F;  ///< s in which a degree can go from 0 to 1; 0: at once
 };
 
-/// States of a mind by degree: columns by state.
+/// States of an agent by degree: columns by state.
 struct FuzzyDegrees {
     std::array<std::vector<float>, kMaxFuzzyStates> degree;
 
@@ -59,13 +59,13 @@ class FuzzyMachine {
 
     [[nodiscard]] std::size_t inputs() const { return inputs_.size(); }
 
-    /// One step of `count` minds.
+    /// One step of `count` agents.
     void step(std::span<const float* const> in, std::size_t count, FuzzyDegrees& degrees) const;
 
-    /// One step of one mind: a value for each input, a degree for each state.
+    /// One step of one agent: a value for each input, a degree for each state.
     void step_one(std::span<const float> values, std::span<float> degrees) const;
 
-    /// The outputs of all states, weighted by degree: `out[o][i]` of mind i.
+    /// The outputs of all states, weighted by degree: `out[o][i]` of agent i.
     void blend(const FuzzyDegrees& degrees, std::size_t count, std::span<float* const> out) const;
 
   private:

@@ -1,4 +1,4 @@
-// FuzzySystem: fuzzy rules compiled to tables, evaluated for eight minds at a time.
+// FuzzySystem: fuzzy rules compiled to tables, evaluated for eight agents at a time.
 #pragma once
 
 #include "server/ai/fuzzy/membership.h"
@@ -23,9 +23,9 @@ class FuzzySystem {
 
     [[nodiscard]] std::size_t outputs() const { return outputs_.size(); }
 
-    /// `in[k][i]`: input k of mind i, anything at all (what is no number counts as the low end);
-    /// `out[o][i]`: always within the output's range. A mind's result depends on its inputs alone,
-    /// not on who is evaluated beside it. Allocates nothing.
+    /// `in[k][i]`: input k of agent i, anything at all (what is no number counts as the low end);
+    /// `out[o][i]`: always within the output's range. An agent's result depends on its inputs
+    /// alone, not on who is evaluated beside it. Allocates nothing.
     void evaluate(std::span<const float* const> in,
                   std::size_t count,
                   std::span<float* const> out) const;

@@ -15,7 +15,7 @@ enum class AgendaState : std::uint8_t {
     kCutOff,       ///< likewise
 };
 
-/// What one mind is up to.
+/// What one agent is up to.
 struct Agenda {
     AgendaState state = AgendaState::kReached;
     std::uint8_t step = 0;    ///< of the plan

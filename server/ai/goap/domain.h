@@ -1,4 +1,4 @@
-// Domain: what a mind may do to change its world, as facts, actions and goals, and what is wrong
+// Domain: what an agent may do to change its world, as facts, actions and goals, and what is wrong
 // with one.
 #pragma once
 

@@ -50,7 +50,7 @@ enum class Facing : std::uint8_t {
 /// A number that a policy reads: `value * scale + offset`, kept within kInputLimit of 0.
 struct PolicyInput {
     Ego ego = Ego::kTargetDistance;
-    std::string variable{};  ///< of the mind, in place of `ego`
+    std::string variable{};  ///< of the agent, in place of `ego`
     float scale = 1.0F;
     float offset = 0.0F;
 };

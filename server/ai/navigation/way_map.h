@@ -32,7 +32,7 @@ struct PathRequest {
     /// Somebody who asks for this one path alone.
     static constexpr std::uint32_t kAlone = ~0U;
 
-    std::uint32_t asker = kAlone;  ///< who asks: a small number, e.g. a mind's row
+    std::uint32_t asker = kAlone;  ///< who asks: a small number, e.g. an agent's row
     Spot from;
     Spot to;
     float from_y = kOnGround;  ///< of the feet, m; maps of one floor do not look at it

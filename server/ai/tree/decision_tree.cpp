@@ -122,7 +122,7 @@ std::string text_of(const Defect& defect) {
         case DefectKind::kUnknownNode:
             return "leads to a node that does not exist";
         case DefectKind::kUnknownSense:
-            return "reads a sense that these minds do not have";
+            return "reads a sense that these agents do not have";
         case DefectKind::kUnreachable:
             return "is never reached: no question leads here";
         case DefectKind::kTwoWaysIn:
@@ -164,7 +164,7 @@ DecisionTree::DecisionTree(const TreeDef& def, std::size_t senses) : senses_(sen
 
 void DecisionTree::decide(const SenseColumns& senses, std::span<std::uint16_t> actions) const {
     ZONED_ASSERT(senses.column.size() >= senses_ && actions.size() == senses.count,
-                 "minds sense what their tree reads");
+                 "agents sense what their tree reads");
     for (std::size_t i = 0; i < senses.count; ++i) {
         std::size_t at = 0;
         for (std::size_t level = 0; level < depth_; ++level) {

@@ -56,13 +56,13 @@ class DecisionTree {
   public:
     DecisionTree(const TreeDef& def, std::size_t senses);
 
-    /// The action of each mind; `actions` has senses.count places.
+    /// The action of each agent; `actions` has senses.count places.
     void decide(const SenseColumns& senses, std::span<std::uint16_t> actions) const;
 
-    /// The action of one mind that senses `values`.
+    /// The action of one agent that senses `values`.
     [[nodiscard]] std::uint16_t decide(std::span<const float> values) const;
 
-    /// Node of the definition in which the mind that senses `values` ends; `way` gets those on the
+    /// Node of the definition in which the agent that senses `values` ends; `way` gets those on the
     /// way there.
     std::uint16_t explain(std::span<const float> values, std::vector<std::uint16_t>& way) const;
 

@@ -1,4 +1,4 @@
-// Difficulty in zones: each follows the players in it, minds that come over take the new zone's,
+// Difficulty in zones: each follows the players in it, agents that come over take the new zone's,
 // and all of it is the same for any number of threads.
 #include "server/app/adapting.h"
 #include "tests/integration/plain/crowd_world.h"
@@ -76,24 +76,25 @@ zone::ZoneState& zone_of(Crowd& crowd, std::size_t index) {
 void expect_pace(Crowd& crowd, std::size_t index, float haste, std::set<EntityId>& before) {
     zone::ZoneState& state = zone_of(crowd, index);
     std::set<EntityId> here;
-    for (std::size_t n = 0; n < state.minds.size(); ++n) {
-        const ai::Mind& mind = state.minds.at(state.minds.nth(n));
-        const world::Row row = state.entities.find(mind.entity);
+    for (std::size_t n = 0; n < state.agents.size(); ++n) {
+        const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+        const world::Row row = state.entities.find(agent.entity);
         if ((*state.settings.types)[state.entities.type[row]].name != "pilgrim") {
             continue;
         }
-        here.insert(mind.entity);
-        EXPECT_EQ(state.settings.ai.compiled[mind.machine].states[mind.doing].speed_factor, haste);
+        here.insert(agent.entity);
+        EXPECT_EQ(state.settings.ai.compiled[agent.machine].states[agent.doing].speed_factor,
+                  haste);
         // Who walks does so at that share of 4 m/s; who turns at an end is slower.
-        if (before.contains(mind.entity)) {
+        if (before.contains(agent.entity)) {
             EXPECT_LT(state.entities.velocity[row].norm(), 4.0F * haste * 1.02F)
-                << "entity " << mind.entity.value;
+                << "entity " << agent.entity.value;
         }
     }
     before = std::move(here);
 }
 
-TEST(AdaptationInZones, FollowsThePlayersOfEachZoneAndMindsTakeThatOfTheNext) {
+TEST(AdaptationInZones, FollowsThePlayersOfEachZoneAndAgentsTakeThatOfTheNext) {
     const Outcomes outcomes;
     const scenario::LogText log;
     Crowd crowd(two_zones(12));
@@ -129,11 +130,11 @@ TEST(AdaptationInZones, FollowsThePlayersOfEachZoneAndMindsTakeThatOfTheNext) {
             expect_pace(crowd, 0, 1.0F, in_west);
             expect_pace(crowd, 1, 0.25F, in_east);
         }
-        for (std::size_t n = 0; n < zone_of(crowd, 1).minds.size(); ++n) {
-            came.insert(zone_of(crowd, 1).minds.at(zone_of(crowd, 1).minds.nth(n)).entity);
+        for (std::size_t n = 0; n < zone_of(crowd, 1).agents.size(); ++n) {
+            came.insert(zone_of(crowd, 1).agents.at(zone_of(crowd, 1).agents.nth(n)).entity);
         }
-        for (std::size_t n = 0; n < zone_of(crowd, 0).minds.size(); ++n) {
-            const EntityId id = zone_of(crowd, 0).minds.at(zone_of(crowd, 0).minds.nth(n)).entity;
+        for (std::size_t n = 0; n < zone_of(crowd, 0).agents.size(); ++n) {
+            const EntityId id = zone_of(crowd, 0).agents.at(zone_of(crowd, 0).agents.nth(n)).entity;
             if (came.contains(id)) {
                 returned.insert(id);
             }
@@ -163,8 +164,8 @@ TEST(AdaptationInZones, GivesTheSameHashForOneAndFourThreads) {
         ASSERT_EQ(one.world().state_hash(), four.world().state_hash()) << "tick " << t;
         differs = differs || one.world().state_hash() != still.world().state_hash();
     }
-    EXPECT_EQ(zone_of(one, 0).mind_step.memory().ladder.rung, 2);
-    EXPECT_EQ(zone_of(one, 1).mind_step.memory().ladder.rung, 0);
+    EXPECT_EQ(zone_of(one, 0).ai_update.memory().ladder.rung, 2);
+    EXPECT_EQ(zone_of(one, 1).ai_update.memory().ladder.rung, 0);
     EXPECT_TRUE(differs) << "the hash knows of the difficulty";
 }
 

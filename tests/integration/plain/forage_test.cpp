@@ -39,11 +39,11 @@ session { dev_mode_loopback: true }
 
 /// What was brought home in so many seconds.
 std::uint64_t brought_in(Crowd& crowd, int seconds) {
-    const std::uint64_t before = crowd.state().mind_step.nests().delivered();
+    const std::uint64_t before = crowd.state().ai_update.nests().delivered();
     for (int t = 0; t < seconds * 20; ++t) {
         crowd.tick();
     }
-    return crowd.state().mind_step.nests().delivered() - before;
+    return crowd.state().ai_update.nests().delivered() - before;
 }
 
 /// Ants on either side of the wall near a gap, by its z.
@@ -108,8 +108,8 @@ TEST(Forage, AntsThatNobodySeesBringWhatTheyWouldHaveBrought) {
     for (int minute = 1; minute <= 5; ++minute) {
         EXPECT_EQ(brought_in(seen, 60), brought_in(unseen, 60)) << "in minute " << minute;
     }
-    EXPECT_TRUE(unseen.state().minds.awake().empty());
-    EXPECT_GT(unseen.state().mind_step.nests().delivered(), 60U);
+    EXPECT_TRUE(unseen.state().agents.awake().empty());
+    EXPECT_GT(unseen.state().ai_update.nests().delivered(), 60U);
 }
 
 TEST(Forage, GivesTheSameHashForOneAndFourThreads) {

@@ -1,4 +1,4 @@
-// Minds that form up around a captain, and herds that go along a way, in a zone.
+// AgentStore that form up around a captain, and herds that go along a way, in a zone.
 #include "tests/integration/plain/crowd_world.h"
 
 #include <gmock/gmock.h>
@@ -119,16 +119,16 @@ TEST(FormationFollowing, WhoIsLostComesBackAndWhoIsGoneIsMissedByNobody) {
         return moved;
     }());
     run(crowd, 1.0F);
-    EXPECT_NE(state.minds.find(state.entities.id[5])->corner & 0x80, 0) << "it straggles";
+    EXPECT_NE(state.agents.find(state.entities.id[5])->corner & 0x80, 0) << "it straggles";
     run(crowd, 15.0F);
-    EXPECT_EQ(state.minds.find(state.entities.id[5])->corner & 0x80, 0) << "it was taken back";
+    EXPECT_EQ(state.agents.find(state.entities.id[5])->corner & 0x80, 0) << "it was taken back";
     EXPECT_EQ(disorder(crowd).second, 9U);
     // The slots of eight are the first eight, whoever had them.
     zone::despawn_entity(state, 5);
     run(crowd, 1.0F);
     std::set<int> slots;
     for (world::Row row = 1; row < state.entities.size(); ++row) {
-        slots.insert(state.minds.find(state.entities.id[row])->corner & 0x7F);
+        slots.insert(state.agents.find(state.entities.id[row])->corner & 0x7F);
     }
     EXPECT_EQ(slots, (std::set<int>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
@@ -168,8 +168,10 @@ class Border {
                 if ((*state.settings.types)[e.type[row]].name == "captain") {
                     captain = at;
                 } else {
-                    members_.push_back(
-                        {e.id[row], at, Vec2d::Zero(), state.minds.find(e.id[row])->corner & 0x7F});
+                    members_.push_back({e.id[row],
+                                        at,
+                                        Vec2d::Zero(),
+                                        state.agents.find(e.id[row])->corner & 0x7F});
                     east_ += state.settings.region().min_x >= 0.0 ? 1 : 0;
                 }
             }

@@ -45,15 +45,15 @@ Place centre_of(Crowd& crowd) {
     for (const auto& zone : crowd.world().zones()) {
         const zone::ZoneState& state = zone->state();
         const Vec3d origin = state.settings.region().origin();
-        for (std::size_t n = 0; n < state.minds.size(); ++n) {
-            const ai::Mind& mind = state.minds.at(state.minds.nth(n));
-            const Vec3& body = state.entities.position[state.entities.find(mind.entity)];
+        for (std::size_t n = 0; n < state.agents.size(); ++n) {
+            const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+            const Vec3& body = state.entities.position[state.entities.find(agent.entity)];
             const Vec2 at =
-                ai::whereabouts(mind, Vec2(body.x(), body.z()), state.now + 1, state.settings.dt);
+                ai::whereabouts(agent, Vec2(body.x(), body.z()), state.now + 1, state.settings.dt);
             place.at += at + Vec2(static_cast<float>(origin.x()), static_cast<float>(origin.z()));
             ++place.count;
         }
-        place.awake += state.minds.awake().size();
+        place.awake += state.agents.awake().size();
     }
     place.at /= static_cast<float>(place.count);
     return place;

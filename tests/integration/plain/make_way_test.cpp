@@ -1,4 +1,4 @@
-// Crowds of minds in a zone: they pass each other, clear corridors and doorways, never overlap.
+// Crowds of agents in a zone: they pass each other, clear corridors and doorways, never overlap.
 #include "tests/integration/plain/crowd_world.h"
 
 #include <gtest/gtest.h>

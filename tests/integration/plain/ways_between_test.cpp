@@ -38,7 +38,7 @@ session { dev_mode_loopback: true }
 struct Walk {
     std::optional<Tick> arrived;     ///< within 2 m of its spot, which is within 0.5 m of the place
     std::vector<ZoneId> through;     ///< owners, one after the other
-    std::uint32_t asleep_ticks = 0;  ///< in which the mind was not simulated
+    std::uint32_t asleep_ticks = 0;  ///< in which the agent was not simulated
 };
 
 Walk walk(const std::string& text) {
@@ -56,14 +56,14 @@ Walk walk(const std::string& text) {
                 if (walk.through.empty() || walk.through.back() != state.settings.id) {
                     walk.through.push_back(state.settings.id);
                 }
-                const ai::Mind* mind = state.minds.find(e.id[row]);
+                const ai::Agent* agent = state.agents.find(e.id[row]);
                 const Vec2d origin(state.settings.region().origin().x(),
                                    state.settings.region().origin().z());
-                const Vec2 local = ai::whereabouts(*mind,
+                const Vec2 local = ai::whereabouts(*agent,
                                                    Vec2(e.position[row].x(), e.position[row].z()),
                                                    state.now,
                                                    state.settings.dt);
-                walk.asleep_ticks += mind->tier == ai::Tier::kCoarse ? 1U : 0U;
+                walk.asleep_ticks += agent->tier == ai::Tier::kCoarse ? 1U : 0U;
                 if ((origin + local.cast<double>() - Vec2d(20.0, -20.0)).norm() <= 2.5) {
                     walk.arrived = tick;
                 }

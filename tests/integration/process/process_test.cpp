@@ -70,7 +70,7 @@ TEST_F(Process, RecordsARunThatReplaysToTheSameHashesWithAnyNumberOfThreads) {
     EXPECT_NE(damaged.wait(kPatience), 0);
 }
 
-TEST_F(Process, ReadsMindsAnewAndReplaysTheRun) {
+TEST_F(Process, ReadsBrainsAnewAndReplaysTheRun) {
     const std::string folder = scratch_folder();
     const std::string config = folder + "/hamlet.txtpb";
     const std::string recording = folder + "/run.zrec";
@@ -103,11 +103,11 @@ TEST_F(Process, ReadsMindsAnewAndReplaysTheRun) {
     };
     // Watchmen stroll instead of walking their round.
     write(with("state { name: \"walk\" action: PATROL", "state { name: \"walk\" action: WANDER"));
-    reload_until("minds are as");
+    reload_until("brains are as");
     write(with("to: \"stand\" threshold: 20", "to: \"stood\" threshold: 20"));
     reload_until("no state named 'stood'");
     write(with("spawn { x_m: -20", "spawn { x_m: -21"));
-    reload_until("only minds can be read anew");
+    reload_until("only brains can be read anew");
     server.signal(SIGTERM);
     EXPECT_EQ(server.wait(kPatience), 0) << server.errors();
     Child replay("zoned", {"replay", recording, "--threads", "2"});

@@ -34,7 +34,7 @@ class AdaptationGame : public GameTest {
             }
         });
         EXPECT_TRUE(report.consistent) << reasons(report);
-        rung = world->world().zones().front()->state().mind_step.memory().ladder.rung;
+        rung = world->world().zones().front()->state().ai_update.memory().ladder.rung;
         return log.text();
     }
 

@@ -22,13 +22,13 @@ class BridgeWorld : public GameTest {
         const zone::ZoneState& state = of.zones().front()->state();
         const world::Entities& e = state.entities;
         for (world::Row row = 0; row < e.size(); ++row) {
-            const ai::Mind* mind = state.minds.find(e.id[row]);
+            const ai::Agent* agent = state.agents.find(e.id[row]);
             const Vec3& at = e.position[row];
-            if (mind == nullptr || std::hypot(at.x(), at.z()) > 1.5F) {
+            if (agent == nullptr || std::hypot(at.x(), at.z()) > 1.5F) {
                 continue;
             }
-            const ai::CompiledMachine& machine = state.settings.ai.compiled[mind->machine];
-            const std::string_view doing = machine.states[mind->doing].name;
+            const ai::CompiledMachine& machine = state.settings.ai.compiled[agent->machine];
+            const std::string_view doing = machine.states[agent->doing].name;
             const world::EntityType& type = (*state.settings.types)[e.type[row]];
             const float feet = at.y() - type.radius - type.half_segment;
             if (doing == "up") {

@@ -23,27 +23,27 @@ class CircuitWorld : public GameTest {
         for (const auto& zone : now.zones()) {
             const zone::ZoneState& state = zone->state();
             const ai::splines::SplineNetwork& net = *state.places.tracks();
-            for (std::size_t n = 0; n < state.minds.size(); ++n) {
-                look(state, net, state.minds.at(state.minds.nth(n)));
+            for (std::size_t n = 0; n < state.agents.size(); ++n) {
+                look(state, net, state.agents.at(state.agents.nth(n)));
             }
         }
     }
 
     void look(const zone::ZoneState& state,
               const ai::splines::SplineNetwork& net,
-              const ai::Mind& mind) {
-        const world::Row row = state.entities.find(mind.entity);
-        if (row == world::kNoRow || mind.corner != ai::kOnTrack || mind.entered) {
+              const ai::Agent& agent) {
+        const world::Row row = state.entities.find(agent.entity);
+        if (row == world::kNoRow || agent.corner != ai::kOnTrack || agent.entered) {
             return;
         }
-        zones_[mind.entity.value].insert(state.settings.id.value);
-        lanes_[mind.entity.value].insert(mind.track.lane);
+        zones_[agent.entity.value].insert(state.settings.id.value);
+        lanes_[agent.entity.value].insert(agent.track.lane);
         const Vec3& at = state.entities.position[row];
         const Vec2d here = Vec2(at.x(), at.z()).cast<double>() + state.places.origin();
         ++samples_;
-        (mind.tier == ai::Tier::kCoarse ? coarse_ : awake_) += 1;
-        if (mind.tier == ai::Tier::kAwake && mind.track.from == ai::splines::kNoLane) {
-            beside_ += net.lane(mind.track.lane).nearest(here).distance_m > 1.0 ? 1 : 0;
+        (agent.tier == ai::Tier::kCoarse ? coarse_ : awake_) += 1;
+        if (agent.tier == ai::Tier::kAwake && agent.track.from == ai::splines::kNoLane) {
+            beside_ += net.lane(agent.track.lane).nearest(here).distance_m > 1.0 ? 1 : 0;
         }
     }
 

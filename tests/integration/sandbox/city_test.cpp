@@ -26,12 +26,13 @@ struct CityWatch {
             crowded += report.avoidance.crowded;
             gave_way += report.avoidance.gave_way;
             awake += report.awake;
-            coarse += report.minds - report.awake;
-            for (const ai::Slot slot : state.minds.awake()) {
-                const ai::Mind& mind = state.minds.at(slot);
-                const ai::CompiledMachine& machine = state.settings.ai.compiled[mind.machine];
-                const ai::ActionKind action = machine.states[mind.doing].action;
-                in_rank += action == ai::ActionKind::kFormUp && (mind.corner & 0x7F) < 16 ? 1U : 0U;
+            coarse += report.agents - report.awake;
+            for (const ai::Slot slot : state.agents.awake()) {
+                const ai::Agent& agent = state.agents.at(slot);
+                const ai::CompiledMachine& machine = state.settings.ai.compiled[agent.machine];
+                const ai::ActionKind action = machine.states[agent.doing].action;
+                in_rank +=
+                    action == ai::ActionKind::kFormUp && (agent.corner & 0x7F) < 16 ? 1U : 0U;
                 sheep += action == ai::ActionKind::kFlock ? 1U : 0U;
             }
         }

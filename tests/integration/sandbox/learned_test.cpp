@@ -19,19 +19,19 @@ struct Pack {
         for (const auto& zone : world.zones()) {
             zone::ZoneState& state = zone->state();
             const world::Entities& e = state.entities;
-            for (std::size_t n = 0; n < state.minds.size(); ++n) {
-                const ai::Mind& mind = state.minds.at(state.minds.nth(n));
-                const world::Row row = e.find(mind.entity);
+            for (std::size_t n = 0; n < state.agents.size(); ++n) {
+                const ai::Agent& agent = state.agents.at(state.agents.nth(n));
+                const world::Row row = e.find(agent.entity);
                 const std::string& type = (*state.settings.types)[e.type[row]].name;
                 if (type != "hound") {
-                    fastest_band = std::max(fastest_band, mind.band);
-                    slowest_band = std::min(slowest_band, mind.band);
+                    fastest_band = std::max(fastest_band, agent.band);
+                    slowest_band = std::min(slowest_band, agent.band);
                     continue;
                 }
-                const Vec3 off = e.position[row] - mind.home;
+                const Vec3 off = e.position[row] - agent.home;
                 farthest = std::max(farthest, std::hypot(off.x(), off.z()));
                 const bool hunts = e.velocity[row].norm() > 1.0F;
-                const world::Row prey = mind.prey ? e.find(mind.prey) : world::kNoRow;
+                const world::Row prey = agent.prey ? e.find(agent.prey) : world::kNoRow;
                 hunting += hunts ? 1 : 0;
                 near += hunts && prey != world::kNoRow &&
                                 (e.position[prey] - e.position[row]).norm() < 3.0F

@@ -162,11 +162,11 @@ TEST(SoftInZones, RulesPushTeleportHideShowAndRemoveThem) {
 TEST(SoftInZones, PassRunsUntilAllSleepAndSaysWhy) {
     // Nobody walks here, so all comes to rest.
     ops::Settings settings = settings_of("cloth.txtpb");
-    const auto mindful = [&](const ops::InitialEntity& entity) {
-        return settings.types[entity.type].mind != 0;
+    const auto has_agent = [&](const ops::InitialEntity& entity) {
+        return settings.types[entity.type].brain != 0;
     };
     settings.initial.erase(
-        std::remove_if(settings.initial.begin(), settings.initial.end(), mindful),
+        std::remove_if(settings.initial.begin(), settings.initial.end(), has_agent),
         settings.initial.end());
     app::World world(settings, 1);
     run_ticks(world, 1);

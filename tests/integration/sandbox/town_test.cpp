@@ -7,7 +7,7 @@
 namespace zoned::harness {
 namespace {
 
-/// What was seen of the minds.
+/// What was seen of the agents.
 struct Watch {
     std::uint64_t ticks = 0;
     std::uint64_t awake = 0;
@@ -22,10 +22,10 @@ struct Watch {
             const zone::ZoneState& state = zone->state();
             const ai::Report& report = zone->report().ai;
             awake += report.awake;
-            coarse += report.minds - report.awake;
+            coarse += report.agents - report.awake;
             events += report.events;
             trades += report.trades;
-            woken += state.mind_step.woke_up().size();
+            woken += state.ai_update.woke_up().size();
         }
     }
 };

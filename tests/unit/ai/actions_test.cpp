@@ -118,7 +118,7 @@ TEST(Chase, PrefersTheOlderOfTwoPlayersEquallyNear) {
         field.add_player(swapped ? 8 : 9, Vec3(-5.0F, 0.0F, 0.0F));
         field.add_npc(1, kGuard, 0, Vec3::Zero());
         field.step();
-        EXPECT_EQ(field.minds.find(EntityId(1))->prey, EntityId(8));
+        EXPECT_EQ(field.agents.find(EntityId(1))->prey, EntityId(8));
     }
 }
 
@@ -239,7 +239,7 @@ TEST(Flock, KeepsTogetherAndApart) {
     for (std::uint32_t id = 1; id <= kCount; ++id) {
         field.add_npc(
             id, kSheep, 0, Vec3(rng.range(-20.0F, 20.0F), 0.0F, rng.range(-20.0F, 20.0F)));
-        field.minds.find(EntityId(id))->home = Vec3::Zero();
+        field.agents.find(EntityId(id))->home = Vec3::Zero();
     }
     field.run(30.0F);
     float worst_nearest = std::numeric_limits<float>::infinity();

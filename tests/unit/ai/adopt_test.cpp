@@ -37,26 +37,26 @@ Machine layered() {
 
 struct Life {
     CompiledMachine machine;
-    Mind mind;
+    Agent agent;
     Thinking thinking;
     Tick now = 0;
 
     explicit Life(const Machine& of) : machine(compile(of, kDt)) {
-        mind.entity = EntityId(1);
-        begin(mind, machine, 0);
+        agent.entity = EntityId(1);
+        begin(agent, machine, 0);
     }
 
     std::string after(Tick ticks, float player_m) {
         now += ticks;
         Sight sight;
         sight.distance = player_m;
-        ai::decide(mind, machine, sight, Vec2::Zero(), Places(), now, thinking);
-        return machine.states[mind.doing].name;
+        ai::decide(agent, machine, sight, Vec2::Zero(), Places(), now, thinking);
+        return machine.states[agent.doing].name;
     }
 
     void become(const Machine& other, std::uint16_t index = 0) {
         const CompiledMachine compiled = compile(other, kDt);
-        adopt(mind, machine, compiled, index, now, kDt);
+        adopt(agent, machine, compiled, index, now, kDt);
         machine = compiled;
     }
 };
@@ -68,15 +68,15 @@ TEST(Adopt, TheSameMachineChangesNothingThatShows) {
     Life other(layered());
     life.after(40, kNobody);
     other.after(40, kNobody);
-    life.mind.entered = other.mind.entered = false;  // both have begun to act
+    life.agent.entered = other.agent.entered = false;  // both have begun to act
     life.become(layered());
-    EXPECT_EQ(life.mind.fsm.state(), other.mind.fsm.state());
-    EXPECT_EQ(life.mind.fsm.since, other.mind.fsm.since);
-    EXPECT_FALSE(life.mind.entered);
+    EXPECT_EQ(life.agent.fsm.state(), other.agent.fsm.state());
+    EXPECT_EQ(life.agent.fsm.since, other.agent.fsm.since);
+    EXPECT_FALSE(life.agent.entered);
     for (const Tick step : {10, 200, 90, 60}) {
         const float player = step == 90 ? 5.0F : 30.0F;
         EXPECT_EQ(life.after(step, player), other.after(step, player));
-        EXPECT_NEAR(life.mind.variables[0], other.mind.variables[0], 1e-5F);
+        EXPECT_NEAR(life.agent.variables[0], other.agent.variables[0], 1e-5F);
     }
 }
 
@@ -94,12 +94,12 @@ TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
     other.states[0].inside[2].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 9.0F}};
     other.variables = {{"mood", 0.7F}, {"hunger", 0.0F, 0.0F, 0.0F, 0.25F}};
     life.become(other, 3);
-    EXPECT_EQ(life.mind.machine, 3);
-    EXPECT_EQ(life.machine.states[life.mind.doing].name, "alarm");
-    EXPECT_EQ(life.mind.fsm.since[0][0], 34);
-    EXPECT_EQ(life.mind.variables[0], 0.7F);
+    EXPECT_EQ(life.agent.machine, 3);
+    EXPECT_EQ(life.machine.states[life.agent.doing].name, "alarm");
+    EXPECT_EQ(life.agent.fsm.since[0][0], 34);
+    EXPECT_EQ(life.agent.variables[0], 0.7F);
     // 0.2 and 34 ticks at 0.1 a second are 0.313, beyond the new bound.
-    EXPECT_EQ(life.mind.variables[1], 0.25F);
+    EXPECT_EQ(life.agent.variables[1], 0.25F);
     EXPECT_EQ(life.after(1, kNobody), "day/stand") << "where it had been when the alarm came";
 }
 
@@ -110,21 +110,21 @@ TEST(Adopt, BeginsAnewWhereTheStateIsNoMore) {
     other.states[1].name = "panic";
     other.states[0].inside[0].changes = {{1, std::nullopt, 2.0F}};
     life.become(other);
-    EXPECT_EQ(life.machine.states[life.mind.doing].name, "day/walk");
-    EXPECT_EQ(life.mind.fsm.since[0][0], life.now);
-    EXPECT_TRUE(life.mind.entered);
-    EXPECT_EQ(life.mind.variables[1], 3.0F) << "one coin, and two for entering";
+    EXPECT_EQ(life.machine.states[life.agent.doing].name, "day/walk");
+    EXPECT_EQ(life.agent.fsm.since[0][0], life.now);
+    EXPECT_TRUE(life.agent.entered);
+    EXPECT_EQ(life.agent.variables[1], 3.0F) << "one coin, and two for entering";
 }
 
 TEST(Adopt, StartsAnActionAgainWhereItBecameAnother) {
     Life life(layered());
     life.after(3, 5.0F);
-    life.mind.entered = false;
+    life.agent.entered = false;
     Machine other = layered();
     other.states[1].action = ActionKind::kFlee;
     life.become(other);
-    EXPECT_EQ(life.machine.states[life.mind.doing].name, "alarm");
-    EXPECT_TRUE(life.mind.entered);
+    EXPECT_EQ(life.machine.states[life.agent.doing].name, "alarm");
+    EXPECT_TRUE(life.agent.entered);
 }
 
 }  // namespace

@@ -54,15 +54,15 @@ struct Shy {
     explicit Shy(float player_m, float response_s = 0.0F) {
         field.settings.machines = {shy(response_s)};
         field.add_npc(1, kGuard, 0, Vec3::Zero());
-        Mind mind = field.minds.take(EntityId(1));
-        mind.home = Vec3(1000.0F, 0.0F, 0.0F);
-        field.minds.add(mind);
+        Agent agent = field.agents.take(EntityId(1));
+        agent.home = Vec3(1000.0F, 0.0F, 0.0F);
+        field.agents.add(agent);
         field.add_player(2, Vec3(0.0F, 0.0F, -player_m));
     }
 
     /// Until the next decision is made and acted on.
     void decide() {
-        const Tick due = field.minds.find(EntityId(1))->next_decision;
+        const Tick due = field.agents.find(EntityId(1))->next_decision;
         field.wall = [](const Vec3&) {
             return true;
         };  // nobody moves
@@ -72,7 +72,7 @@ struct Shy {
     }
 
     [[nodiscard]] float degree(std::size_t state) const {
-        return field.minds.find(EntityId(1))->degrees[state];
+        return field.agents.find(EntityId(1))->degrees[state];
     }
 };
 
@@ -173,14 +173,14 @@ Roamed roamed(bool simulated, std::uint32_t first) {
     for (int s = 0; s < kSeconds; ++s) {
         for (int t = 0; t < 30; ++t) {
             field.step();
-            out.awake += field.minds.awake().size();
+            out.awake += field.agents.awake().size();
         }
         for (std::uint32_t k = 0; k < kRoamers; ++k) {
-            const Mind& mind = *field.minds.find(EntityId(first + k));
+            const Agent& agent = *field.agents.find(EntityId(first + k));
             const Vec3& body = field.position(first + k);
-            const Vec2 at = whereabouts(mind, {body.x(), body.z()}, field.now, kDt);
+            const Vec2 at = whereabouts(agent, {body.x(), body.z()}, field.now, kDt);
             out.way[k] += s > 0 ? (at - before[k]).norm() : 0.0F;
-            out.off[k] += (at - Vec2(mind.home.x(), mind.home.z())).norm() / kSeconds;
+            out.off[k] += (at - Vec2(agent.home.x(), agent.home.z())).norm() / kSeconds;
             out.states.push_back(field.state(first + k));
             before[k] = at;
         }
@@ -224,7 +224,7 @@ TEST(Blend, TellsItsDegrees) {
     Shy shy(10.0F);
     shy.decide();
     const Field& field = shy.field;
-    const std::string text = why(*field.minds.find(EntityId(1)),
+    const std::string text = why(*field.agents.find(EntityId(1)),
                                  field.settings.machines[0],
                                  field.settings.compiled[0],
                                  Sight{},
@@ -239,12 +239,12 @@ TEST(Blend, TellsItsDegrees) {
 TEST(Blend, GoesOnWhenMachinesAreReadAnew) {
     Shy shy_one(4.0F);
     shy_one.decide();
-    Mind mind = shy_one.field.minds.take(EntityId(1));
+    Agent agent = shy_one.field.agents.take(EntityId(1));
     const CompiledMachine other = compile(shy(2.0F), kDt);
-    adopt(mind, shy_one.field.settings.compiled[0], other, 0, shy_one.field.now, kDt);
-    EXPECT_EQ(mind.degrees[0], 0.0F);
-    EXPECT_EQ(mind.degrees[1], 1.0F);
-    EXPECT_EQ(other.states[mind.doing].name, "live:flee");
+    adopt(agent, shy_one.field.settings.compiled[0], other, 0, shy_one.field.now, kDt);
+    EXPECT_EQ(agent.degrees[0], 0.0F);
+    EXPECT_EQ(agent.degrees[1], 1.0F);
+    EXPECT_EQ(other.states[agent.doing].name, "live:flee");
 }
 
 }  // namespace

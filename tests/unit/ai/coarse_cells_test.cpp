@@ -1,4 +1,4 @@
-// Who is looked at: coarse minds by the squares that they are in, and what they do next by tick.
+// Who is looked at: coarse agents by the squares that they are in, and what they do next by tick.
 #include "server/ai/coarse_cells.h"
 
 #include "server/ai/event_queue.h"
@@ -271,7 +271,7 @@ class Plain {
             field.add_npc(
                 id, kGuard, 0, Vec3(rng.range(-half, half), 0.9F, rng.range(-half, half)));
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], 0);
         }
         field.add_player(900, Vec3(-290.0F, 0.9F, 10.0F));
         field.run(5.0F);
@@ -283,7 +283,7 @@ class Plain {
         field.step();
         std::uint32_t seen = 0;
         for (std::uint32_t id = 1; id <= kPeople; ++id) {
-            const bool coarse = field.minds.find(EntityId(id))->tier == Tier::kCoarse;
+            const bool coarse = field.agents.find(EntityId(id))->tier == Tier::kCoarse;
             seen += coarse && field.distance(id, 900) <= kSeen_m ? 1U : 0U;
         }
         return seen;
@@ -298,8 +298,8 @@ TEST(CoarseLook, WhoIsSeenIsSimulated) {
     std::size_t most = 0;
     for (int tick = 0; tick < 3'600; ++tick) {
         ASSERT_EQ(plain.ghosts_seen(), 0U) << "at tick " << tick;
-        fewest = std::min(fewest, plain.field.minds.awake().size());
-        most = std::max(most, plain.field.minds.awake().size());
+        fewest = std::min(fewest, plain.field.agents.awake().size());
+        most = std::max(most, plain.field.agents.awake().size());
     }
     // On its way it met the crowd of 200, and few others than these.
     EXPECT_GT(most, 150U);
@@ -308,15 +308,15 @@ TEST(CoarseLook, WhoIsSeenIsSimulated) {
 
 TEST(CoarseLook, TheCheckFindsOneWhoWasSettledElsewhere) {
     Plain plain;
-    for (Slot slot = 0; slot < plain.field.minds.slots(); ++slot) {
-        Mind& mind = plain.field.minds.at(slot);
-        if (mind.tier == Tier::kCoarse) {
+    for (Slot slot = 0; slot < plain.field.agents.slots(); ++slot) {
+        Agent& agent = plain.field.agents.at(slot);
+        if (agent.tier == Tier::kCoarse) {
             const Vec2 aside(1'500.0F, 1'500.0F);
-            mind.segment.from += aside;
-            mind.placed += aside;
-            plain.field.minds.settle(slot, kNever, kDt);
-            mind.segment.from -= aside;
-            mind.placed -= aside;
+            agent.segment.from += aside;
+            agent.placed += aside;
+            plain.field.agents.settle(slot, kNever, kDt);
+            agent.segment.from -= aside;
+            agent.placed -= aside;
         }
     }
     std::uint32_t seen = 0;

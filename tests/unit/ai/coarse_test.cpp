@@ -1,4 +1,4 @@
-// Minds that nobody sees: they go from event to event, and come out as if somebody had looked.
+// AgentStore that nobody sees: they go from event to event, and come out as if somebody had looked.
 #include "server/ai/mind_fields.h"
 #include "tests/unit/ai/field.h"
 
@@ -24,10 +24,10 @@ std::ostream& operator<<(std::ostream& out, const Entered& entered) {
     return out << "state " << entered.state << " at tick " << entered.tick;
 }
 
-/// What one mind went through.
+/// What one agent went through.
 using Life = std::vector<Entered>;
 
-/// All minds of a field, and how they lived.
+/// All agents of a field, and how they lived.
 class Lives {
   public:
     explicit Lives(Machine machine, bool simulated, std::uint32_t count = 20) : count_(count) {
@@ -38,7 +38,7 @@ class Lives {
         for (std::uint32_t id = 1; id <= count; ++id) {
             field.add_npc(id, kGuard, 0, Vec3(10.0F * static_cast<float>(id), 0.9F, 0.0F));
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], 0);
         }
         lives.resize(count);
     }
@@ -47,7 +47,7 @@ class Lives {
         const Tick end = field.now + static_cast<Tick>(seconds / kDt);
         while (field.now < end) {
             events += field.step().events;
-            awake += field.minds.awake().size();
+            awake += field.agents.awake().size();
             for (std::uint32_t id = 1; id <= count_; ++id) {
                 const std::uint16_t state = field.state(id);
                 Life& life = lives[id - 1];
@@ -60,7 +60,7 @@ class Lives {
 
     [[nodiscard]] float variable(std::uint32_t id, std::size_t v) const {
         return variable_at(
-            *field.minds.find(EntityId(id)), field.settings.compiled[0], v, field.now);
+            *field.agents.find(EntityId(id)), field.settings.compiled[0], v, field.now);
     }
 
     Field field;
@@ -144,14 +144,14 @@ Machine walker() {
     return m;
 }
 
-/// How far minds that nobody saw are from where they would have walked, m, at the worst.
+/// How far agents that nobody saw are from where they would have walked, m, at the worst.
 float worst_place(Lives& all, Lives& some) {
     float worst = 0.0F;
     for (std::uint32_t id = 1; id <= 20; ++id) {
-        const Mind& mind = *some.field.minds.find(EntityId(id));
-        EXPECT_EQ(mind.tier, Tier::kCoarse);
+        const Agent& agent = *some.field.agents.find(EntityId(id));
+        EXPECT_EQ(agent.tier, Tier::kCoarse);
         const Vec3& walked = all.field.position(id);
-        const Vec2 at = position_at(mind.segment, some.field.now - 1, kDt);
+        const Vec2 at = position_at(agent.segment, some.field.now - 1, kDt);
         worst = std::max(worst, (at - Vec2(walked.x(), walked.z())).norm());
     }
     return worst;
@@ -230,7 +230,7 @@ TEST(Coarse, WalkersAreLeftAloneUntilTheirWayLeadsSomewhere) {
 }
 
 /// `of` with all that is said to change where a segment ends from `then`.
-Mind walked_on(Mind of, const Mind& then) {
+Agent walked_on(Agent of, const Agent& then) {
     std::vector<std::uint64_t> numbers;
     visit_walk_fields(then, [&numbers](const auto& number) {
         numbers.push_back(0);
@@ -242,11 +242,11 @@ Mind walked_on(Mind of, const Mind& then) {
     return of;
 }
 
-/// Hashes of such events leave the rest of a mind out.
+/// Hashes of such events leave the rest of an agent out.
 TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
-    const auto hash_of = [](const Mind& mind) {
+    const auto hash_of = [](const Agent& agent) {
         core::StateHash hash;
-        ai::hash(hash, mind);
+        ai::hash(hash, agent);
         return hash.value();
     };
     for (const Machine& machine : {walker(), rover(), drowsy()}) {
@@ -255,14 +255,14 @@ TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
         int ends = 0;
         int changed = 0;
         for (int tick = 0; tick < 18'000; ++tick) {
-            std::vector<Mind> before;
+            std::vector<Agent> before;
             for (std::uint32_t id = 1; id <= 20; ++id) {
-                before.push_back(*some.field.minds.find(EntityId(id)));
+                before.push_back(*some.field.agents.find(EntityId(id)));
             }
             const Tick now = some.field.now;
             some.field.step();
-            for (const Mind& was : before) {
-                const Mind& is = *some.field.minds.find(was.entity);
+            for (const Agent& was : before) {
+                const Agent& is = *some.field.agents.find(was.entity);
                 if (was.next_event == now && was.next_decision > now) {
                     ++ends;
                     changed += hash_of(was) != hash_of(is) ? 1 : 0;
@@ -278,27 +278,27 @@ TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
 TEST(Coarse, WakesWhereAViewerComes) {
     Lives some(walker(), false);
     some.run(30.0F);
-    ASSERT_TRUE(some.field.minds.awake().empty());
+    ASSERT_TRUE(some.field.agents.awake().empty());
     const Vec2 at =
-        position_at(some.field.minds.find(EntityId(3))->segment, some.field.now - 1, kDt);
+        position_at(some.field.agents.find(EntityId(3))->segment, some.field.now - 1, kDt);
     some.field.add_player(900, Vec3(at.x() + 30.0F, 0.9F, at.y()));
     some.field.step();
-    const Mind& mind = *some.field.minds.find(EntityId(3));
-    EXPECT_EQ(mind.tier, Tier::kAwake) << "at once";
+    const Agent& agent = *some.field.agents.find(EntityId(3));
+    EXPECT_EQ(agent.tier, Tier::kAwake) << "at once";
     EXPECT_NEAR(some.field.position(3).x(), at.x(), 0.2F);
     EXPECT_NEAR(some.field.position(3).z(), at.y(), 0.2F);
-    EXPECT_EQ(some.field.minds.find(EntityId(20))->tier, Tier::kCoarse) << "it is far away";
+    EXPECT_EQ(some.field.agents.find(EntityId(20))->tier, Tier::kCoarse) << "it is far away";
     some.field.entities.remove(some.field.entities.find(EntityId(900)));
     some.run(4.0F);
-    EXPECT_EQ(mind.tier, Tier::kCoarse) << "when nobody looks any more";
+    EXPECT_EQ(agent.tier, Tier::kCoarse) << "when nobody looks any more";
 }
 
 TEST(Coarse, SleepsNotWhileSomebodyCouldSee) {
     Lives some(drowsy(), false);
     some.field.add_player(900, Vec3(15.0F, 0.9F, 0.0F));
     some.run(10.0F);
-    EXPECT_EQ(some.field.minds.find(EntityId(1))->tier, Tier::kAwake);
-    EXPECT_EQ(some.field.minds.find(EntityId(20))->tier, Tier::kCoarse);
+    EXPECT_EQ(some.field.agents.find(EntityId(1))->tier, Tier::kAwake);
+    EXPECT_EQ(some.field.agents.find(EntityId(20))->tier, Tier::kCoarse);
 }
 
 }  // namespace

@@ -134,7 +134,7 @@ TEST(Chase, OfOneThatIsRememberedEndsWhereItWasLast) {
     field.position(2) = Vec3(100.0F, 0.0F, 0.0F);
     field.run(8.0F);
     EXPECT_LT((field.position(1) - Vec3(0.0F, 0.0F, 15.0F)).norm(), kChaseStopM);
-    EXPECT_EQ(field.minds.find(EntityId(1))->prey, EntityId(2));
+    EXPECT_EQ(field.agents.find(EntityId(1))->prey, EntityId(2));
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ class Gates {
             {wall_between(-30.0F, -2.0F), wall_between(2.0F, 10.0F), wall_between(14.0F, 30.0F)},
             0.0F);
         world::EntityType& walker = field.types[kGuard];
-        walker.mind = 1;
+        walker.brain = 1;
         walker.radius = walker.character.radius = 0.4F;
         walker.half_segment = walker.character.half_segment = 0.5F;
         walker.character.acceleration = 20.0F;
@@ -59,7 +59,7 @@ class Gates {
                 Vec3(
                     -28.0F + static_cast<float>(n % 20), 0.9F, -7.0F + static_cast<float>(n / 20)));
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], 0);
         }
     }
 
@@ -94,7 +94,7 @@ class Gates {
             by_far_gate_ += at.z() > 6.0F ? 1 : 0;
             return;
         }
-        const Slot slot = field.minds.slot_of(EntityId(id));
+        const Slot slot = field.agents.slot_of(EntityId(id));
         if (!field.paths.has(slot, EntityId(id))) {
             return;
         }

@@ -11,17 +11,17 @@
 namespace zoned::ai::test {
 namespace {
 
-/// Transitions that a lone mind makes while the player stands at `distance(decision)`.
+/// Transitions that a lone agent makes while the player stands at `distance(decision)`.
 template <class Distance>
 int transitions_of(const Machine& machine, int decisions, Distance&& distance) {
-    Mind mind;
-    mind.entity = EntityId(1);
-    mind.rng = core::Rng(1);
+    Agent agent;
+    agent.entity = EntityId(1);
+    agent.rng = core::Rng(1);
     int count = 0;
     for (int i = 0; i < decisions; ++i) {
         Sight sight;
         sight.distance = distance(i);
-        count += decide(mind, machine, sight, Vec3(5.0F, 0.0F, 0.0F), i * 6, kDt) ? 1 : 0;
+        count += decide(agent, machine, sight, Vec3(5.0F, 0.0F, 0.0F), i * 6, kDt) ? 1 : 0;
     }
     return count;
 }
@@ -62,16 +62,16 @@ TEST(Decision, NeedsTheConditionToHoldWithoutInterruption) {
 }
 
 TEST(Decision, FiresAfterExactlyTheHoldTime) {
-    Mind mind;
-    mind.entity = EntityId(1);
+    Agent agent;
+    agent.entity = EntityId(1);
     const Machine machine = guard_machine();
     Sight near;
     near.distance = 1.0F;
-    EXPECT_FALSE(decide(mind, machine, near, Vec3::Zero(), 0, kDt));
-    EXPECT_FALSE(decide(mind, machine, near, Vec3::Zero(), 6, kDt));
-    EXPECT_TRUE(decide(mind, machine, near, Vec3::Zero(), 12, kDt));
-    EXPECT_EQ(mind.fsm.state(), kOnChase);
-    EXPECT_EQ(mind.fsm.since[0][0], 12);
+    EXPECT_FALSE(decide(agent, machine, near, Vec3::Zero(), 0, kDt));
+    EXPECT_FALSE(decide(agent, machine, near, Vec3::Zero(), 6, kDt));
+    EXPECT_TRUE(decide(agent, machine, near, Vec3::Zero(), 12, kDt));
+    EXPECT_EQ(agent.fsm.state(), kOnChase);
+    EXPECT_EQ(agent.fsm.since[0][0], 12);
 }
 
 TEST(Decision, TakesAnImmediateTransitionWhileAnotherIsHeld) {
@@ -79,16 +79,16 @@ TEST(Decision, TakesAnImmediateTransitionWhileAnotherIsHeld) {
     machine.states.resize(3);
     machine.states[0].transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 10.0F, 5.0F},
                                      {2, Sensor::kTimeInState, Compare::kAbove, 1.0F, 0.0F}};
-    Mind mind;
-    mind.entity = EntityId(1);
+    Agent agent;
+    agent.entity = EntityId(1);
     Sight near;
     near.distance = 1.0F;
     Tick now = 0;
-    while (!decide(mind, machine, near, Vec3::Zero(), now, kDt)) {
+    while (!decide(agent, machine, near, Vec3::Zero(), now, kDt)) {
         now += 6;
         ASSERT_LT(now, 100);
     }
-    EXPECT_EQ(mind.fsm.state(), 2);
+    EXPECT_EQ(agent.fsm.state(), 2);
     EXPECT_EQ(now, 36);  // the first decision later than 1 s
 }
 
@@ -99,7 +99,7 @@ TEST(Decision, DrawsTheRandomSensorWithItsProbability) {
     EXPECT_NEAR(transitions_of(machine, 10000, [](int) { return 0.0F; }), 1000, 150);
 }
 
-TEST(Decision, SpreadsMindsOverThePeriodByTheirId) {
+TEST(Decision, SpreadsAgentsOverThePeriodByTheirId) {
     for (std::uint32_t id = 1; id < 50; ++id) {
         const Tick next = next_decision(EntityId(id), 6, 100);
         EXPECT_GT(next, 100);
@@ -112,25 +112,25 @@ TEST(Decision, SpreadsMindsOverThePeriodByTheirId) {
 class Budget : public ::testing::TestWithParam<int> {};
 
 TEST_P(Budget, LetsNobodyWaitLongerThanAllOthersTogetherNeed) {
-    constexpr int kMinds = 97;
+    constexpr int kAgents = 97;
     Field field;
     field.settings.machines = {single(ActionKind::kIdle)};
     field.settings.machines[0].decide_every_s = kDt;  // all want to decide in every tick
     field.settings.max_decisions_per_tick = static_cast<std::uint32_t>(GetParam());
-    for (std::uint32_t id = 1; id <= kMinds; ++id) {
+    for (std::uint32_t id = 1; id <= kAgents; ++id) {
         field.add_npc(id, kGuard, 0, Vec3(static_cast<float>(id), 0.0F, 0.0F));
     }
-    const Tick bound = (kMinds + GetParam() - 1) / GetParam();
+    const Tick bound = (kAgents + GetParam() - 1) / GetParam();
     Tick longest = 0;
     for (int tick = 0; tick < 400; ++tick) {
         std::vector<Tick> due;
-        for (std::size_t i = 0; i < kMinds; ++i) {
-            due.push_back(field.minds.at(field.minds.nth(i)).next_decision);
+        for (std::size_t i = 0; i < kAgents; ++i) {
+            due.push_back(field.agents.at(field.agents.nth(i)).next_decision);
         }
         const Report report = field.step();
         EXPECT_LE(report.decisions, static_cast<std::uint32_t>(GetParam()));
         for (std::size_t i = 0; i < due.size(); ++i) {
-            if (field.minds.at(field.minds.nth(i)).next_decision == due[i]) {
+            if (field.agents.at(field.agents.nth(i)).next_decision == due[i]) {
                 longest = std::max(longest, field.now - due[i]);  // still waiting
             }
         }
@@ -149,7 +149,7 @@ TEST(Budget, ReportsWhatItPostponed) {
         field.add_npc(id, kGuard, 0, Vec3::Zero());
     }
     const Report report = field.step();
-    EXPECT_EQ(report.minds, 10u);
+    EXPECT_EQ(report.agents, 10u);
     EXPECT_EQ(report.decisions, 4u);
     EXPECT_EQ(report.postponed, 6u);
 }

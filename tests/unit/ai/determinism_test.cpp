@@ -75,7 +75,7 @@ std::vector<std::size_t> straight() {
 
 std::uint64_t hash_of(Field& field) {
     core::StateHash hash;
-    field.minds.hash(hash);
+    field.agents.hash(hash);
     for (std::uint32_t id = 1; id <= 80; ++id) {
         hash.add(field.position(id).x());
         hash.add(field.position(id).z());
@@ -84,7 +84,7 @@ std::uint64_t hash_of(Field& field) {
     return hash.value();
 }
 
-TEST(Minds, AreIndependentOfInsertionHistory) {
+TEST(AgentStore, AreIndependentOfInsertionHistory) {
     Field a;
     furnish(a);
     populate(a, straight());
@@ -111,7 +111,7 @@ TEST(Minds, AreIndependentOfInsertionHistory) {
     EXPECT_GT(transitions, 100u);
 }
 
-TEST(Minds, BehaveTheSameWhenTakenAndAddedAgain) {
+TEST(AgentStore, BehaveTheSameWhenTakenAndAddedAgain) {
     Field a;
     Field b;
     for (Field* field : {&a, &b}) {
@@ -124,7 +124,7 @@ TEST(Minds, BehaveTheSameWhenTakenAndAddedAgain) {
     core::Rng pick(6);
     for (int tick = 0; tick < 1200; ++tick) {
         const EntityId moved(1 + pick.below(80));
-        b.minds.add(b.minds.take(moved));
+        b.agents.add(b.agents.take(moved));
         move_players(a);
         move_players(b);
         a.step();
@@ -133,7 +133,7 @@ TEST(Minds, BehaveTheSameWhenTakenAndAddedAgain) {
     }
 }
 
-TEST(Minds, BehaveTheSameInAZoneWithAnotherOrigin) {
+TEST(AgentStore, BehaveTheSameInAZoneWithAnotherOrigin) {
     // Whole metres of offset keep floats nearly exact; the paths agree but for rounding.
     Field a;
     Field b;
@@ -143,28 +143,28 @@ TEST(Minds, BehaveTheSameInAZoneWithAnotherOrigin) {
         field->add_npc(1, kGuard, 0, Vec3::Zero());
         field->run(7.0F);
     }
-    Mind mind = b.minds.take(EntityId(1));
-    shift(mind, offset);
-    b.minds.add(mind);
+    Agent agent = b.agents.take(EntityId(1));
+    shift(agent, offset);
+    b.agents.add(agent);
     b.position(1) += offset;
     a.run(20.0F);
     b.run(20.0F);
-    EXPECT_EQ(a.minds.find(EntityId(1))->corner, b.minds.find(EntityId(1))->corner);
+    EXPECT_EQ(a.agents.find(EntityId(1))->corner, b.agents.find(EntityId(1))->corner);
     EXPECT_LT((b.position(1) - offset - a.position(1)).norm(), 0.05F);
 }
 
-TEST(Minds, HashSeesEveryField) {
-    Mind mind;
-    mind.entity = EntityId(1);
-    const auto hash = [](const Mind& m) {
-        Minds minds;
-        minds.add(m);
+TEST(AgentStore, HashSeesEveryField) {
+    Agent agent;
+    agent.entity = EntityId(1);
+    const auto hash = [](const Agent& m) {
+        AgentStore agents;
+        agents.add(m);
         core::StateHash h;
-        minds.hash(h);
+        agents.hash(h);
         return h.value();
     };
-    const std::uint64_t before = hash(mind);
-    std::vector<Mind> changed(37, mind);
+    const std::uint64_t before = hash(agent);
+    std::vector<Agent> changed(37, agent);
     changed[0].machine = 1;
     changed[1].fsm.leaf[0] = 1;
     changed[2].fsm.since[0][0] = 1;
@@ -206,14 +206,14 @@ TEST(Minds, HashSeesEveryField) {
         EXPECT_NE(hash(changed[i]), before) << i;
     }
     // Since when a transition is held counts while one is.
-    Mind held = mind;
+    Agent held = agent;
     held.fsm.pending[0] = 1;
-    Mind longer = held;
+    Agent longer = held;
     longer.fsm.pending_since[0] = -5;
     EXPECT_NE(hash(held), hash(longer));
 }
 
-TEST(Minds, LeaveHiddenGhostAndMissingEntitiesAlone) {
+TEST(AgentStore, LeaveHiddenGhostAndMissingEntitiesAlone) {
     Field field;
     field.settings.machines = {single(ActionKind::kWander)};
     for (std::uint32_t id = 1; id <= 3; ++id) {
@@ -229,7 +229,7 @@ TEST(Minds, LeaveHiddenGhostAndMissingEntitiesAlone) {
     EXPECT_EQ(field.command(2), motion::InputCommand{});
 }
 
-TEST(LevelOfDetail, LetsFarMindsSteerEveryFourthTickInTurns) {
+TEST(LevelOfDetail, LetsFarAgentsSteerEveryFourthTickInTurns) {
     Field field;
     field.settings.machines = {single(ActionKind::kWander)};
     for (std::uint32_t id = 1; id <= 40; ++id) {

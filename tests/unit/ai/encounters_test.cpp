@@ -1,5 +1,5 @@
-// Minds that look for others and that nobody sees: they sleep until they may meet somebody, and
-// live as if they had never slept.
+// AgentStore that look for others and that nobody sees: they sleep until they may meet somebody,
+// and live as if they had never slept.
 #include "server/ai/encounters.h"
 
 #include "server/compute/worker_pool.h"
@@ -113,17 +113,17 @@ class Town {
         const world::Row row = field.entities.find(EntityId(id));
         field.entities.set(row, world::kGrounded, true);
         field.entities.discontinuity_tick[row] = field.now;
-        begin(*field.minds.find(EntityId(id)), field.settings.compiled[machine], field.now);
+        begin(*field.agents.find(EntityId(id)), field.settings.compiled[machine], field.now);
         lives.resize(std::max<std::size_t>(lives.size(), id + 1));
     }
 
     /// Puts somebody elsewhere, as a zone does it: who sleeps is woken.
     void teleport(std::uint32_t id, const Vec3& to) {
         const world::Row row = field.entities.find(EntityId(id));
-        Mind& mind = *field.minds.find(EntityId(id));
-        if (mind.tier == Tier::kCoarse) {
-            wake_up(mind,
-                    field.settings.compiled[mind.machine],
+        Agent& agent = *field.agents.find(EntityId(id));
+        if (agent.tier == Tier::kCoarse) {
+            wake_up(agent,
+                    field.settings.compiled[agent.machine],
                     {field.entities,
                      field.types,
                      field.grid,
@@ -132,7 +132,7 @@ class Town {
                      field.now,
                      kDt},
                     row);
-            field.minds.wake(EntityId(id));
+            field.agents.wake(EntityId(id));
         }
         field.entities.position[row] = to;
         field.entities.discontinuity_tick[row] = field.now;
@@ -143,15 +143,15 @@ class Town {
             script(*this);
         }
         field.step();
-        awake += field.minds.awake().size();
+        awake += field.agents.awake().size();
         for (std::uint32_t id = 1; id < lives.size(); ++id) {
-            const Mind* const mind = field.minds.find(EntityId(id));
-            if (mind == nullptr) {
+            const Agent* const agent = field.agents.find(EntityId(id));
+            if (agent == nullptr) {
                 continue;
             }
             Life& life = lives[id];
-            if (life.empty() || life.back().state != mind->fsm.state()) {
-                life.push_back({field.now, mind->fsm.state()});
+            if (life.empty() || life.back().state != agent->fsm.state()) {
+                life.push_back({field.now, agent->fsm.state()});
             }
         }
     }
@@ -163,10 +163,10 @@ class Town {
         }
     }
 
-    /// Where a mind takes itself to be.
+    /// Where an agent takes itself to be.
     [[nodiscard]] Vec2 at(std::uint32_t id) {
         const Vec3& body = field.position(id);
-        return whereabouts(*field.minds.find(EntityId(id)), {body.x(), body.z()}, field.now, kDt);
+        return whereabouts(*field.agents.find(EntityId(id)), {body.x(), body.z()}, field.now, kDt);
     }
 
     Field field;
@@ -201,12 +201,12 @@ std::uint32_t first_other(Town& all, Town& some, float seconds) {
 /// Who sleeps though somebody whom it looks for, or who looks for it, is within sight of it: found
 /// by looking at all pairs.
 std::uint32_t asleep_in_sight(Town& town) {
-    const Minds& minds = town.field.minds;
+    const AgentStore& agents = town.field.agents;
     std::uint32_t found = 0;
-    for (std::size_t a = 0; a < minds.size(); ++a) {
-        const Mind& watch = minds.at(minds.nth(a));
-        for (std::size_t b = 0; b < minds.size() && watch.machine == kWatch; ++b) {
-            const Mind& other = minds.at(minds.nth(b));
+    for (std::size_t a = 0; a < agents.size(); ++a) {
+        const Agent& watch = agents.at(agents.nth(a));
+        for (std::size_t b = 0; b < agents.size() && watch.machine == kWatch; ++b) {
+            const Agent& other = agents.at(agents.nth(b));
             const bool sleeps = watch.tier == Tier::kCoarse || other.tier == Tier::kCoarse;
             if (other.machine == kThief && sleeps &&
                 (town.at(watch.entity.value) - town.at(other.entity.value)).norm() < kSight_m) {
@@ -221,7 +221,7 @@ void expect_same_lives(Town& all, Town& some, float seconds) {
     const std::uint32_t other = first_other(all, some, seconds);
     ASSERT_EQ(other, 0U) << "lived otherwise by tick " << all.field.now;
     for (std::uint32_t id = 1; id < all.lives.size(); ++id) {
-        if (all.field.minds.find(EntityId(id)) != nullptr) {
+        if (all.field.agents.find(EntityId(id)) != nullptr) {
             EXPECT_EQ(all.at(id), some.at(id)) << id;
         }
     }
@@ -271,7 +271,7 @@ motion::StaticGeometry gated() {
     return {walls, 0.0F, motion::kStaticCell_m, {}, gates};
 }
 
-/// Somebody of whom a zone knows places alone: of another zone, or without a mind.
+/// Somebody of whom a zone knows places alone: of another zone, or without an agent.
 void move(Town& town, std::uint32_t id, TypeIndex type, const Vec3& from, const Vec3& velocity) {
     world::Entities& e = town.field.entities;
     world::Row row = e.find(EntityId(id));
@@ -289,7 +289,7 @@ std::uint32_t asleep_beside_ghosts(Town& town, std::uint32_t ghosts) {
     for (std::uint32_t ghost = 901; ghost < 901 + ghosts; ++ghost) {
         const Vec3& at = town.field.position(ghost);
         for (std::uint32_t id = 1; id <= Town::kWatchmen; ++id) {
-            const bool sleeps = town.field.minds.find(EntityId(id))->tier == Tier::kCoarse;
+            const bool sleeps = town.field.agents.find(EntityId(id))->tier == Tier::kCoarse;
             found += sleeps && (town.at(id) - Vec2(at.x(), at.z())).norm() < kSight_m ? 1U : 0U;
         }
     }
@@ -305,9 +305,9 @@ TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
     watch.states[0].speed_factor = 1.0F;
     compile(some.field.settings, kDt);
     some.field.statics = gated();
-    some.field.types[kGuard].mind = kWatch + 1;
-    some.field.types[kSheep].mind = kThief + 1;
-    some.field.types[kCitizen].mind = kFolk + 1;
+    some.field.types[kGuard].brain = kWatch + 1;
+    some.field.types[kSheep].brain = kThief + 1;
+    some.field.types[kCitizen].brain = kFolk + 1;
     PathfindingSettings paths;
     paths.cell_m = 1.0F;
     some.field.paths =
@@ -333,13 +333,14 @@ TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
 
 /// As if who looks for whom reached less far, or somebody was faster than was thought.
 void look_too_late(Town& town) {
-    for (std::size_t n = 0; n < town.field.minds.size(); ++n) {
-        Mind& mind = town.field.minds.at(town.field.minds.nth(n));
-        if (mind.tier == Tier::kCoarse && mind.look_at != kNever) {
-            mind.look_at = std::max(mind.look_at, town.field.now + 150);
+    for (std::size_t n = 0; n < town.field.agents.size(); ++n) {
+        Agent& agent = town.field.agents.at(town.field.agents.nth(n));
+        if (agent.tier == Tier::kCoarse && agent.look_at != kNever) {
+            agent.look_at = std::max(agent.look_at, town.field.now + 150);
         }
     }
-    town.field.steps.remember(town.field.steps.memory(), {}, town.field.minds, town.field.settings);
+    town.field.steps.remember(
+        town.field.steps.memory(), {}, town.field.agents, town.field.settings);
 }
 
 TEST(Encounters, AreMissedWhereTheBoundIsTooLate) {
@@ -357,7 +358,7 @@ TEST(Encounters, AreMissedWhereTheBoundIsTooLate) {
 TEST(Encounters, WhoNeverMeetsAnybodySleepsAllTheTime) {
     Town some(false);
     for (std::uint32_t id = Town::kWatchmen + 1; id <= Town::kWatchmen + Town::kThieves; ++id) {
-        some.field.minds.take(EntityId(id));
+        some.field.agents.take(EntityId(id));
         some.field.entities.remove(some.field.entities.find(EntityId(id)));
     }
     some.run(3.0F);
@@ -473,7 +474,7 @@ TEST(Encounters, KeepThoseAwakeWhoCouldBePerceivedBeyondTheBorder) {
     const auto apart = [&](float at_m) {
         std::vector<Slot> near;
         const Encounters::Scene scene{
-            town.field.minds, reaches, Vec2(102.0F, 102.0F), 2.0F, 100, kDt};
+            town.field.agents, reaches, Vec2(102.0F, 102.0F), 2.0F, 100, kDt};
         const Encounters::Body body{{kGuard, kWatch}, EntityId(1), Vec2(at_m, 0.0F), 4.0F};
         return encounters.apart(body, scene, near);
     };
@@ -514,39 +515,39 @@ TEST(Encounters, DependNeitherOnThreadsNorOnTheOrderOfRows) {
         two.step();
         core::StateHash a;
         core::StateHash b;
-        one.field.minds.hash(a);
-        two.field.minds.hash(b);
+        one.field.agents.hash(a);
+        two.field.agents.hash(b);
         ASSERT_EQ(a.value(), b.value()) << "tick " << tick;
     }
-    EXPECT_GT(one.field.minds.awake().size(), 256U) << "threads share the work";
-    EXPECT_LT(one.field.minds.awake().size(), one.field.minds.size() * 9 / 10);
+    EXPECT_GT(one.field.agents.awake().size(), 256U) << "threads share the work";
+    EXPECT_LT(one.field.agents.awake().size(), one.field.agents.size() * 9 / 10);
 }
 
 TEST(Encounters, GoOnBitForBitWhereSleepersAreReadAgain) {
     Town town(false);
     town.run(50.0F);
-    ASSERT_LT(town.field.minds.awake().size(), Town::kAll);
+    ASSERT_LT(town.field.agents.awake().size(), Town::kAll);
     std::vector<Tick> looks;
     for (std::uint32_t id = 1; id <= Town::kWatchmen; ++id) {
-        looks.push_back(town.field.minds.find(EntityId(id))->look_at);
+        looks.push_back(town.field.agents.find(EntityId(id))->look_at);
     }
     EXPECT_TRUE(std::any_of(looks.begin(), looks.end(), [](Tick t) { return t != kNever; }));
     Town other(false);
     other.field.now = town.field.now;
     other.field.entities = town.field.entities;
-    other.field.minds = Minds();
-    for (std::size_t n = 0; n < town.field.minds.size(); ++n) {
-        other.field.minds.add(town.field.minds.at(town.field.minds.nth(n)));
+    other.field.agents = AgentStore();
+    for (std::size_t n = 0; n < town.field.agents.size(); ++n) {
+        other.field.agents.add(town.field.agents.at(town.field.agents.nth(n)));
     }
     other.field.steps.remember(
-        town.field.steps.memory(), {}, other.field.minds, other.field.settings);
+        town.field.steps.memory(), {}, other.field.agents, other.field.settings);
     for (int tick = 0; tick < 3000; ++tick) {
         town.step();
         other.step();
         core::StateHash a;
         core::StateHash b;
-        town.field.minds.hash(a);
-        other.field.minds.hash(b);
+        town.field.agents.hash(a);
+        other.field.agents.hash(b);
         ASSERT_EQ(a.value(), b.value()) << "tick " << tick;
     }
 }

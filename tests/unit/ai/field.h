@@ -1,4 +1,4 @@
-// Field: an open plain with minds and players and the simplest movement there is, for tests of AI.
+// Field: an open plain with agents and players and the simplest movement there is, for tests of AI.
 #pragma once
 
 #include "server/ai/ai_step.h"
@@ -38,17 +38,17 @@ class Field {
         return row;
     }
 
-    /// A character with a mind whose home is where it stands.
+    /// A character with an agent whose home is where it stands.
     void add_npc(std::uint32_t id, TypeIndex type, std::uint16_t machine, const Vec3& position) {
         const world::Row row = entities.add(EntityId(id), type);
         entities.position[row] = position;
-        Mind mind;
-        mind.entity = EntityId(id);
-        mind.machine = machine;
-        mind.fsm = fsm::OneState(now);
-        mind.home = position;
-        mind.rng = core::Rng(7, id);
-        minds.add(mind);
+        Agent agent;
+        agent.entity = EntityId(id);
+        agent.machine = machine;
+        agent.fsm = fsm::OneState(now);
+        agent.home = position;
+        agent.rng = core::Rng(7, id);
+        agents.add(agent);
     }
 
     [[nodiscard]] Vec3& position(std::uint32_t id) {
@@ -60,14 +60,14 @@ class Field {
     }
 
     [[nodiscard]] std::uint16_t state(std::uint32_t id) const {
-        return minds.find(EntityId(id))->fsm.state();
+        return agents.find(EntityId(id))->fsm.state();
     }
 
     [[nodiscard]] float distance(std::uint32_t a, std::uint32_t b) {
         return (position(a) - position(b)).norm();
     }
 
-    /// One tick: minds, then position += wanted velocity * dt. `wall` may undo a move.
+    /// One tick: agents, then position += wanted velocity * dt. `wall` may undo a move.
     Report step() {
         grid.build(entities.position, 8.0F);
         if (settings.compiled.size() != settings.machines.size()) {
@@ -84,7 +84,7 @@ class Field {
                     now,
                     kDt};
         world.paths = paths.empty() ? nullptr : &paths;
-        const Report report = steps.run(minds, world, settings);
+        const Report report = steps.run(agents, world, settings);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
             const motion::CharacterLimits& limits = types[entities.type[row]].character;
@@ -121,7 +121,7 @@ class Field {
     world::Entities entities;
     world::TypeTable types;
     spatial::PointGrid grid;
-    Minds minds;
+    AgentStore agents;
     Step steps;
     Places places;
     PathService paths;
@@ -148,7 +148,7 @@ class Field {
 };
 
 /// A decision by a machine as written.
-inline bool decide(Mind& mind,
+inline bool decide(Agent& agent,
                    const Machine& machine,
                    const Sight& sight,
                    const Vec3& position,
@@ -156,7 +156,7 @@ inline bool decide(Mind& mind,
                    float dt) {
     Thinking thinking;
     const Vec2 here(position.x(), position.z());
-    return ai::decide(mind, compile(machine, dt), sight, here, Places(), now, thinking);
+    return ai::decide(agent, compile(machine, dt), sight, here, Places(), now, thinking);
 }
 
 /// One state, no transitions.

@@ -1,4 +1,4 @@
-// Minds that follow tracks: seen or not, they are where their timetables say.
+// AgentStore that follow tracks: seen or not, they are where their timetables say.
 #include "server/ai/follow_track.h"
 
 #include "server/ai/mind_bytes.h"
@@ -66,10 +66,10 @@ class Followers {
         const Vec2 here = (at - field.places.origin()).cast<float>();
         field.add_npc(id, kGuard, 0, Vec3(here.x(), kBody, here.y()));
         field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-        begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], field.now);
+        begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], field.now);
     }
 
-    [[nodiscard]] const Mind& mind(std::uint32_t id) { return *field.minds.find(EntityId(id)); }
+    [[nodiscard]] const Agent& agent(std::uint32_t id) { return *field.agents.find(EntityId(id)); }
 
     /// Of its body at the end of the last tick, of the tracks.
     [[nodiscard]] Vec2d body(std::uint32_t id) {
@@ -79,13 +79,13 @@ class Followers {
 
     /// By its segment.
     [[nodiscard]] Vec2d timed(std::uint32_t id) {
-        return position_at(mind(id).segment, field.now - 1, kDt).cast<double>() +
+        return position_at(agent(id).segment, field.now - 1, kDt).cast<double>() +
                field.places.origin();
     }
 
     /// Where the timetable has it at the end of the last tick, on a lane that it does not change.
     [[nodiscard]] Vec2d due(std::uint32_t id) {
-        const SplineWalk& walk = mind(id).track;
+        const SplineWalk& walk = agent(id).track;
         const double left = static_cast<double>(walk.due - (field.now - 1)) * double{kDt} +
                             static_cast<double>(walk.due_s);
         return lane(walk.lane).at(static_cast<double>(walk.s) - 3.2 * left).at;
@@ -113,7 +113,7 @@ TEST_P(CurveOf, FollowersAreWhereEvenSpeedAlongTheLaneLeads) {
     const splines::Lane& lane = one.lane(2);
     one.add(1, lane.at(5.0).at);
     one.field.run(2.0F);
-    ASSERT_EQ(one.mind(1).corner, kOnTrack);
+    ASSERT_EQ(one.agent(1).corner, kOnTrack);
     // By now it has come up to speed.
     const double from = lane.nearest(one.due(1)).s;
     const Tick begun = one.field.now;
@@ -158,8 +158,8 @@ TEST(FollowTrack, WhoNobodySeesIsWhereItWouldHaveWalked) {
             events += some.field.step().events;
         }
         for (std::uint32_t id = 1; id <= 20; ++id) {
-            ASSERT_EQ(some.mind(id).tier, Tier::kCoarse);
-            EXPECT_EQ(some.mind(id).track.lane, all.mind(id).track.lane);
+            ASSERT_EQ(some.agent(id).tier, Tier::kCoarse);
+            EXPECT_EQ(some.agent(id).track.lane, all.agent(id).track.lane);
             EXPECT_LT((some.timed(id) - all.body(id)).norm(), kOffSegment + 3.2 / 30.0) << id;
         }
     }
@@ -172,13 +172,13 @@ TEST(FollowTrack, WakesWhereItIsDueWithoutAJump) {
     some.field.solid = true;
     some.add(1, some.lane(0).at(3.0).at);
     some.field.run(31.0F);
-    ASSERT_EQ(some.mind(1).tier, Tier::kCoarse);
+    ASSERT_EQ(some.agent(1).tier, Tier::kCoarse);
     const Vec2 near = (some.due(1) - some.field.places.origin()).cast<float>();
     some.field.add_player(900, Vec3(near.x() + 20.0F, kBody, near.y()));
     for (int k = 0; k < 20; ++k) {
         some.field.step();
     }
-    ASSERT_EQ(some.mind(1).tier, Tier::kAwake);
+    ASSERT_EQ(some.agent(1).tier, Tier::kAwake);
     for (int k = 0; k < 300; ++k) {
         const Vec2d before = some.body(1);
         some.field.step();
@@ -211,7 +211,7 @@ TEST(FollowTrack, ChangesLanesSmoothly) {
             sharpest = std::min(sharpest, heading.dot(step.normalized()));
         }
         heading = step.normalized();
-        const bool now = one.mind(1).track.from != splines::kNoLane;
+        const bool now = one.agent(1).track.from != splines::kNoLane;
         changes += now && !changing ? 1 : 0;
         changing = now;
         double nearest = 1e9;
@@ -271,8 +271,8 @@ TEST(FollowTrack, GoesToAndFroWhereItMayTurnBack) {
     double high = 15.0;
     for (int k = 0; k < 100 * 30; ++k) {
         one.field.step();
-        turns += one.mind(1).track.lane != before ? 1 : 0;
-        before = one.mind(1).track.lane;
+        turns += one.agent(1).track.lane != before ? 1 : 0;
+        before = one.agent(1).track.lane;
         low = std::min(low, one.body(1).x());
         high = std::max(high, one.body(1).x());
     }
@@ -291,7 +291,7 @@ TEST(FollowTrack, WhoIsPushedOffComesBackAndGoesOn) {
         one.field.position(1).x() += static_cast<float>(push);
         one.field.run(20.0F);
         EXPECT_LT((one.body(1) - one.due(1)).norm(), 0.25 + kOffSegment + 3.2 / 30.0);
-        EXPECT_EQ(one.mind(1).corner, kOnTrack);
+        EXPECT_EQ(one.agent(1).corner, kOnTrack);
     }
 }
 
@@ -304,18 +304,18 @@ TEST(FollowTrack, IsTakenAlongToAnotherZoneToTheCentimetre) {
     // A zone whose origin lies 64 m farther on.
     other.field.places = Places(other.field.settings.places, Vec2d(164.0, -50.0), kDt);
     other.field.now = one.field.now;
-    Mind mind = one.field.minds.take(EntityId(1));
-    shift(mind, Vec3(-64.0F, 0.0F, 0.0F));
+    Agent agent = one.field.agents.take(EntityId(1));
+    shift(agent, Vec3(-64.0F, 0.0F, 0.0F));
     const Vec3 at = one.field.position(1) - Vec3(64.0F, 0.0F, 0.0F);
     const Vec3 velocity = one.field.entities.velocity[0];
     const world::Row row = other.field.entities.add(EntityId(1), kGuard);
     other.field.entities.position[row] = at;
     other.field.entities.velocity[row] = velocity;
     other.field.entities.set(row, world::kGrounded, true);
-    other.field.minds.add(mind);
-    const SplineWalk before = mind.track;
+    other.field.agents.add(agent);
+    const SplineWalk before = agent.track;
     other.field.run(0.1F);
-    EXPECT_EQ(other.mind(1).track.lane, before.lane);
+    EXPECT_EQ(other.agent(1).track.lane, before.lane);
     for (int k = 0; k < 300; ++k) {
         other.field.step();
         EXPECT_LT((other.body(1) - other.due(1)).norm(), 0.25 + kOffSegment + 3.2 / 30.0);
@@ -327,21 +327,21 @@ TEST(FollowTrack, IsWrittenDownAndReadAgainAndRefusedWhereThereIsNoSuchTrack) {
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
     std::vector<std::uint8_t> bytes;
-    write_minds(one.field.minds, one.field.steps, one.field.places, bytes);
+    save_agents(one.field.agents, one.field.steps, one.field.places, bytes);
     Followers same({course(splines::Curve::kCatmullRom, true)}, follow_lane(0, 3));
     EXPECT_EQ(
-        read_minds(
-            bytes, same.field.settings, same.field.minds, same.field.steps, same.field.places),
+        load_agents(
+            bytes, same.field.settings, same.field.agents, same.field.steps, same.field.places),
         "");
     core::StateHash a;
     core::StateHash b;
-    hash(a, one.mind(1));
-    hash(b, same.mind(1));
+    hash(a, one.agent(1));
+    hash(b, same.agent(1));
     EXPECT_EQ(a.value(), b.value());
     Followers none({straight_road("road", {0, 0}, {3, 0})}, follow_lane(0));
     EXPECT_THAT(
-        read_minds(
-            bytes, none.field.settings, none.field.minds, none.field.steps, none.field.places),
+        load_agents(
+            bytes, none.field.settings, none.field.agents, none.field.steps, none.field.places),
         HasSubstr("track that there is not"));
 }
 
@@ -349,7 +349,7 @@ TEST(FollowTrack, IsExplained) {
     Followers one({course(splines::Curve::kCatmullRom, true)}, follow_lane(1));
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
-    const std::string text = why(one.mind(1),
+    const std::string text = why(one.agent(1),
                                  one.field.settings.machines[0],
                                  one.field.settings.compiled[0],
                                  Sight::none(),

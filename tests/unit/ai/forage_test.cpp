@@ -76,13 +76,13 @@ class AntHill {
 
     [[nodiscard]] std::uint64_t delivered() const { return field.steps.nests().delivered(); }
 
-    [[nodiscard]] std::size_t awake() const { return field.minds.awake().size(); }
+    [[nodiscard]] std::size_t awake() const { return field.agents.awake().size(); }
 
     /// Where an ant takes itself to be.
     [[nodiscard]] Vec2 place(std::uint32_t id) {
-        const Mind& mind = *field.minds.find(EntityId(id));
+        const Agent& agent = *field.agents.find(EntityId(id));
         const Vec3& body = field.position(id);
-        return whereabouts(mind, Vec2(body.x(), body.z()), field.now, kDt);
+        return whereabouts(agent, Vec2(body.x(), body.z()), field.now, kDt);
     }
 
     Field field;
@@ -136,19 +136,19 @@ TEST(ForageBytes, WhoIsReadAgainGoesOnBitForBit) {
         one.field.run(100.0F);
         ASSERT_GT(one.delivered(), 0U);
         std::vector<std::uint8_t> bytes;
-        write_minds(one.field.minds, one.field.steps, one.field.places, bytes);
+        save_agents(one.field.agents, one.field.steps, one.field.places, bytes);
         AntHill other(seen_m, true);
         other.field.now = one.field.now;
         other.field.entities = one.field.entities;
-        other.field.minds = Minds();
-        ASSERT_EQ(read_minds(bytes,
-                             other.field.settings,
-                             other.field.minds,
-                             other.field.steps,
-                             other.field.places),
+        other.field.agents = AgentStore();
+        ASSERT_EQ(load_agents(bytes,
+                              other.field.settings,
+                              other.field.agents,
+                              other.field.steps,
+                              other.field.places),
                   "");
         std::vector<std::uint8_t> again;
-        write_minds(other.field.minds, other.field.steps, other.field.places, again);
+        save_agents(other.field.agents, other.field.steps, other.field.places, again);
         EXPECT_EQ(bytes, again);
         // The door shuts at 120 s.
         ASSERT_NO_FATAL_FAILURE(live_alike(one, other, 60));
@@ -159,12 +159,12 @@ TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
     AntHill hill(50.0F);
     hill.field.run(60.0F);
     std::vector<std::uint8_t> whole;
-    write_minds(hill.field.minds, hill.field.steps, hill.field.places, whole);
+    save_agents(hill.field.agents, hill.field.steps, hill.field.places, whole);
     const auto read = [&hill](std::vector<std::uint8_t> bytes) {
-        Minds minds;
+        AgentStore agents;
         Step steps;
         Places places = hill.field.places;
-        return read_minds(bytes, hill.field.settings, minds, steps, places);
+        return load_agents(bytes, hill.field.settings, agents, steps, places);
     };
     ASSERT_EQ(read(whole), "");
     // A nest at the end: machine, deed, type, number of cells, then 12 bytes for each.
@@ -190,18 +190,18 @@ TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
     // What no map has is forgotten when the map is there.
     bytes = whole;
     bytes[whole.size() - 12 + 3] = 0x7F;
-    ASSERT_EQ(read_minds(bytes,
-                         hill.field.settings,
-                         hill.field.minds = Minds(),
-                         hill.field.steps,
-                         hill.field.places),
+    ASSERT_EQ(load_agents(bytes,
+                          hill.field.settings,
+                          hill.field.agents = AgentStore(),
+                          hill.field.steps,
+                          hill.field.places),
               "");
     hill.field.run(1.0F);
     // A direction with a bit that means nothing.
-    hill.field.minds.find(EntityId(1))->corner = 0x80;
+    hill.field.agents.find(EntityId(1))->corner = 0x80;
     whole.clear();
-    write_minds(hill.field.minds, hill.field.steps, hill.field.places, whole);
-    EXPECT_EQ(read(whole), "mind 0 of entity 1 is at a corner that there is not");
+    save_agents(hill.field.agents, hill.field.steps, hill.field.places, whole);
+    EXPECT_EQ(read(whole), "agent 0 of entity 1 is at a corner that there is not");
 }
 
 TEST(ForageUnseen, TurnsBeforeADoorThatShuts) {

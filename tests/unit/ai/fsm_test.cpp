@@ -15,7 +15,7 @@ using scenario::Sensed;
 using scenario::SentryState;
 using testing::ElementsAre;
 
-/// Runs a machine of one mind by hand.
+/// Runs a machine of one agent by hand.
 class Lone {
   public:
     explicit Lone(const MachineDef& def, std::size_t senses, float dt = 1.0F)
@@ -58,71 +58,71 @@ StateDef leaf(const char* name, std::vector<TransitionDef> transitions = {}) {
 }
 
 TEST(FsmStep, FollowsATraceComputedByHand) {
-    Lone mind(scenario::sentry_def(), scenario::kSentrySenses, scenario::kSentryDt);
+    Lone agent(scenario::sentry_def(), scenario::kSentrySenses, scenario::kSentryDt);
     // Foe, post, health, noise. Nine ticks of a foe within 20 m make a chase: it holds from tick 1
     // on, so that it fires in tick 10.
-    EXPECT_EQ(mind.tick({50, 0, 1, 0}), "patrol");
+    EXPECT_EQ(agent.tick({50, 0, 1, 0}), "patrol");
     for (int tick = 1; tick <= 9; ++tick) {
-        EXPECT_EQ(mind.tick({15, 0, 1, 0}), "patrol") << tick;
+        EXPECT_EQ(agent.tick({15, 0, 1, 0}), "patrol") << tick;
     }
-    EXPECT_EQ(mind.tick({15, 0, 1, 0}), "chase");
-    EXPECT_EQ(mind.tick({2, 0, 1, 0}), "fight");
-    EXPECT_EQ(mind.tick({2, 0, 0.2F, 0}), "flee");
-    EXPECT_EQ(mind.tick({41, 0, 0.2F, 0}), "rest");
-    EXPECT_EQ(mind.tick({41, 0, 0.95F, 0}), "patrol");
-    EXPECT_EQ(mind.tick({41, 0, 0.95F, 0.9F}), "listen");
+    EXPECT_EQ(agent.tick({15, 0, 1, 0}), "chase");
+    EXPECT_EQ(agent.tick({2, 0, 1, 0}), "fight");
+    EXPECT_EQ(agent.tick({2, 0, 0.2F, 0}), "flee");
+    EXPECT_EQ(agent.tick({41, 0, 0.2F, 0}), "rest");
+    EXPECT_EQ(agent.tick({41, 0, 0.95F, 0}), "patrol");
+    EXPECT_EQ(agent.tick({41, 0, 0.95F, 0.9F}), "listen");
     // Entered in tick 15; 150 ticks of 1/30 s are, in floats, a hair above 5 s.
     for (int tick = 16; tick < 165; ++tick) {
-        EXPECT_EQ(mind.tick({41, 0, 0.95F, 0}), "listen") << tick;
+        EXPECT_EQ(agent.tick({41, 0, 0.95F, 0}), "listen") << tick;
     }
-    EXPECT_EQ(mind.tick({41, 0, 0.95F, 0}), "patrol");
-    EXPECT_THAT(mind.changes.size(), 1U);
-    EXPECT_EQ(mind.changes[0].transition, 3);
+    EXPECT_EQ(agent.tick({41, 0, 0.95F, 0}), "patrol");
+    EXPECT_THAT(agent.changes.size(), 1U);
+    EXPECT_EQ(agent.changes[0].transition, 3);
 }
 
 TEST(FsmStep, ForgetsAHoldThatWasInterrupted) {
-    Lone mind({"m", {leaf("a", {go(1, {below(0, 5)}, 3)}), leaf("b")}}, 1);
-    mind.tick({1});
-    mind.tick({1});
-    mind.tick({9});
-    mind.tick({1});
-    mind.tick({1});
-    EXPECT_EQ(mind.tick({1}), "a");
-    EXPECT_EQ(mind.tick({1}), "b");
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)}, 3)}), leaf("b")}}, 1);
+    agent.tick({1});
+    agent.tick({1});
+    agent.tick({9});
+    agent.tick({1});
+    agent.tick({1});
+    EXPECT_EQ(agent.tick({1}), "a");
+    EXPECT_EQ(agent.tick({1}), "b");
 }
 
 TEST(FsmStep, TakesWhatFiresAtOnceWhileAnotherIsHeld) {
-    Lone mind(
+    Lone agent(
         {"m", {leaf("a", {go(1, {below(0, 5)}, 100), go(2, {above(1, 0)})}), leaf("b"), leaf("c")}},
         2);
-    EXPECT_EQ(mind.tick({1, 0}), "a");
-    EXPECT_EQ(mind.tick({1, 1}), "c");
+    EXPECT_EQ(agent.tick({1, 0}), "a");
+    EXPECT_EQ(agent.tick({1, 1}), "c");
 }
 
 TEST(FsmStep, WantsAllConditionsOfATransition) {
-    Lone mind({"m", {leaf("a", {go(1, {below(0, 5), above(1, 2), below(2, 1)})}), leaf("b")}}, 3);
-    EXPECT_EQ(mind.tick({1, 3, 1}), "a");
-    EXPECT_EQ(mind.tick({1, 2, 0}), "a");
-    EXPECT_EQ(mind.tick({5, 3, 0}), "a");
-    EXPECT_EQ(mind.tick({1, 3, 0}), "b");
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5), above(1, 2), below(2, 1)})}), leaf("b")}}, 3);
+    EXPECT_EQ(agent.tick({1, 3, 1}), "a");
+    EXPECT_EQ(agent.tick({1, 2, 0}), "a");
+    EXPECT_EQ(agent.tick({5, 3, 0}), "a");
+    EXPECT_EQ(agent.tick({1, 3, 0}), "b");
 }
 
 TEST(FsmStep, NeverHoldsForWhatIsNoNumber) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float infinity = std::numeric_limits<float>::infinity();
-    Lone mind({"m", {leaf("a", {go(1, {below(0, 5)}), go(1, {above(0, 5)})}), leaf("b")}}, 1);
-    EXPECT_EQ(mind.tick({nan}), "a");
-    EXPECT_EQ(mind.tick({infinity}), "b");
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)}), go(1, {above(0, 5)})}), leaf("b")}}, 1);
+    EXPECT_EQ(agent.tick({nan}), "a");
+    EXPECT_EQ(agent.tick({infinity}), "b");
 }
 
 TEST(FsmStep, NeverTakesAPlaceThatIsNotUsedWhateverItSenses) {
     // One transition in a table of two: what fills it up reads sense 0 and must not hold.
-    Lone mind({"m", {leaf("a", {go(1, {below(1, -5)})}), leaf("b")}}, 2);
+    Lone agent({"m", {leaf("a", {go(1, {below(1, -5)})}), leaf("b")}}, 2);
     for (const float value : {-std::numeric_limits<float>::infinity(),
                               std::numeric_limits<float>::infinity(),
                               std::numeric_limits<float>::lowest(),
                               std::numeric_limits<float>::quiet_NaN()}) {
-        EXPECT_EQ(mind.tick({value, 0}), "a");
+        EXPECT_EQ(agent.tick({value, 0}), "a");
     }
 }
 
@@ -180,7 +180,7 @@ class Forms {
     std::vector<Change> of_class;
 };
 
-TEST(FsmForms, AgreeInEveryTickOfEveryMind) {
+TEST(FsmForms, AgreeInEveryTickOfEveryAgent) {
     constexpr std::size_t kCount = 1000;  // three blocks and a part of one
     Forms forms(kCount);
     core::Rng rng(11);
@@ -236,12 +236,12 @@ TEST(FsmStep, AllocatesNothingOnceItsChangesHaveRoom) {
 // ---------------------------------------------------------------- oscillation
 
 TEST(Oscillations, NameThePairOfTransitions) {
-    Lone mind({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
     Oscillations oscillations({4, 6});
     oscillations.reset(1);
     for (int tick = 0; tick < 12; ++tick) {
-        mind.tick({tick % 2 == 0 ? 1.0F : 9.0F});
-        oscillations.watch(mind.changes, tick);
+        agent.tick({tick % 2 == 0 ? 1.0F : 9.0F});
+        oscillations.watch(agent.changes, tick);
     }
     ASSERT_EQ(oscillations.found().size(), 1U);
     const Oscillation& found = oscillations.found()[0];
@@ -253,27 +253,27 @@ TEST(Oscillations, NameThePairOfTransitions) {
 }
 
 TEST(Oscillations, AreNotSeenInSlowChanges) {
-    Lone mind({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
+    Lone agent({"m", {leaf("a", {go(1, {below(0, 5)})}), leaf("b", {go(0, {above(0, 5)})})}}, 1);
     Oscillations oscillations({4, 3});
     oscillations.reset(1);
     for (int tick = 0; tick < 100; ++tick) {
-        mind.tick({tick / 5 % 2 == 0 ? 1.0F : 9.0F});
-        oscillations.watch(mind.changes, tick);
+        agent.tick({tick / 5 % 2 == 0 ? 1.0F : 9.0F});
+        oscillations.watch(agent.changes, tick);
     }
     EXPECT_TRUE(oscillations.found().empty());
 }
 
 TEST(Oscillations, AreNotSeenInARound) {
-    Lone mind({"m",
-               {leaf("a", {go(1, {above(0, -1)})}),
-                leaf("b", {go(2, {above(0, -1)})}),
-                leaf("c", {go(0, {above(0, -1)})})}},
-              1);
+    Lone agent({"m",
+                {leaf("a", {go(1, {above(0, -1)})}),
+                 leaf("b", {go(2, {above(0, -1)})}),
+                 leaf("c", {go(0, {above(0, -1)})})}},
+               1);
     Oscillations oscillations({4, 3});
     oscillations.reset(1);
     for (int tick = 0; tick < 100; ++tick) {
-        mind.tick({0});
-        oscillations.watch(mind.changes, tick);
+        agent.tick({0});
+        oscillations.watch(agent.changes, tick);
     }
     EXPECT_TRUE(oscillations.found().empty());
 }

@@ -257,7 +257,7 @@ TEST(FuzzySystem, NeverLeavesItsRangeWhateverItSenses) {
     }
 }
 
-TEST(FuzzySystem, GivesEachMindTheSameBitsWhoeverIsBesideIt) {
+TEST(FuzzySystem, GivesEachAgentTheSameBitsWhoeverIsBesideIt) {
     core::Rng rng(47);
     std::vector<float> distance(37);
     std::vector<float> health(37);

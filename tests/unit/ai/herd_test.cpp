@@ -102,15 +102,15 @@ class Herd {
     void add(std::uint32_t id, const Vec3& at) {
         field.add_npc(id, kSheep, 0, at);
         field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-        field.minds.find(EntityId(id))->home = Vec3(0.0F, at.y(), 0.0F);
+        field.agents.find(EntityId(id))->home = Vec3(0.0F, at.y(), 0.0F);
     }
 
     /// Where an animal is, seen or not.
     [[nodiscard]] Vec2 at(std::uint32_t id) {
-        const Mind& mind = *field.minds.find(EntityId(id));
+        const Agent& agent = *field.agents.find(EntityId(id));
         const Vec3& body = field.position(id);
-        return mind.tier == Tier::kCoarse ? position_at(mind.segment, field.now - 1, kDt)
-                                          : Vec2(body.x(), body.z());
+        return agent.tier == Tier::kCoarse ? position_at(agent.segment, field.now - 1, kDt)
+                                           : Vec2(body.x(), body.z());
     }
 
     [[nodiscard]] Vec2 centre() {
@@ -302,7 +302,7 @@ TEST_P(HerdUnseen, RoamsAsOneThatIsSeenWhereSomeAre) {
     int mixed = 0;
     for (int s = 0; s < 150; ++s) {
         one.field.run(1.0F);
-        const std::size_t awake = one.field.minds.awake().size();
+        const std::size_t awake = one.field.agents.awake().size();
         mixed += awake > 0 && awake < kHerd ? 1 : 0;
     }
     EXPECT_GT(mixed, 10) << "some of it was seen";
@@ -398,7 +398,7 @@ TEST(HerdUnseenOnes, StayBehindTheirWalls) {
                 farthest = std::max(farthest, herd.at(id).cwiseAbs().maxCoeff());
             }
         }
-        EXPECT_TRUE(herd.field.minds.awake().empty());
+        EXPECT_TRUE(herd.field.agents.awake().empty());
         // The middle of one that touches the wall is its radius from it.
         EXPECT_LT(farthest, 7.8F - herd.field.types[kSheep].character.radius + 0.01F);
         EXPECT_GT(farthest, 7.0F) << "they go where they can";
@@ -419,13 +419,13 @@ TEST(HerdUnseenOnes, FallAsTheyWouldHaveFallen) {
     int below = 0;
     for (int second = 0; second < 90; ++second) {
         herd.field.run(1.0F);
-        woke = woke || (second > 5 && !herd.field.minds.awake().empty());
+        woke = woke || (second > 5 && !herd.field.agents.awake().empty());
         below = 0;
         for (std::uint32_t id = 1; id <= kHerd; ++id) {
             const Vec2 at = herd.at(id);
             const bool over = std::abs(at.x()) < 29.0F && std::abs(at.y()) < 21.0F;
             const bool beyond = std::abs(at.x()) > 31.5F || std::abs(at.y()) > 23.5F;
-            const bool dozes = herd.field.minds.find(EntityId(id))->tier == Tier::kCoarse;
+            const bool dozes = herd.field.agents.find(EntityId(id))->tier == Tier::kCoarse;
             const float height = herd.field.position(id).y();
             below += beyond ? 1 : 0;
             if (dozes && (over || beyond)) {

@@ -164,7 +164,7 @@ TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
                 for (std::size_t i = 0; i < kCount; ++i) {
                     walked[i].tick(now, sensed.view(), i);
                     ASSERT_EQ(machine.state_name(states.leaf[i]), walked[i].name())
-                        << "mind " << i << " tick " << now;
+                        << "agent " << i << " tick " << now;
                     std::array<float, scenario::kVillagerSenses> values{};
                     for (std::size_t k = 0; k < values.size(); ++k) {
                         values[k] = sensed.at(k, i);
@@ -195,7 +195,7 @@ TEST(FsmStep, AgreesWithAWalkThroughTheDefinitionWithHoldsToo) {
         for (std::size_t i = 0; i < kCount; ++i) {
             walked[i].tick(now, sensed.view(), i);
             ASSERT_EQ(machine.state_name(states.leaf[i]), walked[i].name())
-                << "mind " << i << " tick " << now;
+                << "agent " << i << " tick " << now;
         }
     }
     EXPECT_GT(changes.size(), 5 * kCount);

@@ -1,5 +1,5 @@
 // Difficulty follows what players do: it settles where they succeed as often as wanted, never
-// leaves its cap, and minds go on from one difficulty to the next.
+// leaves its cap, and agents go on from one difficulty to the next.
 #include "server/ai/ladder.h"
 
 #include "server/ai/mind_bytes.h"
@@ -116,14 +116,14 @@ void furnish_ladder(Field& field) {
     for (std::uint32_t id = 1; id <= 20; ++id) {
         const auto machine = static_cast<std::uint16_t>(id % 4 == 0 ? 1 : 0);
         field.add_npc(id, kGuard, machine, Vec3(4.0F * static_cast<float>(id), 0.9F, 0.0F));
-        begin(*field.minds.find(EntityId(id)), field.settings.compiled[machine], 0);
+        begin(*field.agents.find(EntityId(id)), field.settings.compiled[machine], 0);
     }
     field.add_player(900, Vec3(20.0F, 0.9F, 5.0F));
 }
 
 std::uint64_t hash_of_all(Field& field) {
     core::StateHash hash;
-    field.minds.hash(hash);
+    field.agents.hash(hash);
     for (std::uint32_t id = 1; id <= 20; ++id) {
         hash.add(field.position(id).x());
         hash.add(field.position(id).z());
@@ -132,17 +132,17 @@ std::uint64_t hash_of_all(Field& field) {
 }
 
 void go_to(Field& field, std::uint16_t rung) {
-    change_rung(field.minds, field.settings, field.steps.ladder(), rung, field.now, kDt);
+    change_rung(field.agents, field.settings, field.steps.ladder(), rung, field.now, kDt);
 }
 
-TEST(Ladder, MindsGoOnWithTheMachinesOfTheNextRung) {
+TEST(Ladder, AgentsGoOnWithTheBrainsOfTheNextLevel) {
     Field field;
     furnish_ladder(field);
     field.run(2.0F);
-    const Tick since = field.minds.find(EntityId(1))->fsm.since[0][0];
+    const Tick since = field.agents.find(EntityId(1))->fsm.since[0][0];
     note_outcome(field.steps.ladder(), field.settings.ladder, true);
     const RungChange change =
-        change_rung(field.minds, field.settings, field.steps.ladder(), 1, field.now, kDt);
+        change_rung(field.agents, field.settings, field.steps.ladder(), 1, field.now, kDt);
     EXPECT_EQ(change.from, 0);
     EXPECT_EQ(change.to, 1);
     EXPECT_EQ(change.successes, 1U);
@@ -150,9 +150,9 @@ TEST(Ladder, MindsGoOnWithTheMachinesOfTheNextRung) {
     EXPECT_EQ(field.settings.ladder.active, 1);
     EXPECT_EQ(field.settings.machines[0].states[0].transitions[0].threshold, 6.0F);
     EXPECT_EQ(machine_on(field.settings, 0, 0).name, "walker") << "what was left is kept";
-    EXPECT_EQ(field.minds.find(EntityId(1))->fsm.since[0][0], since) << "time goes on";
-    EXPECT_TRUE(field.minds.find(EntityId(1))->fresh);
-    EXPECT_FALSE(field.minds.find(EntityId(4))->fresh) << "its machine is the same everywhere";
+    EXPECT_EQ(field.agents.find(EntityId(1))->fsm.since[0][0], since) << "time goes on";
+    EXPECT_TRUE(field.agents.find(EntityId(1))->fresh);
+    EXPECT_FALSE(field.agents.find(EntityId(4))->fresh) << "its machine is the same everywhere";
     const Vec3 from = field.position(1);
     field.run(3.5F);
     // Halfway along its first segment: 0.98 of a quarter of 4 m/s, by commands of 1/127.
@@ -172,13 +172,13 @@ TEST(Ladder, BytesGoOnBitForBitOnTheSameRung) {
     note_outcome(field.steps.ladder(), field.settings.ladder, false);
     field.run(4.0F);
     std::vector<std::uint8_t> bytes;
-    write_minds(field.minds, field.steps, field.places, bytes);
+    save_agents(field.agents, field.steps, field.places, bytes);
     Field other;
     furnish_ladder(other);
     other.now = field.now;
     other.entities = field.entities;
-    other.minds = Minds();
-    ASSERT_EQ(read_minds(bytes, other.settings, other.minds, other.steps, other.places), "");
+    other.agents = AgentStore();
+    ASSERT_EQ(load_agents(bytes, other.settings, other.agents, other.steps, other.places), "");
     EXPECT_EQ(other.settings.ladder.active, 1);
     EXPECT_EQ(other.steps.ladder().failures, 1U);
     EXPECT_EQ(other.steps.ladder().level, field.steps.ladder().level);
@@ -194,10 +194,10 @@ TEST(Ladder, BytesGoOnBitForBitOnTheSameRung) {
     EXPECT_NE(hash_of_all(field), hash_of_all(other));
 
     bytes[4] = 7;  // the rung
-    Minds minds;
-    EXPECT_EQ(read_minds(bytes, other.settings, minds, other.steps, other.places),
+    AgentStore agents;
+    EXPECT_EQ(load_agents(bytes, other.settings, agents, other.steps, other.places),
               "the difficulty is cut short, or none of the settings");
-    EXPECT_EQ(minds.size(), 0U);
+    EXPECT_EQ(agents.size(), 0U);
 }
 
 TEST(Ladder, SettingsThatAreReadAnewGoOnByName) {

@@ -46,25 +46,25 @@ Machine eater() {
 class Eater {
   public:
     Eater() : written(eater()), machine(compile(written, 1.0F)) {
-        mind.entity = EntityId(1);
-        begin(mind, machine, 0);
+        agent.entity = EntityId(1);
+        begin(agent, machine, 0);
     }
 
     std::string decide(Tick now, float player = 100.0F) {
         sight.distance = player;
-        ai::decide(mind, machine, sight, Vec2::Zero(), Places(), now, thinking);
+        ai::decide(agent, machine, sight, Vec2::Zero(), Places(), now, thinking);
         last = now;
-        return machine.states[mind.fsm.state()].name;
+        return machine.states[agent.fsm.state()].name;
     }
 
     /// As of the last decision.
     [[nodiscard]] float variable(std::size_t v) const {
-        return variable_at(mind, machine, v, last);
+        return variable_at(agent, machine, v, last);
     }
 
     Machine written;
     CompiledMachine machine;
-    Mind mind;
+    Agent agent;
     Sight sight;
     Thinking thinking;
     Tick last = 0;
@@ -103,7 +103,7 @@ TEST(Variables, DoNotDependOnHowOftenTheyAreLookedAt) {
 
 TEST(Variables, StopAWayThatNeedsWhatIsNotThere) {
     Eater eater;
-    eater.mind.variables[1] = 0.0F;
+    eater.agent.variables[1] = 0.0F;
     EXPECT_EQ(eater.decide(100), "at_home/rest");
     EXPECT_GT(eater.variable(0), 0.5F);
 }
@@ -139,27 +139,27 @@ Machine chooser() {
 
 TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
     const CompiledMachine machine = compile(chooser(), 1.0F);
-    Mind mind;
-    mind.entity = EntityId(1);
-    begin(mind, machine, 0);
+    Agent agent;
+    agent.entity = EntityId(1);
+    begin(agent, machine, 0);
     Thinking thinking;
     const auto doing = [&](Tick now, float player) {
         Sight sight;
         sight.distance = player;
-        mind.entered = false;
-        ai::decide(mind, machine, sight, Vec2::Zero(), Places(), now, thinking);
-        return machine.states[mind.doing].name;
+        agent.entered = false;
+        ai::decide(agent, machine, sight, Vec2::Zero(), Places(), now, thinking);
+        return machine.states[agent.doing].name;
     };
     EXPECT_EQ(doing(0, 50), "alert:rest");
-    EXPECT_TRUE(mind.entered) << "a deed that is new begins";
+    EXPECT_TRUE(agent.entered) << "a deed that is new begins";
     EXPECT_EQ(doing(1, 50), "alert:rest");
-    EXPECT_FALSE(mind.entered) << "one that goes on does not";
+    EXPECT_FALSE(agent.entered) << "one that goes on does not";
     EXPECT_EQ(doing(2, 5), "alert:fight");
-    EXPECT_NEAR(mind.variables[0], 0.9F, 1e-6F);
+    EXPECT_NEAR(agent.variables[0], 0.9F, 1e-6F);
     EXPECT_EQ(doing(3, 5), "alert:fight");  // 0.7
     EXPECT_EQ(doing(4, 5), "alert:flee");   // 0.5
     EXPECT_EQ(doing(9, 5), "alert:flee");
-    EXPECT_NEAR(mind.variables[0], 0.5F, 1e-6F);
+    EXPECT_NEAR(agent.variables[0], 0.5F, 1e-6F);
     EXPECT_EQ(doing(10, 50), "alert:rest");
     EXPECT_EQ(doing(11, 5), "alert:fight");  // 0.6
 }
@@ -194,14 +194,14 @@ Machine buyer() {
 
 TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     const CompiledMachine machine = compile(buyer(), 1.0F);
-    Mind mind;
-    mind.entity = EntityId(1);
-    begin(mind, machine, 0);
+    Agent agent;
+    agent.entity = EntityId(1);
+    begin(agent, machine, 0);
     Thinking thinking;
     std::vector<std::string> done;
     for (Tick now = 0; now < 12; ++now) {
-        ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
-        done.push_back(machine.states[mind.doing].name);
+        ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
+        done.push_back(machine.states[agent.doing].name);
     }
     // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
     EXPECT_THAT(done,
@@ -219,9 +219,9 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
                                      "live"));
     EXPECT_EQ(thinking.plans, 4U);
     // Bread is left: hungry again, it only eats.
-    mind.variables[2] = 0.0F;
-    ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), 12, thinking);
-    EXPECT_EQ(machine.states[mind.doing].name, "live:eat");
+    agent.variables[2] = 0.0F;
+    ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), 12, thinking);
+    EXPECT_EQ(machine.states[agent.doing].name, "live:eat");
 }
 
 TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
@@ -230,13 +230,13 @@ TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
     plan.domain.actions[2].makes = {0, 1};
     plan.domain.actions[3].makes = {0, 1};
     const CompiledMachine machine = compile(written, 1.0F);
-    Mind mind;
-    mind.entity = EntityId(1);
-    begin(mind, machine, 0);
+    Agent agent;
+    agent.entity = EntityId(1);
+    begin(agent, machine, 0);
     Thinking thinking;
     for (Tick now = 0; now < 5; ++now) {
-        ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
-        EXPECT_EQ(machine.states[mind.doing].name, "live");
+        ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
+        EXPECT_EQ(machine.states[agent.doing].name, "live");
     }
     EXPECT_EQ(thinking.plans, 1U) << "nothing has changed: it is not tried again";
     EXPECT_EQ(thinking.plans_unreachable, 1U);
@@ -244,21 +244,21 @@ TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
 
 TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
     const CompiledMachine machine = compile(buyer(), 1.0F);
-    Mind mind;
-    mind.entity = EntityId(1);
-    begin(mind, machine, 0);
+    Agent agent;
+    agent.entity = EntityId(1);
+    begin(agent, machine, 0);
     Thinking thinking;
     thinking.max_plan_nodes = 1;
-    ai::decide(mind, machine, Sight(), Vec2::Zero(), Places(), 0, thinking);
+    ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), 0, thinking);
     EXPECT_EQ(thinking.plans_cut_off, 1U);
-    EXPECT_EQ(machine.states[mind.doing].name, "live");
+    EXPECT_EQ(machine.states[agent.doing].name, "live");
 }
 
 TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
     Eater eater;
     eater.decide(10);
     eater.sight.distance = 42.0F;
-    const std::string text = why(eater.mind,
+    const std::string text = why(eater.agent,
                                  eater.written,
                                  eater.machine,
                                  eater.sight,
@@ -275,7 +275,7 @@ TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
     EXPECT_THAT(text,
                 HasSubstr("  at_home/rest -> at_home/eat: hunger 0.35 above 0.5: no, and bread 3 "
                           "above 0.5: yes\n"));
-    EXPECT_EQ(eater.mind.variables_at, 0) << "to ask changes nothing";
+    EXPECT_EQ(eater.agent.variables_at, 0) << "to ask changes nothing";
 }
 
 TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
@@ -298,18 +298,18 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     machine.states[1].name = "afraid";
     machine.states[0].transitions = {{1, Sensor::kRandom, Compare::kAbove, 0.5F, 2.0F, kOwnSenses}};
     const CompiledMachine compiled = compile(machine, 0.5F);
-    Mind mind;
-    mind.entity = EntityId(1);
-    begin(mind, compiled, 0);
+    Agent agent;
+    agent.entity = EntityId(1);
+    begin(agent, compiled, 0);
     Thinking thinking;
     Sight sight;
     sight.distance = 2.5F;
-    EXPECT_FALSE(ai::decide(mind, compiled, sight, Vec2::Zero(), Places(), 0, thinking));
-    const std::string text = why(mind, machine, compiled, sight, Vec2::Zero(), Places(), 2, 0.5F);
+    EXPECT_FALSE(ai::decide(agent, compiled, sight, Vec2::Zero(), Places(), 0, thinking));
+    const std::string text = why(agent, machine, compiled, sight, Vec2::Zero(), Places(), 2, 0.5F);
     EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
     EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
     EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));
-    EXPECT_TRUE(ai::decide(mind, compiled, sight, Vec2::Zero(), Places(), 4, thinking));
+    EXPECT_TRUE(ai::decide(agent, compiled, sight, Vec2::Zero(), Places(), 4, thinking));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Minds that walk by meshes and waypoints: over a bridge and under it, and where doors turn.
+// AgentStore that walk by meshes and waypoints: over a bridge and under it, and where doors turn.
 #include "server/ai/walk.h"
 #include "tests/unit/ai/field.h"
 
@@ -44,7 +44,7 @@ class Place {
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.solid = true;
         for (world::EntityType& type : field.types) {
-            type.mind = 1;
+            type.brain = 1;
             type.character.acceleration = 20.0F;
         }
         field.paths = PathService(paths, field.statics, {-25, -25, 25, 25}, field.types, 0);
@@ -53,18 +53,18 @@ class Place {
 
     void add(std::uint32_t id, const Vec3& at, const Vec3& home) {
         field.add_npc(id, kGuard, 0, at);
-        field.minds.find(EntityId(id))->home = home;
+        field.agents.find(EntityId(id))->home = home;
         field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
     }
 
     Field field;
 };
 
-class MindsOnABridge : public testing::TestWithParam<bool> {};
+class AgentsOnABridge : public testing::TestWithParam<bool> {};
 
 /// Feet are on the bridge at 3.9 m (the middle of the body is 0.9 m above them), in the street at
 /// 0.9 m.
-TEST_P(MindsOnABridge, WalkOverItAndUnderItEachToItsHome) {
+TEST_P(AgentsOnABridge, WalkOverItAndUnderItEachToItsHome) {
     const float up = 3.9F;
     const float down = 0.9F;
     Place place({bridge(), 0.0F}, {0.25F, 1'000'000, PathMapKind::kNavmesh}, GetParam());
@@ -77,16 +77,16 @@ TEST_P(MindsOnABridge, WalkOverItAndUnderItEachToItsHome) {
         place.field.step();
     }
     for (const std::uint32_t id : {1U, 2U, 3U, 4U, 5U}) {
-        const Mind& mind = *place.field.minds.find(EntityId(id));
+        const Agent& agent = *place.field.agents.find(EntityId(id));
         const Vec3& at = place.field.position(id);
-        const Vec2 off(at.x() - mind.home.x(), at.z() - mind.home.z());
+        const Vec2 off(at.x() - agent.home.x(), at.z() - agent.home.z());
         EXPECT_LT(off.norm(), kArriveM + 0.1F) << id;
         // A body stands on a deck to within what it sinks in and rounds its edge by.
-        EXPECT_NEAR(at.y(), mind.home.y(), 0.1F) << id;
+        EXPECT_NEAR(at.y(), agent.home.y(), 0.1F) << id;
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seen, MindsOnABridge, testing::Bool(), [](const auto& kind) {
+INSTANTIATE_TEST_SUITE_P(Seen, AgentsOnABridge, testing::Bool(), [](const auto& kind) {
     return std::string(kind.param ? "Simulated" : "Unseen");
 });
 
@@ -109,7 +109,7 @@ TEST(PathsOnANavmesh, LeadOutOfTheWholeArea) {
     world::TypeTable types(2);
     for (std::size_t t = 0; t < types.size(); ++t) {
         types[t].kind = world::EntityKind::kCharacter;
-        types[t].mind = 1;
+        types[t].brain = 1;
     }
     types[1].character.radius = 1.1F;
     PathService paths({0.25F, 1'000'000, PathMapKind::kNavmesh},
@@ -118,21 +118,21 @@ TEST(PathsOnANavmesh, LeadOutOfTheWholeArea) {
                       types,
                       0);
     const std::array<pathfinding::Spot, 4> goals{{{90, 3}, {-90, 3}, {3, 90}, {3, -90}}};
-    for (Slot mind = 0; mind < 8; ++mind) {
-        paths.ask(mind, EntityId(mind + 1), mind / 4, {3.0F, 8.0F}, goals[mind % 4], {0.0F});
+    for (Slot agent = 0; agent < 8; ++agent) {
+        paths.ask(agent, EntityId(agent + 1), agent / 4, {3.0F, 8.0F}, goals[agent % 4], {0.0F});
     }
     paths.serve();
-    for (Slot mind = 0; mind < 8; ++mind) {
-        const pathfinding::PathResult a = paths.answer(mind);
+    for (Slot agent = 0; agent < 8; ++agent) {
+        const pathfinding::PathResult a = paths.answer(agent);
         ASSERT_EQ(a.outcome, pathfinding::PathOutcome::kPartial);
         const pathfinding::Spot end = a.corners.back();
-        EXPECT_GT(std::max(std::abs(end.x), std::abs(end.z)), 25.0F) << mind;
+        EXPECT_GT(std::max(std::abs(end.x), std::abs(end.z)), 25.0F) << agent;
     }
 }
 
-class MindsAtADoor : public testing::TestWithParam<PathMapKind> {};
+class AgentsAtADoor : public testing::TestWithParam<PathMapKind> {};
 
-TEST_P(MindsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
+TEST_P(AgentsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
     const PathfindingSettings paths{
         GetParam() == PathMapKind::kWaypointGraph ? 1.0F : 0.25F, 1'000'000, GetParam()};
     // 10 m to the gate at 3.2 m/s: it shuts 2 s from now; and opens when they are on their path.
@@ -156,15 +156,15 @@ TEST_P(MindsAtADoor, TurnRoundWhereItShutsBeforeThemAndGoThroughWhereItOpens) {
         }
         for (std::uint32_t id = 1; id <= 6; ++id) {
             const Vec3& at = place.field.position(id);
-            const Mind& mind = *place.field.minds.find(EntityId(id));
-            EXPECT_LT((at - mind.home).norm(), kArriveM + 0.2F) << id;
+            const Agent& agent = *place.field.agents.find(EntityId(id));
+            EXPECT_LT((at - agent.home).norm(), kArriveM + 0.2F) << id;
             EXPECT_EQ(farthest[id] > 16.0F, shuts) << id << ": by the gap, or by the gate";
         }
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps,
-                         MindsAtADoor,
+                         AgentsAtADoor,
                          testing::Values(PathMapKind::kGrid,
                                          PathMapKind::kNavmesh,
                                          PathMapKind::kWaypointGraph),

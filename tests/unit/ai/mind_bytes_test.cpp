@@ -1,4 +1,4 @@
-// Minds written down and read again go on bit for bit; bytes that are no minds are refused.
+// AgentStore written down and read again go on bit for bit; bytes that are no agents are refused.
 #include "server/ai/mind_bytes.h"
 
 #include "tests/unit/ai/field.h"
@@ -44,14 +44,14 @@ void furnish(Field& field) {
     for (std::uint32_t id = 1; id <= 40; ++id) {
         field.add_npc(id, kGuard, 0, Vec3(6.0F * static_cast<float>(id), 0.9F, 0.0F));
         field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-        begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+        begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], 0);
     }
     field.add_player(900, Vec3(20.0F, 0.9F, 5.0F));
 }
 
 std::uint64_t hash_of(Field& field) {
     core::StateHash hash;
-    field.minds.hash(hash);
+    field.agents.hash(hash);
     field.places.hash(hash);
     for (std::uint32_t id = 1; id <= 40; ++id) {
         hash.add(field.position(id).x());
@@ -60,21 +60,21 @@ std::uint64_t hash_of(Field& field) {
     return hash.value();
 }
 
-TEST(MindBytes, WhoIsReadAgainGoesOnBitForBit) {
+TEST(AgentSerialize, WhoIsReadAgainGoesOnBitForBit) {
     Field field;
     furnish(field);
     field.run(20.0F);
-    ASSERT_FALSE(field.minds.awake().empty());
-    ASSERT_LT(field.minds.awake().size(), field.minds.size()) << "some are seen, some are not";
+    ASSERT_FALSE(field.agents.awake().empty());
+    ASSERT_LT(field.agents.awake().size(), field.agents.size()) << "some are seen, some are not";
     std::vector<std::uint8_t> bytes;
-    write_minds(field.minds, field.steps, field.places, bytes);
+    save_agents(field.agents, field.steps, field.places, bytes);
 
     Field other;
     furnish(other);
     other.now = field.now;
     other.entities = field.entities;
-    other.minds = Minds();
-    ASSERT_EQ(read_minds(bytes, other.settings, other.minds, other.steps, other.places), "");
+    other.agents = AgentStore();
+    ASSERT_EQ(load_agents(bytes, other.settings, other.agents, other.steps, other.places), "");
     for (int tick = 0; tick < 1800; ++tick) {
         field.step();
         other.step();
@@ -83,22 +83,22 @@ TEST(MindBytes, WhoIsReadAgainGoesOnBitForBit) {
 }
 
 /// Bytes before it: version, ladder (rung, level, two counts, a tick), count.
-constexpr std::size_t kFirstMind = 4 + (2 + 4 + 2 * 4 + 8) + 4;
+constexpr std::size_t kFirstAgent = 4 + (2 + 4 + 2 * 4 + 8) + 4;
 
-class BadMinds : public testing::Test {
+class BadAgents : public testing::Test {
   protected:
-    BadMinds() {
+    BadAgents() {
         furnish(field);
         field.run(3.0F);
-        write_minds(field.minds, field.steps, field.places, bytes);
+        save_agents(field.agents, field.steps, field.places, bytes);
     }
 
     std::string read() {
-        Minds minds;
+        AgentStore agents;
         Step steps;
         Places places(one_pond(), Vec2d::Zero(), kDt);
-        std::string wrong = read_minds(bytes, field.settings, minds, steps, places);
-        EXPECT_EQ(minds.size(), wrong.empty() ? 40U : 0U) << "all or nothing";
+        std::string wrong = load_agents(bytes, field.settings, agents, steps, places);
+        EXPECT_EQ(agents.size(), wrong.empty() ? 40U : 0U) << "all or nothing";
         return wrong;
     }
 
@@ -106,26 +106,26 @@ class BadMinds : public testing::Test {
     std::vector<std::uint8_t> bytes;
 };
 
-TEST_F(BadMinds, AreRefusedWithTheirPlace) {
+TEST_F(BadAgents, AreRefusedWithTheirPlace) {
     EXPECT_EQ(read(), "");
     std::vector<std::uint8_t> whole = bytes;
     bytes[0] = 9;
-    EXPECT_EQ(read(), "version 9 of minds, not 5");
+    EXPECT_EQ(read(), "version 9 of agents, not 5");
     bytes = whole;
-    bytes[kFirstMind + 4] = 7;  // the first mind's machine
-    EXPECT_EQ(read(), "mind 0 of entity 1 has a machine that there is not");
+    bytes[kFirstAgent + 4] = 7;  // the first agent's machine
+    EXPECT_EQ(read(), "agent 0 of entity 1 has a machine that there is not");
     bytes = whole;
-    bytes[kFirstMind + 4 + 2] = 200;  // its state
-    EXPECT_EQ(read(), "mind 0 of entity 1 is in a state that there is not");
+    bytes[kFirstAgent + 4 + 2] = 200;  // its state
+    EXPECT_EQ(read(), "agent 0 of entity 1 is in a state that there is not");
     bytes = whole;
     bytes.push_back(0);
     EXPECT_EQ(read(), "1 bytes are left over");
     field.settings.compiled[0].states.clear();
     bytes = whole;
-    EXPECT_EQ(read(), "mind 0 of entity 1 has a machine that there is not");
+    EXPECT_EQ(read(), "agent 0 of entity 1 has a machine that there is not");
 }
 
-TEST_F(BadMinds, AreRefusedWhereverTheyEnd) {
+TEST_F(BadAgents, AreRefusedWhereverTheyEnd) {
     const std::vector<std::uint8_t> whole = bytes;
     for (std::size_t size = 0; size < whole.size(); size += size < 600 ? 1 : 37) {
         bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
@@ -133,7 +133,7 @@ TEST_F(BadMinds, AreRefusedWhereverTheyEnd) {
     }
 }
 
-TEST_F(BadMinds, NeverBreakAnythingWhateverBytesSay) {
+TEST_F(BadAgents, NeverBreakAnythingWhateverBytesSay) {
     core::Rng rng(3);
     const std::vector<std::uint8_t> whole = bytes;
     int taken = 0;
@@ -143,15 +143,15 @@ TEST_F(BadMinds, NeverBreakAnythingWhateverBytesSay) {
             bytes[rng.below(static_cast<std::uint32_t>(bytes.size()))] =
                 static_cast<std::uint8_t>(rng.below(256));
         }
-        Minds minds;
+        AgentStore agents;
         Step steps;
         Places places(one_pond(), Vec2d::Zero(), kDt);
-        if (read_minds(bytes, field.settings, minds, steps, places).empty()) {
+        if (load_agents(bytes, field.settings, agents, steps, places).empty()) {
             ++taken;
             Field other;
             furnish(other);
             other.now = field.now;
-            other.minds = std::move(minds);
+            other.agents = std::move(agents);
             for (int tick = 0; tick < 5; ++tick) {
                 other.step();  // goes on with whatever it is
             }

@@ -22,14 +22,14 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 struct Watch {
     Field field;
     Machine machine = single(ActionKind::kIdle);
-    Mind mind;
+    Agent agent;
     physics::Scene scene{physics::Settings{}};
     bool walls = false;
 
     Watch() {
         machine.perception.given = true;
         field.entities.add(EntityId(1), kGuard);
-        mind.entity = EntityId(1);
+        agent.entity = EntityId(1);
         field.types[kPlayer].aura_m.fill(20.0F);
         field.types[kPlayer].aura_m[1] = 6.0F;
         field.types[kPlayer].character.sprint_factor = 1.6F;
@@ -65,9 +65,9 @@ struct Watch {
                                       kDt,
                                       150.0F},
                                      field.entities.find(EntityId(1)),
-                                     mind,
+                                     agent,
                                      compiled);
-        take_notice(mind, sight, compiled, field.now);
+        take_notice(agent, sight, compiled, field.now);
         return sight;
     }
 
@@ -89,8 +89,8 @@ TEST(Perception, WithoutSettingsIsTheNearestPlayerAsEver) {
     EXPECT_EQ(sight.distance, 5.0F);
     EXPECT_EQ(sight.confidence, 1.0F);
     EXPECT_EQ(sight.foes, 2.0F);
-    EXPECT_TRUE(watch.mind.noticed);
-    EXPECT_EQ(watch.mind.known_at, 0) << "nothing is remembered that nobody asked for";
+    EXPECT_TRUE(watch.agent.noticed);
+    EXPECT_EQ(watch.agent.known_at, 0) << "nothing is remembered that nobody asked for";
 }
 
 TEST(Sight, IsAConeAboutTheFacingAndAllRoundNearby) {
@@ -149,7 +149,7 @@ TEST(Sight, LooksAtTheTargetOfBeforeAndTheThreeNearestOthers) {
     watch.add(7, kPlayer, 20.0F, 20.0F);
     watch.add_wall(Vec3(0.0F, 0.0F, 5.0F), Vec3(2.0F, 1.0F, 0.2F));
     EXPECT_EQ(watch.look().prey, EntityId()) << "four rays, and all of them end at the wall";
-    watch.mind.prey = EntityId(7);
+    watch.agent.prey = EntityId(7);
     EXPECT_EQ(watch.look().prey, EntityId(7)) << "one of them is for the target of before";
 }
 
@@ -241,7 +241,7 @@ TEST(Targets, AreKeptWhereTheMachineSaysSo) {
     watch.add(3, kPlayer, 0.0F, 5.0F);
     EXPECT_EQ(watch.look().prey, EntityId(3));
     watch.machine.perception.keeps_target = true;
-    watch.mind.prey = EntityId(2);
+    watch.agent.prey = EntityId(2);
     EXPECT_EQ(watch.look().prey, EntityId(2));
     watch.place(2, 0.0F, 50.0F);
     EXPECT_EQ(watch.look().prey, EntityId(3));
@@ -298,8 +298,8 @@ TEST(RayBudget, IsSharedFairlyAndWhoWaitsGoesOnWithWhatItKnew) {
     field.settings.machines = {machine, single(ActionKind::kIdle)};
     field.settings.machines[1].decide_every_s = kDt;
     field.settings.max_sight_rays_per_tick = 3 * kRaysPerLook + 1;  // three looks
-    constexpr std::uint32_t kMinds = 40;
-    for (std::uint32_t id = 1; id <= kMinds; ++id) {
+    constexpr std::uint32_t kAgents = 40;
+    for (std::uint32_t id = 1; id <= kAgents; ++id) {
         field.add_npc(id, kGuard, 0, Vec3(static_cast<float>(id), 0.0F, 0.0F));
     }
     field.add_npc(50, kGuard, 1, Vec3::Zero());
@@ -308,12 +308,12 @@ TEST(RayBudget, IsSharedFairlyAndWhoWaitsGoesOnWithWhatItKnew) {
     for (int t = 0; t < 200; ++t) {
         const Report report = field.step();
         EXPECT_EQ(report.decisions, 4U) << "three that look, and one that needs no ray";
-        EXPECT_EQ(report.blinded, kMinds - 3U);
-        for (const Slot slot : field.minds.awake()) {
-            longest = std::max(longest, field.now - field.minds.at(slot).next_decision);
+        EXPECT_EQ(report.blinded, kAgents - 3U);
+        for (const Slot slot : field.agents.awake()) {
+            longest = std::max(longest, field.now - field.agents.at(slot).next_decision);
         }
     }
-    // 40 minds, three a tick: each comes after at most ceil(40 / 3) ticks.
+    // 40 agents, three a tick: each comes after at most ceil(40 / 3) ticks.
     EXPECT_LE(longest, 14);
     EXPECT_GE(longest, 13) << "the test would not see who waits for ever";
 }

@@ -85,13 +85,13 @@ class Market : public testing::TestWithParam<bool> {
             const Vec3 at = id == 4 ? Vec3(40.0F, 0.9F, 20.0F) : Vec3(10.0F, 0.9F, 20.0F);
             field.add_npc(id, kGuard, 0, at);
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], 0);
         }
     }
 
     [[nodiscard]] float has(std::uint32_t id, std::size_t v) const {
         return variable_at(
-            *field.minds.find(EntityId(id)), field.settings.compiled[0], v, field.now);
+            *field.agents.find(EntityId(id)), field.settings.compiled[0], v, field.now);
     }
 
     Field field;

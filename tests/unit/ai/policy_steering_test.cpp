@@ -121,7 +121,7 @@ TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
     EXPECT_GE(field.command(2).move_x, 0.95F * 127.0F);
 }
 
-TEST(PolicySteering, ReadsVariablesOfTheMind) {
+TEST(PolicySteering, ReadsVariablesOfTheAgent) {
     learn::Policy policy = constant_policy(0.0F, 0.0F, -1.0F);
     policy.inputs[0].variable = "courage";
     policy.network.parameters[1] = 1.0F;  // along = courage
@@ -133,9 +133,9 @@ TEST(PolicySteering, ReadsVariablesOfTheMind) {
     field.add_player(1, {30.0F, 0.0F, 0.0F});
     field.add_npc(2, kGuard, 0, Vec3::Zero());
     compile(field.settings, kDt);
-    Mind mind = field.minds.take(EntityId(2));
-    begin(mind, field.settings.compiled[0], 0);
-    field.minds.add(mind);
+    Agent agent = field.agents.take(EntityId(2));
+    begin(agent, field.settings.compiled[0], 0);
+    field.agents.add(agent);
     field.step();
     EXPECT_NEAR(field.command(2).move_x, 0.25F * 127.0F, 1.0F);
 }
@@ -219,9 +219,9 @@ TEST(RubberBand, EndsWithItsState) {
     field.add_player(1, {30.0F, 0.0F, 0.0F});
     field.add_npc(2, kGuard, 0, Vec3::Zero());
     field.run(4.0F);
-    EXPECT_GT(field.minds.find(EntityId(2))->band, 1.0F);
+    EXPECT_GT(field.agents.find(EntityId(2))->band, 1.0F);
     field.run(3.0F);
-    EXPECT_EQ(field.minds.find(EntityId(2))->band, 1.0F);
+    EXPECT_EQ(field.agents.find(EntityId(2))->band, 1.0F);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Minds that nobody sees wait for stock instead of looking at it: what they do, have and leave in
-// stock is the same to the last bit as if they had looked at each of their decisions.
+// AgentStore that nobody sees wait for stock instead of looking at it: what they do, have and leave
+// in stock is the same to the last bit as if they had looked at each of their decisions.
 #include "server/ai/mind_bytes.h"
 #include "server/compute/worker_pool.h"
 #include "tests/unit/ai/field.h"
@@ -16,7 +16,7 @@ constexpr std::size_t kVariables = 2;
 
 constexpr std::uint64_t kSeeds = 16;
 
-/// One grows, one is what minds bring and take, one shrinks.
+/// One grows, one is what agents bring and take, one shrinks.
 PlaceSettings stores() {
     PlaceSettings settings;
     settings.places = {{"depot", {0.0, 0.0}, 3.0F, {{"parcel", 3.0F, 10.0F, 0.7F}}},
@@ -165,12 +165,12 @@ struct Outside {
     const char* name = "Nothing";
     bool stock = false;    ///< it is set anew now and then
     bool viewer = false;   ///< somebody looks now and then
-    bool moves = false;    ///< minds are taken out and put back
+    bool moves = false;    ///< agents are taken out and put back
     bool reads = false;    ///< all of it is written down and read again
     bool forgets = false;  ///< the fault to be found: nobody is told of stock
 };
 
-/// A hundred minds of made machines, all of them where they trade.
+/// A hundred agents of made machines, all of them where they trade.
 class Stores {
   public:
     Stores(std::uint64_t seed, bool simulated, std::uint32_t count = 100) : count_(count) {
@@ -186,7 +186,7 @@ class Stores {
             const auto machine = static_cast<std::uint16_t>(rng.below(3));
             field.add_npc(id, kGuard, machine, Vec3(0.5F, 0.9F, 0.5F));
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.minds.find(EntityId(id)), field.settings.compiled[machine], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[machine], 0);
         }
     }
 
@@ -209,23 +209,23 @@ class Stores {
         }
         if (outside.moves && field.now % 13 == 0) {
             const EntityId id(1 + static_cast<std::uint32_t>(field.now) % count_);
-            field.minds.add(field.minds.take(id));
+            field.agents.add(field.agents.take(id));
         }
         if (outside.reads && field.now % 97 == 0) {
             std::vector<std::uint8_t> bytes;
-            write_minds(field.minds, field.steps, field.places, bytes);
-            ASSERT_EQ(read_minds(bytes, field.settings, field.minds, field.steps, field.places),
+            save_agents(field.agents, field.steps, field.places, bytes);
+            ASSERT_EQ(load_agents(bytes, field.settings, field.agents, field.steps, field.places),
                       "");
         }
         const Report report = field.step();
         events += report.events;
         trades += report.trades;
         for (std::uint32_t id = 1; id <= count_; ++id) {
-            Mind& mind = *field.minds.find(EntityId(id));
-            waited += mind.wait.any() ? 1U : 0U;
-            if (outside.forgets && mind.wait.any()) {
-                mind.wait = StockWait{};
-                field.minds.schedule(field.minds.slot_of(EntityId(id)), 1);
+            Agent& agent = *field.agents.find(EntityId(id));
+            waited += agent.wait.any() ? 1U : 0U;
+            if (outside.forgets && agent.wait.any()) {
+                agent.wait = StockWait{};
+                field.agents.schedule(field.agents.slot_of(EntityId(id)), 1);
             }
         }
     }
@@ -235,14 +235,14 @@ class Stores {
         core::StateHash hash;
         field.places.hash(hash);
         for (std::uint32_t id = 1; id <= count_; ++id) {
-            const Mind& mind = *field.minds.find(EntityId(id));
-            const CompiledMachine& machine = field.settings.compiled[mind.machine];
-            hash.add(mind.fsm.state());
-            hash.add(mind.fsm.since[0][0]);
-            hash.add(mind.doing);
-            hash.add(mind.wants);
+            const Agent& agent = *field.agents.find(EntityId(id));
+            const CompiledMachine& machine = field.settings.compiled[agent.machine];
+            hash.add(agent.fsm.state());
+            hash.add(agent.fsm.since[0][0]);
+            hash.add(agent.doing);
+            hash.add(agent.wants);
             for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-                hash.add(variable_at(mind, machine, v, field.now));
+                hash.add(variable_at(agent, machine, v, field.now));
             }
         }
         return hash.value();
@@ -251,7 +251,7 @@ class Stores {
     Field field;
     std::uint64_t events = 0;
     std::uint64_t trades = 0;
-    std::uint64_t waited = 0;  ///< minds x ticks
+    std::uint64_t waited = 0;  ///< agents x ticks
 
   private:
     std::uint32_t count_;
@@ -272,9 +272,9 @@ Tick first_difference(Stores& all, Stores& some, const Outside& outside, float s
     return -1;
 }
 
-class WaitingMinds : public testing::TestWithParam<Outside> {};
+class WaitingAgents : public testing::TestWithParam<Outside> {};
 
-TEST_P(WaitingMinds, DoWhatTheyWouldHaveDoneLookingAtEachDecision) {
+TEST_P(WaitingAgents, DoWhatTheyWouldHaveDoneLookingAtEachDecision) {
     std::uint64_t trades = 0;
     std::uint64_t waited = 0;
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -289,11 +289,11 @@ TEST_P(WaitingMinds, DoWhatTheyWouldHaveDoneLookingAtEachDecision) {
 }
 
 INSTANTIATE_TEST_SUITE_P(StockWaits,
-                         WaitingMinds,
+                         WaitingAgents,
                          testing::Values(Outside{"LeftAlone"},
                                          Outside{"WithStockThatIsSet", true},
                                          Outside{"WithViewers", false, true},
-                                         Outside{"WhereMindsComeAndGo", true, false, true},
+                                         Outside{"WhereAgentsComeAndGo", true, false, true},
                                          Outside{"WithAllOfIt", true, true, true, true}),
                          [](const testing::TestParamInfo<Outside>& tested) {
                              return std::string(tested.param.name);
@@ -310,10 +310,10 @@ TEST(StockWaits, AreMissedWhereNobodyIsTold) {
     EXPECT_GT(different, 10) << "the comparison finds who is not told";
 }
 
-std::uint64_t hash_of_minds(const Stores& stores) {
+std::uint64_t hash_of_agents(const Stores& stores) {
     core::StateHash hash;
-    stores.field.minds.hash(hash);
-    stores.field.steps.hash(stores.field.minds, hash);
+    stores.field.agents.hash(hash);
+    stores.field.steps.hash(stores.field.agents, hash);
     return hash.value();
 }
 
@@ -325,7 +325,7 @@ TEST(StockWaits, DoNotDependOnThreads) {
     for (int tick = 0; tick < 600; ++tick) {
         one.step({});
         two.step({});
-        ASSERT_EQ(hash_of_minds(one), hash_of_minds(two)) << "tick " << tick;
+        ASSERT_EQ(hash_of_agents(one), hash_of_agents(two)) << "tick " << tick;
     }
 }
 
@@ -335,7 +335,7 @@ TEST(StockWaits, GoOnBitForBitWhereTheyAreReadAgain) {
     for (int tick = 0; tick < 1'800; ++tick) {
         one.step({});
         two.step({"Read", false, false, false, true});
-        ASSERT_EQ(hash_of_minds(one), hash_of_minds(two)) << "tick " << tick;
+        ASSERT_EQ(hash_of_agents(one), hash_of_agents(two)) << "tick " << tick;
     }
     EXPECT_GT(one.waited, 0U);
 }
@@ -368,7 +368,7 @@ class Herd : public testing::Test {
         for (std::uint32_t id = 1; id <= count; ++id) {
             field.add_npc(id, kGuard, 0, Vec3(0.5F, 0.9F, 0.5F));
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], 0);
         }
     }
 
@@ -379,7 +379,7 @@ TEST_F(Herd, IsNotCalledUpAsAWhole) {
     fill(3'000);
     field.settings.max_decisions_per_tick = 100'000;
     field.run(3.0F);
-    ASSERT_TRUE(field.minds.awake().empty());
+    ASSERT_TRUE(field.agents.awake().empty());
     std::uint32_t events = 0;
     std::uint32_t trades = 0;
     for (const Tick end = field.now + 60 * 30; field.now < end;) {
@@ -395,7 +395,7 @@ TEST_F(Herd, WaitsItsTurnWhereDecisionsAreFew) {
     fill(100);
     field.settings.max_decisions_per_tick = 3;
     field.run(30.0F);
-    ASSERT_TRUE(field.minds.awake().empty());
+    ASSERT_TRUE(field.agents.awake().empty());
     std::vector<Places::Stock> stock(field.places.stocks().begin(), field.places.stocks().end());
     stock[0].amount = 1e4F;
     stock[0].at = field.now;
@@ -408,8 +408,8 @@ TEST_F(Herd, WaitsItsTurnWhereDecisionsAreFew) {
         trades += report.trades;
     }
     for (std::uint32_t id = 1; id <= 100; ++id) {
-        const Mind& mind = *field.minds.find(EntityId(id));
-        EXPECT_EQ(mind.wants, 0) << id;
+        const Agent& agent = *field.agents.find(EntityId(id));
+        EXPECT_EQ(agent.wants, 0) << id;
     }
     EXPECT_GT(trades, 0U);
 }

@@ -1,5 +1,5 @@
-// Minds that walk along paths: around walls, through doors, and alike whether somebody looks or
-// not.
+// AgentStore that walk along paths: around walls, through doors, and alike whether somebody looks
+// or not.
 #include "server/ai/walk.h"
 #include "tests/unit/ai/field.h"
 
@@ -35,7 +35,7 @@ class Yard {
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.solid = true;
         for (world::EntityType& type : field.types) {
-            type.mind = 1;
+            type.brain = 1;
             type.character.acceleration = 20.0F;
         }
         field.paths =
@@ -46,16 +46,16 @@ class Yard {
     /// Somebody at (-10, z) whose home is at `home`.
     void add(std::uint32_t id, float z, const Vec2& home) {
         field.add_npc(id, kGuard, 0, Vec3(-10.0F, 0.9F, z));
-        mind(id).home = Vec3(home.x(), 0.9F, home.y());
+        agent(id).home = Vec3(home.x(), 0.9F, home.y());
         field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
     }
 
-    [[nodiscard]] Mind& mind(std::uint32_t id) { return *field.minds.find(EntityId(id)); }
+    [[nodiscard]] Agent& agent(std::uint32_t id) { return *field.agents.find(EntityId(id)); }
 
     /// Where it takes itself to be.
     [[nodiscard]] Vec2 place(std::uint32_t id) {
         const Vec3& body = field.position(id);
-        return whereabouts(mind(id), Vec2(body.x(), body.z()), field.now, kDt);
+        return whereabouts(agent(id), Vec2(body.x(), body.z()), field.now, kDt);
     }
 
     /// Whether it is in the wall, or in the gate while that is shut.
@@ -83,7 +83,7 @@ TEST(PathFollowing, LeadsRoundAGateThatIsShut) {
     for (Tick tick = 0; tick < 30 * 20; ++tick) {
         yard.field.step();
         ASSERT_FALSE(yard.in_wall(1)) << tick << " at " << yard.place(1).transpose();
-        arrived = arrived == 0 && yard.mind(1).segment.speed == 0.0F ? tick : arrived;
+        arrived = arrived == 0 && yard.agent(1).segment.speed == 0.0F ? tick : arrived;
     }
     EXPECT_LT((yard.place(1) - Vec2(10.0F, 0.0F)).norm(), kArriveM);
     const float seconds = static_cast<float>(arrived) * kDt;
@@ -128,7 +128,7 @@ TEST(PathFollowing, StopsWhereNoWayLeadsOnAndGoesOnWhenOneOpens) {
     yard.add(1, 5.0F, {10.0F, 0.0F});
     yard.field.run(19.9F);
     EXPECT_LT(yard.place(1).x(), 0.0F);
-    EXPECT_FALSE(moving(yard.mind(1))) << "as near as it gets, it waits";
+    EXPECT_FALSE(moving(yard.agent(1))) << "as near as it gets, it waits";
     // It looks again every 5 s; 11 m at 3.2 m/s.
     yard.field.run(5.0F + 6.0F);
     EXPECT_LT((yard.place(1) - Vec2(10.0F, 0.0F)).norm(), kArriveM);
@@ -168,7 +168,7 @@ TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
             ASSERT_EQ(all.field.state(id), some.field.state(id)) << id << " at " << tick;
             ASSERT_FALSE(all.in_wall(id)) << id << " at " << tick;
             ASSERT_FALSE(some.in_wall(id)) << id << " at " << tick;
-            coarse += some.mind(id).tier == Tier::kCoarse ? 1U : 0U;
+            coarse += some.agent(id).tier == Tier::kCoarse ? 1U : 0U;
             const Vec3& body = all.field.position(id);
             const float off = (some.place(id) - Vec2(body.x(), body.z())).norm();
             worst = std::max(worst, off);

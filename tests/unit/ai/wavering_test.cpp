@@ -8,7 +8,7 @@
 namespace zoned::ai::test {
 namespace {
 
-/// In and out of a state by one threshold: right at it, every decision changes its mind.
+/// In and out of a state by one threshold: right at it, every decision changes its agent.
 Machine nervous() {
     Machine machine = single(ActionKind::kIdle);
     machine.name = "nervous";
@@ -27,13 +27,13 @@ TEST(Wavering, IsFoundWithItsTransitionsAndWhoDoesIt) {
     field.add_npc(7, kGuard, 1, Vec3::Zero());
     // Decisions every 0.2 s, each a change: the sixth is at 1.2 s.
     field.run(1.1F);
-    EXPECT_TRUE(field.minds.wavering(1).empty());
+    EXPECT_TRUE(field.agents.wavering(1).empty());
     field.run(0.4F);
-    ASSERT_EQ(field.minds.wavering(1).size(), 1U);
-    const fsm::Oscillation& found = field.minds.wavering(1)[0];
-    EXPECT_EQ(found.mind, 7U);
+    ASSERT_EQ(field.agents.wavering(1).size(), 1U);
+    const fsm::Oscillation& found = field.agents.wavering(1)[0];
+    EXPECT_EQ(found.agent, 7U);
     EXPECT_EQ(found.count, 1U);
-    EXPECT_TRUE(field.minds.wavering(0).empty());
+    EXPECT_TRUE(field.agents.wavering(0).empty());
     const Machine& machine = field.settings.machines[1];
     const CompiledMachine& compiled = field.settings.compiled[1];
     EXPECT_EQ(transition_text(machine, compiled, found.a, found.b, found.a_to_b),
@@ -42,20 +42,20 @@ TEST(Wavering, IsFoundWithItsTransitionsAndWhoDoesIt) {
               "upset -> calm where random below 2");
 }
 
-TEST(Wavering, FollowsAMindWhenOthersComeAndGo) {
+TEST(Wavering, FollowsAnAgentWhenOthersComeAndGo) {
     Field field;
     field.settings.machines = {nervous()};
     field.add_npc(7, kGuard, 0, Vec3::Zero());
     field.run(0.6F);
     field.add_npc(3, kGuard, 0, Vec3::Zero());  // before it: every index moves
     field.run(0.9F);
-    ASSERT_EQ(field.minds.wavering(0).size(), 1U);
-    EXPECT_EQ(field.minds.wavering(0)[0].mind, 7U);
+    ASSERT_EQ(field.agents.wavering(0).size(), 1U);
+    EXPECT_EQ(field.agents.wavering(0)[0].agent, 7U);
     // Gone and back, it is another as far as reports go.
-    field.minds.add(field.minds.take(EntityId(7)));
-    EXPECT_EQ(field.minds.wavering(0)[0].count, 1U);
-    field.minds.forget_wavering();
-    EXPECT_TRUE(field.minds.wavering(0).empty());
+    field.agents.add(field.agents.take(EntityId(7)));
+    EXPECT_EQ(field.agents.wavering(0)[0].count, 1U);
+    field.agents.forget_wavering();
+    EXPECT_TRUE(field.agents.wavering(0).empty());
 }
 
 }  // namespace

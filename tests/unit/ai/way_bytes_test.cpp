@@ -1,4 +1,4 @@
-// Paths written down and read again beside minds: all goes on bit for bit; bytes that are none are
+// Paths written down and read again beside agents: all goes on bit for bit; bytes that are none are
 // refused.
 #include "server/ai/way_bytes.h"
 
@@ -72,7 +72,7 @@ struct Town {
         field.solid = true;
         field.now = now;
         for (world::EntityType& type : field.types) {
-            type.mind = 1;
+            type.brain = 1;
             type.character.acceleration = 20.0F;
         }
         field.paths = PathService(paths, field.statics, {-30, -30, 30, 30}, field.types, now);
@@ -85,14 +85,14 @@ struct Town {
             const Vec3 at(-24.0F + 12.0F * static_cast<float>(id % 5), 0.9F, 0.4F * k - 24.0F);
             field.add_npc(id, kGuard, 0, at);
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.minds.find(EntityId(id)), field.settings.compiled[0], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[0], 0);
         }
         field.add_player(900, Vec3(20.0F, 0.9F, 5.0F));
     }
 
     [[nodiscard]] std::uint64_t hash() {
         core::StateHash hash;
-        field.minds.hash(hash);
+        field.agents.hash(hash);
         for (std::uint32_t id = 1; id <= kWalkers; ++id) {
             hash.add(field.position(id).x());
             hash.add(field.position(id).z());
@@ -106,10 +106,10 @@ struct Town {
 /// The other town that was read from the bytes of one; `paths`: whether those were, too.
 struct Copy {
     Copy(Town& town, const PathfindingSettings& settings, Tick first_turn, bool with_paths) {
-        std::vector<std::uint8_t> minds;
+        std::vector<std::uint8_t> agents;
         std::vector<std::uint8_t> paths;
         Field& from = town.field;
-        write_minds(from.minds, from.steps, from.places, minds);
+        save_agents(from.agents, from.steps, from.places, agents);
         serialize_paths(from.paths, paths);
         // Doors as they are between two ticks.
         other = std::make_unique<Town>(settings, first_turn, from.now);
@@ -119,9 +119,9 @@ struct Copy {
                 PathService(settings, to.statics, {-30, -30, 30, 30}, to.types, from.now - 1);
         }
         to.entities = from.entities;
-        EXPECT_EQ(read_minds(minds, to.settings, to.minds, to.steps, to.places), "");
+        EXPECT_EQ(load_agents(agents, to.settings, to.agents, to.steps, to.places), "");
         if (with_paths) {
-            EXPECT_EQ(deserialize_paths(paths, to.minds, to.paths, to.steps), "");
+            EXPECT_EQ(deserialize_paths(paths, to.agents, to.paths, to.steps), "");
             std::vector<std::uint8_t> again;
             serialize_paths(to.paths, again);
             EXPECT_EQ(again, paths) << "what was read is what was written";
@@ -212,7 +212,7 @@ class BadPaths : public testing::TestWithParam<PathMapKind> {
     /// Into paths of the same ground.
     std::string read(PathService& paths) {
         Step step;
-        return deserialize_paths(bytes, town.field.minds, paths, step);
+        return deserialize_paths(bytes, town.field.agents, paths, step);
     }
 
     [[nodiscard]] PathService fresh() const {

@@ -1,4 +1,4 @@
-// PathService: minds ask, doors turn, and everybody has an answer in time.
+// PathService: agents ask, doors turn, and everybody has an answer in time.
 #include "server/ai/ways.h"
 
 #include "server/ai/navigation/line_of_sight.h"
@@ -42,9 +42,9 @@ motion::StaticGeometry town() {
 
 world::TypeTable kinds() {
     world::TypeTable types(4);
-    types[0].kind = world::EntityKind::kCharacter;  // of players: no mind
+    types[0].kind = world::EntityKind::kCharacter;  // of players: no agent
     types[1].kind = world::EntityKind::kCharacter;
-    types[1].mind = 1;
+    types[1].brain = 1;
     types[2] = types[1];
     types[2].character.speed = 1.0F;  // slower, but of the same size
     types[3] = types[1];
@@ -65,7 +65,7 @@ float length(Spot from, std::span<const Spot> corners) {
     return sum;
 }
 
-TEST(PathService, HaveAMapForEachSizeOfCharactersWithMindsAlone) {
+TEST(PathService, HaveAMapForEachSizeOfCharactersWithAgentsAlone) {
     const PathService paths = paths_at(0);
     EXPECT_EQ(paths.sizes(), 2U);
     EXPECT_FALSE(paths.plans_for(0));
@@ -89,8 +89,8 @@ TEST(PathService, AreAnsweredInTheTickInWhichTheyAreAskedFor) {
     paths.serve();
     ASSERT_EQ(std::vector<Slot>(paths.answered().begin(), paths.answered().end()),
               (std::vector<Slot>{3, 5, 7}));
-    for (const Slot mind : {7U, 3U}) {
-        const pathfinding::PathResult a = paths.answer(mind);
+    for (const Slot agent : {7U, 3U}) {
+        const pathfinding::PathResult a = paths.answer(agent);
         ASSERT_FALSE(a.waiting);
         EXPECT_EQ(a.outcome, PathOutcome::kFound);
         ASSERT_EQ(a.corners.size(), 1U) << "straight through the open gate";
@@ -163,21 +163,21 @@ TEST(PathService, LeadOutOfTheZoneToAPlaceBeyondItWhereItCanBeLeft) {
 
 TEST(PathService, ForgetWhoseSlotIsAnothers) {
     PathService paths = paths_at(150, 1);
-    for (Slot mind = 0; mind < 50; ++mind) {
-        paths.ask(mind, EntityId(mind + 1), 1, {-10.0F, 5.0F}, {10.0F, 5.0F});
+    for (Slot agent = 0; agent < 50; ++agent) {
+        paths.ask(agent, EntityId(agent + 1), 1, {-10.0F, 5.0F}, {10.0F, 5.0F});
     }
-    for (Slot mind = 0; mind < 50; mind += 2) {
-        paths.ask(mind, EntityId(mind + 1000), 3, {-10.0F, 5.0F}, {10.0F, -5.0F});
+    for (Slot agent = 0; agent < 50; agent += 2) {
+        paths.ask(agent, EntityId(agent + 1000), 3, {-10.0F, 5.0F}, {10.0F, -5.0F});
     }
     for (int tick = 0; tick < 40; ++tick) {
         paths.serve();
-        for (const Slot mind : paths.answered()) {
-            EXPECT_FALSE(paths.answer(mind).waiting);
+        for (const Slot agent : paths.answered()) {
+            EXPECT_FALSE(paths.answer(agent).waiting);
         }
     }
-    for (Slot mind = 0; mind < 50; ++mind) {
-        ASSERT_FALSE(paths.answer(mind).waiting);
-        EXPECT_EQ(paths.answer(mind).corners.back(), (Spot{10.0F, mind % 2 == 0 ? -5.0F : 5.0F}));
+    for (Slot agent = 0; agent < 50; ++agent) {
+        ASSERT_FALSE(paths.answer(agent).waiting);
+        EXPECT_EQ(paths.answer(agent).corners.back(), (Spot{10.0F, agent % 2 == 0 ? -5.0F : 5.0F}));
     }
 }
 
@@ -190,10 +190,13 @@ TEST(PathService, AllocateNothingOnceAllHaveAsked) {
     const auto live = [&](Tick from, Tick to) {
         for (Tick tick = from; tick < to; ++tick) {
             paths.follow_doors(tick);
-            for (Slot mind = 0; mind < 100; ++mind) {
+            for (Slot agent = 0; agent < 100; ++agent) {
                 if (rng.below(8) == 0) {
-                    paths.ask(
-                        mind, EntityId(mind + 1), mind % 2 == 0 ? 1 : 3, somewhere(), somewhere());
+                    paths.ask(agent,
+                              EntityId(agent + 1),
+                              agent % 2 == 0 ? 1 : 3,
+                              somewhere(),
+                              somewhere());
                 }
             }
             paths.serve();

@@ -76,8 +76,8 @@ TEST(Adaptation, MakesMachinesOfAllDifficulties) {
     std::size_t bandit = 0;
     std::size_t guard = 0;
     for (const world::EntityType& type : out.settings.types) {
-        bandit = type.name == "bandit" ? type.mind - 1U : bandit;
-        guard = type.name == "guard" ? type.mind - 1U : guard;
+        bandit = type.name == "bandit" ? type.brain - 1U : bandit;
+        guard = type.name == "guard" ? type.brain - 1U : guard;
     }
     EXPECT_EQ(notice_m(out.settings.ai.compiled[bandit]), 10.0F);
     EXPECT_EQ(notice_m(machine_on(out.settings.ai, 0, bandit)), 5.0F);

@@ -88,25 +88,25 @@ std::string town_with(const std::string& from, const std::string& to) {
     return with(from, to, kTown);
 }
 
-const ai::CompiledMachine& mind_of(const Outcome& out, const std::string& type) {
+const ai::CompiledMachine& brain_of(const Outcome& out, const std::string& type) {
     for (const world::EntityType& of : out.settings.types) {
         if (of.name == type) {
-            return out.settings.ai.compiled.at(of.mind - 1U);
+            return out.settings.ai.compiled.at(of.brain - 1U);
         }
     }
     throw std::runtime_error("no type " + type);
 }
 
-/// One mind, what it senses, and its decisions.
+/// One agent, what it senses, and its decisions.
 struct Walk {
     const ai::CompiledMachine& machine;
-    ai::Mind mind;
+    ai::Agent agent;
     ai::Thinking thinking;
     Tick now = 0;
 
     explicit Walk(const ai::CompiledMachine& of) : machine(of) {
-        mind.entity = EntityId(1);
-        ai::begin(mind, machine, 0);
+        agent.entity = EntityId(1);
+        ai::begin(agent, machine, 0);
     }
 
     /// What it does `ticks` ticks later.
@@ -114,8 +114,8 @@ struct Walk {
         now += ticks;
         ai::Sight sight;
         sight.distance = player_m;
-        ai::decide(mind, machine, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
-        return machine.states[mind.doing].name;
+        ai::decide(agent, machine, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
+        return machine.states[agent.doing].name;
     }
 };
 
@@ -124,8 +124,8 @@ constexpr float kNobody = std::numeric_limits<float>::infinity();
 TEST(TypesOfBehaviours, HaveOneMachineWithTheirParametersInIt) {
     const Outcome out = parse(kTown);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& townsman = mind_of(out, "townsman");
-    EXPECT_EQ(townsman.name, "townsman.mind");
+    const ai::CompiledMachine& townsman = brain_of(out, "townsman");
+    EXPECT_EQ(townsman.name, "townsman.brain");
     EXPECT_EQ(townsman.perception_m, 40.0F);   // of "labour" and "eating", the farthest
     EXPECT_EQ(townsman.decide_every_s, 0.2F);  // of "eating", the most frequent
     ASSERT_EQ(townsman.states.size(), 5U);
@@ -134,14 +134,14 @@ TEST(TypesOfBehaviours, HaveOneMachineWithTheirParametersInIt) {
     EXPECT_EQ(townsman.states[2].name, "fear/run");
     EXPECT_EQ(townsman.states[3].name, "feeding/walk");
     EXPECT_EQ(townsman.states[3].speed_factor, 0.6F);
-    EXPECT_EQ(mind_of(out, "glutton").states[3].speed_factor, 0.6F) << "the base says so";
+    EXPECT_EQ(brain_of(out, "glutton").states[3].speed_factor, 0.6F) << "the base says so";
 }
 
 TEST(TypesOfBehaviours, ActByPrecedenceAndGoOnWhereTheyWere) {
     const Outcome out = parse(kTown);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     // At 30 Hz hunger grows by 0.1 in 30 ticks, from 0.5.
-    Walk walk(mind_of(out, "townsman"));
+    Walk walk(brain_of(out, "townsman"));
     EXPECT_EQ(walk.after(30, kNobody), "work/dig");    // hunger 0.6, 1 s
     EXPECT_EQ(walk.after(30, 9.0F), "fear/run");       // 0.7: a player within 10 m
     EXPECT_EQ(walk.after(60, 20.0F), "fear/run");      // 0.9: hungry, but fear comes first
@@ -164,7 +164,7 @@ TEST(TypesOfBehaviours, OverrideWhatTheirBaseSays) {
     EXPECT_EQ(glutton.character().speed_mps(), 2.0);
     EXPECT_EQ(glutton.aura_m().normal(), 45.0);
     EXPECT_EQ(glutton.aura_m().idle(), 20.0);
-    Walk walk(mind_of(out, "glutton"));
+    Walk walk(brain_of(out, "glutton"));
     EXPECT_EQ(walk.after(3, kNobody), "feeding/walk") << "hungry at 0.4, and it begins at 0.5";
 }
 
@@ -184,9 +184,9 @@ type {
   name: "guard")");
     const Outcome out = parse(brave);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    Walk walk(mind_of(out, "brave"));
+    Walk walk(brain_of(out, "brave"));
     EXPECT_EQ(walk.after(30, 1.0F), "work/dig");
-    Walk starving(mind_of(out, "starving"));
+    Walk starving(brain_of(out, "starving"));
     EXPECT_EQ(starving.after(120, 1.0F), "feeding/walk") << "hunger comes before fear";
 }
 
@@ -216,7 +216,7 @@ TEST(Difficulties, SetParametersWhateverTypesSay) {
     EXPECT_EQ(parameter("glutton", "haste").reason, "as type townsman says");
     EXPECT_EQ(parameter("glutton", "hungry_at").value, 0.9);
     EXPECT_EQ(parameter("glutton", "hungry_at").reason, "difficulty hard");
-    Walk walk(mind_of(out, "townsman"));
+    Walk walk(brain_of(out, "townsman"));
     EXPECT_EQ(walk.after(30, 19.0F), "fear/run");
     const std::string text = parameters_text(out.settings);
     EXPECT_NE(text.find("difficulty: hard"), std::string::npos) << text;

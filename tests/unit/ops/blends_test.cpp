@@ -74,11 +74,12 @@ TEST(PerceptionInConfigs, OfATypeStandsInPlaceOfItsMachines) {
                                    "  machine: \"guard\"\n  perception { half_angle_deg: 90 }\n",
                                    kBlended));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& mind = out.settings.ai.compiled.at(out.settings.types[2].mind - 1U);
-    EXPECT_EQ(mind.name, "guard.mind");
-    EXPECT_TRUE(mind.perception.players);
-    EXPECT_NEAR(mind.perception.cos_half_angle, 0.0F, 1e-6F);
-    EXPECT_EQ(mind.perception.memory_s, 0.0F);
+    const ai::CompiledMachine& agent =
+        out.settings.ai.compiled.at(out.settings.types[2].brain - 1U);
+    EXPECT_EQ(agent.name, "guard.brain");
+    EXPECT_TRUE(agent.perception.players);
+    EXPECT_NEAR(agent.perception.cos_half_angle, 0.0F, 1e-6F);
+    EXPECT_EQ(agent.perception.memory_s, 0.0F);
 }
 
 TEST(MistakesInBlends, AreFoundWhereTheyAre) {

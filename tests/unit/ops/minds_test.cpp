@@ -1,5 +1,5 @@
-// Minds in a config: machines within machines and fuzzy senses run as written, and each mistake is
-// found at its line and column.
+// AgentStore in a config: machines within machines and fuzzy senses run as written, and each
+// mistake is found at its line and column.
 #include "server/ops/minds.h"
 
 #include "server/ai/decision.h"
@@ -13,8 +13,8 @@ namespace zoned::ops::test {
 namespace {
 
 /// A guard whose day is a machine of its own, and who chases as boldly as a fuzzy system says.
-const std::string kMinds = with("machine {\n  name: \"guard\"",
-                                R"(fuzzy {
+const std::string kBrains = with("machine {\n  name: \"guard\"",
+                                 R"(fuzzy {
   name: "brave"
   input { name: "distance" sensor: PLAYER_DISTANCE low: 0 high: 40
     term { name: "near" b: 5 d: 20 }
@@ -49,14 +49,14 @@ machine {
 }
 machine {
   name: "guard")",
-                                with("machine: \"guard\"", "machine: \"sentry\""));
+                                 with("machine: \"guard\"", "machine: \"sentry\""));
 
-std::string minds_with(const std::string& from, const std::string& to) {
-    return with(from, to, kMinds);
+std::string brains_with(const std::string& from, const std::string& to) {
+    return with(from, to, kBrains);
 }
 
-TEST(Minds, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
-    const Outcome out = parse(kMinds);
+TEST(AgentStore, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
+    const Outcome out = parse(kBrains);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
     ASSERT_EQ(sentry.states.size(), 3U);
@@ -70,18 +70,18 @@ TEST(Minds, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
     EXPECT_TRUE(out.settings.ai.compiled[0].fuzzy.empty());
 }
 
-TEST(Minds, DoWhatTheyAreWritten) {
-    const Outcome out = parse(kMinds);
+TEST(AgentStore, DoWhatTheyAreWritten) {
+    const Outcome out = parse(kBrains);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
-    ai::Mind mind;
+    ai::Agent agent;
     ai::Thinking thinking;
-    mind.entity = EntityId(1);
+    agent.entity = EntityId(1);
     const auto decide = [&](float distance, float home_m, Tick now) {
         ai::Sight sight;
         sight.distance = distance;
-        ai::decide(mind, sentry, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
-        return sentry.states[mind.fsm.state()].name;
+        ai::decide(agent, sentry, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
+        return sentry.states[agent.fsm.state()].name;
     };
     // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
     EXPECT_EQ(decide(35, 0, 0), "calm/walk");
@@ -92,63 +92,64 @@ TEST(Minds, DoWhatTheyAreWritten) {
     EXPECT_EQ(decide(35, 40, 455), "calm/walk");
 }
 
-TEST(Minds, FindUnknownSenses) {
-    expect_single(minds_with("sense: \"brave.boldness\" compare: ABOVE",
-                             "sense: \"brave.bold\" compare: ABOVE"),
+TEST(AgentStore, FindUnknownSenses) {
+    expect_single(brains_with("sense: \"brave.boldness\" compare: ABOVE",
+                              "sense: \"brave.bold\" compare: ABOVE"),
                   "sense: \"brave.bold\"",
-                  "minds of machine 'sentry' do not sense 'brave.bold'");
+                  "agents of machine 'sentry' do not sense 'brave.bold'");
 }
 
-TEST(Minds, FindUnknownSensesInFurtherConditions) {
-    expect_single(minds_with("also { sensor: HOME_DISTANCE", "also { sense: \"a.b\""),
+TEST(AgentStore, FindUnknownSensesInFurtherConditions) {
+    expect_single(brains_with("also { sensor: HOME_DISTANCE", "also { sense: \"a.b\""),
                   "sense: \"a.b\"",
                   "do not sense 'a.b'");
 }
 
-TEST(Minds, FindUnknownMachines) {
-    expect_single(minds_with("machine: \"round\"", "machine: \"rond\""),
+TEST(AgentStore, FindUnknownMachines) {
+    expect_single(brains_with("machine: \"round\"", "machine: \"rond\""),
                   "machine: \"rond\"",
                   "no machine named 'rond'");
 }
 
-TEST(Minds, FindStatesThatNobodyEnters) {
-    expect_single(minds_with("  state { name: \"stand\" action: IDLE",
-                             "  state { name: \"lost\"\n    transition { to: \"walk\" }\n  }\n"
-                             "  state { name: \"stand\" action: IDLE"),
+TEST(AgentStore, FindStatesThatNobodyEnters) {
+    expect_single(brains_with("  state { name: \"stand\" action: IDLE",
+                              "  state { name: \"lost\"\n    transition { to: \"walk\" }\n  }\n"
+                              "  state { name: \"stand\" action: IDLE"),
                   "state { name: \"lost\"",
                   "is never entered");
 }
 
-TEST(Minds, FindCycles) {
-    expect_single(minds_with("state { name: \"stand\" action: IDLE",
-                             "state { name: \"stand\" machine: \"sentry\""),
+TEST(AgentStore, FindCycles) {
+    expect_single(brains_with("state { name: \"stand\" action: IDLE",
+                              "state { name: \"stand\" machine: \"sentry\""),
                   "machine: \"sentry\"\n    transition",
                   "'sentry' holds 'round' holds 'sentry'");
 }
 
-TEST(Minds, FindRingsThatNobodyUses) {
-    expect_single(minds_with("machine {\n  name: \"sentry\"",
-                             "machine {\n  name: \"a\"\n  state { name: \"s\" machine: \"a\" }\n}\n"
-                             "machine {\n  name: \"sentry\""),
-                  "machine: \"a\" }",
-                  "cannot be inside itself");
+TEST(AgentStore, FindRingsThatNobodyUses) {
+    expect_single(
+        brains_with("machine {\n  name: \"sentry\"",
+                    "machine {\n  name: \"a\"\n  state { name: \"s\" machine: \"a\" }\n}\n"
+                    "machine {\n  name: \"sentry\""),
+        "machine: \"a\" }",
+        "cannot be inside itself");
 }
 
-TEST(Minds, FindMachinesThatAreTooDeep) {
+TEST(AgentStore, FindMachinesThatAreTooDeep) {
     std::string machines;
     for (int level = 0; level < 5; ++level) {
         machines += "machine {\n  name: \"m" + std::to_string(level) + "\"\n  state { name: \"s\" ";
         machines += level < 4 ? "machine: \"m" + std::to_string(level + 1) + "\" }\n}\n" : "}\n}\n";
     }
     const Outcome out = parse(
-        minds_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+        brains_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
     ASSERT_EQ(out.errors.size(), 1U) << format_errors("test", out.errors);
     EXPECT_NE(out.errors[0].text.find("at most 4 levels"), std::string::npos);
     EXPECT_EQ(out.errors[0].line,
-              place_of(kMinds, "machine {\n  name: \"sentry\"").first + 3 * 4 + 2);
+              place_of(kBrains, "machine {\n  name: \"sentry\"").first + 3 * 4 + 2);
 }
 
-TEST(Minds, EndWhereMachinesWithinMachinesExplode) {
+TEST(AgentStore, EndWhereMachinesWithinMachinesExplode) {
     // 100 states of 100 states of ...: 10^8 in all.
     std::string machines;
     for (int level = 0; level < 4; ++level) {
@@ -161,44 +162,44 @@ TEST(Minds, EndWhereMachinesWithinMachinesExplode) {
         machines += " }\n";
     }
     const Outcome out = parse(
-        minds_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+        brains_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
     EXPECT_FALSE(out.ok);
     EXPECT_TRUE(std::any_of(out.errors.begin(), out.errors.end(), [](const ConfigError& error) {
         return error.text.find("is one too many") != std::string::npos;
     })) << format_errors("test", out.errors);
 }
 
-TEST(Minds, FindTransitionsThatNeverFire) {
-    expect_single(minds_with("    transition { to: \"stand\" threshold: 10 }",
-                             "    transition { to: \"stand\" threshold: 10 }\n"
-                             "    transition { to: \"walk\" threshold: 20 }"),
+TEST(AgentStore, FindTransitionsThatNeverFire) {
+    expect_single(brains_with("    transition { to: \"stand\" threshold: 10 }",
+                              "    transition { to: \"stand\" threshold: 10 }\n"
+                              "    transition { to: \"walk\" threshold: 20 }"),
                   "transition { to: \"walk\" threshold: 20 }",
                   "never fires");
 }
 
-TEST(Minds, FindConditionsThatExcludeEachOther) {
-    expect_single(minds_with("also { sensor: HOME_DISTANCE",
-                             "also { sense: \"brave.boldness\" compare: BELOW threshold: 0.4 }\n"
-                             "      also { sensor: HOME_DISTANCE"),
+TEST(AgentStore, FindConditionsThatExcludeEachOther) {
+    expect_single(brains_with("also { sensor: HOME_DISTANCE",
+                              "also { sense: \"brave.boldness\" compare: BELOW threshold: 0.4 }\n"
+                              "      also { sensor: HOME_DISTANCE"),
                   "also { sense: \"brave.boldness\" compare: BELOW threshold: 0.4 }",
                   "excludes");
 }
 
-TEST(Minds, FindActionsOfMachinesAsStates) {
-    expect_single(minds_with("name: \"calm\" machine", "name: \"calm\" action: IDLE machine"),
+TEST(AgentStore, FindActionsOfMachinesAsStates) {
+    expect_single(brains_with("name: \"calm\" machine", "name: \"calm\" action: IDLE machine"),
                   "state { name: \"calm\"",
                   "say its own states");
 }
 
-TEST(Minds, FindHistoriesOfNothing) {
-    expect_single(minds_with("name: \"hunt\" action", "name: \"hunt\" history: DEEP action"),
+TEST(AgentStore, FindHistoriesOfNothing) {
+    expect_single(brains_with("name: \"hunt\" action", "name: \"hunt\" history: DEEP action"),
                   "state { name: \"hunt\"",
                   "nothing inside");
 }
 
-TEST(Minds, JudgeDistancesByWhatTheOuterMachinePerceives) {
-    const std::string text = minds_with("to: \"stand\" threshold: 10",
-                                        "to: \"stand\" sensor: PLAYER_DISTANCE threshold: 39");
+TEST(AgentStore, JudgeDistancesByWhatTheOuterMachinePerceives) {
+    const std::string text = brains_with("to: \"stand\" threshold: 10",
+                                         "to: \"stand\" sensor: PLAYER_DISTANCE threshold: 39");
     EXPECT_TRUE(parse(text).ok);
     expect_single(with("name: \"sentry\"\n", "name: \"sentry\" perception_m: 30\n", text),
                   "threshold: 39",
@@ -209,38 +210,38 @@ TEST(Minds, JudgeDistancesByWhatTheOuterMachinePerceives) {
 const std::string kTired =
     with("name: \"hunt\" action: CHASE",
          "name: \"hunt\" action: CHASE change { variable: \"vigour\" per_s: -0.1 on_enter: -0.05 }",
-         minds_with("name: \"sentry\"\n",
-                    "name: \"sentry\"\n  variable { name: \"vigour\" start: 0.8 per_s: 0.02 }\n"));
+         brains_with("name: \"sentry\"\n",
+                     "name: \"sentry\"\n  variable { name: \"vigour\" start: 0.8 per_s: 0.02 }\n"));
 
-TEST(Minds, HaveVariables) {
+TEST(AgentStore, HaveVariables) {
     const Outcome out = parse(with("sense: \"brave.boldness\" compare: BELOW threshold: 0.3",
                                    "sense: \"vigour\" compare: BELOW threshold: 0.3",
                                    kTired));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
     EXPECT_EQ(sentry.senses, ai::kOwnSenses + 2);
-    ai::Mind mind;
+    ai::Agent agent;
     ai::Thinking thinking;
-    mind.entity = EntityId(1);
-    ai::begin(mind, sentry, 0);
+    agent.entity = EntityId(1);
+    ai::begin(agent, sentry, 0);
     ai::Sight sight;
     sight.distance = 5.0F;
-    ai::decide(mind, sentry, sight, Vec2::Zero(), ai::Places(), 30, thinking);
-    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");
-    EXPECT_NEAR(mind.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
-    ai::decide(mind, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 135, thinking);
-    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "hunt");  // 4.5 s: 0.32
-    ai::decide(mind, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 150, thinking);
-    EXPECT_EQ(sentry.states[mind.fsm.state()].name, "calm/walk");
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30, thinking);
+    EXPECT_EQ(sentry.states[agent.fsm.state()].name, "hunt");
+    EXPECT_NEAR(agent.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 135, thinking);
+    EXPECT_EQ(sentry.states[agent.fsm.state()].name, "hunt");  // 4.5 s: 0.32
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 150, thinking);
+    EXPECT_EQ(sentry.states[agent.fsm.state()].name, "calm/walk");
 }
 
-TEST(Minds, FindVariablesThatDoNotExist) {
+TEST(AgentStore, FindVariablesThatDoNotExist) {
     expect_single(with("variable: \"vigour\" per_s", "variable: \"vigor\" per_s", kTired),
                   "variable: \"vigor\"",
                   "machine 'sentry' has no variable named 'vigor'");
 }
 
-TEST(Minds, FindSystemsThatDependOnVariablesThatTheyDoNotHave) {
+TEST(AgentStore, FindSystemsThatDependOnVariablesThatTheyDoNotHave) {
     const std::string text = with("input { name: \"distance\" sensor: PLAYER_DISTANCE",
                                   "input { name: \"distance\" sense: \"vigour\"",
                                   kTired);
@@ -253,7 +254,7 @@ TEST(Minds, FindSystemsThatDependOnVariablesThatTheyDoNotHave) {
     EXPECT_NE(out.errors[0].text.find("it depends on 'vigour'"), std::string::npos);
 }
 
-TEST(Minds, FindVariablesThatStartOutside) {
+TEST(AgentStore, FindVariablesThatStartOutside) {
     expect_single(with("start: 0.8", "start: 1.5", kTired), "start: 1.5", "outside of low to high");
     expect_single(with("per_s: 0.02", "high: 0 low: 0.5", kTired),
                   "variable { name: \"vigour\"",
@@ -309,11 +310,11 @@ TEST(Choices, FindNodesThatAreNeitherQuestionNorAnswer) {
                      "needs either `ask` or `do`");
 }
 
-TEST(Choices, FindSensesOfTreesThatMindsDoNotHave) {
+TEST(Choices, FindSensesOfTreesThatAgentsDoNotHave) {
     expect_in_hamlet("ask { sensor: HOME_DISTANCE",
                      "ask { sense: \"courage\"",
                      "sense: \"courage\"",
-                     "minds of machine 'hind' do not sense 'courage'");
+                     "agents of machine 'hind' do not sense 'courage'");
 }
 
 TEST(Choices, FindFactsThatDoNotExist) {
@@ -346,7 +347,7 @@ TEST(Choices, FindGoalsThatNothingMakes) {
                      "no action makes 'fed'");
 }
 
-TEST(Choices, FindVariablesThatDeedsChangeAndMindsDoNotHave) {
+TEST(Choices, FindVariablesThatActionsChangeAndAgentsDoNotHave) {
     expect_in_hamlet("change { variable: \"bread\" on_enter: 2 }",
                      "change { variable: \"breed\" on_enter: 2 }",
                      "variable: \"breed\"",
@@ -362,46 +363,46 @@ TEST(Choices, FindTwoWaysToSayWhatToDo) {
 
 TEST(FuzzySystems, FindGaps) {
     expect_single(
-        minds_with("term { name: \"near\" b: 5 d: 20 }", "term { name: \"near\" b: 5 d: 3 }"),
+        brains_with("term { name: \"near\" b: 5 d: 20 }", "term { name: \"near\" b: 5 d: 3 }"),
         "term { name: \"near\"",
         "ascend");
     expect_single(
-        minds_with("term { name: \"far\" a: 5 b: 20 }", "term { name: \"far\" a: 25 b: 30 }"),
+        brains_with("term { name: \"far\" a: 5 b: 20 }", "term { name: \"far\" a: 25 b: 30 }"),
         "input { name: \"distance\"",
         "values between 20 and 25 belong to no term");
 }
 
 TEST(FuzzySystems, FindNamesThatMeanNothing) {
-    expect_single(minds_with("is: \"near\"", "is: \"neer\""),
+    expect_single(brains_with("is: \"near\"", "is: \"neer\""),
                   "is: \"neer\"",
                   "input 'distance' has no term named 'neer'");
-    expect_single(minds_with("when { input: \"distance\" is:", "when { input: \"range\" is:"),
+    expect_single(brains_with("when { input: \"distance\" is:", "when { input: \"range\" is:"),
                   "input: \"range\"",
                   "no input named 'range'");
-    expect_single(minds_with("slope { input: \"distance\"", "slope { input: \"rage\""),
+    expect_single(brains_with("slope { input: \"distance\"", "slope { input: \"rage\""),
                   "input: \"rage\"",
                   "no input named 'rage'");
-    expect_single(minds_with("then: \"timid\" }",
-                             "output: \"odd\" then: \"timid\" }\n  rule { when { input: "
-                             "\"distance\" is: \"far\" } then: \"timid\" }"),
+    expect_single(brains_with("then: \"timid\" }",
+                              "output: \"odd\" then: \"timid\" }\n  rule { when { input: "
+                              "\"distance\" is: \"far\" } then: \"timid\" }"),
                   "output: \"odd\"",
                   "no output named 'odd'");
 }
 
 TEST(FuzzySystems, FindWhatIsNeverSaid) {
-    expect_single(minds_with("then: \"timid\"", "then: \"bold\""),
+    expect_single(brains_with("then: \"timid\"", "then: \"bold\""),
                   "value { name: \"timid\"",
                   "no rule ever says this");
 }
 
 TEST(FuzzySystems, FindPropositionsThatSayNothing) {
     expect_single(
-        minds_with("is_not: \"near\"", ""), "when { input: \"distance\"  }", "needs either");
+        brains_with("is_not: \"near\"", ""), "when { input: \"distance\"  }", "needs either");
 }
 
 TEST(FuzzySystems, FindTermsOfTheWrongInference) {
-    expect_single(minds_with("output { name: \"boldness\"",
-                             "output { name: \"boldness\" term { name: \"x\" b: 1 }"),
+    expect_single(brains_with("output { name: \"boldness\"",
+                              "output { name: \"boldness\" term { name: \"x\" b: 1 }"),
                   "term { name: \"x\"",
                   "belong to inference: MAMDANI");
 }

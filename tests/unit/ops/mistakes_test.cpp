@@ -291,7 +291,7 @@ const Case kTypes[] = {
      "kind: CHARACTER\n  box { }\n  machine",
      "type {\n  name: \"guard\"",
      "no other shape"},
-    {"PropWithAMind",
+    {"PropWithAnAgent",
      "box { x_m: 1",
      "machine: \"guard\" box { x_m: 1",
      "machine: \"guard\" box",

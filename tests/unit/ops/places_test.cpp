@@ -1,5 +1,5 @@
-// Places and trades in a config: they become what minds have, and each mistake is found at its line
-// and column.
+// Places and trades in a config: they become what agents have, and each mistake is found at its
+// line and column.
 #include "server/ops/places.h"
 
 #include "tests/unit/ops/config_helpers.h"

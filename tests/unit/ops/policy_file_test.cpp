@@ -143,7 +143,7 @@ TEST(PoliciesOfAConfig, AreReportedByPlaceWhereTheyAreWrong) {
     thirsty.inputs[1].variable = "thirst";
     put_text(here + "/thirsty.policy", policy_text(thirsty, ""));
     const std::string lacking = of("file: \"thirsty.policy\"");
-    EXPECT_NE(lacking.find("'thirst', which minds of machine 'wander' do not have"),
+    EXPECT_NE(lacking.find("'thirst', which agents of machine 'wander' do not have"),
               std::string::npos)
         << lacking;
     // With line and column of the block.

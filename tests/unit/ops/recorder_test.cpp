@@ -58,7 +58,7 @@ std::vector<InboxItem> every_item() {
             mailbox::Freeze{false},
             mailbox::AuditRequest{ClientId(0xFFFFFFFFu)},
             mailbox::CodecPrice{0xFFFFFFFFu, 7},
-            mailbox::NewMinds{std::make_shared<const std::string>("machine {}\n\xff"), nullptr}};
+            mailbox::NewBrains{std::make_shared<const std::string>("machine {}\n\xff"), nullptr}};
 }
 
 struct Equal {
@@ -104,14 +104,16 @@ struct Equal {
         return a.record_ns == b.record_ns && a.packet_ns == b.packet_ns;
     }
 
-    bool operator()(const mailbox::NewMinds& a, const mailbox::NewMinds& b) const {
+    bool operator()(const mailbox::NewBrains& a, const mailbox::NewBrains& b) const {
         return *a.config == *b.config;
     }
 
     template <class A, class B>
         requires(!std::is_same_v<A, B>)
 
-    bool operator()(const A& /*a*/, const B& /*b*/) const { return false; }
+    bool operator()(const A& /*a*/, const B& /*b*/) const {
+        return false;
+    }
 };
 
 void expect_equal(const std::vector<InboxItem>& a, const std::vector<InboxItem>& b) {

@@ -1,4 +1,4 @@
-// Tracks in a config: they become what minds follow, and each mistake is found at its line.
+// Tracks in a config: they become what agents follow, and each mistake is found at its line.
 #include "server/ops/tracks.h"
 
 #include "tests/unit/ops/config_helpers.h"

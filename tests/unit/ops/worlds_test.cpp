@@ -60,7 +60,7 @@ std::map<std::string, int> count_types(const Settings& settings) {
 TEST(Valley, HoldsTwoThousandPropsAndFiveHundredNpcsInFourZones) {
     int props = 0;
     int npcs = 0;
-    std::set<std::string> minds;
+    std::set<std::string> agents;
     for (const InitialEntity& e : valley().initial) {
         const world::EntityType& type = valley().types[e.type];
         if (type.kind == world::EntityKind::kProp) {
@@ -68,12 +68,12 @@ TEST(Valley, HoldsTwoThousandPropsAndFiveHundredNpcsInFourZones) {
             EXPECT_TRUE(e.asleep);
         } else {
             ++npcs;
-            minds.insert(valley().ai.machines[type.mind - 1u].name);
+            agents.insert(valley().ai.machines[type.brain - 1u].name);
         }
     }
     EXPECT_EQ(props, 2000);
     EXPECT_EQ(npcs, 500);
-    EXPECT_EQ(minds.size(), 3u);
+    EXPECT_EQ(agents.size(), 3u);
     EXPECT_EQ(valley().zones.size(), 4u);
     EXPECT_GE(valley().spawn_points.size(), 40u);
     EXPECT_GE(valley().boxes.size(), 150u);

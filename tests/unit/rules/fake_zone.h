@@ -28,7 +28,7 @@ inline world::TypeTable test_types() {
     types[kPlayer].mass = 80.0F;
     types[kGuard] = types[kPlayer];
     types[kGuard].name = "guard";
-    types[kGuard].mind = 1;
+    types[kGuard].brain = 1;
     types[kBall].name = "ball";
     types[kBall].shape = world::ShapeKind::kSphere;
     types[kBall].radius = 0.2F;
