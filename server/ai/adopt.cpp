@@ -8,42 +8,42 @@ namespace zoned::ai {
 
 namespace {
 
-std::uint16_t node_of(const fsm::FlatMachine& table, const std::string& name) {
+std::uint16_t node_of(const state_machine::FlatStateMachine& table, const std::string& name) {
     for (std::size_t n = 0; n < table.nodes.size(); ++n) {
         if (table.nodes[n].name == name) {
             return static_cast<std::uint16_t>(n);
         }
     }
-    return fsm::kNone;
+    return state_machine::kNone;
 }
 
 /// The state `leaf` of `after`, with what `from` remembers of it. All levels that both ways share
 /// keep their times.
-fsm::OneState carry_state(const fsm::OneState& from,
-                          const fsm::FlatMachine& before,
-                          const fsm::FlatMachine& after,
-                          std::uint16_t leaf,
-                          Tick now) {
-    fsm::OneState to(now);
+state_machine::ActiveState carry_state(const state_machine::ActiveState& from,
+                                       const state_machine::FlatStateMachine& before,
+                                       const state_machine::FlatStateMachine& after,
+                                       std::uint16_t leaf,
+                                       Tick now) {
+    state_machine::ActiveState to(now);
     to.leaf[0] = leaf;
     to.since = from.since;
     const std::uint16_t* old_path = &before.path[from.state() * before.levels];
     const std::uint16_t* path = &after.path[leaf * after.levels];
     for (std::size_t level = 0; level < after.levels; ++level) {
-        const bool was = level < before.levels && old_path[level] != fsm::kNone;
-        if (path[level] != fsm::kNone && !was) {
+        const bool was = level < before.levels && old_path[level] != state_machine::kNone;
+        if (path[level] != state_machine::kNone && !was) {
             to.since[level][0] = now;
         }
     }
-    for (const fsm::FlatNode& node : after.nodes) {
+    for (const state_machine::FlatNode& node : after.nodes) {
         const std::uint16_t old =
-            node.memory == fsm::kNone ? fsm::kNone : node_of(before, node.name);
-        if (old == fsm::kNone || before.nodes[old].memory == fsm::kNone ||
+            node.memory == state_machine::kNone ? state_machine::kNone : node_of(before, node.name);
+        if (old == state_machine::kNone || before.nodes[old].memory == state_machine::kNone ||
             before.nodes[old].history != node.history) {
             continue;
         }
         const std::uint16_t place = from.memory[before.nodes[old].memory][0];
-        if (place != fsm::kNone) {
+        if (place != state_machine::kNone) {
             to.memory[node.memory][0] = node_of(after, before.nodes[place].name);
         }
     }
@@ -56,8 +56,8 @@ bool same_pace(const State& a, const State& b) {
 
 /// By name. `entered`: the first state was, and what that gave stays.
 void carry_variables(const Agent& from,
-                     const CompiledMachine& before,
-                     const CompiledMachine& after,
+                     const CompiledBrain& before,
+                     const CompiledBrain& after,
                      bool entered,
                      Agent& to) {
     for (std::size_t v = 0; v < after.variables.size(); ++v) {
@@ -76,22 +76,24 @@ void carry_variables(const Agent& from,
 }  // namespace
 
 void adopt(Agent& agent,
-           const CompiledMachine& before,
-           const CompiledMachine& after,
+           const CompiledBrain& before,
+           const CompiledBrain& after,
            std::uint16_t index,
            Tick now,
            float dt) {
     grow(agent, before, now);
     const Agent old = agent;
     begin(agent, after, now);
-    agent.machine = index;
+    agent.brain = index;
     agent.entered = true;
     agent.fresh = true;
-    const std::uint16_t node = node_of(after.table, before.table.state_name(old.fsm.state()));
-    const std::uint16_t leaf = node == fsm::kNone ? fsm::kNone : after.table.nodes[node].leaf;
-    carry_variables(old, before, after, leaf == fsm::kNone, agent);
-    if (leaf != fsm::kNone) {
-        agent.fsm = carry_state(old.fsm, before.table, after.table, leaf, now);
+    const std::uint16_t node =
+        node_of(after.table, before.table.state_name(old.state_machine.state()));
+    const std::uint16_t leaf =
+        node == state_machine::kNone ? state_machine::kNone : after.table.nodes[node].leaf;
+    carry_variables(old, before, after, leaf == state_machine::kNone, agent);
+    if (leaf != state_machine::kNone) {
+        agent.state_machine = carry_state(old.state_machine, before.table, after.table, leaf, now);
         agent.doing = leaf;
         const State& did = before.states[old.doing];
         for (std::size_t d = 0; d < after.states.size(); ++d) {

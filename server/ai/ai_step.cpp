@@ -13,10 +13,10 @@ namespace zoned::ai {
 
 namespace {
 
-std::vector<CompiledMachine> compiled_of(const std::vector<Machine>& machines, float dt) {
-    std::vector<CompiledMachine> out;
-    for (const Machine& machine : machines) {
-        out.push_back(machine.inner ? CompiledMachine{} : compile(machine, dt));
+std::vector<CompiledBrain> compiled_of(const std::vector<Brain>& brains, float dt) {
+    std::vector<CompiledBrain> out;
+    for (const Brain& brain : brains) {
+        out.push_back(brain.inner ? CompiledBrain{} : compile(brain, dt));
     }
     return out;
 }
@@ -24,9 +24,9 @@ std::vector<CompiledMachine> compiled_of(const std::vector<Machine>& machines, f
 }  // namespace
 
 void compile(Settings& settings, float dt) {
-    settings.compiled = compiled_of(settings.machines, dt);
+    settings.compiled = compiled_of(settings.brains, dt);
     for (Rung& rung : settings.ladder.rungs) {
-        rung.compiled = compiled_of(rung.machines, dt);
+        rung.compiled = compiled_of(rung.brains, dt);
     }
     if (settings.avoidance) {
         steering::AvoidanceSettings& avoidance = *settings.avoidance;
@@ -89,7 +89,7 @@ void Step::collect_due(AgentStore& agents, const World& world, const Settings& s
             continue;
         }
         const Agent& agent = agents.at(event.slot);
-        if (!event.waited && only_steps(agent, machine_of(agent, settings), coarse(world), row)) {
+        if (!event.waited && only_steps(agent, brain_of(agent, settings), coarse(world), row)) {
             steppers_.push_back({event.entity, event.slot, row});
         } else {
             due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
@@ -113,7 +113,7 @@ void Step::keep_to_budgets(AgentStore& agents, const World& world, const Setting
     std::size_t kept = 0;
     for (const Due& due : due_) {
         const bool looks = due.tier == Tier::kAwake &&
-                           machine_of(agents.at(due.slot), settings).perception.line_of_sight;
+                           brain_of(agents.at(due.slot), settings).perception.line_of_sight;
         const bool blind = looks && rays < kRaysPerLook;
         if (kept < budget && !blind) {
             rays -= looks ? kRaysPerLook : 0U;
@@ -141,9 +141,9 @@ void Step::find_others(AgentStore& agents, const World& world, const Settings& s
     bool needed = false;
     for (std::size_t i = 0; i < awake.size() && !needed; ++i) {
         const Agent& agent = agents.at(awake[i]);
-        needed = machine_of(agent, settings).knows_others ||
+        needed = brain_of(agent, settings).knows_others ||
                  (reaches_.any() && rows_[i] != world::kNoRow &&
-                  reaches_.farthest({world.entities.type[rows_[i]], agent.machine}) >= 0.0F);
+                  reaches_.farthest({world.entities.type[rows_[i]], agent.brain}) >= 0.0F);
     }
     others_ = needed ? &world.grid() : &nobody_;
 }
@@ -156,7 +156,7 @@ void Step::decide_one(AgentStore& agents,
                       const Settings& settings,
                       Lane& lane) {
     Agent& agent = agents.at(due.slot);
-    const CompiledMachine& machine = machine_of(agent, settings);
+    const CompiledBrain& brain = brain_of(agent, settings);
     const world::Entities& e = world.entities;
     const bool awake = due.tier == Tier::kAwake;
     const Timetables timetables{agents, slot_hints_};
@@ -171,18 +171,18 @@ void Step::decide_one(AgentStore& agents,
                                           reaches_.any() ? &timetables : nullptr},
                                          due.row,
                                          agent,
-                                         machine)
+                                         brain)
                               : Sight::none();
     const Vec2 body(e.position[due.row].x(), e.position[due.row].z());
     const Vec2 here = whereabouts(agent, body, world.now, world.dt);
-    if (decide(agent, machine, sight, here, world.places, world.now, lane.thinking)) {
+    if (decide(agent, brain, sight, here, world.places, world.now, lane.thinking)) {
         ++lane.transitions;
         due.change = lane.thinking.change;
     }
     due.changed = agent.entered;
     if (awake) {
         agent.next_decision =
-            next_decision(agent.entity, decision_period(machine, world.dt), world.now);
+            next_decision(agent.entity, decision_period(brain, world.dt), world.now);
         if (watched_.covers(body)) {
             agent.unseen_since = kNever;
         } else if (agent.unseen_since == kNever) {
@@ -231,19 +231,19 @@ void Step::walk_coarse(AgentStore& agents, const World& world, const Settings& s
                 continue;
             }
             Agent& agent = agents.at(due.slot);
-            const CompiledMachine& machine = machine_of(agent, settings);
+            const CompiledBrain& brain = brain_of(agent, settings);
             if (due.roams) {
                 const Vec3 from = world.entities.position[due.row];
-                take_step(agent, machine, coarse(world), from, due.end);
+                take_step(agent, brain, coarse(world), from, due.end);
                 agent.placed = Vec2(from.x(), from.z());
                 lane.drift_m = std::max(lane.drift_m, step_of(agent));
-            } else if (!roams(agent, machine) &&
-                       walk_on(agent, machine, coarse(world), due.row, due.slot)) {
+            } else if (!roams(agent, brain) &&
+                       walk_on(agent, brain, coarse(world), due.row, due.slot)) {
                 lane.asking.push_back(due.slot);
             }
             std::uint8_t& behaviour = world.entities.behaviour[due.row];
-            due.moved = due.moved || behaviour != machine.states[agent.doing].behaviour;
-            behaviour = machine.states[agent.doing].behaviour;
+            due.moved = due.moved || behaviour != brain.states[agent.doing].behaviour;
+            behaviour = brain.states[agent.doing].behaviour;
         }
     });
 }
@@ -260,15 +260,14 @@ void Step::give_commands(const AgentStore& agents, const World& world, const Set
             const Agent& agent = agents.at(awake[i]);
             world.entities.command[row] = agent.aim;
             world.entities.command[row].tick = world.now;
-            world.entities.behaviour[row] =
-                machine_of(agent, settings).states[agent.doing].behaviour;
+            world.entities.behaviour[row] = brain_of(agent, settings).states[agent.doing].behaviour;
         }
     });
 }
 
 /// Of a coarse agent: what its next_event() has found.
 void Step::plan(AgentStore& agents, Slot slot, const World& world, const Settings& settings) const {
-    agents.schedule(slot, decision_period(machine_of(agents.at(slot), settings), world.dt));
+    agents.schedule(slot, decision_period(brain_of(agents.at(slot), settings), world.dt));
 }
 
 /// Coarse agents whose event this was: to the next one.
@@ -293,7 +292,7 @@ void Step::go_on(AgentStore& agents, const World& world, const Settings& setting
                 world.entities.touch(due.row);
                 report_.moved = true;
             }
-            if (!due.end.stands || !can_sleep(agent, machine_of(agent, settings))) {
+            if (!due.end.stands || !can_sleep(agent, brain_of(agent, settings))) {
                 waking_.push_back(due.slot);
             }
             ++report_.events;
@@ -308,30 +307,29 @@ void Step::send_to_sleep(AgentStore& agents, const World& world, const Settings&
     for (const Due& due : due_) {
         Agent& agent = agents.at(due.slot);
         if (due.tier == Tier::kCoarse || agent.unseen_since == kNever ||
-            world.now - agent.unseen_since < calm ||
-            !can_sleep(agent, machine_of(agent, settings)) ||
+            world.now - agent.unseen_since < calm || !can_sleep(agent, brain_of(agent, settings)) ||
             !world.entities.has(due.row, world::kGrounded)) {
             continue;
         }
-        const CompiledMachine& machine = machine_of(agent, settings);
+        const CompiledBrain& brain = brain_of(agent, settings);
         // A blend goes by none while it is awake, however settled it is.
-        const bool blends = machine.choices[agent.fsm.state()].blend >= 0;
+        const bool blends = brain.choices[agent.state_machine.state()].blend >= 0;
         if (blends ? world.now < agent.detour_until
-                   : !agent.timed && goes_by_segments(agent, machine.states[agent.doing])) {
+                   : !agent.timed && goes_by_segments(agent, brain.states[agent.doing])) {
             continue;  // on a detour
         }
         if (!meets_nobody(agents, due, world, calm)) {
             agent.unseen_since = world.now;  // others are no better than viewers
             continue;
         }
-        if (roams(agent, machine) && !set_roaming(agent, due, world, settings)) {
+        if (roams(agent, brain) && !set_roaming(agent, due, world, settings)) {
             continue;  // on its way down
         }
-        fall_asleep(agent, machine, coarse(world), due.row);
+        fall_asleep(agent, brain, coarse(world), due.row);
         if (agent.look_at != kNever) {
             encounters_.put(due.slot, world.entities.type[due.row], scene(agents, world), false);
         }
-        agent.next_event = next_event(agent, machine, coarse(world));
+        agent.next_event = next_event(agent, brain, coarse(world));
         agents.put_to_sleep(due.slot);
         plan(agents, due.slot, world, settings);
         settle(agents, due.slot, std::max(left_at(agent, world), world.now + 1), world);
@@ -350,7 +348,7 @@ void Step::steer_awake(AgentStore& agents, const World& world, const Settings& s
                 continue;
             }
             Agent& agent = agents.at(awake[i]);
-            const CompiledMachine& machine = machine_of(agent, settings);
+            const CompiledBrain& brain = brain_of(agent, settings);
             if (steers_now(agent, settings, world.now)) {
                 Surroundings around{world.entities,
                                     world.types,
@@ -363,7 +361,7 @@ void Step::steer_awake(AgentStore& agents, const World& world, const Settings& s
                                     awake[i]};
                 around.at = whereabouts(agent, around.body(), world.now, world.dt);
                 around.drift = drift_m_ > 0.0F ? &drift : nullptr;
-                if (steer(agent, machine, around)) {
+                if (steer(agent, brain, around)) {
                     lane.asking.push_back(awake[i]);
                 }
                 ++lane.steered;
@@ -432,10 +430,10 @@ void Step::remember(const Memory& memory,
     waking_.clear();
     for (std::size_t n = 0; n < agents.size(); ++n) {
         const Agent& agent = agents.at(agents.nth(n));
-        if (agent.tier == Tier::kCoarse && !can_sleep(agent, machine_of(agent, settings))) {
+        if (agent.tier == Tier::kCoarse && !can_sleep(agent, brain_of(agent, settings))) {
             waking_.push_back(agents.nth(n));
         }
-        if (agent.tier == Tier::kCoarse && roams(agent, machine_of(agent, settings))) {
+        if (agent.tier == Tier::kCoarse && roams(agent, brain_of(agent, settings))) {
             drift_m_ = std::max(drift_m_, step_of(agent));
         }
     }

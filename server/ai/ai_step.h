@@ -28,9 +28,9 @@
 namespace zoned::ai {
 
 struct Settings {
-    std::vector<Machine> machines;            ///< as written
-    std::vector<CompiledMachine> compiled{};  ///< the same for the world's time step: compile()
-    /// By type of entity: machine + 1 of its agent, 0: none. Empty: as the types say.
+    std::vector<Brain> brains;              ///< as written
+    std::vector<CompiledBrain> compiled{};  ///< the same for the world's time step: compile()
+    /// By type of entity: brain + 1 of its agent, 0: none. Empty: as the types say.
     std::vector<std::uint16_t> brain_of_type{};
     std::uint32_t max_decisions_per_tick =
         4096;  ///< counted units of work; what does not fit waits, the longest waiting first
@@ -49,7 +49,7 @@ struct Settings {
     LadderSettings ladder{};
 };
 
-/// Fills in `compiled`, also of the ladder's rungs; inner machines stay empty. `dt` in s.
+/// Fills in `compiled`, also of the ladder's rungs; inner brains stay empty. `dt` in s.
 void compile(Settings& settings, float dt);
 
 /// What the step reads and moves.
@@ -151,7 +151,7 @@ class Step {
         bool moved = false;    ///< coarse: its row is another one than before
         bool roams = false;    ///< coarse: it takes a step with its herd
         StepEnd end{};         ///< of that
-        std::optional<fsm::Change> change{};
+        std::optional<state_machine::Change> change{};
         Tick next_event = kNever;
         Tick left = kNever;  ///< coarse: when it leaves the square that it is in
     };

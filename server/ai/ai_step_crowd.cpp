@@ -11,10 +11,10 @@ namespace zoned::ai {
 namespace {
 
 bool forages(const Agent& agent, const Settings& settings) {
-    const CompiledMachine& machine = settings.compiled[agent.machine];
+    const CompiledBrain& brain = settings.compiled[agent.brain];
     // Who has just turned to it begins when it steers.
-    return machine.forages && !agent.entered &&
-           machine.states[agent.doing].action == ActionKind::kForage;
+    return brain.forages && !agent.entered &&
+           brain.states[agent.doing].action == ActionKind::kForage;
 }
 
 }  // namespace
@@ -75,11 +75,11 @@ void Step::head_herds(AgentStore& agents, const World& world, const Settings& se
     const CoarseWorld in = coarse(world);
     for (Due& due : due_) {
         Agent& agent = agents.at(due.slot);
-        const CompiledMachine& machine = machine_of(agent, settings);
-        if (due.tier != Tier::kCoarse || !roams_on(agent, machine, world.now)) {
+        const CompiledBrain& brain = brain_of(agent, settings);
+        if (due.tier != Tier::kCoarse || !roams_on(agent, brain, world.now)) {
             continue;
         }
-        const State& state = machine.states[agent.doing];
+        const State& state = brain.states[agent.doing];
         const Surroundings around = in.around(agent, due.row, due.slot);
         if (std::exchange(agent.entered, false)) {
             begin_deed(agent, state, around);
@@ -120,13 +120,13 @@ void Step::walk_steppers(AgentStore& agents, const World& world, const Settings&
         for (std::size_t i = begin; i < end; ++i) {
             Stepper& stepper = steppers_[i];
             Agent& agent = agents.at(stepper.slot);
-            const CompiledMachine& machine = machine_of(agent, settings);
+            const CompiledBrain& brain = brain_of(agent, settings);
             const Vec3 from = agent.target;
-            take_step(agent, machine, coarse(world), from, stepper.end);
+            take_step(agent, brain, coarse(world), from, stepper.end);
             const Vec2 here(from.x(), from.z());
             // Of those beyond the border whom it may come to know of, and who may come to know of
             // it, rows are all that is known.
-            const float known_m = machine.states[agent.doing].radius_m + kHerdStale_m;
+            const float known_m = brain.states[agent.doing].radius_m + kHerdStale_m;
             const bool at_border = ((world.half_size - here.cwiseAbs()).array() < known_m).any();
             if (at_border || !stepper.end.stands || (here - agent.placed).norm() >= kHerdStale_m) {
                 world.entities.position[stepper.row] = from;
@@ -162,10 +162,10 @@ void Step::settle_steppers(AgentStore& agents, const World& world, const Setting
 /// An awake one, from where its body is. False: it would leave the ground.
 bool Step::set_roaming(Agent& agent, const Due& due, const World& world, const Settings& settings) {
     const CoarseWorld in = coarse(world);
-    const CompiledMachine& machine = machine_of(agent, settings);
+    const CompiledBrain& brain = brain_of(agent, settings);
     start_segment(agent, in.around(agent, due.row, due.slot));
     const Vec3 from = world.entities.position[due.row];
-    agent.timed = roam(agent, machine, in, due.row, from, path_ahead(agent, machine, in, due.row));
+    agent.timed = roam(agent, brain, in, due.row, from, path_ahead(agent, brain, in, due.row));
     agent.placed = Vec2(from.x(), from.z());
     drift_m_ = std::max(drift_m_, step_of(agent));
     return agent.timed;
@@ -180,10 +180,10 @@ Tick Step::event_after(Agent& agent,
     if (due.roams && !due.decides) {
         return std::min(agent.next_decision, std::max(agent.again_at, world.now + 1));
     }
-    const CompiledMachine& machine = machine_of(agent, settings);
+    const CompiledBrain& brain = brain_of(agent, settings);
     return due.decides || due.waited || due.changed
-               ? next_event(agent, machine, coarse(world))
-               : next_event_undecided(agent, machine, coarse(world));
+               ? next_event(agent, brain, coarse(world))
+               : next_event_undecided(agent, brain, coarse(world));
 }
 
 // ---------------------------------------------------------------- formations, avoidance
@@ -194,9 +194,9 @@ void Step::formation_following(AgentStore& agents, const World& world, const Set
     const std::span<const Slot> awake = agents.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {
         const Agent& agent = agents.at(awake[i]);
-        const CompiledMachine& machine = settings.compiled[agent.machine];
-        if (rows_[i] == world::kNoRow || !machine.forms_up || !agent.ward ||
-            machine.states[agent.doing].action != ActionKind::kFormUp) {
+        const CompiledBrain& brain = settings.compiled[agent.brain];
+        if (rows_[i] == world::kNoRow || !brain.forms_up || !agent.ward ||
+            brain.states[agent.doing].action != ActionKind::kFormUp) {
             continue;
         }
         const world::Row captain = world.entities.find(agent.ward);
@@ -224,7 +224,7 @@ void Step::local_avoidance(AgentStore& agents, const World& world, const Setting
     for (std::size_t i = 0; i < awake.size(); ++i) {
         if (rows_[i] != world::kNoRow) {
             const Agent& agent = agents.at(awake[i]);
-            const State& state = settings.compiled[agent.machine].states[agent.doing];
+            const State& state = settings.compiled[agent.brain].states[agent.doing];
             const Vec3& at = world.entities.position[rows_[i]];
             walkers_.push_back(
                 {rows_[i], path_left(agent, state, world.places, Vec2(at.x(), at.z()))});

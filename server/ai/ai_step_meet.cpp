@@ -65,7 +65,7 @@ void Step::know_sleepers(AgentStore& agents, const World& world, const Settings&
                                    ? row_of(world.entities, agent.entity, row_hints_[slot])
                                    : world::kNoRow;
         if (row == world::kNoRow ||
-            reaches_.farthest({world.entities.type[row], agent.machine}) < 0.0F) {
+            reaches_.farthest({world.entities.type[row], agent.brain}) < 0.0F) {
             continue;
         }
         agent.look_at = agent.look_at == kNever ? world.now : agent.look_at;
@@ -87,7 +87,7 @@ void Step::meet(AgentStore& agents, const World& world) {
         row_hints_[slot] = row;
         if (row != world::kNoRow) {
             slot_hints_[row] = slot;
-            look_around(agents, world, {e.type[row], agent.machine}, row);
+            look_around(agents, world, {e.type[row], agent.brain}, row);
         }
     }
     if (reaches_.has_strangers(e.counts())) {
@@ -144,8 +144,7 @@ void Step::settle(AgentStore& agents, Slot slot, Tick left, const World& world, 
     }
     Agent& agent = agents.at(slot);
     const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
-    if (row == world::kNoRow ||
-        reaches_.farthest({world.entities.type[row], agent.machine}) < 0.0F) {
+    if (row == world::kNoRow || reaches_.farthest({world.entities.type[row], agent.brain}) < 0.0F) {
         return;
     }
     if (!encounters_.knows(slot, agent.entity)) {
@@ -159,7 +158,7 @@ void Step::settle(AgentStore& agents, Slot slot, Tick left, const World& world, 
 bool Step::meets_nobody(AgentStore& agents, const Due& due, const World& world, Tick calm) {
     Agent& agent = agents.at(due.slot);
     const world::Entities& e = world.entities;
-    const Reaches::Kind kind{e.type[due.row], agent.machine};
+    const Reaches::Kind kind{e.type[due.row], agent.brain};
     if (!reaches_.any() || reaches_.farthest(kind) < 0.0F) {
         return true;
     }
@@ -178,7 +177,7 @@ bool Step::meets_nobody(AgentStore& agents, const Due& due, const World& world, 
                 return;
             }
             const Agent* const its = agent_at(agents, e, row);
-            const Reaches::Kind other = its != nullptr ? Reaches::Kind{e.type[row], its->machine}
+            const Reaches::Kind other = its != nullptr ? Reaches::Kind{e.type[row], its->brain}
                                                        : reaches_.kind_of(e.type[row]);
             const float reach = reaches_.between(kind, other);
             alone = reach < 0.0F ||

@@ -153,7 +153,7 @@ void Step::wake_seen(AgentStore& agents, const World& world, const Settings& set
         if (!agent.entity || agent.tier != Tier::kCoarse || row == world::kNoRow) {
             continue;
         }
-        wake_up(agent, machine_of(agent, settings), coarse(world), row);
+        wake_up(agent, brain_of(agent, settings), coarse(world), row);
         agents.wake(slot);
         encounters_.forget(slot);
         woke_up_.push_back(agent.entity);

@@ -18,7 +18,7 @@ bool some_trade_can(const StockWaits::Key& key,
                     const Settings& settings,
                     const Places& places,
                     Tick now) {
-    const std::vector<Trade>& trades = settings.compiled[key.machine].states[key.doing].trades;
+    const std::vector<Trade>& trades = settings.compiled[key.brain].states[key.doing].trades;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         if ((key.wait.trades & 1U << t) != 0 && places.can(trades[t], now)) {
             return true;
@@ -32,13 +32,13 @@ bool some_trade_can(const StockWaits::Key& key,
 /// Of those who wait for stock, whoever decides in this tick and will find it other than it was.
 void Step::call_up_waiting(AgentStore& agents, const World& world, const Settings& settings) {
     const StockWaits& waits = agents.waits(
-        [&](const Agent& agent) { return decision_period(machine_of(agent, settings), world.dt); });
+        [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
     const std::size_t before = events_.size();
     for (const StockWaits::Group& group : waits.groups()) {
         const StockWaits::Key& key = group.key();
         if (key.wait.clauses == 0 || group.near(world.now).empty() ||
             !stock_changed(
-                key.wait, settings.compiled[key.machine], key.leaf, world.places, world.now)) {
+                key.wait, settings.compiled[key.brain], key.leaf, world.places, world.now)) {
             continue;
         }
         for (const StockWaits::Member& member : group.near(world.now)) {
@@ -58,7 +58,7 @@ void Step::collect_traders(AgentStore& agents, const Settings& settings) {
     for (std::uint32_t i = 0; i < due_.size(); ++i) {
         Agent& agent = agents.at(due_[i].slot);
         if (due_[i].changed) {
-            agent.wants = all_trades(machine_of(agent, settings).states[agent.doing]);
+            agent.wants = all_trades(brain_of(agent, settings).states[agent.doing]);
         }
         if (due_[i].decides && agent.wants != 0) {
             traders_.push_back(i);
@@ -75,7 +75,7 @@ void Step::collect_waiting_traders(AgentStore& agents,
                                    const Settings& settings) {
     waiting_trader_groups_ = 0;
     const StockWaits& waits = agents.waits(
-        [&](const Agent& agent) { return decision_period(machine_of(agent, settings), world.dt); });
+        [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
     for (const StockWaits::Group& group : waits.groups()) {
         if (group.key().wait.trades == 0 || group.near(world.now).empty()) {
             continue;
@@ -163,7 +163,7 @@ void Step::trade(AgentStore& agents,
     const Vec3& position = world.entities.position[due.row];
     const Vec2 body(position.x(), position.z());
     const Bargain bargain = ai::settle_trades(agent,
-                                              machine_of(agent, settings),
+                                              brain_of(agent, settings),
                                               whereabouts(agent, body, world.now, world.dt),
                                               world.places,
                                               world.now);

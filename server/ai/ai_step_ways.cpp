@@ -41,7 +41,7 @@ void Step::request_paths(AgentStore& agents, const World& world, const Settings&
         agent.on_path = true;
         const pathfinding::Spot goal{agent.segment.goal.x(), agent.segment.goal.y()};
         const world::Row row = row_hints_[slot];
-        const State& state = machine_of(agent, settings).states[agent.doing];
+        const State& state = brain_of(agent, settings).states[agent.doing];
         const float floor = goal_floor(agent, state, coarse(world).around(agent, row, slot));
         world.paths->ask(slot, agent.entity, e.type[row], at(slot), goal, {feet(slot), floor});
     }
@@ -128,13 +128,13 @@ void Step::find_paths(AgentStore& agents, const World& world, const Settings& se
 
 /// Sets out on the way that the agent was told.
 void Step::go_on_from(Agent& agent, Slot slot, const World& world, const Settings& settings) {
-    const CompiledMachine& machine = machine_of(agent, settings);
+    const CompiledBrain& brain = brain_of(agent, settings);
     const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     row_hints_[slot] = row;
-    follow_path(agent, machine.states[agent.doing], coarse(world).around(agent, row, slot));
+    follow_path(agent, brain.states[agent.doing], coarse(world).around(agent, row, slot));
     agent.next_steering = world.now + 1;
     if (agent.tier == Tier::kCoarse) {
-        agent.next_event = next_event(agent, machine, coarse(world));
+        agent.next_event = next_event(agent, brain, coarse(world));
     }
 }
 

@@ -85,22 +85,22 @@ struct Course {
                                            ///< which sets out anew before the forecast ends
 };
 
-Course course_of(const Agent& agent, const CompiledMachine& machine, const CoarseWorld& in) {
+Course course_of(const Agent& agent, const CompiledBrain& brain, const CoarseWorld& in) {
     const float speed =
         std::max(agent.segment.speed, velocity_at(agent.segment, in.now - 1, in.dt).norm());
-    if (!roams(agent, machine)) {
+    if (!roams(agent, brain)) {
         return {speed, &agent.segment};
     }
     const world::Row row = in.entities.find(agent.entity);
     return {row == world::kNoRow
                 ? speed
-                : std::max(speed, roam_speed(machine.states[agent.doing], limits_of(in, row))),
+                : std::max(speed, roam_speed(brain.states[agent.doing], limits_of(in, row))),
             nullptr};
 }
 
 /// What an input of a blend is as long as the agent perceives nobody; no number where that may
 /// change.
-float input_alone(SenseIndex sense, const Agent& agent, const CompiledMachine& machine) {
+float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& brain) {
     switch (sense) {
         case kSensePlayerDistance:
             return Sight::none().distance;
@@ -112,30 +112,30 @@ float input_alone(SenseIndex sense, const Agent& agent, const CompiledMachine& m
             break;
     }
     const std::size_t v = sense - std::size_t{kOwnSenses};
-    const std::size_t count = machine.variables.size();
+    const std::size_t count = brain.variables.size();
     const bool constant =
-        sense >= kOwnSenses && v < count && machine.rates[agent.doing * count + v] == 0.0F;
+        sense >= kOwnSenses && v < count && brain.rates[agent.doing * count + v] == 0.0F;
     return constant ? agent.variables[v] : std::numeric_limits<float>::quiet_NaN();
 }
 
 /// Who blends goes by no segments while it is simulated.
-bool blends(const Agent& agent, const CompiledMachine& machine) {
-    return machine.choices[agent.fsm.state()].blend >= 0;
+bool blends(const Agent& agent, const CompiledBrain& brain) {
+    return brain.choices[agent.state_machine.state()].blend >= 0;
 }
 
 /// Whether a blend does one deed with all its heart, and goes on to: the next decision leaves its
 /// degrees as they are to the last bit, and so do all after it. Degrees come to that within
-/// response_s where inputs stay (fuzzy::FuzzyMachine moves them by a bounded step).
+/// response_s where inputs stay (fuzzy::FuzzyStateMachine moves them by a bounded step).
 bool is_settled(const Agent& agent,
-                const CompiledMachine& machine,
-                const CompiledMachine::Choice& choice) {
+                const CompiledBrain& brain,
+                const CompiledBrain::Choice& choice) {
     if (agent.doing < choice.first) {
         return false;
     }
-    const CompiledMachine::Blend& blend = machine.blends[static_cast<std::size_t>(choice.blend)];
+    const CompiledBrain::Blend& blend = brain.blends[static_cast<std::size_t>(choice.blend)];
     std::array<float, fuzzy::kMaxInputs> in{};
     for (std::size_t k = 0; k < blend.inputs.size(); ++k) {
-        in[k] = input_alone(blend.inputs[k], agent, machine);
+        in[k] = input_alone(blend.inputs[k], agent, brain);
         if (std::isnan(in[k])) {
             return false;
         }
@@ -143,23 +143,23 @@ bool is_settled(const Agent& agent,
     std::array<float, kMaxBlended> only{};
     only[agent.doing - choice.first] = 1.0F;
     std::array<float, kMaxBlended> next = agent.degrees;
-    blend.machine.step_one(std::span<const float>(in.data(), blend.inputs.size()),
-                           std::span(next.data(), blend.machine.states()));
+    blend.brain.step_one(std::span<const float>(in.data(), blend.inputs.size()),
+                         std::span(next.data(), blend.brain.states()));
     return agent.degrees == only && next == only;
 }
 
 /// A tick before which a trade at the place where the agent is cannot be done while `wait` lasts,
 /// to which it adds.
 Tick trade_from(const Agent& agent,
-                const CompiledMachine& machine,
+                const CompiledBrain& brain,
                 std::size_t t,
                 const CoarseWorld& in,
                 StockWait& wait) {
-    const Trade& trade = machine.states[agent.doing].trades[t];
+    const Trade& trade = brain.states[agent.doing].trades[t];
     const bool in_stock = in.places.can(trade, in.now);
-    if (!able(agent, machine, trade, in.now)) {
-        const Tick from = able_from(agent, machine, trade, in.now);
-        if (in_stock || from > in.now + decision_period(machine, in.dt)) {
+    if (!able(agent, brain, trade, in.now)) {
+        const Tick from = able_from(agent, brain, trade, in.now);
+        if (in_stock || from > in.now + decision_period(brain, in.dt)) {
             return from;
         }
     }
@@ -190,11 +190,11 @@ Tick at_place_from(const Agent& agent,
 /// A tick before which no trade that the agent still wants can be done while `wait` lasts, to which
 /// it adds: at other places not before it can have walked there.
 Tick trades_from(const Agent& agent,
-                 const CompiledMachine& machine,
+                 const CompiledBrain& brain,
                  const Course& course,
                  const CoarseWorld& in,
                  StockWait& wait) {
-    const std::vector<Trade>& trades = machine.states[agent.doing].trades;
+    const std::vector<Trade>& trades = brain.states[agent.doing].trades;
     if (agent.wants == 0 || trades.empty()) {
         return kNever;
     }
@@ -207,7 +207,7 @@ Tick trades_from(const Agent& agent,
         }
         from = std::min(from,
                         away ? at_place_from(agent, trades[t].place, course, in)
-                             : trade_from(agent, machine, t, in, wait));
+                             : trade_from(agent, brain, t, in, wait));
     }
     return std::max(from, in.now + 1);
 }
@@ -220,25 +220,22 @@ Tick segment_or_decision(const Agent& agent, const CoarseWorld& in) {
 
 }  // namespace
 
-bool can_sleep(const Agent& agent, const CompiledMachine& machine) {
-    const State& state = machine.states[agent.doing];
-    const CompiledMachine::Choice& choice = machine.choices[agent.fsm.state()];
+bool can_sleep(const Agent& agent, const CompiledBrain& brain) {
+    const State& state = brain.states[agent.doing];
+    const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
     // A policy does a little else at each tick.
-    const bool even = (choice.blend < 0 || is_settled(agent, machine, choice)) &&
+    const bool even = (choice.blend < 0 || is_settled(agent, brain, choice)) &&
                       !std::holds_alternative<PolicyChoice>(state.choice);
     return even && !agent.prey && !agent.ward;
 }
 
-void fall_asleep(Agent& agent,
-                 const CompiledMachine& machine,
-                 const CoarseWorld& in,
-                 world::Row row) {
+void fall_asleep(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
     if (!agent.timed) {
         Surroundings around = in.around(agent, row);
-        around.all_out = blends(agent, machine);
+        around.all_out = blends(agent, brain);
         start_segment(agent, around);
-        plan_segment(agent, machine.states[agent.doing], true, around);
+        plan_segment(agent, brain.states[agent.doing], true, around);
     }
     agent.placed = in.around(agent, row).body();
     e.command[row] = motion::InputCommand{};
@@ -273,15 +270,15 @@ void catch_up(Agent& agent, const CoarseWorld& in, world::Row row) {
 }
 
 bool walk_on(Agent& agent,
-             const CompiledMachine& machine,
+             const CompiledBrain& brain,
              const CoarseWorld& in,
              world::Row row,
              Slot slot) {
-    const State& state = machine.states[agent.doing];
+    const State& state = brain.states[agent.doing];
     const bool entered = std::exchange(agent.entered, false);
     agent.fresh = false;
     Surroundings around = in.around(agent, row, slot);
-    around.all_out = blends(agent, machine);
+    around.all_out = blends(agent, brain);
     if (entered) {
         begin_deed(agent, state, around);
     }
@@ -289,16 +286,16 @@ bool walk_on(Agent& agent,
            plan_segment(agent, state, entered, around);
 }
 
-Tick next_event(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in) {
-    const Tick period = decision_period(machine, in.dt);
+Tick next_event(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in) {
+    const Tick period = decision_period(brain, in.dt);
     Senses senses;
     const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
-    const std::uint64_t wanted = machine.senses_of_leaf[agent.fsm.state()];
-    sense(agent, machine, Sight::none(), here, in.places, in.now, senses, wanted);
-    const Course course = course_of(agent, machine, in);
+    const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
+    sense(agent, brain, Sight::none(), here, in.places, in.now, senses, wanted);
+    const Course course = course_of(agent, brain, in);
     const Outlook outlook{course.speed, in.places.day_s(), in.dt, in.places, course.segment};
-    Quiet quiet = quiet_until(agent, machine, senses, outlook, in.now);
-    quiet.until = std::min(quiet.until, trades_from(agent, machine, course, in, quiet.wait));
+    Quiet quiet = quiet_until(agent, brain, senses, outlook, in.now);
+    quiet.until = std::min(quiet.until, trades_from(agent, brain, course, in, quiet.wait));
     agent.next_decision =
         quiet.until == kNever ? kNever : next_decision(agent.entity, period, quiet.until - 1);
     // Who looks at its very next decision anyway need not wait as well.
@@ -307,14 +304,14 @@ Tick next_event(Agent& agent, const CompiledMachine& machine, const CoarseWorld&
     return segment_or_decision(agent, in);
 }
 
-Tick next_event_undecided(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in) {
-    const std::uint64_t reads = machine.senses_of_leaf[agent.fsm.state()];
-    const bool trades = agent.wants != 0 && !machine.states[agent.doing].trades.empty();
-    return trades || (reads & machine.senses_of_place) != 0 ? next_event(agent, machine, in)
-                                                            : segment_or_decision(agent, in);
+Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in) {
+    const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.state()];
+    const bool trades = agent.wants != 0 && !brain.states[agent.doing].trades.empty();
+    return trades || (reads & brain.senses_of_place) != 0 ? next_event(agent, brain, in)
+                                                          : segment_or_decision(agent, in);
 }
 
-void wake_up(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in, world::Row row) {
+void wake_up(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in, world::Row row) {
     world::Entities& e = in.entities;
     catch_up(agent, in, row);
     const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
@@ -332,7 +329,7 @@ void wake_up(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in
         agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
     agent.next_steering = std::clamp(over, in.now, next_turn(agent, in.now - 1));
     agent.detour_until = 0;
-    agent.next_decision = next_decision(agent.entity, decision_period(machine, in.dt), in.now - 1);
+    agent.next_decision = next_decision(agent.entity, decision_period(brain, in.dt), in.now - 1);
     restart_progress(agent, e.position[row], in.now);
 }
 

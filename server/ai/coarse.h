@@ -26,13 +26,10 @@ struct CoarseWorld {
 
 /// Whether what the agent does can go on from event to event, as long as it meets nobody
 /// (encounters.h): it depends on nobody else, or on a herd alone (herd.h).
-bool can_sleep(const Agent& agent, const CompiledMachine& machine);
+bool can_sleep(const Agent& agent, const CompiledBrain& brain);
 
 /// The entity comes to rest where it is; its way goes on in agent.segment.
-void fall_asleep(Agent& agent,
-                 const CompiledMachine& machine,
-                 const CoarseWorld& in,
-                 world::Row row);
+void fall_asleep(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in, world::Row row);
 
 /// Puts the entity where the agent's segment has brought it by the end of the last tick, on the
 /// ground and clear of what stands there.
@@ -42,7 +39,7 @@ void catch_up(Agent& agent, const CoarseWorld& in, world::Row row);
 /// something else, or its segment has come to its end. True: it needs a way first, see
 /// plan_segment().
 bool walk_on(Agent& agent,
-             const CompiledMachine& machine,
+             const CompiledBrain& brain,
              const CoarseWorld& in,
              world::Row row,
              Slot slot);
@@ -50,13 +47,13 @@ bool walk_on(Agent& agent,
 /// When something may happen to the agent next: the end of its segment, or a decision; at its
 /// decisions before that nothing does, unless agent.wait says what stock it takes. To be called
 /// after all that happens to it and to stock in this tick. Sets agent.next_decision and agent.wait.
-Tick next_event(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in);
+Tick next_event(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in);
 
 /// The same after an event at which the agent took no decision, did not trade and waited for no
 /// stock: the forecast of its last decision holds where that does not hang on where it walks.
-Tick next_event_undecided(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in);
+Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in);
 
 /// The entity goes on as one that was simulated all the time: position, velocity, command.
-void wake_up(Agent& agent, const CompiledMachine& machine, const CoarseWorld& in, world::Row row);
+void wake_up(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in, world::Row row);
 
 }  // namespace zoned::ai

@@ -7,19 +7,19 @@ namespace zoned::ai {
 
 namespace {
 
-void add(Agent& agent, const CompiledMachine& machine, std::size_t variable, float amount) {
-    const Variable& of = machine.variables[variable];
+void add(Agent& agent, const CompiledBrain& brain, std::size_t variable, float amount) {
+    const Variable& of = brain.variables[variable];
     agent.variables[variable] = std::clamp(agent.variables[variable] + amount, of.low, of.high);
 }
 
 /// What states from `level` on give to those who enter them.
-void gain(Agent& agent, const CompiledMachine& machine, std::size_t level) {
-    const fsm::FlatMachine& table = machine.table;
-    const std::uint16_t* path = &table.path[agent.fsm.state() * table.levels];
-    for (const CompiledMachine::Gain& gain : machine.gains) {
+void gain(Agent& agent, const CompiledBrain& brain, std::size_t level) {
+    const state_machine::FlatStateMachine& table = brain.table;
+    const std::uint16_t* path = &table.path[agent.state_machine.state() * table.levels];
+    for (const CompiledBrain::Gain& gain : brain.gains) {
         const std::size_t at = table.nodes[gain.node].level;
         if (at >= level && path[at] == gain.node) {
-            add(agent, machine, gain.variable, gain.amount);
+            add(agent, brain, gain.variable, gain.amount);
         }
     }
 }
@@ -34,7 +34,7 @@ bool all_hold(const std::vector<Condition>& conditions, Known senses) {
 
 /// The deed that a plan begins with, or `otherwise`.
 std::uint16_t plan_deed(Agent& agent,
-                        const CompiledMachine::Plans& plans,
+                        const CompiledBrain::Plans& plans,
                         std::uint16_t first,
                         std::uint16_t otherwise,
                         Known senses,
@@ -69,7 +69,7 @@ std::uint16_t plan_deed(Agent& agent,
 
 /// Moves the degrees of a blend's states on; the deed of the most active one, of equals the first.
 std::uint16_t blend_deed(Agent& agent,
-                         const CompiledMachine::Blend& blend,
+                         const CompiledBrain::Blend& blend,
                          std::uint16_t first,
                          bool entered,
                          Known senses) {
@@ -80,21 +80,21 @@ std::uint16_t blend_deed(Agent& agent,
     for (std::size_t k = 0; k < blend.inputs.size(); ++k) {
         in[k] = senses[blend.inputs[k]];
     }
-    const std::span<float> degrees(agent.degrees.data(), blend.machine.states());
-    blend.machine.step_one(std::span<const float>(in.data(), blend.inputs.size()), degrees);
+    const std::span<float> degrees(agent.degrees.data(), blend.brain.states());
+    blend.brain.step_one(std::span<const float>(in.data(), blend.inputs.size()), degrees);
     const auto most = std::max_element(degrees.begin(), degrees.end());
     return static_cast<std::uint16_t>(first + (most - degrees.begin()));
 }
 
 /// What to do in the state. `entered`: it was entered just now.
 void choose(Agent& agent,
-            const CompiledMachine& machine,
+            const CompiledBrain& brain,
             bool entered,
             Known senses,
             Tick now,
             Thinking& thinking) {
-    const std::uint16_t leaf = agent.fsm.state();
-    const CompiledMachine::Choice& choice = machine.choices[leaf];
+    const std::uint16_t leaf = agent.state_machine.state();
+    const CompiledBrain::Choice& choice = brain.choices[leaf];
     if (entered) {
         agent.facts = kUnplanned;
         agent.degrees = {};
@@ -102,10 +102,10 @@ void choose(Agent& agent,
     std::uint16_t deed = leaf;
     if (choice.tree >= 0) {
         deed = static_cast<std::uint16_t>(
-            choice.first + machine.trees[static_cast<std::size_t>(choice.tree)].decide(senses));
+            choice.first + brain.trees[static_cast<std::size_t>(choice.tree)].decide(senses));
     } else if (choice.plan >= 0) {
         deed = plan_deed(agent,
-                         machine.plans[static_cast<std::size_t>(choice.plan)],
+                         brain.plans[static_cast<std::size_t>(choice.plan)],
                          choice.first,
                          leaf,
                          senses,
@@ -113,7 +113,7 @@ void choose(Agent& agent,
     }
     if (choice.blend >= 0) {
         deed = blend_deed(agent,
-                          machine.blends[static_cast<std::size_t>(choice.blend)],
+                          brain.blends[static_cast<std::size_t>(choice.blend)],
                           choice.first,
                           entered || agent.doing == leaf,
                           senses);
@@ -121,42 +121,42 @@ void choose(Agent& agent,
     if (deed == agent.doing && !entered) {
         return;
     }
-    grow(agent, machine, now);
+    grow(agent, brain, now);
     // All deeds of a blend go on, whichever is the most active.
     agent.entered = agent.entered || entered || choice.blend < 0 || agent.doing == leaf;
     agent.doing = deed;
     if (deed != leaf) {
-        for (const VariableChange& change : machine.states[deed].changes) {
-            add(agent, machine, change.variable, change.on_enter);
+        for (const VariableChange& change : brain.states[deed].changes) {
+            add(agent, brain, change.variable, change.on_enter);
         }
     }
 }
 
 }  // namespace
 
-void begin(Agent& agent, const CompiledMachine& machine, Tick now) {
-    agent.fsm = fsm::OneState(now);
+void begin(Agent& agent, const CompiledBrain& brain, Tick now) {
+    agent.state_machine = state_machine::ActiveState(now);
     agent.doing = 0;
-    agent.wants = all_trades(machine.states[0]);
+    agent.wants = all_trades(brain.states[0]);
     agent.facts = kUnplanned;
     agent.degrees = {};
-    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-        agent.variables[v] = machine.variables[v].start;
+    for (std::size_t v = 0; v < brain.variables.size(); ++v) {
+        agent.variables[v] = brain.variables[v].start;
     }
     agent.variables_at = now;
-    gain(agent, machine, 0);
+    gain(agent, brain, 0);
 }
 
-float variable_at(const Agent& agent, const CompiledMachine& machine, std::size_t v, Tick now) {
-    const Variable& of = machine.variables[v];
-    const float rate = machine.rates[agent.doing * machine.variables.size() + v];
+float variable_at(const Agent& agent, const CompiledBrain& brain, std::size_t v, Tick now) {
+    const Variable& of = brain.variables[v];
+    const float rate = brain.rates[agent.doing * brain.variables.size() + v];
     const auto ticks = static_cast<float>(now - agent.variables_at);
     return std::clamp(agent.variables[v] + rate * ticks, of.low, of.high);
 }
 
-void grow(Agent& agent, const CompiledMachine& machine, Tick now) {
-    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-        agent.variables[v] = variable_at(agent, machine, v, now);
+void grow(Agent& agent, const CompiledBrain& brain, Tick now) {
+    for (std::size_t v = 0; v < brain.variables.size(); ++v) {
+        agent.variables[v] = variable_at(agent, brain, v, now);
     }
     agent.variables_at = now;
 }
@@ -168,7 +168,7 @@ float drawn_at(const Agent& agent, Tick now) {
 }
 
 void sense(const Agent& agent,
-           const CompiledMachine& machine,
+           const CompiledBrain& brain,
            const Sight& sight,
            const Vec2& here,
            const Places& places,
@@ -182,20 +182,20 @@ void sense(const Agent& agent,
     senses[kSenseConfidence] = sight.confidence;
     senses[kSenseAllies] = sight.allies;
     senses[kSenseFoes] = sight.foes;
-    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-        senses[kOwnSenses + v] = variable_at(agent, machine, v, now);
+    for (std::size_t v = 0; v < brain.variables.size(); ++v) {
+        senses[kOwnSenses + v] = variable_at(agent, brain, v, now);
     }
-    sense_more(agent, machine, here, places, now, senses, wanted);
+    sense_more(agent, brain, here, places, now, senses, wanted);
 }
 
 void sense_more(const Agent& agent,
-                const CompiledMachine& machine,
+                const CompiledBrain& brain,
                 const Vec2& here,
                 const Places& places,
                 Tick now,
                 Senses& senses,
                 std::uint64_t wanted) {
-    for (const CompiledMachine::Fuzzy& fuzzy : machine.fuzzy) {
+    for (const CompiledBrain::Fuzzy& fuzzy : brain.fuzzy) {
         const std::uint64_t outputs = ~std::uint64_t{0} >> (64U - fuzzy.system.outputs());
         if ((wanted >> fuzzy.first & outputs) == 0) {
             continue;
@@ -212,47 +212,48 @@ void sense_more(const Agent& agent,
                               1,
                               std::span(out.data(), fuzzy.system.outputs()));
     }
-    for (std::size_t k = 0; k < machine.places.size(); ++k) {
-        if ((wanted >> (machine.first_place_sense + k) & 1U) == 0) {
+    for (std::size_t k = 0; k < brain.places.size(); ++k) {
+        if ((wanted >> (brain.first_place_sense + k) & 1U) == 0) {
             continue;
         }
-        const PlaceSense& of = machine.places[k];
-        senses[machine.first_place_sense + k] =
+        const PlaceSense& of = brain.places[k];
+        senses[brain.first_place_sense + k] =
             of.stock < 0 ? (here - places.spot(of.place, agent.entity)).norm()
                          : places.stock(of.place, static_cast<std::size_t>(of.stock), now);
     }
 }
 
 bool decide(Agent& agent,
-            const CompiledMachine& machine,
+            const CompiledBrain& brain,
             const Sight& sight,
             const Vec2& here,
             const Places& places,
             Tick now,
             Thinking& thinking) {
     Senses senses;
-    const std::uint64_t wanted = machine.senses_of_leaf[agent.fsm.state()];
-    sense(agent, machine, sight, here, places, now, senses, wanted);
-    take_notice(agent, sight, machine, now);
+    const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
+    sense(agent, brain, sight, here, places, now, senses, wanted);
+    take_notice(agent, sight, brain, now);
     agent.far = sight.player_far;
     agent.fresh = true;
-    const Known known(senses.data(), machine.senses);
-    const std::optional<fsm::Change> change = fsm::step_one(machine.table, agent.fsm, known, now);
+    const Known known(senses.data(), brain.senses);
+    const std::optional<state_machine::Change> change =
+        state_machine::step_one(brain.table, agent.state_machine, known, now);
     if (change) {
-        const std::uint64_t then = machine.senses_of_leaf[agent.fsm.state()];
-        sense_more(agent, machine, here, places, now, senses, then & ~wanted);
-        grow(agent, machine, now);
-        gain(agent, machine, machine.table.transitions[change->transition].level);
+        const std::uint64_t then = brain.senses_of_leaf[agent.state_machine.state()];
+        sense_more(agent, brain, here, places, now, senses, then & ~wanted);
+        grow(agent, brain, now);
+        gain(agent, brain, brain.table.transitions[change->transition].level);
     }
     thinking.change = change;
-    choose(agent, machine, change.has_value(), known, now, thinking);
+    choose(agent, brain, change.has_value(), known, now, thinking);
     return change.has_value();
 }
 
-bool able(const Agent& agent, const CompiledMachine& machine, const Trade& trade, Tick now) {
+bool able(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now) {
     return std::all_of(trade.items.begin(), trade.items.end(), [&](const TradeItem& item) {
-        const float then = variable_at(agent, machine, item.variable, now) + item.amount;
-        const Variable& of = machine.variables[item.variable];
+        const float then = variable_at(agent, brain, item.variable, now) + item.amount;
+        const Variable& of = brain.variables[item.variable];
         return then >= of.low && then <= of.high;
     });
 }
@@ -262,22 +263,22 @@ std::uint8_t all_trades(const State& state) {
 }
 
 Bargain settle_trades(Agent& agent,
-                      const CompiledMachine& machine,
+                      const CompiledBrain& brain,
                       const Vec2& here,
                       Places& places,
                       Tick now) {
-    const std::vector<Trade>& trades = machine.states[agent.doing].trades;
+    const std::vector<Trade>& trades = brain.states[agent.doing].trades;
     Bargain bargain;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const unsigned bit = 1U << t;
         if ((agent.wants & bit) == 0 || places.outside(trades[t].place, here) > kAtPlaceM) {
             continue;
         }
-        if (!able(agent, machine, trades[t], now) || !places.can(trades[t], now)) {
+        if (!able(agent, brain, trades[t], now) || !places.can(trades[t], now)) {
             ++bargain.refused;
             continue;
         }
-        grow(agent, machine, now);
+        grow(agent, brain, now);
         for (const TradeItem& item : trades[t].items) {
             agent.variables[item.variable] += item.amount;
         }
@@ -288,8 +289,8 @@ Bargain settle_trades(Agent& agent,
     return bargain;
 }
 
-Tick decision_period(const CompiledMachine& machine, float dt) {
-    return std::max<Tick>(1, std::lround(machine.decide_every_s / dt));
+Tick decision_period(const CompiledBrain& brain, float dt) {
+    return std::max<Tick>(1, std::lround(brain.decide_every_s / dt));
 }
 
 Tick next_decision(EntityId entity, Tick period, Tick now) {

@@ -25,50 +25,50 @@ Tick ticks_of(float way_m, float speed, float dt) {
     return static_cast<Tick>(std::clamp(std::floor(way_m / step_m), -1.0F, kMostTicks)) - kEarly;
 }
 
-float perceives_within(const CompiledMachine& machine) {
-    return std::max(machine.perception_m, machine.perception.hearing_m);
+float perceives_within(const CompiledBrain& brain) {
+    return std::max(brain.perception_m, brain.perception.hearing_m);
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------- who looks for whom
 
-bool Reaches::set(std::span<const CompiledMachine> machines,
+bool Reaches::set(std::span<const CompiledBrain> brains,
                   std::span<const std::uint16_t> brain_of_type,
                   const world::TypeTable& types) {
-    any_ = std::any_of(machines.begin(), machines.end(), [](const CompiledMachine& machine) {
-        return machine.perception.concerns_others();
+    any_ = std::any_of(brains.begin(), brains.end(), [](const CompiledBrain& brain) {
+        return brain.perception.concerns_others();
     });
     if (!any_) {
         looks_.clear();
         return false;
     }
     before_.swap(looks_);
-    machine_before_.swap(machine_of_);
+    brain_before_.swap(brain_of_);
     types_ = types.size();
-    machine_of_.assign(types_, kNoBrain);
+    brain_of_.assign(types_, kNoBrain);
     for (std::size_t t = 0; t < types_; ++t) {
         const std::uint16_t agent = brain_of_type.empty() ? types[t].brain : brain_of_type[t];
-        machine_of_[t] = agent > 0 ? static_cast<std::uint16_t>(agent - 1) : kNoBrain;
+        brain_of_[t] = agent > 0 ? static_cast<std::uint16_t>(agent - 1) : kNoBrain;
     }
-    looks_.assign(machines.size() * types_, -1.0F);
-    for (std::size_t m = 0; m < machines.size(); ++m) {
-        const Perception& how = machines[m].perception;
+    looks_.assign(brains.size() * types_, -1.0F);
+    for (std::size_t m = 0; m < brains.size(); ++m) {
+        const Perception& how = brains[m].perception;
         if (!how.concerns_others()) {
             continue;
         }
         for (const auto* wanted : {&how.targets, &how.allies, &how.wards}) {
             for (const TypeIndex type : *wanted) {
-                looks_[m * types_ + type] = perceives_within(machines[m]);
+                looks_[m * types_ + type] = perceives_within(brains[m]);
             }
         }
     }
-    if (before_ == looks_ && machine_before_ == machine_of_) {
+    if (before_ == looks_ && brain_before_ == brain_of_) {
         return false;
     }
-    sees_.assign(machines.size(), -1.0F);
+    sees_.assign(brains.size(), -1.0F);
     seen_.assign(types_, -1.0F);
-    for (std::size_t m = 0; m < machines.size(); ++m) {
+    for (std::size_t m = 0; m < brains.size(); ++m) {
         for (std::size_t t = 0; t < types_; ++t) {
             sees_[m] = std::max(sees_[m], looks_[m * types_ + t]);
             seen_[t] = std::max(seen_[t], looks_[m * types_ + t]);
@@ -88,7 +88,7 @@ bool Reaches::set(std::span<const CompiledMachine> machines,
 
 bool Reaches::has_strangers(const std::vector<world::Entities::Count>& counts) const {
     for (std::size_t t = 0; t < std::min(counts.size(), types_); ++t) {
-        const bool mindless = machine_of_[t] == kNoBrain && counts[t].shown > 0;
+        const bool mindless = brain_of_[t] == kNoBrain && counts[t].shown > 0;
         if ((counts[t].ghosts > 0 || mindless) &&
             farthest(kind_of(static_cast<TypeIndex>(t))) >= 0.0F) {
             return true;
@@ -137,7 +137,7 @@ void Encounters::put(Slot slot, TypeIndex type, const Scene& scene, bool late) {
 Encounters::Body Encounters::sleeper(Slot slot, const Scene& scene) const {
     const Agent& agent = scene.agents.at(slot);
     const TypeIndex type = members_[slot].type;
-    return {{type, agent.machine},
+    return {{type, agent.brain},
             agent.entity,
             position_at(agent.segment, scene.now - 1, scene.dt),
             scene.reaches.top_speed(type)};

@@ -16,19 +16,19 @@ namespace zoned::ai {
 /// Who looks for whom, and from how far off one may come to know of the other.
 class Reaches {
   public:
-    /// As agents are of machines now, and entities of types. `brain_of_type` as in Settings.
+    /// As agents are of brains now, and entities of types. `brain_of_type` as in Settings.
     /// Returns whether that has changed.
-    bool set(std::span<const CompiledMachine> machines,
+    bool set(std::span<const CompiledBrain> brains,
              std::span<const std::uint16_t> brain_of_type,
              const world::TypeTable& types);
 
-    /// Stands for the machine of who has none.
+    /// Stands for the brain of who has none.
     static constexpr std::uint16_t kNoBrain = 0xFFFF;
 
     /// Of one who meets others.
     struct Kind {
         TypeIndex type = 0;
-        std::uint16_t machine = kNoBrain;
+        std::uint16_t brain = kNoBrain;
     };
 
     /// Whether anybody looks for others than players.
@@ -36,12 +36,12 @@ class Reaches {
 
     /// Below 0: neither looks for the other. Else from how far off one may perceive the other, m.
     [[nodiscard]] float between(Kind a, Kind b) const {
-        return std::max(looks(a.machine, b.type), looks(b.machine, a.type));
+        return std::max(looks(a.brain, b.type), looks(b.brain, a.type));
     }
 
     /// The farthest of between() with anybody; below 0: it meets nobody.
     [[nodiscard]] float farthest(Kind of) const {
-        return std::max(of.machine < sees_.size() ? sees_[of.machine] : -1.0F, seen_[of.type]);
+        return std::max(of.brain < sees_.size() ? sees_[of.brain] : -1.0F, seen_[of.type]);
     }
 
     /// The fastest that a character of the type goes on its own account, m/s; of others 0.
@@ -51,27 +51,27 @@ class Reaches {
     [[nodiscard]] float fastest() const { return fastest_; }
 
     /// Of an entity whose agent is in another zone, or that has none.
-    [[nodiscard]] Kind kind_of(TypeIndex type) const { return {type, machine_of_[type]}; }
+    [[nodiscard]] Kind kind_of(TypeIndex type) const { return {type, brain_of_[type]}; }
 
     /// Whether some may be met here whose agents are not here: ghosts, and the mindless.
     [[nodiscard]] bool has_strangers(const std::vector<world::Entities::Count>& counts) const;
 
   private:
-    [[nodiscard]] float looks(std::uint16_t machine, TypeIndex type) const {
-        const std::size_t at = machine * types_ + type;
-        return machine != kNoBrain && at < looks_.size() ? looks_[at] : -1.0F;
+    [[nodiscard]] float looks(std::uint16_t brain, TypeIndex type) const {
+        const std::size_t at = brain * types_ + type;
+        return brain != kNoBrain && at < looks_.size() ? looks_[at] : -1.0F;
     }
 
     std::size_t types_ = 0;
     bool any_ = false;
     float fastest_ = 0.0F;
-    std::vector<float> looks_;  // by machine x type
+    std::vector<float> looks_;  // by brain x type
     std::vector<float> before_;
-    std::vector<float> sees_;  // by machine
+    std::vector<float> sees_;  // by brain
     std::vector<float> seen_;  // by type
     std::vector<float> top_speed_;
-    std::vector<std::uint16_t> machine_of_;  // by type
-    std::vector<std::uint16_t> machine_before_;
+    std::vector<std::uint16_t> brain_of_;  // by type
+    std::vector<std::uint16_t> brain_before_;
 };
 
 /// Pairs of which one looks for the other are kept apart by time: from where both are and how fast

@@ -50,7 +50,7 @@ class Nests {
         const world::TypeTable& types;
         const Places& places;
         const motion::StaticGeometry& statics;
-        const std::vector<CompiledMachine>& machines;
+        const std::vector<CompiledBrain>& brains;
         Vec2 half_size;  ///< of the zone: nests beyond it are another's
         Tick now;
         float dt;  ///< s
@@ -78,7 +78,7 @@ class Nests {
             float food = 0.0F;
         };
 
-        std::uint16_t machine = 0;  ///< some machine and what it does say where the nest is
+        std::uint16_t brain = 0;  ///< some brain and what it does say where the nest is
         std::uint16_t doing = 0;
         TypeIndex type = 0;  ///< of the creatures that its map is for
         std::vector<Cell> cells{};
@@ -117,7 +117,7 @@ class Nests {
   private:
     struct Nest {
         std::uint16_t place;
-        std::uint16_t machine = 0;
+        std::uint16_t brain = 0;
         std::uint16_t doing = 0;
         TypeIndex type = 0;
         const ForageDef* def;

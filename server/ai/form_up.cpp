@@ -28,7 +28,7 @@ Vec2 ground_of(const Vec3& v) {
 Vec2 heading_of_captain(const world::Entities& entities, world::Row row) {
     const Vec2 velocity = ground_of(entities.velocity[row]);
     const float speed = velocity.norm();
-    return speed > kStands ? Vec2(velocity / speed) : learn::heading_of(entities.yaw[row]);
+    return speed > kStands ? Vec2(velocity / speed) : learning::heading_of(entities.yaw[row]);
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ steering::FormationSlot slot_in(const FormationDef& def, std::size_t index, std:
         }
         case FormationShape::kRing: {
             const auto turn = static_cast<std::uint16_t>((index * 65536U) / members);
-            const Vec2 direction = learn::heading_of(turn);
+            const Vec2 direction = learning::heading_of(turn);
             // Neighbours on the ring are `gap` apart along it.
             const float radius = std::max(
                 gap, gap * static_cast<float>(members) / (2.0F * std::numbers::pi_v<float>));
@@ -71,12 +71,12 @@ steering::FormationSlot slot_in(const FormationDef& def, std::size_t index, std:
 /// border are among them.
 std::size_t ghosts_in_formations(const world::Entities& entities,
                                  const world::TypeTable& types,
-                                 std::span<const CompiledMachine> machines) {
+                                 std::span<const CompiledBrain> brains) {
     std::size_t ghosts = 0;
     for (world::Row row = 0; row < entities.size(); ++row) {
         const std::uint16_t agent = types[entities.type[row]].brain;
-        ghosts += entities.has(row, world::kGhost) && agent != 0 && agent <= machines.size() &&
-                          machines[agent - 1U].forms_up
+        ghosts += entities.has(row, world::kGhost) && agent != 0 && agent <= brains.size() &&
+                          brains[agent - 1U].forms_up
                       ? 1
                       : 0;
     }
@@ -153,17 +153,17 @@ std::size_t Formations::company_of(std::span<const Rank> ranks,
 void Formations::place(AgentStore& agents,
                        const world::Entities& entities,
                        const world::TypeTable& types,
-                       std::span<const CompiledMachine> machines,
+                       std::span<const CompiledBrain> brains,
                        const steering::Walls& walls,
                        Tick now) {
     const auto def_of = [&](const Rank& rank) {
         const Agent& agent = agents.at(rank.slot);
-        return &*machines[agent.machine].states[agent.doing].formation;
+        return &*brains[agent.brain].states[agent.doing].formation;
     };
     // Looked for once, and only where somebody is missing.
     auto ghosts = [&, found = std::optional<std::size_t>()]() mutable {
         if (!found) {
-            found = ghosts_in_formations(entities, types, machines);
+            found = ghosts_in_formations(entities, types, brains);
         }
         return *found;
     };

@@ -42,7 +42,7 @@ class Formations {
     void place(AgentStore& agents,
                const world::Entities& entities,
                const world::TypeTable& types,
-               std::span<const CompiledMachine> machines,
+               std::span<const CompiledBrain> brains,
                const steering::Walls& walls,
                Tick now);
 

@@ -139,26 +139,26 @@ float roam_speed(const State& state, const motion::CharacterLimits& limits) {
            (state.sprint ? limits.sprint_factor : 1.0F);
 }
 
-Tick roams_until(const CompiledMachine& machine, Tick now, float dt) {
+Tick roams_until(const CompiledBrain& brain, Tick now, float dt) {
     const Tick period =
-        std::max<Tick>(decision_period(machine, dt), std::max(1L, std::lround(kRoam_s / dt)));
+        std::max<Tick>(decision_period(brain, dt), std::max(1L, std::lround(kRoam_s / dt)));
     return (now / period + 1) * period;
 }
 
 Vec2 path_ahead(const Agent& agent,
-                const CompiledMachine& machine,
+                const CompiledBrain& brain,
                 const CoarseWorld& in,
                 world::Row row) {
-    const auto ticks = static_cast<float>(roams_until(machine, in.now, in.dt) - in.now);
+    const auto ticks = static_cast<float>(roams_until(brain, in.now, in.dt) - in.now);
     return wanted_by(agent.aim, in.types[in.entities.type[row]].character) * (ticks * in.dt);
 }
 
 void take_step(Agent& agent,
-               const CompiledMachine& machine,
+               const CompiledBrain& brain,
                const CoarseWorld& in,
                const Vec3& from,
                const StepEnd& end) {
-    const Tick until = roams_until(machine, in.now, in.dt);
+    const Tick until = roams_until(brain, in.now, in.dt);
     const float time_s = static_cast<float>(until - in.now) * in.dt;
     const Vec2 here = flat_part(from);
     const float length = end.stands ? (flat_part(end.at) - here).norm() : 0.0F;
@@ -178,27 +178,27 @@ void take_step(Agent& agent,
 }
 
 bool roam(Agent& agent,
-          const CompiledMachine& machine,
+          const CompiledBrain& brain,
           const CoarseWorld& in,
           world::Row row,
           const Vec3& from,
           const Vec2& way) {
-    const Tick until = roams_until(machine, in.now, in.dt);
+    const Tick until = roams_until(brain, in.now, in.dt);
     const float time_s = static_cast<float>(until - in.now) * in.dt;
     const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
     const motion::CharacterState begin{
         from, Vec3(velocity.x(), 0.0F, velocity.y()), in.entities.yaw[row], true};
     const motion::CharacterLimits& limits = in.types[in.entities.type[row]].character;
     const StepEnd end = walk_along(begin, way, time_s, limits, in.statics, in.now);
-    take_step(agent, machine, in, from, end);
+    take_step(agent, brain, in, from, end);
     return end.stands;
 }
 
 bool only_steps(const Agent& agent,
-                const CompiledMachine& machine,
+                const CompiledBrain& brain,
                 const CoarseWorld& in,
                 world::Row row) {
-    if (agent.entered || !on_step(agent) || !roams(agent, machine) || agent.again_at != in.now ||
+    if (agent.entered || !on_step(agent) || !roams(agent, brain) || agent.again_at != in.now ||
         agent.next_decision <= in.now || in.now < agent.detour_until) {
         return false;
     }

@@ -12,8 +12,8 @@
 namespace zoned::ai {
 
 /// Whether the agent goes with a herd.
-inline bool roams(const Agent& agent, const CompiledMachine& machine) {
-    return machine.states[agent.doing].action == ActionKind::kFlock;
+inline bool roams(const Agent& agent, const CompiledBrain& brain) {
+    return brain.states[agent.doing].action == ActionKind::kFlock;
 }
 
 /// The fastest that one walks who roams so, m/s.
@@ -59,14 +59,14 @@ inline constexpr float kHerdStale_m = 4.0F;
 bool at_step_end(const Agent& agent, const Vec2& at);
 
 /// Whether it is time for a step.
-inline bool roams_on(const Agent& agent, const CompiledMachine& machine, Tick now) {
-    return roams(agent, machine) && (agent.entered || now >= agent.again_at);
+inline bool roams_on(const Agent& agent, const CompiledBrain& brain, Tick now) {
+    return roams(agent, brain) && (agent.entered || now >= agent.again_at);
 }
 
 /// Until when a step leads that begins now: a tick that is a multiple of a second, or of the
-/// decisions of the machine where these are rarer, so that all animals of a kind begin the next one
+/// decisions of the brain where these are rarer, so that all animals of a kind begin the next one
 /// together.
-Tick roams_until(const CompiledMachine& machine, Tick now, float dt);
+Tick roams_until(const CompiledBrain& brain, Tick now, float dt);
 
 /// Where a step leads.
 struct StepEnd {
@@ -77,7 +77,7 @@ struct StepEnd {
 /// The step of an animal that is at `from` to where it leads until roams_until(). Who would leave
 /// the ground stands where it is, and is to be woken up. Where it comes to stand is agent.target.
 void take_step(Agent& agent,
-               const CompiledMachine& machine,
+               const CompiledBrain& brain,
                const CoarseWorld& in,
                const Vec3& from,
                const StepEnd& end);
@@ -112,7 +112,7 @@ StepEnd walk_along(const motion::CharacterState& from,
 /// (motion::apply_input). False: it would leave the ground; it stands where it is, and is to be
 /// woken up. Where it comes to stand is agent.target.
 bool roam(Agent& agent,
-          const CompiledMachine& machine,
+          const CompiledBrain& brain,
           const CoarseWorld& in,
           world::Row row,
           const Vec3& from,
@@ -121,7 +121,7 @@ bool roam(Agent& agent,
 /// Whether nothing happens to it now but that its step is over: it came on as it wanted, and
 /// decides nothing.
 bool only_steps(const Agent& agent,
-                const CompiledMachine& machine,
+                const CompiledBrain& brain,
                 const CoarseWorld& in,
                 world::Row row);
 
@@ -130,7 +130,7 @@ void hash_step(core::StateHash& hash, const Agent& agent);
 
 /// The way that it goes until then where nothing changes its heading, x, z, m.
 Vec2 path_ahead(const Agent& agent,
-                const CompiledMachine& machine,
+                const CompiledBrain& brain,
                 const CoarseWorld& in,
                 world::Row row);
 
@@ -148,7 +148,7 @@ class Herds {
         const world::TypeTable& types;
         const Places& places;
         const motion::StaticGeometry& statics;
-        const std::vector<CompiledMachine>& machines;
+        const std::vector<CompiledBrain>& brains;
         const Drift& drift;
         bool reduce_far;  ///< those far from players steer every kFarPeriod ticks
         Tick now;

@@ -66,14 +66,14 @@ void Herds::add_animal(const Agent* agent,
         animal.at = number != kNoNumber ? at : position_at(*segment, scene.now - 1, scene.dt);
     }
     if (agent != nullptr) {
-        const CompiledMachine& machine = scene.machines[agent->machine];
-        const State& state = machine.states[agent->doing];
+        const CompiledBrain& brain = scene.brains[agent->brain];
+        const State& state = brain.states[agent->doing];
         const motion::CharacterLimits& limits = scene.types[animal.type].character;
         const Vec2 wanted = wanted_by(agent->aim, limits);
         const bool hindered = animal.velocity.norm() < kHinderedShare * wanted.norm();
         animal.velocity = hindered ? animal.velocity : wanted;
         animal.aim = agent->aim;
-        const Tick until = roams_until(machine, scene.now, scene.dt);
+        const Tick until = roams_until(brain, scene.now, scene.dt);
         const float time_s = static_cast<float>(until - scene.now) * scene.dt;
         animal.reach = state.radius_m + 2.0F * time_s * roam_speed(state, limits);
         animal.until = number != kNoNumber ? until : kNever;
@@ -130,7 +130,7 @@ void Herds::add_others(const AgentStore& agents, const Scene& scene) {
         }
         const bool elsewhere = e.has(row, world::kDozing) || e.has(row, world::kGhost);
         const Agent* const agent = elsewhere ? nullptr : agents.find(e.id[row]);
-        const bool foretold = agent != nullptr && roams(*agent, scene.machines[agent->machine]);
+        const bool foretold = agent != nullptr && roams(*agent, scene.brains[agent->brain]);
         add_animal(foretold ? agent : nullptr, row, kNoNumber, at, scene);
     }
 }
@@ -242,7 +242,7 @@ Vec2 Herds::turned(AgentStore& agents, std::size_t n, const Scene& scene, Tick n
     if (now < agent.detour_until) {
         return as_before;
     }
-    const State& state = scene.machines[agent.machine].states[agent.doing];
+    const State& state = scene.brains[agent.brain].states[agent.doing];
     const motion::CharacterLimits& limits = scene.types[animal.type].character;
     const float time_s = static_cast<float>(now - scene.now) * scene.dt;
     const Vec2 here = place(n, time_s);
@@ -300,7 +300,7 @@ void Herds::turn_all(AgentStore& agents, const Scene& scene, Tick now) {
         const Agent& agent = *animals_[n].agent;
         set_velocity(n, wanted_[k], time_s);
         turns_at_[n] = turn_from(agent,
-                                 decision_period(scene.machines[agent.machine], scene.dt),
+                                 decision_period(scene.brains[agent.brain], scene.dt),
                                  scene.reduce_far && agent.far,
                                  now + 1);
         walk_on(n, scene, now);
@@ -335,7 +335,7 @@ void Herds::step(AgentStore& agents, const Scene& scene) {
     for (std::size_t n = 0; n < animals_.size(); ++n) {
         if (const Agent* const agent = animals_[n].agent) {
             turns_at_[n] = turn_from(*agent,
-                                     decision_period(scene.machines[agent->machine], scene.dt),
+                                     decision_period(scene.brains[agent->brain], scene.dt),
                                      scene.reduce_far && agent->far,
                                      scene.now);
         }

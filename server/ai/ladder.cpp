@@ -11,10 +11,10 @@ namespace zoned::ai {
 
 namespace {
 
-/// Exchanges the machines of the settings and those kept at a rung.
-void exchange_machines(Settings& settings, std::uint16_t rung) {
+/// Exchanges the brains of the settings and those kept at a rung.
+void exchange_brains(Settings& settings, std::uint16_t rung) {
     Rung& kept = settings.ladder.rungs[rung];
-    std::swap(settings.machines, kept.machines);
+    std::swap(settings.brains, kept.brains);
     std::swap(settings.compiled, kept.compiled);
 }
 
@@ -31,7 +31,7 @@ void note_outcome(Ladder& ladder, const LadderSettings& settings, bool player_su
     if (settings.rungs.empty()) {
         return;
     }
-    ladder.level = learn::stepped(settings.staircase, ladder.level, player_succeeded);
+    ladder.level = learning::stepped(settings.staircase, ladder.level, player_succeeded);
     ++(player_succeeded ? ladder.successes : ladder.failures);
 }
 
@@ -47,7 +47,9 @@ std::uint16_t rung_due(const Ladder& ladder, const LadderSettings& settings, Tic
                                        : ladder.rung;
 }
 
-const CompiledMachine& machine_on(const Settings& settings, std::uint16_t rung, std::size_t index) {
+const CompiledBrain& brain_at_level(const Settings& settings,
+                                    std::uint16_t rung,
+                                    std::size_t index) {
     const bool here = settings.ladder.rungs.empty() || rung == settings.ladder.active;
     return here ? settings.compiled[index] : settings.ladder.rungs[rung].compiled[index];
 }
@@ -56,8 +58,8 @@ void put_on_rung(Settings& settings, std::uint16_t rung) {
     if (settings.ladder.rungs.empty() || rung == settings.ladder.active) {
         return;
     }
-    exchange_machines(settings, settings.ladder.active);
-    exchange_machines(settings, rung);
+    exchange_brains(settings, settings.ladder.active);
+    exchange_brains(settings, rung);
     settings.ladder.active = rung;
 }
 
@@ -67,13 +69,13 @@ void adopt_from_rung(Agent& agent,
                      Tick now,
                      float dt) {
     if (rung == settings.ladder.active || settings.ladder.rungs.empty() ||
-        !settings.ladder.varies[agent.machine]) {
+        !settings.ladder.varies[agent.brain]) {
         return;
     }
     adopt(agent,
-          machine_on(settings, rung, agent.machine),
-          settings.compiled[agent.machine],
-          agent.machine,
+          brain_at_level(settings, rung, agent.brain),
+          settings.compiled[agent.brain],
+          agent.brain,
           now,
           dt);
 }
@@ -88,8 +90,8 @@ RungChange change_rung(AgentStore& agents,
     put_on_rung(settings, rung);
     for (std::size_t n = 0; n < agents.size(); ++n) {
         Agent& agent = agents.at(agents.nth(n));
-        ZONED_ASSERT(agent.tier != Tier::kCoarse || !settings.ladder.varies[agent.machine],
-                     "who is to live by other machines was woken up");
+        ZONED_ASSERT(agent.tier != Tier::kCoarse || !settings.ladder.varies[agent.brain],
+                     "who is to live by other brains was woken up");
         adopt_from_rung(agent, settings, change.from, now, dt);
     }
     agents.forget_wavering();  // the numbers of transitions may be others
@@ -107,7 +109,7 @@ void go_on_with(Ladder& ladder, const LadderSettings& before, Settings& settings
     };
     const auto at = std::find_if(after.rungs.begin(), after.rungs.end(), same);
     const auto rung = static_cast<std::uint16_t>(at - after.rungs.begin());
-    const learn::Staircase& cap = after.staircase;
+    const learning::Staircase& cap = after.staircase;
     const auto wanted = static_cast<float>(rung);
     if (at == after.rungs.end() || wanted < cap.least || wanted > cap.most) {
         ladder = first_of(after);

@@ -18,22 +18,22 @@ class AgentStore;
 struct Agent;
 struct Settings;
 
-/// All machines as one difficulty has them: as many, of the same names, as every other's.
+/// All brains as one difficulty has them: as many, of the same names, as every other's.
 struct Rung {
     std::string name;
-    std::vector<Machine> machines{};
-    std::vector<CompiledMachine> compiled{};
+    std::vector<Brain> brains{};
+    std::vector<CompiledBrain> compiled{};
 };
 
 struct LadderSettings {
-    /// The easiest first; none: difficulty stays as it is. The machines of rung `active` are those
+    /// The easiest first; none: difficulty stays as it is. The brains of rung `active` are those
     /// of the settings themselves, and its own are empty.
     std::vector<Rung> rungs{};
-    std::vector<bool> varies{};    ///< by machine: some rung has it otherwise than another
-    learn::Staircase staircase{};  ///< in rungs: level 1 is the second
-    std::uint16_t start = 0;       ///< rung, within the staircase's cap
-    std::uint16_t active = 0;      ///< rung
-    Tick between = 0;              ///< at least, from one change of rung to the next
+    std::vector<bool> varies{};       ///< by brain: some rung has it otherwise than another
+    learning::Staircase staircase{};  ///< in rungs: level 1 is the second
+    std::uint16_t start = 0;          ///< rung, within the staircase's cap
+    std::uint16_t active = 0;         ///< rung
+    Tick between = 0;                 ///< at least, from one change of rung to the next
 };
 
 /// Where a zone stands.
@@ -79,13 +79,15 @@ void note_outcome(Ladder& ladder, const LadderSettings& settings, bool player_su
 /// (most - least) / (step n), unless the level meets the cap.
 std::uint16_t rung_due(const Ladder& ladder, const LadderSettings& settings, Tick now);
 
-/// Machine `index` as rung `rung` has it.
-const CompiledMachine& machine_on(const Settings& settings, std::uint16_t rung, std::size_t index);
+/// Brain `index` as rung `rung` has it.
+const CompiledBrain& brain_at_level(const Settings& settings,
+                                    std::uint16_t rung,
+                                    std::size_t index);
 
-/// Gives the settings the machines of a rung. Nothing is copied or allocated.
+/// Gives the settings the brains of a rung. Nothing is copied or allocated.
 void put_on_rung(Settings& settings, std::uint16_t rung);
 
-/// The zone goes to another rung: the agents of machines that vary, which are all awake, go on with
+/// The zone goes to another rung: the agents of brains that vary, which are all awake, go on with
 /// those of that rung (adopt.h). `dt` in s.
 RungChange change_rung(AgentStore& agents,
                        Settings& settings,
@@ -94,7 +96,7 @@ RungChange change_rung(AgentStore& agents,
                        Tick now,
                        float dt);
 
-/// An agent that lived by the machines of another rung goes on by those of the settings.
+/// An agent that lived by the brains of another rung goes on by those of the settings.
 void adopt_from_rung(Agent& agent,
                      const Settings& settings,
                      std::uint16_t rung,

@@ -11,10 +11,11 @@ namespace zoned::ai {
 
 namespace {
 
-std::vector<fsm::StateDef> state_defs(const std::vector<State>& states, std::uint16_t& leaves) {
-    std::vector<fsm::StateDef> defs;
+std::vector<state_machine::StateDef> state_defs(const std::vector<State>& states,
+                                                std::uint16_t& leaves) {
+    std::vector<state_machine::StateDef> defs;
     for (const State& state : states) {
-        fsm::StateDef def;
+        state_machine::StateDef def;
         def.name = state.name;
         def.history = state.history;
         for (const Transition& transition : state.transitions) {
@@ -33,7 +34,8 @@ std::vector<fsm::StateDef> state_defs(const std::vector<State>& states, std::uin
 }
 
 /// Nodes of the table in the order in which states are written, outside in, each with its state:
-/// states of one machine side by side, what is inside them behind (as fsm::compile numbers them).
+/// states of one brain side by side, what is inside them behind (as state_machine::compile numbers
+/// them).
 void collect_nodes(const std::vector<State>& states, std::vector<const State*>& nodes) {
     for (const State& state : states) {
         nodes.push_back(&state);
@@ -54,12 +56,12 @@ void overlay(const std::vector<VariableChange>& changes, std::vector<float>& per
 }
 
 /// What states and deeds do to variables.
-void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
-    ZONED_ASSERT(machine.variables.size() <= kMaxVariables, "an agent has few variables");
+void compile_changes(const Brain& brain, float dt, CompiledBrain& out) {
+    ZONED_ASSERT(brain.variables.size() <= kMaxVariables, "an agent has few variables");
     std::vector<const State*> nodes;
-    collect_nodes(machine.states, nodes);
+    collect_nodes(brain.states, nodes);
     ZONED_ASSERT(nodes.size() == out.table.nodes.size(), "every state is a node");
-    out.rates.assign(out.states.size() * machine.variables.size(), 0.0F);
+    out.rates.assign(out.states.size() * brain.variables.size(), 0.0F);
     for (std::size_t node = 0; node < nodes.size(); ++node) {
         for (const VariableChange& change : nodes[node]->changes) {
             if (change.on_enter != 0.0F) {
@@ -69,22 +71,22 @@ void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
         }
     }
     // Rates of leaves, by the innermost state that says one; then of deeds, on top of their leaf's.
-    const std::size_t count = machine.variables.size();
+    const std::size_t count = brain.variables.size();
     for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         std::vector<float> per_s;
-        for (const Variable& variable : machine.variables) {
+        for (const Variable& variable : brain.variables) {
             per_s.push_back(variable.per_s);
         }
         for (std::size_t level = 0; level < out.table.levels; ++level) {
             const std::uint16_t node = out.table.path[leaf * out.table.levels + level];
-            if (node != fsm::kNone) {
+            if (node != state_machine::kNone) {
                 overlay(nodes[node]->changes, per_s);
             }
         }
         for (std::size_t v = 0; v < count; ++v) {
             out.rates[leaf * count + v] = per_s[v] * dt;
         }
-        const CompiledMachine::Choice& choice = out.choices[leaf];
+        const CompiledBrain::Choice& choice = out.choices[leaf];
         for (std::size_t d = 0; d < out.states[leaf].deeds.size(); ++d) {
             std::vector<float> of_deed = per_s;
             overlay(out.states[choice.first + d].changes, of_deed);
@@ -96,10 +98,10 @@ void compile_changes(const Machine& machine, float dt, CompiledMachine& out) {
 }
 
 /// Lays out what leaves choose among, behind the leaves.
-void compile_choices(CompiledMachine& out, float dt) {
+void compile_choices(CompiledBrain& out, float dt) {
     const std::size_t leaves = out.states.size();
     for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-        CompiledMachine::Choice choice;
+        CompiledBrain::Choice choice;
         choice.first = static_cast<std::uint16_t>(out.states.size());
         const State& state = out.states[leaf];
         if (const auto* by_tree = std::get_if<TreeChoice>(&state.choice)) {
@@ -114,7 +116,8 @@ void compile_choices(CompiledMachine& out, float dt) {
             choice.blend = static_cast<int>(out.blends.size());
             const float period =
                 static_cast<float>(std::max(1L, std::lround(out.decide_every_s / dt))) * dt;
-            out.blends.push_back({fuzzy::FuzzyMachine(by_blend->def, period), by_blend->inputs});
+            out.blends.push_back(
+                {fuzzy::FuzzyStateMachine(by_blend->def, period), by_blend->inputs});
         }
         out.choices.push_back(choice);
         const Deeds deeds = state.deeds;
@@ -137,7 +140,7 @@ void collect_leaves(const std::vector<State>& states, std::vector<State>& leaves
     }
 }
 
-Watch watch_of(const fsm::FlatTest& test) {
+Watch watch_of(const state_machine::FlatTest& test) {
     return {test.sense,
             test.sign > 0.0F ? Compare::kBelow : Compare::kAbove,
             test.threshold * test.sign};
@@ -145,7 +148,7 @@ Watch watch_of(const fsm::FlatTest& test) {
 
 /// Appends a clause; conditions on stock come last, and before them those on chance, which a
 /// forecast looks at the longest.
-void add_clause(std::vector<Watch> watches, Clause clause, CompiledMachine& out) {
+void add_clause(std::vector<Watch> watches, Clause clause, CompiledBrain& out) {
     const auto stock = std::partition(
         watches.begin(), watches.end(), [&out](const Watch& w) { return !out.is_stock(w.sense); });
     std::partition(watches.begin(), stock, [](const Watch& w) { return w.sense != kSenseRandom; });
@@ -162,15 +165,15 @@ void add_clause(std::vector<Watch> watches, Clause clause, CompiledMachine& out)
     out.clauses.push_back(clause);
 }
 
-void compile_transition_clauses(std::size_t leaf, CompiledMachine& out) {
-    const fsm::FlatMachine& table = out.table;
+void compile_transition_clauses(std::size_t leaf, CompiledBrain& out) {
+    const state_machine::FlatStateMachine& table = out.table;
     for (std::size_t k = 0; k < table.width; ++k) {
-        const fsm::FlatTest& test = table.tests[leaf * table.width + k];
-        if (test.transition == fsm::kNone) {
+        const state_machine::FlatTest& test = table.tests[leaf * table.width + k];
+        if (test.transition == state_machine::kNone) {
             continue;
         }
         std::vector<Watch> watches{watch_of(test)};
-        const fsm::FlatTransition& transition = table.transitions[test.transition];
+        const state_machine::FlatTransition& transition = table.transitions[test.transition];
         for (std::size_t c = 0; c < transition.more_count; ++c) {
             watches.push_back(watch_of(table.more[transition.more + c]));
         }
@@ -181,7 +184,7 @@ void compile_transition_clauses(std::size_t leaf, CompiledMachine& out) {
 }
 
 /// What leaves depend on: their transitions, and what their trees and plans ask.
-void compile_clauses(CompiledMachine& out) {
+void compile_clauses(CompiledBrain& out) {
     const auto watch = [](const Condition& condition) {
         return Watch{condition.sense, condition.compare, condition.threshold};
     };
@@ -212,7 +215,7 @@ void compile_clauses(CompiledMachine& out) {
 }
 
 /// Which senses matter where; to be called when clauses are there.
-void compile_senses(CompiledMachine& out) {
+void compile_senses(CompiledBrain& out) {
     const auto bit = [&out](SenseIndex sense) {
         return sense < out.senses ? std::uint64_t{1} << sense : std::uint64_t{0};
     };
@@ -236,7 +239,7 @@ void compile_senses(CompiledMachine& out) {
         const auto sense = static_cast<SenseIndex>(out.first_place_sense + k);
         out.senses_of_place |= out.is_stock(sense) ? std::uint64_t{0} : bit(sense);
     }
-    for (const CompiledMachine::Fuzzy& fuzzy : out.fuzzy) {
+    for (const CompiledBrain::Fuzzy& fuzzy : out.fuzzy) {
         const bool by_place =
             std::any_of(fuzzy.inputs.begin(), fuzzy.inputs.end(), [&](SenseIndex in) {
                 return (out.senses_of_place & bit(in)) != 0;
@@ -250,38 +253,38 @@ void compile_senses(CompiledMachine& out) {
 
 }  // namespace
 
-fsm::MachineDef definition_of(const Machine& machine) {
+state_machine::StateMachineDef state_machine_of(const Brain& brain) {
     std::uint16_t leaves = 0;
-    return {machine.name, state_defs(machine.states, leaves)};
+    return {brain.name, state_defs(brain.states, leaves)};
 }
 
-std::size_t senses_of(const Machine& machine) {
-    std::size_t senses = kOwnSenses + machine.variables.size();
-    for (const FuzzySense& fuzzy : machine.fuzzy) {
+std::size_t senses_of(const Brain& brain) {
+    std::size_t senses = kOwnSenses + brain.variables.size();
+    for (const FuzzySense& fuzzy : brain.fuzzy) {
         senses += fuzzy.def.outputs.size();
     }
-    return senses + machine.places.size();
+    return senses + brain.places.size();
 }
 
-CompiledMachine compile(const Machine& machine, float dt) {
-    CompiledMachine out;
-    out.name = machine.name;
-    out.perception_m = machine.perception_m;
-    out.decide_every_s = machine.decide_every_s;
-    out.perception = machine.perception;
-    out.variables = machine.variables;
+CompiledBrain compile(const Brain& brain, float dt) {
+    CompiledBrain out;
+    out.name = brain.name;
+    out.perception_m = brain.perception_m;
+    out.decide_every_s = brain.decide_every_s;
+    out.perception = brain.perception;
+    out.variables = brain.variables;
     out.senses += out.variables.size();
-    for (const FuzzySense& fuzzy : machine.fuzzy) {
+    for (const FuzzySense& fuzzy : brain.fuzzy) {
         out.fuzzy.push_back(
             {fuzzy::FuzzySystem(fuzzy.def), fuzzy.inputs, static_cast<SenseIndex>(out.senses)});
         out.senses += fuzzy.def.outputs.size();
     }
-    out.places = machine.places;
+    out.places = brain.places;
     out.first_place_sense = out.senses;
     out.senses += out.places.size();
-    out.table = fsm::compile(definition_of(machine), out.senses, dt);
+    out.table = state_machine::compile(state_machine_of(brain), out.senses, dt);
     std::vector<State> leaves;
-    collect_leaves(machine.states, leaves);
+    collect_leaves(brain.states, leaves);
     for (std::uint16_t leaf = 0; leaf < out.table.leaves(); ++leaf) {
         out.states.push_back(leaves[out.table.action(leaf)]);
         out.states.back().name = out.table.state_name(leaf);
@@ -296,7 +299,7 @@ CompiledMachine compile(const Machine& machine, float dt) {
     out.knows_others = out.perception.given || out.flocks;
     out.forms_up = some(ActionKind::kFormUp);
     out.forages = some(ActionKind::kForage);
-    compile_changes(machine, dt, out);
+    compile_changes(brain, dt, out);
     compile_clauses(out);
     compile_senses(out);
     return out;

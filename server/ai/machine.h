@@ -1,4 +1,4 @@
-// Machine: what the agent of a character is made of, as written and compiled.
+// Brain: what the agent of a character is made of, as written and compiled.
 #pragma once
 
 #include "server/ai/follow_def.h"
@@ -138,14 +138,14 @@ struct PlanChoice {
 
 /// A policy with the envelope that it cannot leave.
 struct GuardedPolicy {
-    learn::Policy policy;
-    learn::Guard guard;
+    learning::Policy policy;
+    learning::Guard guard;
 };
 
 /// At every tick that it steers a network says where to go; the state's action has no meaning.
 struct PolicyChoice {
     std::uint16_t number = 0;                     ///< among the policies of whoever wrote this
-    std::shared_ptr<const GuardedPolicy> policy;  ///< given before the machine is compiled
+    std::shared_ptr<const GuardedPolicy> policy;  ///< given before the brain is compiled
     std::vector<std::uint16_t> variable;          ///< of the agent, by input that names one
 };
 
@@ -154,7 +154,7 @@ inline constexpr std::size_t kMaxBlended = 6;
 
 /// Several deeds at a time, each to a degree; deeds are those of the fuzzy states.
 struct BlendChoice {
-    fuzzy::FuzzyMachineDef def;  ///< without outputs
+    fuzzy::FuzzyStateMachineDef def;  ///< without outputs
     std::vector<SenseIndex> inputs;
 };
 
@@ -172,9 +172,8 @@ struct State {
     float leash_m = 30.0F;                ///< kGuard
     std::uint8_t behaviour = 0;           ///< index of the behavioural radii while in this state
     std::vector<Transition> transitions;  ///< tried in order, the first that holds is taken
-    std::vector<State>
-        inside;  ///< a machine as a state: what is above but for transitions is theirs
-    fsm::History history = fsm::History::kNone;
+    std::vector<State> inside;  ///< a brain as a state: what is above but for transitions is theirs
+    state_machine::History history = state_machine::History::kNone;
     std::vector<VariableChange> changes{};
     std::uint16_t place = 0;                  ///< of kGo
     std::optional<FormationDef> formation{};  ///< of kFormUp, which has one
@@ -186,7 +185,7 @@ struct State {
     /// Of an innermost state.
     std::variant<std::monostate, TreeChoice, PlanChoice, BlendChoice, PolicyChoice> choice{};
     Deeds deeds{};  ///< what it chooses among
-    std::optional<learn::RubberBand> rubber_band{};
+    std::optional<learning::RubberBand> rubber_band{};
 };
 
 /// A fuzzy system whose outputs are senses.
@@ -218,7 +217,7 @@ struct Perception {
     }
 };
 
-struct Machine {
+struct Brain {
     std::string name;
     std::vector<State> states;          ///< the first is where an entity starts
     float perception_m = 40.0F;         ///< how far players are noticed
@@ -232,7 +231,7 @@ struct Machine {
 
 /// A condition that some decision in a state may depend on.
 struct Watch {
-    SenseIndex sense = 0;  ///< beyond the machine's senses: time in the state of that level
+    SenseIndex sense = 0;  ///< beyond the brain's senses: time in the state of that level
     Compare compare = Compare::kAbove;
     float threshold = 0.0F;
 };
@@ -240,16 +239,16 @@ struct Watch {
 /// Conditions that matter together alone: those of a transition or of a fact, or the one that a
 /// tree asks. It holds where all of them do.
 struct Clause {
-    std::uint32_t first = 0;     ///< of CompiledMachine::watches
+    std::uint32_t first = 0;     ///< of CompiledBrain::watches
     std::uint16_t others = 0;    ///< how many conditions are not on stock; they come first
     std::uint16_t on_stock = 0;  ///< and how many are
-    std::uint16_t transition = fsm::kNone;  ///< whose conditions they are
-    std::int16_t fact = -1;                 ///< or which fact's
-    std::uint16_t stock_number = 0;         ///< where some are: among those of the leaf with any
+    std::uint16_t transition = state_machine::kNone;  ///< whose conditions they are
+    std::int16_t fact = -1;                           ///< or which fact's
+    std::uint16_t stock_number = 0;  ///< where some are: among those of the leaf with any
 };
 
-/// Machine for a time step: tables, and what each innermost state does.
-struct CompiledMachine {
+/// Brain for a time step: tables, and what each innermost state does.
+struct CompiledBrain {
     struct Fuzzy {
         fuzzy::FuzzySystem system;
         std::vector<SenseIndex> inputs;
@@ -264,10 +263,10 @@ struct CompiledMachine {
     };
 
     std::string name;
-    fsm::FlatMachine table;
+    state_machine::FlatStateMachine table;
 
     struct Blend {
-        fuzzy::FuzzyMachine machine;  ///< a step is a decision
+        fuzzy::FuzzyStateMachine brain;  ///< a step is a decision
         std::vector<SenseIndex> inputs;
     };
 
@@ -335,14 +334,14 @@ struct CompiledMachine {
     }
 };
 
-/// The state machine alone, in the form of fsm, for checks and diagrams. Actions are numbered as
-/// the innermost states are.
-fsm::MachineDef definition_of(const Machine& machine);
+/// The state brain alone, in the form of state_machine, for checks and diagrams. Actions are
+/// numbered as the innermost states are.
+state_machine::StateMachineDef state_machine_of(const Brain& brain);
 
-/// Of what definition_of() speaks of.
-std::size_t senses_of(const Machine& machine);
+/// Of what state_machine_of() speaks of.
+std::size_t senses_of(const Brain& brain);
 
-/// `machine` without defects; `dt` in s, > 0.
-CompiledMachine compile(const Machine& machine, float dt);
+/// `brain` without defects; `dt` in s, > 0.
+CompiledBrain compile(const Brain& brain, float dt);
 
 }  // namespace zoned::ai

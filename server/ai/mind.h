@@ -55,9 +55,9 @@ struct SplineWalk {
 /// Positions are zone-local.
 struct Agent {
     EntityId entity;
-    std::uint16_t machine = 0;       ///< index into Settings::machines
-    fsm::OneState fsm;               ///< where it is in it
-    std::uint16_t doing = 0;         ///< index into CompiledMachine::states
+    std::uint16_t brain = 0;                   ///< index into Settings::brains
+    state_machine::ActiveState state_machine;  ///< where it is in it
+    std::uint16_t doing = 0;                   ///< index into CompiledBrain::states
     goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans
     std::array<float, kMaxVariables> variables{};  ///< as of variables_at: they grow since
     std::array<float, kMaxBlended> degrees{};      ///< of a blend's states, while it runs
@@ -100,8 +100,8 @@ struct Agent {
     StockWait wait;         ///< coarse
 };
 
-/// Puts an agent into the first state of its machine, with variables as they start.
-void begin(Agent& agent, const CompiledMachine& machine, Tick now);
+/// Puts an agent into the first state of its brain, with variables as they start.
+void begin(Agent& agent, const CompiledBrain& brain, Tick now);
 
 /// Moves all positions of an agent by `offset`, m: for a zone with another origin.
 void shift(Agent& agent, const Vec3& offset);

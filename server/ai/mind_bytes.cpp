@@ -34,7 +34,7 @@ std::uint8_t most_corner(ActionKind action) {
 /// Whether it is one of `settings`: on a rung, at a level within the cap. Where none adapts, it is
 /// the first.
 bool is_ladder(const Ladder& ladder, const LadderSettings& settings) {
-    const learn::Staircase& cap = settings.staircase;
+    const learning::Staircase& cap = settings.staircase;
     return settings.rungs.empty() ? ladder.rung == 0
                                   : ladder.rung < settings.rungs.size() &&
                                         ladder.level >= cap.least && ladder.level <= cap.most;
@@ -52,35 +52,35 @@ bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
 
 /// What keeps the agent from being one of `settings` on that rung; null: nothing.
 const char* wrong_with(const Agent& agent, const Settings& settings, std::uint16_t rung) {
-    if (agent.machine >= settings.compiled.size() ||
-        machine_on(settings, rung, agent.machine).states.empty()) {
-        return "has a machine that there is not";
+    if (agent.brain >= settings.compiled.size() ||
+        brain_at_level(settings, rung, agent.brain).states.empty()) {
+        return "has a brain that there is not";
     }
-    const CompiledMachine& machine = machine_on(settings, rung, agent.machine);
-    const std::uint16_t leaf = agent.fsm.state();
-    if (leaf >= machine.table.leaves()) {
+    const CompiledBrain& brain = brain_at_level(settings, rung, agent.brain);
+    const std::uint16_t leaf = agent.state_machine.state();
+    if (leaf >= brain.table.leaves()) {
         return "is in a state that there is not";
     }
-    const CompiledMachine::Choice& choice = machine.choices[leaf];
-    const bool deed = agent.doing >= choice.first &&
-                      agent.doing < choice.first + machine.states[leaf].deeds.size();
+    const CompiledBrain::Choice& choice = brain.choices[leaf];
+    const bool deed =
+        agent.doing >= choice.first && agent.doing < choice.first + brain.states[leaf].deeds.size();
     if (agent.doing != leaf && !deed) {
         return "does what its state does not say";
     }
-    if (agent.fsm.pending[0] != fsm::kNone &&
-        agent.fsm.pending[0] >= machine.table.transitions.size()) {
+    if (agent.state_machine.pending[0] != state_machine::kNone &&
+        agent.state_machine.pending[0] >= brain.table.transitions.size()) {
         return "holds a transition that there is not";
     }
-    for (const auto& memory : agent.fsm.memory) {
-        if (memory[0] != fsm::kNone && memory[0] >= machine.table.nodes.size()) {
+    for (const auto& memory : agent.state_machine.memory) {
+        if (memory[0] != state_machine::kNone && memory[0] >= brain.table.nodes.size()) {
             return "remembers a state that there is not";
         }
     }
     // What has just been turned to writes it.
-    if (!agent.entered && agent.corner > most_corner(machine.states[agent.doing].action)) {
+    if (!agent.entered && agent.corner > most_corner(brain.states[agent.doing].action)) {
         return "is at a corner that there is not";
     }
-    if (!agent.entered && machine.states[agent.doing].action == ActionKind::kFollowTrack &&
+    if (!agent.entered && brain.states[agent.doing].action == ActionKind::kFollowTrack &&
         !is_on_tracks(agent.track, settings.places.tracks.get())) {
         return "is on a track that there is not";
     }
@@ -95,7 +95,7 @@ void write_nests(const Nests::Memory& memory, FieldWriter& write) {
     write(memory.turned);
     write(static_cast<std::uint32_t>(memory.nests.size()));
     for (const Nests::Scents& nest : memory.nests) {
-        write(nest.machine);
+        write(nest.brain);
         write(nest.doing);
         write(nest.type);
         write(static_cast<std::uint32_t>(nest.cells.size()));
@@ -109,10 +109,10 @@ void write_nests(const Nests::Memory& memory, FieldWriter& write) {
 
 /// Whether the nest is one of `settings` and its cells ascend and have scents within 0 to 1.
 bool is_nest(const Nests::Scents& nest, const Settings& settings) {
-    if (nest.machine >= settings.compiled.size()) {
+    if (nest.brain >= settings.compiled.size()) {
         return false;
     }
-    const std::vector<State>& states = settings.compiled[nest.machine].states;
+    const std::vector<State>& states = settings.compiled[nest.brain].states;
     const auto known = [](float scent) {
         return scent >= 0.0F && scent <= 1.0F;
     };
@@ -136,7 +136,7 @@ std::string read_nests(FieldReader& read, const Settings& settings, Nests::Memor
     for (std::uint32_t n = 0; n < count && !read.cut_short(); ++n) {
         Nests::Scents nest;
         std::uint32_t cells = 0;
-        read(nest.machine);
+        read(nest.brain);
         read(nest.doing);
         read(nest.type);
         read(cells);

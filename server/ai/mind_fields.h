@@ -39,12 +39,12 @@ template <class AgentOf, class Visit>
         visit(array[0]);
     };
     visit(agent.entity.value);
-    visit(agent.machine);
-    visit(agent.fsm.leaf[0]);
-    visit(agent.fsm.pending[0]);
-    visit(agent.fsm.pending_since[0]);
-    visit_array(agent.fsm.since, column);
-    visit_array(agent.fsm.memory, column);
+    visit(agent.brain);
+    visit(agent.state_machine.leaf[0]);
+    visit(agent.state_machine.pending[0]);
+    visit(agent.state_machine.pending_since[0]);
+    visit_array(agent.state_machine.since, column);
+    visit_array(agent.state_machine.memory, column);
     visit(agent.doing);
     visit(agent.facts);
     visit_array(agent.variables, visit);

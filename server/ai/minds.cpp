@@ -35,7 +35,7 @@ void AgentStore::add(const Agent& agent) {
         slot = free_.back();
         free_.pop_back();
         agents_[slot] = agent;
-        traces_[slot] = fsm::Oscillations::Trace();
+        traces_[slot] = state_machine::Oscillations::Trace();
     }
     order_.insert(order_.begin() + static_cast<std::ptrdiff_t>(place), {agent.entity, slot});
     events_.grow(agents_.size());
@@ -121,7 +121,7 @@ void AgentStore::wait(Slot slot, Tick period) {
     if (agent.wait.any()) {
         waits_.join(slot,
                     agent.entity,
-                    {agent.machine, agent.fsm.state(), agent.doing, agent.wait, period});
+                    {agent.brain, agent.state_machine.state(), agent.doing, agent.wait, period});
     } else {
         waits_.leave(slot);
     }
@@ -186,25 +186,25 @@ void AgentStore::forget_coarse(Slot slot) {
     waits_.leave(slot);
 }
 
-void AgentStore::watch(Slot slot, fsm::Change change, Tick now, float dt) {
+void AgentStore::watch(Slot slot, state_machine::Change change, Tick now, float dt) {
     const Agent& agent = agents_[slot];
-    if (wavering_.size() <= agent.machine) {
-        fsm::OscillationSettings settings;
+    if (wavering_.size() <= agent.brain) {
+        state_machine::OscillationSettings settings;
         settings.window = std::max<Tick>(1, std::lround(kToAndFroS / dt));
-        wavering_.resize(agent.machine + 1U, fsm::Oscillations(settings));
+        wavering_.resize(agent.brain + 1U, state_machine::Oscillations(settings));
     }
     change.agent = agent.entity.value;
-    wavering_[agent.machine].watch(traces_[slot], change, now);
+    wavering_[agent.brain].watch(traces_[slot], change, now);
 }
 
-std::span<const fsm::Oscillation> AgentStore::wavering(std::size_t machine) const {
-    return machine < wavering_.size() ? wavering_[machine].found()
-                                      : std::span<const fsm::Oscillation>();
+std::span<const state_machine::Oscillation> AgentStore::wavering(std::size_t brain) const {
+    return brain < wavering_.size() ? wavering_[brain].found()
+                                    : std::span<const state_machine::Oscillation>();
 }
 
 void AgentStore::forget_wavering() {
     wavering_.clear();
-    std::fill(traces_.begin(), traces_.end(), fsm::Oscillations::Trace());
+    std::fill(traces_.begin(), traces_.end(), state_machine::Oscillations::Trace());
 }
 
 void AgentStore::hash(core::StateHash& hash) const {

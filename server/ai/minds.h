@@ -27,7 +27,7 @@ class AgentStore {
         bool waited = false;  ///< for stock
     };
 
-    /// An entity has one agent; its `machine` must exist in the settings.
+    /// An entity has one agent; its `brain` must exist in the settings.
     void add(const Agent& agent);
 
     /// Removes and returns (for a handoff); the entity must have one.
@@ -122,13 +122,13 @@ class AgentStore {
     }
 
     /// The agent changed its state: remembered for wavering(). `dt` in s.
-    void watch(Slot slot, fsm::Change change, Tick now, float dt);
+    void watch(Slot slot, state_machine::Change change, Tick now, float dt);
 
-    /// Pairs of states between which agents of that machine have gone to and fro, six times within
+    /// Pairs of states between which agents of that brain have gone to and fro, six times within
     /// 2 s each; `agent` is an entity's id. For reports: no state of the zone.
-    [[nodiscard]] std::span<const fsm::Oscillation> wavering(std::size_t machine) const;
+    [[nodiscard]] std::span<const state_machine::Oscillation> wavering(std::size_t brain) const;
 
-    /// Forgets what watch() saw: machines have become others.
+    /// Forgets what watch() saw: brains have become others.
     void forget_wavering();
 
     /// All agents, ascending by entity id.
@@ -147,9 +147,9 @@ class AgentStore {
     void insert_awake(Slot slot);
     void erase_awake(Slot slot);
 
-    std::vector<Agent> agents_;                     // by slot
-    std::vector<fsm::Oscillations::Trace> traces_;  // by slot
-    std::vector<fsm::Oscillations> wavering_;       // by machine
+    std::vector<Agent> agents_;                               // by slot
+    std::vector<state_machine::Oscillations::Trace> traces_;  // by slot
+    std::vector<state_machine::Oscillations> wavering_;       // by brain
     std::vector<Slot> free_;
     std::vector<Place> order_;  // ascending by entity
     std::vector<Slot> awake_;

@@ -102,16 +102,13 @@ Sight nearest_player(const world::Entities& entities,
 /// One look around by one agent.
 class Looking {
   public:
-    Looking(const Onlooker& around,
-            world::Row self,
-            const Agent& agent,
-            const CompiledMachine& machine)
+    Looking(const Onlooker& around, world::Row self, const Agent& agent, const CompiledBrain& brain)
         : around_(around),
           e_(around.entities),
           self_(self),
           agent_(agent),
-          how_(machine.perception),
-          sight_m_(machine.perception_m),
+          how_(brain.perception),
+          sight_m_(brain.perception_m),
           eye_(stand_of(self).at) {
         const bool on_segment = timetable_of(self) != nullptr;
         const std::uint16_t yaw = on_segment ? agent.aim.yaw : e_.yaw[self];
@@ -339,19 +336,19 @@ void Players::gather(const world::Entities& entities) {
 Sight perceive(const Onlooker& around,
                world::Row self,
                const Agent& agent,
-               const CompiledMachine& machine) {
-    if (machine.perception.given) {
-        return Looking(around, self, agent, machine).run();
+               const CompiledBrain& brain) {
+    if (brain.perception.given) {
+        return Looking(around, self, agent, brain).run();
     }
     const auto near = [&](float radius, auto&& visit) {
         for_each_player(around, self, radius, visit);
     };
-    return nearest_player(around.entities, machine.perception_m, around.far_m, near);
+    return nearest_player(around.entities, brain.perception_m, around.far_m, near);
 }
 
-void take_notice(Agent& agent, const Sight& sight, const CompiledMachine& machine, Tick now) {
+void take_notice(Agent& agent, const Sight& sight, const CompiledBrain& brain, Tick now) {
     agent.prey = sight.prey;
-    if (!machine.perception.given) {
+    if (!brain.perception.given) {
         return;
     }
     agent.ward = sight.ward;

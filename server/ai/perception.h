@@ -79,7 +79,7 @@ struct Onlooker {
     const Timetables* timetables = nullptr;  ///< null: all are where their bodies are
 };
 
-/// look(), unless the machine says how its agents perceive. Then a target is noticed
+/// look(), unless the brain says how its agents perceive. Then a target is noticed
 /// - by sight: within perception_m, and within the cone about the facing or within around_m, and
 ///   where line_of_sight asks for it nothing static between eyes and eyes;
 /// - by hearing: within hearing_m, and within the target's own aura for its stance, times its speed
@@ -92,9 +92,9 @@ struct Onlooker {
 Sight perceive(const Onlooker& around,
                world::Row self,
                const Agent& agent,
-               const CompiledMachine& machine);
+               const CompiledBrain& brain);
 
 /// What a decision keeps of it.
-void take_notice(Agent& agent, const Sight& sight, const CompiledMachine& machine, Tick now);
+void take_notice(Agent& agent, const Sight& sight, const CompiledBrain& brain, Tick now);
 
 }  // namespace zoned::ai

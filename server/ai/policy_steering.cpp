@@ -20,7 +20,7 @@ Vec2 on_ground(const Vec3& v) {
 }
 
 /// True where the aim does nearly what is wanted: others need not hear of the difference.
-bool near_enough(const motion::InputCommand& aim, const learn::Wanted& wanted, bool fresh) {
+bool near_enough(const motion::InputCommand& aim, const learning::Wanted& wanted, bool fresh) {
     const Vec2 moves = Vec2(aim.move_x, aim.move_z) / 127.0F;
     const float share = moves.norm();
     const float asked = wanted.move.norm();
@@ -36,33 +36,33 @@ bool near_enough(const motion::InputCommand& aim, const learn::Wanted& wanted, b
 /// itself no faster than the guard allows: a state before this one may have been.
 bool repeats(const motion::InputCommand& aim,
              const motion::InputCommand& said,
-             const learn::Guard& guard) {
+             const learning::Guard& guard) {
     return std::abs(aim.move_x - said.move_x) <= 2 && std::abs(aim.move_z - said.move_z) <= 2 &&
            aim.buttons == said.buttons &&
            Vec2(aim.move_x, aim.move_z).norm() <= guard.max_speed * 127.0F;
 }
 
-learn::Wanted wanted_of(const Agent& agent,
-                        const CompiledMachine& machine,
-                        const PolicyChoice& choice,
-                        Tick now,
-                        const learn::Situation& situation) {
-    std::array<float, learn::kMostInputs> variables{};
+learning::Wanted wanted_of(const Agent& agent,
+                           const CompiledBrain& brain,
+                           const PolicyChoice& choice,
+                           Tick now,
+                           const learning::Situation& situation) {
+    std::array<float, learning::kMostInputs> variables{};
     for (std::size_t k = 0; k < choice.variable.size(); ++k) {
         // Inputs that name none have a number all the same.
-        if (choice.variable[k] < machine.variables.size()) {
-            variables[k] = variable_at(agent, machine, choice.variable[k], now);
+        if (choice.variable[k] < brain.variables.size()) {
+            variables[k] = variable_at(agent, brain, choice.variable[k], now);
         }
     }
-    std::array<float, learn::kMaxValues> values;
+    std::array<float, learning::kMaxValues> values;
     return decide(choice.policy->policy, situation, variables, values);
 }
 
 }  // namespace
 
-learn::Situation situation_of(const Agent& agent, const Surroundings& around) {
+learning::Situation situation_of(const Agent& agent, const Surroundings& around) {
     const world::Entities& e = around.entities;
-    learn::Situation s;
+    learning::Situation s;
     s.here = on_ground(e.position[around.self]);
     s.velocity = on_ground(e.velocity[around.self]);
     s.home = on_ground(agent.home);
@@ -76,25 +76,25 @@ learn::Situation situation_of(const Agent& agent, const Surroundings& around) {
 }
 
 void steer_by_policy(Agent& agent,
-                     const CompiledMachine& machine,
+                     const CompiledBrain& brain,
                      const State& state,
                      const PolicyChoice& choice,
                      const Surroundings& around) {
-    ZONED_ASSERT(choice.policy != nullptr, "a policy is given before its machine is compiled");
-    const learn::Situation s = situation_of(agent, around);
-    learn::Wanted wanted = wanted_of(agent, machine, choice, around.now, s);
+    ZONED_ASSERT(choice.policy != nullptr, "a policy is given before its brain is compiled");
+    const learning::Situation s = situation_of(agent, around);
+    learning::Wanted wanted = wanted_of(agent, brain, choice, around.now, s);
     wanted.move *= std::clamp(state.speed_factor * agent.band, 0.0F, 1.0F);
-    const learn::Guard& guard = choice.policy->guard;
+    const learning::Guard& guard = choice.policy->guard;
     wanted.sprint = wanted.sprint && guard.may_sprint;
     const bool keep = near_enough(agent.aim, wanted, agent.fresh);
     if (keep) {
         wanted.move = Vec2(agent.aim.move_x, agent.aim.move_z) / 127.0F;
     }
-    const learn::Guarded body{s.here - s.home,
-                              s.velocity,
-                              around.entities.yaw[around.self],
-                              around.dt,
-                              static_cast<float>(kFarPeriod) * around.dt};
+    const learning::Guarded body{s.here - s.home,
+                                 s.velocity,
+                                 around.entities.yaw[around.self],
+                                 around.dt,
+                                 static_cast<float>(kFarPeriod) * around.dt};
     const motion::InputCommand command =
         guarded(guard, wanted, body, around.types[around.entities.type[around.self]].character);
     if (!keep || !repeats(agent.aim, command, guard)) {
@@ -107,14 +107,14 @@ void follow_band(Agent& agent, const State& state, const Surroundings& around) {
         agent.band = 1.0F;
         return;
     }
-    const learn::Situation s = situation_of(agent, around);
+    const learning::Situation s = situation_of(agent, around);
     float gap = s.has_target ? (s.target - s.here).norm()
                              : std::numeric_limits<float>::quiet_NaN();  // back towards 1
     if (state.action == ActionKind::kFlee) {
         // Who is ahead slows down where the other falls behind.
         gap = 2.0F * state.rubber_band->gap_m - gap;
     }
-    agent.band = learn::banded(*state.rubber_band, agent.band, gap, around.dt);
+    agent.band = learning::banded(*state.rubber_band, agent.band, gap, around.dt);
 }
 
 }  // namespace zoned::ai

@@ -7,14 +7,14 @@
 namespace zoned::ai {
 
 /// What a policy sees of its agent: its target is the agent's prey.
-learn::Situation situation_of(const Agent& agent, const Surroundings& around);
+learning::Situation situation_of(const Agent& agent, const Surroundings& around);
 
 /// Updates agent.aim by the choice's policy, at full speed times the state's factor (and band)
 /// where the policy asks for all. The guard is asked at every tick that steers, those of a far
 /// agent included, so the command stays within it for kFarPeriod ticks. Changes too small to tell
 /// others are left out. Allocates nothing.
 void steer_by_policy(Agent& agent,
-                     const CompiledMachine& machine,
+                     const CompiledBrain& brain,
                      const State& state,
                      const PolicyChoice& choice,
                      const Surroundings& around);

@@ -38,16 +38,16 @@ Tick first_at(Tick now, float ticks, const Becomes& becomes) {
     return at;
 }
 
-float rate_of(const Agent& agent, const CompiledMachine& machine, std::size_t variable) {
-    return machine.rates[agent.doing * machine.variables.size() + variable];
+float rate_of(const Agent& agent, const CompiledBrain& brain, std::size_t variable) {
+    return brain.rates[agent.doing * brain.variables.size() + variable];
 }
 
 bool stock_holds(std::span<const Watch> watches,
-                 const CompiledMachine& machine,
+                 const CompiledBrain& brain,
                  const Places& places,
                  Tick now) {
     return std::all_of(watches.begin(), watches.end(), [&](const Watch& watch) {
-        const PlaceSense& of = machine.places[watch.sense - machine.first_place_sense];
+        const PlaceSense& of = brain.places[watch.sense - brain.first_place_sense];
         return holds({watch.sense, watch.compare, watch.threshold},
                      places.stock(of.place, static_cast<std::size_t>(of.stock), now));
     });
@@ -57,16 +57,16 @@ bool stock_holds(std::span<const Watch> watches,
 class Forecast {
   public:
     Forecast(const Agent& agent,
-             const CompiledMachine& machine,
+             const CompiledBrain& brain,
              const Senses& senses,
              const Outlook& outlook,
              Tick now)
         : agent_(agent),
-          machine_(machine),
+          brain_(brain),
           senses_(senses),
           step_m_(outlook.speed * outlook.dt),
           day_s_(outlook.day_s),
-          period_(decision_period(machine, outlook.dt)),
+          period_(decision_period(brain, outlook.dt)),
           now_(now),
           dt_(outlook.dt),
           places_(outlook.places),
@@ -78,8 +78,8 @@ class Forecast {
     /// A tick before which the clause stays as the agent found it while `wait` lasts, to which it
     /// adds.
     [[nodiscard]] Tick change_of(const Clause& clause, StockWait& wait) const {
-        const std::span<const Watch> others = machine_.others(clause);
-        const std::span<const Watch> stock = machine_.on_stock(clause);
+        const std::span<const Watch> others = brain_.others(clause);
+        const std::span<const Watch> stock = brain_.on_stock(clause);
         const auto now_holds = [this](const Watch& watch) {
             return holds_now(watch);
         };
@@ -111,7 +111,7 @@ class Forecast {
 
   private:
     [[nodiscard]] float value_of(const Watch& watch) const {
-        return watch.sense < machine_.senses ? senses_[watch.sense] : time_in_state(watch, now_);
+        return watch.sense < brain_.senses ? senses_[watch.sense] : time_in_state(watch, now_);
     }
 
     [[nodiscard]] bool holds_now(const Watch& watch) const { return is(watch, value_of(watch)); }
@@ -124,15 +124,15 @@ class Forecast {
     /// transition to hold but the one that is pending; questions of a tree are as they are, its
     /// answer is compared as a whole.
     [[nodiscard]] bool found(const Clause& clause, bool now_holds) const {
-        if (clause.transition != fsm::kNone) {
-            return agent_.fsm.pending[0] == clause.transition;
+        if (clause.transition != state_machine::kNone) {
+            return agent_.state_machine.pending[0] == clause.transition;
         }
         return clause.fact < 0 ? now_holds : (agent_.facts >> clause.fact & 1U) != 0;
     }
 
     /// A tick before which the condition stays as it is.
     [[nodiscard]] Tick change_of(const Watch& watch) const {
-        if (watch.sense >= machine_.senses) {
+        if (watch.sense >= brain_.senses) {
             return elapsed(watch);
         }
         const float value = senses_[watch.sense];
@@ -152,11 +152,11 @@ class Forecast {
                 break;
         }
         const std::size_t own = watch.sense - kOwnSenses;
-        if (own < machine_.variables.size()) {
+        if (own < brain_.variables.size()) {
             return grown(own, watch);
         }
-        if (watch.sense >= machine_.first_place_sense) {
-            const PlaceSense& of = machine_.places[watch.sense - machine_.first_place_sense];
+        if (watch.sense >= brain_.first_place_sense) {
+            const PlaceSense& of = brain_.places[watch.sense - brain_.first_place_sense];
             return passed(watch, places_.spot(of.place, agent_.entity));
         }
         return fuzzy_changes(watch.sense) ? now_ + 1 : kNever;
@@ -182,7 +182,7 @@ class Forecast {
 
     /// Time in a state, which begins at the tick in which the state was entered, s.
     [[nodiscard]] float time_in_state(const Watch& watch, Tick at) const {
-        const Tick since = agent_.fsm.since[watch.sense - machine_.senses][0];
+        const Tick since = agent_.state_machine.since[watch.sense - brain_.senses][0];
         return static_cast<float>(static_cast<std::int32_t>(at - since)) * dt_;
     }
 
@@ -199,14 +199,14 @@ class Forecast {
 
     /// Whether a variable is where its growth ends.
     [[nodiscard]] bool settled(std::size_t variable) const {
-        const float per_tick = rate_of(agent_, machine_, variable);
+        const float per_tick = rate_of(agent_, brain_, variable);
         const float value = senses_[kOwnSenses + variable];
-        const Variable& of = machine_.variables[variable];
+        const Variable& of = brain_.variables[variable];
         return per_tick == 0.0F || (per_tick > 0.0F ? value >= of.high : value <= of.low);
     }
 
     [[nodiscard]] Tick grown(std::size_t variable, const Watch& watch) const {
-        const float per_tick = rate_of(agent_, machine_, variable);
+        const float per_tick = rate_of(agent_, brain_, variable);
         const float value = senses_[kOwnSenses + variable];
         const float way = watch.threshold - value;
         if (settled(variable) || (way != 0.0F && (way > 0.0F) != (per_tick > 0.0F))) {
@@ -214,7 +214,7 @@ class Forecast {
         }
         const bool before = is(watch, value);
         return first_at(now_, way / per_tick, [&](Tick at) {
-            return is(watch, variable_at(agent_, machine_, variable, at)) != before;
+            return is(watch, variable_at(agent_, brain_, variable, at)) != before;
         });
     }
 
@@ -231,7 +231,7 @@ class Forecast {
     }
 
     [[nodiscard]] bool fuzzy_changes(SenseIndex sense) const {
-        for (const CompiledMachine::Fuzzy& fuzzy : machine_.fuzzy) {
+        for (const CompiledBrain::Fuzzy& fuzzy : brain_.fuzzy) {
             if (sense >= fuzzy.first && sense < fuzzy.first + fuzzy.system.outputs()) {
                 return std::any_of(fuzzy.inputs.begin(), fuzzy.inputs.end(), [this](SenseIndex in) {
                     return changes(in);
@@ -259,7 +259,7 @@ class Forecast {
     }
 
     const Agent& agent_;
-    const CompiledMachine& machine_;
+    const CompiledBrain& brain_;
     const Senses& senses_;
     float step_m_;
     float day_s_;
@@ -272,11 +272,11 @@ class Forecast {
 };
 
 /// Whether the agent would choose what it does by what it senses and remembers.
-bool does_as_chosen(const Agent& agent, const CompiledMachine& machine, const Senses& senses) {
-    const CompiledMachine::Choice& choice = machine.choices[agent.fsm.state()];
+bool does_as_chosen(const Agent& agent, const CompiledBrain& brain, const Senses& senses) {
+    const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
     if (choice.tree >= 0) {
-        const tree::DecisionTree& tree = machine.trees[static_cast<std::size_t>(choice.tree)];
-        const std::span<const float> known(senses.data(), machine.senses);
+        const tree::DecisionTree& tree = brain.trees[static_cast<std::size_t>(choice.tree)];
+        const std::span<const float> known(senses.data(), brain.senses);
         return agent.doing == choice.first + tree.decide(known);
     }
     return choice.plan < 0 || agent.facts != kUnplanned;
@@ -285,68 +285,69 @@ bool does_as_chosen(const Agent& agent, const CompiledMachine& machine, const Se
 }  // namespace
 
 Quiet quiet_until(const Agent& agent,
-                  const CompiledMachine& machine,
+                  const CompiledBrain& brain,
                   const Senses& senses,
                   const Outlook& outlook,
                   Tick now) {
-    if (!does_as_chosen(agent, machine, senses)) {
+    if (!does_as_chosen(agent, brain, senses)) {
         return {now + 1};
     }
-    Forecast forecast(agent, machine, senses, outlook, now);
-    const fsm::FlatTransition* const pending =
-        agent.fsm.pending[0] != fsm::kNone ? &machine.table.transitions[agent.fsm.pending[0]]
-                                           : nullptr;
+    Forecast forecast(agent, brain, senses, outlook, now);
+    const state_machine::FlatTransition* const pending =
+        agent.state_machine.pending[0] != state_machine::kNone
+            ? &brain.table.transitions[agent.state_machine.pending[0]]
+            : nullptr;
     Quiet quiet;
     bool is_held = false;
-    for (const Clause& clause : machine.clauses_of(agent.fsm.state())) {
-        const bool transition = clause.transition != fsm::kNone;
+    for (const Clause& clause : brain.clauses_of(agent.state_machine.state())) {
+        const bool transition = clause.transition != state_machine::kNone;
         // Of transitions with a hold the first counts that holds.
-        if (is_held && transition && machine.table.transitions[clause.transition].hold > 0) {
+        if (is_held && transition && brain.table.transitions[clause.transition].hold > 0) {
             continue;
         }
         forecast.look_until(quiet.until);
         quiet.until = std::min(quiet.until, forecast.change_of(clause, quiet.wait));
-        is_held = is_held || (transition && clause.transition == agent.fsm.pending[0]);
+        is_held = is_held || (transition && clause.transition == agent.state_machine.pending[0]);
         if (quiet.until <= now + 1) {
             return {now + 1};
         }
     }
     if (pending != nullptr) {
-        quiet.until = std::min(quiet.until, agent.fsm.pending_since[0] + pending->hold);
+        quiet.until = std::min(quiet.until, agent.state_machine.pending_since[0] + pending->hold);
     }
     quiet.until = std::max(quiet.until, now + 1);
     return quiet;
 }
 
 bool stock_changed(const StockWait& wait,
-                   const CompiledMachine& machine,
+                   const CompiledBrain& brain,
                    std::size_t leaf,
                    const Places& places,
                    Tick now) {
-    const std::span<const Clause> clauses = machine.clauses_of(leaf);
+    const std::span<const Clause> clauses = brain.clauses_of(leaf);
     return std::any_of(clauses.begin(), clauses.end(), [&](const Clause& clause) {
         if (clause.on_stock == 0 || clause.stock_number >= StockWait::kMostClauses ||
             (wait.clauses >> clause.stock_number & 1U) == 0) {
             return false;
         }
         const bool held = (wait.held >> clause.stock_number & 1U) != 0;
-        return stock_holds(machine.on_stock(clause), machine, places, now) != held;
+        return stock_holds(brain.on_stock(clause), brain, places, now) != held;
     });
 }
 
-Tick able_from(const Agent& agent, const CompiledMachine& machine, const Trade& trade, Tick now) {
+Tick able_from(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now) {
     Tick from = now + 1;
     for (const TradeItem& item : trade.items) {
-        const Variable& of = machine.variables[item.variable];
+        const Variable& of = brain.variables[item.variable];
         const auto then = [&](Tick at) {
-            return variable_at(agent, machine, item.variable, at) + item.amount;
+            return variable_at(agent, brain, item.variable, at) + item.amount;
         };
         const bool lacks = then(now) < of.low;
         if (!lacks && !(then(now) > of.high)) {
             continue;
         }
         const float way = (lacks ? of.low : of.high) - then(now);
-        const float per_tick = rate_of(agent, machine, item.variable);
+        const float per_tick = rate_of(agent, brain, item.variable);
         if (per_tick == 0.0F || lacks != (per_tick > 0.0F)) {
             return kNever;
         }

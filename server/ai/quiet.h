@@ -39,20 +39,20 @@ struct Quiet {
 /// in the three-phase approach (Pidd, "Computer Simulation in Management Science", 5th ed. 2004,
 /// section 6.5).
 Quiet quiet_until(const Agent& agent,
-                  const CompiledMachine& machine,
+                  const CompiledBrain& brain,
                   const Senses& senses,
                   const Outlook& outlook,
                   Tick now);
 
 /// Whether stock at `now` is other than agents in `leaf` wait for.
 bool stock_changed(const StockWait& wait,
-                   const CompiledMachine& machine,
+                   const CompiledBrain& brain,
                    std::size_t leaf,
                    const Places& places,
                    Tick now);
 
 /// A tick > now before which able() says no of a trade that it does not say yes of at `now`, as
 /// long as the agent does what it does; kNever: it will not.
-Tick able_from(const Agent& agent, const CompiledMachine& machine, const Trade& trade, Tick now);
+Tick able_from(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Tick now);
 
 }  // namespace zoned::ai

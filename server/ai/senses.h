@@ -14,8 +14,8 @@ enum class Compare : std::uint8_t {
 
 using SenseIndex = std::uint16_t;
 
-/// Stands in a condition for the time since the state was entered, s: no column, every machine
-/// knows it by itself. In a machine of machines it is the time of the state that has the condition.
+/// Stands in a condition for the time since the state was entered, s: no column, every brain
+/// knows it by itself. In a brain of brains it is the time of the state that has the condition.
 inline constexpr SenseIndex kStateTime = 0xFFFF;
 
 /// Columns of equal length: `column[k][i]` is sense k of the i-th agent. Not owned.

@@ -123,8 +123,8 @@ bool needs_aim(const Agent& agent,
 /// What all deeds of a blend want together, as a velocity in units of walking speed: each wants its
 /// own speed along its own direction, or to stand, with its degree as its weight.
 Vec2 blended_velocity(Agent& agent,
-                      const CompiledMachine& machine,
-                      const CompiledMachine::Choice& choice,
+                      const CompiledBrain& brain,
+                      const CompiledBrain::Choice& choice,
                       std::size_t count,
                       const Surroundings& around) {
     const float sprint_factor =
@@ -135,7 +135,7 @@ Vec2 blended_velocity(Agent& agent,
         if (!(agent.degrees[d] > 0.0F)) {
             continue;
         }
-        const State& deed = machine.states[choice.first + d];
+        const State& deed = brain.states[choice.first + d];
         const DesiredVelocity desired =
             desired_velocity(agent, deed, full_speed(deed, around), around);
         const float length = desired.direction.norm();
@@ -149,21 +149,20 @@ Vec2 blended_velocity(Agent& agent,
 }
 
 void steer_blend(Agent& agent,
-                 const CompiledMachine& machine,
-                 const CompiledMachine::Choice& choice,
+                 const CompiledBrain& brain,
+                 const CompiledBrain::Choice& choice,
                  bool entered,
                  const Surroundings& around) {
-    const std::size_t count =
-        machine.blends[static_cast<std::size_t>(choice.blend)].machine.states();
+    const std::size_t count = brain.blends[static_cast<std::size_t>(choice.blend)].brain.states();
     for (std::size_t d = 0; entered && d < count; ++d) {
-        begin_deed(agent, machine.states[choice.first + d], around);
+        begin_deed(agent, brain.states[choice.first + d], around);
     }
     if (around.now < agent.detour_until) {
         return;
     }
     const motion::CharacterLimits& limits =
         around.types[around.entities.type[around.self]].character;
-    const Vec2 desired = blended_velocity(agent, machine, choice, count, around);
+    const Vec2 desired = blended_velocity(agent, brain, choice, count, around);
     const float speed = desired.norm();
     agent.next_steering = next_steering(agent, DesiredVelocity(), std::max(0.01F, speed), around);
     if (!(speed >= kBlendStands)) {
@@ -303,14 +302,14 @@ void get_unstuck(Agent& agent, const State& state, const Surroundings& around) {
     }
 }
 
-bool steer(Agent& agent, const CompiledMachine& machine, const Surroundings& around) {
-    const State& state = machine.states[agent.doing];
+bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around) {
+    const State& state = brain.states[agent.doing];
     const bool entered = std::exchange(agent.entered, false);
-    const CompiledMachine::Choice& choice = machine.choices[agent.fsm.state()];
+    const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
     const auto* const policy = std::get_if<PolicyChoice>(&state.choice);
     if (choice.blend >= 0 && agent.doing >= choice.first) {
         agent.timed = false;
-        steer_blend(agent, machine, choice, entered, around);
+        steer_blend(agent, brain, choice, entered, around);
         agent.fresh = false;
         return false;
     }
@@ -322,7 +321,7 @@ bool steer(Agent& agent, const CompiledMachine& machine, const Surroundings& aro
     if (policy != nullptr) {
         agent.timed = false;
         agent.next_steering = around.now + 1;
-        steer_by_policy(agent, machine, state, *policy, around);
+        steer_by_policy(agent, brain, state, *policy, around);
     } else if (state.action == ActionKind::kFormUp && !straggles(agent)) {
         agent.timed = false;
         steer_in_formation(agent, state, entered, around);

@@ -15,7 +15,7 @@ inline constexpr float kPatienceS = 2.0F;
 /// the heading is corrected only when it is off by some degrees: few at the tick of a decision,
 /// more in between. Standing still is exactly zero. True: it needs a path first, see
 /// plan_segment().
-bool steer(Agent& agent, const CompiledMachine& machine, const Surroundings& around);
+bool steer(Agent& agent, const CompiledBrain& brain, const Surroundings& around);
 
 /// The next turn after `now` of one that is far: every few ticks, by entity id so that the load is
 /// even over ticks. It steers as well when its goal is reached: late turns would add up.

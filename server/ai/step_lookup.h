@@ -1,4 +1,4 @@
-// Step lookup: the machine, the row and the square of an agent, and work in lanes, for the files of
+// Step lookup: the brain, the row and the square of an agent, and work in lanes, for the files of
 // the step.
 #pragma once
 
@@ -9,15 +9,15 @@
 
 namespace zoned::ai {
 
-inline const CompiledMachine& machine_of(const Agent& agent, const Settings& settings) {
-    ZONED_ASSERT(agent.machine < settings.compiled.size(), "the machine of an agent exists");
-    return settings.compiled[agent.machine];
+inline const CompiledBrain& brain_of(const Agent& agent, const Settings& settings) {
+    ZONED_ASSERT(agent.brain < settings.compiled.size(), "the brain of an agent exists");
+    return settings.compiled[agent.brain];
 }
 
 inline bool has_herds(const Settings& settings) {
     return std::any_of(settings.compiled.begin(),
                        settings.compiled.end(),
-                       [](const CompiledMachine& machine) { return machine.flocks; });
+                       [](const CompiledBrain& brain) { return brain.flocks; });
 }
 
 /// The row of an entity whose agent may do something; kNoRow: leave it alone. `hint`: where it was.

@@ -19,7 +19,7 @@ StockWaits::Group::Group(const Key& key)
 }
 
 std::size_t StockWaits::HashOfKey::operator()(const Key& key) const {
-    const std::uint64_t kind = static_cast<std::uint64_t>(key.machine) << 48U |
+    const std::uint64_t kind = static_cast<std::uint64_t>(key.brain) << 48U |
                                static_cast<std::uint64_t>(key.leaf) << 32U |
                                static_cast<std::uint64_t>(key.doing) << 16U | key.wait.trades;
     const std::uint64_t clauses =

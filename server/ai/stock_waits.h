@@ -23,7 +23,7 @@ class StockWaits {
 
     /// What a group has in common.
     struct Key {
-        std::uint16_t machine = 0;
+        std::uint16_t brain = 0;
         std::uint16_t leaf = 0;
         std::uint16_t doing = 0;
         StockWait wait;

@@ -13,15 +13,15 @@ using core::print;
 class Account {
   public:
     Account(const Agent& agent,
-            const Machine& machine,
-            const CompiledMachine& compiled,
+            const Brain& brain,
+            const CompiledBrain& compiled,
             const Places& places,
             Tick now)
         : agent_(agent),
-          machine_(machine),
+          brain_(brain),
           compiled_(compiled),
           places_(places),
-          names_(sense_names(machine)),
+          names_(sense_names(brain)),
           now_(now) {}
 
     std::string write(const Senses& senses, float dt) {
@@ -35,12 +35,13 @@ class Account {
             text_ += print("  %s %g\n", names_[k].c_str(), static_cast<double>(senses[k]));
         }
         for (std::size_t f = 0; f < compiled_.fuzzy.size(); ++f) {
-            rules(machine_.fuzzy[f], compiled_.fuzzy[f], senses);
+            rules(brain_.fuzzy[f], compiled_.fuzzy[f], senses);
         }
         text_ += "transitions, as they are tried:\n";
-        const fsm::FlatMachine& table = compiled_.table;
-        const fsm::FlatTest* row = &table.tests[agent_.fsm.state() * table.width];
-        for (std::size_t k = 0; k < table.width && row[k].transition != fsm::kNone; ++k) {
+        const state_machine::FlatStateMachine& table = compiled_.table;
+        const state_machine::FlatTest* row =
+            &table.tests[agent_.state_machine.state() * table.width];
+        for (std::size_t k = 0; k < table.width && row[k].transition != state_machine::kNone; ++k) {
             transition(row[k], senses, dt);
         }
         return std::move(text_);
@@ -48,17 +49,18 @@ class Account {
 
   private:
     [[nodiscard]] const std::uint16_t* path() const {
-        return &compiled_.table.path[agent_.fsm.state() * compiled_.table.levels];
+        return &compiled_.table.path[agent_.state_machine.state() * compiled_.table.levels];
     }
 
     [[nodiscard]] double seconds_in(std::size_t level, float dt) const {
-        return static_cast<double>(now_ - agent_.fsm.since[level][0]) * static_cast<double>(dt);
+        return static_cast<double>(now_ - agent_.state_machine.since[level][0]) *
+               static_cast<double>(dt);
     }
 
     void states(float dt) {
-        text_ += print("machine %s, in state:\n", machine_.name.c_str());
+        text_ += print("brain %s, in state:\n", brain_.name.c_str());
         for (std::size_t level = 0; level < compiled_.table.levels; ++level) {
-            if (path()[level] != fsm::kNone) {
+            if (path()[level] != state_machine::kNone) {
                 text_ += print("  %s for %.2f s\n",
                                compiled_.table.nodes[path()[level]].name.c_str(),
                                seconds_in(level, dt));
@@ -96,7 +98,7 @@ class Account {
     void learned() {
         const State& state = compiled_.states[agent_.doing];
         if (const auto* choice = std::get_if<PolicyChoice>(&state.choice)) {
-            const learn::Guard& guard = choice->policy->guard;
+            const learning::Guard& guard = choice->policy->guard;
             text_ += print("as policy %s says, within %.3g of full speed%s, %.3g rad/s, ",
                            choice->policy->policy.name.c_str(),
                            static_cast<double>(guard.max_speed),
@@ -116,8 +118,8 @@ class Account {
 
     /// Of a blend, by state.
     void degrees() {
-        const std::uint16_t leaf = agent_.fsm.state();
-        const CompiledMachine::Choice& choice = compiled_.choices[leaf];
+        const std::uint16_t leaf = agent_.state_machine.state();
+        const CompiledBrain::Choice& choice = compiled_.choices[leaf];
         if (choice.blend < 0) {
             return;
         }
@@ -130,7 +132,7 @@ class Account {
     }
 
     void rules(const FuzzySense& sense,
-               const CompiledMachine::Fuzzy& compiled,
+               const CompiledBrain::Fuzzy& compiled,
                const Senses& senses) {
         std::vector<float> in;
         for (const SenseIndex input : compiled.inputs) {
@@ -160,8 +162,9 @@ class Account {
                                                               : output.terms[rule.then].name);
     }
 
-    void transition(const fsm::FlatTest& first, const Senses& senses, float dt) {
-        const fsm::FlatTransition& transition = compiled_.table.transitions[first.transition];
+    void transition(const state_machine::FlatTest& first, const Senses& senses, float dt) {
+        const state_machine::FlatTransition& transition =
+            compiled_.table.transitions[first.transition];
         text_ += "  " + compiled_.table.nodes[path()[transition.level]].name + " -> " +
                  compiled_.table.nodes[transition.to].name + ": ";
         condition(first, senses, dt);
@@ -170,8 +173,8 @@ class Account {
             condition(compiled_.table.more[transition.more + c], senses, dt);
         }
         if (transition.hold > 0) {
-            const bool pending = agent_.fsm.pending[0] == first.transition;
-            const Tick held = pending ? now_ - agent_.fsm.pending_since[0] : 0;
+            const bool pending = agent_.state_machine.pending[0] == first.transition;
+            const Tick held = pending ? now_ - agent_.state_machine.pending_since[0] : 0;
             text_ += print(", held %.2f of %.2f s",
                            static_cast<double>(held) * static_cast<double>(dt),
                            static_cast<double>(transition.hold) * static_cast<double>(dt));
@@ -179,7 +182,7 @@ class Account {
         text_ += "\n";
     }
 
-    void condition(const fsm::FlatTest& test, const Senses& senses, float dt) {
+    void condition(const state_machine::FlatTest& test, const Senses& senses, float dt) {
         const bool own_time = test.sense >= compiled_.senses;
         const double value = own_time ? seconds_in(test.sense - compiled_.senses, dt)
                                       : static_cast<double>(senses[test.sense]);
@@ -194,8 +197,8 @@ class Account {
     }
 
     const Agent& agent_;
-    const Machine& machine_;
-    const CompiledMachine& compiled_;
+    const Brain& brain_;
+    const CompiledBrain& compiled_;
     const Places& places_;
     std::vector<std::string> names_;
     Tick now_;
@@ -204,7 +207,7 @@ class Account {
 
 }  // namespace
 
-std::vector<std::string> sense_names(const Machine& machine) {
+std::vector<std::string> sense_names(const Brain& brain) {
     std::vector<std::string> names{"player distance",
                                    "home distance",
                                    "random",
@@ -212,44 +215,44 @@ std::vector<std::string> sense_names(const Machine& machine) {
                                    "allies",
                                    "foes",
                                    "time of day"};
-    if (machine.perception.given) {
+    if (brain.perception.given) {
         names[kSensePlayerDistance] = "target distance";
     }
-    for (const Variable& variable : machine.variables) {
+    for (const Variable& variable : brain.variables) {
         names.push_back(variable.name);
     }
-    for (const FuzzySense& fuzzy : machine.fuzzy) {
+    for (const FuzzySense& fuzzy : brain.fuzzy) {
         for (const fuzzy::Output& output : fuzzy.def.outputs) {
             names.push_back(fuzzy.def.name + "." + output.name);
         }
     }
-    for (const PlaceSense& place : machine.places) {
+    for (const PlaceSense& place : brain.places) {
         names.push_back(place.name);
     }
     return names;
 }
 
-std::string transition_text(const Machine& machine,
-                            const CompiledMachine& compiled,
+std::string transition_text(const Brain& brain,
+                            const CompiledBrain& compiled,
                             std::uint16_t from,
                             std::uint16_t to,
                             std::uint16_t number) {
-    const fsm::FlatMachine& table = compiled.table;
-    const std::vector<std::string> names = sense_names(machine);
-    const auto condition = [&](const fsm::FlatTest& test) {
+    const state_machine::FlatStateMachine& table = compiled.table;
+    const std::vector<std::string> names = sense_names(brain);
+    const auto condition = [&](const state_machine::FlatTest& test) {
         return (test.sense >= compiled.senses ? std::string("time in state") : names[test.sense]) +
                print(" %s %g",
                      test.sign > 0.0F ? "below" : "above",
                      static_cast<double>(test.threshold * test.sign));
     };
     std::string text = table.state_name(from) + " -> " + table.state_name(to);
-    const fsm::FlatTest* row = &table.tests[from * table.width];
+    const state_machine::FlatTest* row = &table.tests[from * table.width];
     for (std::size_t k = 0; k < table.width; ++k) {
         if (row[k].transition != number) {
             continue;
         }
         text += " where " + condition(row[k]);
-        const fsm::FlatTransition& transition = table.transitions[number];
+        const state_machine::FlatTransition& transition = table.transitions[number];
         for (std::size_t c = 0; c < transition.more_count; ++c) {
             text += " and " + condition(table.more[transition.more + c]);
         }
@@ -259,8 +262,8 @@ std::string transition_text(const Machine& machine,
 }
 
 std::string why(const Agent& agent,
-                const Machine& machine,
-                const CompiledMachine& compiled,
+                const Brain& brain,
+                const CompiledBrain& compiled,
                 const Sight& sight,
                 const Vec2& here,
                 const Places& places,
@@ -268,7 +271,7 @@ std::string why(const Agent& agent,
                 float dt) {
     Senses senses;
     sense(agent, compiled, sight, here, places, now, senses);
-    return Account(agent, machine, compiled, places, now).write(senses, dt);
+    return Account(agent, brain, compiled, places, now).write(senses, dt);
 }
 
 }  // namespace zoned::ai

@@ -12,8 +12,8 @@ namespace {
 
 constexpr float kBandWorthTelling = 0.1F;
 
-bool has_band(const ai::CompiledMachine& machine) {
-    return std::any_of(machine.states.begin(), machine.states.end(), [](const ai::State& state) {
+bool has_band(const ai::CompiledBrain& brain) {
+    return std::any_of(brain.states.begin(), brain.states.end(), [](const ai::State& state) {
         return state.rubber_band.has_value();
     });
 }
@@ -69,15 +69,15 @@ std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone
     std::map<std::string, BandFigures> out;
     for (const auto& zone : zones) {
         const zone::ZoneState& state = zone->state();
-        const auto& machines = state.settings.ai.compiled;
-        if (std::none_of(machines.begin(), machines.end(), has_band)) {
+        const auto& brains = state.settings.ai.compiled;
+        if (std::none_of(brains.begin(), brains.end(), has_band)) {
             continue;
         }
         for (std::size_t n = 0; n < state.agents.size(); ++n) {
             const ai::Agent& agent = state.agents.at(state.agents.nth(n));
-            const ai::CompiledMachine& machine = machines[agent.machine];
-            if (machine.states[agent.doing].rubber_band) {
-                add_band(agent.band, out[machine.name]);
+            const ai::CompiledBrain& brain = brains[agent.brain];
+            if (brain.states[agent.doing].rubber_band) {
+                add_band(agent.band, out[brain.name]);
             }
         }
     }
@@ -88,17 +88,17 @@ void tell_bands(const std::map<std::string, BandFigures>& now,
                 Tick tick,
                 Tick between,
                 BandsTold& told) {
-    for (const auto& [machine, figures] : now) {
-        BandsTold::Told& last = told.by_machine[machine];
+    for (const auto& [brain, figures] : now) {
+        BandsTold::Told& last = told.by_brain[brain];
         const bool other = std::abs(figures.least - last.figures.least) >= kBandWorthTelling ||
                            std::abs(figures.most - last.figures.most) >= kBandWorthTelling;
         if (!other || (last.at && tick - *last.at < between)) {
             continue;
         }
         spdlog::info(
-            "machine {}: rubber bands of {} NPCs: speed times {:.2f} to {:.2f}, before "
+            "brain {}: rubber bands of {} NPCs: speed times {:.2f} to {:.2f}, before "
             "{:.2f} to {:.2f} (tick {})",
-            machine,
+            brain,
             figures.npcs,
             figures.least,
             figures.most,

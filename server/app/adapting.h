@@ -26,7 +26,7 @@ struct BandFigures {
     float most = 1.0F;
 };
 
-/// By machine, over all zones; machines of which no NPC is in such a state are left out.
+/// By brain, over all zones; brains of which no NPC is in such a state are left out.
 std::map<std::string, BandFigures> bands_of(std::span<const std::unique_ptr<zone::Zone>> zones);
 
 /// Rubber bands that were told, and when.
@@ -36,10 +36,10 @@ struct BandsTold {
         std::optional<Tick> at;  ///< none: never yet
     };
 
-    std::map<std::string, Told> by_machine;
+    std::map<std::string, Told> by_brain;
 };
 
-/// Logs the machines whose least or most factor is off by 0.1 or more from what was told last (1 to
+/// Logs the brains whose least or most factor is off by 0.1 or more from what was told last (1 to
 /// begin with), each at most once in `between` ticks.
 void tell_bands(const std::map<std::string, BandFigures>& now,
                 Tick tick,

@@ -60,13 +60,13 @@ int explain_diagram(const ExplainArguments& arguments) {
         return kUsage;
     }
     std::string known;
-    for (const ai::Machine& machine : settings.ai.machines) {
-        known += (known.empty() ? "'" : ", '") + machine.name + "'";
-        if (machine.name != arguments.diagram) {
+    for (const ai::Brain& brain : settings.ai.brains) {
+        known += (known.empty() ? "'" : ", '") + brain.name + "'";
+        if (brain.name != arguments.diagram) {
             continue;
         }
         const std::string text =
-            ai::fsm::dot_of(ai::definition_of(machine), ai::sense_names(machine));
+            ai::state_machine::dot_of(ai::state_machine_of(brain), ai::sense_names(brain));
         if (arguments.svg.empty()) {
             std::fputs(text.c_str(), stdout);
             return kGood;
@@ -85,7 +85,7 @@ int explain_diagram(const ExplainArguments& arguments) {
         return kGood;
     }
     std::fprintf(stderr,
-                 "zoned: %s has no machine named '%s'; it has %s\n",
+                 "zoned: %s has no brain named '%s'; it has %s\n",
                  arguments.config.c_str(),
                  arguments.diagram.c_str(),
                  known.empty() ? "none" : known.c_str());

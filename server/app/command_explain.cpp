@@ -169,7 +169,7 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
         }
         const world::Row row = state.entities.find(entity);
         const ai::Settings& agents = state.settings.ai;
-        const ai::CompiledMachine& compiled = agents.compiled[agent->machine];
+        const ai::CompiledBrain& compiled = agents.compiled[agent->brain];
         spatial::PointGrid grid;
         grid.build(state.entities.position, 8.0F);
         const physics::Query statics = state.scene.query();
@@ -187,7 +187,7 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
                     static_cast<long long>(now),
                     difficulty_text(state).c_str(),
                     ai::why(*agent,
-                            agents.machines[agent->machine],
+                            agents.brains[agent->brain],
                             compiled,
                             sight,
                             here,

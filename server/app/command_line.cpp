@@ -62,7 +62,7 @@ void add_explain(CLI::App& app, ExplainArguments& a, std::function<int()>& run) 
     c->add_option("--ticks", a.ticks, "Measure over this many ticks")
         ->check(CLI::Range(1U, 100000U));
     CLI::Option* diagram = c->add_option(
-        "--diagram", a.diagram, "Print the diagram of this machine instead, for Graphviz");
+        "--diagram", a.diagram, "Print the diagram of this brain instead, for Graphviz");
     c->add_option("--svg", a.svg, "Have Graphviz draw it into this file")->needs(diagram);
     c->add_option("--why", a.entity, "Say why this entity does what it does, after these ticks")
         ->check(CLI::PositiveNumber)

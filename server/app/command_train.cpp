@@ -89,7 +89,7 @@ bool train_on(const ops::TrainingPlan& plan, Trainer& trainer, unsigned threads)
     compute::Team team;
     team.join_pool(pool);
     const compute::Team::Shift shift(team);
-    const ai::learn::RunRanges run = [&team](std::size_t count, const auto& work) {
+    const ai::learning::RunRanges run = [&team](std::size_t count, const auto& work) {
         team.run(count, 1, work);
     };
     const std::uint64_t every = plan.config.checkpoint_every();

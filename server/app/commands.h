@@ -28,7 +28,7 @@ struct ExplainArguments {
     std::vector<std::string> sets;
     unsigned viewers = 0;
     unsigned ticks = 90;
-    std::string diagram;       ///< name of a machine: its diagram in place of the plan
+    std::string diagram;       ///< name of a brain: its diagram in place of the plan
     std::string svg;           ///< file for it; empty: as text for Graphviz on standard output
     std::uint32_t entity = 0;  ///< why this one does what it does, in place of the plan
 };

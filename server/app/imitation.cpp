@@ -14,7 +14,7 @@ namespace zoned::app {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 using Played = core::Result<std::vector<PlayedTick>>;
 using LessonsResult = core::Result<Lessons>;
 
@@ -49,8 +49,8 @@ std::vector<Player> players_of(const World& world) {
     return players;
 }
 
-learn::Wanted wanted_of(const motion::InputCommand& command) {
-    learn::Wanted wanted;
+learning::Wanted wanted_of(const motion::InputCommand& command) {
+    learning::Wanted wanted;
     wanted.move = Vec2(command.move_x, command.move_z) / 127.0F;
     const float length = wanted.move.norm();
     if (length > 1.0F) {
@@ -87,8 +87,8 @@ class Observer {
     std::vector<PlayedTick> ticks;
 
   private:
-    [[nodiscard]] learn::Situation situation_of(const Player& player) const {
-        learn::Situation s;
+    [[nodiscard]] learning::Situation situation_of(const Player& player) const {
+        learning::Situation s;
         s.here = player.at;
         s.velocity = player.velocity;
         s.home = settings_.has_home() ? Vec2(static_cast<float>(settings_.home().x_m()),
@@ -184,8 +184,8 @@ LessonsResult lessons_of(const std::vector<PlayedTick>& ticks,
                                       " players; two are needed, one to learn from and one to "
                                       "judge by");
     }
-    learn::Policy policy;
-    policy.facing = static_cast<learn::Facing>(settings.facing());
+    learning::Policy policy;
+    policy.facing = static_cast<learning::Facing>(settings.facing());
     policy.inputs = ops::inputs_of(settings.input());
     Lessons lessons;
     lessons.players = clients.size();
@@ -197,7 +197,7 @@ LessonsResult lessons_of(const std::vector<PlayedTick>& ticks,
     const std::uint32_t first_held_out =
         *std::prev(clients.end(), static_cast<std::ptrdiff_t>(lessons.players_held_out));
     const std::size_t outputs = settings.sprint() ? 3 : 2;
-    for (learn::Samples* samples : {&lessons.training, &lessons.held_out}) {
+    for (learning::Samples* samples : {&lessons.training, &lessons.held_out}) {
         samples->inputs = policy.inputs.size();
         samples->outputs = outputs;
     }

@@ -14,8 +14,8 @@ namespace zoned::app {
 /// One player at one tick, positions in the world's coordinates.
 struct PlayedTick {
     std::uint32_t client = 0;
-    ai::learn::Situation situation;  ///< before the tick
-    ai::learn::Wanted wanted;        ///< what the player's input of the tick says
+    ai::learning::Situation situation;  ///< before the tick
+    ai::learning::Wanted wanted;        ///< what the player's input of the tick says
 };
 
 /// Every `every_ticks` ticks one for each player who was there for two ticks and is not hidden,
@@ -26,8 +26,8 @@ core::Result<std::vector<PlayedTick>> played_ticks(const proto::Training::Imitat
 
 /// The samples of those who train, and of those held out: the last to join, at least one each.
 struct Lessons {
-    ai::learn::Samples training;
-    ai::learn::Samples held_out;
+    ai::learning::Samples training;
+    ai::learning::Samples held_out;
     std::size_t players = 0;
     std::size_t players_held_out = 0;
     std::uint64_t hash = 0;  ///< over all samples

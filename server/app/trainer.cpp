@@ -14,15 +14,15 @@ namespace zoned::app {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 using proto::Training;
 using Made = core::Result<std::unique_ptr<Trainer>>;
 using Restored = core::Result<bool>;
 
 using core::print;
 
-learn::Arena arena_of(const Training::Arena& from) {
-    learn::Arena arena;
+learning::Arena arena_of(const Training::Arena& from) {
+    learning::Arena arena;
     arena.wall_m = static_cast<float>(from.wall_m());
     arena.goal_reach_m = static_cast<float>(from.goal_reach_m());
     arena.speed = static_cast<float>(from.speed_mps());
@@ -30,17 +30,17 @@ learn::Arena arena_of(const Training::Arena& from) {
     return arena;
 }
 
-std::unique_ptr<learn::Task> task_of(const Training& config) {
+std::unique_ptr<learning::Task> task_of(const Training& config) {
     switch (config.task()) {
         case Training::CART_POLE:
-            return std::make_unique<learn::CartPoleTask>();
+            return std::make_unique<learning::CartPoleTask>();
         case Training::ARENA:
-            return std::make_unique<learn::ArenaTask>(arena_of(config.arena()));
+            return std::make_unique<learning::ArenaTask>(arena_of(config.arena()));
         case Training::XOR:
         case Training::IMITATION:  // is no task to breed for
             break;
     }
-    return std::make_unique<learn::XorTask>();
+    return std::make_unique<learning::XorTask>();
 }
 
 /// A population that is bred.
@@ -52,7 +52,7 @@ class BreedingTrainer final : public Trainer {
           settings_(ops::breeding_of(config_, task_->inputs(), task_->outputs())),
           evolution_(*task_, settings_, config_.seed()) {}
 
-    void round(const learn::RunRanges& run) override { evolution_.step(run); }
+    void round(const learning::RunRanges& run) override { evolution_.step(run); }
 
     [[nodiscard]] std::uint64_t rounds() const override { return evolution_.generation(); }
 
@@ -76,17 +76,17 @@ class BreedingTrainer final : public Trainer {
             evolution_.score(),
             task_->score(evolution_.best(), unseen),
             task_->solved_at());
-        if (const auto* arena = dynamic_cast<const learn::ArenaTask*>(task_.get())) {
+        if (const auto* arena = dynamic_cast<const learning::ArenaTask*>(task_.get())) {
             text += print("who walks straight at the goal there: %.6g\n",
-                          learn::straight_score(arena->arena(), unseen));
+                          learning::straight_score(arena->arena(), unseen));
         }
         return text;
     }
 
-    [[nodiscard]] learn::Policy policy() const override {
-        learn::Policy policy;
-        if (const auto* arena = dynamic_cast<const learn::ArenaTask*>(task_.get())) {
-            policy = learn::arena_policy(arena->arena(), evolution_.best());
+    [[nodiscard]] learning::Policy policy() const override {
+        learning::Policy policy;
+        if (const auto* arena = dynamic_cast<const learning::ArenaTask*>(task_.get())) {
+            policy = learning::arena_policy(arena->arena(), evolution_.best());
         } else {
             policy.network = evolution_.best();
         }
@@ -107,9 +107,9 @@ class BreedingTrainer final : public Trainer {
 
   private:
     Training config_;
-    std::unique_ptr<learn::Task> task_;
-    learn::BreedingSettings settings_;
-    learn::Evolution evolution_;
+    std::unique_ptr<learning::Task> task_;
+    learning::BreedingSettings settings_;
+    learning::Evolution evolution_;
 };
 
 /// A network that is fitted to what players did.
@@ -121,7 +121,7 @@ class ImitationTrainer final : public Trainer {
           network_(ops::layers_of(config_,
                                   lessons_.training.inputs,
                                   lessons_.training.outputs,
-                                  learn::Activation::kLinear)),
+                                  learning::Activation::kLinear)),
           descent_({static_cast<float>(config_.gradient().step()), config_.gradient().batch()},
                    network_,
                    config_.seed()) {
@@ -129,7 +129,7 @@ class ImitationTrainer final : public Trainer {
         randomise(network_, rng);
     }
 
-    void round(const learn::RunRanges& /*run*/) override {
+    void round(const learning::RunRanges& /*run*/) override {
         training_error_ = descent_.epoch(network_, lessons_.training);
         ++rounds_;
     }
@@ -160,10 +160,10 @@ class ImitationTrainer final : public Trainer {
             error_of_best_constant(lessons_.held_out));
     }
 
-    [[nodiscard]] learn::Policy policy() const override {
-        learn::Policy policy;
+    [[nodiscard]] learning::Policy policy() const override {
+        learning::Policy policy;
         policy.name = config_.name();
-        policy.facing = static_cast<learn::Facing>(config_.imitation().facing());
+        policy.facing = static_cast<learning::Facing>(config_.imitation().facing());
         policy.inputs = ops::inputs_of(config_.imitation().input());
         policy.network = network_;
         return policy;
@@ -196,8 +196,8 @@ class ImitationTrainer final : public Trainer {
   private:
     Training config_;
     Lessons lessons_;
-    learn::Network network_;
-    learn::Descent descent_;
+    learning::Network network_;
+    learning::Descent descent_;
     std::uint64_t rounds_ = 0;
     double training_error_ = 0.0;
 };

@@ -19,15 +19,15 @@ class Trainer {
     virtual ~Trainer() = default;
 
     /// One more generation, or pass over all samples.
-    virtual void round(const ai::learn::RunRanges& run) = 0;
+    virtual void round(const ai::learning::RunRanges& run) = 0;
     [[nodiscard]] virtual std::uint64_t rounds() const = 0;
-    /// Of the best so far, on what training does not learn from; more is better.
+    /// Of the best so far, on what training does not learning from; more is better.
     [[nodiscard]] virtual double score() const = 0;
     /// A line about the last round.
     [[nodiscard]] virtual std::string progress() const = 0;
     /// Lines about the best so far, for the end.
     [[nodiscard]] virtual std::string summary() const = 0;
-    [[nodiscard]] virtual ai::learn::Policy policy() const = 0;
+    [[nodiscard]] virtual ai::learning::Policy policy() const = 0;
 
     virtual void save(proto::TrainingCheckpoint& out) const = 0;
     /// Goes on as the training that was saved; fails on what is of another one.

@@ -13,7 +13,7 @@ namespace {
 ops::WaveringFigures* find(std::vector<ops::WaveringFigures>& all,
                            const ops::WaveringFigures& pair) {
     const auto at = std::find_if(all.begin(), all.end(), [&pair](const auto& other) {
-        return other.machine == pair.machine && other.states == pair.states;
+        return other.brain == pair.brain && other.states == pair.states;
     });
     return at == all.end() ? nullptr : &*at;
 }
@@ -26,13 +26,13 @@ std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zo
         const zone::ZoneState& state = zone->state();
         const ai::Settings& agents = state.settings.ai;
         for (std::size_t m = 0; m < agents.compiled.size(); ++m) {
-            for (const ai::fsm::Oscillation& o : state.agents.wavering(m)) {
-                const ai::CompiledMachine& compiled = agents.compiled[m];
+            for (const ai::state_machine::Oscillation& o : state.agents.wavering(m)) {
+                const ai::CompiledBrain& compiled = agents.compiled[m];
                 const auto text = [&](std::uint16_t from, std::uint16_t to, std::uint16_t by) {
-                    return ai::transition_text(agents.machines[m], compiled, from, to, by);
+                    return ai::transition_text(agents.brains[m], compiled, from, to, by);
                 };
                 ops::WaveringFigures pair;
-                pair.machine = compiled.name;
+                pair.brain = compiled.name;
                 pair.states = {compiled.table.state_name(o.a), compiled.table.state_name(o.b)};
                 pair.forth = text(o.a, o.b, o.a_to_b);
                 pair.back = text(o.b, o.a, o.b_to_a);
@@ -62,8 +62,8 @@ void tell_wavering(const std::vector<ops::WaveringFigures>& now,
             continue;
         }
         told.push_back(pair);
-        spdlog::warn("machine {}: NPCs go to and fro: {}, and {} (entity {} at tick {})",
-                     pair.machine,
+        spdlog::warn("brain {}: NPCs go to and fro: {}, and {} (entity {} at tick {})",
+                     pair.brain,
                      pair.forth,
                      pair.back,
                      pair.entity,

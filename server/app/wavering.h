@@ -10,7 +10,7 @@
 
 namespace zoned::app {
 
-/// By machine and states; what several zones found is summed.
+/// By brain and states; what several zones found is summed.
 std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zone::Zone>> zones);
 
 /// Logs the pairs of `now` that are not in `told`, each once, and adds them there.

@@ -101,7 +101,7 @@ std::set<std::string> differing_types(const std::vector<ParameterChoice>& a,
     return types;
 }
 
-/// The machines of one difficulty.
+/// The brains of one difficulty.
 ai::Rung expand_rung(const Config& written,
                      const std::string& name,
                      const Policies& policies,
@@ -114,17 +114,17 @@ ai::Rung expand_rung(const Config& written,
     choices = build_behaviours(config, diagnostics);
     check_choices(config, diagnostics);
     check_blends(config, diagnostics);
-    check_machines(config, diagnostics);
+    check_brains(config, diagnostics);
     ai::Rung rung;
     rung.name = name;
     if (diagnostics.size() == before) {
-        rung.machines = expand_machines(config);
-        give_policies(config, policies, rung.machines, diagnostics);
+        rung.brains = expand_brains(config);
+        give_policies(config, policies, rung.brains, diagnostics);
     }
     return rung;
 }
 
-bool same_names(const std::vector<ai::Machine>& a, const std::vector<ai::Machine>& b) {
+bool same_names(const std::vector<ai::Brain>& a, const std::vector<ai::Brain>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
         return x.name == y.name && x.inner == y.inner;
     });
@@ -188,12 +188,12 @@ void expand_adaptation(const Config& written,
         if (diagnostics.size() != mistakes) {
             diagnostics.add(join_path(kAdaptation, "difficulty", k),
                             "by '" + adaptation.difficulty(k) +
-                                "' machines get mistakes that they do not have at the start");
+                                "' brains get mistakes that they do not have at the start");
             ladder = {};
             return;
         }
-        ZONED_ASSERT(same_names(rung.machines, settings.ai.machines),
-                     "difficulties have the same machines");
+        ZONED_ASSERT(same_names(rung.brains, settings.ai.brains),
+                     "difficulties have the same brains");
         const std::set<std::string> types =
             k == 0 ? std::set<std::string>() : differing_types(before, choices);
         if (k > 0 && types.empty()) {
@@ -202,17 +202,17 @@ void expand_adaptation(const Config& written,
         }
         varying.insert(types.begin(), types.end());
         before = std::move(choices);
-        for (const ai::Machine& machine : rung.machines) {
+        for (const ai::Brain& brain : rung.brains) {
             if (std::isfinite(settings.ai.seen_m)) {
-                settings.ai.seen_m = std::max(settings.ai.seen_m, machine.perception_m);
+                settings.ai.seen_m = std::max(settings.ai.seen_m, brain.perception_m);
             }
         }
         if (k == ladder.active) {
-            rung.machines.clear();
+            rung.brains.clear();
         }
         ladder.rungs.push_back(std::move(rung));
     }
-    ladder.varies.assign(settings.ai.machines.size(), false);
+    ladder.varies.assign(settings.ai.brains.size(), false);
     for (const world::EntityType& type : settings.types) {
         if (type.brain != 0 && varying.count(type.name) != 0) {
             ladder.varies[type.brain - 1U] = true;

@@ -11,16 +11,16 @@ namespace zoned::ops {
 
 namespace {
 
-using ai::fsm::DefectKind;
+using ai::state_machine::DefectKind;
 using proto::Config;
 
-void collect(const Config& config, int machine, MachineParts& parts) {
-    if (machine < 0 || !parts.machines.insert(machine).second) {
+void collect(const Config& config, int brain, BrainParts& parts) {
+    if (brain < 0 || !parts.brains.insert(brain).second) {
         return;
     }
-    for (const Config::State& state : config.machine(machine).state()) {
-        if (state.has_machine()) {
-            collect(config, find_machine(config, state.machine()), parts);
+    for (const Config::State& state : config.brain(brain).state()) {
+        if (state.has_brain()) {
+            collect(config, find_brain(config, state.brain()), parts);
         }
         const int tree = state.has_tree() ? find_tree(config, state.tree()) : -1;
         const int domain = state.has_domain() ? find_domain(config, state.domain()) : -1;
@@ -117,16 +117,16 @@ class Crossings {
     const std::vector<Layer>& layers_;
 };
 
-/// A machine has far fewer transitions (fsm::kMaxTransitions); beyond this it is not even tried.
+/// A brain has far fewer transitions (state_machine::kMaxTransitions); beyond this it is not even
+/// tried.
 constexpr std::size_t kMostCrossings = 1000;
 
 /// Takes out what joins an end and a beginning and can never fire. Whether it can is judged by
-/// fsm::defects_of, as of any machine.
+/// state_machine::defects_of, as of any brain.
 void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& crossings) {
     const auto write = [&] {
         for (std::size_t s = 0; s < crossings.size(); ++s) {
-            Config::State& state =
-                *config.mutable_machine(index)->mutable_state(static_cast<int>(s));
+            Config::State& state = *config.mutable_brain(index)->mutable_state(static_cast<int>(s));
             state.clear_transition();
             for (const Crossing& crossing : crossings[s]) {
                 *state.add_transition() = crossing.transition;
@@ -136,10 +136,11 @@ void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& c
     write();
     for (bool dropped = true; dropped;) {
         dropped = false;
-        const ai::Machine machine = expand_machine(config, index);
-        auto defects = ai::fsm::defects_of(ai::definition_of(machine), ai::senses_of(machine));
+        const ai::Brain brain = expand_brain(config, index);
+        auto defects =
+            ai::state_machine::defects_of(ai::state_machine_of(brain), ai::senses_of(brain));
         std::reverse(defects.begin(), defects.end());  // from behind, so that places stay
-        for (const ai::fsm::Defect& defect : defects) {
+        for (const ai::state_machine::Defect& defect : defects) {
             const bool idle =
                 defect.kind == DefectKind::kNeverTried || defect.kind == DefectKind::kNeverHolds;
             if (!idle || defect.state.size() != 1 || defect.transition < 0) {
@@ -158,15 +159,15 @@ void drop_spare(Config& config, int index, std::vector<std::vector<Crossing>>& c
 
 }  // namespace
 
-MachineParts parts_of(const Config& config, const std::string& machine) {
-    MachineParts parts;
-    collect(config, find_machine(config, machine), parts);
+BrainParts parts_of(const Config& config, const std::string& brain) {
+    BrainParts parts;
+    collect(config, find_brain(config, brain), parts);
     return parts;
 }
 
-bool takes_parameters(const Config& config, const std::string& machine) {
+bool takes_parameters(const Config& config, const std::string& brain) {
     bool takes = false;
-    parts_of(config, machine).for_each(config, [&](const auto& part, const std::string& path) {
+    parts_of(config, brain).for_each(config, [&](const auto& part, const std::string& path) {
         for_each_parameter(
             part, path, [&takes](const auto*, const std::string&, bool, const std::string&) {
                 takes = true;
@@ -176,15 +177,15 @@ bool takes_parameters(const Config& config, const std::string& machine) {
 }
 
 std::string copy_with_parameters(Config& config,
-                                 const std::string& machine,
+                                 const std::string& brain,
                                  const std::string& prefix,
                                  const ParameterValues& values,
                                  Diagnostics& diagnostics,
                                  const std::string& as) {
-    if (!takes_parameters(config, machine)) {
-        return machine;
+    if (!takes_parameters(config, brain)) {
+        return brain;
     }
-    const MachineParts parts = parts_of(config, machine);
+    const BrainParts parts = parts_of(config, brain);
     const auto origin = [&](const std::string& list, int made, int from) {
         diagnostics.set_origin(join_path("", list, made), join_path("", list, from), as);
     };
@@ -209,15 +210,15 @@ std::string copy_with_parameters(Config& config,
         put_parameters(values, copy);
         *config.add_blend() = std::move(copy);
     }
-    for (const int m : parts.machines) {
-        origin("machine", config.machine_size(), m);
-        Config::Machine copy = config.machine(m);
+    for (const int m : parts.brains) {
+        origin("brain", config.brain_size(), m);
+        Config::Brain copy = config.brain(m);
         copy.set_name(prefix + copy.name());
         put_parameters(values, copy);
         for (Config::State& state : *copy.mutable_state()) {
             // Names that mean nothing stay as they are, and are reported as such.
-            if (state.has_machine() && find_machine(config, state.machine()) >= 0) {
-                state.set_machine(prefix + state.machine());
+            if (state.has_brain() && find_brain(config, state.brain()) >= 0) {
+                state.set_brain(prefix + state.brain());
             }
             if (state.has_tree() && find_tree(config, state.tree()) >= 0) {
                 state.set_tree(prefix + state.tree());
@@ -229,9 +230,9 @@ std::string copy_with_parameters(Config& config,
                 state.set_domain(prefix + state.domain());
             }
         }
-        *config.add_machine() = std::move(copy);
+        *config.add_brain() = std::move(copy);
     }
-    return prefix + machine;
+    return prefix + brain;
 }
 
 void add_transitions(Config& config,
@@ -263,14 +264,14 @@ void add_transitions(Config& config,
         return of.size() > kMostCrossings;
     });
     if (many) {
-        diagnostics.add(join_path("", "machine", index),
+        diagnostics.add(join_path("", "brain", index),
                         "its behaviours have too many cues to tell which comes when");
         return;
     }
     drop_spare(config, index, crossings);
     for (std::size_t s = 0; s < crossings.size(); ++s) {
         const std::string state =
-            join_path(join_path("", "machine", index), "state", static_cast<int>(s));
+            join_path(join_path("", "brain", index), "state", static_cast<int>(s));
         diagnostics.set_origin(state, layers[(s + layers.size() - 1) % layers.size()].use_path, as);
         for (std::size_t t = 0; t < crossings[s].size(); ++t) {
             const std::string path = join_path(state, "transition", static_cast<int>(t));

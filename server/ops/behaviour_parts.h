@@ -1,4 +1,4 @@
-// Parts of behaviours: what a machine holds, copies of it for one type, and the transitions between
+// Parts of behaviours: what a brain holds, copies of it for one type, and the transitions between
 // the behaviours of a type.
 #pragma once
 
@@ -14,14 +14,14 @@ namespace zoned::ops {
 
 /// Machines with all that is inside them, and the trees, domains and blends by which states choose,
 /// by index.
-struct MachineParts {
-    std::set<int> machines;
+struct BrainParts {
+    std::set<int> brains;
     std::set<int> trees;
     std::set<int> domains;
     std::set<int> blends;
 
-    void merge(MachineParts other) {
-        machines.merge(other.machines);
+    void merge(BrainParts other) {
+        brains.merge(other.brains);
         trees.merge(other.trees);
         domains.merge(other.domains);
         blends.merge(other.blends);
@@ -30,8 +30,8 @@ struct MachineParts {
     /// Calls `work(message, path)` for each.
     template <class Work>
     void for_each(const proto::Config& config, const Work& work) const {
-        for (const int m : machines) {
-            work(config.machine(m), join_path("", "machine", m));
+        for (const int m : brains) {
+            work(config.brain(m), join_path("", "brain", m));
         }
         for (const int t : trees) {
             work(config.tree(t), join_path("", "tree", t));
@@ -45,16 +45,16 @@ struct MachineParts {
     }
 };
 
-/// Of the machine of that name, which exists.
-MachineParts parts_of(const proto::Config& config, const std::string& machine);
+/// Of the brain of that name, which exists.
+BrainParts parts_of(const proto::Config& config, const std::string& brain);
 
 /// Whether a parameter stands anywhere in it.
-bool takes_parameters(const proto::Config& config, const std::string& machine);
+bool takes_parameters(const proto::Config& config, const std::string& brain);
 
-/// Name of a machine that is `machine` with `values` in the place of parameters: itself, where it
+/// Name of a brain that is `brain` with `values` in the place of parameters: itself, where it
 /// takes none, or a copy with `prefix` before all names, appended to the config.
 std::string copy_with_parameters(proto::Config& config,
-                                 const std::string& machine,
+                                 const std::string& brain,
                                  const std::string& prefix,
                                  const ParameterValues& values,
                                  Diagnostics& diagnostics,
@@ -65,10 +65,10 @@ struct Layer {
     proto::Config::Behaviour part;
     std::string path;        ///< of the behaviour
     std::string use_path;    ///< of the type's setting that names it
-    bool remembers = false;  ///< its machine has more than one place to go on at
+    bool remembers = false;  ///< its brain has more than one place to go on at
 };
 
-/// Adds to machine `index`, whose states are the last layer and then all others in order, the
+/// Adds to brain `index`, whose states are the last layer and then all others in order, the
 /// transitions between them. Where a behaviour ends while a cue of another holds it goes there at
 /// once, unless both exclude each other. Reports layers that never begin or never end.
 void add_transitions(proto::Config& config,

@@ -20,7 +20,7 @@ using google::protobuf::FieldDescriptor;
 using proto::Config;
 
 /// Copies included.
-constexpr int kMostMachines = 20000;
+constexpr int kMostBrains = 20000;
 
 int find_part(const Config& config, const std::string& name) {
     for (int b = 0; b < config.behaviour_size(); ++b) {
@@ -48,11 +48,10 @@ class PartsCheck {
                 diagnostics_.add(path + ".name",
                                  "'" + part.name() + "' is the name of another behaviour");
             }
-            if (find_machine(config_, part.machine()) < 0) {
-                diagnostics_.add(path + (part.has_machine() ? ".machine" : ""),
-                                 part.has_machine()
-                                     ? "there is no machine named '" + part.machine() + "'"
-                                     : "a behaviour needs a `machine`");
+            if (find_brain(config_, part.brain()) < 0) {
+                diagnostics_.add(path + (part.has_brain() ? ".brain" : ""),
+                                 part.has_brain() ? "there is no brain named '" + part.brain() + "'"
+                                                  : "a behaviour needs a `brain`");
                 continue;
             }
             parameters(part, path);
@@ -80,7 +79,7 @@ class PartsCheck {
             diagnostics_.add(
                 here, "behaviour '" + part.name() + "' has no parameter named '" + name + "'");
         };
-        const MachineParts parts = parts_of(config_, part.machine());
+        const BrainParts parts = parts_of(config_, part.brain());
         in_parts_.merge(parts);
         parts.for_each(config_, [&look](const auto& of, const std::string& at) {
             for_each_parameter(of, at, look);
@@ -117,7 +116,7 @@ class PartsCheck {
             diagnostics_.add(
                 here, "'" + name + "' is the parameter of a behaviour; this is part of none");
         };
-        MachineParts others;
+        BrainParts others;
         const auto rest = [](int count, const std::set<int>& known, std::set<int>& out) {
             for (int i = 0; i < count; ++i) {
                 if (known.count(i) == 0) {
@@ -125,7 +124,7 @@ class PartsCheck {
                 }
             }
         };
-        rest(config_.machine_size(), in_parts_.machines, others.machines);
+        rest(config_.brain_size(), in_parts_.brains, others.brains);
         rest(config_.tree_size(), in_parts_.trees, others.trees);
         rest(config_.domain_size(), in_parts_.domains, others.domains);
         rest(config_.blend_size(), in_parts_.blends, others.blends);
@@ -133,21 +132,21 @@ class PartsCheck {
             for_each_parameter(of, at, stray);
         });
         for (int t = 0; t < config_.type_size(); ++t) {
-            const std::string& machine = config_.type(t).machine();
-            if (find_machine(config_, machine) >= 0 && takes_parameters(config_, machine)) {
+            const std::string& brain = config_.type(t).brain();
+            if (find_brain(config_, brain) >= 0 && takes_parameters(config_, brain)) {
                 diagnostics_.add(
-                    join_path("", "type", t) + ".machine",
-                    "machine '" + machine + "' takes parameters: the type needs the behaviour");
+                    join_path("", "type", t) + ".brain",
+                    "brain '" + brain + "' takes parameters: the type needs the behaviour");
             }
         }
     }
 
     const Config& config_;
     Diagnostics& diagnostics_;
-    MachineParts in_parts_;
+    BrainParts in_parts_;
 };
 
-/// The machine of one type.
+/// The brain of one type.
 class BrainOfType {
   public:
     BrainOfType(Config& config,
@@ -161,7 +160,7 @@ class BrainOfType {
           as_(as),
           diagnostics_(diagnostics) {}
 
-    /// Appends the machine; its name, empty where something is missing.
+    /// Appends the brain; its name, empty where something is missing.
     std::string build(const std::vector<BehaviourUse>& uses,
                       std::vector<ParameterChoice>& choices) {
         for (const BehaviourUse& use : uses) {
@@ -170,29 +169,29 @@ class BrainOfType {
         if (broken_) {
             return {};
         }
-        Config::Machine machine;
-        machine.set_name(type_ + ".brain");
-        perceive(machine);
-        merge_variables(uses, machine);
+        Config::Brain brain;
+        brain.set_name(type_ + ".brain");
+        perceive(brain);
+        merge_variables(uses, brain);
         for (std::size_t k = 0; k < layers_.size(); ++k) {
             // It starts with the last: the one that needs no cue.
             const Layer& layer = layers_[(k + layers_.size() - 1) % layers_.size()];
-            Config::State* state = machine.add_state();
+            Config::State* state = brain.add_state();
             state->set_name(layer.part.name());
-            state->set_machine(layer.part.machine());
+            state->set_brain(layer.part.brain());
             if (layer.remembers) {
                 state->set_history(layer.part.history());
             }
         }
-        const std::string name = machine.name();
-        const int index = config_.machine_size();
-        *config_.add_machine() = std::move(machine);
-        diagnostics_.set_origin(join_path("", "machine", index), path_, as_);
+        const std::string name = brain.name();
+        const int index = config_.brain_size();
+        *config_.add_brain() = std::move(brain);
+        diagnostics_.set_origin(join_path("", "brain", index), path_, as_);
         for (const Layer& layer : layers_) {
-            const int of = find_machine(config_, layer.part.machine());
-            if (config_.machine(of).has_perception()) {
-                diagnostics_.set_origin(join_path("", "machine", index) + ".perception",
-                                        join_path("", "machine", of) + ".perception",
+            const int of = find_brain(config_, layer.part.brain());
+            if (config_.brain(of).has_perception()) {
+                diagnostics_.set_origin(join_path("", "brain", index) + ".perception",
+                                        join_path("", "brain", of) + ".perception",
                                         as_);
                 break;
             }
@@ -204,7 +203,7 @@ class BrainOfType {
   private:
     void add(const BehaviourUse& use, std::vector<ParameterChoice>& choices) {
         const int index = find_part(config_, use.name);
-        if (index < 0 || find_machine(config_, config_.behaviour(index).machine()) < 0) {
+        if (index < 0 || find_brain(config_, config_.behaviour(index).brain()) < 0) {
             broken_ = true;
             if (index < 0) {
                 diagnostics_.add(use.path + ".name",
@@ -222,43 +221,37 @@ class BrainOfType {
         layer.path = join_path("", "behaviour", index);
         layer.use_path = use.path;
         put_parameters(values, layer.part);
-        const Config::Machine& first = config_.machine(find_machine(config_, layer.part.machine()));
+        const Config::Brain& first = config_.brain(find_brain(config_, layer.part.brain()));
         layer.remembers =
-            first.state_size() > 1 || (first.state_size() > 0 && first.state(0).has_machine());
-        layer.part.set_machine(copy_with_parameters(config_,
-                                                    layer.part.machine(),
-                                                    type_ + "." + use.name + ".",
-                                                    values,
-                                                    diagnostics_,
-                                                    as_));
+            first.state_size() > 1 || (first.state_size() > 0 && first.state(0).has_brain());
+        layer.part.set_brain(copy_with_parameters(
+            config_, layer.part.brain(), type_ + "." + use.name + ".", values, diagnostics_, as_));
         layers_.push_back(std::move(layer));
     }
 
-    void perceive(Config::Machine& machine) const {
+    void perceive(Config::Brain& brain) const {
         double perception = 0.0;
         double period = 60.0;
         for (const Layer& layer : layers_) {
-            const Config::Machine& of =
-                config_.machine(find_machine(config_, layer.part.machine()));
+            const Config::Brain& of = config_.brain(find_brain(config_, layer.part.brain()));
             perception = std::max(perception, of.perception_m());
             period = std::min(period, of.decide_every_s());
-            if (of.has_perception() && !machine.has_perception()) {
-                *machine.mutable_perception() = of.perception();
+            if (of.has_perception() && !brain.has_perception()) {
+                *brain.mutable_perception() = of.perception();
             }
         }
-        machine.set_perception_m(perception);
-        machine.set_decide_every_s(period);
+        brain.set_perception_m(perception);
+        brain.set_decide_every_s(period);
     }
 
-    void merge_variables(const std::vector<BehaviourUse>& uses, Config::Machine& machine) {
+    void merge_variables(const std::vector<BehaviourUse>& uses, Config::Brain& brain) {
         for (std::size_t k = 0; k < layers_.size(); ++k) {
-            const Config::Machine& of =
-                config_.machine(find_machine(config_, layers_[k].part.machine()));
+            const Config::Brain& of = config_.brain(find_brain(config_, layers_[k].part.brain()));
             for (const Config::Variable& variable : of.variable()) {
-                const int known = find_variable(machine, variable.name());
+                const int known = find_variable(brain, variable.name());
                 if (known < 0) {
-                    *machine.add_variable() = variable;
-                } else if (machine.variable(known).SerializeAsString() !=
+                    *brain.add_variable() = variable;
+                } else if (brain.variable(known).SerializeAsString() !=
                            variable.SerializeAsString()) {
                     diagnostics_.add(uses[k].path,
                                      "its variable '" + variable.name() +
@@ -267,10 +260,10 @@ class BrainOfType {
                 }
             }
         }
-        if (machine.variable_size() > static_cast<int>(ai::kMaxVariables)) {
+        if (brain.variable_size() > static_cast<int>(ai::kMaxVariables)) {
             diagnostics_.add(path_,
                              text_of("its behaviours have %g variables together, at most %g",
-                                     machine.variable_size(),
+                                     brain.variable_size(),
                                      static_cast<double>(ai::kMaxVariables)));
         }
     }
@@ -284,31 +277,31 @@ class BrainOfType {
     bool broken_ = false;
 };
 
-/// What a type says of its perception holds in place of what its machine says.
+/// What a type says of its perception holds in place of what its brain says.
 void perceive_as_type(Config& config, int type, Diagnostics& diagnostics) {
     const Config::Type& of = config.type(type);
-    const int machine = find_machine(config, of.machine());
+    const int brain = find_brain(config, of.brain());
     if (!of.has_perception()) {
         return;
     }
     const std::string path = join_path("", "type", type);
-    if (machine < 0) {
-        diagnostics.add(path + ".perception", "needs an agent: `machine` or `behaviour`");
+    if (brain < 0) {
+        diagnostics.add(path + ".perception", "needs an agent: `brain` or `behaviour`");
         return;
     }
-    int own = machine;
-    if (of.machine() != of.name() + ".brain") {
-        own = config.machine_size();
-        Config::Machine copy = config.machine(machine);
+    int own = brain;
+    if (of.brain() != of.name() + ".brain") {
+        own = config.brain_size();
+        Config::Brain copy = config.brain(brain);
         copy.set_name(of.name() + ".brain");
-        config.mutable_type(type)->set_machine(copy.name());
-        *config.add_machine() = std::move(copy);
-        diagnostics.set_origin(join_path("", "machine", own),
-                               join_path("", "machine", machine),
+        config.mutable_type(type)->set_brain(copy.name());
+        *config.add_brain() = std::move(copy);
+        diagnostics.set_origin(join_path("", "brain", own),
+                               join_path("", "brain", brain),
                                "in type '" + of.name() + "'");
     }
-    *config.mutable_machine(own)->mutable_perception() = of.perception();
-    diagnostics.set_origin(join_path("", "machine", own) + ".perception", path + ".perception", "");
+    *config.mutable_brain(own)->mutable_perception() = of.perception();
+    diagnostics.set_origin(join_path("", "brain", own) + ".perception", path + ".perception", "");
 }
 
 }  // namespace
@@ -324,20 +317,20 @@ std::vector<ParameterChoice> build_behaviours(Config& config, Diagnostics& diagn
         for (const BehaviourUse& use : of) {
             used.insert(use.name);
         }
-        if (config.machine_size() > kMostMachines) {
+        if (config.brain_size() > kMostBrains) {
             diagnostics.add(join_path("", "type", t),
-                            "the types so far need too many copies of machines with parameters");
+                            "the types so far need too many copies of brains with parameters");
             return choices;
         }
         if (!of.empty()) {
-            const std::string machine = BrainOfType(config,
-                                                    config.type(t).name(),
-                                                    join_path("", "type", t),
-                                                    "in type '" + config.type(t).name() + "'",
-                                                    diagnostics)
-                                            .build(of, choices);
-            if (!machine.empty()) {
-                config.mutable_type(t)->set_machine(machine);
+            const std::string brain = BrainOfType(config,
+                                                  config.type(t).name(),
+                                                  join_path("", "type", t),
+                                                  "in type '" + config.type(t).name() + "'",
+                                                  diagnostics)
+                                          .build(of, choices);
+            if (!brain.empty()) {
+                config.mutable_type(t)->set_brain(brain);
             }
         }
         perceive_as_type(config, t, diagnostics);

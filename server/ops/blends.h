@@ -1,4 +1,4 @@
-// Blends: fuzzy state machines of a config, in the form in which agents have them, and what is
+// Blends: fuzzy state brains of a config, in the form in which agents have them, and what is
 // wrong with them.
 #pragma once
 

@@ -14,7 +14,7 @@ namespace zoned::ops {
 
 namespace {
 
-using ai::fsm::DefectKind;
+using ai::state_machine::DefectKind;
 using proto::Config;
 
 /// What a state does is said in one way. False where it names a tree or plan that is none.
@@ -22,11 +22,11 @@ bool check_pathfinding(const Config& config,
                        const Config::State& state,
                        const std::string& here,
                        Diagnostics& diagnostics) {
-    if (static_cast<int>(state.has_machine()) + static_cast<int>(state.has_tree()) +
+    if (static_cast<int>(state.has_brain()) + static_cast<int>(state.has_tree()) +
             static_cast<int>(state.has_domain()) + static_cast<int>(state.has_policy()) +
             static_cast<int>(state.has_blend()) >
         1) {
-        diagnostics.add(here, "takes one of `machine`, `tree`, `domain`, `blend` and `policy`");
+        diagnostics.add(here, "takes one of `brain`, `tree`, `domain`, `blend` and `policy`");
     }
     if (state.has_policy() && find_policy(config, state.policy()) < 0) {
         diagnostics.add(here + ".policy", "there is no policy named '" + state.policy() + "'");
@@ -56,16 +56,16 @@ bool check_pathfinding(const Config& config,
     return true;
 }
 
-/// Names of one machine's states, and of the machines that they are. False where one is wrong.
+/// Names of one brain's states, and of the brains that they are. False where one is wrong.
 bool check_states(const Config& config,
-                  const Config::Machine& machine,
+                  const Config::Brain& brain,
                   const std::string& path,
                   Diagnostics& diagnostics) {
     std::set<std::string> names;
     bool right = true;
-    for (int s = 0; s < machine.state_size(); ++s) {
+    for (int s = 0; s < brain.state_size(); ++s) {
         const std::string here = join_path(path, "state", s);
-        const auto& state = machine.state(s);
+        const auto& state = brain.state(s);
         if (!check_name(state.name(), "state", here, diagnostics)) {
             right = false;
         } else if (!names.insert(state.name()).second) {
@@ -76,30 +76,29 @@ bool check_states(const Config& config,
         if (state.has_leash_m() && state.leash_m() < state.radius_m()) {
             diagnostics.add(here + ".leash_m", "is shorter than radius_m");
         }
-        if (!state.has_machine()) {
+        if (!state.has_brain()) {
             continue;
         }
-        if (find_machine(config, state.machine()) < 0) {
+        if (find_brain(config, state.brain()) < 0) {
             right = false;
-            diagnostics.add(here + ".machine",
-                            "there is no machine named '" + state.machine() + "'");
+            diagnostics.add(here + ".brain", "there is no brain named '" + state.brain() + "'");
         }
         if (state.has_action() || state.has_speed_factor() || state.has_sprint() ||
             state.has_radius_m()) {
             diagnostics.add(here,
-                            "a machine as a state: what to do, and how fast, say its own states");
+                            "a brain as a state: what to do, and how fast, say its own states");
         }
     }
     return right;
 }
 
-void check_variables(const Config::Machine& machine,
+void check_variables(const Config::Brain& brain,
                      const std::string& path,
                      Diagnostics& diagnostics) {
     std::set<std::string> names;
-    for (int v = 0; v < machine.variable_size(); ++v) {
+    for (int v = 0; v < brain.variable_size(); ++v) {
         const std::string here = join_path(path, "variable", v);
-        const auto& variable = machine.variable(v);
+        const auto& variable = brain.variable(v);
         if (check_name(variable.name(), "variable", here, diagnostics) &&
             !names.insert(variable.name()).second) {
             diagnostics.add(here + ".name",
@@ -128,8 +127,8 @@ void check_condition(const Config& config,
         }
         return;
     }
-    const double perception_m = std::max(config.machine(root).perception_m(),
-                                         config.machine(root).perception().hearing_m());
+    const double perception_m =
+        std::max(config.brain(root).perception_m(), config.brain(root).perception().hearing_m());
     if (sensor == Config::PLAYER_DISTANCE && threshold > perception_m) {
         diagnostics.add(path + ".threshold",
                         text_of("%g m is beyond perception_m, %g: players there are not noticed",
@@ -143,13 +142,13 @@ void check_condition(const Config& config,
 
 /// False where it leads nowhere.
 bool check_transition(const Config& config,
-                      const Config::Machine& machine,
+                      const Config::Brain& brain,
                       const Config::Transition& transition,
                       int root,
                       const std::string& path,
                       Diagnostics& diagnostics) {
     const bool exists =
-        std::any_of(machine.state().begin(), machine.state().end(), [&](const auto& state) {
+        std::any_of(brain.state().begin(), brain.state().end(), [&](const auto& state) {
             return state.name() == transition.to();
         });
     if (transition.to().empty()) {
@@ -157,7 +156,7 @@ bool check_transition(const Config& config,
     } else if (!exists) {
         diagnostics.add(
             path + ".to",
-            "machine '" + machine.name() + "' has no state named '" + transition.to() + "'");
+            "brain '" + brain.name() + "' has no state named '" + transition.to() + "'");
     }
     check_condition(config,
                     transition.has_sense(),
@@ -181,10 +180,10 @@ bool check_transition(const Config& config,
     return exists;
 }
 
-/// One machine that runs by itself, with all that is inside it.
+/// One brain that runs by itself, with all that is inside it.
 class RootCheck {
   public:
-    /// `named`: by machine, whether its states have names that can be told apart; `looked_at`:
+    /// `named`: by brain, whether its states have names that can be told apart; `looked_at`:
     /// whether it was inside one that was checked.
     RootCheck(const Config& config,
               int root,
@@ -206,19 +205,19 @@ class RootCheck {
     }
 
   private:
-    /// Transitions of all machines inside, judged by what this one's agents perceive; finds cycles.
+    /// Transitions of all brains inside, judged by what this one's agents perceive; finds cycles.
     void transitions(int index) {
         path_.push_back(index);
         looked_at_[static_cast<std::size_t>(index)] = true;
         broken_ = broken_ || !named_[static_cast<std::size_t>(index)];
-        const Config::Machine& machine = config_.machine(index);
-        const std::string path = join_path("", "machine", index);
-        for (int s = 0; s < machine.state_size(); ++s) {
-            const auto& state = machine.state(s);
+        const Config::Brain& brain = config_.brain(index);
+        const std::string path = join_path("", "brain", index);
+        for (int s = 0; s < brain.state_size(); ++s) {
+            const auto& state = brain.state(s);
             const std::string here = join_path(path, "state", s);
             for (int t = 0; t < state.transition_size(); ++t) {
                 const bool leads = check_transition(config_,
-                                                    machine,
+                                                    brain,
                                                     state.transition(t),
                                                     root_,
                                                     join_path(here, "transition", t),
@@ -242,7 +241,7 @@ class RootCheck {
                                     diagnostics_);
                 });
             blend_inputs(state);
-            const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
+            const int inside = state.has_brain() ? find_brain(config_, state.brain()) : -1;
             if (inside < 0) {
                 continue;
             }
@@ -283,10 +282,10 @@ class RootCheck {
     }
 
     void change(const Config::Change& of, const std::string& path) {
-        if (find_variable(config_.machine(root_), of.variable()) < 0) {
+        if (find_variable(config_.brain(root_), of.variable()) < 0) {
             diagnostics_.add(path + ".variable",
-                             "machine '" + config_.machine(root_).name() +
-                                 "' has no variable named '" + of.variable() + "'");
+                             "brain '" + config_.brain(root_).name() + "' has no variable named '" +
+                                 of.variable() + "'");
         }
     }
 
@@ -294,43 +293,44 @@ class RootCheck {
         broken_ = true;
         std::string names;
         for (auto at = std::find(path_.begin(), path_.end(), inside); at != path_.end(); ++at) {
-            names += "'" + config_.machine(*at).name() + "' holds ";
+            names += "'" + config_.brain(*at).name() + "' holds ";
         }
-        diagnostics_.add(here + ".machine",
-                         "a machine cannot be inside itself: " + names + "'" +
-                             config_.machine(inside).name() + "'");
+        diagnostics_.add(
+            here + ".brain",
+            "a brain cannot be inside itself: " + names + "'" + config_.brain(inside).name() + "'");
     }
 
     void defects() {
-        const ai::Machine machine = expand_machine(config_, root_);
-        const std::size_t senses = ai::senses_of(machine);
-        if (senses > ai::fsm::kMaxSenses) {
-            diagnostics_.add(join_path("", "machine", root_),
+        const ai::Brain brain = expand_brain(config_, root_);
+        const std::size_t senses = ai::senses_of(brain);
+        if (senses > ai::state_machine::kMaxSenses) {
+            diagnostics_.add(join_path("", "brain", root_),
                              text_of("reads %g senses, at most %g",
                                      static_cast<double>(senses),
-                                     static_cast<double>(ai::fsm::kMaxSenses)));
+                                     static_cast<double>(ai::state_machine::kMaxSenses)));
         }
-        // What types say of perception stands in machines of their own: those that nobody has are
+        // What types say of perception stands in brains of their own: those that nobody has are
         // not judged by it.
         const auto& types = config_.type();
-        if (std::any_of(types.begin(), types.end(), [&machine](const Config::Type& type) {
-                return type.machine() == machine.name;
+        if (std::any_of(types.begin(), types.end(), [&brain](const Config::Type& type) {
+                return type.brain() == brain.name;
             })) {
-            check_company(machine, join_path("", "machine", root_), diagnostics_);
+            check_company(brain, join_path("", "brain", root_), diagnostics_);
         }
-        const std::size_t deeds = deeds_of(machine.states);
+        const std::size_t deeds = deeds_of(brain.states);
         if (deeds > kMostDeeds) {
-            diagnostics_.add(join_path("", "machine", root_),
+            diagnostics_.add(join_path("", "brain", root_),
                              text_of("its states and all that their trees and plans choose among "
                                      "are %g, at most %g",
                                      static_cast<double>(deeds),
                                      static_cast<double>(kMostDeeds)));
         }
-        for (const auto& defect : ai::fsm::defects_of(ai::definition_of(machine), senses)) {
+        for (const auto& defect :
+             ai::state_machine::defects_of(ai::state_machine_of(brain), senses)) {
             // These were said above, by name, or follow from the number of states.
             if (defect.kind != DefectKind::kUnknownState &&
                 defect.kind != DefectKind::kUnknownSense && defect.kind != DefectKind::kNoStates) {
-                diagnostics_.add(path_of(defect), ai::fsm::text_of(defect));
+                diagnostics_.add(path_of(defect), ai::state_machine::text_of(defect));
             }
         }
     }
@@ -346,13 +346,12 @@ class RootCheck {
         return deeds;
     }
 
-    [[nodiscard]] std::string path_of(const ai::fsm::Defect& defect) const {
+    [[nodiscard]] std::string path_of(const ai::state_machine::Defect& defect) const {
         int index = root_;
-        std::string path = join_path("", "machine", index);
+        std::string path = join_path("", "brain", index);
         for (std::size_t level = 0; level < defect.state.size(); ++level) {
-            path = join_path(join_path("", "machine", index), "state", defect.state[level]);
-            index =
-                find_machine(config_, config_.machine(index).state(defect.state[level]).machine());
+            path = join_path(join_path("", "brain", index), "state", defect.state[level]);
+            index = find_brain(config_, config_.brain(index).state(defect.state[level]).brain());
         }
         if (defect.transition >= 0) {
             path = join_path(path, "transition", defect.transition);
@@ -372,30 +371,29 @@ class RootCheck {
 
 }  // namespace
 
-void check_machines(const proto::Config& config, Diagnostics& diagnostics) {
+void check_brains(const proto::Config& config, Diagnostics& diagnostics) {
     std::set<std::string> names;
     std::vector<bool> named;
-    for (int m = 0; m < config.machine_size(); ++m) {
-        const std::string path = join_path("", "machine", m);
-        const auto& machine = config.machine(m);
-        if (check_name(machine.name(), "machine", path, diagnostics) &&
-            !names.insert(machine.name()).second) {
-            diagnostics.add(path + ".name",
-                            "'" + machine.name() + "' is the name of another machine");
+    for (int m = 0; m < config.brain_size(); ++m) {
+        const std::string path = join_path("", "brain", m);
+        const auto& brain = config.brain(m);
+        if (check_name(brain.name(), "brain", path, diagnostics) &&
+            !names.insert(brain.name()).second) {
+            diagnostics.add(path + ".name", "'" + brain.name() + "' is the name of another brain");
         }
-        named.push_back(check_states(config, machine, path, diagnostics));
-        check_variables(machine, path, diagnostics);
-        if (machine.has_perception()) {
-            check_perception(config, machine.perception(), path + ".perception", diagnostics);
+        named.push_back(check_states(config, brain, path, diagnostics));
+        check_variables(brain, path, diagnostics);
+        if (brain.has_perception()) {
+            check_perception(config, brain.perception(), path + ".perception", diagnostics);
         }
     }
     std::vector<bool> looked_at(named.size(), false);
-    for (const int root : root_machines(config)) {
+    for (const int root : root_brains(config)) {
         RootCheck(config, root, named, looked_at, diagnostics).run();
     }
     // What behaviours hold was judged in the types that have them, with their parameters.
     for (const auto& behaviour : config.behaviour()) {
-        for (const int m : parts_of(config, behaviour.machine()).machines) {
+        for (const int m : parts_of(config, behaviour.brain()).brains) {
             looked_at[static_cast<std::size_t>(m)] = true;
         }
     }

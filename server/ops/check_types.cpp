@@ -85,8 +85,8 @@ void check_shape(const proto::Config& config,
     if (!character && type.has_character()) {
         diagnostics.add(path + ".character", "belongs to kind: CHARACTER only");
     }
-    if (!character && type.has_machine()) {
-        diagnostics.add(path + ".machine", "only characters have an agent");
+    if (!character && type.has_brain()) {
+        diagnostics.add(path + ".brain", "only characters have an agent");
     }
 }
 
@@ -134,9 +134,9 @@ void check_representation(const proto::Config& config,
 void check_types(const proto::Config& config, Diagnostics& diagnostics) {
     check_stances(config, diagnostics);
     std::map<std::string, int> names;
-    std::map<std::string, int> machines;
-    for (int m = 0; m < config.machine_size(); ++m) {
-        machines.emplace(config.machine(m).name(), m);
+    std::map<std::string, int> brains;
+    for (int m = 0; m < config.brain_size(); ++m) {
+        brains.emplace(config.brain(m).name(), m);
     }
     for (int t = 0; t < config.type_size(); ++t) {
         const auto& type = config.type(t);
@@ -151,9 +151,8 @@ void check_types(const proto::Config& config, Diagnostics& diagnostics) {
         if (type.rewindable() && type.has_soft()) {
             diagnostics.add(path + ".rewindable", "a soft body has no pose to go back to");
         }
-        if (type.has_machine() && machines.count(type.machine()) == 0) {
-            diagnostics.add(path + ".machine",
-                            "there is no machine named '" + type.machine() + "'");
+        if (type.has_brain() && brains.count(type.brain()) == 0) {
+            diagnostics.add(path + ".brain", "there is no brain named '" + type.brain() + "'");
         }
     }
 }

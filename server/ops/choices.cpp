@@ -132,7 +132,7 @@ void check_tree(const Config::Tree& tree, const std::string& path, Diagnostics& 
     if (!named) {
         return;
     }
-    // Which senses there are is judged with the machines that use the tree; here each name counts
+    // Which senses there are is judged with the brains that use the tree; here each name counts
     // as one, so that questions about the same can be compared.
     std::vector<std::string> seen;
     const SenseOf sense_of = [&seen](const Config::Condition& condition) {

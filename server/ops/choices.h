@@ -11,7 +11,7 @@
 
 namespace zoned::ops {
 
-/// The sense that a condition reads, among those of the machine in question.
+/// The sense that a condition reads, among those of the brain in question.
 using SenseOf = std::function<ai::SenseIndex(const proto::Config::Condition&)>;
 /// The variable of that name, likewise.
 using VariableOf = std::function<std::uint16_t(const std::string&)>;

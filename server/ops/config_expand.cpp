@@ -73,9 +73,9 @@ motion::CharacterLimits expand_character(const proto::Config& config,
     return out;
 }
 
-std::uint16_t brain_of(const proto::Config& config, const std::string& machine) {
-    for (int m = 0; m < config.machine_size(); ++m) {
-        if (!machine.empty() && config.machine(m).name() == machine) {
+std::uint16_t brain_of(const proto::Config& config, const std::string& brain) {
+    for (int m = 0; m < config.brain_size(); ++m) {
+        if (!brain.empty() && config.brain(m).name() == brain) {
             return static_cast<std::uint16_t>(m + 1);
         }
     }
@@ -159,7 +159,7 @@ world::EntityType expand_type(const proto::Config& config,
     out.max_velocity_jump_mps = narrow(type.max_velocity_jump_mps());
     out.priority = narrow(type.priority());
     out.particle_beyond_m = narrow(type.representation().particle_beyond_m());
-    out.agent = brain_of(config, type.machine());
+    out.agent = brain_of(config, type.brain());
     return out;
 }
 
@@ -323,8 +323,8 @@ float farthest_sight(const Settings& settings, float hysteresis) {
             aura = std::max(aura, *std::max_element(type.aura_m.begin(), type.aura_m.end()));
         }
     }
-    for (const ai::Machine& machine : settings.ai.machines) {
-        perception = std::max(perception, machine.perception_m);
+    for (const ai::Brain& brain : settings.ai.brains) {
+        perception = std::max(perception, brain.perception_m);
     }
     return std::max(std::min(nimbus, aura) * (1.0F + hysteresis), perception);
 }
@@ -359,7 +359,7 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     for (const auto& type : config.type()) {
         settings.types.push_back(expand_type(config, type, settings));
     }
-    settings.ai.machines = expand_machines(config);
+    settings.ai.brains = expand_brains(config);
     settings.ai.max_decisions_per_tick = config.ai().max_decisions_per_tick();
     settings.ai.reduce_far = config.ai().reduce_far();
     settings.ai.far_m = narrow(config.ai().far_m());

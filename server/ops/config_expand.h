@@ -5,7 +5,7 @@
 
 namespace zoned::ops {
 
-/// Types, machines and the settings of the stages; zones, statics and entities come from elsewhere.
+/// Types, brains and the settings of the stages; zones, statics and entities come from elsewhere.
 void expand_stages(const proto::Config& config, Settings& settings);
 
 }  // namespace zoned::ops

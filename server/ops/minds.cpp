@@ -35,13 +35,13 @@ FuzzyPlace find_sense(const Config& config, const std::string& sense) {
     return {};
 }
 
-/// Builds one machine with all that is inside it.
-class MachineExpansion {
+/// Builds one brain with all that is inside it.
+class BrainExpansion {
   public:
-    MachineExpansion(const Config& config, int index) : config_(config), index_(index) {
+    BrainExpansion(const Config& config, int index) : config_(config), index_(index) {
         collect_systems(index);
         std::size_t next =
-            ai::kOwnSenses + static_cast<std::size_t>(config.machine(index).variable_size());
+            ai::kOwnSenses + static_cast<std::size_t>(config.brain(index).variable_size());
         for (const int system : systems_) {
             first_.push_back(next);
             next += static_cast<std::size_t>(config.fuzzy(system).output_size());
@@ -49,21 +49,21 @@ class MachineExpansion {
         first_place_ = next;
     }
 
-    ai::Machine run() {
-        const Config::Machine& machine = config_.machine(index_);
-        ai::Machine out;
-        out.name = machine.name();
-        out.perception_m = narrow(machine.perception_m());
-        out.decide_every_s = narrow(machine.decide_every_s());
-        for (const auto& variable : machine.variable()) {
+    ai::Brain run() {
+        const Config::Brain& brain = config_.brain(index_);
+        ai::Brain out;
+        out.name = brain.name();
+        out.perception_m = narrow(brain.perception_m());
+        out.decide_every_s = narrow(brain.decide_every_s());
+        for (const auto& variable : brain.variable()) {
             out.variables.push_back({variable.name(),
                                      narrow(variable.start()),
                                      narrow(variable.per_s()),
                                      narrow(variable.low()),
                                      narrow(variable.high())});
         }
-        out.states = states(machine, 0);
-        out.perception = expand_perception(config_, machine);
+        out.states = states(brain, 0);
+        out.perception = expand_perception(config_, brain);
         for (const int system : systems_) {
             ai::FuzzySense sense;
             sense.def = expand_fuzzy(config_.fuzzy(system));
@@ -87,12 +87,12 @@ class MachineExpansion {
             const int system = find_sense(config_, sense).system;
             if (system >= 0) {
                 systems_.insert(system);
-            } else if (find_variable(config_.machine(index_), sense) < 0 &&
+            } else if (find_variable(config_.brain(index_), sense) < 0 &&
                        find_place_sense(config_, sense)) {
                 place_senses_.insert(sense);
             }
         };
-        for (const auto& state : config_.machine(index).state()) {
+        for (const auto& state : config_.brain(index).state()) {
             for (const auto& transition : state.transition()) {
                 use(transition.sense());
                 for (const auto& condition : transition.also()) {
@@ -107,8 +107,8 @@ class MachineExpansion {
             for (int i = 0; blend >= 0 && i < config_.blend(blend).input_size(); ++i) {
                 use(config_.blend(blend).input(i).sense());
             }
-            if (state.has_machine()) {
-                collect_systems(find_machine(config_, state.machine()));
+            if (state.has_brain()) {
+                collect_systems(find_brain(config_, state.brain()));
             }
         }
     }
@@ -119,8 +119,7 @@ class MachineExpansion {
     }
 
     [[nodiscard]] std::uint16_t variable(const std::string& name) const {
-        return static_cast<std::uint16_t>(
-            std::max(find_variable(config_.machine(index_), name), 0));
+        return static_cast<std::uint16_t>(std::max(find_variable(config_.brain(index_), name), 0));
     }
 
     [[nodiscard]] ai::SenseIndex input_sense(const Config::FuzzyInput& input) const {
@@ -133,7 +132,7 @@ class MachineExpansion {
         if (!given) {
             return 0;
         }
-        const int variable = find_variable(config_.machine(index_), sense);
+        const int variable = find_variable(config_.brain(index_), sense);
         if (variable >= 0) {
             return static_cast<ai::SenseIndex>(ai::kOwnSenses + variable);
         }
@@ -154,12 +153,11 @@ class MachineExpansion {
                          static_cast<std::size_t>(std::distance(place_senses_.begin(), of_place)));
     }
 
-    ai::Transition transition(const Config::Machine& machine,
-                              const Config::Transition& from) const {
+    ai::Transition transition(const Config::Brain& brain, const Config::Transition& from) const {
         ai::Transition out;
         out.to = kNowhere;
-        for (int s = 0; s < machine.state_size(); ++s) {
-            if (machine.state(s).name() == from.to()) {
+        for (int s = 0; s < brain.state_size(); ++s) {
+            if (brain.state(s).name() == from.to()) {
                 out.to = static_cast<std::uint16_t>(s);
             }
         }
@@ -175,9 +173,9 @@ class MachineExpansion {
         return out;
     }
 
-    std::vector<ai::State> states(const Config::Machine& machine, std::size_t depth) {
+    std::vector<ai::State> states(const Config::Brain& brain, std::size_t depth) {
         std::vector<ai::State> out;
-        for (const auto& state : machine.state()) {
+        for (const auto& state : brain.state()) {
             ai::State s;
             s.name = state.name();
             s.action = static_cast<ai::ActionKind>(state.action());
@@ -190,7 +188,7 @@ class MachineExpansion {
                 const int stance = find_stance(config_, state.named_stance());
                 s.behaviour = static_cast<std::uint8_t>(std::max(stance, 0));
             }
-            s.history = static_cast<ai::fsm::History>(state.history());
+            s.history = static_cast<ai::state_machine::History>(state.history());
             if (state.has_rubber_band()) {
                 const Config::RubberBand& band = state.rubber_band();
                 s.rubber_band = {narrow(band.gap_m()),
@@ -206,12 +204,12 @@ class MachineExpansion {
             expand_doing(
                 config_, state, [this](const std::string& name) { return variable(name); }, s);
             for (const auto& t : state.transition()) {
-                s.transitions.push_back(transition(machine, t));
+                s.transitions.push_back(transition(brain, t));
             }
-            const int inside = state.has_machine() ? find_machine(config_, state.machine()) : -1;
+            const int inside = state.has_brain() ? find_brain(config_, state.brain()) : -1;
             ++states_;
-            if (inside >= 0 && depth < ai::fsm::kMaxLevels && states_ <= kMostStates) {
-                s.inside = states(config_.machine(inside), depth + 1);
+            if (inside >= 0 && depth < ai::state_machine::kMaxLevels && states_ <= kMostStates) {
+                s.inside = states(config_.brain(inside), depth + 1);
             } else if (state.has_blend() && find_blend(config_, state.blend()) >= 0) {
                 expand_blend(
                     config_,
@@ -232,14 +230,15 @@ class MachineExpansion {
         return out;
     }
 
-    /// A machine with more than this has more leaves than it may have, or is too deep: what is left
+    /// A brain with more than this has more leaves than it may have, or is too deep: what is left
     /// out then is missed by nobody.
-    static constexpr std::size_t kMostStates = ai::fsm::kMaxLevels * ai::fsm::kMaxLeaves;
+    static constexpr std::size_t kMostStates =
+        ai::state_machine::kMaxLevels * ai::state_machine::kMaxLeaves;
 
     const Config& config_;
     int index_;
     std::size_t states_ = 0;  ///< so far
-    std::set<int> seen_;      ///< machines whose fuzzy systems are known
+    std::set<int> seen_;      ///< brains whose fuzzy systems are known
     std::set<int> systems_;
     std::vector<std::size_t> first_;  ///< sense of the first output of each
     std::set<std::string> place_senses_;
@@ -259,44 +258,44 @@ static_assert(static_cast<int>(ai::ActionKind::kFormUp) == Config::FORM_UP);
 static_assert(static_cast<int>(ai::FormationShape::kRing) == Config::RING);
 static_assert(static_cast<int>(ai::Sensor::kFoes) == Config::FOES);
 static_assert(static_cast<int>(ai::Compare::kAbove) == Config::ABOVE);
-static_assert(static_cast<int>(ai::fsm::History::kShallow) == Config::SHALLOW);
-static_assert(static_cast<int>(ai::fsm::History::kDeep) == Config::DEEP);
+static_assert(static_cast<int>(ai::state_machine::History::kShallow) == Config::SHALLOW);
+static_assert(static_cast<int>(ai::state_machine::History::kDeep) == Config::DEEP);
 
 }  // namespace
 
-ai::Machine expand_machine(const proto::Config& config, int index) {
-    return MachineExpansion(config, index).run();
+ai::Brain expand_brain(const proto::Config& config, int index) {
+    return BrainExpansion(config, index).run();
 }
 
-std::vector<ai::Machine> expand_machines(const proto::Config& config) {
-    std::vector<ai::Machine> machines;
-    const std::vector<int> roots = root_machines(config);
-    for (int m = 0; m < config.machine_size(); ++m) {
-        machines.push_back(expand_machine(config, m));
-        machines.back().inner = !std::binary_search(roots.begin(), roots.end(), m);
+std::vector<ai::Brain> expand_brains(const proto::Config& config) {
+    std::vector<ai::Brain> brains;
+    const std::vector<int> roots = root_brains(config);
+    for (int m = 0; m < config.brain_size(); ++m) {
+        brains.push_back(expand_brain(config, m));
+        brains.back().inner = !std::binary_search(roots.begin(), roots.end(), m);
     }
-    return machines;
+    return brains;
 }
 
-std::vector<int> root_machines(const proto::Config& config) {
+std::vector<int> root_brains(const proto::Config& config) {
     std::set<std::string> held;
-    for (const auto& machine : config.machine()) {
-        for (const auto& state : machine.state()) {
-            if (state.has_machine()) {
-                held.insert(state.machine());
+    for (const auto& brain : config.brain()) {
+        for (const auto& state : brain.state()) {
+            if (state.has_brain()) {
+                held.insert(state.brain());
             }
         }
     }
     for (const auto& behaviour : config.behaviour()) {
-        held.insert(behaviour.machine());
+        held.insert(behaviour.brain());
     }
     std::set<std::string> worn;
     for (const auto& type : config.type()) {
-        worn.insert(type.machine());
+        worn.insert(type.brain());
     }
     std::vector<int> roots;
-    for (int m = 0; m < config.machine_size(); ++m) {
-        const std::string& name = config.machine(m).name();
+    for (int m = 0; m < config.brain_size(); ++m) {
+        const std::string& name = config.brain(m).name();
         if (worn.count(name) != 0 || held.count(name) == 0) {
             roots.push_back(m);
         }
@@ -304,18 +303,18 @@ std::vector<int> root_machines(const proto::Config& config) {
     return roots;
 }
 
-int find_machine(const proto::Config& config, const std::string& name) {
-    for (int m = 0; m < config.machine_size(); ++m) {
-        if (config.machine(m).name() == name) {
+int find_brain(const proto::Config& config, const std::string& name) {
+    for (int m = 0; m < config.brain_size(); ++m) {
+        if (config.brain(m).name() == name) {
             return m;
         }
     }
     return -1;
 }
 
-int find_variable(const proto::Config::Machine& machine, const std::string& name) {
-    for (int v = 0; v < machine.variable_size(); ++v) {
-        if (machine.variable(v).name() == name) {
+int find_variable(const proto::Config::Brain& brain, const std::string& name) {
+    for (int v = 0; v < brain.variable_size(); ++v) {
+        if (brain.variable(v).name() == name) {
             return v;
         }
     }
@@ -323,8 +322,8 @@ int find_variable(const proto::Config::Machine& machine, const std::string& name
 }
 
 std::string why_not_sensed(const proto::Config& config, int root, const std::string& sense) {
-    const Config::Machine& machine = config.machine(root);
-    if (find_variable(machine, sense) >= 0) {
+    const Config::Brain& brain = config.brain(root);
+    if (find_variable(brain, sense) >= 0) {
         return {};
     }
     const int system = find_sense(config, sense).system;
@@ -332,13 +331,13 @@ std::string why_not_sensed(const proto::Config& config, int root, const std::str
         return {};
     }
     if (system < 0) {
-        return "agents of machine '" + machine.name() + "' do not sense '" + sense +
+        return "agents of brain '" + brain.name() + "' do not sense '" + sense +
                "': it is no variable of theirs, no \"SYSTEM.OUTPUT\" of a fuzzy system, and no "
                "\"PLACE.distance\" or \"PLACE.GOOD\"";
     }
     for (const auto& input : config.fuzzy(system).input()) {
-        if (input.has_sense() && find_variable(machine, input.sense()) < 0) {
-            return "agents of machine '" + machine.name() + "' do not sense '" + sense +
+        if (input.has_sense() && find_variable(brain, input.sense()) < 0) {
+            return "agents of brain '" + brain.name() + "' do not sense '" + sense +
                    "': it depends on '" + input.sense() + "', which is no variable of theirs";
         }
     }

@@ -1,4 +1,4 @@
-// Parameters: numbers of machines that have a name, and what stands for them in each type.
+// Parameters: numbers of brains that have a name, and what stands for them in each type.
 #pragma once
 
 #include "server/ops/diagnostics.h"

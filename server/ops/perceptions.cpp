@@ -41,12 +41,12 @@ bool any_does(const std::vector<ai::State>& states, ai::ActionKind action) {
 
 }  // namespace
 
-ai::Perception expand_perception(const Config& config, const Config::Machine& machine) {
+ai::Perception expand_perception(const Config& config, const Config::Brain& brain) {
     ai::Perception out;
-    if (!machine.has_perception()) {
+    if (!brain.has_perception()) {
         return out;
     }
-    const Config::Perception& from = machine.perception();
+    const Config::Perception& from = brain.perception();
     out.given = true;
     out.players = from.players();
     out.targets = expand_types(config, from.target());
@@ -87,13 +87,13 @@ void check_perception(const Config& config,
     }
 }
 
-void check_company(const ai::Machine& machine, const std::string& path, Diagnostics& diagnostics) {
-    const bool wards = !machine.perception.wards.empty() || machine.perception.ward_players;
-    if (!wards && any_does(machine.states, ai::ActionKind::kEscort)) {
+void check_company(const ai::Brain& brain, const std::string& path, Diagnostics& diagnostics) {
+    const bool wards = !brain.perception.wards.empty() || brain.perception.ward_players;
+    if (!wards && any_does(brain.states, ai::ActionKind::kEscort)) {
         diagnostics.add(path,
                         "a state escorts, but `perception` names no `ward` and no `ward_players`");
     }
-    if (!wards && any_does(machine.states, ai::ActionKind::kFormUp)) {
+    if (!wards && any_does(brain.states, ai::ActionKind::kFormUp)) {
         diagnostics.add(path,
                         "a state forms up, but `perception` names no `ward` and no `ward_players`");
     }

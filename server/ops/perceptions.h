@@ -9,9 +9,8 @@
 
 namespace zoned::ops {
 
-/// Of the machine's agents. Names that mean nothing are left out.
-ai::Perception expand_perception(const proto::Config& config,
-                                 const proto::Config::Machine& machine);
+/// Of the brain's agents. Names that mean nothing are left out.
+ai::Perception expand_perception(const proto::Config& config, const proto::Config::Brain& brain);
 
 /// Names of types; at `path`.
 void check_perception(const proto::Config& config,
@@ -19,8 +18,8 @@ void check_perception(const proto::Config& config,
                       const std::string& path,
                       Diagnostics& diagnostics);
 
-/// What the states of a machine do against what its agents perceive; mistakes are reported at
+/// What the states of a brain do against what its agents perceive; mistakes are reported at
 /// `path`.
-void check_company(const ai::Machine& machine, const std::string& path, Diagnostics& diagnostics);
+void check_company(const ai::Brain& brain, const std::string& path, Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

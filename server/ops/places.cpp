@@ -38,9 +38,9 @@ void check_trade(const Config& config,
         for (int a = 0; a < amounts.size(); ++a) {
             const std::string& good = amounts.Get(a).good();
             const std::string at = join_path(path, field, a) + ".good";
-            if (find_variable(config.machine(root), good) < 0) {
+            if (find_variable(config.brain(root), good) < 0) {
                 diagnostics.add(at,
-                                "agents of machine '" + config.machine(root).name() +
+                                "agents of brain '" + config.brain(root).name() +
                                     "' have no variable named '" + good + "'");
             } else if (!goods.insert(good).second) {
                 diagnostics.add(at, "'" + good + "' is in this trade already");

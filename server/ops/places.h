@@ -66,7 +66,7 @@ void check_places(const proto::Config& config,
                   Diagnostics& diagnostics);
 
 /// What a state or deed at `path` says of places: that those it names exist, that whoever goes
-/// somewhere says where, and that goods are variables of machine `root`.
+/// somewhere says where, and that goods are variables of brain `root`.
 template <class Doing>
 void check_doing(const proto::Config& config,
                  int root,

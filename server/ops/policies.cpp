@@ -17,8 +17,8 @@ namespace {
 
 using proto::Config;
 
-ai::learn::Guard guard_of(const Config::Policy& from) {
-    ai::learn::Guard guard;
+ai::learning::Guard guard_of(const Config::Policy& from) {
+    ai::learning::Guard guard;
     guard.max_speed = narrow(from.max_speed());
     guard.max_turn_radps = narrow(from.max_turn_degps() * kRadians);
     guard.max_home_m = narrow(from.max_home_m());
@@ -59,12 +59,12 @@ std::shared_ptr<const ai::GuardedPolicy> load_policy(Config::Policy& from,
         ai::GuardedPolicy{std::move(*policy), guard_of(from)});
 }
 
-/// Gives states their policies; returns the first variable that `machine` lacks.
+/// Gives states their policies; returns the first variable that `brain` lacks.
 class PolicyGiver {
   public:
-    PolicyGiver(const Policies& policies, const ai::Machine& machine)
+    PolicyGiver(const Policies& policies, const ai::Brain& brain)
         : policies_(policies),
-          variables_(machine.variables) {}
+          variables_(brain.variables) {}
 
     void give(std::vector<ai::State>& states) {
         for (ai::State& state : states) {
@@ -125,18 +125,18 @@ Policies load_policies(Config& config, Diagnostics& diagnostics) {
 
 void give_policies(const Config& config,
                    const Policies& policies,
-                   std::vector<ai::Machine>& machines,
+                   std::vector<ai::Brain>& brains,
                    Diagnostics& diagnostics) {
-    for (ai::Machine& machine : machines) {
-        if (machine.inner) {
+    for (ai::Brain& brain : brains) {
+        if (brain.inner) {
             continue;
         }
-        PolicyGiver giver(policies, machine);
-        giver.give(machine.states);
+        PolicyGiver giver(policies, brain);
+        giver.give(brain.states);
         for (const auto& [number, variable] : giver.lacking) {
             diagnostics.add(join_path("", "policy", number),
                             "'" + config.policy(number).name() + "' reads the variable '" +
-                                variable + "', which agents of machine '" + machine.name +
+                                variable + "', which agents of brain '" + brain.name +
                                 "' do not have");
         }
     }

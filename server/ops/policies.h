@@ -1,4 +1,4 @@
-// policies: loads what agents have learned, and gives it to the machines that use it.
+// policies: loads what agents have learned, and gives it to the brains that use it.
 #pragma once
 
 #include "server/ai/machine.h"
@@ -18,11 +18,11 @@ using Policies = std::vector<std::shared_ptr<const ai::GuardedPolicy>>;
 /// `config`, so that a recording is not replayed with another.
 Policies load_policies(proto::Config& config, Diagnostics& diagnostics);
 
-/// Fills in the policies of the states of all machines that run by themselves; a variable that a
-/// policy reads and a machine lacks is a mistake.
+/// Fills in the policies of the states of all brains that run by themselves; a variable that a
+/// policy reads and a brain lacks is a mistake.
 void give_policies(const proto::Config& config,
                    const Policies& policies,
-                   std::vector<ai::Machine>& machines,
+                   std::vector<ai::Brain>& brains,
                    Diagnostics& diagnostics);
 
 }  // namespace zoned::ops

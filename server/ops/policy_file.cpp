@@ -15,13 +15,13 @@ namespace zoned::ops {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 using google::protobuf::TextFormat;
-using PolicyResult = core::Result<learn::Policy>;
+using PolicyResult = core::Result<learning::Policy>;
 
-static_assert(static_cast<int>(learn::Ego::kSpeedAcross) == proto::SPEED_ACROSS);
-static_assert(static_cast<int>(learn::Ego::kHomeDistance) == proto::HOME_DISTANCE);
-static_assert(static_cast<int>(learn::Facing::kHome) == proto::HOME);
+static_assert(static_cast<int>(learning::Ego::kSpeedAcross) == proto::SPEED_ACROSS);
+static_assert(static_cast<int>(learning::Ego::kHomeDistance) == proto::HOME_DISTANCE);
+static_assert(static_cast<int>(learning::Facing::kHome) == proto::HOME);
 
 /// Keeps the first thing that the parser says.
 class FirstError : public google::protobuf::io::ErrorCollector {
@@ -50,12 +50,12 @@ std::string bytes_in_order(const proto::PolicyFile& file) {
 
 }  // namespace
 
-proto::FlatNetwork message_of(const learn::Network& network) {
+proto::FlatNetwork message_of(const learning::Network& network) {
     proto::FlatNetwork message;
     message.set_inputs(static_cast<std::uint32_t>(network.inputs));
-    for (const learn::Network::Node& node : network.nodes) {
+    for (const learning::Network::Node& node : network.nodes) {
         proto::FlatNetwork::Node& out = *message.add_node();
-        if (node.activation == learn::Activation::kLinear) {
+        if (node.activation == learning::Activation::kLinear) {
             out.set_linear(true);
         }
         out.set_bias(network.parameters[node.first]);
@@ -70,9 +70,9 @@ proto::FlatNetwork message_of(const learn::Network& network) {
     return message;
 }
 
-core::Result<learn::Network> network_of(const proto::FlatNetwork& message) {
-    using Failed = core::Result<learn::Network>;
-    learn::Network network;
+core::Result<learning::Network> network_of(const proto::FlatNetwork& message) {
+    using Failed = core::Result<learning::Network>;
+    learning::Network network;
     network.inputs = message.inputs();
     const auto narrow_value = [](std::uint32_t value) {
         // Beyond all values that a network may have: it is found below.
@@ -87,7 +87,7 @@ core::Result<learn::Network> network_of(const proto::FlatNetwork& message) {
         network.nodes.push_back(
             {static_cast<std::uint32_t>(network.parameters.size()),
              static_cast<std::uint32_t>(node.from_size()),
-             node.linear() ? learn::Activation::kLinear : learn::Activation::kSquash});
+             node.linear() ? learning::Activation::kLinear : learning::Activation::kSquash});
         network.parameters.push_back(node.bias());
         network.source.push_back(0);
         for (int k = 0; k < node.from_size(); ++k) {
@@ -112,13 +112,13 @@ std::string digest_of(const proto::PolicyFile& file) {
     return sha256_hex(bytes_in_order(plain));
 }
 
-std::string policy_text(const learn::Policy& policy, const std::string& trained) {
+std::string policy_text(const learning::Policy& policy, const std::string& trained) {
     proto::PolicyFile file;
     file.set_version(kPolicyVersion);
     file.set_name(policy.name);
     file.set_trained(trained);
     file.set_facing(static_cast<proto::Facing>(policy.facing));
-    for (const learn::PolicyInput& input : policy.inputs) {
+    for (const learning::PolicyInput& input : policy.inputs) {
         proto::Input& out = *file.add_input();
         if (input.variable.empty()) {
             out.set_ego(static_cast<proto::Ego>(input.ego));
@@ -137,11 +137,11 @@ std::string policy_text(const learn::Policy& policy, const std::string& trained)
     return text;
 }
 
-std::vector<learn::PolicyInput> inputs_of(
+std::vector<learning::PolicyInput> inputs_of(
     const google::protobuf::RepeatedPtrField<proto::Input>& inputs) {
-    std::vector<learn::PolicyInput> out;
+    std::vector<learning::PolicyInput> out;
     for (const proto::Input& input : inputs) {
-        out.push_back({static_cast<learn::Ego>(input.ego()),
+        out.push_back({static_cast<learning::Ego>(input.ego()),
                        input.variable(),
                        narrow(input.scale()),
                        narrow(input.offset())});
@@ -171,9 +171,9 @@ PolicyResult parse_policy(const std::string& text) {
     if (!network) {
         return PolicyResult::failure("cannot be followed: " + network.error());
     }
-    learn::Policy policy;
+    learning::Policy policy;
     policy.name = file.name();
-    policy.facing = static_cast<learn::Facing>(file.facing());
+    policy.facing = static_cast<learning::Facing>(file.facing());
     policy.inputs = inputs_of(file.input());
     policy.network = std::move(*network);
     const std::string defect = defect_of(policy);

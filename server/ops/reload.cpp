@@ -19,7 +19,7 @@ using proto::Config;
 /// What is left when agents are taken out.
 Config without_brains(const Config& config) {
     Config rest = config;
-    rest.clear_machine();
+    rest.clear_brain();
     rest.clear_tree();
     rest.clear_domain();
     rest.clear_fuzzy();
@@ -28,7 +28,7 @@ Config without_brains(const Config& config) {
     rest.clear_difficulty();
     rest.clear_ai();
     for (Config::Type& type : *rest.mutable_type()) {
-        type.clear_machine();
+        type.clear_brain();
         type.clear_perception();
     }
     return rest;

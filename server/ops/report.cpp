@@ -51,7 +51,7 @@ void write_wavering(core::JsonWriter& json, const std::vector<WaveringFigures>& 
     json.key("wavering").begin_array();
     for (const WaveringFigures& pair : wavering) {
         json.begin_object()
-            .field("machine", pair.machine)
+            .field("machine", pair.brain)
             .field("forth", pair.forth)
             .field("back", pair.back)
             .field("count", pair.count)

@@ -44,7 +44,7 @@ struct ZoneFigures {
 
 /// Two states between which NPCs go to and fro.
 struct WaveringFigures {
-    std::string machine;
+    std::string brain;
     std::pair<std::string, std::string> states;
     std::string forth;         ///< the transition from the first to the second, and on what
     std::string back;          ///< and the one back

@@ -69,7 +69,7 @@ void resolve_files(const std::filesystem::path& folder, proto::Config& config) {
 }
 
 /// Relations and expansion. Values lie within their ranges by now, so nothing here can run wild.
-/// `written`: the config with the contents of its files, before machines are made of behaviours.
+/// `written`: the config with the contents of its files, before brains are made of behaviours.
 void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& diagnostics) {
     const proto::Config& config = settings.config;
     settings.surfaces = load_surfaces(settings.config, diagnostics);
@@ -82,7 +82,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_choices(config, diagnostics);
     check_places(config, settings.zones, diagnostics);
     check_blends(config, diagnostics);
-    check_machines(config, diagnostics);
+    check_brains(config, diagnostics);
     check_types(config, diagnostics);
     check_replication(config, settings.zones, diagnostics);
     check_physics(config, diagnostics);
@@ -92,7 +92,7 @@ void check_and_expand(Settings& settings, proto::Config& written, Diagnostics& d
     check_ground_maps(config, settings.zones, diagnostics);
     expand_stages(config, settings);
     settings.ai.places.tracks = build_tracks(config, diagnostics);
-    give_policies(config, policies, settings.ai.machines, diagnostics);
+    give_policies(config, policies, settings.ai.brains, diagnostics);
     expand_particles(config, settings);
     settings.slow = expand_slow_state(config);
     settings.boxes = expand_statics(config, diagnostics);

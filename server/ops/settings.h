@@ -113,7 +113,7 @@ struct ParameterChoice {
 /// Everything that a server needs to know, checked.
 struct Settings {
     /// As read, after --set, with the SHA-256 of each surface's file; types are complete, and
-    /// machines stand for their behaviours. What is not below is read from here.
+    /// brains stand for their behaviours. What is not below is read from here.
     proto::Config config;
     std::string digest;  ///< hex SHA-256 of the canonical form of the parts that clients depend on
     std::string text;    ///< canonical text form of the whole config as read, for recordings

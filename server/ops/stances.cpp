@@ -77,12 +77,12 @@ void check_stances(const proto::Config& config, Diagnostics& diagnostics) {
         check_radii(config.type(t).aura_m(), "aura_m");
         check_radii(config.type(t).nimbus_m(), "nimbus_m");
     }
-    for (int m = 0; m < config.machine_size(); ++m) {
-        for (int s = 0; s < config.machine(m).state_size(); ++s) {
-            const auto& state = config.machine(m).state(s);
+    for (int m = 0; m < config.brain_size(); ++m) {
+        for (int s = 0; s < config.brain(m).state_size(); ++s) {
+            const auto& state = config.brain(m).state(s);
             if (state.has_named_stance()) {
                 check(state.named_stance(),
-                      join_path(join_path("", "machine", m), "state", s) + ".named_stance");
+                      join_path(join_path("", "brain", m), "state", s) + ".named_stance");
             }
         }
     }

@@ -16,10 +16,10 @@ namespace zoned::ops {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 using proto::TrainingCheckpoint;
-using EvolutionResult = core::Result<learn::Evolution::State>;
-using DescentResult = core::Result<learn::Descent::State>;
+using EvolutionResult = core::Result<learning::Evolution::State>;
+using DescentResult = core::Result<learning::Descent::State>;
 using CheckpointResult = core::Result<TrainingCheckpoint>;
 
 constexpr std::string_view kMagic = "zonedtr1";
@@ -46,10 +46,10 @@ std::vector<float> genes_of(const TrainingCheckpoint::Genes& message) {
     return {message.gene().begin(), message.gene().end()};
 }
 
-void fill(const learn::Genome& genome, TrainingCheckpoint::Genome& out) {
+void fill(const learning::Genome& genome, TrainingCheckpoint::Genome& out) {
     out.set_inputs(genome.inputs);
     out.set_outputs(genome.outputs);
-    for (const learn::Genome::Link& link : genome.links) {
+    for (const learning::Genome::Link& link : genome.links) {
         TrainingCheckpoint::Link& to = *out.add_link();
         to.set_innovation(link.innovation);
         to.set_from(link.from);
@@ -64,12 +64,12 @@ void fill(const learn::Genome& genome, TrainingCheckpoint::Genome& out) {
 bool read_genome(const TrainingCheckpoint::Genome& message,
                  std::size_t inputs,
                  std::size_t outputs,
-                 learn::Genome& genome) {
+                 learning::Genome& genome) {
     genome.inputs = message.inputs();
     genome.outputs = message.outputs();
     if (genome.inputs != inputs || genome.outputs != outputs ||
-        message.hidden_size() > static_cast<int>(learn::kMaxValues) ||
-        message.link_size() > static_cast<int>(learn::kMaxLinks)) {
+        message.hidden_size() > static_cast<int>(learning::kMaxValues) ||
+        message.link_size() > static_cast<int>(learning::kMaxLinks)) {
         return false;
     }
     genome.hidden.assign(message.hidden().begin(), message.hidden().end());
@@ -97,13 +97,13 @@ bool read_genome(const TrainingCheckpoint::Genome& message,
     return true;
 }
 
-void fill(const learn::Neat::State& neat, TrainingCheckpoint& out) {
+void fill(const learning::Neat::State& neat, TrainingCheckpoint& out) {
     out.set_round(neat.generation);
     fill(neat.rng, out);
-    for (const learn::Genome& genome : neat.genomes) {
+    for (const learning::Genome& genome : neat.genomes) {
         fill(genome, *out.add_genome());
     }
-    for (const learn::Neat::Species& species : neat.species) {
+    for (const learning::Neat::Species& species : neat.species) {
         TrainingCheckpoint::Species& to = *out.add_species();
         fill(species.representative, *to.mutable_representative());
         to.set_best(species.best);
@@ -126,8 +126,8 @@ void fill(const learn::Neat::State& neat, TrainingCheckpoint& out) {
 
 /// False where the same number stands for two inventions, or a genome has what nobody invented: it
 /// would grow into one that has a link twice.
-bool read_inventions(const TrainingCheckpoint& message, learn::Neat::State& neat) {
-    learn::Inventions& inventions = neat.inventions;
+bool read_inventions(const TrainingCheckpoint& message, learning::Neat::State& neat) {
+    learning::Inventions& inventions = neat.inventions;
     inventions.next_node = message.next_node();
     const std::uint32_t first_hidden = neat.genomes.front().first_hidden();
     const auto links = static_cast<std::uint32_t>(message.link_invention_size());
@@ -149,10 +149,10 @@ bool read_inventions(const TrainingCheckpoint& message, learn::Neat::State& neat
         }
         inventions.nodes[from.innovation()].assign(from.node().begin(), from.node().end());
     }
-    const auto invented = [&inventions, &named](const learn::Genome& genome) {
+    const auto invented = [&inventions, &named](const learning::Genome& genome) {
         return std::all_of(genome.links.begin(),
                            genome.links.end(),
-                           [&inventions](const learn::Genome::Link& link) {
+                           [&inventions](const learning::Genome::Link& link) {
                                const auto at = inventions.links.find({link.from, link.to});
                                return at != inventions.links.end() && at->second == link.innovation;
                            }) &&
@@ -165,10 +165,10 @@ bool read_inventions(const TrainingCheckpoint& message, learn::Neat::State& neat
 }
 
 bool read_neat(const TrainingCheckpoint& message,
-               const learn::NeatSettings& settings,
+               const learning::NeatSettings& settings,
                std::size_t inputs,
                std::size_t outputs,
-               learn::Neat::State& neat) {
+               learning::Neat::State& neat) {
     neat.generation = message.round();
     neat.rng = rng_of(message);
     if (message.genome_size() != static_cast<int>(settings.population) ||
@@ -181,7 +181,7 @@ bool read_neat(const TrainingCheckpoint& message,
         }
     }
     for (const auto& from : message.species()) {
-        learn::Neat::Species& species = neat.species.emplace_back();
+        learning::Neat::Species& species = neat.species.emplace_back();
         species.best = from.best();
         species.improved_at = from.improved_at();
         species.members.assign(from.member().begin(), from.member().end());
@@ -204,22 +204,22 @@ std::string reason_of_errno() {
 
 }  // namespace
 
-void fill(const learn::Evolution::State& state, TrainingCheckpoint& out) {
+void fill(const learning::Evolution::State& state, TrainingCheckpoint& out) {
     *out.mutable_best() = message_of(state.best);
     out.set_score(state.score);
     out.set_fitness(state.fitness);
-    if (const auto* genetic = std::get_if<learn::Genetic::State>(&state.population)) {
+    if (const auto* genetic = std::get_if<learning::Genetic::State>(&state.population)) {
         out.set_round(genetic->generation);
         fill(genetic->rng, out);
         for (const std::vector<float>& genes : genetic->genes) {
             fill(genes, *out.add_individual());
         }
     } else {
-        fill(std::get<learn::Neat::State>(state.population), out);
+        fill(std::get<learning::Neat::State>(state.population), out);
     }
 }
 
-void fill(const learn::Descent::State& state, TrainingCheckpoint& out) {
+void fill(const learning::Descent::State& state, TrainingCheckpoint& out) {
     fill(state.rng, out);
     fill(state.mean, *out.mutable_mean());
     fill(state.square, *out.mutable_square());
@@ -228,10 +228,10 @@ void fill(const learn::Descent::State& state, TrainingCheckpoint& out) {
 }
 
 EvolutionResult evolution_state(const TrainingCheckpoint& message,
-                                const learn::BreedingSettings& settings,
+                                const learning::BreedingSettings& settings,
                                 std::size_t inputs,
                                 std::size_t outputs) {
-    learn::Evolution::State state;
+    learning::Evolution::State state;
     auto best = network_of(message.best());
     if (!best) {
         return EvolutionResult::failure(best.error());
@@ -242,16 +242,16 @@ EvolutionResult evolution_state(const TrainingCheckpoint& message,
     if (state.best.inputs != inputs || state.best.outputs.size() != outputs) {
         return EvolutionResult::failure("its best network is of another task");
     }
-    if (const auto* neat = std::get_if<learn::NeatSettings>(&settings)) {
-        learn::Neat::State population;
+    if (const auto* neat = std::get_if<learning::NeatSettings>(&settings)) {
+        learning::Neat::State population;
         if (!read_neat(message, *neat, inputs, outputs, population)) {
             return EvolutionResult::failure("its genomes are no population of this training");
         }
         state.population = std::move(population);
         return state;
     }
-    const auto& fixed = std::get<learn::FixedTopology>(settings);
-    learn::Genetic::State population;
+    const auto& fixed = std::get<learning::FixedTopology>(settings);
+    learning::Genetic::State population;
     population.generation = message.round();
     population.rng = rng_of(message);
     for (const auto& individual : message.individual()) {
@@ -268,7 +268,7 @@ EvolutionResult evolution_state(const TrainingCheckpoint& message,
 }
 
 DescentResult descent_state(const TrainingCheckpoint& message, std::size_t parameters) {
-    learn::Descent::State state;
+    learning::Descent::State state;
     state.mean = genes_of(message.mean());
     state.square = genes_of(message.square());
     state.mean_decay = message.mean_decay();

@@ -16,7 +16,7 @@ namespace zoned::ops {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 using proto::Training;
 
 /// A block that the method or task has no use for is most likely a mistake about them.
@@ -146,24 +146,24 @@ bool load_training(const std::string& file, TrainingPlan& plan, std::vector<Conf
     return parse_training(text, file, plan, errors);
 }
 
-learn::Network layers_of(const Training& config,
-                         std::size_t inputs,
-                         std::size_t outputs,
-                         learn::Activation last) {
+learning::Network layers_of(const Training& config,
+                            std::size_t inputs,
+                            std::size_t outputs,
+                            learning::Activation last) {
     std::vector<std::size_t> layers{inputs};
     for (const Training::Layer& layer : config.hidden()) {
         layers.push_back(layer.nodes());
     }
     layers.push_back(outputs);
-    return learn::dense(layers, last);
+    return learning::dense(layers, last);
 }
 
-learn::BreedingSettings breeding_of(const Training& config,
-                                    std::size_t inputs,
-                                    std::size_t outputs) {
+learning::BreedingSettings breeding_of(const Training& config,
+                                       std::size_t inputs,
+                                       std::size_t outputs) {
     if (config.method() == Training::NEAT) {
         const Training::Neat& from = config.neat();
-        learn::NeatSettings neat;
+        learning::NeatSettings neat;
         neat.population = from.population();
         neat.threshold = narrow(from.threshold());
         neat.add_node = narrow(from.add_node());
@@ -172,8 +172,8 @@ learn::BreedingSettings breeding_of(const Training& config,
         return neat;
     }
     const Training::Genetic& from = config.genetic();
-    learn::FixedTopology fixed;
-    fixed.shape = layers_of(config, inputs, outputs, learn::Activation::kSquash);
+    learning::FixedTopology fixed;
+    fixed.shape = layers_of(config, inputs, outputs, learning::Activation::kSquash);
     fixed.spread = narrow(from.spread());
     fixed.genetic = {from.population(),
                      from.elite(),

@@ -30,29 +30,29 @@ bool parse_training(const std::string& text,
 
 /// How networks for a task of these inputs and outputs are bred; `config` of method GENETIC or
 /// NEAT.
-ai::learn::BreedingSettings breeding_of(const proto::Training& config,
-                                        std::size_t inputs,
-                                        std::size_t outputs);
+ai::learning::BreedingSettings breeding_of(const proto::Training& config,
+                                           std::size_t inputs,
+                                           std::size_t outputs);
 
 /// The layers that the file asks for, parameters 0.
-ai::learn::Network layers_of(const proto::Training& config,
-                             std::size_t inputs,
-                             std::size_t outputs,
-                             ai::learn::Activation last);
+ai::learning::Network layers_of(const proto::Training& config,
+                                std::size_t inputs,
+                                std::size_t outputs,
+                                ai::learning::Activation last);
 
 /// What a checkpoint holds beside its digest: one of the two states by method.
-void fill(const ai::learn::Evolution::State& state, proto::TrainingCheckpoint& out);
-void fill(const ai::learn::Descent::State& state, proto::TrainingCheckpoint& out);
+void fill(const ai::learning::Evolution::State& state, proto::TrainingCheckpoint& out);
+void fill(const ai::learning::Descent::State& state, proto::TrainingCheckpoint& out);
 
 /// The reverse: fails on what does not fit `shape` (GENETIC, GRADIENT) or is no sound genome of so
 /// many `inputs` and `outputs` (NEAT).
-core::Result<ai::learn::Evolution::State> evolution_state(
+core::Result<ai::learning::Evolution::State> evolution_state(
     const proto::TrainingCheckpoint& message,
-    const ai::learn::BreedingSettings& settings,
+    const ai::learning::BreedingSettings& settings,
     std::size_t inputs,
     std::size_t outputs);
-core::Result<ai::learn::Descent::State> descent_state(const proto::TrainingCheckpoint& message,
-                                                      std::size_t parameters);
+core::Result<ai::learning::Descent::State> descent_state(const proto::TrainingCheckpoint& message,
+                                                         std::size_t parameters);
 
 /// Replaces the file at once or not at all: what is written is renamed when it is whole. Fails with
 /// the reason.

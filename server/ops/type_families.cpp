@@ -59,13 +59,13 @@ class TypeFamilies {
             out = resolve(base);
         }
         path_.pop_back();
-        if (own.has_machine()) {
+        if (own.has_brain()) {
             out.uses.clear();
         }
         if (own.behaviour_size() > 0) {
-            out.type.clear_machine();
-            if (own.has_machine()) {
-                diagnostics_.add(path, "takes one of `machine` and `behaviour`");
+            out.type.clear_brain();
+            if (own.has_brain()) {
+                diagnostics_.add(path, "takes one of `brain` and `behaviour`");
             }
         }
         add_uses(own, path, out.uses);

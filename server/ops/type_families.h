@@ -29,7 +29,7 @@ using BehaviourUses = std::vector<std::vector<BehaviourUse>>;
 /// Writes into each type what its bases say and it does not, and takes `base` and `behaviour` out:
 /// what is left is complete. A setting overrides the base's, a list replaces the base's list;
 /// behaviours that the base has keep their place and take further values, others come before them.
-/// A type that names a machine has no behaviours, and one that names behaviours no machine.
+/// A type that names a brain has no behaviours, and one that names behaviours no brain.
 /// Reports bases that are none, types that are their own base, and behaviours named twice.
 BehaviourUses resolve_types(proto::Config& config, Diagnostics& diagnostics);
 

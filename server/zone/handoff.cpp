@@ -95,7 +95,7 @@ Handoff take(ZoneState& state, world::Row row, ZoneId to) {
     h.rules = state.rules->take_entity(h.state.id);
     if (state.agents.find(h.state.id) != nullptr) {
         if (!state.settings.ai.ladder.rungs.empty()) {
-            rouse(state, row);  // it may go on by other machines
+            rouse(state, row);  // it may go on by other brains
         }
         h.rung = state.ai_update.ladder().rung;
         state.paths.release(state.agents.slot_of(h.state.id));

@@ -57,7 +57,7 @@ void follow_players(ZoneState& state) {
     for (std::size_t n = 0; n < state.agents.size(); ++n) {
         const ai::Agent& agent = state.agents.at(state.agents.nth(n));
         const world::Row row = state.entities.find(agent.entity);
-        if (row != world::kNoRow && settings.ladder.varies[agent.machine]) {
+        if (row != world::kNoRow && settings.ladder.varies[agent.brain]) {
             rouse(state, row);
         }
     }
@@ -71,7 +71,7 @@ void rouse(ZoneState& state, world::Row row) {
         return;
     }
     ai::wake_up(*agent,
-                state.settings.ai.compiled[agent->machine],
+                state.settings.ai.compiled[agent->brain],
                 {state.entities,
                  *state.settings.types,
                  state.grid,

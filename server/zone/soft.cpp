@@ -35,7 +35,7 @@ SoftMatter& matter_of(ZoneState& state) {
     return *state.soft;
 }
 
-const soft::SoftDef& definition_of(const ZoneState& state, world::Row row) {
+const soft::SoftDef& state_machine_of(const ZoneState& state, world::Row row) {
     return *state.settings.softs[(*state.settings.types)[state.entities.type[row]].solid];
 }
 
@@ -52,7 +52,7 @@ void copy_state(ZoneState& state, world::Row row, soft::SoftId body) {
     const float dt = state.settings.dt;
     const soft::RigidHull hull = bodies.rigid_hull(body);
     const Quat turn =
-        bodies.best_fit_turn(body, definition_of(state, row), e.orientation[row]).normalized();
+        bodies.best_fit_turn(body, state_machine_of(state, row), e.orientation[row]).normalized();
     const bool asleep = bodies.asleep(body);
     e.acceleration[row] =
         asleep ? Vec3(Vec3::Zero()) : Vec3((hull.velocity - e.velocity[row]) / dt);
@@ -85,7 +85,7 @@ soft::SoftId soft_of(const ZoneState& state, EntityId entity) {
 void add_soft(ZoneState& state, world::Row row, bool asleep) {
     SoftMatter& matter = matter_of(state);
     const world::Entities& e = state.entities;
-    soft::SoftDef def = definition_of(state, row);
+    soft::SoftDef def = state_machine_of(state, row);
     def.user = e.id[row].value;
     for (soft::SoftNode& node : def.nodes) {
         const Vec3 arm = e.orientation[row] * node.position;

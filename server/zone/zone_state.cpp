@@ -204,9 +204,9 @@ void add_agent(ZoneState& state, world::Row row) {
     ai::Agent agent;
     agent.entity = e.id[row];
     const std::vector<std::uint16_t>& of_type = state.settings.ai.brain_of_type;
-    agent.machine =
+    agent.brain =
         static_cast<std::uint16_t>((of_type.empty() ? type.brain : of_type[e.type[row]]) - 1);
-    ai::begin(agent, state.settings.ai.compiled[agent.machine], state.now);
+    ai::begin(agent, state.settings.ai.compiled[agent.brain], state.now);
     agent.home = e.position[row];
     agent.target = e.position[row];
     agent.rng = core::Rng(state.settings.seed, e.id[row].value);

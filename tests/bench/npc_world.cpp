@@ -69,8 +69,8 @@ void NpcWorld::add(const std::string& type, std::size_t count, float side_m) {
         entities_.set(row, world::kGrounded, true);
         ai::Agent agent;
         agent.entity = id;
-        agent.machine = static_cast<std::uint16_t>(of.brain - 1);
-        ai::begin(agent, ai_.compiled[agent.machine], 0);
+        agent.brain = static_cast<std::uint16_t>(of.brain - 1);
+        ai::begin(agent, ai_.compiled[agent.brain], 0);
         agent.home = agent.target = entities_.position[row];
         agent.rng = core::Rng(settings_.seed, id.value);
         agents_.add(agent);

@@ -4,23 +4,24 @@
 
 namespace zoned::bench {
 
-void sentry_by_switch(ai::fsm::MachineStates& states,
+void sentry_by_switch(ai::state_machine::ActiveStates& states,
                       const ai::SenseColumns& senses,
                       Tick now,
-                      std::vector<ai::fsm::Change>& changes) {
-    ai::fsm::step_coded(states,
-                        now,
-                        changes,
-                        [columns = scenario::SentryColumns(senses)](ai::fsm::CodedTurn& turn) {
-                            scenario::sentry_decide(turn, columns);
-                        });
+                      std::vector<ai::state_machine::Change>& changes) {
+    ai::state_machine::step_coded(
+        states,
+        now,
+        changes,
+        [columns = scenario::SentryColumns(senses)](ai::state_machine::CodedTurn& turn) {
+            scenario::sentry_decide(turn, columns);
+        });
 }
 
-void sentry_by_class(ai::fsm::MachineStates& states,
+void sentry_by_class(ai::state_machine::ActiveStates& states,
                      const ai::SenseColumns& senses,
                      Tick now,
-                     std::vector<ai::fsm::Change>& changes) {
-    ai::fsm::step_coded(states, scenario::sentry_objects(), senses, now, changes);
+                     std::vector<ai::state_machine::Change>& changes) {
+    ai::state_machine::step_coded(states, scenario::sentry_objects(), senses, now, changes);
 }
 
 }  // namespace zoned::bench

@@ -6,14 +6,14 @@
 namespace zoned::bench {
 
 /// One decision of every agent, as server/ai/fsm does it from tables.
-void sentry_by_switch(ai::fsm::MachineStates& states,
+void sentry_by_switch(ai::state_machine::ActiveStates& states,
                       const ai::SenseColumns& senses,
                       Tick now,
-                      std::vector<ai::fsm::Change>& changes);
+                      std::vector<ai::state_machine::Change>& changes);
 
-void sentry_by_class(ai::fsm::MachineStates& states,
+void sentry_by_class(ai::state_machine::ActiveStates& states,
                      const ai::SenseColumns& senses,
                      Tick now,
-                     std::vector<ai::fsm::Change>& changes);
+                     std::vector<ai::state_machine::Change>& changes);
 
 }  // namespace zoned::bench

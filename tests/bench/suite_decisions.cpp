@@ -21,7 +21,7 @@ namespace zoned::bench {
 
 namespace {
 
-namespace fsm = ai::fsm;
+namespace state_machine = ai::state_machine;
 
 // ---------------------------------------------------------------- state machines
 
@@ -37,7 +37,7 @@ constexpr Tick kNow = 20000;
 constexpr std::size_t kSenseSets = 4;
 
 struct MachineScene {
-    fsm::MachineDef def;
+    state_machine::StateMachineDef def;
     std::size_t senses = 0;
     std::vector<float> high;    ///< each sense lies in [0, high]
     std::uint32_t longest = 0;  ///< in a state: 2^longest ticks
@@ -64,13 +64,13 @@ MachineScene machine_scene(Form form) {
 class AgentCrowd {
   public:
     AgentCrowd(const MachineScene& scene, std::size_t count, bool sorted)
-        : machine(fsm::compile(scene.def, scene.senses, scene.dt)),
-          states(fsm::begin(machine, count, kNow)) {
+        : machine(state_machine::compile(scene.def, scene.senses, scene.dt)),
+          states(state_machine::begin(machine, count, kNow)) {
         for (std::size_t set = 0; set < kSenseSets; ++set) {
             sensed.push_back(std::make_unique<scenario::Sensed>(scene.senses, count));
         }
         core::Rng rng(71);
-        fsm::MachineStates one = fsm::begin(machine, 1, 0);
+        state_machine::ActiveStates one = state_machine::begin(machine, 1, 0);
         scenario::Sensed of_one(scene.senses, 1);
         const auto leaves = static_cast<std::uint32_t>(machine.leaves());
         for (std::size_t i = 0; i < count; ++i) {
@@ -99,7 +99,7 @@ class AgentCrowd {
     void put_back() {
         changed += changes.size();
         ++ticks;
-        for (const fsm::Change& change : changes) {
+        for (const state_machine::Change& change : changes) {
             states.leaf[change.agent] = change.from;
             for (std::size_t level = 0; level < machine.levels; ++level) {
                 states.since[level][change.agent] = since[level][change.agent];
@@ -108,12 +108,12 @@ class AgentCrowd {
         changes.clear();
     }
 
-    fsm::FlatMachine machine;
-    fsm::MachineStates states;
-    std::array<std::vector<Tick>, fsm::kMaxLevels> since;
+    state_machine::FlatStateMachine machine;
+    state_machine::ActiveStates states;
+    std::array<std::vector<Tick>, state_machine::kMaxLevels> since;
     std::vector<std::unique_ptr<scenario::Sensed>> sensed;
     std::vector<ai::SenseColumns> views;
-    std::vector<fsm::Change> changes;
+    std::vector<state_machine::Change> changes;
     std::size_t changed = 0;
     std::size_t ticks = 0;
 
@@ -124,7 +124,7 @@ class AgentCrowd {
               core::Rng& rng,
               bool event,
               bool times,
-              fsm::MachineStates& one,
+              state_machine::ActiveStates& one,
               scenario::Sensed& of_one) {
         const std::uint16_t leaf = one.leaf[0];
         for (int attempt = 0; attempt < 1000; ++attempt) {
@@ -136,11 +136,11 @@ class AgentCrowd {
                 of_one.at(k, 0) = rng.range(0.0F, scene.high[k]);
             }
             changes.clear();
-            fsm::step(machine, one, of_one.view(), kNow, changes);
-            const bool happens = !changes.empty() || one.pending[0] != fsm::kNone;
+            state_machine::step(machine, one, of_one.view(), kNow, changes);
+            const bool happens = !changes.empty() || one.pending[0] != state_machine::kNone;
             one.leaf[0] = leaf;
             one.since = at;
-            one.pending[0] = fsm::kNone;
+            one.pending[0] = state_machine::kNone;
             if (happens == event) {
                 return;
             }
@@ -169,11 +169,11 @@ class MachineTrial final : public JudgedTrial {
         const MachineScene scene = machine_scene(form_);
         constexpr std::size_t kCount = 300;
         constexpr Tick kTicks = 300;
-        fsm::MachineStates states = fsm::begin(crowd_.machine, kCount, 0);
+        state_machine::ActiveStates states = state_machine::begin(crowd_.machine, kCount, 0);
         std::vector<scenario::WalkedMachine> walked(kCount,
                                                     scenario::WalkedMachine(scene.def, scene.dt));
         scenario::Sensed sensed(scene.senses, kCount);
-        std::vector<fsm::Change> changes;
+        std::vector<state_machine::Change> changes;
         core::Rng rng(73);
         for (Tick now = 0; now < kTicks; ++now) {
             if (form_ == Form::kLevels) {
@@ -192,10 +192,10 @@ class MachineTrial final : public JudgedTrial {
     }
 
   private:
-    void tick(fsm::MachineStates& states,
+    void tick(state_machine::ActiveStates& states,
               const ai::SenseColumns& senses,
               Tick now,
-              std::vector<fsm::Change>& changes) {
+              std::vector<state_machine::Change>& changes) {
         switch (form_) {
             case Form::kSwitch:
                 sentry_by_switch(states, senses, now, changes);
@@ -205,7 +205,7 @@ class MachineTrial final : public JudgedTrial {
                 break;
             case Form::kTables:
             case Form::kLevels:
-                fsm::step(crowd_.machine, states, senses, now, changes);
+                state_machine::step(crowd_.machine, states, senses, now, changes);
                 break;
         }
     }

@@ -15,14 +15,14 @@ namespace zoned::bench {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 
 constexpr std::size_t kLearnedAgents = 4096;
 constexpr int kLearnSeeds = 10;
 
 struct Lesson {
-    const learn::Task* task = nullptr;
-    learn::BreedingSettings settings;
+    const learning::Task* task = nullptr;
+    learning::BreedingSettings settings;
     double target = 0.0;  ///< score at which training ends
     std::uint64_t most_generations = 0;
     double full = 0.0;  ///< best score there is: what is missing to it is the error
@@ -31,7 +31,7 @@ struct Lesson {
 
 /// What ten seeds learned.
 struct Learned {
-    learn::Network first;
+    learning::Network first;
     double mean_missing = 0.0;
     double worst_missing = 0.0;
     double train_ms_mean = 0.0;
@@ -44,10 +44,10 @@ Learned train(const Lesson& lesson) {
     Learned learned;
     for (std::uint64_t seed = 1; seed <= kLearnSeeds; ++seed) {
         const std::int64_t begin = thread_cpu_ns();
-        learn::Evolution evolution(*lesson.task, lesson.settings, seed);
+        learning::Evolution evolution(*lesson.task, lesson.settings, seed);
         while (evolution.score() < lesson.target &&
                evolution.generation() < lesson.most_generations) {
-            evolution.step(learn::run_here);
+            evolution.step(learning::run_here);
         }
         const double ms = static_cast<double>(thread_cpu_ns() - begin) * 1e-6;
         const double score = lesson.task->score(evolution.best(), 1000 + seed);
@@ -69,7 +69,7 @@ class LearnTrial final : public JudgedTrial {
     LearnTrial(const Learned& learned, const char* unit)
         : learned_(learned),
           unit_(unit),
-          scratch_(learned.first.values() * learn::kLanes),
+          scratch_(learned.first.values() * learning::kLanes),
           out_(kLearnedAgents) {
         core::Rng rng(83);
         for (std::size_t k = 0; k < learned.first.inputs; ++k) {
@@ -83,7 +83,7 @@ class LearnTrial final : public JudgedTrial {
 
     void frame() override {
         float* const out[] = {out_.data()};
-        learn::evaluate_many(learned_.first, columns_, kLearnedAgents, scratch_, out);
+        learning::evaluate_many(learned_.first, columns_, kLearnedAgents, scratch_, out);
     }
 
     void judge(Row& row) override {
@@ -139,20 +139,20 @@ void run_lessons(Session& session,
 }  // namespace
 
 void run_xor(Session& session, const std::string& scene) {
-    const learn::XorTask task;
+    const learning::XorTask task;
     run_lessons(
-        session, scene, {{"default", {&task, learn::NeatSettings{}, 4.0, 300, 4.0, "cases"}}});
+        session, scene, {{"default", {&task, learning::NeatSettings{}, 4.0, 300, 4.0, "cases"}}});
 }
 
 void run_cartpole(Session& session, const std::string& scene) {
-    const learn::CartPoleTask task;
-    learn::FixedTopology fixed;
-    fixed.shape = learn::dense(std::array<std::size_t, 3>{4, 6, 1});
-    const double full = learn::kCartPoleSteps;
+    const learning::CartPoleTask task;
+    learning::FixedTopology fixed;
+    fixed.shape = learning::dense(std::array<std::size_t, 3>{4, 6, 1});
+    const double full = learning::kCartPoleSteps;
     run_lessons(session,
                 scene,
                 {{"default", {&task, fixed, 499.0, 100, full, "steps"}},
-                 {"neat", {&task, learn::NeatSettings{}, 499.0, 100, full, "steps"}}});
+                 {"neat", {&task, learning::NeatSettings{}, 499.0, 100, full, "steps"}}});
 }
 
 }  // namespace zoned::bench

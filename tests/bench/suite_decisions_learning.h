@@ -1,4 +1,4 @@
-// Scenes of suite `decisions` that learn.
+// Scenes of suite `decisions` that learning.
 #pragma once
 
 #include "tests/bench/suite.h"

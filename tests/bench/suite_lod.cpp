@@ -70,11 +70,11 @@ bool town(int count, std::uint64_t seed, bool skip_unseen, ops::Settings& settin
         std::string(ZONED_SOURCE_DIR) + "/config/town.txtpb", sets, settings, errors);
 }
 
-std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledMachine& machine, Tick now) {
+std::int64_t goods_of(const ai::Agent& agent, const ai::CompiledBrain& brain, Tick now) {
     std::int64_t goods = 0;
-    for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-        if (std::find(kGoods.begin(), kGoods.end(), machine.variables[v].name) != kGoods.end()) {
-            goods = goods * 1009 + std::llround(ai::variable_at(agent, machine, v, now));
+    for (std::size_t v = 0; v < brain.variables.size(); ++v) {
+        if (std::find(kGoods.begin(), kGoods.end(), brain.variables[v].name) != kGoods.end()) {
+            goods = goods * 1009 + std::llround(ai::variable_at(agent, brain, v, now));
         }
     }
     return goods;
@@ -113,7 +113,7 @@ class DayTrial {
                 person.turns.push_back(
                     {world_.now(),
                      agent.doing,
-                     goods_of(agent, settings_.ai.compiled[agent.machine], world_.now())});
+                     goods_of(agent, settings_.ai.compiled[agent.brain], world_.now())});
             }
         }
     }
@@ -123,18 +123,18 @@ class DayTrial {
         for (std::size_t n = 0; n < state.agents.size(); ++n) {
             const ai::Agent& agent = state.agents.at(state.agents.nth(n));
             const world::Row row = state.entities.find(agent.entity);
-            const ai::CompiledMachine& machine = settings_.ai.compiled[agent.machine];
+            const ai::CompiledBrain& brain = settings_.ai.compiled[agent.brain];
             Person& person = day_.people[agent.entity.value];
             person.type = settings_.types[state.entities.type[row]].name;
             const Vec3& at = state.entities.position[row];
             person.at = agent.tier == ai::Tier::kCoarse
                             ? ai::position_at(agent.segment, world_.now(), state.settings.dt)
                             : Vec2(at.x(), at.z());
-            day_.dead += machine.states[agent.doing].name == "dead" ? 1U : 0U;
-            for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-                if (machine.variables[v].name == "coins") {
+            day_.dead += brain.states[agent.doing].name == "dead" ? 1U : 0U;
+            for (std::size_t v = 0; v < brain.variables.size(); ++v) {
+                if (brain.variables[v].name == "coins") {
                     day_.totals[person.type] += std::round(
-                        static_cast<double>(ai::variable_at(agent, machine, v, world_.now())));
+                        static_cast<double>(ai::variable_at(agent, brain, v, world_.now())));
                 }
             }
         }

@@ -14,9 +14,9 @@ namespace zoned::determinism {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 
-std::string hash_of(const learn::Network& network, double score) {
+std::string hash_of(const learning::Network& network, double score) {
     core::StateHash hash;
     for (const float parameter : network.parameters) {
         hash.add(parameter);
@@ -25,10 +25,10 @@ std::string hash_of(const learn::Network& network, double score) {
     return hex(hash.value());
 }
 
-std::string bred(const learn::Task& task,
-                 const learn::BreedingSettings& settings,
+std::string bred(const learning::Task& task,
+                 const learning::BreedingSettings& settings,
                  unsigned threads) {
-    learn::Evolution evolution(task, settings, 7);
+    learning::Evolution evolution(task, settings, 7);
     compute::WorkerPool pool(threads);
     compute::Team team;
     team.join_pool(pool);
@@ -39,14 +39,14 @@ std::string bred(const learn::Task& task,
     return hash_of(evolution.best(), evolution.score());
 }
 
-learn::FixedTopology layers(std::size_t inputs, std::size_t outputs) {
-    learn::FixedTopology fixed;
-    fixed.shape = learn::dense(std::array<std::size_t, 3>{inputs, 6, outputs});
+learning::FixedTopology layers(std::size_t inputs, std::size_t outputs) {
+    learning::FixedTopology fixed;
+    fixed.shape = learning::dense(std::array<std::size_t, 3>{inputs, 6, outputs});
     return fixed;
 }
 
 std::string fitted() {
-    learn::Samples samples;
+    learning::Samples samples;
     samples.inputs = 3;
     samples.outputs = 1;
     core::Rng rng(5);
@@ -54,9 +54,9 @@ std::string fitted() {
         const std::array<float, 3> x{rng.unit(), rng.unit(), rng.unit()};
         samples.add(x, std::array{x[0] * x[1] - x[2]});
     }
-    learn::Network network = learn::dense(std::array<std::size_t, 3>{3, 8, 1});
+    learning::Network network = learning::dense(std::array<std::size_t, 3>{3, 8, 1});
     randomise(network, rng);
-    learn::Descent descent({}, network, 9);
+    learning::Descent descent({}, network, 9);
     double error = 0.0;
     for (int epoch = 0; epoch < 20; ++epoch) {
         error = descent.epoch(network, samples);
@@ -67,10 +67,10 @@ std::string fitted() {
 }  // namespace
 
 std::vector<Line> training_lines(unsigned threads) {
-    const learn::CartPoleTask pole;
-    const learn::ArenaTask arena;
+    const learning::CartPoleTask pole;
+    const learning::ArenaTask arena;
     return {{"training", "pole_genetic", bred(pole, layers(4, 1), threads)},
-            {"training", "pole_neat", bred(pole, learn::NeatSettings{}, threads)},
+            {"training", "pole_neat", bred(pole, learning::NeatSettings{}, threads)},
             {"training", "arena_genetic", bred(arena, layers(5, 2), threads)},
             {"training", "gradient", fitted()}};
 }

@@ -15,7 +15,7 @@ namespace zoned::fuzz {
 
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 
 constexpr std::size_t kMaxBytes = 32768;
 
@@ -26,8 +26,8 @@ void try_policy(const std::string& text) {
         return;
     }
     std::vector<float> values(policy->network.values());
-    std::array<float, learn::kMostInputs> variables{};
-    const learn::Wanted wanted = decide(*policy, {}, variables, values);
+    std::array<float, learning::kMostInputs> variables{};
+    const learning::Wanted wanted = decide(*policy, {}, variables, values);
     ZONED_ASSERT(!(wanted.move.norm() > 1.001F), "nobody wants more than all");
 }
 
@@ -56,8 +56,9 @@ void try_checkpoint(const std::string& bytes) {
     config.mutable_neat()->set_population(2);
     auto grown = ops::evolution_state(message, ops::breeding_of(config, 2, 1), 2, 1);
     if (grown) {
-        learn::Neat neat(std::get<learn::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
-        neat.restore(std::move(std::get<learn::Neat::State>(grown->population)));
+        learning::Neat neat(
+            std::get<learning::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
+        neat.restore(std::move(std::get<learning::Neat::State>(grown->population)));
         neat.breed(std::array{1.0, 2.0});
     }
     config.set_method(proto::Training::GENETIC);
@@ -81,8 +82,9 @@ std::vector<Bytes> seeds() {
     proto::Training config;
     config.set_method(proto::Training::NEAT);
     config.mutable_neat()->set_population(2);
-    const learn::Neat neat(std::get<learn::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
-    learn::Evolution::State state;
+    const learning::Neat neat(
+        std::get<learning::NeatSettings>(ops::breeding_of(config, 2, 1)), 2, 1, 1);
+    learning::Evolution::State state;
     state.population = neat.state();
     state.best = network_of(neat.genomes()[0]);
     proto::TrainingCheckpoint checkpoint;

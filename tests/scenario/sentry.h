@@ -32,10 +32,10 @@ enum SentryState : std::uint16_t {
 };
 
 /// Six states with two transitions each, some of which must hold for a while.
-inline ai::fsm::MachineDef sentry_def() {
+inline ai::state_machine::StateMachineDef sentry_def() {
     using ai::Compare;
-    using ai::fsm::StateDef;
-    using ai::fsm::TransitionDef;
+    using ai::state_machine::StateDef;
+    using ai::state_machine::TransitionDef;
     const auto when = [](std::uint16_t to,
                          ai::SenseIndex sense,
                          Compare compare,
@@ -98,7 +98,7 @@ struct SentryColumns {
 };
 
 /// The machine as a switch.
-inline void sentry_decide(ai::fsm::CodedTurn& turn, const SentryColumns& senses) {
+inline void sentry_decide(ai::state_machine::CodedTurn& turn, const SentryColumns& senses) {
     const std::size_t i = turn.agent();
     const float foe = senses.foe[i];
     switch (turn.state()) {
@@ -155,9 +155,9 @@ inline void sentry_decide(ai::fsm::CodedTurn& turn, const SentryColumns& senses)
 }
 
 /// The machine as a class per state.
-class PatrolState final : public ai::fsm::CodedState {
+class PatrolState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
         if (turn.when(senses.column[kNoise][turn.agent()] > 0.7F, 0)) {
             return turn.enter(kListen, 0);
         }
@@ -168,9 +168,9 @@ class PatrolState final : public ai::fsm::CodedState {
     }
 };
 
-class ListenState final : public ai::fsm::CodedState {
+class ListenState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
         if (turn.when(senses.column[kFoeDistance][turn.agent()] < 25.0F, 2, kHold01)) {
             return turn.enter(kChase, 2);
         }
@@ -181,9 +181,9 @@ class ListenState final : public ai::fsm::CodedState {
     }
 };
 
-class ChaseState final : public ai::fsm::CodedState {
+class ChaseState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
         if (turn.when(senses.column[kFoeDistance][turn.agent()] < 3.0F, 4)) {
             return turn.enter(kFight, 4);
         }
@@ -194,9 +194,9 @@ class ChaseState final : public ai::fsm::CodedState {
     }
 };
 
-class FightState final : public ai::fsm::CodedState {
+class FightState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
         if (turn.when(senses.column[kHealth][turn.agent()] < 0.3F, 6)) {
             return turn.enter(kFlee, 6);
         }
@@ -207,9 +207,9 @@ class FightState final : public ai::fsm::CodedState {
     }
 };
 
-class FleeState final : public ai::fsm::CodedState {
+class FleeState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
         if (turn.when(senses.column[kFoeDistance][turn.agent()] > 40.0F, 8)) {
             return turn.enter(kRest, 8);
         }
@@ -220,9 +220,9 @@ class FleeState final : public ai::fsm::CodedState {
     }
 };
 
-class RestState final : public ai::fsm::CodedState {
+class RestState final : public ai::state_machine::CodedState {
   public:
-    void decide(ai::fsm::CodedTurn& turn, const ai::SenseColumns& senses) const override {
+    void decide(ai::state_machine::CodedTurn& turn, const ai::SenseColumns& senses) const override {
         if (turn.when(senses.column[kHealth][turn.agent()] > 0.9F, 10)) {
             return turn.enter(kPatrol, 10);
         }
@@ -234,14 +234,14 @@ class RestState final : public ai::fsm::CodedState {
 };
 
 /// By state.
-inline const std::array<const ai::fsm::CodedState*, kSentryStates>& sentry_objects() {
+inline const std::array<const ai::state_machine::CodedState*, kSentryStates>& sentry_objects() {
     static const PatrolState patrol;
     static const ListenState listen;
     static const ChaseState chase;
     static const FightState fight;
     static const FleeState flee;
     static const RestState rest;
-    static const std::array<const ai::fsm::CodedState*, kSentryStates> objects{
+    static const std::array<const ai::state_machine::CodedState*, kSentryStates> objects{
         &patrol, &listen, &chase, &fight, &flee, &rest};
     return objects;
 }

@@ -15,12 +15,12 @@ enum VillagerSense : ai::SenseIndex {
 
 /// day { labour { fetch, carry, sell }, eat, sleep }, danger { flee, fight { close_in, strike } }:
 /// two transitions for each state.
-inline ai::fsm::MachineDef villager_def(
-    ai::fsm::History labour_history = ai::fsm::History::kShallow,
-    ai::fsm::History day_history = ai::fsm::History::kDeep) {
+inline ai::state_machine::StateMachineDef villager_def(
+    ai::state_machine::History labour_history = ai::state_machine::History::kShallow,
+    ai::state_machine::History day_history = ai::state_machine::History::kDeep) {
     using ai::Compare;
-    using ai::fsm::StateDef;
-    using ai::fsm::TransitionDef;
+    using ai::state_machine::StateDef;
+    using ai::state_machine::TransitionDef;
     const auto when = [](std::uint16_t to, ai::SenseIndex sense, Compare compare, float threshold) {
         return TransitionDef{to, {{sense, compare, threshold}}, 0.0F};
     };

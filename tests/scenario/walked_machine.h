@@ -14,7 +14,9 @@ namespace zoned::scenario {
 /// One agent. `dt` in s.
 class WalkedMachine {
   public:
-    WalkedMachine(ai::fsm::MachineDef def, float dt) : def_(std::move(def)), dt_(dt) {
+    WalkedMachine(ai::state_machine::StateMachineDef def, float dt)
+        : def_(std::move(def)),
+          dt_(dt) {
         enter(def_.states, 0, 0);
     }
 
@@ -24,12 +26,12 @@ class WalkedMachine {
     WalkedMachine& operator=(const WalkedMachine&) = delete;
 
     void tick(Tick now, const ai::SenseColumns& senses, std::size_t agent) {
-        const ai::fsm::TransitionDef* held = nullptr;
+        const ai::state_machine::TransitionDef* held = nullptr;
         std::size_t held_level = 0;
         const States* level = &def_.states;
         for (std::size_t l = 0; l < path_.size(); ++l) {
-            const ai::fsm::StateDef& state = (*level)[path_[l]];
-            for (const ai::fsm::TransitionDef& transition : state.transitions) {
+            const ai::state_machine::StateDef& state = (*level)[path_[l]];
+            for (const ai::state_machine::TransitionDef& transition : state.transitions) {
                 if (!all_hold(transition, senses, agent, now, l)) {
                     continue;
                 }
@@ -69,9 +71,9 @@ class WalkedMachine {
     }
 
   private:
-    using States = std::vector<ai::fsm::StateDef>;
+    using States = std::vector<ai::state_machine::StateDef>;
 
-    [[nodiscard]] bool all_hold(const ai::fsm::TransitionDef& transition,
+    [[nodiscard]] bool all_hold(const ai::state_machine::TransitionDef& transition,
                                 const ai::SenseColumns& senses,
                                 std::size_t agent,
                                 Tick now,
@@ -90,8 +92,8 @@ class WalkedMachine {
     void leave(Tick now, std::size_t level, const States& siblings, std::uint16_t to) {
         const States* states = &siblings;
         for (std::size_t l = level; l < path_.size(); ++l) {
-            const ai::fsm::StateDef* state = &(*states)[path_[l]];
-            if (state->history != ai::fsm::History::kNone) {
+            const ai::state_machine::StateDef* state = &(*states)[path_[l]];
+            if (state->history != ai::state_machine::History::kNone) {
                 last_[state] = {path_.begin() + static_cast<std::ptrdiff_t>(l) + 1, path_.end()};
             }
             states = &state->inside;
@@ -104,14 +106,14 @@ class WalkedMachine {
     void enter(const States& states, std::uint16_t at, Tick now) {
         path_.push_back(at);
         since_.push_back(now);
-        const ai::fsm::StateDef& state = states[at];
+        const ai::state_machine::StateDef& state = states[at];
         if (state.inside.empty()) {
             return;
         }
         const auto last = last_.find(&state);
         if (last == last_.end()) {
             enter(state.inside, 0, now);
-        } else if (state.history == ai::fsm::History::kShallow) {
+        } else if (state.history == ai::state_machine::History::kShallow) {
             enter(state.inside, last->second[0], now);
         } else {
             for (const std::uint16_t s : last->second) {
@@ -121,12 +123,12 @@ class WalkedMachine {
         }
     }
 
-    ai::fsm::MachineDef def_;
+    ai::state_machine::StateMachineDef def_;
     float dt_;
     std::vector<std::uint16_t> path_;
     std::vector<Tick> since_;
-    std::map<const ai::fsm::StateDef*, std::vector<std::uint16_t>> last_;
-    const ai::fsm::TransitionDef* held_ = nullptr;
+    std::map<const ai::state_machine::StateDef*, std::vector<std::uint16_t>> last_;
+    const ai::state_machine::TransitionDef* held_ = nullptr;
     Tick held_since_ = 0;
 };
 

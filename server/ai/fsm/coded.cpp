@@ -1,6 +1,6 @@
 #include "server/ai/fsm/coded.h"
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 void CodedColumns::change(std::size_t agent, std::uint16_t to, std::uint16_t transition) const {
     changes.push_back({static_cast<std::uint32_t>(agent), leaf[agent], to, transition});
@@ -49,4 +49,4 @@ void sort_changes(std::vector<Change>& changes, std::size_t first) {
               [](const Change& a, const Change& b) { return a.agent < b.agent; });
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -8,11 +8,11 @@
 #include <array>
 #include <span>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
-/// The columns of MachineStates that code writes, and where changes go.
+/// The columns of ActiveStates that code writes, and where changes go.
 struct CodedColumns {
-    CodedColumns(MachineStates& states, Tick at, std::vector<Change>& to)
+    CodedColumns(ActiveStates& states, Tick at, std::vector<Change>& to)
         : leaf(states.leaf.data()),
           pending(states.pending.data()),
           pending_since(states.pending_since.data()),
@@ -108,7 +108,7 @@ void sort_changes(std::vector<Change>& changes, std::size_t first);
 /// One decision of every agent. `decide(CodedTurn&)` makes it, most often by a switch; it is called
 /// for an agent at a time, in no particular order. Changes are in order of agents.
 template <class Decide>
-void step_coded(MachineStates& states, Tick now, std::vector<Change>& changes, Decide&& decide) {
+void step_coded(ActiveStates& states, Tick now, std::vector<Change>& changes, Decide&& decide) {
     const CodedColumns columns(states, now, changes);
     const std::size_t count = states.size();
     std::array<std::uint8_t, kCodedBlock> order;  // written before it is read
@@ -131,7 +131,7 @@ void step_coded(MachineStates& states, Tick now, std::vector<Change>& changes, D
 }
 
 /// The same with a class per state: `objects[s]` is state s.
-inline void step_coded(MachineStates& states,
+inline void step_coded(ActiveStates& states,
                        std::span<const CodedState* const> objects,
                        const SenseColumns& senses,
                        Tick now,
@@ -141,4 +141,4 @@ inline void step_coded(MachineStates& states,
     });
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

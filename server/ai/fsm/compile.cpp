@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 namespace {
 
 /// Numbers the states, then writes the tables.
 class Compiler {
   public:
-    Compiler(const MachineDef& def, std::size_t senses, float dt) {
+    Compiler(const StateMachineDef& def, std::size_t senses, float dt) {
         machine_.name = def.name;
         machine_.senses = senses;
         machine_.dt = dt;
@@ -21,7 +21,7 @@ class Compiler {
         ZONED_ASSERT(descend(0) == 0, "agents begin in leaf 0");
     }
 
-    FlatMachine take() { return std::move(machine_); }
+    FlatStateMachine take() { return std::move(machine_); }
 
   private:
     /// States of one machine stand side by side, what is inside them behind them all.
@@ -138,7 +138,7 @@ class Compiler {
         }
     }
 
-    FlatMachine machine_;
+    FlatStateMachine machine_;
     std::vector<std::vector<FlatTest>> tests_of_;  ///< by node
 };
 
@@ -155,16 +155,16 @@ Tick hold_ticks(float hold_s, float dt) {
     return ticks;
 }
 
-FlatMachine compile(const MachineDef& def, std::size_t senses, float dt) {
+FlatStateMachine compile(const StateMachineDef& def, std::size_t senses, float dt) {
     ZONED_ASSERT(senses <= kMaxSenses && dt > 0.0F, "a machine has senses and a time step");
     ZONED_ASSERT(defects_of(def, senses).empty(), "a machine without defects is compiled");
     return Compiler(def, senses, dt).take();
 }
 
-MachineStates begin(const FlatMachine& machine, std::size_t count, Tick now) {
-    MachineStates states(machine.levels, machine.memories);
+ActiveStates begin(const FlatStateMachine& machine, std::size_t count, Tick now) {
+    ActiveStates states(machine.levels, machine.memories);
     states.reset(count, 0, now);
     return states;
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 namespace {
 
@@ -29,7 +29,7 @@ class Drawing {
   public:
     explicit Drawing(std::span<const std::string> senses) : senses_(senses) {}
 
-    std::string draw(const MachineDef& def) {
+    std::string draw(const StateMachineDef& def) {
         text_ = "digraph " + quoted(def.name) + " {\n";
         text_ += "  label=" + quoted(def.name) + ";\n";
         text_ += "  node [shape=box, style=rounded, fontname=\"sans-serif\"];\n";
@@ -93,8 +93,8 @@ class Drawing {
 
 }  // namespace
 
-std::string dot_of(const MachineDef& def, std::span<const std::string> senses) {
+std::string dot_of(const StateMachineDef& def, std::span<const std::string> senses) {
     return Drawing(senses).draw(def);
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

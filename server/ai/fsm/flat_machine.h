@@ -1,4 +1,4 @@
-// FlatMachine: a machine compiled to tables, and the step that all agents take through it.
+// FlatStateMachine: a machine compiled to tables, and the step that all agents take through it.
 #pragma once
 
 #include "server/ai/fsm/machine_states.h"
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 /// Senses that a machine can read.
 inline constexpr std::size_t kMaxSenses = 64;
@@ -28,7 +28,7 @@ struct FlatTransition {
     std::uint16_t to = 0;          ///< node
     std::uint16_t leaf = 0;        ///< where it ends, or kNone where that depends on a memory
     std::uint16_t level = 0;       ///< of the state that it leaves, outermost 0
-    std::uint16_t more = 0;        ///< further conditions, in FlatMachine::more
+    std::uint16_t more = 0;        ///< further conditions, in FlatStateMachine::more
     std::uint16_t more_count = 0;  ///< how many
 };
 
@@ -48,7 +48,7 @@ struct FlatNode {
 /// before what the states inside would do (as in STATEMATE: Harel and Naamad, "The STATEMATE
 /// semantics of statecharts", TOSEM 5, 1996, section 4). All leaves have `width` tests, filled up
 /// with such as never hold, so that agents in different states take the same path through the code.
-struct FlatMachine {
+struct FlatStateMachine {
     std::string name;
     std::size_t senses = 0;
     std::size_t levels = 1;
@@ -79,10 +79,10 @@ struct FlatMachine {
 Tick hold_ticks(float hold_s, float dt);
 
 /// `def` must be without defects for `senses` senses (at most kMaxSenses); `dt` in s, > 0.
-FlatMachine compile(const MachineDef& def, std::size_t senses, float dt);
+FlatStateMachine compile(const StateMachineDef& def, std::size_t senses, float dt);
 
 /// `count` agents at the machine's first state, leaf 0.
-MachineStates begin(const FlatMachine& machine, std::size_t count, Tick now);
+ActiveStates begin(const FlatStateMachine& machine, std::size_t count, Tick now);
 
 /// One decision of every agent. Of the transitions of an agent's state, outermost first, the first
 /// fires that has held for as long as it must; one that must hold for a while is remembered, the
@@ -90,16 +90,16 @@ MachineStates begin(const FlatMachine& machine, std::size_t count, Tick now);
 /// transition of an inner state does leaves a hold of an outer one alone. Appends to `changes` in
 /// order of agents; allocates only where that grows. `senses` has the machine's senses and
 /// states.size() agents.
-void step(const FlatMachine& machine,
-          MachineStates& states,
+void step(const FlatStateMachine& machine,
+          ActiveStates& states,
           const SenseColumns& senses,
           Tick now,
           std::vector<Change>& changes);
 
 /// The same for one agent, which senses `values`; the transition that fired.
-std::optional<Change> step_one(const FlatMachine& machine,
-                               OneState& state,
+std::optional<Change> step_one(const FlatStateMachine& machine,
+                               ActiveState& state,
                                std::span<const float> values,
                                Tick now);
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 namespace {
 
@@ -146,7 +146,7 @@ class Inspection {
 
 }  // namespace
 
-std::vector<Defect> defects_of(const MachineDef& def, std::size_t senses) {
+std::vector<Defect> defects_of(const StateMachineDef& def, std::size_t senses) {
     Inspection inspection(senses);
     inspection.machine(def.states);
     return std::move(inspection.defects);
@@ -182,4 +182,4 @@ std::string text_of(const Defect& defect) {
     return "is wrong";
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -1,5 +1,5 @@
-// MachineDef: a finite state machine as it is written down, states within states, and what is wrong
-// with one.
+// StateMachineDef: a finite state machine as it is written down, states within states, and what is
+// wrong with one.
 #pragma once
 
 #include "server/ai/senses.h"
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 /// Levels of states within states; 1 is a plain machine.
 inline constexpr std::size_t kMaxLevels = 4;
@@ -44,7 +44,7 @@ struct StateDef {
     History history = History::kNone;        ///< of what is inside
 };
 
-struct MachineDef {
+struct StateMachineDef {
     std::string name;
     std::vector<StateDef> states;  ///< begins at the first
 };
@@ -72,9 +72,9 @@ struct Defect {
 
 /// All mistakes in `def` for agents with `senses` senses, in order of states. Without any,
 /// compile() (flat_machine.h) takes it.
-std::vector<Defect> defects_of(const MachineDef& def, std::size_t senses);
+std::vector<Defect> defects_of(const StateMachineDef& def, std::size_t senses);
 
 /// What is wrong, for a person: "no transition leads here".
 std::string text_of(const Defect& defect);
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

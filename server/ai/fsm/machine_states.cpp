@@ -1,8 +1,8 @@
 #include "server/ai/fsm/machine_states.h"
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
-void MachineStates::reset(std::size_t count, std::uint16_t first, Tick now) {
+void ActiveStates::reset(std::size_t count, std::uint16_t first, Tick now) {
     leaf.assign(count, first);
     pending.assign(count, kNone);
     pending_since.assign(count, 0);
@@ -14,7 +14,7 @@ void MachineStates::reset(std::size_t count, std::uint16_t first, Tick now) {
     }
 }
 
-void MachineStates::hash(core::StateHash& hash) const {
+void ActiveStates::hash(core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(size()));
     for (std::size_t i = 0; i < size(); ++i) {
         hash.add(leaf[i]);
@@ -29,4 +29,4 @@ void MachineStates::hash(core::StateHash& hash) const {
     }
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -1,4 +1,4 @@
-// MachineStates: which state each agent is in, since when, and what is about to happen, in columns.
+// ActiveStates: which state each agent is in, since when, and what is about to happen, in columns.
 #pragma once
 
 #include "server/ai/fsm/machine_def.h"
@@ -9,15 +9,15 @@
 #include <cstdint>
 #include <vector>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 /// No transition, no memory.
 inline constexpr std::uint16_t kNone = 0xFFFF;
 
 /// What agents that share a machine remember of it; part of snapshots, handoffs and hashes. Columns
 /// by agent. A machine written as code uses one level and no memory.
-struct MachineStates {
-    explicit MachineStates(std::size_t levels_of = 1, std::size_t memories_of = 0)
+struct ActiveStates {
+    explicit ActiveStates(std::size_t levels_of = 1, std::size_t memories_of = 0)
         : levels(levels_of),
           memories(memories_of) {}
 
@@ -38,9 +38,9 @@ struct MachineStates {
 };
 
 /// The same of one agent, as columns of one element.
-struct OneState {
+struct ActiveState {
     /// In the first state, which is leaf 0 of every machine, entered at `now`.
-    explicit OneState(Tick now = 0) {
+    explicit ActiveState(Tick now = 0) {
         for (auto& entered : since) {
             entered[0] = now;
         }
@@ -67,4 +67,4 @@ struct Change {
     std::uint16_t transition = 0;  ///< numbered through the machine
 };
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

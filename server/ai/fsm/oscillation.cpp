@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 namespace {
 
@@ -60,4 +60,4 @@ void Oscillations::report(const Trace& last, const Change& change, Tick now) {
     at->at = now;
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 struct OscillationSettings {
     Tick window = 60;           ///< ticks; a change back that comes later than this is none
@@ -61,4 +61,4 @@ class Oscillations {
     std::uint64_t lost_ = 0;
 };
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -5,7 +5,7 @@
 #include <bit>
 #include <optional>
 
-namespace zoned::ai::fsm {
+namespace zoned::ai::state_machine {
 
 namespace {
 
@@ -49,7 +49,7 @@ float time_since(Tick since, Tick now, float dt) {
 template <class States, class Changes>
 class Walker {
   public:
-    Walker(const FlatMachine& machine, States& states, Tick now, Changes& to)
+    Walker(const FlatStateMachine& machine, States& states, Tick now, Changes& to)
         : machine_(machine),
           states_(states),
           now_(now),
@@ -140,15 +140,15 @@ class Walker {
         return machine_.nodes[at].leaf;
     }
 
-    const FlatMachine& machine_;
+    const FlatStateMachine& machine_;
     States& states_;
     Tick now_;
     Changes& changes_;
 };
 
 /// Reads the columns of a block from `begin` on.
-void read_block(const FlatMachine& machine,
-                const MachineStates& states,
+void read_block(const FlatStateMachine& machine,
+                const ActiveStates& states,
                 const SenseColumns& senses,
                 Tick now,
                 std::size_t begin,
@@ -171,8 +171,8 @@ void read_block(const FlatMachine& machine,
 
 /// `Width` tests of each agent, without a branch; 0: as many as the machine has.
 template <std::size_t Width>
-void update_agents(const FlatMachine& machine,
-                   MachineStates& states,
+void update_agents(const FlatStateMachine& machine,
+                   ActiveStates& states,
                    const SenseColumns& senses,
                    Tick now,
                    std::vector<Change>& changes) {
@@ -201,8 +201,8 @@ void update_agents(const FlatMachine& machine,
 
 }  // namespace
 
-void step(const FlatMachine& machine,
-          MachineStates& states,
+void step(const FlatStateMachine& machine,
+          ActiveStates& states,
           const SenseColumns& senses,
           Tick now,
           std::vector<Change>& changes) {
@@ -222,8 +222,8 @@ void step(const FlatMachine& machine,
     }
 }
 
-std::optional<Change> step_one(const FlatMachine& machine,
-                               OneState& state,
+std::optional<Change> step_one(const FlatStateMachine& machine,
+                               ActiveState& state,
                                std::span<const float> values,
                                Tick now) {
     ZONED_ASSERT(values.size() >= machine.senses, "an agent senses what its machine reads");
@@ -244,4 +244,4 @@ std::optional<Change> step_one(const FlatMachine& machine,
     return change.change;
 }
 
-}  // namespace zoned::ai::fsm
+}  // namespace zoned::ai::state_machine

@@ -38,7 +38,8 @@ void FuzzyDegrees::reset(std::size_t states, std::size_t count) {
     }
 }
 
-FuzzyMachine::FuzzyMachine(const FuzzyMachineDef& def, float dt) : states_(def.states.size()) {
+FuzzyStateMachine::FuzzyStateMachine(const FuzzyStateMachineDef& def, float dt)
+    : states_(def.states.size()) {
     ZONED_ASSERT(states_ >= 1 && states_ <= kMaxFuzzyStates && def.inputs.size() <= kMaxInputs,
                  "a fuzzy machine has few states and inputs");
     if (def.response_s > 0.0F) {
@@ -78,9 +79,9 @@ FuzzyMachine::FuzzyMachine(const FuzzyMachineDef& def, float dt) : states_(def.s
     }
 }
 
-void FuzzyMachine::step(std::span<const float* const> in,
-                        std::size_t count,
-                        FuzzyDegrees& degrees) const {
+void FuzzyStateMachine::step(std::span<const float* const> in,
+                             std::size_t count,
+                             FuzzyDegrees& degrees) const {
     ZONED_ASSERT(in.size() == inputs_.size(), "a column for each input");
     std::array<Lanes, kMaxInputs> values;
     States states;
@@ -98,7 +99,7 @@ void FuzzyMachine::step(std::span<const float* const> in,
     }
 }
 
-void FuzzyMachine::step_one(std::span<const float> values, std::span<float> degrees) const {
+void FuzzyStateMachine::step_one(std::span<const float> values, std::span<float> degrees) const {
     ZONED_ASSERT(values.size() == inputs_.size() && degrees.size() == states_,
                  "a value for each input, a degree for each state");
     std::array<Lanes, kMaxInputs> in;
@@ -115,7 +116,7 @@ void FuzzyMachine::step_one(std::span<const float> values, std::span<float> degr
     }
 }
 
-void FuzzyMachine::step_lanes(const std::array<Lanes, kMaxInputs>& in, States& degrees) const {
+void FuzzyStateMachine::step_lanes(const std::array<Lanes, kMaxInputs>& in, States& degrees) const {
     std::array<Lanes, kMaxTerms> terms;
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
         const Input& input = inputs_[k];
@@ -153,9 +154,9 @@ void FuzzyMachine::step_lanes(const std::array<Lanes, kMaxInputs>& in, States& d
     }
 }
 
-void FuzzyMachine::blend(const FuzzyDegrees& degrees,
-                         std::size_t count,
-                         std::span<float* const> out) const {
+void FuzzyStateMachine::blend(const FuzzyDegrees& degrees,
+                              std::size_t count,
+                              std::span<float* const> out) const {
     ZONED_ASSERT(out.size() == wants_.size(), "a column for each output");
     for (std::size_t i = 0; i < count; i += kLanes) {
         States states;

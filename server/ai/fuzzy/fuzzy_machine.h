@@ -1,5 +1,5 @@
-// FuzzyMachine: a state machine whose states are active to a degree, several at a time, and whose
-// outputs are blended.
+// FuzzyStateMachine: a state machine whose states are active to a degree, several at a time, and
+// whose outputs are blended.
 #pragma once
 
 #include "server/ai/fuzzy/membership.h"
@@ -27,7 +27,7 @@ struct FuzzyTransition {
     bool any = false;
 };
 
-struct FuzzyMachineDef {
+struct FuzzyStateMachineDef {
     std::string name;
     std::vector<Variable> inputs;
     std::vector<FuzzyState> states;  ///< agents begin in the first alone
@@ -49,11 +49,11 @@ struct FuzzyDegrees {
 /// Transactions on Systems Science and Cybernetics 5, 1969). Then all are scaled so that the
 /// largest is 1, for max-min alone would let activity seep away, and each degree moves there by at
 /// most dt / response_s.
-class FuzzyMachine {
+class FuzzyStateMachine {
   public:
     /// Inputs without defects but kGap and kOutside; 1 to kMaxFuzzyStates states, all with as many
     /// outputs; transitions between states that exist, with propositions that do. `dt` in s, > 0.
-    FuzzyMachine(const FuzzyMachineDef& def, float dt);
+    FuzzyStateMachine(const FuzzyStateMachineDef& def, float dt);
 
     [[nodiscard]] std::size_t states() const { return states_; }
 

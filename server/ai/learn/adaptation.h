@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Keeps a chase or a race close ("rubber banding"): who is behind becomes a little faster, who is
 /// ahead a little slower.
@@ -47,4 +47,4 @@ inline float stepped(const Staircase& staircase, float level, bool player_succee
     return std::clamp(before + change, staircase.least, staircase.most);
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

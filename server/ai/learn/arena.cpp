@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -135,4 +135,4 @@ double ArenaTask::solved_at() const {
     return straight_score(arena_, 1);
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -5,7 +5,7 @@
 #include "server/ai/learn/policy.h"
 #include "server/ai/learn/task.h"
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// The walker's home is the middle. The goal walks to one random point after the other, some of
 /// them beyond the wall, at `goal_speed`; once reached it is somewhere else.
@@ -64,4 +64,4 @@ class ArenaTask final : public Task {
 /// Mean points of who walks straight at the goal, on the episodes of score(course).
 double straight_score(const Arena& arena, std::uint64_t course);
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -81,4 +81,4 @@ double CartPoleTask::score(const Network& network, std::uint64_t course) const {
     return mean_steps(network, core::Rng(course, 0x7E57), 100);
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

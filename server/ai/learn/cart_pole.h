@@ -4,7 +4,7 @@
 
 #include "server/ai/learn/task.h"
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Barto, Sutton, Anderson, "Neuronlike adaptive elements that can solve difficult learning control
 /// problems", IEEE Transactions on Systems, Man, and Cybernetics 13 (1983), appendix, without
@@ -47,4 +47,4 @@ class CartPoleTask final : public Task {
     static constexpr int kEpisodes = 5;
 };
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

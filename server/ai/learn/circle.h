@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Sine and cosine by their series, for |angle| <= 0.8: within 1e-12. Terms up to angle^13 and
 /// angle^12: the next are below 0.8^15 / 15! and 0.8^14 / 14! < 1e-12.
@@ -53,4 +53,4 @@ inline std::uint16_t yaw_of(const Vec2& direction) {
     return static_cast<std::uint16_t>(std::lround(turns * 65536.0F) & 0xFFFF);
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

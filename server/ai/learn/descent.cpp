@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -150,4 +150,4 @@ void Descent::step(Network& network, std::size_t samples) {
     }
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Pairs of inputs and wanted outputs, one after the other.
 struct Samples {
@@ -90,4 +90,4 @@ class Descent {
     std::vector<float> values_, sums_, blame_, gradient_;
 };
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

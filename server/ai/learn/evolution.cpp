@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -104,4 +104,4 @@ void Evolution::restore(State state) {
     fitness_ = state.fitness;
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

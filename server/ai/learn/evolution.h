@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// The parameters of a network of fixed topology are the genes.
 struct FixedTopology {
@@ -68,4 +68,4 @@ class Evolution {
     std::vector<double> judged_;
 };
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

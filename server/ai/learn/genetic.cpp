@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -99,4 +99,4 @@ void Genetic::breed(std::span<const double> fitness) {
     ++state_.generation;
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

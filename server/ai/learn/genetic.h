@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Mean 0, variance 1, within 2 sqrt(3): the sum of four uniform numbers (Irwin, Hall, Biometrika
 /// 19, 1927), which needs no logarithm of the C library.
@@ -65,4 +65,4 @@ class Genetic {
     State state_;
 };
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -239,4 +239,4 @@ bool add_node(Genome& genome, Inventions& inventions, core::Rng& rng) {
     return true;
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Nodes are numbered: inputs, then one that is always 1 (the bias), outputs, hidden ones. Links
 /// never close a circle, those that are off included.
@@ -83,4 +83,4 @@ bool add_link(Genome& genome, Inventions& inventions, core::Rng& rng);
 /// it (section 3.1).
 bool add_node(Genome& genome, Inventions& inventions, core::Rng& rng);
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -84,4 +84,4 @@ motion::InputCommand guarded(const Guard& guard,
     return command;
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

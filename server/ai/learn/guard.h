@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 struct Guard {
     float max_speed = 1.0F;       ///< share of full speed, [0, 1]
@@ -39,4 +39,4 @@ motion::InputCommand guarded(const Guard& guard,
                              const Guarded& body,
                              const motion::CharacterLimits& limits);
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

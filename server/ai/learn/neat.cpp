@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 Neat::Neat(const NeatSettings& settings,
            std::uint32_t inputs,
@@ -188,4 +188,4 @@ void Neat::mutate_weights(Genome& genome) {
     }
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Defaults are those of the paper (Stanley, Miikkulainen 2002, section 4.1); weights go by the
 /// network's own activation, which is half as steep as the paper's.
@@ -83,4 +83,4 @@ class Neat {
     State state_;
 };
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

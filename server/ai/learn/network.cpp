@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 Network dense(std::span<const std::size_t> layers, Activation output) {
     ZONED_ASSERT(layers.size() >= 2, "a network has inputs and outputs");
@@ -161,4 +161,4 @@ void evaluate_many(const Network& network,
     }
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

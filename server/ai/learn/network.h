@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Inputs and nodes of one network.
 inline constexpr std::size_t kMaxValues = 1024;
@@ -92,4 +92,4 @@ void evaluate_many(const Network& network,
                    std::span<float> scratch,
                    std::span<float* const> out);
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -120,4 +120,4 @@ std::array<float, kMostOutputs> outputs_for(Facing facing,
     return {part.x(), part.y(), wanted.sprint ? 1.0F : -1.0F};
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Where somebody stands, on the ground (x, z), m and m/s, in any one frame of reference.
 struct Situation {
@@ -110,4 +110,4 @@ std::array<float, kMostOutputs> outputs_for(Facing facing,
                                             const Situation& situation,
                                             const Wanted& wanted);
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Calls work(begin, end) for ranges that cover [0, count), in any order, on any thread, and
 /// returns when all are done. Each index is independent of the others, so the result is the same.
@@ -43,4 +43,4 @@ class Task {
     [[nodiscard]] virtual double solved_at() const = 0;
 };
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 namespace {
 
@@ -40,4 +40,4 @@ double XorTask::score(const Network& network, std::uint64_t /*course*/) const {
     return right;
 }
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -3,7 +3,7 @@
 
 #include "server/ai/learn/task.h"
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 
 /// Four cases of exclusive or, inputs 0 and 1, outputs -1 and 1. Fitness as in the paper on NEAT
 /// (section 4.1): (4 - sum of errors)^2, errors here in halves of the output's range.
@@ -21,4 +21,4 @@ class XorTask final : public Task {
     [[nodiscard]] double solved_at() const override { return 4.0; }
 };
 
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -26,7 +26,7 @@ ResumableTask Landmarks::build(const GridMap& map,
         far_.assign(count_ * map.places(), 0);
     }
     nearest_.resize(map.places());
-    // A cell of the largest component. Other components learn nothing.
+    // A cell of the largest component. Other components learning nothing.
     cells_.assign(components.numbers(), 0);
     Place at = 0;
     for (Place p = 0; p < map.places(); ++p) {

@@ -16,7 +16,7 @@ class LearnedModels {
     bool code(Code&& with) {
         BitModel& model = after_[before_ ? 1 : 0];
         before_ = with(model);
-        model.learn(before_);
+        model.learning(before_);
         return before_;
     }
 

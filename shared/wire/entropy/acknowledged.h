@@ -1,4 +1,4 @@
-// Acknowledged knowledge: encoder and decoder learn the same packets in the same order, from
+// Acknowledged knowledge: encoder and decoder learning the same packets in the same order, from
 // acknowledgements alone, whatever the network does.
 #pragma once
 
@@ -55,16 +55,16 @@ KnowledgeHead read_head(RangeDecoder& coder);
 /// For a Knowledge whose states share nothing.
 struct NothingInCommon {
     template <class Frame>
-    void learn(const Frame& /*frame*/) {}
+    void learning(const Frame& /*frame*/) {}
 
     void forget_before(PacketNumber /*oldest*/) {}
 };
 
 /// A Knowledge is a state of knowledge. It has the types Frame (what a packet told and taught, with
 /// its `number`), Format and Common, is made from a Format, copied, and has
-/// learn(shared_ptr<const Frame>) and learned(). Whoever has learned the same frames in the same
+/// learning(shared_ptr<const Frame>) and learned(). Whoever has learned the same frames in the same
 /// order knows the same, bit for bit. States of knowledge that differ by some packets may keep what
-/// they share in one Common: it is default-made, copied, and has learn(const Frame&) and
+/// they share in one Common: it is default-made, copied, and has learning(const Frame&) and
 /// forget_before(n): no state before that whose newest packet is n will be asked for any more.
 ///
 /// The encoder's side. Packets are learned in ascending order when they are acknowledged; one whose
@@ -130,8 +130,8 @@ class KnowledgeEncoder {
 
     /// The receiver knows this otherwise; before the first begin().
     void share(std::shared_ptr<const Frame> frame) {
-        common_.learn(*frame);
-        knowledge_.learn(std::move(frame));
+        common_.learning(*frame);
+        knowledge_.learning(std::move(frame));
     }
 
   private:
@@ -162,8 +162,8 @@ class KnowledgeEncoder {
                 start_over();
                 return;
             }
-            knowledge_.learn(sent.frame);
-            common_.learn(*sent.frame);
+            knowledge_.learning(sent.frame);
+            common_.learning(*sent.frame);
         }
         sent_.erase(sent_.begin(), sent_.begin() + static_cast<std::ptrdiff_t>(done));
         common_.forget_before(newest());
@@ -257,8 +257,8 @@ class KnowledgeDecoder {
     /// See KnowledgeEncoder::share().
     void share(FramePointer frame) {
         newest_ = frame->number;
-        common_.learn(*frame);
-        known_.back().learn(std::move(frame));
+        common_.learning(*frame);
+        known_.back().learning(std::move(frame));
     }
 
     [[nodiscard]] const Common& common() const { return common_; }
@@ -317,7 +317,7 @@ class KnowledgeDecoder {
         derived_ = before;
         for (const FramePointer& frame : received_) {
             if (wanted(frame->number)) {
-                derived_->learn(frame);
+                derived_->learning(frame);
                 derived_from_.push_back(frame);
             }
         }
@@ -326,7 +326,7 @@ class KnowledgeDecoder {
 
     void keep_derived() {
         for (const FramePointer& frame : derived_from_) {
-            common_.learn(*frame);
+            common_.learning(*frame);
         }
         auto at = known_.end();
         while (at != known_.begin() &&

@@ -49,7 +49,7 @@ class LeastSquares {
     }
 
     /// Weights change with solve() only.
-    void learn(const NormalSums<N>& seen) {
+    void learning(const NormalSums<N>& seen) {
         for (std::size_t i = 0; i < sums_.products.size(); ++i) {
             sums_.products[i] = kKeep * sums_.products[i] + seen.products[i];
         }

@@ -35,7 +35,7 @@ class BitModel {
         return bit;
     }
 
-    void learn(bool bit) {
+    void learning(bool bit) {
         if (bit) {
             quick_ = static_cast<std::uint16_t>(quick_ + ((0xFFFFu - quick_) >> kQuick));
             slow_ = static_cast<std::uint16_t>(slow_ + ((0xFFFFu - slow_) >> kSlow));
@@ -95,7 +95,7 @@ class SymbolModel {
         return symbol;
     }
 
-    void learn(int symbol) {
+    void learning(int symbol) {
         const Places& sure = kSure[static_cast<std::size_t>(symbol)];
         for (std::size_t i = 0; i < kSymbols; ++i) {
             const auto away = static_cast<std::int16_t>(sure[i] - place_[i]);

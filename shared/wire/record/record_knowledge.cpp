@@ -56,7 +56,7 @@ Bases::Slot Bases::keep(const RecordFrame& frame, const CodedRecord& record, Slo
     return slot;
 }
 
-void Bases::learn(const RecordFrame& frame) {
+void Bases::learning(const RecordFrame& frame) {
     for (const CodedRecord& record : frame.records) {
         auto it = entries_.begin() + (lower_bound(record.entity) - entries_.cbegin());
         if (it == entries_.end() || it->entity != record.entity) {
@@ -131,15 +131,15 @@ RecordModels::RecordModels() {
     bits.fill(entropy::BitModel(7u << 13));
 }
 
-void RecordModels::learn(const std::vector<RecordLesson>& lessons) {
+void RecordModels::learning(const std::vector<RecordLesson>& lessons) {
     for (const RecordLesson& lesson : lessons) {
         if (lesson.model >= kFirstBit) {
-            bits[lesson.model - kFirstBit].learn(lesson.symbol != 0);
+            bits[lesson.model - kFirstBit].learning(lesson.symbol != 0);
         } else if (lesson.model >= kFirstSymbol) {
-            symbols[lesson.model - kFirstSymbol].learn(lesson.symbol);
+            symbols[lesson.model - kFirstSymbol].learning(lesson.symbol);
         } else {
             const std::size_t what = lesson.model / entropy::kScaleClasses;
-            residuals[what].of(lesson.model % entropy::kScaleClasses).learn(lesson.symbol);
+            residuals[what].of(lesson.model % entropy::kScaleClasses).learning(lesson.symbol);
             float& mean = expected[what][lesson.reach];
             mean += (entropy::typical_magnitude(lesson.symbol) - mean) / kMeanOf;
         }
@@ -152,11 +152,11 @@ RecordKnowledge::RecordKnowledge(const RecordFormat& /*format*/) {
     velocity_.fill(entropy::LeastSquares<1>({1.0}));
 }
 
-void RecordKnowledge::learn(const std::shared_ptr<const RecordFrame>& frame) {
-    models_.learn(frame->lessons);
+void RecordKnowledge::learning(const std::shared_ptr<const RecordFrame>& frame) {
+    models_.learning(frame->lessons);
     for (std::size_t i = 0; i < velocity_.size(); ++i) {
         if (frame->velocity[i].any) {
-            velocity_[i].learn(frame->velocity[i]);
+            velocity_[i].learning(frame->velocity[i]);
             velocity_[i].solve();
         }
     }

@@ -20,7 +20,7 @@ class Bases {
                                           ZoneId zone,
                                           entropy::PacketNumber newest) const;
 
-    void learn(const RecordFrame& frame);
+    void learning(const RecordFrame& frame);
 
     /// No `newest` before this one will be asked for any more.
     void forget_before(entropy::PacketNumber oldest);
@@ -103,7 +103,7 @@ struct RecordModels {
     std::array<std::array<float, kReaches>, kMagnitudes> expected;
 
     RecordModels();
-    void learn(const std::vector<RecordLesson>& lessons);
+    void learning(const std::vector<RecordLesson>& lessons);
 };
 
 class RecordKnowledge {
@@ -114,7 +114,7 @@ class RecordKnowledge {
 
     explicit RecordKnowledge(const RecordFormat& format);
 
-    void learn(const std::shared_ptr<const RecordFrame>& frame);
+    void learning(const std::shared_ptr<const RecordFrame>& frame);
 
     [[nodiscard]] const entropy::LearnedPackets& learned() const { return learned_; }
 

@@ -28,15 +28,15 @@ FramePointer origin(const SnapshotFormat& format) {
 
 }  // namespace
 
-void Models::learn(const std::vector<Lesson>& lessons) {
+void Models::learning(const std::vector<Lesson>& lessons) {
     for (const Lesson& lesson : lessons) {
         if (lesson.model < kBits) {
-            bits[lesson.model].learn(lesson.symbol != 0);
+            bits[lesson.model].learning(lesson.symbol != 0);
         } else {
             const std::size_t model = lesson.model - kBits;
             residuals[model / entropy::kScaleClasses]
                 .of(static_cast<int>(model % entropy::kScaleClasses))
-                .learn(lesson.symbol);
+                .learning(lesson.symbol);
         }
     }
 }
@@ -53,11 +53,11 @@ Knowledge::Knowledge(const SnapshotFormat& format) {
     }
 }
 
-void Knowledge::learn(FramePointer frame) {
-    models_.learn(frame->lessons);
+void Knowledge::learning(FramePointer frame) {
+    models_.learning(frame->lessons);
     const auto learn_sums = [](auto& squares, const auto& seen) {
         if (seen.any) {
-            squares.learn(seen);
+            squares.learning(seen);
             squares.solve();
         }
     };

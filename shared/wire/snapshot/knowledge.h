@@ -93,7 +93,7 @@ struct Models {
     std::array<entropy::BitModel, kBits> bits;
     std::array<entropy::ResidualModel, kResiduals> residuals;
 
-    void learn(const std::vector<Lesson>& lessons);
+    void learning(const std::vector<Lesson>& lessons);
 };
 
 /// Grows by one acknowledged snapshot at a time, in ascending order; whoever has learned the same
@@ -108,7 +108,7 @@ class Knowledge {
 
     explicit Knowledge(const SnapshotFormat& format);
 
-    void learn(FramePointer frame);
+    void learning(FramePointer frame);
 
     /// The newest snapshot but `back`, or the oldest remembered: to begin with where bodies are
     /// before anything was said of them.

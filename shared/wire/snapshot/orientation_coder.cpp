@@ -57,11 +57,11 @@ void OrientationCoder::code(Port& port, const BodySample& base, BodySample& samp
     const Rotation rotation = rotation_of(base, bits_);
     entropy::BitModel& same = same_[same_context(rotation, base.left_out)];
     const bool other = port.bit(same, sample.left_out != base.left_out);
-    same.learn(other);
+    same.learning(other);
     if (other) {
         const int rank =
             port.symbol(which_, other ? rank_of(rotation, sample.left_out, base.left_out) : 0);
-        which_.learn(rank);
+        which_.learning(rank);
         sample.left_out = static_cast<std::uint8_t>(component_of(rotation, rank, base.left_out));
     } else {
         sample.left_out = base.left_out;
@@ -78,7 +78,7 @@ void OrientationCoder::code(Port& port, const BodySample& base, BodySample& samp
         int symbol = 0;
         const std::int32_t value =
             expected[i] + entropy::code_residual(port, model, residual, symbol);
-        model.learn(symbol);
+        model.learning(symbol);
         sample.orientation[i] = static_cast<std::int16_t>(std::clamp(value, 0, (1 << bits_) - 1));
         sum += static_cast<float>(std::abs(value - expected[i]));
     }

@@ -57,7 +57,7 @@ class SnapshotPass {
     static constexpr std::uint32_t kBlock = 16;
     static constexpr FrameNumber kAwakeFrames = 12;
     // What goes on as it did takes these shares of its velocity at two lags. The least squares
-    // learn better ones; surprises are told against these, which never change.
+    // learning better ones; surprises are told against these, which never change.
     static constexpr double kNewest = 0.8;
     static constexpr double kOlder = 0.2;
     static constexpr double kNewestTurn = 0.3;

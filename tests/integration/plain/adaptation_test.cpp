@@ -25,16 +25,16 @@ ai {
 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 30 } nimbus_m { normal: 30 } character { } }
 type { name: "pilgrim" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 30 } character { speed_mps: 4 } behaviour { name: "pilgrimage" } }
-type { name: "sheep" kind: CHARACTER capsule { radius_m: 0.4 length_m: 0.3 } aura_m { normal: 30 } character { } machine: "stand" }
+type { name: "sheep" kind: CHARACTER capsule { radius_m: 0.4 length_m: 0.3 } aura_m { normal: 30 } character { } brain: "stand" }
 place { name: "west" x_m: -60 z_m: 0 radius_m: 4 }
 place { name: "east" x_m: 60 z_m: 0 radius_m: 4 }
-machine { name: "stand" state { name: "stand" action: IDLE } }
-machine {
+brain { name: "stand" state { name: "stand" action: IDLE } }
+brain {
   name: "round"
   state { name: "there" action: GO place: "east" speed_factor_from: "haste" transition { to: "back" sense: "east.distance" compare: BELOW threshold: 6 } }
   state { name: "back" action: GO place: "west" speed_factor_from: "haste" transition { to: "there" sense: "west.distance" compare: BELOW threshold: 6 } }
 }
-behaviour { name: "pilgrimage" machine: "round" parameter { name: "haste" value: 0.5 low: 0.1 high: 1 } }
+behaviour { name: "pilgrimage" brain: "round" parameter { name: "haste" value: 0.5 low: 0.1 high: 1 } }
 difficulty { name: "slow" set { name: "haste" factor: 0.5 } }
 difficulty { name: "usual" set { name: "haste" factor: 1 } }
 difficulty { name: "fast" set { name: "haste" factor: 2 } }
@@ -83,8 +83,7 @@ void expect_pace(Crowd& crowd, std::size_t index, float haste, std::set<EntityId
             continue;
         }
         here.insert(agent.entity);
-        EXPECT_EQ(state.settings.ai.compiled[agent.machine].states[agent.doing].speed_factor,
-                  haste);
+        EXPECT_EQ(state.settings.ai.compiled[agent.brain].states[agent.doing].speed_factor, haste);
         // Who walks does so at that share of 4 m/s; who turns at an end is slower.
         if (before.contains(agent.entity)) {
             EXPECT_LT(state.entities.velocity[row].norm(), 4.0F * haste * 1.02F)

@@ -22,8 +22,8 @@ statics {
 }
 place { name: "there" x_m: 26 z_m: 0 radius_m: 12 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 30 } nimbus_m { normal: 30 } character { speed_mps: 3 } }
-type { name: "walker" base: "player" machine: "walk" }
-machine { name: "walk" state { name: "go" action: GO place: "there" } }
+type { name: "walker" base: "player" brain: "walk" }
+brain { name: "walk" state { name: "go" action: GO place: "there" } }
 spawn { x_m: -38 z_m: -28 }
 lod { position_bound_m: 0.5 orientation_bound_rad: 0.3 }
 session { dev_mode_loopback: true }

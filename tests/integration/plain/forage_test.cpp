@@ -22,8 +22,8 @@ ai { skip_unseen: false }
 place { name: "nest" x_m: -5 z_m: 0 radius_m: 1 }
 place { name: "crumbs" x_m: 5 z_m: 0 radius_m: 1 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { } }
-type { name: "ant" kind: CHARACTER capsule { radius_m: 0.1 length_m: 0.1 } aura_m { normal: 10 } character { speed_mps: 1 acceleration_mps2: 10 } machine: "ant" }
-machine { name: "ant" state { name: "forage" action: FORAGE forage { nest: "nest" food: "crumbs" radius_m: 14 cell_m: 0.5 patience: 400 evaporation_per_s: 0.01 } } }
+type { name: "ant" kind: CHARACTER capsule { radius_m: 0.1 length_m: 0.1 } aura_m { normal: 10 } character { speed_mps: 1 acceleration_mps2: 10 } brain: "ant" }
+brain { name: "ant" state { name: "forage" action: FORAGE forage { nest: "nest" food: "crumbs" radius_m: 14 cell_m: 0.5 patience: 400 evaporation_per_s: 0.01 } } }
 statics {
   box { x_m: 0 y_m: 0.5 z_m: 5 size { x_m: 0.4 y_m: 1 z_m: 5 } }
   box { x_m: 0 y_m: 0.5 z_m: -2.75 size { x_m: 0.4 y_m: 1 z_m: 8.5 } }

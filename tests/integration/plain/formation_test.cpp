@@ -22,16 +22,16 @@ place { name: "a" x_m: -40 z_m: -40 }
 place { name: "b" x_m: 40 z_m: -40 }
 place { name: "c" x_m: 0 z_m: 40 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { speed_mps: 3 } }
-type { name: "captain" base: "player" machine: "lead" }
-type { name: "soldier" base: "player" machine: "drill" }
-type { name: "sheep" base: "player" machine: "graze" }
-machine { name: "lead" state { name: "march" action: GO place: "there" speed_factor: 0.4 } }
-machine {
+type { name: "captain" base: "player" brain: "lead" }
+type { name: "soldier" base: "player" brain: "drill" }
+type { name: "sheep" base: "player" brain: "graze" }
+brain { name: "lead" state { name: "march" action: GO place: "there" speed_factor: 0.4 } }
+brain {
   name: "drill" perception_m: 60
   perception { players: false ward: "captain" }
   state { name: "form" action: FORM_UP formation { columns: 3 spacing_m: 1.6 } }
 }
-machine { name: "graze" state { name: "drift" action: FLOCK speed_factor: 0.5 radius_m: 12 along: "a" along: "b" along: "c" } }
+brain { name: "graze" state { name: "drift" action: FLOCK speed_factor: 0.5 radius_m: 12 along: "a" along: "b" along: "c" } }
 spawn { x_m: 0 z_m: 70 }
 lod { position_bound_m: 0.5 orientation_bound_rad: 0.3 }
 session { dev_mode_loopback: true }

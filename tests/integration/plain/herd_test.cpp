@@ -21,8 +21,8 @@ place { name: "brook" x_m: -60 z_m: 0 radius_m: 1 }
 place { name: "oaks" x_m: 60 z_m: -40 radius_m: 1 }
 place { name: "hill" x_m: 60 z_m: 40 radius_m: 1 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { } }
-type { name: "sheep" kind: CHARACTER capsule { radius_m: 0.4 length_m: 0.3 } aura_m { normal: 30 } character { speed_mps: 3 } machine: "graze" }
-machine { name: "graze" state { name: "drift" action: FLOCK speed_factor: 0.5 radius_m: 12 along: "brook" along: "oaks" along: "hill" } }
+type { name: "sheep" kind: CHARACTER capsule { radius_m: 0.4 length_m: 0.3 } aura_m { normal: 30 } character { speed_mps: 3 } brain: "graze" }
+brain { name: "graze" state { name: "drift" action: FLOCK speed_factor: 0.5 radius_m: 12 along: "brook" along: "oaks" along: "hill" } }
 statics { box { x_m: 30 y_m: 2 z_m: -30 size { x_m: 8 y_m: 4 z_m: 8 } } }
 spawn { x_m: 0 z_m: 190 }
 lod { position_bound_m: 0.5 orientation_bound_rad: 0.3 }

@@ -24,21 +24,21 @@ ai { skip_unseen: false )" +
 place { name: "west" x_m: -20 z_m: 0 radius_m: 1.5 }
 place { name: "east" x_m: 20 z_m: 0 radius_m: 1.5 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { speed_mps: 3 } }
-type { name: "shuttle" base: "player" machine: "shuttle" character { speed_mps: 1.5 } }
-type { name: "return" base: "player" machine: "return" character { speed_mps: 1.5 } }
-type { name: "stay" base: "player" machine: "stay" character { speed_mps: 1.5 } }
+type { name: "shuttle" base: "player" brain: "shuttle" character { speed_mps: 1.5 } }
+type { name: "return" base: "player" brain: "return" character { speed_mps: 1.5 } }
+type { name: "stay" base: "player" brain: "stay" character { speed_mps: 1.5 } }
 type { name: "crate" box { x_m: 0.8 y_m: 0.8 z_m: 0.8 } mass_kg: 200 }
-machine {
+brain {
   name: "shuttle"
   state { name: "to_east" action: GO place: "east" transition { to: "to_west" sense: "east.distance" compare: BELOW threshold: 2 } }
   state { name: "to_west" action: GO place: "west" transition { to: "to_east" sense: "west.distance" compare: BELOW threshold: 2 } }
 }
-machine {
+brain {
   name: "return"
   state { name: "to_west" action: GO place: "west" transition { to: "to_east" sense: "west.distance" compare: BELOW threshold: 2 } }
   state { name: "to_east" action: GO place: "east" transition { to: "to_west" sense: "east.distance" compare: BELOW threshold: 2 } }
 }
-machine { name: "stay" state { name: "stand" action: IDLE } }
+brain { name: "stay" state { name: "stand" action: IDLE } }
 spawn { x_m: 0 z_m: 50 }
 lod { position_bound_m: 0.5 orientation_bound_rad: 0.3 }
 session { dev_mode_loopback: true }
@@ -186,8 +186,8 @@ scatter { type: "return" count: 8 seed: 2 min_distance_m: 1.5 region { min_x_m: 
     for (const char* type : {"shuttle", "return"}) {
         text = with(
             text,
-            std::string("machine: \"") + type + "\" character { speed_mps: 1.5",
-            std::string("machine: \"") + type + "\" character { speed_mps: 4 acceleration_mps2: 3");
+            std::string("brain: \"") + type + "\" character { speed_mps: 1.5",
+            std::string("brain: \"") + type + "\" character { speed_mps: 4 acceleration_mps2: 3");
     }
     Crowd crowd(text);
     Crossings crossings;

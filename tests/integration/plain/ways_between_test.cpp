@@ -23,8 +23,8 @@ statics {
 }
 place { name: "east" x_m: 20 z_m: -20 radius_m: 0.5 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 20 } nimbus_m { normal: 20 } character { speed_mps: 3 } }
-type { name: "walker" base: "player" machine: "walker" character { speed_mps: 3 } }
-machine {
+type { name: "walker" base: "player" brain: "walker" character { speed_mps: 3 } }
+brain {
   name: "walker"
   state { name: "go" action: GO place: "east" transition { to: "stay" sense: "east.distance" compare: BELOW threshold: 2 } }
   state { name: "stay" action: IDLE }

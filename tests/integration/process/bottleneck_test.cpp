@@ -23,7 +23,7 @@ class Bottleneck : public Process {
                                           "--set",
                                           "scatter[1].count=150",
                                           "--set",
-                                          "machine[0].state[0].transition[0].threshold=100000",
+                                          "brain[0].state[0].transition[0].threshold=100000",
                                           "--set",
                                           "lod[0].position_bound_m=0.01",
                                           "--set",

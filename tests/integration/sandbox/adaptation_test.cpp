@@ -47,7 +47,7 @@ TEST_F(AdaptationGame, BotsWhoAreBittenMakeItEasier) {
     const std::string log = play("wander");
     EXPECT_EQ(rung, 0) << log;
     EXPECT_NE(log.find("zone 1: difficulty fair -> gentle at tick"), std::string::npos) << log;
-    EXPECT_NE(log.find("machine pacer: rubber bands of"), std::string::npos) << log;
+    EXPECT_NE(log.find("brain pacer: rubber bands of"), std::string::npos) << log;
 }
 
 /// Hounds bite for half of one per cent of a life.

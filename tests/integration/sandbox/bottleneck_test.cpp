@@ -13,7 +13,7 @@ class NarrowPath : public GameTest {
         server.sets = {"replication.predictor=STATIC",
                        "replication.budget_bytes_per_s=125000",
                        "scatter[1].count=300",
-                       "machine[0].state[0].transition[0].threshold=100000",  // they never rest
+                       "brain[0].state[0].transition[0].threshold=100000",  // they never rest
                        "lod[0].position_bound_m=0.01",
                        "lod[1].position_bound_m=0.01"};
         server.network.delay_s = 0.03;

@@ -27,8 +27,8 @@ class BridgeWorld : public GameTest {
             if (agent == nullptr || std::hypot(at.x(), at.z()) > 1.5F) {
                 continue;
             }
-            const ai::CompiledMachine& machine = state.settings.ai.compiled[agent->machine];
-            const std::string_view doing = machine.states[agent->doing].name;
+            const ai::CompiledBrain& brain = state.settings.ai.compiled[agent->brain];
+            const std::string_view doing = brain.states[agent->doing].name;
             const world::EntityType& type = (*state.settings.types)[e.type[row]];
             const float feet = at.y() - type.radius - type.half_segment;
             if (doing == "up") {

@@ -97,7 +97,7 @@ TEST_F(CatchUp, InAWorldAtRestNothingIsSentAgain) {
 TEST_F(CatchUp, InAMovingWorldOnlyWhatMovedIsSent) {
     server.sets = {"scatter[0].count=200",
                    "scatter[1].count=40",
-                   "machine[0].state[0].transition[0].threshold=100000"};  // they never rest
+                   "brain[0].state[0].transition[0].threshold=100000"};  // they never rest
     bots.audit = true;
     std::vector<Stretch> s = {{0.0, 3.0}, {5.0, 5.0 + kAfterS}, {kHealedS, kHealedS + kAfterS}};
     std::size_t heard = 0;

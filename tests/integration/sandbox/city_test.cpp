@@ -29,8 +29,8 @@ struct CityWatch {
             coarse += report.agents - report.awake;
             for (const ai::Slot slot : state.agents.awake()) {
                 const ai::Agent& agent = state.agents.at(slot);
-                const ai::CompiledMachine& machine = state.settings.ai.compiled[agent.machine];
-                const ai::ActionKind action = machine.states[agent.doing].action;
+                const ai::CompiledBrain& brain = state.settings.ai.compiled[agent.brain];
+                const ai::ActionKind action = brain.states[agent.doing].action;
                 in_rank +=
                     action == ai::ActionKind::kFormUp && (agent.corner & 0x7F) < 16 ? 1U : 0U;
                 sheep += action == ai::ActionKind::kFlock ? 1U : 0U;

@@ -116,7 +116,7 @@ TEST(ChosenCodec, IsTheSameForAnyNumberOfThreadsAndFollowsThePrice) {
                            "replication.codec_budget_us_per_tick=" + std::to_string(budget_us),
                            "zones.zone_grid.columns=2",
                            "scatter[1].count=60",
-                           "machine[0].state[0].transition[0].threshold=100000"};
+                           "brain[0].state[0].transition[0].threshold=100000"};
             server.network.delay_s = 0.03;
             server.threads = threads;
             std::uint32_t most = 0;

@@ -81,7 +81,7 @@ class DoorsWorld : public GameTest {
         seen = {state.now, state.settings.id, quarter, now};
     }
 
-    void learn(VirtualServer& from) {
+    void learning(VirtualServer& from) {
         if (told_ == nullptr) {
             auto read = view::read_world(ops::describe_world(from.settings()));
             ASSERT_TRUE(read.ok()) << read.error();
@@ -111,7 +111,7 @@ TEST_F(DoorsWorld, IsConsistentUnderLossAndMovesAsClientsPredict) {
     server.network.delay_s = 0.06;
     server.network.jitter_s = 0.02;
     const measure::Report report = run([this](VirtualServer& now, double) {
-        learn(now);
+        learning(now);
         look(now.world());
     });
     EXPECT_TRUE(report.consistent) << reasons(report);
@@ -130,7 +130,7 @@ TEST_F(DoorsWorld, IsConsistentUnderLossAndMovesAsClientsPredict) {
 TEST_F(DoorsWorld, NeedsNoCorrectionsWhereInputsComeInTime) {
     server.network.delay_s = 0.04;
     const measure::Report report = run([this](VirtualServer& now, double) {
-        learn(now);
+        learning(now);
         look(now.world());
     });
     EXPECT_TRUE(report.consistent) << reasons(report);
@@ -145,7 +145,7 @@ TEST_F(DoorsWorld, IsPutRightAllTheTimeByAServerWhoseDoorsAreOthers) {
     server.network.delay_s = 0.04;
     bool spoilt = false;
     const measure::Report report = run([&](VirtualServer& now, double) {
-        learn(now);
+        learning(now);
         look(now.world());
         if (!std::exchange(spoilt, true)) {
             for (const auto& zone : now.world().zones()) {

@@ -119,7 +119,7 @@ TEST_F(Hills, HoldPropsThatFall) {
     std::vector<ops::ConfigError> errors;
     // Goats that stand still push no crates.
     ASSERT_TRUE(
-        ops::load_settings(kHills, {"machine[graze].state[walk].action=IDLE"}, settings, errors))
+        ops::load_settings(kHills, {"brain[graze].state[walk].action=IDLE"}, settings, errors))
         << ops::format_errors(kHills, errors);
     app::World hills(settings, 1);
     tick(hills, 50 * 30);

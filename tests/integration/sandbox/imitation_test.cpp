@@ -1,4 +1,4 @@
-// NPCs learn to do as recorded players do: bots play, their recording is simulated again, and a
+// NPCs learning to do as recorded players do: bots play, their recording is simulated again, and a
 // network is fitted to what they sensed and did.
 #include "server/app/imitation.h"
 
@@ -13,7 +13,7 @@
 namespace zoned::harness {
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 
 class Imitation : public GameTest {
   protected:
@@ -36,13 +36,13 @@ class Imitation : public GameTest {
     }
 
     /// A network after `epochs` passes over the lessons.
-    static learn::Network fitted(const app::Lessons& lessons, int epochs) {
-        learn::Network network = learn::dense(
+    static learning::Network fitted(const app::Lessons& lessons, int epochs) {
+        learning::Network network = learning::dense(
             std::array<std::size_t, 4>{lessons.training.inputs, 16, 8, lessons.training.outputs},
-            learn::Activation::kLinear);
+            learning::Activation::kLinear);
         core::Rng rng(3);
         randomise(network, rng);
-        learn::Descent descent({0.003F, 32}, network, 3);
+        learning::Descent descent({0.003F, 32}, network, 3);
         for (int epoch = 0; epoch < epochs; ++epoch) {
             descent.epoch(network, lessons.training);
         }
@@ -111,7 +111,7 @@ std::vector<const app::PlayedTick*> held_out(const std::vector<app::PlayedTick>&
 /// Squared error of a rule that is told the situation, over the players held out.
 template <class Rule>
 double error_of_rule(const std::vector<const app::PlayedTick*>& ticks,
-                     learn::Facing facing,
+                     learning::Facing facing,
                      Rule&& rule) {
     double sum = 0.0;
     for (const app::PlayedTick* tick : ticks) {
@@ -127,7 +127,7 @@ double error_of_rule(const std::vector<const app::PlayedTick*>& ticks,
 /// The least error that an answer can have that is one for each band of distances: the mean of what
 /// the players held out themselves did in it.
 double error_of_best_by_distance(const std::vector<const app::PlayedTick*>& ticks) {
-    const auto band = [](const learn::Situation& s) -> std::size_t {
+    const auto band = [](const learning::Situation& s) -> std::size_t {
         const float distance = (s.target - s.here).norm();
         std::size_t k = s.has_target ? 0 : 6;
         for (const float edge : {4.0F, 8.0F, 15.0F, 20.0F, 30.0F}) {
@@ -137,14 +137,14 @@ double error_of_best_by_distance(const std::vector<const app::PlayedTick*>& tick
     };
     std::array<std::array<double, 4>, 7> sums{};
     for (const app::PlayedTick* tick : ticks) {
-        const auto did = outputs_for(learn::Facing::kTarget, tick->situation, tick->wanted);
+        const auto did = outputs_for(learning::Facing::kTarget, tick->situation, tick->wanted);
         auto& sum = sums[band(tick->situation)];
         for (std::size_t o = 0; o < 3; ++o) {
             sum[o] += static_cast<double>(did[o]);
         }
         sum[3] += 1.0;
     }
-    return error_of_rule(ticks, learn::Facing::kTarget, [&](const learn::Situation& s) {
+    return error_of_rule(ticks, learning::Facing::kTarget, [&](const learning::Situation& s) {
         const auto& sum = sums[band(s)];
         return std::array<float, 3>{static_cast<float>(sum[0] / sum[3]),
                                     static_cast<float>(sum[1] / sum[3]),
@@ -153,13 +153,13 @@ double error_of_best_by_distance(const std::vector<const app::PlayedTick*>& tick
 }
 
 /// What the policy of a network wants at a distance from its target, which is at +x.
-learn::Wanted desired_velocity_at(const proto::Training::Imitation& settings,
-                                  const learn::Network& network,
-                                  float distance) {
-    learn::Policy policy;
+learning::Wanted desired_velocity_at(const proto::Training::Imitation& settings,
+                                     const learning::Network& network,
+                                     float distance) {
+    learning::Policy policy;
     policy.inputs = ops::inputs_of(settings.input());
     policy.network = network;
-    learn::Situation s;
+    learning::Situation s;
     s.has_target = true;
     s.target = {distance, 0.0F};
     std::vector<float> values(network.values());
@@ -184,14 +184,14 @@ TEST_F(Imitation, OfAHuntComesNearItsOwnRule) {
     const auto lessons = app::lessons_of(ticks, settings);
     ASSERT_TRUE(lessons.ok());
     ASSERT_GT(lessons->held_out.size(), 200u);
-    const learn::Network network = fitted(*lessons, 60);
+    const learning::Network network = fitted(*lessons, 60);
     const double learned = mean_squared_error(network, lessons->held_out);
     const double constant = error_of_best_constant(lessons->held_out);
     // As client-sim/bot/behaviour.cpp has it: at the target beyond 4 m, and anywhere within (the
     // best guess is to stand); at a run beyond 15 m.
     const auto unseen = held_out(ticks, *lessons);
     const double rule =
-        error_of_rule(unseen, learn::Facing::kTarget, [](const learn::Situation& s) {
+        error_of_rule(unseen, learning::Facing::kTarget, [](const learning::Situation& s) {
             const float distance = (s.target - s.here).norm();
             return std::array<float, 3>{s.has_target && distance > 4.0F ? 1.0F : 0.0F,
                                         0.0F,
@@ -233,11 +233,11 @@ TEST_F(Imitation, OfAWalkToASpotGoesThere) {
     const auto ticks = played("crowd", settings);
     const auto lessons = app::lessons_of(ticks, settings);
     ASSERT_TRUE(lessons.ok());
-    const learn::Network network = fitted(*lessons, 60);
+    const learning::Network network = fitted(*lessons, 60);
     const double learned = mean_squared_error(network, lessons->held_out);
     const double constant = error_of_best_constant(lessons->held_out);
     const double rule =
-        error_of_rule(held_out(ticks, *lessons), learn::Facing::kHome, [](const auto& s) {
+        error_of_rule(held_out(ticks, *lessons), learning::Facing::kHome, [](const auto& s) {
             const bool there = (s.home - s.here).norm() < 3.0F;
             return std::array<float, 3>{there ? 0.0F : 1.0F, 0.0F, there ? -0.6F : 1.0F};
         });
@@ -250,16 +250,16 @@ TEST_F(Imitation, OfAWalkToASpotGoesThere) {
     EXPECT_LT(learned, 0.8 * constant);
     EXPECT_LT(learned, 1.1 * rule);
     // The policy itself walks to the spot: from 40 m away it is there after ten seconds.
-    learn::Policy policy;
-    policy.facing = learn::Facing::kHome;
+    learning::Policy policy;
+    policy.facing = learning::Facing::kHome;
     policy.inputs = ops::inputs_of(settings.input());
     policy.network = network;
-    learn::Situation s;
+    learning::Situation s;
     s.here = {-35.0F, 5.0F};
     s.home = {5.0F, 5.0F};
     std::vector<float> values(network.values());
     for (int tick = 0; tick < 300; ++tick) {
-        const learn::Wanted wanted = decide(policy, s, {}, values);
+        const learning::Wanted wanted = decide(policy, s, {}, values);
         s.here += wanted.move * (wanted.sprint ? 8.0F : 5.0F) / 30.0F;
     }
     EXPECT_LT((s.here - s.home).norm(), 4.0F);

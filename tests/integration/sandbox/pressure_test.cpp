@@ -9,7 +9,7 @@ class Pressure : public GameTest {
     Pressure() {
         server.sets = {"replication.codec=SHARED",
                        "scatter[1].count=60",
-                       "machine[0].state[0].transition[0].threshold=100000",
+                       "brain[0].state[0].transition[0].threshold=100000",
                        "replication.budget_bytes_per_s=2000"};
         server.network.delay_s = 0.04;
         bots.bots = 4;

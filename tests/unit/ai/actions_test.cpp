@@ -29,7 +29,7 @@ int command_changes(Field& field, std::uint32_t id, float seconds) {
 
 TEST(Idle, StandsExactlyStillAndKeepsItsFacing) {
     Field field;
-    field.settings.machines = {single(ActionKind::kIdle)};
+    field.settings.brains = {single(ActionKind::kIdle)};
     field.add_npc(1, kGuard, 0, Vec3(1.0F, 2.0F, 3.0F));
     field.entities.yaw[0] = 12345;
     field.run(3.0F);
@@ -43,7 +43,7 @@ TEST(Idle, StandsExactlyStillAndKeepsItsFacing) {
 
 TEST(Chase, ReachesAPlayerThatStandsAndStopsBesideIt) {
     Field field;
-    field.settings.machines = {guard_machine()};
+    field.settings.brains = {guard_brain()};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_player(2, Vec3(8.0F, 0.0F, 6.0F));
     field.run(10.0F);
@@ -57,7 +57,7 @@ TEST(Chase, ReachesAPlayerThatStandsAndStopsBesideIt) {
 
 TEST(Chase, KeepsUpWithAPlayerThatTurns) {
     Field field;
-    field.settings.machines = {guard_machine()};
+    field.settings.brains = {guard_brain()};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     const world::Row player = field.add_player(2, Vec3(10.0F, 0.0F, 0.0F));
     // A player on a circle at 5 m/s; the guard sprints at 6.4 m/s.
@@ -73,7 +73,7 @@ TEST(Chase, KeepsUpWithAPlayerThatTurns) {
 
 TEST(Chase, TurnsToReturnAndPatrolWhenThePlayerLeaves) {
     Field field;
-    field.settings.machines = {guard_machine()};
+    field.settings.brains = {guard_brain()};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     const world::Row player = field.add_player(2, Vec3(10.0F, 0.0F, 0.0F));
     field.run(3.0F);
@@ -87,7 +87,7 @@ TEST(Chase, TurnsToReturnAndPatrolWhenThePlayerLeaves) {
 
 TEST(Chase, ForgetsAPlayerThatIsHidden) {
     Field field;
-    field.settings.machines = {single(ActionKind::kChase)};
+    field.settings.brains = {single(ActionKind::kChase)};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     const world::Row player = field.add_player(2, Vec3(10.0F, 0.0F, 0.0F));
     field.run(0.5F);
@@ -99,7 +99,7 @@ TEST(Chase, ForgetsAPlayerThatIsHidden) {
 
 TEST(Chase, NoticesGhostPlayersButNotOtherCharacters) {
     Field field;
-    field.settings.machines = {guard_machine()};
+    field.settings.brains = {guard_brain()};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_npc(3, kGuard, 0, Vec3(4.0F, 0.0F, 0.0F));
     field.run(2.0F);
@@ -113,7 +113,7 @@ TEST(Chase, NoticesGhostPlayersButNotOtherCharacters) {
 TEST(Chase, PrefersTheOlderOfTwoPlayersEquallyNear) {
     for (const bool swapped : {false, true}) {
         Field field;
-        field.settings.machines = {single(ActionKind::kChase)};
+        field.settings.brains = {single(ActionKind::kChase)};
         field.add_player(swapped ? 9 : 8, Vec3(5.0F, 0.0F, 0.0F));
         field.add_player(swapped ? 8 : 9, Vec3(-5.0F, 0.0F, 0.0F));
         field.add_npc(1, kGuard, 0, Vec3::Zero());
@@ -124,7 +124,7 @@ TEST(Chase, PrefersTheOlderOfTwoPlayersEquallyNear) {
 
 TEST(Flee, GetsAwayFromThePlayer) {
     Field field;
-    field.settings.machines = {single(ActionKind::kFlee)};
+    field.settings.brains = {single(ActionKind::kFlee)};
     field.add_npc(1, kSheep, 0, Vec3::Zero());
     field.add_player(2, Vec3(3.0F, 0.0F, 0.0F));
     field.run(5.0F);
@@ -137,7 +137,7 @@ TEST(Flee, GetsAwayFromThePlayer) {
 
 TEST(Patrol, VisitsTheFourCornersInOrder) {
     Field field;
-    field.settings.machines = {single(ActionKind::kPatrol, 8.0F)};
+    field.settings.brains = {single(ActionKind::kPatrol, 8.0F)};
     field.add_npc(1, kGuard, 0, Vec3(100.0F, 0.0F, 50.0F));
     std::vector<int> visited;
     for (int tick = 0; tick < 30 * 40; ++tick) {
@@ -161,7 +161,7 @@ TEST(Patrol, VisitsTheFourCornersInOrder) {
 
 TEST(Wander, StaysWithinItsRadiusAndTurnsSeldom) {
     Field field;
-    field.settings.machines = {single(ActionKind::kWander, 20.0F)};
+    field.settings.brains = {single(ActionKind::kWander, 20.0F)};
     field.add_npc(1, kGuard, 0, Vec3(7.0F, 0.0F, -3.0F));
     float farthest = 0.0F;
     float walked = 0.0F;
@@ -182,7 +182,7 @@ TEST(Wander, StaysWithinItsRadiusAndTurnsSeldom) {
 
 TEST(Wander, FacesWhereItWalks) {
     Field field;
-    field.settings.machines = {single(ActionKind::kWander, 20.0F)};
+    field.settings.brains = {single(ActionKind::kWander, 20.0F)};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     for (int tick = 0; tick < 600; ++tick) {
         field.step();
@@ -198,7 +198,7 @@ TEST(Wander, FacesWhereItWalks) {
 
 TEST(Wander, PicksAnotherTargetWhenAWallIsInTheWay) {
     Field field;
-    field.settings.machines = {single(ActionKind::kWander, 20.0F)};
+    field.settings.brains = {single(ActionKind::kWander, 20.0F)};
     field.wall = [](const Vec3& p) {
         return p.x() > 2.0F;
     };  // nearly half of all targets
@@ -219,7 +219,7 @@ TEST(Wander, PicksAnotherTargetWhenAWallIsInTheWay) {
 
 TEST(Return, WalksAroundAWall) {
     Field field;
-    field.settings.machines = {single(ActionKind::kReturn)};
+    field.settings.brains = {single(ActionKind::kReturn)};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.position(1) = Vec3(20.0F, 0.0F, 0.0F);
     field.wall = [](const Vec3& p) {
@@ -234,7 +234,7 @@ TEST(Flock, KeepsTogetherAndApart) {
     constexpr std::uint32_t kCount = 24;
     constexpr float kRadius = 12.0F;
     Field field;
-    field.settings.machines = {single(ActionKind::kFlock, kRadius)};
+    field.settings.brains = {single(ActionKind::kFlock, kRadius)};
     core::Rng rng(5);
     for (std::uint32_t id = 1; id <= kCount; ++id) {
         field.add_npc(
@@ -281,7 +281,7 @@ TEST(Flock, KeepsTogetherAndApart) {
 
 TEST(Flock, DoesNotMixWithOtherTypes) {
     Field field;
-    field.settings.machines = {single(ActionKind::kFlock, 12.0F)};
+    field.settings.brains = {single(ActionKind::kFlock, 12.0F)};
     field.add_npc(1, kSheep, 0, Vec3::Zero());
     field.add_npc(2, kGuard, 0, Vec3(1.0F, 0.0F, 0.0F));
     FlockQuery query;
@@ -292,7 +292,7 @@ TEST(Flock, DoesNotMixWithOtherTypes) {
 
 TEST(Flock, PartsTwoOnTheSameSpot) {
     Field field;
-    field.settings.machines = {single(ActionKind::kFlock, 12.0F)};
+    field.settings.brains = {single(ActionKind::kFlock, 12.0F)};
     field.add_npc(1, kSheep, 0, Vec3::Zero());
     field.add_npc(2, kSheep, 0, Vec3::Zero());
     field.run(1.0F);

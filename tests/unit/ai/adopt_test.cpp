@@ -1,4 +1,4 @@
-// Adopt: what has a name in both machines stays, all else begins anew.
+// Adopt: what has a name in both brains stays, all else begins anew.
 #include "server/ai/adopt.h"
 
 #include "server/ai/decision.h"
@@ -19,59 +19,59 @@ State named(const std::string& name, ActionKind action) {
 }
 
 /// "day" holds "walk" and "stand" with a deep history; "alarm" is beside it.
-Machine layered() {
-    Machine machine;
-    machine.name = "layered";
-    machine.variables = {{"hunger", 0.2F, 0.1F}, {"coins", 1.0F, 0.0F, 0.0F, 10.0F}};
+Brain layered() {
+    Brain brain;
+    brain.name = "layered";
+    brain.variables = {{"hunger", 0.2F, 0.1F}, {"coins", 1.0F, 0.0F, 0.0F, 10.0F}};
     State day = named("day", ActionKind::kIdle);
-    day.history = fsm::History::kDeep;
+    day.history = state_machine::History::kDeep;
     day.inside = {named("walk", ActionKind::kPatrol), named("stand", ActionKind::kIdle)};
     day.inside[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 1.0F}};
     day.inside[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 9.0F}};
     day.transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 10.0F}};
     State alarm = named("alarm", ActionKind::kChase);
     alarm.transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 20.0F}};
-    machine.states = {day, alarm};
-    return machine;
+    brain.states = {day, alarm};
+    return brain;
 }
 
 struct Life {
-    CompiledMachine machine;
+    CompiledBrain brain;
     Agent agent;
     Thinking thinking;
     Tick now = 0;
 
-    explicit Life(const Machine& of) : machine(compile(of, kDt)) {
+    explicit Life(const Brain& of) : brain(compile(of, kDt)) {
         agent.entity = EntityId(1);
-        begin(agent, machine, 0);
+        begin(agent, brain, 0);
     }
 
     std::string after(Tick ticks, float player_m) {
         now += ticks;
         Sight sight;
         sight.distance = player_m;
-        ai::decide(agent, machine, sight, Vec2::Zero(), Places(), now, thinking);
-        return machine.states[agent.doing].name;
+        ai::decide(agent, brain, sight, Vec2::Zero(), Places(), now, thinking);
+        return brain.states[agent.doing].name;
     }
 
-    void become(const Machine& other, std::uint16_t index = 0) {
-        const CompiledMachine compiled = compile(other, kDt);
-        adopt(agent, machine, compiled, index, now, kDt);
-        machine = compiled;
+    void become(const Brain& other, std::uint16_t index = 0) {
+        const CompiledBrain compiled = compile(other, kDt);
+        adopt(agent, brain, compiled, index, now, kDt);
+        brain = compiled;
     }
 };
 
 constexpr float kNobody = std::numeric_limits<float>::infinity();
 
-TEST(Adopt, TheSameMachineChangesNothingThatShows) {
+TEST(Adopt, TheSameBrainChangesNothingThatShows) {
     Life life(layered());
     Life other(layered());
     life.after(40, kNobody);
     other.after(40, kNobody);
     life.agent.entered = other.agent.entered = false;  // both have begun to act
     life.become(layered());
-    EXPECT_EQ(life.agent.fsm.state(), other.agent.fsm.state());
-    EXPECT_EQ(life.agent.fsm.since, other.agent.fsm.since);
+    EXPECT_EQ(life.agent.state_machine.state(), other.agent.state_machine.state());
+    EXPECT_EQ(life.agent.state_machine.since, other.agent.state_machine.since);
     EXPECT_FALSE(life.agent.entered);
     for (const Tick step : {10, 200, 90, 60}) {
         const float player = step == 90 ? 5.0F : 30.0F;
@@ -84,7 +84,7 @@ TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
     Life life(layered());
     EXPECT_EQ(life.after(31, kNobody), "day/stand");
     EXPECT_EQ(life.after(3, 5.0F), "alarm");
-    Machine other = layered();
+    Brain other = layered();
     // Another order, one state more, another threshold, and hunger beside something new.
     other.states[0].inside.insert(other.states[0].inside.begin(),
                                   named("sleep", ActionKind::kIdle));
@@ -94,9 +94,9 @@ TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
     other.states[0].inside[2].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 9.0F}};
     other.variables = {{"mood", 0.7F}, {"hunger", 0.0F, 0.0F, 0.0F, 0.25F}};
     life.become(other, 3);
-    EXPECT_EQ(life.agent.machine, 3);
-    EXPECT_EQ(life.machine.states[life.agent.doing].name, "alarm");
-    EXPECT_EQ(life.agent.fsm.since[0][0], 34);
+    EXPECT_EQ(life.agent.brain, 3);
+    EXPECT_EQ(life.brain.states[life.agent.doing].name, "alarm");
+    EXPECT_EQ(life.agent.state_machine.since[0][0], 34);
     EXPECT_EQ(life.agent.variables[0], 0.7F);
     // 0.2 and 34 ticks at 0.1 a second are 0.313, beyond the new bound.
     EXPECT_EQ(life.agent.variables[1], 0.25F);
@@ -106,12 +106,12 @@ TEST(Adopt, KeepsStatesTimesHistoriesAndVariablesByName) {
 TEST(Adopt, BeginsAnewWhereTheStateIsNoMore) {
     Life life(layered());
     EXPECT_EQ(life.after(3, 5.0F), "alarm");
-    Machine other = layered();
+    Brain other = layered();
     other.states[1].name = "panic";
     other.states[0].inside[0].changes = {{1, std::nullopt, 2.0F}};
     life.become(other);
-    EXPECT_EQ(life.machine.states[life.agent.doing].name, "day/walk");
-    EXPECT_EQ(life.agent.fsm.since[0][0], life.now);
+    EXPECT_EQ(life.brain.states[life.agent.doing].name, "day/walk");
+    EXPECT_EQ(life.agent.state_machine.since[0][0], life.now);
     EXPECT_TRUE(life.agent.entered);
     EXPECT_EQ(life.agent.variables[1], 3.0F) << "one coin, and two for entering";
 }
@@ -120,10 +120,10 @@ TEST(Adopt, StartsAnActionAgainWhereItBecameAnother) {
     Life life(layered());
     life.after(3, 5.0F);
     life.agent.entered = false;
-    Machine other = layered();
+    Brain other = layered();
     other.states[1].action = ActionKind::kFlee;
     life.become(other);
-    EXPECT_EQ(life.machine.states[life.agent.doing].name, "alarm");
+    EXPECT_EQ(life.brain.states[life.agent.doing].name, "alarm");
     EXPECT_TRUE(life.agent.entered);
 }
 

@@ -16,9 +16,9 @@ namespace {
 
 /// Walks home at half its speed; runs away the more, the nearer a player is: not at all from 15 m
 /// on, with all its heart from 5 m in.
-Machine shy(float response_s) {
-    Machine machine;
-    machine.name = "shy";
+Brain shy(float response_s) {
+    Brain brain;
+    brain.name = "shy";
     State state;
     state.name = "live";
     BlendChoice blend;
@@ -43,8 +43,8 @@ Machine shy(float response_s) {
     flee.action = ActionKind::kFlee;
     flee.behaviour = 2;
     state.deeds = {home, flee};
-    machine.states = {state};
-    return machine;
+    brain.states = {state};
+    return brain;
 }
 
 /// One at the origin whose home is far along +x, a player behind it along -z.
@@ -52,7 +52,7 @@ struct Shy {
     Field field;
 
     explicit Shy(float player_m, float response_s = 0.0F) {
-        field.settings.machines = {shy(response_s)};
+        field.settings.brains = {shy(response_s)};
         field.add_npc(1, kGuard, 0, Vec3::Zero());
         Agent agent = field.agents.take(EntityId(1));
         agent.home = Vec3(1000.0F, 0.0F, 0.0F);
@@ -120,7 +120,7 @@ TEST(Blend, RespondsInTheTimeThatItSays) {
 
 TEST(Blend, SprintsWhereItsStatesWantMoreThanAWalk) {
     Shy fast(4.0F);
-    fast.field.settings.machines[0].states[0].deeds[1].sprint = true;
+    fast.field.settings.brains[0].states[0].deeds[1].sprint = true;
     fast.decide();
     EXPECT_EQ(fast.field.command(1).buttons, motion::kButtonSprint);
     EXPECT_EQ(fast.field.command(1).move_z, 127);
@@ -136,16 +136,16 @@ TEST(Blend, WalksAroundWhatIsInItsWay) {
 }
 
 /// Roams, and would run from a player; rests now and then.
-Machine roamer() {
-    Machine machine = shy(1.0F);
-    machine.states[0].deeds[0].action = ActionKind::kWander;
-    machine.states[0].deeds[0].radius_m = 20.0F;
-    machine.states[0].deeds[0].speed_factor = 1.0F;
-    machine.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 50.0F, 0.0F}};
-    machine.states.emplace_back();
-    machine.states[1].name = "rest";
-    machine.states[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 10.0F, 0.0F}};
-    return machine;
+Brain roamer() {
+    Brain brain = shy(1.0F);
+    brain.states[0].deeds[0].action = ActionKind::kWander;
+    brain.states[0].deeds[0].radius_m = 20.0F;
+    brain.states[0].deeds[0].speed_factor = 1.0F;
+    brain.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 50.0F, 0.0F}};
+    brain.states.emplace_back();
+    brain.states[1].name = "rest";
+    brain.states[1].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 10.0F, 0.0F}};
+    return brain;
 }
 
 constexpr std::uint32_t kRoamers = 24;
@@ -161,7 +161,7 @@ struct Roamed {
 Roamed roamed(bool simulated, std::uint32_t first) {
     constexpr int kSeconds = 600;
     Field field;
-    field.settings.machines = {roamer()};
+    field.settings.brains = {roamer()};
     field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
     compile(field.settings, kDt);
     for (std::uint32_t k = 0; k < kRoamers; ++k) {
@@ -225,7 +225,7 @@ TEST(Blend, TellsItsDegrees) {
     shy.decide();
     const Field& field = shy.field;
     const std::string text = why(*field.agents.find(EntityId(1)),
-                                 field.settings.machines[0],
+                                 field.settings.brains[0],
                                  field.settings.compiled[0],
                                  Sight{},
                                  Vec2::Zero(),
@@ -236,11 +236,11 @@ TEST(Blend, TellsItsDegrees) {
     EXPECT_NE(text.find("live:flee 1\n"), std::string::npos) << text;
 }
 
-TEST(Blend, GoesOnWhenMachinesAreReadAnew) {
+TEST(Blend, GoesOnWhenBrainsAreReadAnew) {
     Shy shy_one(4.0F);
     shy_one.decide();
     Agent agent = shy_one.field.agents.take(EntityId(1));
-    const CompiledMachine other = compile(shy(2.0F), kDt);
+    const CompiledBrain other = compile(shy(2.0F), kDt);
     adopt(agent, shy_one.field.settings.compiled[0], other, 0, shy_one.field.now, kDt);
     EXPECT_EQ(agent.degrees[0], 0.0F);
     EXPECT_EQ(agent.degrees[1], 1.0F);

@@ -259,9 +259,9 @@ class Plain {
     static constexpr float kSeen_m = 40.0F;
 
     Plain() {
-        Machine machine = single(ActionKind::kWander, 80.0F);
-        machine.states[0].speed_factor = 0.9F;
-        field.settings.machines = {machine};
+        Brain brain = single(ActionKind::kWander, 80.0F);
+        brain.states[0].speed_factor = 0.9F;
+        field.settings.brains = {brain};
         field.settings.seen_m = kSeen_m;
         field.wall = nullptr;
         compile(field.settings, kDt);

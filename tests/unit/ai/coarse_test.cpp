@@ -30,8 +30,8 @@ using Life = std::vector<Entered>;
 /// All agents of a field, and how they lived.
 class Lives {
   public:
-    explicit Lives(Machine machine, bool simulated, std::uint32_t count = 20) : count_(count) {
-        field.settings.machines = {std::move(machine)};
+    explicit Lives(Brain brain, bool simulated, std::uint32_t count = 20) : count_(count) {
+        field.settings.brains = {std::move(brain)};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.wall = nullptr;
         compile(field.settings, kDt);
@@ -82,8 +82,8 @@ Transition on_variable(std::uint16_t to, std::size_t v, Compare compare, float t
 }
 
 /// Gets hungry, eats, sleeps; now and then a yawn that nobody can foresee but by its seed.
-Machine drowsy() {
-    Machine m;
+Brain drowsy() {
+    Brain m;
     m.name = "drowsy";
     m.decide_every_s = 0.2F;
     m.variables = {{"hunger", 0.3F, 0.013F, 0.0F, 1.0F}, {"tired", 0.0F, 0.004F, 0.0F, 1.0F}};
@@ -124,8 +124,8 @@ TEST(Coarse, WhatDependsOnTimeAndVariablesIsTheSameToTheLastBit) {
 }
 
 /// Walks home, patrols, wanders: a day of three errands.
-Machine walker() {
-    Machine m;
+Brain walker() {
+    Brain m;
     m.name = "walker";
     m.states.resize(3);
     m.states[0].name = "patrol";
@@ -163,10 +163,10 @@ class Errand : public testing::TestWithParam<ActionKind> {};
 /// (2.8 m/s / 30) at the latest; where it wanders on from is the timetable's, so that nothing adds
 /// up.
 TEST_P(Errand, LeadsToWhereTheyWouldHaveWalked) {
-    Machine machine = single(GetParam(), 25.0F);
-    machine.states[0].speed_factor = 0.7F;
-    Lives all(machine, true);
-    Lives some(machine, false);
+    Brain brain = single(GetParam(), 25.0F);
+    brain.states[0].speed_factor = 0.7F;
+    Lives all(brain, true);
+    Lives some(brain, false);
     for (int minute = 1; minute <= 10; ++minute) {
         all.run(60.0F);
         some.run(60.0F);
@@ -195,8 +195,8 @@ TEST(Coarse, WalkersDoWhatTheyWouldHaveDoneAtTheSameTicks) {
 }
 
 /// Wanders far, and would do something else near home or very far from it.
-Machine rover() {
-    Machine m;
+Brain rover() {
+    Brain m;
     m.name = "rover";
     m.states.resize(2);
     m.states[0].name = "roam";
@@ -249,8 +249,8 @@ TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
         ai::hash(hash, agent);
         return hash.value();
     };
-    for (const Machine& machine : {walker(), rover(), drowsy()}) {
-        Lives some(machine, false);
+    for (const Brain& brain : {walker(), rover(), drowsy()}) {
+        Lives some(brain, false);
         some.run(10.0F);
         int ends = 0;
         int changed = 0;
@@ -271,7 +271,7 @@ TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
             }
         }
         EXPECT_EQ(changed, ends);
-        EXPECT_EQ(ends > 100, machine.name != "drowsy") << "who never walks ends no segment";
+        EXPECT_EQ(ends > 100, brain.name != "drowsy") << "who never walks ends no segment";
     }
 }
 

@@ -9,16 +9,16 @@
 namespace zoned::ai::test {
 namespace {
 
-Machine company(ActionKind action, float radius_m) {
-    Machine machine = single(action, radius_m);
-    machine.perception.given = true;
-    machine.perception_m = 60.0F;
-    return machine;
+Brain company(ActionKind action, float radius_m) {
+    Brain brain = single(action, radius_m);
+    brain.perception.given = true;
+    brain.perception_m = 60.0F;
+    return brain;
 }
 
 TEST(Follow, SetsOutBeyondTheRadiusAndStopsWellWithin) {
     Field field;
-    field.settings.machines = {company(ActionKind::kFollow, 5.0F)};
+    field.settings.brains = {company(ActionKind::kFollow, 5.0F)};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_player(2, Vec3(0.0F, 0.0F, 4.9F));
     field.run(1.0F);
@@ -41,9 +41,9 @@ TEST(Follow, SetsOutBeyondTheRadiusAndStopsWellWithin) {
 
 TEST(Follow, KeepsUpWithALeaderOfItsOwnChoiceAndLeavesOthersAlone) {
     Field field;
-    Machine machine = company(ActionKind::kFollow, 4.0F);
-    machine.perception.wards = {kSheep};
-    field.settings.machines = {machine, single(ActionKind::kIdle)};
+    Brain brain = company(ActionKind::kFollow, 4.0F);
+    brain.perception.wards = {kSheep};
+    field.settings.brains = {brain, single(ActionKind::kIdle)};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_npc(3, kSheep, 1, Vec3(0.0F, 0.0F, 3.0F));
     field.add_player(2, Vec3(10.0F, 0.0F, 0.0F));
@@ -85,9 +85,9 @@ TEST(Escort, StaysBesideAWardThatMoves) {
 
 TEST(Escort, WalksToItsPlaceAndMovesWithTheThreat) {
     Field field;
-    Machine machine = company(ActionKind::kEscort, 3.0F);
-    machine.perception.wards = {kSheep};
-    field.settings.machines = {machine, single(ActionKind::kIdle)};
+    Brain brain = company(ActionKind::kEscort, 3.0F);
+    brain.perception.wards = {kSheep};
+    field.settings.brains = {brain, single(ActionKind::kIdle)};
     field.add_npc(1, kGuard, 0, Vec3(0.0F, 0.0F, -8.0F));
     field.add_npc(3, kSheep, 1, Vec3::Zero());
     field.add_player(2, Vec3(12.0F, 0.0F, 0.0F));
@@ -100,9 +100,9 @@ TEST(Escort, WalksToItsPlaceAndMovesWithTheThreat) {
 
 TEST(Guard, EngagesWithinTheRadiusAndReturnsBeyondTheLeash) {
     Field field;
-    Machine machine = company(ActionKind::kGuard, 6.0F);
-    machine.states[0].leash_m = 10.0F;
-    field.settings.machines = {machine};
+    Brain brain = company(ActionKind::kGuard, 6.0F);
+    brain.states[0].leash_m = 10.0F;
+    field.settings.brains = {brain};
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_player(2, Vec3(0.0F, 0.0F, 6.1F));
     field.run(1.0F);
@@ -123,10 +123,10 @@ TEST(Guard, EngagesWithinTheRadiusAndReturnsBeyondTheLeash) {
 
 TEST(Chase, OfOneThatIsRememberedEndsWhereItWasLast) {
     Field field;
-    Machine machine = company(ActionKind::kChase, 5.0F);
-    machine.perception_m = 20.0F;
-    machine.perception.memory_s = 30.0F;
-    field.settings.machines = {machine};
+    Brain brain = company(ActionKind::kChase, 5.0F);
+    brain.perception_m = 20.0F;
+    brain.perception.memory_s = 30.0F;
+    field.settings.brains = {brain};
     field.now = 30;
     field.add_npc(1, kGuard, 0, Vec3::Zero());
     field.add_player(2, Vec3(0.0F, 0.0F, 15.0F));

@@ -43,7 +43,7 @@ class Gates {
         walker.half_segment = walker.character.half_segment = 0.5F;
         walker.character.acceleration = 20.0F;
         walker.character.speed = 3.0F;
-        field.settings.machines = {single(ActionKind::kGo)};
+        field.settings.brains = {single(ActionKind::kGo)};
         field.settings.avoidance = steering::AvoidanceSettings{};
         compile(field.settings, kDt);
         PathfindingSettings paths;

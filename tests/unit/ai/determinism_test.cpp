@@ -8,27 +8,27 @@
 namespace zoned::ai::test {
 namespace {
 
-Machine sheep_machine() {
-    Machine machine;
-    machine.name = "sheep";
-    machine.perception_m = 20.0F;
-    machine.states.resize(3);
-    machine.states[0].action = ActionKind::kFlock;
-    machine.states[0].radius_m = 10.0F;
-    machine.states[0].speed_factor = 0.5F;
-    machine.states[0].transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 8.0F, 0.0F},
-                                     {2, Sensor::kRandom, Compare::kBelow, 0.02F, 0.0F}};
-    machine.states[1].action = ActionKind::kFlee;
-    machine.states[1].transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 14.0F, 1.0F}};
-    machine.states[2].action = ActionKind::kIdle;
-    machine.states[2].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 2.0F, 0.0F}};
-    return machine;
+Brain sheep_brain() {
+    Brain brain;
+    brain.name = "sheep";
+    brain.perception_m = 20.0F;
+    brain.states.resize(3);
+    brain.states[0].action = ActionKind::kFlock;
+    brain.states[0].radius_m = 10.0F;
+    brain.states[0].speed_factor = 0.5F;
+    brain.states[0].transitions = {{1, Sensor::kPlayerDistance, Compare::kBelow, 8.0F, 0.0F},
+                                   {2, Sensor::kRandom, Compare::kBelow, 0.02F, 0.0F}};
+    brain.states[1].action = ActionKind::kFlee;
+    brain.states[1].transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 14.0F, 1.0F}};
+    brain.states[2].action = ActionKind::kIdle;
+    brain.states[2].transitions = {{0, Sensor::kTimeInState, Compare::kAbove, 2.0F, 0.0F}};
+    return brain;
 }
 
 struct Planned {
     std::uint32_t id;
     TypeIndex type;
-    std::uint16_t machine;
+    std::uint16_t brain;
     Vec3 position;
 };
 
@@ -37,16 +37,16 @@ std::vector<Planned> plan() {
     std::vector<Planned> planned;
     core::Rng rng(11);
     for (std::uint32_t id = 1; id <= 80; ++id) {
-        const std::uint16_t machine = id <= 20 ? 0 : (id <= 60 ? 1 : 2);
-        const TypeIndex type = machine == 1 ? kSheep : kGuard;
+        const std::uint16_t brain = id <= 20 ? 0 : (id <= 60 ? 1 : 2);
+        const TypeIndex type = brain == 1 ? kSheep : kGuard;
         planned.push_back(
-            {id, type, machine, Vec3(rng.range(-60.0F, 60.0F), 0.0F, rng.range(-60.0F, 60.0F))});
+            {id, type, brain, Vec3(rng.range(-60.0F, 60.0F), 0.0F, rng.range(-60.0F, 60.0F))});
     }
     return planned;
 }
 
 void furnish(Field& field) {
-    field.settings.machines = {guard_machine(), sheep_machine(), single(ActionKind::kWander)};
+    field.settings.brains = {guard_brain(), sheep_brain(), single(ActionKind::kWander)};
     field.settings.max_decisions_per_tick = 9;  // fewer than the 80 / 6 that want to
     field.settings.far_m = 50.0F;
 }
@@ -54,7 +54,7 @@ void furnish(Field& field) {
 void populate(Field& field, const std::vector<std::size_t>& order) {
     const std::vector<Planned> planned = plan();
     for (const std::size_t i : order) {
-        field.add_npc(planned[i].id, planned[i].type, planned[i].machine, planned[i].position);
+        field.add_npc(planned[i].id, planned[i].type, planned[i].brain, planned[i].position);
     }
 }
 
@@ -165,12 +165,12 @@ TEST(AgentStore, HashSeesEveryField) {
     };
     const std::uint64_t before = hash(agent);
     std::vector<Agent> changed(37, agent);
-    changed[0].machine = 1;
-    changed[1].fsm.leaf[0] = 1;
-    changed[2].fsm.since[0][0] = 1;
+    changed[0].brain = 1;
+    changed[1].state_machine.leaf[0] = 1;
+    changed[2].state_machine.since[0][0] = 1;
     changed[3].next_decision = 1;
-    changed[4].fsm.since[3][0] = 1;
-    changed[5].fsm.pending[0] = 1;
+    changed[4].state_machine.since[3][0] = 1;
+    changed[5].state_machine.pending[0] = 1;
     changed[6].home.x() = 1.0F;
     changed[7].target.z() = 1.0F;
     changed[8].corner = 1;
@@ -183,8 +183,8 @@ TEST(AgentStore, HashSeesEveryField) {
     changed[15].anchor.y() = 1.0F;
     changed[16].anchor_since = 1;
     changed[17].detour_until = 1;
-    changed[18].fsm.memory[0][0] = 1;
-    changed[19].fsm.memory[7][0] = 1;
+    changed[18].state_machine.memory[0][0] = 1;
+    changed[19].state_machine.memory[7][0] = 1;
     changed[20].variables[7] = 1.0F;
     changed[21].variables_at = 1;
     changed[22].doing = 1;
@@ -207,15 +207,15 @@ TEST(AgentStore, HashSeesEveryField) {
     }
     // Since when a transition is held counts while one is.
     Agent held = agent;
-    held.fsm.pending[0] = 1;
+    held.state_machine.pending[0] = 1;
     Agent longer = held;
-    longer.fsm.pending_since[0] = -5;
+    longer.state_machine.pending_since[0] = -5;
     EXPECT_NE(hash(held), hash(longer));
 }
 
 TEST(AgentStore, LeaveHiddenGhostAndMissingEntitiesAlone) {
     Field field;
-    field.settings.machines = {single(ActionKind::kWander)};
+    field.settings.brains = {single(ActionKind::kWander)};
     for (std::uint32_t id = 1; id <= 3; ++id) {
         field.add_npc(id, kGuard, 0, Vec3::Zero());
     }
@@ -231,7 +231,7 @@ TEST(AgentStore, LeaveHiddenGhostAndMissingEntitiesAlone) {
 
 TEST(LevelOfDetail, LetsFarAgentsSteerEveryFourthTickInTurns) {
     Field field;
-    field.settings.machines = {single(ActionKind::kWander)};
+    field.settings.brains = {single(ActionKind::kWander)};
     for (std::uint32_t id = 1; id <= 40; ++id) {
         field.add_npc(id, kGuard, 0, Vec3(static_cast<float>(id), 0.0F, 0.0F));
     }

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-namespace zoned::ai::fsm::test {
+namespace zoned::ai::state_machine::test {
 namespace {
 
 using testing::HasSubstr;
@@ -39,10 +39,10 @@ TEST(Diagram, ShowsHolds) {
 }
 
 TEST(Diagram, QuotesNames) {
-    MachineDef def{"a\"b", {{"c\\d", 0, {}, {}, {}}}};
+    StateMachineDef def{"a\"b", {{"c\\d", 0, {}, {}, {}}}};
     EXPECT_THAT(dot_of(def, kSenseNames), HasSubstr("digraph \"a\\\"b\" {"));
     EXPECT_THAT(dot_of(def, kSenseNames), HasSubstr("\"c\\\\d\""));
 }
 
 }  // namespace
-}  // namespace zoned::ai::fsm::test
+}  // namespace zoned::ai::state_machine::test

@@ -25,8 +25,8 @@ constexpr TypeIndex kBall = 4;
 
 /// Goes its round until it notices a thief; then it stands and looks for as long as it does, and
 /// walks home. All of it is walked by segments, so that it is to come out the same to the tick.
-Machine watchman() {
-    Machine m;
+Brain watchman() {
+    Brain m;
     m.name = "watchman";
     m.perception_m = kSight_m;
     m.perception.given = true;
@@ -48,8 +48,8 @@ Machine watchman() {
 }
 
 /// Wanders far and wide, and looks for nobody.
-Machine thief() {
-    Machine m = single(ActionKind::kWander, 80.0F);
+Brain thief() {
+    Brain m = single(ActionKind::kWander, 80.0F);
     m.name = "thief";
     m.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 40.0F, 0.0F}};
     m.states.emplace_back();
@@ -58,8 +58,8 @@ Machine thief() {
     return m;
 }
 
-Machine folk() {
-    Machine m = single(ActionKind::kWander, 30.0F);
+Brain folk() {
+    Brain m = single(ActionKind::kWander, 30.0F);
     m.name = "folk";
     m.states[0].speed_factor = 0.6F;
     return m;
@@ -86,7 +86,7 @@ class Town {
         field.types.push_back(field.types[kSheep]);
         field.types.emplace_back();  // a prop
         field.types[kSheep].character.speed = 3.0F;
-        field.settings.machines = {watchman(), thief(), folk()};
+        field.settings.brains = {watchman(), thief(), folk()};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 60.0F;
         compile(field.settings, kDt);
         for (std::uint32_t id = 1; id <= kAll; ++id) {
@@ -108,12 +108,12 @@ class Town {
             at);
     }
 
-    void add(std::uint32_t id, TypeIndex type, std::uint16_t machine, const Vec3& at) {
-        field.add_npc(id, type, machine, at);
+    void add(std::uint32_t id, TypeIndex type, std::uint16_t brain, const Vec3& at) {
+        field.add_npc(id, type, brain, at);
         const world::Row row = field.entities.find(EntityId(id));
         field.entities.set(row, world::kGrounded, true);
         field.entities.discontinuity_tick[row] = field.now;
-        begin(*field.agents.find(EntityId(id)), field.settings.compiled[machine], field.now);
+        begin(*field.agents.find(EntityId(id)), field.settings.compiled[brain], field.now);
         lives.resize(std::max<std::size_t>(lives.size(), id + 1));
     }
 
@@ -123,7 +123,7 @@ class Town {
         Agent& agent = *field.agents.find(EntityId(id));
         if (agent.tier == Tier::kCoarse) {
             wake_up(agent,
-                    field.settings.compiled[agent.machine],
+                    field.settings.compiled[agent.brain],
                     {field.entities,
                      field.types,
                      field.grid,
@@ -150,8 +150,8 @@ class Town {
                 continue;
             }
             Life& life = lives[id];
-            if (life.empty() || life.back().state != agent->fsm.state()) {
-                life.push_back({field.now, agent->fsm.state()});
+            if (life.empty() || life.back().state != agent->state_machine.state()) {
+                life.push_back({field.now, agent->state_machine.state()});
             }
         }
     }
@@ -205,10 +205,10 @@ std::uint32_t asleep_in_sight(Town& town) {
     std::uint32_t found = 0;
     for (std::size_t a = 0; a < agents.size(); ++a) {
         const Agent& watch = agents.at(agents.nth(a));
-        for (std::size_t b = 0; b < agents.size() && watch.machine == kWatch; ++b) {
+        for (std::size_t b = 0; b < agents.size() && watch.brain == kWatch; ++b) {
             const Agent& other = agents.at(agents.nth(b));
             const bool sleeps = watch.tier == Tier::kCoarse || other.tier == Tier::kCoarse;
-            if (other.machine == kThief && sleeps &&
+            if (other.brain == kThief && sleeps &&
                 (town.at(watch.entity.value) - town.at(other.entity.value)).norm() < kSight_m) {
                 ++found;
             }
@@ -299,7 +299,7 @@ std::uint32_t asleep_beside_ghosts(Town& town, std::uint32_t ghosts) {
 TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
     constexpr std::uint32_t kGhosts = 20;
     Town some(false);
-    Machine& watch = some.field.settings.machines[kWatch];
+    Brain& watch = some.field.settings.brains[kWatch];
     watch.states[0].action = ActionKind::kWander;
     watch.states[0].radius_m = 150.0F;
     watch.states[0].speed_factor = 1.0F;
@@ -408,8 +408,8 @@ TEST(Encounters, AreMadeByGhostsAndByWhatIsThrown) {
 }
 
 /// Runs after thieves, who run from watchmen.
-Machine hunter() {
-    Machine m = watchman();
+Brain hunter() {
+    Brain m = watchman();
     m.name = "hunter";
     m.states[1].action = ActionKind::kChase;
     m.states[1].transitions = {{2, Sensor::kHomeDistance, Compare::kAbove, 50.0F, 0.0F},
@@ -418,8 +418,8 @@ Machine hunter() {
     return m;
 }
 
-Machine runner() {
-    Machine m = thief();
+Brain runner() {
+    Brain m = thief();
     m.name = "runner";
     m.perception_m = 15.0F;
     m.perception.given = true;
@@ -440,7 +440,7 @@ TEST(Encounters, LetChasesBeginAtTheSameTickAndBeAsMany) {
     Town some(false);
     std::array<double, 2> chases{};
     for (Town* const town : {&all, &some}) {
-        town->field.settings.machines = {hunter(), runner(), folk()};
+        town->field.settings.brains = {hunter(), runner(), folk()};
         compile(town->field.settings, kDt);
         town->run(1200.0F);
         for (std::uint32_t id = 1; id <= Town::kWatchmen; ++id) {
@@ -488,8 +488,8 @@ TEST(Encounters, KeepThoseAwakeWhoCouldBePerceivedBeyondTheBorder) {
 /// Many more, who decide in every tick, in one order of rows or the other.
 void crowd(Town& town, bool backwards) {
     constexpr std::uint32_t kMore = 800;
-    for (Machine& machine : town.field.settings.machines) {
-        machine.decide_every_s = kDt;
+    for (Brain& brain : town.field.settings.brains) {
+        brain.decide_every_s = kDt;
     }
     compile(town.field.settings, kDt);
     for (std::uint32_t k = 0; k < kMore; ++k) {

@@ -39,13 +39,13 @@ class Field {
     }
 
     /// A character with an agent whose home is where it stands.
-    void add_npc(std::uint32_t id, TypeIndex type, std::uint16_t machine, const Vec3& position) {
+    void add_npc(std::uint32_t id, TypeIndex type, std::uint16_t brain, const Vec3& position) {
         const world::Row row = entities.add(EntityId(id), type);
         entities.position[row] = position;
         Agent agent;
         agent.entity = EntityId(id);
-        agent.machine = machine;
-        agent.fsm = fsm::OneState(now);
+        agent.brain = brain;
+        agent.state_machine = state_machine::ActiveState(now);
         agent.home = position;
         agent.rng = core::Rng(7, id);
         agents.add(agent);
@@ -60,7 +60,7 @@ class Field {
     }
 
     [[nodiscard]] std::uint16_t state(std::uint32_t id) const {
-        return agents.find(EntityId(id))->fsm.state();
+        return agents.find(EntityId(id))->state_machine.state();
     }
 
     [[nodiscard]] float distance(std::uint32_t a, std::uint32_t b) {
@@ -70,7 +70,7 @@ class Field {
     /// One tick: agents, then position += wanted velocity * dt. `wall` may undo a move.
     Report step() {
         grid.build(entities.position, 8.0F);
-        if (settings.compiled.size() != settings.machines.size()) {
+        if (settings.compiled.size() != settings.brains.size()) {
             compile(settings, kDt);
         }
         paths.follow_doors(now);
@@ -147,26 +147,26 @@ class Field {
     }
 };
 
-/// A decision by a machine as written.
+/// A decision by a brain as written.
 inline bool decide(Agent& agent,
-                   const Machine& machine,
+                   const Brain& brain,
                    const Sight& sight,
                    const Vec3& position,
                    Tick now,
                    float dt) {
     Thinking thinking;
     const Vec2 here(position.x(), position.z());
-    return ai::decide(agent, compile(machine, dt), sight, here, Places(), now, thinking);
+    return ai::decide(agent, compile(brain, dt), sight, here, Places(), now, thinking);
 }
 
 /// One state, no transitions.
-inline Machine single(ActionKind action, float radius = 20.0F) {
-    Machine machine;
-    machine.name = "single";
-    machine.states.emplace_back();
-    machine.states[0].action = action;
-    machine.states[0].radius_m = radius;
-    return machine;
+inline Brain single(ActionKind action, float radius = 20.0F) {
+    Brain brain;
+    brain.name = "single";
+    brain.states.emplace_back();
+    brain.states[0].action = action;
+    brain.states[0].radius_m = radius;
+    return brain;
 }
 
 enum GuardState : std::uint16_t {
@@ -177,26 +177,26 @@ enum GuardState : std::uint16_t {
 
 /// Patrols; chases a player nearer than 15 m; gives up beyond 20 m (both held for 0.4 s); walks
 /// home; patrols.
-inline Machine guard_machine() {
-    Machine machine;
-    machine.name = "guard";
-    machine.perception_m = 40.0F;
-    machine.states.resize(3);
-    State& patrol = machine.states[kOnPatrol];
+inline Brain guard_brain() {
+    Brain brain;
+    brain.name = "guard";
+    brain.perception_m = 40.0F;
+    brain.states.resize(3);
+    State& patrol = brain.states[kOnPatrol];
     patrol.action = ActionKind::kPatrol;
     patrol.radius_m = 8.0F;
     patrol.speed_factor = 0.5F;
     patrol.transitions = {{kOnChase, Sensor::kPlayerDistance, Compare::kBelow, 15.0F, 0.4F}};
-    State& chase = machine.states[kOnChase];
+    State& chase = brain.states[kOnChase];
     chase.action = ActionKind::kChase;
     chase.sprint = true;
     chase.behaviour = 2;
     chase.transitions = {{kOnReturn, Sensor::kPlayerDistance, Compare::kAbove, 20.0F, 0.4F}};
-    State& back = machine.states[kOnReturn];
+    State& back = brain.states[kOnReturn];
     back.action = ActionKind::kReturn;
     back.transitions = {{kOnChase, Sensor::kPlayerDistance, Compare::kBelow, 15.0F, 0.4F},
                         {kOnPatrol, Sensor::kHomeDistance, Compare::kBelow, 2.0F, 0.0F}};
-    return machine;
+    return brain;
 }
 
 }  // namespace zoned::ai::test

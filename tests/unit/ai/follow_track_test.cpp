@@ -47,10 +47,10 @@ class Followers {
         field.settings.places.tracks =
             std::make_shared<const SplineNetwork>(SplineNetwork::make(tracks).value());
         field.places = Places(field.settings.places, Vec2d(100.0, -50.0), kDt);
-        Machine machine = single(ActionKind::kFollowTrack);
-        machine.states[0].follow = follow;
-        machine.states[0].speed_factor = 0.8F;
-        field.settings.machines = {machine};
+        Brain brain = single(ActionKind::kFollowTrack);
+        brain.states[0].follow = follow;
+        brain.states[0].speed_factor = 0.8F;
+        field.settings.brains = {brain};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.types[kGuard].character.acceleration = 20.0F;
         field.types[kGuard].character.gravity = 0.0F;
@@ -350,7 +350,7 @@ TEST(FollowTrack, IsExplained) {
     one.add(1, one.lane(1).at(10.0).at);
     one.field.run(5.0F);
     const std::string text = why(one.agent(1),
-                                 one.field.settings.machines[0],
+                                 one.field.settings.brains[0],
                                  one.field.settings.compiled[0],
                                  Sight::none(),
                                  Vec2::Zero(),

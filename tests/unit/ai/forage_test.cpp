@@ -30,14 +30,14 @@ class AntHill {
         places.places = {{"nest", Vec2d(-5.0, 0.0), 1.0F, {}},
                          {"crumbs", Vec2d(5.0, 0.0), 1.0F, {}}};
         field.places = Places(places, Vec2d::Zero(), kDt);
-        Machine machine = single(ActionKind::kForage);
+        Brain brain = single(ActionKind::kForage);
         ForageDef def;
         def.nest = 0;
         def.food = {1};
         def.radius_m = 14.0F;
         def.trails = {0.01F, 0.01F, 400};
-        machine.states[0].forage = def;
-        field.settings.machines = {machine};
+        brain.states[0].forage = def;
+        field.settings.brains = {brain};
         field.settings.seen_m = seen_m;
         compile(field.settings, kDt);
         motion::CharacterLimits& limits = field.types[kSheep].character;
@@ -167,12 +167,12 @@ TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
         return load_agents(bytes, hill.field.settings, agents, steps, places);
     };
     ASSERT_EQ(read(whole), "");
-    // A nest at the end: machine, deed, type, number of cells, then 12 bytes for each.
+    // A nest at the end: brain, deed, type, number of cells, then 12 bytes for each.
     const std::size_t cells = hill.field.steps.nests().memory().nests[0].cells.size();
     ASSERT_GT(cells, 10U);
     const std::size_t nest = whole.size() - 12 * cells - 4 - 6;
     std::vector<std::uint8_t> bytes = whole;
-    bytes[nest] = 9;  // its machine
+    bytes[nest] = 9;  // its brain
     EXPECT_EQ(read(bytes), "nest 0 is none, or has scents that are none");
     bytes = whole;
     bytes[nest + 2] = 1;  // what it does

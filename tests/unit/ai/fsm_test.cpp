@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-namespace zoned::ai::fsm::test {
+namespace zoned::ai::state_machine::test {
 namespace {
 
 using scenario::Sensed;
@@ -18,7 +18,7 @@ using testing::ElementsAre;
 /// Runs a machine of one agent by hand.
 class Lone {
   public:
-    explicit Lone(const MachineDef& def, std::size_t senses, float dt = 1.0F)
+    explicit Lone(const StateMachineDef& def, std::size_t senses, float dt = 1.0F)
         : machine(compile(def, senses, dt)),
           states(begin(machine, 1, 0)),
           sensed(senses, 1) {}
@@ -34,8 +34,8 @@ class Lone {
         return machine.state_name(states.leaf[0]);
     }
 
-    FlatMachine machine;
-    MachineStates states;
+    FlatStateMachine machine;
+    ActiveStates states;
     Sensed sensed;
     Tick now = 0;
     std::vector<Change> changes;
@@ -164,16 +164,16 @@ class Forms {
         step_coded(by_class, scenario::sentry_objects(), senses, now, of_class);
     }
 
-    static std::uint64_t hash_of(const MachineStates& states) {
+    static std::uint64_t hash_of(const ActiveStates& states) {
         core::StateHash hash;
         states.hash(hash);
         return hash.value();
     }
 
-    FlatMachine machine;
-    MachineStates tables;
-    MachineStates by_switch;
-    MachineStates by_class;
+    FlatStateMachine machine;
+    ActiveStates tables;
+    ActiveStates by_switch;
+    ActiveStates by_class;
     Sensed sensed;
     std::vector<Change> of_tables;
     std::vector<Change> of_switch;
@@ -205,7 +205,7 @@ TEST(FsmForms, AgreeInEveryTickOfEveryAgent) {
 TEST(FsmForms, WouldDifferIfOneThresholdDid) {
     constexpr std::size_t kCount = 200;
     Forms forms(kCount);
-    MachineDef def = scenario::sentry_def();
+    StateMachineDef def = scenario::sentry_def();
     def.states[scenario::kChase].transitions[0].when[0].threshold += 0.01F;
     forms.machine = compile(def, scenario::kSentrySenses, scenario::kSentryDt);
     core::Rng rng(11);
@@ -280,7 +280,7 @@ TEST(Oscillations, AreNotSeenInARound) {
 
 // ---------------------------------------------------------------- definitions
 
-std::vector<DefectKind> kinds(const MachineDef& def, std::size_t senses) {
+std::vector<DefectKind> kinds(const StateMachineDef& def, std::size_t senses) {
     std::vector<DefectKind> kinds;
     for (const Defect& defect : defects_of(def, senses)) {
         kinds.push_back(defect.kind);
@@ -288,7 +288,7 @@ std::vector<DefectKind> kinds(const MachineDef& def, std::size_t senses) {
     return kinds;
 }
 
-TEST(FsmDefects, AreNoneInAMachineThatRuns) {
+TEST(FsmDefects, AreNoneInAStateMachineThatRuns) {
     EXPECT_TRUE(defects_of(scenario::sentry_def(), scenario::kSentrySenses).empty());
 }
 
@@ -335,4 +335,4 @@ TEST(FsmDefects, BoundDepthAndNumber) {
 }
 
 }  // namespace
-}  // namespace zoned::ai::fsm::test
+}  // namespace zoned::ai::state_machine::test

@@ -295,8 +295,8 @@ TEST(FuzzySystem, ExplainsWhichRulesFire) {
 // ---------------------------------------------------------------- machines
 
 /// Two states; x in [0, 1] calls for the second to the degree x and for the first to 1 - x.
-FuzzyMachineDef swing_def(float response_s) {
-    FuzzyMachineDef def;
+FuzzyStateMachineDef swing_def(float response_s) {
+    FuzzyStateMachineDef def;
     def.inputs = line_def().inputs;
     def.states = {{"calm", {0.0F}}, {"angry", {10.0F}}};
     def.transitions = {{0, 1, {{0, 1, false}}, false}, {1, 0, {{0, 0, false}}, false}};
@@ -306,7 +306,7 @@ FuzzyMachineDef swing_def(float response_s) {
 
 class Swing {
   public:
-    explicit Swing(const FuzzyMachineDef& def, float dt = 0.1F) : machine(def, dt) {
+    explicit Swing(const FuzzyStateMachineDef& def, float dt = 0.1F) : machine(def, dt) {
         degrees.reset(machine.states(), 1);
     }
 
@@ -327,11 +327,11 @@ class Swing {
         return out;
     }
 
-    FuzzyMachine machine;
+    FuzzyStateMachine machine;
     FuzzyDegrees degrees;
 };
 
-TEST(FuzzyMachine, FollowsATraceComputedByHand) {
+TEST(FuzzyStateMachine, FollowsATraceComputedByHand) {
     Swing swing(swing_def(0.0F));
     EXPECT_THAT(swing.step(0.0F), ElementsAre(1.0F, 0.0F));
     // Calm keeps 1 - 0.25, angry gets 0.25: scaled by 1 / 0.75.
@@ -344,7 +344,7 @@ TEST(FuzzyMachine, FollowsATraceComputedByHand) {
     EXPECT_EQ(swing.blended(), 10.0F);
 }
 
-TEST(FuzzyMachine, MovesNoFasterThanItsResponse) {
+TEST(FuzzyStateMachine, MovesNoFasterThanItsResponse) {
     Swing swing(swing_def(1.0F));  // 0.1 s steps: 0.1 a step
     EXPECT_THAT(
         swing.step(1.0F),
@@ -358,10 +358,10 @@ TEST(FuzzyMachine, MovesNoFasterThanItsResponse) {
     EXPECT_THAT(swing.step(1.0F), ElementsAre(0.0F, 1.0F));
 }
 
-TEST(FuzzyMachine, AlwaysHasAStateAndNeverLeavesItsOutputs) {
+TEST(FuzzyStateMachine, AlwaysHasAStateAndNeverLeavesItsOutputs) {
     core::Rng rng(53);
     for (const float response : {0.0F, 0.35F, 1.0F}) {
-        FuzzyMachineDef def = swing_def(response);
+        FuzzyStateMachineDef def = swing_def(response);
         def.states.push_back({"odd", {-4.0F}});
         def.transitions.push_back({1, 2, {{0, 0, true}, {0, 1, false}}, true});
         def.transitions.push_back({2, 0, {{0, 1, true}}, false});

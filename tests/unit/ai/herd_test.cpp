@@ -72,8 +72,8 @@ class Herd {
          std::uint32_t size = kHerd)
         : along_(along),
           size_(size) {
-        field.settings.machines = {single(ActionKind::kFlock, kRadius)};
-        field.settings.machines[0].states[0].speed_factor = 0.7F;
+        field.settings.brains = {single(ActionKind::kFlock, kRadius)};
+        field.settings.brains[0].states[0].speed_factor = 0.7F;
         PlaceSettings places;
         for (std::size_t k = 0; k < kStops.size(); ++k) {
             PlaceDef place;
@@ -81,7 +81,7 @@ class Herd {
             place.at = kStops[k].cast<double>();
             places.places.push_back(place);
             if (along) {
-                field.settings.machines[0].states[0].along.push_back(static_cast<std::uint16_t>(k));
+                field.settings.brains[0].states[0].along.push_back(static_cast<std::uint16_t>(k));
             }
         }
         field.places = Places(places, Vec2d::Zero(), kDt);
@@ -216,7 +216,7 @@ Samples samples_of(int seconds,
     for (int seed = 1; seed <= kSeeds; ++seed) {
         Herd herd(seen_m, along, static_cast<std::uint64_t>(seed), false, pasture.herd);
         herd.field.statics = {pasture.boxes, 0.0F};
-        herd.field.settings.machines[0].states[0].speed_factor = pasture.speed_factor;
+        herd.field.settings.brains[0].states[0].speed_factor = pasture.speed_factor;
         compile(herd.field.settings, kDt);
         if (watcher_m > 0.0F) {
             herd.field.add_player(900, Vec3(watcher_m, 0.9F, 0.0F));

@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-namespace zoned::ai::fsm::test {
+namespace zoned::ai::state_machine::test {
 namespace {
 
 using scenario::Sensed;
@@ -29,8 +29,8 @@ class Villager {
         return machine.state_name(states.leaf[0]);
     }
 
-    FlatMachine machine;
-    MachineStates states;
+    FlatStateMachine machine;
+    ActiveStates states;
     Sensed sensed;
     Tick now = 0;
     std::vector<Change> changes;
@@ -111,8 +111,8 @@ TEST(HierarchicalFsm, KeepsAnOuterHoldThroughInnerTransitions) {
     StateDef b{"b", 0, {{0, {{1, Compare::kAbove, 0.5F}}, 0}}, {}, {}};
     StateDef outer{"outer", 0, {{1, {{0, Compare::kAbove, 0.0F}}, 4}}, {a, b}, {}};
     StateDef end{"end", 0, {}, {}, {}};
-    const FlatMachine machine = compile({"m", {outer, end}}, 2, 1.0F);
-    MachineStates states = begin(machine, 1, 0);
+    const FlatStateMachine machine = compile({"m", {outer, end}}, 2, 1.0F);
+    ActiveStates states = begin(machine, 1, 0);
     Sensed sensed(2, 1);
     sensed.at(0, 0) = 1.0F;
     std::vector<std::string> trace;
@@ -129,8 +129,8 @@ TEST(HierarchicalFsm, DropsAnInnerHoldWithItsState) {
     StateDef a{"a", 0, {{1, {{0, Compare::kAbove, 0.0F}}, 2}}, {}, {}};
     StateDef b{"b", 0, {}, {}, {}};
     StateDef outer{"outer", 0, {{0, {{1, Compare::kAbove, 0.0F}}, 0}}, {a, b}, {}};
-    const FlatMachine machine = compile({"m", {outer}}, 2, 1.0F);
-    MachineStates states = begin(machine, 1, 0);
+    const FlatStateMachine machine = compile({"m", {outer}}, 2, 1.0F);
+    ActiveStates states = begin(machine, 1, 0);
     Sensed sensed(2, 1);
     std::vector<Change> changes;
     sensed.at(0, 0) = 1.0F;
@@ -150,11 +150,11 @@ TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
     constexpr std::size_t kCount = 300;
     for (const History labour : {History::kNone, History::kShallow, History::kDeep}) {
         for (const History day : {History::kNone, History::kShallow, History::kDeep}) {
-            const MachineDef def = villager_def(labour, day);
-            const FlatMachine machine = compile(def, scenario::kVillagerSenses, 1.0F);
-            MachineStates states = begin(machine, kCount, 0);
+            const StateMachineDef def = villager_def(labour, day);
+            const FlatStateMachine machine = compile(def, scenario::kVillagerSenses, 1.0F);
+            ActiveStates states = begin(machine, kCount, 0);
             std::vector<scenario::WalkedMachine> walked(kCount, scenario::WalkedMachine(def, 1.0F));
-            std::vector<OneState> ones(kCount, OneState(0));
+            std::vector<ActiveState> ones(kCount, ActiveState(0));
             Sensed sensed(scenario::kVillagerSenses, kCount);
             std::vector<Change> changes;
             core::Rng rng(3);
@@ -181,9 +181,9 @@ TEST(HierarchicalFsm, AgreesWithAWalkThroughTheDefinition) {
 
 TEST(FsmStep, AgreesWithAWalkThroughTheDefinitionWithHoldsToo) {
     constexpr std::size_t kCount = 300;
-    const MachineDef def = scenario::sentry_def();
-    const FlatMachine machine = compile(def, scenario::kSentrySenses, scenario::kSentryDt);
-    MachineStates states = begin(machine, kCount, 0);
+    const StateMachineDef def = scenario::sentry_def();
+    const FlatStateMachine machine = compile(def, scenario::kSentrySenses, scenario::kSentryDt);
+    ActiveStates states = begin(machine, kCount, 0);
     std::vector<scenario::WalkedMachine> walked(kCount,
                                                 scenario::WalkedMachine(def, scenario::kSentryDt));
     Sensed sensed(scenario::kSentrySenses, kCount);
@@ -202,4 +202,4 @@ TEST(FsmStep, AgreesWithAWalkThroughTheDefinitionWithHoldsToo) {
 }
 
 }  // namespace
-}  // namespace zoned::ai::fsm::test
+}  // namespace zoned::ai::state_machine::test

@@ -15,7 +15,7 @@ namespace {
 
 using namespace test;
 
-/// `rungs` without machines, wanted share 0.6.
+/// `rungs` without brains, wanted share 0.6.
 LadderSettings bare(std::size_t rungs, float step, Tick between = 0) {
     LadderSettings settings;
     settings.rungs.resize(rungs);
@@ -82,8 +82,8 @@ TEST(Ladder, NeverLeavesItsCapAndWaitsBetweenChanges) {
 }
 
 /// Walks about, rests after a time that depends on the difficulty.
-Machine walker(float rest_after_s, float pace = 0.5F) {
-    Machine m;
+Brain walker(float rest_after_s, float pace = 0.5F) {
+    Brain m;
     m.name = "walker";
     m.states.resize(2);
     m.states[0].name = "wander";
@@ -96,27 +96,27 @@ Machine walker(float rest_after_s, float pace = 0.5F) {
     return m;
 }
 
-Machine idler() {
-    Machine m;
+Brain idler() {
+    Brain m;
     m.name = "idler";
     m.states.resize(1);
     m.states[0].name = "stand";
     return m;
 }
 
-/// Two difficulties; walkers have machine 0, which varies, idlers machine 1.
+/// Two difficulties; walkers have brain 0, which varies, idlers brain 1.
 void furnish_ladder(Field& field) {
-    field.settings.machines = {walker(3.0F), idler()};
+    field.settings.brains = {walker(3.0F), idler()};
     field.settings.ladder = bare(2, 0.5F);
     field.settings.ladder.rungs[0].name = "easy";
     field.settings.ladder.rungs[1].name = "hard";
-    field.settings.ladder.rungs[1].machines = {walker(6.0F, 0.25F), idler()};
+    field.settings.ladder.rungs[1].brains = {walker(6.0F, 0.25F), idler()};
     field.settings.ladder.varies = {true, false};
     compile(field.settings, kDt);
     for (std::uint32_t id = 1; id <= 20; ++id) {
-        const auto machine = static_cast<std::uint16_t>(id % 4 == 0 ? 1 : 0);
-        field.add_npc(id, kGuard, machine, Vec3(4.0F * static_cast<float>(id), 0.9F, 0.0F));
-        begin(*field.agents.find(EntityId(id)), field.settings.compiled[machine], 0);
+        const auto brain = static_cast<std::uint16_t>(id % 4 == 0 ? 1 : 0);
+        field.add_npc(id, kGuard, brain, Vec3(4.0F * static_cast<float>(id), 0.9F, 0.0F));
+        begin(*field.agents.find(EntityId(id)), field.settings.compiled[brain], 0);
     }
     field.add_player(900, Vec3(20.0F, 0.9F, 5.0F));
 }
@@ -139,7 +139,7 @@ TEST(Ladder, AgentsGoOnWithTheBrainsOfTheNextLevel) {
     Field field;
     furnish_ladder(field);
     field.run(2.0F);
-    const Tick since = field.agents.find(EntityId(1))->fsm.since[0][0];
+    const Tick since = field.agents.find(EntityId(1))->state_machine.since[0][0];
     note_outcome(field.steps.ladder(), field.settings.ladder, true);
     const RungChange change =
         change_rung(field.agents, field.settings, field.steps.ladder(), 1, field.now, kDt);
@@ -148,11 +148,11 @@ TEST(Ladder, AgentsGoOnWithTheBrainsOfTheNextLevel) {
     EXPECT_EQ(change.successes, 1U);
     EXPECT_EQ(field.steps.ladder().successes, 0U);
     EXPECT_EQ(field.settings.ladder.active, 1);
-    EXPECT_EQ(field.settings.machines[0].states[0].transitions[0].threshold, 6.0F);
-    EXPECT_EQ(machine_on(field.settings, 0, 0).name, "walker") << "what was left is kept";
-    EXPECT_EQ(field.agents.find(EntityId(1))->fsm.since[0][0], since) << "time goes on";
+    EXPECT_EQ(field.settings.brains[0].states[0].transitions[0].threshold, 6.0F);
+    EXPECT_EQ(brain_at_level(field.settings, 0, 0).name, "walker") << "what was left is kept";
+    EXPECT_EQ(field.agents.find(EntityId(1))->state_machine.since[0][0], since) << "time goes on";
     EXPECT_TRUE(field.agents.find(EntityId(1))->fresh);
-    EXPECT_FALSE(field.agents.find(EntityId(4))->fresh) << "its machine is the same everywhere";
+    EXPECT_FALSE(field.agents.find(EntityId(4))->fresh) << "its brain is the same everywhere";
     const Vec3 from = field.position(1);
     field.run(3.5F);
     // Halfway along its first segment: 0.98 of a quarter of 4 m/s, by commands of 1/127.
@@ -161,7 +161,7 @@ TEST(Ladder, AgentsGoOnWithTheBrainsOfTheNextLevel) {
     field.run(1.0F);
     EXPECT_EQ(field.state(1), 1);
     go_to(field, 0);
-    EXPECT_EQ(field.settings.machines[0].states[0].transitions[0].threshold, 3.0F);
+    EXPECT_EQ(field.settings.brains[0].states[0].transitions[0].threshold, 3.0F);
 }
 
 TEST(Ladder, BytesGoOnBitForBitOnTheSameRung) {
@@ -206,20 +206,20 @@ TEST(Ladder, SettingsThatAreReadAnewGoOnByName) {
     Ladder ladder{1, 0.75F, 3, 4, 10};
     const LadderSettings before = field.settings.ladder;
     Settings fresh;
-    fresh.machines = {walker(1.0F), idler()};
+    fresh.brains = {walker(1.0F), idler()};
     fresh.ladder = bare(3, 0.5F);
     fresh.ladder.rungs[1].name = "easy";
     fresh.ladder.rungs[2].name = "hard";
-    fresh.ladder.rungs[2].machines = {walker(9.0F), idler()};
+    fresh.ladder.rungs[2].brains = {walker(9.0F), idler()};
     compile(fresh, kDt);
     go_on_with(ladder, before, fresh, 50);
     EXPECT_EQ(ladder.rung, 2);
     EXPECT_EQ(ladder.level, 1.75F);
     EXPECT_EQ(ladder.successes, 3U);
-    EXPECT_EQ(fresh.machines[0].states[0].transitions[0].threshold, 9.0F);
+    EXPECT_EQ(fresh.brains[0].states[0].transitions[0].threshold, 9.0F);
 
     Settings other;
-    other.machines = {walker(1.0F), idler()};
+    other.brains = {walker(1.0F), idler()};
     other.ladder = bare(2, 0.5F);
     other.ladder.rungs[0].name = "plain";
     compile(other, kDt);

@@ -15,11 +15,11 @@ constexpr SenseIndex kHunger = kOwnSenses;
 constexpr SenseIndex kBread = kOwnSenses + 1;
 
 /// at_home { rest, eat }, out: hungry as time goes by, fed by eating bread.
-Machine eater() {
-    Machine machine;
-    machine.name = "eater";
-    machine.decide_every_s = 1.0F;
-    machine.variables = {{"hunger", 0.25F, 0.01F, 0.0F, 1.0F}, {"bread", 3.0F, 0.0F, 0.0F, 10.0F}};
+Brain eater() {
+    Brain brain;
+    brain.name = "eater";
+    brain.decide_every_s = 1.0F;
+    brain.variables = {{"hunger", 0.25F, 0.01F, 0.0F, 1.0F}, {"bread", 3.0F, 0.0F, 0.0F, 10.0F}};
     State rest;
     rest.name = "rest";
     rest.changes = {{0, 0.005F, 0.0F}};
@@ -39,31 +39,29 @@ Machine eater() {
     out.name = "out";
     out.changes = {{1, {}, 5.0F}};
     out.transitions = {{0, Sensor::kPlayerDistance, Compare::kAbove, 5.0F}};
-    machine.states = {home, out};
-    return machine;
+    brain.states = {home, out};
+    return brain;
 }
 
 class Eater {
   public:
-    Eater() : written(eater()), machine(compile(written, 1.0F)) {
+    Eater() : written(eater()), brain(compile(written, 1.0F)) {
         agent.entity = EntityId(1);
-        begin(agent, machine, 0);
+        begin(agent, brain, 0);
     }
 
     std::string decide(Tick now, float player = 100.0F) {
         sight.distance = player;
-        ai::decide(agent, machine, sight, Vec2::Zero(), Places(), now, thinking);
+        ai::decide(agent, brain, sight, Vec2::Zero(), Places(), now, thinking);
         last = now;
-        return machine.states[agent.fsm.state()].name;
+        return brain.states[agent.state_machine.state()].name;
     }
 
     /// As of the last decision.
-    [[nodiscard]] float variable(std::size_t v) const {
-        return variable_at(agent, machine, v, last);
-    }
+    [[nodiscard]] float variable(std::size_t v) const { return variable_at(agent, brain, v, last); }
 
-    Machine written;
-    CompiledMachine machine;
+    Brain written;
+    CompiledBrain brain;
     Agent agent;
     Sight sight;
     Thinking thinking;
@@ -116,10 +114,10 @@ State deed(const char* name, ActionKind action) {
 }
 
 /// Near: fight or flee, by vigour; else at rest, where vigour comes back.
-Machine chooser() {
-    Machine machine;
-    machine.name = "chooser";
-    machine.variables = {{"vigour", 1.0F, 0.0F, 0.0F, 1.0F}};
+Brain chooser() {
+    Brain brain;
+    brain.name = "chooser";
+    brain.variables = {{"vigour", 1.0F, 0.0F, 0.0F, 1.0F}};
     State alert = deed("alert", ActionKind::kIdle);
     TreeChoice by_tree;
     by_tree.def.nodes = {{"near", {kSensePlayerDistance, Compare::kBelow, 10.0F}, 1, 2, 0},
@@ -133,22 +131,22 @@ Machine chooser() {
                    deed("flee", ActionKind::kFlee)};
     alert.deeds[0].changes = {{0, 0.1F, 0.0F}};
     alert.deeds[1].changes = {{0, -0.2F, -0.1F}};
-    machine.states = {alert};
-    return machine;
+    brain.states = {alert};
+    return brain;
 }
 
 TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
-    const CompiledMachine machine = compile(chooser(), 1.0F);
+    const CompiledBrain brain = compile(chooser(), 1.0F);
     Agent agent;
     agent.entity = EntityId(1);
-    begin(agent, machine, 0);
+    begin(agent, brain, 0);
     Thinking thinking;
     const auto doing = [&](Tick now, float player) {
         Sight sight;
         sight.distance = player;
         agent.entered = false;
-        ai::decide(agent, machine, sight, Vec2::Zero(), Places(), now, thinking);
-        return machine.states[agent.doing].name;
+        ai::decide(agent, brain, sight, Vec2::Zero(), Places(), now, thinking);
+        return brain.states[agent.doing].name;
     };
     EXPECT_EQ(doing(0, 50), "alert:rest");
     EXPECT_TRUE(agent.entered) << "a deed that is new begins";
@@ -165,10 +163,10 @@ TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
 }
 
 /// Wants to be fed: bread is bought with coins, coins are earned.
-Machine buyer() {
-    Machine machine;
-    machine.name = "buyer";
-    machine.variables = {{"coins", 0, 0, 0, 10}, {"bread", 0, 0, 0, 10}, {"food", 0, -0.01F, 0, 1}};
+Brain buyer() {
+    Brain brain;
+    brain.name = "buyer";
+    brain.variables = {{"coins", 0, 0, 0, 10}, {"bread", 0, 0, 0, 10}, {"food", 0, -0.01F, 0, 1}};
     State live = deed("live", ActionKind::kIdle);
     PlanChoice plan;
     plan.domain.facts = {"has_coins", "has_bread", "fed"};
@@ -188,20 +186,20 @@ Machine buyer() {
     live.deeds[0].changes = {{0, 1.0F, 0.0F}};
     live.deeds[1].changes = {{0, 0.0F, -3.0F}, {1, 0.0F, 2.0F}};
     live.deeds[2].changes = {{1, 0.0F, -1.0F}, {2, 0.5F, 0.0F}};
-    machine.states = {live};
-    return machine;
+    brain.states = {live};
+    return brain;
 }
 
 TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
-    const CompiledMachine machine = compile(buyer(), 1.0F);
+    const CompiledBrain brain = compile(buyer(), 1.0F);
     Agent agent;
     agent.entity = EntityId(1);
-    begin(agent, machine, 0);
+    begin(agent, brain, 0);
     Thinking thinking;
     std::vector<std::string> done;
     for (Tick now = 0; now < 12; ++now) {
-        ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
-        done.push_back(machine.states[agent.doing].name);
+        ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), now, thinking);
+        done.push_back(brain.states[agent.doing].name);
     }
     // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
     EXPECT_THAT(done,
@@ -220,54 +218,48 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     EXPECT_EQ(thinking.plans, 4U);
     // Bread is left: hungry again, it only eats.
     agent.variables[2] = 0.0F;
-    ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), 12, thinking);
-    EXPECT_EQ(machine.states[agent.doing].name, "live:eat");
+    ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), 12, thinking);
+    EXPECT_EQ(brain.states[agent.doing].name, "live:eat");
 }
 
 TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
-    Machine written = buyer();
+    Brain written = buyer();
     auto& plan = std::get<PlanChoice>(written.states[0].choice);
     plan.domain.actions[2].makes = {0, 1};
     plan.domain.actions[3].makes = {0, 1};
-    const CompiledMachine machine = compile(written, 1.0F);
+    const CompiledBrain brain = compile(written, 1.0F);
     Agent agent;
     agent.entity = EntityId(1);
-    begin(agent, machine, 0);
+    begin(agent, brain, 0);
     Thinking thinking;
     for (Tick now = 0; now < 5; ++now) {
-        ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), now, thinking);
-        EXPECT_EQ(machine.states[agent.doing].name, "live");
+        ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), now, thinking);
+        EXPECT_EQ(brain.states[agent.doing].name, "live");
     }
     EXPECT_EQ(thinking.plans, 1U) << "nothing has changed: it is not tried again";
     EXPECT_EQ(thinking.plans_unreachable, 1U);
 }
 
 TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
-    const CompiledMachine machine = compile(buyer(), 1.0F);
+    const CompiledBrain brain = compile(buyer(), 1.0F);
     Agent agent;
     agent.entity = EntityId(1);
-    begin(agent, machine, 0);
+    begin(agent, brain, 0);
     Thinking thinking;
     thinking.max_plan_nodes = 1;
-    ai::decide(agent, machine, Sight(), Vec2::Zero(), Places(), 0, thinking);
+    ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), 0, thinking);
     EXPECT_EQ(thinking.plans_cut_off, 1U);
-    EXPECT_EQ(machine.states[agent.doing].name, "live");
+    EXPECT_EQ(brain.states[agent.doing].name, "live");
 }
 
 TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
     Eater eater;
     eater.decide(10);
     eater.sight.distance = 42.0F;
-    const std::string text = why(eater.agent,
-                                 eater.written,
-                                 eater.machine,
-                                 eater.sight,
-                                 Vec2(3.0F, 4.0F),
-                                 Places(),
-                                 20,
-                                 1.0F);
+    const std::string text = why(
+        eater.agent, eater.written, eater.brain, eater.sight, Vec2(3.0F, 4.0F), Places(), 20, 1.0F);
     EXPECT_THAT(text,
-                HasSubstr("machine eater, in state:\n  at_home for 20.00 s\n"
+                HasSubstr("brain eater, in state:\n  at_home for 20.00 s\n"
                           "  at_home/rest for 20.00 s\n"));
     EXPECT_THAT(text, HasSubstr("  player distance 42\n  home distance 5\n"));
     EXPECT_THAT(text, HasSubstr("  hunger 0.35\n  bread 3\n"));
@@ -279,10 +271,10 @@ TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
 }
 
 TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
-    Machine machine;
-    machine.name = "m";
-    machine.fuzzy.emplace_back();
-    fuzzy::FuzzyDef& def = machine.fuzzy[0].def;
+    Brain brain;
+    brain.name = "m";
+    brain.fuzzy.emplace_back();
+    fuzzy::FuzzyDef& def = brain.fuzzy[0].def;
     const float infinity = std::numeric_limits<float>::infinity();
     def.name = "fear";
     def.inputs = {
@@ -292,12 +284,12 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     much.values = {{"none", 0, {}}, {"all", 1, {}}};
     def.outputs = {much};
     def.rules = {{{{0, 0, false}}, false, 0, 1, 1}, {{{0, 1, false}}, false, 0, 0, 1}};
-    machine.fuzzy[0].inputs = {kSensePlayerDistance};
-    machine.states.resize(2);
-    machine.states[0].name = "calm";
-    machine.states[1].name = "afraid";
-    machine.states[0].transitions = {{1, Sensor::kRandom, Compare::kAbove, 0.5F, 2.0F, kOwnSenses}};
-    const CompiledMachine compiled = compile(machine, 0.5F);
+    brain.fuzzy[0].inputs = {kSensePlayerDistance};
+    brain.states.resize(2);
+    brain.states[0].name = "calm";
+    brain.states[1].name = "afraid";
+    brain.states[0].transitions = {{1, Sensor::kRandom, Compare::kAbove, 0.5F, 2.0F, kOwnSenses}};
+    const CompiledBrain compiled = compile(brain, 0.5F);
     Agent agent;
     agent.entity = EntityId(1);
     begin(agent, compiled, 0);
@@ -305,7 +297,7 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     Sight sight;
     sight.distance = 2.5F;
     EXPECT_FALSE(ai::decide(agent, compiled, sight, Vec2::Zero(), Places(), 0, thinking));
-    const std::string text = why(agent, machine, compiled, sight, Vec2::Zero(), Places(), 2, 0.5F);
+    const std::string text = why(agent, brain, compiled, sight, Vec2::Zero(), Places(), 2, 0.5F);
     EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
     EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
     EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));

@@ -13,7 +13,7 @@ constexpr std::uint32_t kMany = 120;
 
 /// Wanderers close to each other: 120 in a square of 16 m, around which they wander 8 m.
 void crowd(Field& field, const std::vector<std::uint32_t>& order) {
-    field.settings.machines = {single(ActionKind::kWander, 8.0F)};
+    field.settings.brains = {single(ActionKind::kWander, 8.0F)};
     field.settings.avoidance.emplace();
     field.settings.avoidance->step_s = kDt;
     for (const std::uint32_t id : order) {
@@ -67,7 +67,7 @@ TEST(LocalAvoidance, AllocatesNothingOnceWarm) {
 TEST(LocalAvoidance, LeavesPlayersAlone) {
     // One who wants to pass through a player who stands: it goes around, the player keeps standing.
     Field field;
-    field.settings.machines = {single(ActionKind::kReturn)};
+    field.settings.brains = {single(ActionKind::kReturn)};
     field.settings.avoidance.emplace();
     field.settings.avoidance->step_s = kDt;
     field.add_player(9, Vec3(5.0F, 0.9F, 0.0F));

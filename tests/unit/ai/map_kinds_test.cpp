@@ -17,10 +17,10 @@ motion::StaticBox slab(const Vec3& centre, const Vec3& half, float lean = 0.0F) 
     return box;
 }
 
-Machine walker_home() {
-    Machine machine = single(ActionKind::kReturn);
-    machine.states[0].speed_factor = 0.8F;
-    return machine;
+Brain walker_home() {
+    Brain brain = single(ActionKind::kReturn);
+    brain.states[0].speed_factor = 0.8F;
+    return brain;
 }
 
 /// A deck along x, its top at 3 m, with a ramp of 23 degrees at each end, over a street along z.
@@ -40,7 +40,7 @@ class Place {
   public:
     Place(const motion::StaticGeometry& statics, const PathfindingSettings& paths, bool simulated) {
         field.statics = statics;
-        field.settings.machines = {walker_home()};
+        field.settings.brains = {walker_home()};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.solid = true;
         for (world::EntityType& type : field.types) {

@@ -11,8 +11,8 @@ namespace {
 using namespace test;
 
 /// Walks and rests by whim and by hunger; half of them are seen.
-Machine restless() {
-    Machine m;
+Brain restless() {
+    Brain m;
     m.name = "restless";
     m.variables = {{"hunger", 0.2F, 0.02F, 0.0F, 1.0F}};
     m.states.resize(3);
@@ -37,7 +37,7 @@ PlaceSettings one_pond() {
 }
 
 void furnish(Field& field) {
-    field.settings.machines = {restless()};
+    field.settings.brains = {restless()};
     field.settings.seen_m = 50.0F;
     field.places = Places(one_pond(), Vec2d::Zero(), kDt);
     compile(field.settings, kDt);
@@ -112,8 +112,8 @@ TEST_F(BadAgents, AreRefusedWithTheirPlace) {
     bytes[0] = 9;
     EXPECT_EQ(read(), "version 9 of agents, not 5");
     bytes = whole;
-    bytes[kFirstAgent + 4] = 7;  // the first agent's machine
-    EXPECT_EQ(read(), "agent 0 of entity 1 has a machine that there is not");
+    bytes[kFirstAgent + 4] = 7;  // the first agent's brain
+    EXPECT_EQ(read(), "agent 0 of entity 1 has a brain that there is not");
     bytes = whole;
     bytes[kFirstAgent + 4 + 2] = 200;  // its state
     EXPECT_EQ(read(), "agent 0 of entity 1 is in a state that there is not");
@@ -122,7 +122,7 @@ TEST_F(BadAgents, AreRefusedWithTheirPlace) {
     EXPECT_EQ(read(), "1 bytes are left over");
     field.settings.compiled[0].states.clear();
     bytes = whole;
-    EXPECT_EQ(read(), "agent 0 of entity 1 has a machine that there is not");
+    EXPECT_EQ(read(), "agent 0 of entity 1 has a brain that there is not");
 }
 
 TEST_F(BadAgents, AreRefusedWhereverTheyEnd) {

@@ -21,13 +21,13 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// A guard, entity 1, at the origin, who looks along +z.
 struct Watch {
     Field field;
-    Machine machine = single(ActionKind::kIdle);
+    Brain brain = single(ActionKind::kIdle);
     Agent agent;
     physics::Scene scene{physics::Settings{}};
     bool walls = false;
 
     Watch() {
-        machine.perception.given = true;
+        brain.perception.given = true;
         field.entities.add(EntityId(1), kGuard);
         agent.entity = EntityId(1);
         field.types[kPlayer].aura_m.fill(20.0F);
@@ -56,7 +56,7 @@ struct Watch {
     Sight look() {
         field.grid.build(field.entities.position, 8.0F);
         const physics::Query query = scene.query();
-        const CompiledMachine compiled = compile(machine, kDt);
+        const CompiledBrain compiled = compile(brain, kDt);
         const Sight sight = perceive({field.entities,
                                       field.types,
                                       field.grid,
@@ -80,7 +80,7 @@ float degrees(float angle) {
 
 TEST(Perception, WithoutSettingsIsTheNearestPlayerAsEver) {
     Watch watch;
-    watch.machine.perception = Perception{};
+    watch.brain.perception = Perception{};
     watch.add(2, kPlayer, 3.0F, -4.0F);
     watch.add(3, kPlayer, 30.0F, 0.0F);
     watch.add(4, kSheep, 1.0F, 0.0F);
@@ -95,8 +95,8 @@ TEST(Perception, WithoutSettingsIsTheNearestPlayerAsEver) {
 
 TEST(Sight, IsAConeAboutTheFacingAndAllRoundNearby) {
     Watch watch;
-    watch.machine.perception.cos_half_angle = std::cos(degrees(60.0F));
-    watch.machine.perception.around_m = 3.0F;
+    watch.brain.perception.cos_half_angle = std::cos(degrees(60.0F));
+    watch.brain.perception.around_m = 3.0F;
     watch.add(2, kPlayer, 0.0F, 10.0F);
     EXPECT_EQ(watch.look().prey, EntityId(2));
     for (const float side : {-1.0F, 1.0F}) {
@@ -119,7 +119,7 @@ TEST(Sight, IsAConeAboutTheFacingAndAllRoundNearby) {
 
 TEST(Sight, EndsAtWallsUnlessEyesLookOverThem) {
     Watch watch;
-    watch.machine.perception.line_of_sight = true;
+    watch.brain.perception.line_of_sight = true;
     watch.add(2, kPlayer, 0.0F, 10.0F);
     watch.add(3, kPlayer, 8.0F, 10.0F);
     watch.add_wall(Vec3(0.0F, 0.0F, 5.0F), Vec3(2.0F, 1.0F, 0.2F));
@@ -127,10 +127,10 @@ TEST(Sight, EndsAtWallsUnlessEyesLookOverThem) {
     const Sight sight = watch.look();
     EXPECT_EQ(sight.prey, EntityId(3));
     EXPECT_EQ(sight.foes, 2.0F);
-    watch.machine.perception.eyes_m = 1.1F;
+    watch.brain.perception.eyes_m = 1.1F;
     EXPECT_EQ(watch.look().prey, EntityId(2));
     // A body that is not static hides nobody.
-    watch.machine.perception.eyes_m = 0.6F;
+    watch.brain.perception.eyes_m = 0.6F;
     watch.place(2, 0.0F, 4.0F);
     physics::BodyDef def;
     def.shape = physics::Shape::box(Vec3(2.0F, 1.0F, 0.2F));
@@ -141,7 +141,7 @@ TEST(Sight, EndsAtWallsUnlessEyesLookOverThem) {
 
 TEST(Sight, LooksAtTheTargetOfBeforeAndTheThreeNearestOthers) {
     Watch watch;
-    watch.machine.perception.line_of_sight = true;
+    watch.brain.perception.line_of_sight = true;
     // Five stand behind one another, all behind a wall, the sixth beside it and farther.
     for (std::uint32_t id = 2; id <= 6; ++id) {
         watch.add(id, kPlayer, 0.0F, 8.0F + static_cast<float>(id));
@@ -155,8 +155,8 @@ TEST(Sight, LooksAtTheTargetOfBeforeAndTheThreeNearestOthers) {
 
 TEST(Hearing, ReachesAsFarAsTheAuraTimesTheShareOfWalking) {
     Watch watch;
-    watch.machine.perception.cos_half_angle = std::cos(degrees(10.0F));
-    watch.machine.perception.hearing_m = 25.0F;
+    watch.brain.perception.cos_half_angle = std::cos(degrees(10.0F));
+    watch.brain.perception.hearing_m = 25.0F;
     const world::Row row = watch.add(2, kPlayer, 0.0F, -10.0F);  // behind
     const auto heard = [&](float distance, float speed) {
         watch.place(2, 0.0F, -distance);
@@ -177,8 +177,8 @@ TEST(Hearing, ReachesAsFarAsTheAuraTimesTheShareOfWalking) {
 
 TEST(Memory, KnowsWhereATargetWasWithLessAndLessConfidence) {
     Watch watch;
-    watch.machine.perception.cos_half_angle = 0.0F;
-    watch.machine.perception.memory_s = 4.0F;
+    watch.brain.perception.cos_half_angle = 0.0F;
+    watch.brain.perception.memory_s = 4.0F;
     watch.field.now = 30;
     watch.add(2, kPlayer, 3.0F, 4.0F);
     EXPECT_EQ(watch.look().confidence, 1.0F);
@@ -203,8 +203,8 @@ TEST(Memory, KnowsWhereATargetWasWithLessAndLessConfidence) {
 
 TEST(Memory, GivesWayToWhomIsNoticed) {
     Watch watch;
-    watch.machine.perception.cos_half_angle = 0.0F;
-    watch.machine.perception.memory_s = 4.0F;
+    watch.brain.perception.cos_half_angle = 0.0F;
+    watch.brain.perception.memory_s = 4.0F;
     watch.field.now = 30;
     watch.add(2, kPlayer, 0.0F, 4.0F);
     watch.look();
@@ -215,9 +215,9 @@ TEST(Memory, GivesWayToWhomIsNoticed) {
 
 TEST(Targets, AreOfTheTypesThatAreNamed) {
     Watch watch;
-    watch.machine.perception.players = false;
-    watch.machine.perception.targets = {kSheep};
-    watch.machine.perception.allies = {kGuard};
+    watch.brain.perception.players = false;
+    watch.brain.perception.targets = {kSheep};
+    watch.brain.perception.allies = {kGuard};
     watch.add(2, kPlayer, 1.0F, 0.0F);
     watch.add(9, kSheep, 0.0F, 6.0F);
     watch.add(8, kSheep, 6.0F, 0.0F);
@@ -234,13 +234,13 @@ TEST(Targets, AreOfTheTypesThatAreNamed) {
     EXPECT_FALSE(sight.player_far);
 }
 
-TEST(Targets, AreKeptWhereTheMachineSaysSo) {
+TEST(Targets, AreKeptWhereTheBrainSaysSo) {
     Watch watch;
     watch.add(2, kPlayer, 0.0F, 10.0F);
     EXPECT_EQ(watch.look().prey, EntityId(2));
     watch.add(3, kPlayer, 0.0F, 5.0F);
     EXPECT_EQ(watch.look().prey, EntityId(3));
-    watch.machine.perception.keeps_target = true;
+    watch.brain.perception.keeps_target = true;
     watch.agent.prey = EntityId(2);
     EXPECT_EQ(watch.look().prey, EntityId(2));
     watch.place(2, 0.0F, 50.0F);
@@ -249,8 +249,8 @@ TEST(Targets, AreKeptWhereTheMachineSaysSo) {
 
 TEST(Wards, AreKnownAllRoundAndKept) {
     Watch watch;
-    watch.machine.perception.cos_half_angle = 0.9F;
-    watch.machine.perception.wards = {kSheep};
+    watch.brain.perception.cos_half_angle = 0.9F;
+    watch.brain.perception.wards = {kSheep};
     watch.add(2, kSheep, 0.0F, -10.0F);
     EXPECT_EQ(watch.look().ward, EntityId(2));
     watch.add(3, kSheep, 0.0F, -5.0F);
@@ -266,9 +266,9 @@ TEST(Perception, DoesNotDependOnTheOrderOfRows) {
     std::optional<Sight> first;
     for (int trial = 0; trial < 20; ++trial) {
         Watch watch;
-        watch.machine.perception.line_of_sight = true;
-        watch.machine.perception.targets = {kSheep};
-        watch.machine.perception.wards = {kGuard};
+        watch.brain.perception.line_of_sight = true;
+        watch.brain.perception.targets = {kSheep};
+        watch.brain.perception.wards = {kGuard};
         watch.add_wall(Vec3(0.0F, 0.0F, 5.0F), Vec3(4.0F, 1.0F, 0.2F));
         for (const std::uint32_t id : order) {
             // Many at the same distance: places on a coarse lattice.
@@ -291,12 +291,12 @@ TEST(Perception, DoesNotDependOnTheOrderOfRows) {
 
 TEST(RayBudget, IsSharedFairlyAndWhoWaitsGoesOnWithWhatItKnew) {
     Field field;
-    Machine machine = single(ActionKind::kIdle);
-    machine.decide_every_s = kDt;  // all want to look in every tick
-    machine.perception.given = true;
-    machine.perception.line_of_sight = true;
-    field.settings.machines = {machine, single(ActionKind::kIdle)};
-    field.settings.machines[1].decide_every_s = kDt;
+    Brain brain = single(ActionKind::kIdle);
+    brain.decide_every_s = kDt;  // all want to look in every tick
+    brain.perception.given = true;
+    brain.perception.line_of_sight = true;
+    field.settings.brains = {brain, single(ActionKind::kIdle)};
+    field.settings.brains[1].decide_every_s = kDt;
     field.settings.max_sight_rays_per_tick = 3 * kRaysPerLook + 1;  // three looks
     constexpr std::uint32_t kAgents = 40;
     for (std::uint32_t id = 1; id <= kAgents; ++id) {

@@ -59,8 +59,8 @@ TEST(Places, KnowTheTimeOfDay) {
 }
 
 /// Buys a loaf for two coins at once, and then stands.
-Machine buyer() {
-    Machine m;
+Brain buyer() {
+    Brain m;
     m.name = "buyer";
     m.decide_every_s = kDt;
     m.variables = {{"coins", 3.0F, 0.0F, 0.0F, 10.0F}, {"bread", 0.0F, 0.0F, 0.0F, 2.0F}};
@@ -76,7 +76,7 @@ Machine buyer() {
 class Market : public testing::TestWithParam<bool> {
   protected:
     Market() {
-        field.settings.machines = {buyer()};
+        field.settings.brains = {buyer()};
         field.settings.seen_m = GetParam() ? std::numeric_limits<float>::infinity() : 30.0F;
         field.settings.calm_s = 0.1F;
         field.places = Places(town(), Vec2d::Zero(), kDt);

@@ -11,25 +11,26 @@ namespace zoned::ai::test {
 namespace {
 
 /// A policy that always answers (along, across, sprint).
-learn::Policy constant_policy(float along, float across, float sprint) {
-    learn::Policy policy;
+learning::Policy constant_policy(float along, float across, float sprint) {
+    learning::Policy policy;
     policy.name = "constant";
-    policy.inputs = {{learn::Ego::kTargetDistance, "", 1.0F, 0.0F}};
-    policy.network = learn::dense(std::array<std::size_t, 2>{1, 3}, learn::Activation::kLinear);
+    policy.inputs = {{learning::Ego::kTargetDistance, "", 1.0F, 0.0F}};
+    policy.network =
+        learning::dense(std::array<std::size_t, 2>{1, 3}, learning::Activation::kLinear);
     policy.network.parameters[0] = along;
     policy.network.parameters[2] = across;
     policy.network.parameters[4] = sprint;
     return policy;
 }
 
-Machine by_policy(const learn::Policy& policy, const learn::Guard& guard) {
-    Machine machine = single(ActionKind::kIdle);
+Brain by_policy(const learning::Policy& policy, const learning::Guard& guard) {
+    Brain brain = single(ActionKind::kIdle);
     PolicyChoice choice;
     choice.policy = std::make_shared<const GuardedPolicy>(GuardedPolicy{policy, guard});
     choice.variable.assign(policy.inputs.size(), 0);
-    machine.states[0].choice = choice;
-    machine.decide_every_s = kDt;
-    return machine;
+    brain.states[0].choice = choice;
+    brain.decide_every_s = kDt;
+    return brain;
 }
 
 TEST(PolicySteering, WalksWhereItsNetworkSaysInTheFrameOfItsPrey) {
@@ -37,8 +38,8 @@ TEST(PolicySteering, WalksWhereItsNetworkSaysInTheFrameOfItsPrey) {
     const float share = 0.5F / std::sqrt(5.0F);
     for (const float sign : {1.0F, -1.0F}) {
         Field field;
-        field.settings.machines = {by_policy(constant_policy(2.0F * share * sign, share, -1.0F),
-                                             {1.0F, 1000.0F, 0.0F, false})};
+        field.settings.brains = {by_policy(constant_policy(2.0F * share * sign, share, -1.0F),
+                                           {1.0F, 1000.0F, 0.0F, false})};
         field.add_player(1, {30.0F, 0.0F, 0.0F});
         field.add_npc(2, kGuard, 0, Vec3::Zero());
         field.step();
@@ -51,17 +52,17 @@ TEST(PolicySteering, WalksWhereItsNetworkSaysInTheFrameOfItsPrey) {
 TEST(PolicySteering, StaysInsideItsGuardWhateverTheWeights) {
     core::Rng rng(11);
     for (int trial = 0; trial < 20; ++trial) {
-        learn::Policy policy = constant_policy(0.0F, 0.0F, 0.0F);
-        policy.inputs = {{learn::Ego::kTargetDistance, "", 0.1F, -1.0F},
-                         {learn::Ego::kHomeAcross, "", 0.1F, 0.0F}};
+        learning::Policy policy = constant_policy(0.0F, 0.0F, 0.0F);
+        policy.inputs = {{learning::Ego::kTargetDistance, "", 0.1F, -1.0F},
+                         {learning::Ego::kHomeAcross, "", 0.1F, 0.0F}};
         policy.network =
-            learn::dense(std::array<std::size_t, 3>{2, 6, 3}, learn::Activation::kLinear);
+            learning::dense(std::array<std::size_t, 3>{2, 6, 3}, learning::Activation::kLinear);
         for (float& parameter : policy.network.parameters) {
             parameter = rng.range(-4.0F, 4.0F);
         }
-        const learn::Guard guard{0.7F, 3.0F, 12.0F, trial % 2 == 0};
+        const learning::Guard guard{0.7F, 3.0F, 12.0F, trial % 2 == 0};
         Field field;
-        field.settings.machines = {by_policy(policy, guard)};
+        field.settings.brains = {by_policy(policy, guard)};
         field.add_player(1, {9.0F, 0.0F, 4.0F});
         field.add_npc(2, kGuard, 0, Vec3::Zero());
         for (int tick = 0; tick < 3000; ++tick) {
@@ -86,7 +87,7 @@ TEST(PolicySteering, StaysInsideItsGuardWhateverTheWeights) {
 
 TEST(PolicySteering, RepeatsACommandThatIsStillGood) {
     Field field;
-    field.settings.machines = {
+    field.settings.brains = {
         by_policy(constant_policy(1.0F, 0.0F, -1.0F), {1.0F, 6.0F, 0.0F, false})};
     field.add_player(1, {20.0F, 0.0F, 30.0F});
     field.add_npc(2, kGuard, 0, Vec3::Zero());
@@ -103,14 +104,14 @@ TEST(PolicySteering, RepeatsACommandThatIsStillGood) {
 
 TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
     // A hundredth below full speed is less than what rounding may hide.
-    const learn::Guard guard{0.99F, 6.0F, 0.0F, false};
-    Machine machine = by_policy(constant_policy(1.0F, 0.0F, -1.0F), guard);
+    const learning::Guard guard{0.99F, 6.0F, 0.0F, false};
+    Brain brain = by_policy(constant_policy(1.0F, 0.0F, -1.0F), guard);
     State chase;
     chase.action = ActionKind::kChase;
     chase.transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 1.0F, 0.0F}};
-    machine.states.insert(machine.states.begin(), chase);
+    brain.states.insert(brain.states.begin(), chase);
     Field field;
-    field.settings.machines = {machine};
+    field.settings.brains = {brain};
     field.add_player(1, {30.0F, 0.0F, 0.0F});
     field.add_npc(2, kGuard, 0, Vec3::Zero());
     field.run(0.8F);
@@ -122,14 +123,14 @@ TEST(PolicySteering, SlowsDownWhoeverComesFasterOutOfAnotherState) {
 }
 
 TEST(PolicySteering, ReadsVariablesOfTheAgent) {
-    learn::Policy policy = constant_policy(0.0F, 0.0F, -1.0F);
+    learning::Policy policy = constant_policy(0.0F, 0.0F, -1.0F);
     policy.inputs[0].variable = "courage";
     policy.network.parameters[1] = 1.0F;  // along = courage
-    Machine machine = by_policy(policy, {1.0F, 1000.0F, 0.0F, false});
-    machine.variables = {{"hunger", 0.0F, 0.0F, 0.0F, 1.0F}, {"courage", 0.25F, 0.0F, -1.0F, 1.0F}};
-    std::get<PolicyChoice>(machine.states[0].choice).variable = {1};
+    Brain brain = by_policy(policy, {1.0F, 1000.0F, 0.0F, false});
+    brain.variables = {{"hunger", 0.0F, 0.0F, 0.0F, 1.0F}, {"courage", 0.25F, 0.0F, -1.0F, 1.0F}};
+    std::get<PolicyChoice>(brain.states[0].choice).variable = {1};
     Field field;
-    field.settings.machines = {machine};
+    field.settings.brains = {brain};
     field.add_player(1, {30.0F, 0.0F, 0.0F});
     field.add_npc(2, kGuard, 0, Vec3::Zero());
     compile(field.settings, kDt);
@@ -142,7 +143,7 @@ TEST(PolicySteering, ReadsVariablesOfTheAgent) {
 
 TEST(PolicySteering, AllocatesNothing) {
     Field field;
-    field.settings.machines = {
+    field.settings.brains = {
         by_policy(constant_policy(1.0F, 0.3F, 1.0F), {1.0F, 6.0F, 20.0F, true})};
     field.add_player(1, {30.0F, 0.0F, 40.0F});
     for (std::uint32_t id = 2; id < 20; ++id) {
@@ -155,9 +156,9 @@ TEST(PolicySteering, AllocatesNothing) {
 }
 
 /// Distance after a minute behind a player who walks away at `speed`.
-float gap_behind(const Machine& machine, float speed) {
+float gap_behind(const Brain& brain, float speed) {
     Field field;
-    field.settings.machines = {machine};
+    field.settings.brains = {brain};
     field.add_player(1, {10.0F, 0.0F, 0.0F});
     field.add_npc(2, kGuard, 0, Vec3::Zero());
     for (int tick = 0; tick < 60 * 30; ++tick) {
@@ -169,11 +170,11 @@ float gap_behind(const Machine& machine, float speed) {
 
 TEST(RubberBand, KeepsAChaseCloseWithinItsCap) {
     // A guard that runs at 0.8 of 4 m/s: 3.2 m/s, with the band between 2.56 and 3.84.
-    Machine plain = single(ActionKind::kChase);
+    Brain plain = single(ActionKind::kChase);
     plain.perception_m = 500.0F;
     plain.states[0].speed_factor = 0.8F;
-    Machine banded = plain;
-    banded.states[0].rubber_band = learn::RubberBand{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
+    Brain banded = plain;
+    banded.states[0].rubber_band = learning::RubberBand{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
     // From a player at 3.6 m/s the plain one falls back by 0.4 m/s.
     EXPECT_NEAR(gap_behind(plain, 3.6F), 10.0F + 60.0F * 0.4F, 1.5F);
     // In balance the factor is 3.6 / 3.2, at a gap of 10 (1 + 0.125 / 0.5); speeds are told to
@@ -188,12 +189,12 @@ TEST(RubberBand, KeepsAChaseCloseWithinItsCap) {
 
 TEST(RubberBand, LetsWhoeverFleesBeFollowed) {
     // A hare of 0.8 of 4 m/s before a player of 2.8 m/s: with the band it waits for the player.
-    Machine machine = single(ActionKind::kFlee);
-    machine.perception_m = 500.0F;
-    machine.states[0].speed_factor = 0.8F;
-    const auto lead = [](const Machine& hare) {
+    Brain brain = single(ActionKind::kFlee);
+    brain.perception_m = 500.0F;
+    brain.states[0].speed_factor = 0.8F;
+    const auto lead = [](const Brain& hare) {
         Field field;
-        field.settings.machines = {hare};
+        field.settings.brains = {hare};
         field.add_player(1, Vec3::Zero());
         field.add_npc(2, kGuard, 0, Vec3(10.0F, 0.0F, 0.0F));
         for (int tick = 0; tick < 60 * 30; ++tick) {
@@ -202,20 +203,20 @@ TEST(RubberBand, LetsWhoeverFleesBeFollowed) {
         }
         return field.distance(1, 2);
     };
-    EXPECT_NEAR(lead(machine), 10.0F + 60.0F * 0.4F, 1.0F);
-    machine.states[0].rubber_band = learn::RubberBand{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
+    EXPECT_NEAR(lead(brain), 10.0F + 60.0F * 0.4F, 1.0F);
+    brain.states[0].rubber_band = learning::RubberBand{10.0F, 0.5F, 0.8F, 1.2F, 0.2F};
     // The factor is 2.8 / 3.2 where the lead is 10 (1 + 0.125 / 0.5), within a step of speed.
-    EXPECT_NEAR(lead(machine), 12.5F, 1.5F);
+    EXPECT_NEAR(lead(brain), 12.5F, 1.5F);
 }
 
 TEST(RubberBand, EndsWithItsState) {
-    Machine machine = single(ActionKind::kChase);
-    machine.states[0].speed_factor = 0.8F;
-    machine.states[0].rubber_band = learn::RubberBand{};
-    machine.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 5.0F, 0.0F}};
-    machine.states.push_back(State{});
+    Brain brain = single(ActionKind::kChase);
+    brain.states[0].speed_factor = 0.8F;
+    brain.states[0].rubber_band = learning::RubberBand{};
+    brain.states[0].transitions = {{1, Sensor::kTimeInState, Compare::kAbove, 5.0F, 0.0F}};
+    brain.states.push_back(State{});
     Field field;
-    field.settings.machines = {machine};
+    field.settings.brains = {brain};
     field.add_player(1, {30.0F, 0.0F, 0.0F});
     field.add_npc(2, kGuard, 0, Vec3::Zero());
     field.run(4.0F);

@@ -32,11 +32,11 @@ class MachineMaker {
   public:
     explicit MachineMaker(std::uint64_t seed) : rng_(seed) {}
 
-    Machine make() {
+    Brain make() {
         for (;;) {
-            Machine m = try_to();
+            Brain m = try_to();
             const auto& tree = std::get<TreeChoice>(m.states[1].choice).def;
-            if (fsm::defects_of(definition_of(m), senses_of(m)).empty() &&
+            if (state_machine::defects_of(state_machine_of(m), senses_of(m)).empty() &&
                 tree::defects_of(tree, senses_of(m)).empty()) {
                 return m;
             }
@@ -44,8 +44,8 @@ class MachineMaker {
     }
 
   private:
-    Machine try_to() {
-        Machine m;
+    Brain try_to() {
+        Brain m;
         m.name = "made";
         m.decide_every_s = pick({kDt, 0.2F, 0.5F, 3.0F});
         for (std::size_t v = 0; v < kVariables; ++v) {
@@ -134,7 +134,7 @@ class MachineMaker {
         return state;
     }
 
-    void choose(Machine& m) {
+    void choose(Brain& m) {
         TreeChoice tree;
         tree.def.name = "tree";
         tree.def.nodes.resize(5);
@@ -170,12 +170,12 @@ struct Outside {
     bool forgets = false;  ///< the fault to be found: nobody is told of stock
 };
 
-/// A hundred agents of made machines, all of them where they trade.
+/// A hundred agents of made brains, all of them where they trade.
 class Stores {
   public:
     Stores(std::uint64_t seed, bool simulated, std::uint32_t count = 100) : count_(count) {
         MachineMaker maker(seed);
-        field.settings.machines = {maker.make(), maker.make(), maker.make()};
+        field.settings.brains = {maker.make(), maker.make(), maker.make()};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 40.0F;
         field.settings.calm_s = 0.3F;
         field.settings.max_decisions_per_tick = 100'000;
@@ -183,10 +183,10 @@ class Stores {
         compile(field.settings, kDt);
         core::Rng rng(seed, 1);
         for (std::uint32_t id = 1; id <= count; ++id) {
-            const auto machine = static_cast<std::uint16_t>(rng.below(3));
-            field.add_npc(id, kGuard, machine, Vec3(0.5F, 0.9F, 0.5F));
+            const auto brain = static_cast<std::uint16_t>(rng.below(3));
+            field.add_npc(id, kGuard, brain, Vec3(0.5F, 0.9F, 0.5F));
             field.entities.set(field.entities.find(EntityId(id)), world::kGrounded, true);
-            begin(*field.agents.find(EntityId(id)), field.settings.compiled[machine], 0);
+            begin(*field.agents.find(EntityId(id)), field.settings.compiled[brain], 0);
         }
     }
 
@@ -236,13 +236,13 @@ class Stores {
         field.places.hash(hash);
         for (std::uint32_t id = 1; id <= count_; ++id) {
             const Agent& agent = *field.agents.find(EntityId(id));
-            const CompiledMachine& machine = field.settings.compiled[agent.machine];
-            hash.add(agent.fsm.state());
-            hash.add(agent.fsm.since[0][0]);
+            const CompiledBrain& brain = field.settings.compiled[agent.brain];
+            hash.add(agent.state_machine.state());
+            hash.add(agent.state_machine.since[0][0]);
             hash.add(agent.doing);
             hash.add(agent.wants);
-            for (std::size_t v = 0; v < machine.variables.size(); ++v) {
-                hash.add(variable_at(agent, machine, v, field.now));
+            for (std::size_t v = 0; v < brain.variables.size(); ++v) {
+                hash.add(variable_at(agent, brain, v, field.now));
             }
         }
         return hash.value();
@@ -341,8 +341,8 @@ TEST(StockWaits, GoOnBitForBitWhereTheyAreReadAgain) {
 }
 
 /// Takes a parcel where there is one, then waits for the next for as long as it lives.
-Machine taker() {
-    Machine m;
+Brain taker() {
+    Brain m;
     m.name = "taker";
     m.decide_every_s = 0.2F;
     m.variables = {{"parcels", 0.0F, 0.0F, 0.0F, 1e6F}};
@@ -358,7 +358,7 @@ Machine taker() {
 class Herd : public testing::Test {
   protected:
     void fill(std::uint32_t count) {
-        field.settings.machines = {taker()};
+        field.settings.brains = {taker()};
         field.settings.seen_m = 40.0F;
         field.settings.calm_s = 0.3F;
         PlaceSettings depot;

@@ -21,7 +21,7 @@ motion::StaticBox block(float x, float z, float half_x, float half_z) {
 class Yard {
   public:
     /// The gate is open in ticks [opens, shuts) of 10,000.
-    Yard(Machine machine, Tick opens, Tick shuts, bool simulated) {
+    Yard(Brain brain, Tick opens, Tick shuts, bool simulated) {
         motion::Door gate;
         gate.box = block(0.0F, 0.0F, 0.2F, 1.5F);
         gate.times.period = 10000;
@@ -31,7 +31,7 @@ class Yard {
                          motion::kStaticCell_m,
                          {},
                          {gate}};
-        field.settings.machines = {std::move(machine)};
+        field.settings.brains = {std::move(brain)};
         field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.solid = true;
         for (world::EntityType& type : field.types) {
@@ -69,10 +69,10 @@ class Yard {
     Field field;
 };
 
-Machine homing() {
-    Machine machine = single(ActionKind::kReturn);
-    machine.states[0].speed_factor = 0.8F;
-    return machine;
+Brain homing() {
+    Brain brain = single(ActionKind::kReturn);
+    brain.states[0].speed_factor = 0.8F;
+    return brain;
 }
 
 /// By the gap at z = 17 it is 2 sqrt(10^2 + 17^2) = 39.4 m, 12.6 s at 0.8 of 4 m/s; straight 20 m.
@@ -135,8 +135,8 @@ TEST(PathFollowing, StopsWhereNoWayLeadsOnAndGoesOnWhenOneOpens) {
 }
 
 /// Wanders about for a minute, then walks home.
-Machine stroller() {
-    Machine m;
+Brain stroller() {
+    Brain m;
     m.name = "stroller";
     m.states.resize(2);
     m.states[0].name = "wander";
@@ -184,9 +184,9 @@ TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
 
 /// A player on the other side of a wall is chased round its end, 39 m at 4 m/s.
 TEST(PathFollowing, LeadsAChaserToItsPrey) {
-    Machine machine = single(ActionKind::kChase);
-    machine.perception_m = 60.0F;
-    Yard yard(machine, 9000, 9001, true);
+    Brain brain = single(ActionKind::kChase);
+    brain.perception_m = 60.0F;
+    Yard yard(brain, 9000, 9001, true);
     yard.add(1, 0.0F, {0.0F, 0.0F});
     yard.field.add_player(900, Vec3(10.0F, 0.9F, 0.0F));
     for (Tick tick = 0; tick < 30 * 14; ++tick) {

@@ -30,12 +30,12 @@ TEST(Wavering, IsFoundWithItsTransitionsAndWhoDoesIt) {
     EXPECT_TRUE(field.agents.wavering(1).empty());
     field.run(0.4F);
     ASSERT_EQ(field.agents.wavering(1).size(), 1U);
-    const fsm::Oscillation& found = field.agents.wavering(1)[0];
+    const state_machine::Oscillation& found = field.agents.wavering(1)[0];
     EXPECT_EQ(found.agent, 7U);
     EXPECT_EQ(found.count, 1U);
     EXPECT_TRUE(field.agents.wavering(0).empty());
     const Machine& machine = field.settings.machines[1];
-    const CompiledMachine& compiled = field.settings.compiled[1];
+    const CompiledBrain& compiled = field.settings.compiled[1];
     EXPECT_EQ(transition_text(machine, compiled, found.a, found.b, found.a_to_b),
               "calm -> upset where time in state above 0.1");
     EXPECT_EQ(transition_text(machine, compiled, found.b, found.a, found.b_to_a),

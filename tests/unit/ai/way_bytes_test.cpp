@@ -15,8 +15,8 @@ using namespace test;
 constexpr std::uint32_t kWalkers = 120;
 
 /// Strolls about and home again, across walls.
-Machine goes_about() {
-    Machine m;
+Brain goes_about() {
+    Brain m;
     m.name = "goes_about";
     m.states.resize(2);
     m.states[0].name = "out";
@@ -67,7 +67,7 @@ PathfindingSettings settings_of(PathMapKind kind, std::uint64_t work) {
 struct Town {
     Town(const PathfindingSettings& paths, Tick first_turn, Tick now = 0) {
         field.statics = walls(first_turn);
-        field.settings.machines = {goes_about()};
+        field.settings.brains = {goes_about()};
         field.settings.seen_m = 25.0F;
         field.solid = true;
         field.now = now;

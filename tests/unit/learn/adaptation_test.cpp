@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 namespace {
 
 /// Gap after 120 s of a chase by one whose own speed is `ratio` of that of what it chases.
@@ -84,4 +84,4 @@ TEST(Staircase, NeverLeavesItsCap) {
 }
 
 }  // namespace
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

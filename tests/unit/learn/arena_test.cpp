@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 namespace {
 
 TEST(Arena, WalkingStraightReachesGoalsAndRunsIntoTheWall) {
@@ -61,4 +61,4 @@ TEST(Arena, PoliciesLearnToReachTheGoalAndToKeepOutOfTheWall) {
 }
 
 }  // namespace
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <set>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 namespace {
 
 TEST(Genetic, FindsTheTopOfAHillAndKeepsItsBest) {
@@ -280,4 +280,4 @@ TEST(Evolution, GoesOnBitForBitFromACopyOfItsState) {
 }
 
 }  // namespace
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 namespace {
 
 Network random_network(std::span<const std::size_t> layers, std::uint64_t seed) {
@@ -180,4 +180,4 @@ TEST(Descent, FitsASmoothFunctionAndResumesBitForBit) {
 }
 
 }  // namespace
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

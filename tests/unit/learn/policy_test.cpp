@@ -12,7 +12,7 @@
 #include <limits>
 #include <numbers>
 
-namespace zoned::ai::learn {
+namespace zoned::ai::learning {
 namespace {
 
 constexpr float kDt = 1.0F / 30.0F;
@@ -44,11 +44,11 @@ Situation turned(const Situation& from, float sine, float cosine) {
         return Vec2(cosine * v.x() + sine * v.y(), -sine * v.x() + cosine * v.y());
     };
     Situation to = from;
-    for (Vec2 Situation::*part : {&Situation::here,
-                                  &Situation::velocity,
-                                  &Situation::home,
-                                  &Situation::target,
-                                  &Situation::target_velocity}) {
+    for (Vec2 Situation::* part : {&Situation::here,
+                                   &Situation::velocity,
+                                   &Situation::home,
+                                   &Situation::target,
+                                   &Situation::target_velocity}) {
         to.*part = turn(from.*part);
     }
     return to;
@@ -328,4 +328,4 @@ TEST(Guard, AllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace zoned::ai::learn
+}  // namespace zoned::ai::learning

@@ -1,4 +1,4 @@
-// Difficulty that follows players: all difficulties of the list become machines, and each mistake
+// Difficulty that follows players: all difficulties of the list become brains, and each mistake
 // is found at its line and column.
 #include "server/ops/adaptation.h"
 
@@ -10,7 +10,7 @@ namespace {
 
 /// Bandits notice players from as far as the difficulty says; guards are the same at all.
 const std::string kAdapting = with("type {\n  name: \"guard\"",
-                                   R"(machine {
+                                   R"(brain {
   name: "ambush"
   perception_m_from: "sight_m"
   state { name: "lurk" action: IDLE transition { to: "rush" sensor: PLAYER_DISTANCE compare: BELOW threshold_from: "notice_m" } }
@@ -18,7 +18,7 @@ const std::string kAdapting = with("type {\n  name: \"guard\"",
 }
 behaviour {
   name: "robbery"
-  machine: "ambush"
+  brain: "ambush"
   parameter { name: "notice_m" value: 10 low: 1 high: 25 }
   parameter { name: "sight_m" value: 30 low: 25 high: 90 }
 }
@@ -53,8 +53,8 @@ std::string adapting_with(const std::string& from, const std::string& to) {
     return with(from, to, kAdapting);
 }
 
-float notice_m(const ai::CompiledMachine& machine) {
-    for (const ai::Watch& watch : machine.watches) {
+float notice_m(const ai::CompiledBrain& brain) {
+    for (const ai::Watch& watch : brain.watches) {
         if (watch.sense == ai::kSensePlayerDistance) {
             return watch.threshold;
         }
@@ -62,7 +62,7 @@ float notice_m(const ai::CompiledMachine& machine) {
     return 0.0F;
 }
 
-TEST(Adaptation, MakesMachinesOfAllDifficulties) {
+TEST(Adaptation, MakesBrainsOfAllDifficulties) {
     const Outcome out = parse(adapting_with("success", "success"));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::LadderSettings& ladder = out.settings.ai.ladder;
@@ -80,9 +80,9 @@ TEST(Adaptation, MakesMachinesOfAllDifficulties) {
         guard = type.name == "guard" ? type.brain - 1U : guard;
     }
     EXPECT_EQ(notice_m(out.settings.ai.compiled[bandit]), 10.0F);
-    EXPECT_EQ(notice_m(machine_on(out.settings.ai, 0, bandit)), 5.0F);
-    EXPECT_EQ(notice_m(machine_on(out.settings.ai, 1, bandit)), 10.0F);
-    EXPECT_EQ(notice_m(machine_on(out.settings.ai, 2, bandit)), 20.0F);
+    EXPECT_EQ(notice_m(brain_at_level(out.settings.ai, 0, bandit)), 5.0F);
+    EXPECT_EQ(notice_m(brain_at_level(out.settings.ai, 1, bandit)), 10.0F);
+    EXPECT_EQ(notice_m(brain_at_level(out.settings.ai, 2, bandit)), 20.0F);
     EXPECT_TRUE(ladder.varies[bandit]);
     EXPECT_FALSE(ladder.varies[guard]);
     EXPECT_GE(out.settings.ai.seen_m, 80.0F) << "nobody sleeps who would notice on any difficulty";
@@ -128,7 +128,7 @@ TEST(Adaptation, ReportsDifficultiesThatNoTypeWouldNotice) {
     expect_single(text, "difficulty: \"same\"\n", "is the same as 'usual' for all types");
 }
 
-TEST(Adaptation, ChecksTheMachinesOfAllDifficulties) {
+TEST(Adaptation, ChecksTheBrainsOfAllDifficulties) {
     // Noticed from farther than it perceives: on the hardest alone.
     const std::string text =
         adapting_with("set { name: \"notice_m\" value: 20 } set { name: \"sight_m\" value: 80 }",
@@ -140,7 +140,7 @@ TEST(Adaptation, ChecksTheMachinesOfAllDifficulties) {
     EXPECT_FALSE(bad.ok);
     const std::string errors = format_errors("test", bad.errors);
     EXPECT_NE(errors.find("25 m is beyond perception_m, 10"), std::string::npos) << errors;
-    EXPECT_NE(errors.find("by 'hard' machines get mistakes"), std::string::npos) << errors;
+    EXPECT_NE(errors.find("by 'hard' brains get mistakes"), std::string::npos) << errors;
 }
 
 }  // namespace

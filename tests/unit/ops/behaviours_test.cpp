@@ -13,7 +13,7 @@ namespace {
 
 /// Townsmen who work, eat when they are hungry and run from players; a glutton is one of them.
 const std::string kTown = with("type {\n  name: \"guard\"",
-                               R"(machine {
+                               R"(brain {
   name: "eating"
   variable { name: "hunger" start: 0.5 per_s: 0.1 }
   state { name: "walk" action: RETURN speed_factor_from: "haste"
@@ -23,12 +23,12 @@ const std::string kTown = with("type {\n  name: \"guard\"",
     change { variable: "hunger" per_s_from: "bite_ps" }
   }
 }
-machine {
+brain {
   name: "escape"
   perception_m: 30
   state { name: "run" action: FLEE sprint: true }
 }
-machine {
+brain {
   name: "labour"
   decide_every_s: 0.5
   state { name: "dig" action: WANDER radius_m_from: "beat_m"
@@ -40,7 +40,7 @@ machine {
 }
 behaviour {
   name: "feeding"
-  machine: "eating"
+  brain: "eating"
   parameter { name: "hungry_at" value: 0.8 low: 0.2 high: 1 }
   parameter { name: "haste" value: 0.5 }
   parameter { name: "bite_ps" value: -0.2 low: -1 high: 0 }
@@ -49,14 +49,14 @@ behaviour {
 }
 behaviour {
   name: "fear"
-  machine: "escape"
+  brain: "escape"
   parameter { name: "notice_m" value: 10 low: 1 high: 25 }
   begins { when { sensor: PLAYER_DISTANCE compare: BELOW threshold_from: "notice_m" } }
   ends { when { sensor: PLAYER_DISTANCE threshold: 26 } hold_s: 1 }
 }
 behaviour {
   name: "work"
-  machine: "labour"
+  brain: "labour"
   parameter { name: "beat_m" value: 12 low: 1 high: 50 }
   parameter { name: "shift_s" value: 6 low: 1 high: 100 }
 }
@@ -88,7 +88,7 @@ std::string town_with(const std::string& from, const std::string& to) {
     return with(from, to, kTown);
 }
 
-const ai::CompiledMachine& brain_of(const Outcome& out, const std::string& type) {
+const ai::CompiledBrain& brain_of(const Outcome& out, const std::string& type) {
     for (const world::EntityType& of : out.settings.types) {
         if (of.name == type) {
             return out.settings.ai.compiled.at(of.brain - 1U);
@@ -99,14 +99,14 @@ const ai::CompiledMachine& brain_of(const Outcome& out, const std::string& type)
 
 /// One agent, what it senses, and its decisions.
 struct Walk {
-    const ai::CompiledMachine& machine;
+    const ai::CompiledBrain& brain;
     ai::Agent agent;
     ai::Thinking thinking;
     Tick now = 0;
 
-    explicit Walk(const ai::CompiledMachine& of) : machine(of) {
+    explicit Walk(const ai::CompiledBrain& of) : brain(of) {
         agent.entity = EntityId(1);
-        ai::begin(agent, machine, 0);
+        ai::begin(agent, brain, 0);
     }
 
     /// What it does `ticks` ticks later.
@@ -114,17 +114,17 @@ struct Walk {
         now += ticks;
         ai::Sight sight;
         sight.distance = player_m;
-        ai::decide(agent, machine, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
-        return machine.states[agent.doing].name;
+        ai::decide(agent, brain, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
+        return brain.states[agent.doing].name;
     }
 };
 
 constexpr float kNobody = std::numeric_limits<float>::infinity();
 
-TEST(TypesOfBehaviours, HaveOneMachineWithTheirParametersInIt) {
+TEST(TypesOfBehaviours, HaveOneBrainWithTheirParametersInIt) {
     const Outcome out = parse(kTown);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& townsman = brain_of(out, "townsman");
+    const ai::CompiledBrain& townsman = brain_of(out, "townsman");
     EXPECT_EQ(townsman.name, "townsman.brain");
     EXPECT_EQ(townsman.perception_m, 40.0F);   // of "labour" and "eating", the farthest
     EXPECT_EQ(townsman.decide_every_s, 0.2F);  // of "eating", the most frequent
@@ -287,12 +287,12 @@ TEST(MistakesInTypes, AreFoundWhereTheyAre) {
                      "remove: true",
                      "no behaviour 'work'"});
     expect_reported({"behaviour { name: \"work\" }",
-                     "behaviour { name: \"work\" } machine: \"guard\"",
+                     "behaviour { name: \"work\" } brain: \"guard\"",
                      "type {\n  name: \"townsman\"",
-                     "one of `machine` and `behaviour`"});
-    expect_reported({"machine: \"guard\"",
-                     "machine: \"labour\"",
-                     "machine: \"labour\"\n}\nmachine",
+                     "one of `brain` and `behaviour`"});
+    expect_reported({"brain: \"guard\"",
+                     "brain: \"labour\"",
+                     "brain: \"labour\"\n}\nbrain",
                      "takes parameters"});
 }
 
@@ -316,12 +316,12 @@ TEST(MistakesInBehaviours, AreFoundWhereTheyAre) {
                      "speed_factor_from",
                      "either `speed_factor` or"});
     expect_reported(
-        {"  machine: \"escape\"", "  machine: \"escapes\"", "machine: \"escapes\"", "no machine"});
+        {"  brain: \"escape\"", "  brain: \"escapes\"", "brain: \"escapes\"", "no brain"});
     expect_reported({"  ends { when { sensor: PLAYER_DISTANCE threshold: 26 } hold_s: 1 }\n",
                      "",
                      "behaviour { name: \"fear\" }",
                      "never ends"});
-    // What is wrong with a machine of a behaviour is said once, of the machine as it is written.
+    // What is wrong with a brain of a behaviour is said once, of the brain as it is written.
     expect_reported({"{ sense: \"hunger\" compare: BELOW threshold: 0.1 }",
                      "{ sense: \"thirst\" compare: BELOW threshold: 0.1 }",
                      "sense: \"thirst\"",

@@ -40,7 +40,7 @@ blend {
 TEST(BlendsInConfigs, AreBuiltAsWritten) {
     const Outcome out = parse(kBlended);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& guard = out.settings.ai.compiled[0];
+    const ai::CompiledBrain& guard = out.settings.ai.compiled[0];
     ASSERT_EQ(guard.states.size(), 4U);
     EXPECT_EQ(guard.states[2].name, "chase:hold");
     EXPECT_EQ(guard.states[2].action, ai::ActionKind::kGuard);
@@ -69,13 +69,12 @@ TEST(PerceptionInConfigs, IsBuiltAsWritten) {
     EXPECT_FALSE(plain.settings.ai.compiled[0].perception.given);
 }
 
-TEST(PerceptionInConfigs, OfATypeStandsInPlaceOfItsMachines) {
-    const Outcome out = parse(with("  machine: \"guard\"\n",
-                                   "  machine: \"guard\"\n  perception { half_angle_deg: 90 }\n",
+TEST(PerceptionInConfigs, OfATypeStandsInPlaceOfItsBrains) {
+    const Outcome out = parse(with("  brain: \"guard\"\n",
+                                   "  brain: \"guard\"\n  perception { half_angle_deg: 90 }\n",
                                    kBlended));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& agent =
-        out.settings.ai.compiled.at(out.settings.types[2].brain - 1U);
+    const ai::CompiledBrain& agent = out.settings.ai.compiled.at(out.settings.types[2].brain - 1U);
     EXPECT_EQ(agent.name, "guard.brain");
     EXPECT_TRUE(agent.perception.players);
     EXPECT_NEAR(agent.perception.cos_half_angle, 0.0F, 1e-6F);
@@ -121,7 +120,7 @@ TEST(MistakesInPerception, AreFoundWhereTheyAre) {
     expect_single(
         with("    target: \"crate\"\n", "", kBlended), "perception {", "looks for nobody");
     expect_single(with("action: GUARD radius_m: 6", "action: ESCORT radius_m: 6", kBlended),
-                  "machine {\n  name: \"guard\"",
+                  "brain {\n  name: \"guard\"",
                   "names no `ward`");
     expect_single(with("action: CHASE", "action: GUARD radius_m: 9 leash_m: 8"),
                   "leash_m",

@@ -41,9 +41,9 @@ type {
   name: "guard"
   kind: CHARACTER
   capsule { radius_m: 0.4 length_m: 1 }
-  machine: "guard"
+  brain: "guard"
 }
-machine {
+brain {
   name: "guard"
   state { name: "rest" action: IDLE transition { to: "chase" sensor: PLAYER_DISTANCE compare: BELOW threshold: 20 } }
   state { name: "chase" action: CHASE }

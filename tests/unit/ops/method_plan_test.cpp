@@ -225,7 +225,7 @@ TEST(ErrorBudget, HasRanges) {
     expect_single(kValid + "budget { free_flight_m: -1 }\n", "free_flight_m", "out of range");
     expect_single(kValid + "budget { soft_share: nan }\n", "soft_share", "not a finite number");
     expect_single(kValid + "budget { flight_s: 0 }\n", "flight_s", "out of range");
-    expect_single(with("  machine: \"guard\"\n", "  machine: \"guard\"\n  drag_ps: 1\n"),
+    expect_single(with("  brain: \"guard\"\n", "  brain: \"guard\"\n  drag_ps: 1\n"),
                   "drag_ps",
                   "belongs to props only");
     expect_single(kValid + with("  mass_kg: 1", "  drag_ps: 1\n  mass_kg: 1", kSheet),

@@ -1,4 +1,4 @@
-// AgentStore in a config: machines within machines and fuzzy senses run as written, and each
+// AgentStore in a config: brains within brains and fuzzy senses run as written, and each
 // mistake is found at its line and column.
 #include "server/ops/minds.h"
 
@@ -12,8 +12,8 @@
 namespace zoned::ops::test {
 namespace {
 
-/// A guard whose day is a machine of its own, and who chases as boldly as a fuzzy system says.
-const std::string kBrains = with("machine {\n  name: \"guard\"",
+/// A guard whose day is a brain of its own, and who chases as boldly as a fuzzy system says.
+const std::string kBrains = with("brain {\n  name: \"guard\"",
                                  R"(fuzzy {
   name: "brave"
   input { name: "distance" sensor: PLAYER_DISTANCE low: 0 high: 40
@@ -27,7 +27,7 @@ const std::string kBrains = with("machine {\n  name: \"guard\"",
   rule { when { input: "distance" is: "near" } then: "bold" }
   rule { when { input: "distance" is_not: "near" } then: "timid" }
 }
-machine {
+brain {
   name: "round"
   state { name: "walk" action: PATROL radius_m: 8
     transition { to: "stand" threshold: 10 }
@@ -36,9 +36,9 @@ machine {
     transition { to: "walk" threshold: 5 }
   }
 }
-machine {
+brain {
   name: "sentry"
-  state { name: "calm" machine: "round" history: DEEP
+  state { name: "calm" brain: "round" history: DEEP
     transition { to: "hunt" sense: "brave.boldness" compare: ABOVE threshold: 0.5
       also { sensor: HOME_DISTANCE compare: BELOW threshold: 50 }
     }
@@ -47,18 +47,18 @@ machine {
     transition { to: "calm" sense: "brave.boldness" compare: BELOW threshold: 0.3 }
   }
 }
-machine {
+brain {
   name: "guard")",
-                                 with("machine: \"guard\"", "machine: \"sentry\""));
+                                 with("brain: \"guard\"", "brain: \"sentry\""));
 
 std::string brains_with(const std::string& from, const std::string& to) {
     return with(from, to, kBrains);
 }
 
-TEST(AgentStore, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
+TEST(AgentStore, AreBuiltFromBrainsWithinBrainsAndFuzzySenses) {
     const Outcome out = parse(kBrains);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    const ai::CompiledBrain& sentry = out.settings.ai.compiled[1];
     ASSERT_EQ(sentry.states.size(), 3U);
     EXPECT_EQ(sentry.states[0].name, "calm/walk");
     EXPECT_EQ(sentry.states[0].action, ai::ActionKind::kPatrol);
@@ -73,7 +73,7 @@ TEST(AgentStore, AreBuiltFromMachinesWithinMachinesAndFuzzySenses) {
 TEST(AgentStore, DoWhatTheyAreWritten) {
     const Outcome out = parse(kBrains);
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    const ai::CompiledBrain& sentry = out.settings.ai.compiled[1];
     ai::Agent agent;
     ai::Thinking thinking;
     agent.entity = EntityId(1);
@@ -81,7 +81,7 @@ TEST(AgentStore, DoWhatTheyAreWritten) {
         ai::Sight sight;
         sight.distance = distance;
         ai::decide(agent, sentry, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
-        return sentry.states[agent.fsm.state()].name;
+        return sentry.states[agent.state_machine.state()].name;
     };
     // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
     EXPECT_EQ(decide(35, 0, 0), "calm/walk");
@@ -96,7 +96,7 @@ TEST(AgentStore, FindUnknownSenses) {
     expect_single(brains_with("sense: \"brave.boldness\" compare: ABOVE",
                               "sense: \"brave.bold\" compare: ABOVE"),
                   "sense: \"brave.bold\"",
-                  "agents of machine 'sentry' do not sense 'brave.bold'");
+                  "agents of brain 'sentry' do not sense 'brave.bold'");
 }
 
 TEST(AgentStore, FindUnknownSensesInFurtherConditions) {
@@ -105,10 +105,10 @@ TEST(AgentStore, FindUnknownSensesInFurtherConditions) {
                   "do not sense 'a.b'");
 }
 
-TEST(AgentStore, FindUnknownMachines) {
-    expect_single(brains_with("machine: \"round\"", "machine: \"rond\""),
-                  "machine: \"rond\"",
-                  "no machine named 'rond'");
+TEST(AgentStore, FindUnknownBrains) {
+    expect_single(brains_with("brain: \"round\"", "brain: \"rond\""),
+                  "brain: \"rond\"",
+                  "no brain named 'rond'");
 }
 
 TEST(AgentStore, FindStatesThatNobodyEnters) {
@@ -121,48 +121,47 @@ TEST(AgentStore, FindStatesThatNobodyEnters) {
 
 TEST(AgentStore, FindCycles) {
     expect_single(brains_with("state { name: \"stand\" action: IDLE",
-                              "state { name: \"stand\" machine: \"sentry\""),
-                  "machine: \"sentry\"\n    transition",
+                              "state { name: \"stand\" brain: \"sentry\""),
+                  "brain: \"sentry\"\n    transition",
                   "'sentry' holds 'round' holds 'sentry'");
 }
 
 TEST(AgentStore, FindRingsThatNobodyUses) {
-    expect_single(
-        brains_with("machine {\n  name: \"sentry\"",
-                    "machine {\n  name: \"a\"\n  state { name: \"s\" machine: \"a\" }\n}\n"
-                    "machine {\n  name: \"sentry\""),
-        "machine: \"a\" }",
-        "cannot be inside itself");
+    expect_single(brains_with("brain {\n  name: \"sentry\"",
+                              "brain {\n  name: \"a\"\n  state { name: \"s\" brain: \"a\" }\n}\n"
+                              "brain {\n  name: \"sentry\""),
+                  "brain: \"a\" }",
+                  "cannot be inside itself");
 }
 
-TEST(AgentStore, FindMachinesThatAreTooDeep) {
-    std::string machines;
+TEST(AgentStore, FindBrainsThatAreTooDeep) {
+    std::string brains;
     for (int level = 0; level < 5; ++level) {
-        machines += "machine {\n  name: \"m" + std::to_string(level) + "\"\n  state { name: \"s\" ";
-        machines += level < 4 ? "machine: \"m" + std::to_string(level + 1) + "\" }\n}\n" : "}\n}\n";
+        brains += "brain {\n  name: \"m" + std::to_string(level) + "\"\n  state { name: \"s\" ";
+        brains += level < 4 ? "brain: \"m" + std::to_string(level + 1) + "\" }\n}\n" : "}\n}\n";
     }
-    const Outcome out = parse(
-        brains_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+    const Outcome out =
+        parse(brains_with("brain {\n  name: \"sentry\"", brains + "brain {\n  name: \"sentry\""));
     ASSERT_EQ(out.errors.size(), 1U) << format_errors("test", out.errors);
     EXPECT_NE(out.errors[0].text.find("at most 4 levels"), std::string::npos);
     EXPECT_EQ(out.errors[0].line,
-              place_of(kBrains, "machine {\n  name: \"sentry\"").first + 3 * 4 + 2);
+              place_of(kBrains, "brain {\n  name: \"sentry\"").first + 3 * 4 + 2);
 }
 
-TEST(AgentStore, EndWhereMachinesWithinMachinesExplode) {
+TEST(AgentStore, EndWhereBrainsWithinBrainsExplode) {
     // 100 states of 100 states of ...: 10^8 in all.
-    std::string machines;
+    std::string brains;
     for (int level = 0; level < 4; ++level) {
-        machines += "machine { name: \"m" + std::to_string(level) + "\"";
+        brains += "brain { name: \"m" + std::to_string(level) + "\"";
         for (int s = 0; s < 100; ++s) {
-            machines += " state { name: \"s" + std::to_string(s) + "\"";
-            machines += level < 3 ? " machine: \"m" + std::to_string(level + 1) + "\"" : "";
-            machines += " transition { to: \"s" + std::to_string((s + 1) % 100) + "\" } }";
+            brains += " state { name: \"s" + std::to_string(s) + "\"";
+            brains += level < 3 ? " brain: \"m" + std::to_string(level + 1) + "\"" : "";
+            brains += " transition { to: \"s" + std::to_string((s + 1) % 100) + "\" } }";
         }
-        machines += " }\n";
+        brains += " }\n";
     }
-    const Outcome out = parse(
-        brains_with("machine {\n  name: \"sentry\"", machines + "machine {\n  name: \"sentry\""));
+    const Outcome out =
+        parse(brains_with("brain {\n  name: \"sentry\"", brains + "brain {\n  name: \"sentry\""));
     EXPECT_FALSE(out.ok);
     EXPECT_TRUE(std::any_of(out.errors.begin(), out.errors.end(), [](const ConfigError& error) {
         return error.text.find("is one too many") != std::string::npos;
@@ -185,8 +184,8 @@ TEST(AgentStore, FindConditionsThatExcludeEachOther) {
                   "excludes");
 }
 
-TEST(AgentStore, FindActionsOfMachinesAsStates) {
-    expect_single(brains_with("name: \"calm\" machine", "name: \"calm\" action: IDLE machine"),
+TEST(AgentStore, FindActionsOfBrainsAsStates) {
+    expect_single(brains_with("name: \"calm\" brain", "name: \"calm\" action: IDLE brain"),
                   "state { name: \"calm\"",
                   "say its own states");
 }
@@ -197,7 +196,7 @@ TEST(AgentStore, FindHistoriesOfNothing) {
                   "nothing inside");
 }
 
-TEST(AgentStore, JudgeDistancesByWhatTheOuterMachinePerceives) {
+TEST(AgentStore, JudgeDistancesByWhatTheOuterBrainPerceives) {
     const std::string text = brains_with("to: \"stand\" threshold: 10",
                                          "to: \"stand\" sensor: PLAYER_DISTANCE threshold: 39");
     EXPECT_TRUE(parse(text).ok);
@@ -218,7 +217,7 @@ TEST(AgentStore, HaveVariables) {
                                    "sense: \"vigour\" compare: BELOW threshold: 0.3",
                                    kTired));
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
-    const ai::CompiledMachine& sentry = out.settings.ai.compiled[1];
+    const ai::CompiledBrain& sentry = out.settings.ai.compiled[1];
     EXPECT_EQ(sentry.senses, ai::kOwnSenses + 2);
     ai::Agent agent;
     ai::Thinking thinking;
@@ -227,18 +226,18 @@ TEST(AgentStore, HaveVariables) {
     ai::Sight sight;
     sight.distance = 5.0F;
     ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30, thinking);
-    EXPECT_EQ(sentry.states[agent.fsm.state()].name, "hunt");
+    EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");
     EXPECT_NEAR(agent.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
     ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 135, thinking);
-    EXPECT_EQ(sentry.states[agent.fsm.state()].name, "hunt");  // 4.5 s: 0.32
+    EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");  // 4.5 s: 0.32
     ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 150, thinking);
-    EXPECT_EQ(sentry.states[agent.fsm.state()].name, "calm/walk");
+    EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "calm/walk");
 }
 
 TEST(AgentStore, FindVariablesThatDoNotExist) {
     expect_single(with("variable: \"vigour\" per_s", "variable: \"vigor\" per_s", kTired),
                   "variable: \"vigor\"",
-                  "machine 'sentry' has no variable named 'vigor'");
+                  "brain 'sentry' has no variable named 'vigor'");
 }
 
 TEST(AgentStore, FindSystemsThatDependOnVariablesThatTheyDoNotHave) {
@@ -277,10 +276,10 @@ void expect_in_hamlet(const std::string& from,
 TEST(Choices, OfTheHamletAreGood) {
     const Outcome out = parse(hamlet());
     ASSERT_TRUE(out.ok) << format_errors("hamlet", out.errors);
-    const auto& machines = out.settings.ai.machines;
-    EXPECT_TRUE(machines[0].inner);   // round
-    EXPECT_TRUE(machines[1].inner);   // alarm
-    EXPECT_FALSE(machines[2].inner);  // watch
+    const auto& brains = out.settings.ai.brains;
+    EXPECT_TRUE(brains[0].inner);   // round
+    EXPECT_TRUE(brains[1].inner);   // alarm
+    EXPECT_FALSE(brains[2].inner);  // watch
     EXPECT_EQ(out.settings.ai.compiled[2].states.size(), 4U);
     EXPECT_EQ(out.settings.ai.compiled[3].trees.size(), 1U);
     EXPECT_EQ(out.settings.ai.compiled[4].plans.size(), 1U);
@@ -314,7 +313,7 @@ TEST(Choices, FindSensesOfTreesThatAgentsDoNotHave) {
     expect_in_hamlet("ask { sensor: HOME_DISTANCE",
                      "ask { sense: \"courage\"",
                      "sense: \"courage\"",
-                     "agents of machine 'hind' do not sense 'courage'");
+                     "agents of brain 'hind' do not sense 'courage'");
 }
 
 TEST(Choices, FindFactsThatDoNotExist) {
@@ -351,13 +350,13 @@ TEST(Choices, FindVariablesThatActionsChangeAndAgentsDoNotHave) {
     expect_in_hamlet("change { variable: \"bread\" on_enter: 2 }",
                      "change { variable: \"breed\" on_enter: 2 }",
                      "variable: \"breed\"",
-                     "machine 'villager' has no variable named 'breed'");
+                     "brain 'villager' has no variable named 'breed'");
 }
 
 TEST(Choices, FindTwoWaysToSayWhatToDo) {
     expect_in_hamlet("state { name: \"live\" tree:",
-                     "state { name: \"live\" machine: \"round\" tree:",
-                     "state { name: \"live\" machine",
+                     "state { name: \"live\" brain: \"round\" tree:",
+                     "state { name: \"live\" brain",
                      "takes one of");
 }
 

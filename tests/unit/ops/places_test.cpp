@@ -8,11 +8,11 @@ namespace zoned::ops::test {
 namespace {
 
 /// The guard of the test config walks to a mill when it is day, and buys flour there.
-const std::string kMill = with("machine {\n  name: \"guard\"",
+const std::string kMill = with("brain {\n  name: \"guard\"",
                                R"(place { name: "mill" x_m: 5 z_m: -7 radius_m: 2
   stock { good: "flour" start: 4 high: 9 per_s: 0.5 }
 }
-machine {
+brain {
   name: "buyer"
   variable { name: "coins" start: 5 high: 9 }
   variable { name: "flour" high: 3 }
@@ -25,9 +25,9 @@ machine {
     transition { to: "go" threshold: 5 }
   }
 }
-machine {
+brain {
   name: "guard")",
-                               with("machine: \"guard\"", "machine: \"buyer\""));
+                               with("brain: \"guard\"", "brain: \"buyer\""));
 
 std::string mill_with(const std::string& from, const std::string& to) {
     return with(from, to, kMill);
@@ -42,7 +42,7 @@ TEST(PlacesInConfigs, AreBuiltAsWritten) {
     EXPECT_EQ(places.places[0].stock[0].good, "flour");
     EXPECT_EQ(places.places[0].stock[0].per_s, 0.5F);
     EXPECT_EQ(places.day_s, 86400.0);
-    const ai::Machine& buyer = out.settings.ai.machines[0];
+    const ai::Brain& buyer = out.settings.ai.brains[0];
     ASSERT_EQ(buyer.places.size(), 2U);
     // By name: "mill.distance", "mill.flour"; they follow the variables.
     EXPECT_EQ(buyer.places[0].stock, -1);

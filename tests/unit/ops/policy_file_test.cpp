@@ -11,15 +11,16 @@
 namespace zoned::ops {
 namespace {
 
-namespace learn = ai::learn;
+namespace learning = ai::learning;
 
-learn::Policy some_policy(std::uint64_t seed) {
-    learn::Policy policy;
+learning::Policy some_policy(std::uint64_t seed) {
+    learning::Policy policy;
     policy.name = "some";
-    policy.facing = learn::Facing::kHome;
-    policy.inputs = {{learn::Ego::kHomeDistance, "", 0.1F, -1.0F},
-                     {learn::Ego::kTargetDistance, "hunger", 1.0F / 3.0F, 0.0F}};
-    policy.network = learn::dense(std::array<std::size_t, 3>{2, 5, 2}, learn::Activation::kLinear);
+    policy.facing = learning::Facing::kHome;
+    policy.inputs = {{learning::Ego::kHomeDistance, "", 0.1F, -1.0F},
+                     {learning::Ego::kTargetDistance, "hunger", 1.0F / 3.0F, 0.0F}};
+    policy.network =
+        learning::dense(std::array<std::size_t, 3>{2, 5, 2}, learning::Activation::kLinear);
     core::Rng rng(seed);
     randomise(policy.network, rng);
     return policy;
@@ -27,7 +28,7 @@ learn::Policy some_policy(std::uint64_t seed) {
 
 TEST(PolicyFile, GivesBackEveryBit) {
     for (std::uint64_t seed = 0; seed < 50; ++seed) {
-        const learn::Policy policy = some_policy(seed);
+        const learning::Policy policy = some_policy(seed);
         const auto back = parse_policy(policy_text(policy, "by hand"));
         ASSERT_TRUE(back.ok()) << back.error();
         EXPECT_EQ(back->network, policy.network);
@@ -63,9 +64,9 @@ TEST(PolicyFile, IsRefusedAfterAnyChangeOfItsMeaning) {
 }
 
 TEST(PolicyFile, OfATaskWithoutMovementIsNotFollowed) {
-    learn::Policy policy;
+    learning::Policy policy;
     policy.name = "pole";
-    policy.network = learn::dense(std::array<std::size_t, 2>{4, 1});
+    policy.network = learning::dense(std::array<std::size_t, 2>{4, 1});
     const auto read = parse_policy(policy_text(policy, ""));
     ASSERT_FALSE(read.ok());
     EXPECT_NE(read.error().find("inputs"), std::string::npos) << read.error();
@@ -91,7 +92,7 @@ std::string world_with_policy(const std::string& policy_settings) {
     std::string world = text.str();
     const std::string walk = "action: WANDER speed_factor: 0.6 radius_m: 15";
     world.replace(world.find(walk), walk.size(), "policy: \"learned\" speed_factor: 0.6");
-    world.insert(world.find("machine {\n") + 10, "  variable { name: \"hunger\" per_s: 0.01 }\n");
+    world.insert(world.find("brain {\n") + 10, "  variable { name: \"hunger\" per_s: 0.01 }\n");
     return world + "\npolicy { name: \"learned\" " + policy_settings + " }\n";
 }
 
@@ -111,8 +112,8 @@ TEST(PoliciesOfAConfig, AreLoadedBoundAndPartOfItsText) {
     Settings settings;
     std::vector<ConfigError> errors;
     ASSERT_TRUE(load_settings(here + "/world.txtpb", {}, settings, errors));
-    const ai::CompiledMachine& machine = settings.ai.compiled[0];
-    const auto& choice = std::get<ai::PolicyChoice>(machine.states[0].choice);
+    const ai::CompiledBrain& brain = settings.ai.compiled[0];
+    const auto& choice = std::get<ai::PolicyChoice>(brain.states[0].choice);
     EXPECT_EQ(choice.policy->policy.network, some_policy(3).network);
     EXPECT_FLOAT_EQ(choice.policy->guard.max_turn_radps, 3.14159265F);
     EXPECT_FLOAT_EQ(choice.policy->guard.max_home_m, 15.0F);
@@ -139,11 +140,11 @@ TEST(PoliciesOfAConfig, AreReportedByPlaceWhereTheyAreWrong) {
     std::string text = policy_text(some_policy(3), "");
     put_text(here + "/damaged.policy", text.replace(text.find("hunger"), 6, "thirst"));
     EXPECT_NE(of("file: \"damaged.policy\"").find("changed or damaged"), std::string::npos);
-    learn::Policy thirsty = some_policy(3);
+    learning::Policy thirsty = some_policy(3);
     thirsty.inputs[1].variable = "thirst";
     put_text(here + "/thirsty.policy", policy_text(thirsty, ""));
     const std::string lacking = of("file: \"thirsty.policy\"");
-    EXPECT_NE(lacking.find("'thirst', which agents of machine 'wander' do not have"),
+    EXPECT_NE(lacking.find("'thirst', which agents of brain 'wander' do not have"),
               std::string::npos)
         << lacking;
     // With line and column of the block.
@@ -231,9 +232,9 @@ TEST(Checkpoint, OfAnotherTaskOrWithUnsoundGenomesIsRefused) {
     proto::Training config;
     config.set_method(proto::Training::NEAT);
     config.mutable_neat()->set_population(4);
-    const learn::BreedingSettings settings = breeding_of(config, 2, 1);
-    learn::Neat neat(std::get<learn::NeatSettings>(settings), 2, 1, 3);
-    learn::Evolution::State state;
+    const learning::BreedingSettings settings = breeding_of(config, 2, 1);
+    learning::Neat neat(std::get<learning::NeatSettings>(settings), 2, 1, 3);
+    learning::Evolution::State state;
     state.population = neat.state();
     state.best = network_of(neat.genomes()[0]);
     proto::TrainingCheckpoint good;

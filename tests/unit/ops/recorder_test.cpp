@@ -58,7 +58,7 @@ std::vector<InboxItem> every_item() {
             mailbox::Freeze{false},
             mailbox::AuditRequest{ClientId(0xFFFFFFFFu)},
             mailbox::CodecPrice{0xFFFFFFFFu, 7},
-            mailbox::NewBrains{std::make_shared<const std::string>("machine {}\n\xff"), nullptr}};
+            mailbox::NewBrains{std::make_shared<const std::string>("brain {}\n\xff"), nullptr}};
 }
 
 struct Equal {

@@ -6,7 +6,7 @@
 namespace zoned::ops::test {
 namespace {
 
-TEST(Reload, TakesOtherMachines) {
+TEST(Reload, TakesOtherBrains) {
     const Outcome running = parse(kValid);
     const Outcome fresh = parse(
         with("compare: BELOW threshold: 20", "compare: BELOW threshold: 30"), {"ai.far_m=99"});
@@ -14,7 +14,7 @@ TEST(Reload, TakesOtherMachines) {
     const auto agents = new_brains(running.settings, fresh.settings);
     ASSERT_TRUE(agents.ok()) << agents.error();
     EXPECT_EQ((*agents)->far_m, 99.0F);
-    EXPECT_EQ((*agents)->machines[0].states[0].transitions[0].threshold, 30.0F);
+    EXPECT_EQ((*agents)->brains[0].states[0].transitions[0].threshold, 30.0F);
     EXPECT_EQ((*agents)->brain_of_type, (std::vector<std::uint16_t>{0, 0, 1}));
     ASSERT_EQ((*agents)->compiled.size(), 1U);
 }
@@ -33,7 +33,7 @@ TEST(Reload, RefusesAllElseAndSaysWhat) {
     EXPECT_NE(refusal("box { x_m: 1", "box { x_m: 2").find("type[1].box.x_m"), std::string::npos);
     EXPECT_NE(refusal("  ghost_margin_m: 60", "  ghost_margin_m: 61").find("zones.ghost_margin_m"),
               std::string::npos);
-    EXPECT_NE(refusal("  machine: \"guard\"\n", "").find("'guard' loses its brain"),
+    EXPECT_NE(refusal("  brain: \"guard\"\n", "").find("'guard' loses its brain"),
               std::string::npos);
 }
 

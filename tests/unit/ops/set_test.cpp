@@ -23,12 +23,12 @@ TEST(Set, NamesElementsOfListsByIndexOrName) {
     const Outcome out = parse(kValid,
                               {"zones.zone[1].name=sunrise",
                                "type[crate].mass_kg=12",
-                               "machine[guard].state[chase].speed_factor=0.5",
+                               "brain[guard].state[chase].speed_factor=0.5",
                                "lod[0].position_bound_m=0.1"});
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     EXPECT_EQ(out.settings.zones[1].name, "sunrise");
     EXPECT_EQ(out.settings.types[1].mass, 12.0F);
-    EXPECT_EQ(out.settings.ai.machines[0].states[1].speed_factor, 0.5F);
+    EXPECT_EQ(out.settings.ai.brains[0].states[1].speed_factor, 0.5F);
     EXPECT_EQ(out.settings.replication.lods[0].position_m, 0.1F);
 }
 

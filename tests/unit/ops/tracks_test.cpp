@@ -11,7 +11,7 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const std::string kRoads = with("machine {\n  name: \"guard\"",
+const std::string kRoads = with("brain {\n  name: \"guard\"",
                                 R"(track { name: "ring" closed: true width_m: 6 lanes: 3
   racing_line { margin_m: 1 }
   point { x_m: 20 z_m: 0 }
@@ -23,7 +23,7 @@ track { name: "road" curve: B_SPLINE
   point { x_m: -20 z_m: 30 }
   point { x_m: 20 z_m: 30 }
 }
-machine {
+brain {
   name: "driver"
   state { name: "drive" action: FOLLOW_TRACK
     follow { choice { track: "ring" weight: 2 }
@@ -33,9 +33,9 @@ machine {
     }
   }
 }
-machine {
+brain {
   name: "guard")",
-                                with("machine: \"guard\"", "machine: \"driver\""));
+                                with("brain: \"guard\"", "brain: \"driver\""));
 
 std::string roads_with(const std::string& from, const std::string& to) {
     return with(from, to, kRoads);
@@ -46,7 +46,7 @@ TEST(TracksInConfigs, AreBuiltAsWritten) {
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::splines::SplineNetwork& net = *out.settings.ai.places.tracks;
     ASSERT_EQ(net.lanes(), 2U * 4U + 2U);
-    const ai::FollowDef& follow = *out.settings.ai.machines[0].states[0].follow;
+    const ai::FollowDef& follow = *out.settings.ai.brains[0].states[0].follow;
     ASSERT_EQ(follow.draws.size(), 3U);
     EXPECT_EQ(follow.draws[0].count, 3);
     EXPECT_EQ(follow.draws[0].weight, 2.0F);
@@ -97,10 +97,9 @@ TEST(WarningsOfTracks, NameWhatCannotWork) {
     EXPECT_THAT(warnings_of(roads_with("width_m: 6 lanes: 3", "width_m: 2.1 lanes: 3")),
                 testing::Contains(HasSubstr("0.8 m wide on a lane of 0.7 m")));
     // In a ring of 20 m at 25 m/s: 31 m/s2.
-    EXPECT_THAT(
-        warnings_of(
-            with("machine: \"driver\"", "machine: \"driver\" character { speed_mps: 25 }", kRoads)),
-        testing::Contains(HasSubstr("it will leave its lane there")));
+    EXPECT_THAT(warnings_of(with(
+                    "brain: \"driver\"", "brain: \"driver\" character { speed_mps: 25 }", kRoads)),
+                testing::Contains(HasSubstr("it will leave its lane there")));
     const std::string box =
         "statics { box { x_m: 0 y_m: 1 z_m: 30 size { x_m: 2 y_m: 2 z_m: 2 } } }\n";
     EXPECT_THAT(warnings_of(box + kRoads),

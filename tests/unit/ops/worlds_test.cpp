@@ -68,7 +68,7 @@ TEST(Valley, HoldsTwoThousandPropsAndFiveHundredNpcsInFourZones) {
             EXPECT_TRUE(e.asleep);
         } else {
             ++npcs;
-            agents.insert(valley().ai.machines[type.brain - 1u].name);
+            agents.insert(valley().ai.brains[type.brain - 1u].name);
         }
     }
     EXPECT_EQ(props, 2000);

@@ -116,7 +116,7 @@ TEST(BitModel, ComesToTheShareOfOnesAndNeverIsSure) {
     core::Rng rng(3);
     BitModel model;
     for (int i = 0; i < 20'000; ++i) {
-        model.learn(rng.below(8) == 0);
+        model.learning(rng.below(8) == 0);
     }
     std::vector<std::uint8_t> out;
     RangeEncoder coder(out);
@@ -129,7 +129,7 @@ TEST(BitModel, ComesToTheShareOfOnesAndNeverIsSure) {
     EXPECT_LT(8.0 * static_cast<double>(out.size()), 1.05 * 0.5436 * 8000.0);
     BitModel sure;
     for (int i = 0; i < 100'000; ++i) {
-        sure.learn(true);
+        sure.learning(true);
     }
     std::vector<std::uint8_t> bytes;
     RangeEncoder other(bytes);
@@ -145,7 +145,7 @@ TEST(SymbolModel, KeepsEverySymbolPossibleWhateverItLearned) {
     for (int i = 0; i < 50'000; ++i) {
         // Long runs of one symbol press the others together most.
         const int learned = static_cast<int>(i / 5000 % SymbolModel::kSymbols);
-        model.learn(learned);
+        model.learning(learned);
         if (i % 97 == 0) {
             std::vector<std::uint8_t> bytes;
             RangeEncoder coder(bytes);
@@ -251,7 +251,7 @@ TEST(LeastSquares, FindsTheWeightsThatTheDataHave) {
             }
             sums.add(f, 0.5 * f[0] - 2.0 * f[1] + 0.25 * f[2], 1.0);
         }
-        squares.learn(sums);
+        squares.learning(sums);
     }
     EXPECT_EQ(squares.weights()[0], 1.0);  // until solve()
     squares.solve();
@@ -270,7 +270,7 @@ TEST(LeastSquares, KeepsItsFirstGuessWhereFeaturesTellNothing) {
     for (int i = 0; i < 10; ++i) {
         sums.add({2.0, 0.0}, 3.0, 1.0);
     }
-    squares.learn(sums);
+    squares.learning(sums);
     squares.solve();
     EXPECT_NEAR(squares.weights()[0], 1.5, 0.01);
     EXPECT_NEAR(squares.weights()[1], -0.5, 1e-9);
