@@ -15,8 +15,8 @@ namespace zoned::ai {
 /// walks at another pace now does so at once. AgentStore are awake.
 template <class BrainOf>
 void adopt(AgentStore& agents,
-           const Settings& before,
-           const Settings& after,
+           const AiSettings& before,
+           const AiSettings& after,
            BrainOf&& brain_of,
            Tick now,
            float dt);
@@ -31,8 +31,8 @@ void adopt(Agent& agent,
 
 template <class BrainOf>
 void adopt(AgentStore& agents,
-           const Settings& before,
-           const Settings& after,
+           const AiSettings& before,
+           const AiSettings& after,
            BrainOf&& brain_of,
            Tick now,
            float dt) {

@@ -23,7 +23,7 @@ std::vector<CompiledBrain> compiled_of(const std::vector<Brain>& brains, float d
 
 }  // namespace
 
-void compile(Settings& settings, float dt) {
+void compile(AiSettings& settings, float dt) {
     settings.compiled = compiled_of(settings.brains, dt);
     for (Rung& rung : settings.ladder.rungs) {
         rung.compiled = compiled_of(rung.brains, dt);
@@ -36,7 +36,7 @@ void compile(Settings& settings, float dt) {
     }
 }
 
-CoarseWorld Step::coarse(const World& world) const {
+CoarseWorld AiUpdate::coarse(const AiContext& world) const {
     return {world.entities,
             world.types,
             nobody_,
@@ -51,7 +51,7 @@ CoarseWorld Step::coarse(const World& world) const {
 
 /// Finds the rows of awake agents, and who has something to do, the longest waiting first; what is
 /// beyond the budget waits.
-void Step::collect_due(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::collect_due(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     const std::span<const Slot> awake = agents.awake();
     rows_.resize(awake.size());
     due_.clear();
@@ -106,8 +106,10 @@ void Step::collect_due(AgentStore& agents, const World& world, const Settings& s
     keep_to_budgets(agents, world, settings);
 }
 
-/// Of decisions, and of rays: whoever looks along lines of sight takes as many as it may need.
-void Step::keep_to_budgets(AgentStore& agents, const World& world, const Settings& settings) {
+/// Of decisions, and of rays: whoever looks along lines of percept takes as many as it may need.
+void AiUpdate::keep_to_budgets(AgentStore& agents,
+                               const AiContext& world,
+                               const AiSettings& settings) {
     const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
     std::uint32_t rays = std::max(settings.max_sight_rays_per_tick, kRaysPerLook);
     std::size_t kept = 0;
@@ -136,7 +138,7 @@ void Step::keep_to_budgets(AgentStore& agents, const World& world, const Setting
 }
 
 /// The grid is made only where some awake agent looks for others than players, or is looked for.
-void Step::find_others(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::find_others(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     const std::span<const Slot> awake = agents.awake();
     bool needed = false;
     for (std::size_t i = 0; i < awake.size() && !needed; ++i) {
@@ -150,34 +152,34 @@ void Step::find_others(AgentStore& agents, const World& world, const Settings& s
 
 // ---------------------------------------------------------------- doing it
 
-void Step::decide_one(AgentStore& agents,
-                      Due& due,
-                      const World& world,
-                      const Settings& settings,
-                      Lane& lane) {
+void AiUpdate::decide_one(AgentStore& agents,
+                          Due& due,
+                          const AiContext& world,
+                          const AiSettings& settings,
+                          AiLane& lane) {
     Agent& agent = agents.at(due.slot);
     const CompiledBrain& brain = brain_of(agent, settings);
     const world::Entities& e = world.entities;
     const bool awake = due.tier == Tier::kAwake;
     const Timetables timetables{agents, slot_hints_};
-    const Sight sight = awake ? perceive({e,
-                                          world.types,
-                                          *others_,
-                                          world.query,
-                                          world.now,
-                                          world.dt,
-                                          settings.far_m,
-                                          &players_,
-                                          reaches_.any() ? &timetables : nullptr},
-                                         due.row,
-                                         agent,
-                                         brain)
-                              : Sight::none();
+    const Percept percept = awake ? perceive({e,
+                                              world.types,
+                                              *others_,
+                                              world.query,
+                                              world.now,
+                                              world.dt,
+                                              settings.far_m,
+                                              &players_,
+                                              reaches_.any() ? &timetables : nullptr},
+                                             due.row,
+                                             agent,
+                                             brain)
+                                  : Percept::none();
     const Vec2 body(e.position[due.row].x(), e.position[due.row].z());
     const Vec2 here = whereabouts(agent, body, world.now, world.dt);
-    if (decide(agent, brain, sight, here, world.places, world.now, lane.thinking)) {
+    if (decide(agent, brain, percept, here, world.places, world.now, lane.scratch)) {
         ++lane.transitions;
-        due.change = lane.thinking.change;
+        due.change = lane.scratch.change;
     }
     due.changed = agent.entered;
     if (awake) {
@@ -192,8 +194,8 @@ void Step::decide_one(AgentStore& agents,
 }
 
 /// First who goes from event to event is put where he is, then all look around.
-void Step::decide_due(AgentStore& agents, const World& world, const Settings& settings) {
-    in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
+void AiUpdate::decide_due(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
+    in_lanes(world.team, due_.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             if (due_[i].tier == Tier::kCoarse) {
                 Agent& agent = agents.at(due_[i].slot);
@@ -203,8 +205,8 @@ void Step::decide_due(AgentStore& agents, const World& world, const Settings& se
             }
         }
     });
-    in_lanes(world.team, due_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
-        lane.thinking.max_plan_nodes = settings.max_plan_nodes;
+    in_lanes(world.team, due_.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
+        lane.scratch.max_plan_nodes = settings.max_plan_nodes;
         for (std::size_t i = begin; i < end; ++i) {
             if (due_[i].decides) {
                 decide_one(agents, due_[i], world, settings, lane);
@@ -214,7 +216,7 @@ void Step::decide_due(AgentStore& agents, const World& world, const Settings& se
 }
 
 /// Who goes to and fro: for reports alone.
-void Step::watch_changes(AgentStore& agents, const World& world) const {
+void AiUpdate::watch_changes(AgentStore& agents, const AiContext& world) const {
     for (const Due& due : due_) {
         if (due.change) {
             agents.watch(due.slot, *due.change, world.now, world.dt);
@@ -223,8 +225,8 @@ void Step::watch_changes(AgentStore& agents, const World& world) const {
 }
 
 /// Legs of coarse agents whose event this is.
-void Step::walk_coarse(AgentStore& agents, const World& world, const Settings& settings) {
-    in_lanes(world.team, due_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
+void AiUpdate::walk_coarse(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
+    in_lanes(world.team, due_.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Due& due = due_[i];
             if (due.tier != Tier::kCoarse) {
@@ -249,9 +251,11 @@ void Step::walk_coarse(AgentStore& agents, const World& world, const Settings& s
 }
 
 /// Of awake agents.
-void Step::give_commands(const AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::give_commands(const AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings) {
     const std::span<const Slot> awake = agents.awake();
-    in_lanes(world.team, awake.size(), [&](Lane&, std::size_t begin, std::size_t end) {
+    in_lanes(world.team, awake.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];
             if (row == world::kNoRow) {
@@ -266,13 +270,16 @@ void Step::give_commands(const AgentStore& agents, const World& world, const Set
 }
 
 /// Of a coarse agent: what its next_event() has found.
-void Step::plan(AgentStore& agents, Slot slot, const World& world, const Settings& settings) const {
+void AiUpdate::plan(AgentStore& agents,
+                    Slot slot,
+                    const AiContext& world,
+                    const AiSettings& settings) const {
     agents.schedule(slot, decision_period(brain_of(agents.at(slot), settings), world.dt));
 }
 
 /// Coarse agents whose event this was: to the next one.
-void Step::go_on(AgentStore& agents, const World& world, const Settings& settings) {
-    in_lanes(world.team, due_.size(), [&](Lane&, std::size_t begin, std::size_t end) {
+void AiUpdate::go_on(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
+    in_lanes(world.team, due_.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Due& due = due_[i];
             if (due.tier == Tier::kCoarse) {
@@ -302,7 +309,9 @@ void Step::go_on(AgentStore& agents, const World& world, const Settings& setting
 }
 
 /// Awake agents that have decided and that nobody can see for a while.
-void Step::send_to_sleep(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::send_to_sleep(AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings) {
     const Tick calm = static_cast<Tick>(std::ceil(settings.calm_s / world.dt));
     for (const Due& due : due_) {
         Agent& agent = agents.at(due.slot);
@@ -338,10 +347,10 @@ void Step::send_to_sleep(AgentStore& agents, const World& world, const Settings&
     std::sort(fell_asleep_.begin(), fell_asleep_.end());
 }
 
-void Step::steer_awake(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::steer_awake(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     const std::span<const Slot> awake = agents.awake();
     const Drift drift = drift_of(agents, world);
-    in_lanes(world.team, awake.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
+    in_lanes(world.team, awake.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];
             if (row == world::kNoRow) {
@@ -370,19 +379,19 @@ void Step::steer_awake(AgentStore& agents, const World& world, const Settings& s
     });
 }
 
-void Step::add_up() {
-    for (Lane& lane : lanes_) {
+void AiUpdate::add_up() {
+    for (AiLane& lane : lanes_) {
         report_.transitions += std::exchange(lane.transitions, 0U);
         report_.steered += std::exchange(lane.steered, 0U);
         drift_m_ = std::max(drift_m_, std::exchange(lane.drift_m, 0.0F));
-        report_.plans += std::exchange(lane.thinking.plans, 0U);
-        report_.plans_cut_off += std::exchange(lane.thinking.plans_cut_off, 0U);
-        report_.plans_unreachable += std::exchange(lane.thinking.plans_unreachable, 0U);
+        report_.plans += std::exchange(lane.scratch.plans, 0U);
+        report_.plans_cut_off += std::exchange(lane.scratch.plans_cut_off, 0U);
+        report_.plans_unreachable += std::exchange(lane.scratch.plans_unreachable, 0U);
     }
 }
 
-Report Step::run(AgentStore& agents, const World& world, const Settings& settings) {
-    report_ = Report{};
+AiReport AiUpdate::run(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
+    report_ = AiReport{};
     fell_asleep_.clear();
     woke_up_.clear();
     row_hints_.resize(agents.slots(), world::kNoRow);
@@ -419,10 +428,10 @@ Report Step::run(AgentStore& agents, const World& world, const Settings& setting
     return report_;
 }
 
-void Step::remember(const Memory& memory,
-                    const Nests::Memory& nests,
-                    const AgentStore& agents,
-                    const Settings& settings) {
+void AiUpdate::remember(const Memory& memory,
+                        const Nests::Memory& nests,
+                        const AgentStore& agents,
+                        const AiSettings& settings) {
     memory_ = memory;
     nests_.remember(nests);
     reaches_ = Reaches();  // who sleeps is found anew
@@ -439,7 +448,7 @@ void Step::remember(const Memory& memory,
     }
 }
 
-void Step::hash(const AgentStore& agents, core::StateHash& hash) const {
+void AiUpdate::hash(const AgentStore& agents, core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(agents.size()));
     nests_.hash(hash);
     for (const Due& due : due_) {

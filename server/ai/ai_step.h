@@ -1,4 +1,4 @@
-// ai_step: perception, decisions and steering of all agents in a zone; its output is one
+// ai_update: perception, decisions and steering of all agents in a zone; its output is one
 // InputCommand per character.
 #pragma once
 
@@ -27,7 +27,7 @@
 
 namespace zoned::ai {
 
-struct Settings {
+struct AiSettings {
     std::vector<Brain> brains;              ///< as written
     std::vector<CompiledBrain> compiled{};  ///< the same for the world's time step: compile()
     /// By type of entity: brain + 1 of its agent, 0: none. Empty: as the types say.
@@ -50,10 +50,10 @@ struct Settings {
 };
 
 /// Fills in `compiled`, also of the ladder's rungs; inner brains stay empty. `dt` in s.
-void compile(Settings& settings, float dt);
+void compile(AiSettings& settings, float dt);
 
 /// What the step reads and moves.
-struct World {
+struct AiContext {
     world::Entities& entities;
     const world::TypeTable& types;
     /// Indexes entities.position by row; asked for at most once, and only where somebody needs to
@@ -71,7 +71,7 @@ struct World {
     float shared_m = 0.0F;  ///< so far within half_size entities may belong to other zones
 };
 
-struct Report {
+struct AiReport {
     std::uint32_t agents = 0;
     std::uint32_t awake = 0;
     std::uint32_t decisions = 0;
@@ -86,12 +86,12 @@ struct Report {
     std::uint32_t plans_cut_off = 0;      ///< their search met its bound
     std::uint32_t plans_unreachable = 0;  ///< no sequence of actions makes the goal true
     std::uint64_t delivered = 0;          ///< food that was brought to nests, so far
-    LocalAvoidanceReport paths;           ///< who met whom
+    LocalAvoidanceReport avoidance;       ///< who met whom
     bool moved = false;                   ///< some entity was placed: the grid is no longer true
 };
 
 /// Working memory of step(), kept so that a tick allocates nothing; and what it tells its zone.
-class Step {
+class AiUpdate {
   public:
     /// Changes of tier in the last step, ascending by entity id: whoever fell asleep needs no body,
     /// and who woke up does.
@@ -113,7 +113,7 @@ class Step {
     /// threads. A budget of 0 counts as 1, and one of less than kRaysPerLook rays as that: who
     /// finds no rays left waits, and goes on with what it knew, at most ceil(n / (rays /
     /// kRaysPerLook)) ticks. Steps of herds that nobody sees are no decisions.
-    Report run(AgentStore& agents, const World& world, const Settings& settings);
+    AiReport run(AgentStore& agents, const AiContext& world, const AiSettings& settings);
 
     /// What a step knows of those before it, for snapshots.
     struct Memory {
@@ -132,7 +132,7 @@ class Step {
     void remember(const Memory& memory,
                   const Nests::Memory& nests,
                   const AgentStore& agents,
-                  const Settings& settings);
+                  const AiSettings& settings);
 
     /// After `paths` were read: tells them where those who wait are.
     void wait_for(const PathService& paths, const AgentStore& agents);
@@ -166,8 +166,8 @@ class Step {
     };
 
     /// One thread's share of the agents.
-    struct Lane {
-        Thinking thinking;
+    struct AiLane {
+        DecisionScratch scratch;
         std::vector<Slot> asking;  ///< who needs a way
         float drift_m = 0.0F;      ///< of herds: the longest way between two steps
         std::uint32_t transitions = 0;
@@ -185,79 +185,98 @@ class Step {
     static constexpr std::size_t kLanes = 16;
     static constexpr std::size_t kShared = 256;  ///< fewer agents are not worth a second thread
 
-    void follow_viewers(AgentStore& agents, const World& world, const Settings& settings);
+    void follow_viewers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void watch();
-    void follow_coarse(AgentStore& agents, const World& world);
-    void look_at_coarse(AgentStore& agents, const World& world, bool all);
-    void look_at(AgentStore& agents, Slot slot, const World& world);
-    void place(Agent& agent, const World& world, world::Row row);
-    void know_sleepers(AgentStore& agents, const World& world, const Settings& settings);
-    void meet(AgentStore& agents, const World& world);
+    void follow_coarse(AgentStore& agents, const AiContext& world);
+    void look_at_coarse(AgentStore& agents, const AiContext& world, bool all);
+    void look_at(AgentStore& agents, Slot slot, const AiContext& world);
+    void place(Agent& agent, const AiContext& world, world::Row row);
+    void know_sleepers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void meet(AgentStore& agents, const AiContext& world);
     void look_around(const AgentStore& agents,
-                     const World& world,
+                     const AiContext& world,
                      Reaches::Kind kind,
                      world::Row row);
-    void check_sleeper(AgentStore& agents, const World& world, Slot slot);
-    void settle(AgentStore& agents, Slot slot, Tick left, const World& world, bool late = false);
+    void check_sleeper(AgentStore& agents, const AiContext& world, Slot slot);
+    void settle(AgentStore& agents,
+                Slot slot,
+                Tick left,
+                const AiContext& world,
+                bool late = false);
     [[nodiscard]] bool meets_nobody(AgentStore& agents,
                                     const Due& due,
-                                    const World& world,
+                                    const AiContext& world,
                                     Tick calm);
     [[nodiscard]] const Agent* agent_at(const AgentStore& agents,
                                         const world::Entities& entities,
                                         world::Row row) const;
-    [[nodiscard]] Encounters::Scene scene(const AgentStore& agents, const World& world) const;
-    void wake_seen(AgentStore& agents, const World& world, const Settings& settings);
-    void collect_due(AgentStore& agents, const World& world, const Settings& settings);
-    void keep_to_budgets(AgentStore& agents, const World& world, const Settings& settings);
-    void find_others(AgentStore& agents, const World& world, const Settings& settings);
-    [[nodiscard]] CoarseWorld coarse(const World& world) const;
-    void decide_due(AgentStore& agents, const World& world, const Settings& settings);
+    [[nodiscard]] Encounters::Scene scene(const AgentStore& agents, const AiContext& world) const;
+    void wake_seen(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void collect_due(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void keep_to_budgets(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void find_others(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    [[nodiscard]] CoarseWorld coarse(const AiContext& world) const;
+    void decide_due(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void decide_one(AgentStore& agents,
                     Due& due,
-                    const World& world,
-                    const Settings& settings,
-                    Lane& lane);
-    void call_up_waiting(AgentStore& agents, const World& world, const Settings& settings);
-    void settle_trades(AgentStore& agents, const World& world, const Settings& settings);
-    void collect_traders(AgentStore& agents, const Settings& settings);
-    void collect_waiting_traders(AgentStore& agents, const World& world, const Settings& settings);
-    void look_at_stock(const World& world, const Settings& settings, EntityId after);
+                    const AiContext& world,
+                    const AiSettings& settings,
+                    AiLane& lane);
+    void call_up_waiting(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void settle_trades(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void collect_traders(AgentStore& agents, const AiSettings& settings);
+    void collect_waiting_traders(AgentStore& agents,
+                                 const AiContext& world,
+                                 const AiSettings& settings);
+    void look_at_stock(const AiContext& world, const AiSettings& settings, EntityId after);
     [[nodiscard]] WaitingTraders* first_waiting_trader();
     bool call_up_trader(AgentStore& agents,
-                        const World& world,
-                        const Settings& settings,
+                        const AiContext& world,
+                        const AiSettings& settings,
                         Slot slot);
-    void trade(AgentStore& agents, const World& world, const Settings& settings, std::uint32_t due);
-    void plan(AgentStore& agents, Slot slot, const World& world, const Settings& settings) const;
-    void steer_awake(AgentStore& agents, const World& world, const Settings& settings);
-    void call_foragers(AgentStore& agents, const World& world, const Settings& settings);
-    void forage(AgentStore& agents, const World& world, const Settings& settings);
-    [[nodiscard]] Drift drift_of(const AgentStore& agents, const World& world) const;
-    void head_herds(AgentStore& agents, const World& world, const Settings& settings);
-    void walk_steppers(AgentStore& agents, const World& world, const Settings& settings);
-    void settle_steppers(AgentStore& agents, const World& world, const Settings& settings);
+    void trade(AgentStore& agents,
+               const AiContext& world,
+               const AiSettings& settings,
+               std::uint32_t due);
+    void plan(AgentStore& agents,
+              Slot slot,
+              const AiContext& world,
+              const AiSettings& settings) const;
+    void steer_awake(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void call_foragers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void forage(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    [[nodiscard]] Drift drift_of(const AgentStore& agents, const AiContext& world) const;
+    void head_herds(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void walk_steppers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void settle_steppers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     [[nodiscard]] Tick event_after(Agent& agent,
                                    const Due& due,
-                                   const World& world,
-                                   const Settings& settings) const;
-    bool set_roaming(Agent& agent, const Due& due, const World& world, const Settings& settings);
-    void formation_following(AgentStore& agents, const World& world, const Settings& settings);
-    void local_avoidance(AgentStore& agents, const World& world, const Settings& settings);
-    void watch_changes(AgentStore& agents, const World& world) const;
-    void walk_coarse(AgentStore& agents, const World& world, const Settings& settings);
-    void find_paths(AgentStore& agents, const World& world, const Settings& settings);
-    void count_bodies(const World& world);
-    void request_paths(AgentStore& agents, const World& world, const Settings& settings);
-    void give_commands(const AgentStore& agents, const World& world, const Settings& settings);
-    void go_on(AgentStore& agents, const World& world, const Settings& settings);
-    void go_on_from(Agent& agent, Slot slot, const World& world, const Settings& settings);
-    void send_to_sleep(AgentStore& agents, const World& world, const Settings& settings);
+                                   const AiContext& world,
+                                   const AiSettings& settings) const;
+    bool set_roaming(Agent& agent,
+                     const Due& due,
+                     const AiContext& world,
+                     const AiSettings& settings);
+    void formation_following(AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings);
+    void local_avoidance(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void watch_changes(AgentStore& agents, const AiContext& world) const;
+    void walk_coarse(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void find_paths(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void count_bodies(const AiContext& world);
+    void request_paths(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void give_commands(const AgentStore& agents,
+                       const AiContext& world,
+                       const AiSettings& settings);
+    void go_on(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void go_on_from(Agent& agent, Slot slot, const AiContext& world, const AiSettings& settings);
+    void send_to_sleep(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void add_up();
     template <class Work>
     void in_lanes(compute::Team& team, std::size_t count, Work&& work);
 
-    Report report_;
+    AiReport report_;
     WatchedCells watched_;
     spatial::PointGrid nobody_;
     const spatial::PointGrid* others_ = &nobody_;
@@ -288,7 +307,7 @@ class Step {
     std::vector<Slot> met_;  // sleepers, by one who looked whether it might sleep
     std::vector<EntityId> fell_asleep_;
     std::vector<EntityId> woke_up_;
-    std::array<Lane, kLanes> lanes_;
+    std::array<AiLane, kLanes> lanes_;
     std::vector<AvoidingAgent> walkers_;
     steering::KnownWalls walls_;
     Formations formations_;

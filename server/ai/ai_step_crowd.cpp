@@ -10,7 +10,7 @@ namespace zoned::ai {
 
 namespace {
 
-bool forages(const Agent& agent, const Settings& settings) {
+bool forages(const Agent& agent, const AiSettings& settings) {
     const CompiledBrain& brain = settings.compiled[agent.brain];
     // Who has just turned to it begins when it steers.
     return brain.forages && !agent.entered &&
@@ -20,7 +20,9 @@ bool forages(const Agent& agent, const Settings& settings) {
 }  // namespace
 
 /// Where a door has turned, those whom nobody sees look up as well.
-void Step::call_foragers(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::call_foragers(AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings) {
     for (std::size_t n = 0; nests_.turned() && n < agents.size(); ++n) {
         const Slot slot = agents.nth(n);
         Agent& agent = agents.at(slot);
@@ -32,7 +34,7 @@ void Step::call_foragers(AgentStore& agents, const World& world, const Settings&
 }
 
 /// Where those who look for food go next.
-void Step::forage(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::forage(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     nests_.clear();
     const std::span<const Slot> awake = agents.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {
@@ -60,13 +62,13 @@ void Step::forage(AgentStore& agents, const World& world, const Settings& settin
 
 // ---------------------------------------------------------------- herds that nobody sees
 
-Drift Step::drift_of(const AgentStore& agents, const World& world) const {
+Drift AiUpdate::drift_of(const AgentStore& agents, const AiContext& world) const {
     // Twice: who has to wait for its turn walks on meanwhile.
     return {agents, slot_hints_, world.now, world.dt, kHerdStale_m + 2.0F * drift_m_};
 }
 
 /// All look around before any of them walks on.
-void Step::head_herds(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     if (!has_herds(settings)) {
         return;
     }
@@ -115,8 +117,10 @@ void Step::head_herds(AgentStore& agents, const World& world, const Settings& se
     }
 }
 
-void Step::walk_steppers(AgentStore& agents, const World& world, const Settings& settings) {
-    in_lanes(world.team, steppers_.size(), [&](Lane& lane, std::size_t begin, std::size_t end) {
+void AiUpdate::walk_steppers(AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings) {
+    in_lanes(world.team, steppers_.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Stepper& stepper = steppers_[i];
             Agent& agent = agents.at(stepper.slot);
@@ -143,7 +147,9 @@ void Step::walk_steppers(AgentStore& agents, const World& world, const Settings&
 }
 
 /// Their next steps.
-void Step::settle_steppers(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::settle_steppers(AgentStore& agents,
+                               const AiContext& world,
+                               const AiSettings& settings) {
     for (const Stepper& stepper : steppers_) {
         const world::Row row = stepper.row;
         plan(agents, stepper.slot, world, settings);
@@ -160,7 +166,10 @@ void Step::settle_steppers(AgentStore& agents, const World& world, const Setting
 }
 
 /// An awake one, from where its body is. False: it would leave the ground.
-bool Step::set_roaming(Agent& agent, const Due& due, const World& world, const Settings& settings) {
+bool AiUpdate::set_roaming(Agent& agent,
+                           const Due& due,
+                           const AiContext& world,
+                           const AiSettings& settings) {
     const CoarseWorld in = coarse(world);
     const CompiledBrain& brain = brain_of(agent, settings);
     start_segment(agent, in.around(agent, due.row, due.slot));
@@ -173,10 +182,10 @@ bool Step::set_roaming(Agent& agent, const Due& due, const World& world, const S
 
 /// When something may happen next to one that nobody sees. Of who took no decision the forecast of
 /// the last one holds, whichever way its herd goes.
-Tick Step::event_after(Agent& agent,
-                       const Due& due,
-                       const World& world,
-                       const Settings& settings) const {
+Tick AiUpdate::event_after(Agent& agent,
+                           const Due& due,
+                           const AiContext& world,
+                           const AiSettings& settings) const {
     if (due.roams && !due.decides) {
         return std::min(agent.next_decision, std::max(agent.again_at, world.now + 1));
     }
@@ -189,7 +198,9 @@ Tick Step::event_after(Agent& agent,
 // ---------------------------------------------------------------- formations, avoidance
 
 /// Where those who form up around somebody are to be now.
-void Step::formation_following(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::formation_following(AgentStore& agents,
+                                   const AiContext& world,
+                                   const AiSettings& settings) {
     formations_.clear();
     const std::span<const Slot> awake = agents.awake();
     for (std::size_t i = 0; i < awake.size(); ++i) {
@@ -215,7 +226,9 @@ void Step::formation_following(AgentStore& agents, const World& world, const Set
 }
 
 /// Whoever would meet somebody avoids it; what it wants stays its aim.
-void Step::local_avoidance(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::local_avoidance(AgentStore& agents,
+                               const AiContext& world,
+                               const AiSettings& settings) {
     if (!settings.avoidance) {
         return;
     }

@@ -15,7 +15,7 @@ bool is_met(const world::Entities& entities, world::Row row) {
 }
 
 /// Of one who is where its row says.
-Encounters::Body body_of(const World& world,
+Encounters::Body body_of(const AiContext& world,
                          const Reaches& reaches,
                          Reaches::Kind kind,
                          world::Row row) {
@@ -30,14 +30,14 @@ Encounters::Body body_of(const World& world,
 
 }  // namespace
 
-Encounters::Scene Step::scene(const AgentStore& agents, const World& world) const {
+Encounters::Scene AiUpdate::scene(const AgentStore& agents, const AiContext& world) const {
     return {agents, reaches_, world.half_size, world.shared_m, world.now, world.dt};
 }
 
 /// Of an awake one that meets others; null: it has no agent here.
-const Agent* Step::agent_at(const AgentStore& agents,
-                            const world::Entities& entities,
-                            world::Row row) const {
+const Agent* AiUpdate::agent_at(const AgentStore& agents,
+                                const world::Entities& entities,
+                                world::Row row) const {
     if (row >= slot_hints_.size() || slot_hints_[row] >= agents.slots()) {
         return nullptr;
     }
@@ -46,7 +46,9 @@ const Agent* Step::agent_at(const AgentStore& agents,
 }
 
 /// Who looks for whom; where that is new, who sleeps and meets others is found anew.
-void Step::know_sleepers(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::know_sleepers(AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings) {
     const bool changed = reaches_.set(settings.compiled, settings.brain_of_type, world.types);
     if (!reaches_.any()) {
         return;
@@ -76,7 +78,7 @@ void Step::know_sleepers(AgentStore& agents, const World& world, const Settings&
 /// Wakes those who may come to perceive somebody, or be perceived. All that is simulated looks for
 /// them in turn, what was put somewhere or pushed at once; those who sleep among themselves when it
 /// is time.
-void Step::meet(AgentStore& agents, const World& world) {
+void AiUpdate::meet(AgentStore& agents, const AiContext& world) {
     if (!reaches_.any()) {
         return;
     }
@@ -104,10 +106,10 @@ void Step::meet(AgentStore& agents, const World& world) {
 }
 
 /// Of one who is simulated.
-void Step::look_around(const AgentStore& agents,
-                       const World& world,
-                       Reaches::Kind kind,
-                       world::Row row) {
+void AiUpdate::look_around(const AgentStore& agents,
+                           const AiContext& world,
+                           Reaches::Kind kind,
+                           world::Row row) {
     const world::Entities& e = world.entities;
     if (reaches_.farthest(kind) < 0.0F) {
         return;
@@ -120,7 +122,7 @@ void Step::look_around(const AgentStore& agents,
     }
 }
 
-void Step::check_sleeper(AgentStore& agents, const World& world, Slot slot) {
+void AiUpdate::check_sleeper(AgentStore& agents, const AiContext& world, Slot slot) {
     const Encounters::Scene scene = this->scene(agents, world);
     const Encounters::Body body = encounters_.sleeper(slot, scene);
     Agent& agent = agents.at(slot);
@@ -137,7 +139,7 @@ void Step::check_sleeper(AgentStore& agents, const World& world, Slot slot) {
 
 /// AgentStore::settle(), for encounters as well. Who is new here, from another zone, is checked
 /// soon.
-void Step::settle(AgentStore& agents, Slot slot, Tick left, const World& world, bool late) {
+void AiUpdate::settle(AgentStore& agents, Slot slot, Tick left, const AiContext& world, bool late) {
     agents.settle(slot, left, world.dt, late);
     if (!reaches_.any()) {
         return;
@@ -155,7 +157,7 @@ void Step::settle(AgentStore& agents, Slot slot, Tick left, const World& world, 
 
 /// Whether an awake agent can fall asleep, though it meets others: for so long nobody comes. Says
 /// when it is to be checked then.
-bool Step::meets_nobody(AgentStore& agents, const Due& due, const World& world, Tick calm) {
+bool AiUpdate::meets_nobody(AgentStore& agents, const Due& due, const AiContext& world, Tick calm) {
     Agent& agent = agents.at(due.slot);
     const world::Entities& e = world.entities;
     const Reaches::Kind kind{e.type[due.row], agent.brain};

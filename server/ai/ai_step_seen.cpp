@@ -15,7 +15,7 @@ constexpr float kStale_m = 8.0F;
 
 /// From how far off an agent is woken, m: so that it is awake when its entity can be seen, though
 /// that is put where it is now and then only, and both run towards each other between two looks.
-float waking_radius(const World& world, const Settings& settings) {
+float waking_radius(const AiContext& world, const AiSettings& settings) {
     float fastest = 0.0F;
     for (const world::EntityType& type : world.types) {
         fastest = std::max(fastest, type.character.speed * type.character.sprint_factor);
@@ -30,7 +30,9 @@ bool outside(const Vec2& at, const Vec2& half_size) {
 }  // namespace
 
 /// Where players are. One who was not here a tick ago, or is back, is heard of at once.
-void Step::follow_viewers(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::follow_viewers(AgentStore& agents,
+                              const AiContext& world,
+                              const AiSettings& settings) {
     const world::Entities& e = world.entities;
     viewers_before_.swap(memory_.viewers);
     memory_.viewers.clear();
@@ -62,7 +64,7 @@ void Step::follow_viewers(AgentStore& agents, const World& world, const Settings
 }
 
 /// Where somebody may see an entity, from what the memory says.
-void Step::watch() {
+void AiUpdate::watch() {
     // Who walks may be a rounding beside its squares, or what one walks in some ticks.
     constexpr float kRounding_m = 2.0F;
     watched_.build(memory_.watched_from, memory_.watched_m);
@@ -73,7 +75,7 @@ void Step::watch() {
 
 /// Who has left its squares is put where it is: entity and agent are always in those that it was
 /// settled in. So who looks at a place looks at those alone that come through around it.
-void Step::follow_coarse(AgentStore& agents, const World& world) {
+void AiUpdate::follow_coarse(AgentStore& agents, const AiContext& world) {
     left_.clear();
     agents.take_left(world.now, left_);
     for (const Slot slot : left_) {
@@ -105,7 +107,7 @@ void Step::follow_coarse(AgentStore& agents, const World& world) {
 
 /// Wakes who may be seen: a share of the squares that can be seen in each tick, at once where
 /// `all`.
-void Step::look_at_coarse(AgentStore& agents, const World& world, bool all) {
+void AiUpdate::look_at_coarse(AgentStore& agents, const AiContext& world, bool all) {
     const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
     if (all || turn == 0) {
         agents.visit_anywhere([&](Slot slot) { look_at(agents, slot, world); });
@@ -116,7 +118,7 @@ void Step::look_at_coarse(AgentStore& agents, const World& world, bool all) {
     }
 }
 
-void Step::look_at(AgentStore& agents, Slot slot, const World& world) {
+void AiUpdate::look_at(AgentStore& agents, Slot slot, const AiContext& world) {
     Agent& agent = agents.at(slot);
     const Vec2 at = position_at(agent.segment, world.now - 1, world.dt);
     const bool wakes = watched_.covers(at) || outside(at, world.half_size);
@@ -136,13 +138,13 @@ void Step::look_at(AgentStore& agents, Slot slot, const World& world) {
     }
 }
 
-void Step::place(Agent& agent, const World& world, world::Row row) {
+void AiUpdate::place(Agent& agent, const AiContext& world, world::Row row) {
     catch_up(agent, coarse(world), row);
     world.entities.touch(row);
     report_.moved = true;
 }
 
-void Step::wake_seen(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::wake_seen(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     std::sort(waking_.begin(), waking_.end(), [&](Slot a, Slot b) {
         return agents.at(a).entity < agents.at(b).entity;
     });

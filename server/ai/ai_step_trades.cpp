@@ -15,7 +15,7 @@ bool comes_later(const StockWaits::Member& a, const StockWaits::Member& b) {
 
 /// Whether some trade that the group waits for can be done.
 bool some_trade_can(const StockWaits::Key& key,
-                    const Settings& settings,
+                    const AiSettings& settings,
                     const Places& places,
                     Tick now) {
     const std::vector<Trade>& trades = settings.compiled[key.brain].states[key.doing].trades;
@@ -30,7 +30,9 @@ bool some_trade_can(const StockWaits::Key& key,
 }  // namespace
 
 /// Of those who wait for stock, whoever decides in this tick and will find it other than it was.
-void Step::call_up_waiting(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::call_up_waiting(AgentStore& agents,
+                               const AiContext& world,
+                               const AiSettings& settings) {
     const StockWaits& waits = agents.waits(
         [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
     const std::size_t before = events_.size();
@@ -53,7 +55,7 @@ void Step::call_up_waiting(AgentStore& agents, const World& world, const Setting
 }
 
 /// Those who have something to do in this tick, and want to trade.
-void Step::collect_traders(AgentStore& agents, const Settings& settings) {
+void AiUpdate::collect_traders(AgentStore& agents, const AiSettings& settings) {
     traders_.clear();
     for (std::uint32_t i = 0; i < due_.size(); ++i) {
         Agent& agent = agents.at(due_[i].slot);
@@ -70,9 +72,9 @@ void Step::collect_traders(AgentStore& agents, const Settings& settings) {
 }
 
 /// Those who decide in this tick, and will trade if the stock is so when it is their turn.
-void Step::collect_waiting_traders(AgentStore& agents,
-                                   const World& world,
-                                   const Settings& settings) {
+void AiUpdate::collect_waiting_traders(AgentStore& agents,
+                                       const AiContext& world,
+                                       const AiSettings& settings) {
     waiting_trader_groups_ = 0;
     const StockWaits& waits = agents.waits(
         [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
@@ -90,7 +92,7 @@ void Step::collect_waiting_traders(AgentStore& agents,
 }
 
 /// Who waits and may trade now: of those whose turn comes after that of `after`.
-void Step::look_at_stock(const World& world, const Settings& settings, EntityId after) {
+void AiUpdate::look_at_stock(const AiContext& world, const AiSettings& settings, EntityId after) {
     for (std::size_t w = 0; w < waiting_trader_groups_; ++w) {
         WaitingTraders& waiting = waiting_traders_[w];
         waiting.may = some_trade_can(waiting.group->key(), settings, world.places, world.now);
@@ -115,7 +117,7 @@ void Step::look_at_stock(const World& world, const Settings& settings, EntityId 
 }
 
 /// Null: nobody.
-Step::WaitingTraders* Step::first_waiting_trader() {
+AiUpdate::WaitingTraders* AiUpdate::first_waiting_trader() {
     WaitingTraders* first = nullptr;
     for (std::size_t w = 0; w < waiting_trader_groups_; ++w) {
         WaitingTraders& waiting = waiting_traders_[w];
@@ -129,10 +131,10 @@ Step::WaitingTraders* Step::first_waiting_trader() {
 
 /// Somebody who waited has something to do in this tick after all: the last of due_ from now on.
 /// False: not in this one.
-bool Step::call_up_trader(AgentStore& agents,
-                          const World& world,
-                          const Settings& settings,
-                          Slot slot) {
+bool AiUpdate::call_up_trader(AgentStore& agents,
+                              const AiContext& world,
+                              const AiSettings& settings,
+                              Slot slot) {
     Agent& agent = agents.at(slot);
     const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     row_hints_[slot] = row;
@@ -154,10 +156,10 @@ bool Step::call_up_trader(AgentStore& agents,
     return true;
 }
 
-void Step::trade(AgentStore& agents,
-                 const World& world,
-                 const Settings& settings,
-                 std::uint32_t number) {
+void AiUpdate::trade(AgentStore& agents,
+                     const AiContext& world,
+                     const AiSettings& settings,
+                     std::uint32_t number) {
     Due& due = due_[number];
     Agent& agent = agents.at(due.slot);
     const Vec3& position = world.entities.position[due.row];
@@ -179,7 +181,9 @@ void Step::trade(AgentStore& agents,
 /// decided first; the other one goes on asking as long as it does what asks. Coarse agents that
 /// wait for stock ask as well at each of their decisions: they come up where the stock is so when
 /// it is their turn.
-void Step::settle_trades(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::settle_trades(AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings) {
     collect_traders(agents, settings);
     collect_waiting_traders(agents, world, settings);
     look_at_stock(world, settings, EntityId());

@@ -7,9 +7,11 @@
 namespace zoned::ai {
 
 /// In the order of entities, so that what is answered when does not depend on lanes.
-void Step::request_paths(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::request_paths(AgentStore& agents,
+                             const AiContext& world,
+                             const AiSettings& settings) {
     asking_.clear();
-    for (Lane& lane : lanes_) {
+    for (AiLane& lane : lanes_) {
         asking_.insert(asking_.end(), lane.asking.begin(), lane.asking.end());
         lane.asking.clear();
     }
@@ -47,7 +49,7 @@ void Step::request_paths(AgentStore& agents, const World& world, const Settings&
     }
 }
 
-void Step::wait_for(const PathService& paths, const AgentStore& agents) {
+void AiUpdate::wait_for(const PathService& paths, const AgentStore& agents) {
     waiting_.clear();
     for (std::size_t n = 0; n < agents.size(); ++n) {
         const Slot slot = agents.nth(n);
@@ -59,7 +61,7 @@ void Step::wait_for(const PathService& paths, const AgentStore& agents) {
 }
 
 /// Those who are simulated: who is seen by nobody walks through everybody.
-void Step::count_bodies(const World& world) {
+void AiUpdate::count_bodies(const AiContext& world) {
     if (!world.paths->counts_bodies()) {
         return;
     }
@@ -78,7 +80,7 @@ void Step::count_bodies(const World& world) {
 
 /// Paths for those who need one, most often in the tick in which they ask; others are told when
 /// theirs is there, or another than before because a door has turned.
-void Step::find_paths(AgentStore& agents, const World& world, const Settings& settings) {
+void AiUpdate::find_paths(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     if (world.paths == nullptr) {
         return;
     }
@@ -127,7 +129,10 @@ void Step::find_paths(AgentStore& agents, const World& world, const Settings& se
 }
 
 /// Sets out on the way that the agent was told.
-void Step::go_on_from(Agent& agent, Slot slot, const World& world, const Settings& settings) {
+void AiUpdate::go_on_from(Agent& agent,
+                          Slot slot,
+                          const AiContext& world,
+                          const AiSettings& settings) {
     const CompiledBrain& brain = brain_of(agent, settings);
     const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     row_hints_[slot] = row;

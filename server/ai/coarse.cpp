@@ -103,7 +103,7 @@ Course course_of(const Agent& agent, const CompiledBrain& brain, const CoarseWor
 float input_alone(SenseIndex sense, const Agent& agent, const CompiledBrain& brain) {
     switch (sense) {
         case kSensePlayerDistance:
-            return Sight::none().distance;
+            return Percept::none().distance;
         case kSenseConfidence:
         case kSenseAllies:
         case kSenseFoes:
@@ -291,7 +291,7 @@ Tick next_event(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in)
     Senses senses;
     const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
     const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
-    sense(agent, brain, Sight::none(), here, in.places, in.now, senses, wanted);
+    sense(agent, brain, Percept::none(), here, in.places, in.now, senses, wanted);
     const Course course = course_of(agent, brain, in);
     const Outlook outlook{course.speed, in.places.day_s(), in.dt, in.places, course.segment};
     Quiet quiet = quiet_until(agent, brain, senses, outlook, in.now);

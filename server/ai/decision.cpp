@@ -38,7 +38,7 @@ std::uint16_t plan_deed(Agent& agent,
                         std::uint16_t first,
                         std::uint16_t otherwise,
                         Known senses,
-                        Thinking& thinking) {
+                        DecisionScratch& scratch) {
     goap::World facts = 0;
     for (std::size_t f = 0; f < plans.facts.size(); ++f) {
         facts |= static_cast<goap::World>(all_hold(plans.facts[f], senses)) << f;
@@ -47,21 +47,21 @@ std::uint16_t plan_deed(Agent& agent,
         return agent.doing;
     }
     agent.facts = facts;
-    if (!thinking.planner || thinking.planner->bound() != thinking.max_plan_nodes) {
-        thinking.planner.emplace(thinking.max_plan_nodes);
+    if (!scratch.planner || scratch.planner->bound() != scratch.max_plan_nodes) {
+        scratch.planner.emplace(scratch.max_plan_nodes);
     }
-    thinking.planner->plan(plans.actions, facts, plans.goal, thinking.plan);
-    ++thinking.plans;
-    switch (thinking.plan.verdict) {
+    scratch.planner->plan(plans.actions, facts, plans.goal, scratch.plan);
+    ++scratch.plans;
+    switch (scratch.plan.verdict) {
         case goap::Verdict::kPlanned:
-            return thinking.plan.size > 0
-                       ? static_cast<std::uint16_t>(first + thinking.plan.action[0])
+            return scratch.plan.size > 0
+                       ? static_cast<std::uint16_t>(first + scratch.plan.action[0])
                        : otherwise;
         case goap::Verdict::kUnreachable:
-            ++thinking.plans_unreachable;
+            ++scratch.plans_unreachable;
             break;
         case goap::Verdict::kCutOff:
-            ++thinking.plans_cut_off;
+            ++scratch.plans_cut_off;
             break;
     }
     return otherwise;
@@ -92,7 +92,7 @@ void choose(Agent& agent,
             bool entered,
             Known senses,
             Tick now,
-            Thinking& thinking) {
+            DecisionScratch& scratch) {
     const std::uint16_t leaf = agent.state_machine.state();
     const CompiledBrain::Choice& choice = brain.choices[leaf];
     if (entered) {
@@ -109,7 +109,7 @@ void choose(Agent& agent,
                          choice.first,
                          leaf,
                          senses,
-                         thinking);
+                         scratch);
     }
     if (choice.blend >= 0) {
         deed = blend_deed(agent,
@@ -169,19 +169,19 @@ float drawn_at(const Agent& agent, Tick now) {
 
 void sense(const Agent& agent,
            const CompiledBrain& brain,
-           const Sight& sight,
+           const Percept& percept,
            const Vec2& here,
            const Places& places,
            Tick now,
            Senses& senses,
            std::uint64_t wanted) {
-    senses[kSensePlayerDistance] = sight.distance;
+    senses[kSensePlayerDistance] = percept.distance;
     senses[kSenseHomeDistance] = (here - Vec2(agent.home.x(), agent.home.z())).norm();
     senses[kSenseTimeOfDay] = places.time_of_day(now);
     senses[kSenseRandom] = drawn_at(agent, now);
-    senses[kSenseConfidence] = sight.confidence;
-    senses[kSenseAllies] = sight.allies;
-    senses[kSenseFoes] = sight.foes;
+    senses[kSenseConfidence] = percept.confidence;
+    senses[kSenseAllies] = percept.allies;
+    senses[kSenseFoes] = percept.foes;
     for (std::size_t v = 0; v < brain.variables.size(); ++v) {
         senses[kOwnSenses + v] = variable_at(agent, brain, v, now);
     }
@@ -225,16 +225,16 @@ void sense_more(const Agent& agent,
 
 bool decide(Agent& agent,
             const CompiledBrain& brain,
-            const Sight& sight,
+            const Percept& percept,
             const Vec2& here,
             const Places& places,
             Tick now,
-            Thinking& thinking) {
+            DecisionScratch& scratch) {
     Senses senses;
     const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
-    sense(agent, brain, sight, here, places, now, senses, wanted);
-    take_notice(agent, sight, brain, now);
-    agent.far = sight.player_far;
+    sense(agent, brain, percept, here, places, now, senses, wanted);
+    take_notice(agent, percept, brain, now);
+    agent.far = percept.player_far;
     agent.fresh = true;
     const Known known(senses.data(), brain.senses);
     const std::optional<state_machine::Change> change =
@@ -245,8 +245,8 @@ bool decide(Agent& agent,
         grow(agent, brain, now);
         gain(agent, brain, brain.table.transitions[change->transition].level);
     }
-    thinking.change = change;
-    choose(agent, brain, change.has_value(), known, now, thinking);
+    scratch.change = change;
+    choose(agent, brain, change.has_value(), known, now, scratch);
     return change.has_value();
 }
 

@@ -10,7 +10,7 @@
 namespace zoned::ai {
 
 /// What decisions need while they are made, and count; holds no state.
-struct Thinking {
+struct DecisionScratch {
     std::uint32_t max_plan_nodes = 1024;
     std::optional<goap::Planner> planner{};  ///< once some agent plans
     goap::Plan plan{};
@@ -40,7 +40,7 @@ float drawn_at(const Agent& agent, Tick now);
 /// Of fuzzy outputs and places only those `wanted`, by bit; others stay as they are.
 void sense(const Agent& agent,
            const CompiledBrain& brain,
-           const Sight& sight,
+           const Percept& percept,
            const Vec2& here,
            const Places& places,
            Tick now,
@@ -62,11 +62,11 @@ void sense_more(const Agent& agent,
 /// own action. Returns whether a transition fired.
 bool decide(Agent& agent,
             const CompiledBrain& brain,
-            const Sight& sight,
+            const Percept& percept,
             const Vec2& here,
             const Places& places,
             Tick now,
-            Thinking& thinking);
+            DecisionScratch& scratch);
 
 /// Who has come to its spot is within so much of it, m.
 inline constexpr float kAtPlaceM = 2.0F;

@@ -16,7 +16,7 @@ namespace zoned::ai {
 /// Who looks for whom, and from how far off one may come to know of the other.
 class Reaches {
   public:
-    /// As agents are of brains now, and entities of types. `brain_of_type` as in Settings.
+    /// As agents are of brains now, and entities of types. `brain_of_type` as in AiSettings.
     /// Returns whether that has changed.
     bool set(std::span<const CompiledBrain> brains,
              std::span<const std::uint16_t> brain_of_type,

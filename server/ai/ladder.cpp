@@ -12,7 +12,7 @@ namespace zoned::ai {
 namespace {
 
 /// Exchanges the brains of the settings and those kept at a rung.
-void exchange_brains(Settings& settings, std::uint16_t rung) {
+void exchange_brains(AiSettings& settings, std::uint16_t rung) {
     Rung& kept = settings.ladder.rungs[rung];
     std::swap(settings.brains, kept.brains);
     std::swap(settings.compiled, kept.compiled);
@@ -47,14 +47,14 @@ std::uint16_t rung_due(const Ladder& ladder, const LadderSettings& settings, Tic
                                        : ladder.rung;
 }
 
-const CompiledBrain& brain_at_level(const Settings& settings,
+const CompiledBrain& brain_at_level(const AiSettings& settings,
                                     std::uint16_t rung,
                                     std::size_t index) {
     const bool here = settings.ladder.rungs.empty() || rung == settings.ladder.active;
     return here ? settings.compiled[index] : settings.ladder.rungs[rung].compiled[index];
 }
 
-void put_on_rung(Settings& settings, std::uint16_t rung) {
+void put_on_rung(AiSettings& settings, std::uint16_t rung) {
     if (settings.ladder.rungs.empty() || rung == settings.ladder.active) {
         return;
     }
@@ -64,7 +64,7 @@ void put_on_rung(Settings& settings, std::uint16_t rung) {
 }
 
 void adopt_from_rung(Agent& agent,
-                     const Settings& settings,
+                     const AiSettings& settings,
                      std::uint16_t rung,
                      Tick now,
                      float dt) {
@@ -81,7 +81,7 @@ void adopt_from_rung(Agent& agent,
 }
 
 RungChange change_rung(AgentStore& agents,
-                       Settings& settings,
+                       AiSettings& settings,
                        Ladder& ladder,
                        std::uint16_t rung,
                        Tick now,
@@ -102,7 +102,7 @@ RungChange change_rung(AgentStore& agents,
     return change;
 }
 
-void go_on_with(Ladder& ladder, const LadderSettings& before, Settings& settings, Tick now) {
+void go_on_with(Ladder& ladder, const LadderSettings& before, AiSettings& settings, Tick now) {
     const LadderSettings& after = settings.ladder;
     const auto same = [&](const Rung& rung) {
         return !before.rungs.empty() && rung.name == before.rungs[ladder.rung].name;

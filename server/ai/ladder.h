@@ -16,7 +16,7 @@ namespace zoned::ai {
 
 class AgentStore;
 struct Agent;
-struct Settings;
+struct AiSettings;
 
 /// All brains as one difficulty has them: as many, of the same names, as every other's.
 struct Rung {
@@ -80,17 +80,17 @@ void note_outcome(Ladder& ladder, const LadderSettings& settings, bool player_su
 std::uint16_t rung_due(const Ladder& ladder, const LadderSettings& settings, Tick now);
 
 /// Brain `index` as rung `rung` has it.
-const CompiledBrain& brain_at_level(const Settings& settings,
+const CompiledBrain& brain_at_level(const AiSettings& settings,
                                     std::uint16_t rung,
                                     std::size_t index);
 
 /// Gives the settings the brains of a rung. Nothing is copied or allocated.
-void put_on_rung(Settings& settings, std::uint16_t rung);
+void put_on_rung(AiSettings& settings, std::uint16_t rung);
 
 /// The zone goes to another rung: the agents of brains that vary, which are all awake, go on with
 /// those of that rung (adopt.h). `dt` in s.
 RungChange change_rung(AgentStore& agents,
-                       Settings& settings,
+                       AiSettings& settings,
                        Ladder& ladder,
                        std::uint16_t rung,
                        Tick now,
@@ -98,13 +98,13 @@ RungChange change_rung(AgentStore& agents,
 
 /// An agent that lived by the brains of another rung goes on by those of the settings.
 void adopt_from_rung(Agent& agent,
-                     const Settings& settings,
+                     const AiSettings& settings,
                      std::uint16_t rung,
                      Tick now,
                      float dt);
 
 /// For settings that have come in the place of `before` in a zone that runs: puts them on the rung
 /// of the same name, or else where they begin, and the ladder with them.
-void go_on_with(Ladder& ladder, const LadderSettings& before, Settings& settings, Tick now);
+void go_on_with(Ladder& ladder, const LadderSettings& before, AiSettings& settings, Tick now);
 
 }  // namespace zoned::ai

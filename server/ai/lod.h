@@ -6,7 +6,7 @@
 namespace zoned::ai {
 
 /// A state that was just entered begins at once, so that no command is ever repeated into it.
-inline bool steers_now(const Agent& agent, const Settings& settings, Tick now) {
+inline bool steers_now(const Agent& agent, const AiSettings& settings, Tick now) {
     return !settings.reduce_far || !agent.far || agent.entered || now >= agent.next_steering;
 }
 

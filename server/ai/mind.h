@@ -55,7 +55,7 @@ struct SplineWalk {
 /// Positions are zone-local.
 struct Agent {
     EntityId entity;
-    std::uint16_t brain = 0;                   ///< index into Settings::brains
+    std::uint16_t brain = 0;                   ///< index into AiSettings::brains
     state_machine::ActiveState state_machine;  ///< where it is in it
     std::uint16_t doing = 0;                   ///< index into CompiledBrain::states
     goap::World facts = kUnplanned;  ///< as its last plan found them, where its state plans

@@ -51,7 +51,7 @@ bool is_on_tracks(const SplineWalk& walk, const splines::SplineNetwork* net) {
 }
 
 /// What keeps the agent from being one of `settings` on that rung; null: nothing.
-const char* wrong_with(const Agent& agent, const Settings& settings, std::uint16_t rung) {
+const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint16_t rung) {
     if (agent.brain >= settings.compiled.size() ||
         brain_at_level(settings, rung, agent.brain).states.empty()) {
         return "has a brain that there is not";
@@ -108,7 +108,7 @@ void write_nests(const Nests::Memory& memory, FieldWriter& write) {
 }
 
 /// Whether the nest is one of `settings` and its cells ascend and have scents within 0 to 1.
-bool is_nest(const Nests::Scents& nest, const Settings& settings) {
+bool is_nest(const Nests::Scents& nest, const AiSettings& settings) {
     if (nest.brain >= settings.compiled.size()) {
         return false;
     }
@@ -128,7 +128,7 @@ bool is_nest(const Nests::Scents& nest, const Settings& settings) {
 }
 
 /// Empty text: done.
-std::string read_nests(FieldReader& read, const Settings& settings, Nests::Memory& memory) {
+std::string read_nests(FieldReader& read, const AiSettings& settings, Nests::Memory& memory) {
     std::uint32_t count = 0;
     read(memory.delivered);
     read(memory.turned);
@@ -157,7 +157,7 @@ std::string read_nests(FieldReader& read, const Settings& settings, Nests::Memor
 }  // namespace
 
 void save_agents(const AgentStore& agents,
-                 const Step& step,
+                 const AiUpdate& step,
                  const Places& places,
                  std::vector<std::uint8_t>& out) {
     FieldWriter write(out);
@@ -186,14 +186,14 @@ void save_agents(const AgentStore& agents,
 }
 
 std::string load_agents(std::span<const std::uint8_t> bytes,
-                        Settings& settings,
+                        AiSettings& settings,
                         AgentStore& agents,
-                        Step& step,
+                        AiUpdate& step,
                         Places& places) {
     FieldReader read(bytes);
     std::uint32_t version = 0;
     std::uint32_t count = 0;
-    Step::Memory memory;
+    AiUpdate::Memory memory;
     read(version);
     if (read.cut_short() || version != kVersion) {
         return "version " + std::to_string(version) + " of agents, not " + std::to_string(kVersion);

@@ -16,7 +16,7 @@ namespace zoned::ai {
 /// endian, field by field as mind_fields.h has them, after a version and counts. What reads them
 /// goes on bit for bit.
 void save_agents(const AgentStore& agents,
-                 const Step& step,
+                 const AiUpdate& step,
                  const Places& places,
                  std::vector<std::uint8_t>& out);
 
@@ -26,9 +26,9 @@ void save_agents(const AgentStore& agents,
 /// short, bytes left over, or numbers that mean nothing to `settings` (which are compiled), with
 /// the agent and the field.
 std::string load_agents(std::span<const std::uint8_t> bytes,
-                        Settings& settings,
+                        AiSettings& settings,
                         AgentStore& agents,
-                        Step& step,
+                        AiUpdate& step,
                         Places& places);
 
 }  // namespace zoned::ai

@@ -74,29 +74,29 @@ void for_each_player(const Onlooker& around, world::Row self, float radius, Visi
 /// The nearest one within perception, of equals the smaller id; near(radius, visit) calls
 /// visit(row, squared distance) for those within a radius.
 template <class Near>
-Sight nearest_player(const world::Entities& entities,
-                     float perception_m,
-                     float far_m,
-                     const Near& near) {
-    Sight sight;
+Percept nearest_player(const world::Entities& entities,
+                       float perception_m,
+                       float far_m,
+                       const Near& near) {
+    Percept percept;
     float nearest2 = std::numeric_limits<float>::infinity();
     int players = 0;
     near(perception_m, [&](world::Row row, float d2) {
         ++players;
         const EntityId id = entities.id[row];
-        if (d2 < nearest2 || (d2 == nearest2 && id < sight.prey)) {
+        if (d2 < nearest2 || (d2 == nearest2 && id < percept.prey)) {
             nearest2 = d2;
-            sight.prey = id;
+            percept.prey = id;
         }
     });
-    sight.distance = std::sqrt(nearest2);
-    sight.confidence = sight.prey ? 1.0F : 0.0F;
-    sight.foes = static_cast<float>(players);
-    sight.player_far = sight.distance > far_m;
-    if (!sight.prey && far_m > perception_m) {
-        near(far_m, [&](world::Row /*row*/, float /*d2*/) { sight.player_far = false; });
+    percept.distance = std::sqrt(nearest2);
+    percept.confidence = percept.prey ? 1.0F : 0.0F;
+    percept.foes = static_cast<float>(players);
+    percept.player_far = percept.distance > far_m;
+    if (!percept.prey && far_m > perception_m) {
+        near(far_m, [&](world::Row /*row*/, float /*d2*/) { percept.player_far = false; });
     }
-    return sight;
+    return percept;
 }
 
 /// One look around by one agent.
@@ -116,8 +116,8 @@ class Looking {
         ahead_ = Vec2(static_cast<float>(std::sin(turn)), static_cast<float>(std::cos(turn)));
     }
 
-    Sight run() {
-        Sight sight;
+    Percept run() {
+        Percept percept;
         const float range = std::max(sight_m_, how_.hearing_m);
         const float beside = around_.timetables != nullptr ? kDriftM : 0.0F;
         around_.grid.for_each_within(
@@ -125,22 +125,22 @@ class Looking {
                 const Stand stand = stand_of(row);
                 const Vec3 way = stand.at - eye_;
                 const float own2 = way.x() * way.x() + way.z() * way.z();
-                consider(row, stand, stand.by_segment || beside > 0.0F ? own2 : d2, sight);
+                consider(row, stand, stand.by_segment || beside > 0.0F ? own2 : d2, percept);
             });
         const Noticed target = choose();
         if (target.row != world::kNoRow) {
-            sight.prey = target.id;
-            sight.place = stand_of(target.row).at;
-            sight.distance = std::sqrt(target.d2);
-            sight.confidence = 1.0F;
+            percept.prey = target.id;
+            percept.place = stand_of(target.row).at;
+            percept.distance = std::sqrt(target.d2);
+            percept.confidence = 1.0F;
         } else {
-            remember(sight);
+            remember(percept);
         }
-        sight.ward = kept_ward_ ? agent_.ward : ward_.id;
+        percept.ward = kept_ward_ ? agent_.ward : ward_.id;
         for_each_player(around_, self_, around_.far_m, [&](world::Row /*row*/, float /*d2*/) {
-            sight.player_far = false;
+            percept.player_far = false;
         });
-        return sight;
+        return percept;
     }
 
   private:
@@ -176,7 +176,7 @@ class Looking {
             {at.x(), body.y(), at.y()}, velocity_at(*segment, around_.now - 1, around_.dt), true};
     }
 
-    void consider(world::Row row, const Stand& stand, float d2, Sight& sight) {
+    void consider(world::Row row, const Stand& stand, float d2, Percept& percept) {
         if (row == self_ || e_.has(row, world::kHidden)) {
             return;
         }
@@ -184,7 +184,7 @@ class Looking {
         const TypeIndex type = e_.type[row];
         const bool within = d2 <= sight_m_ * sight_m_;
         if (within && is_one_of(how_.allies, type)) {
-            sight.allies += 1.0F;
+            percept.allies += 1.0F;
         }
         const Noticed one{d2, e_.id[row], row};
         if (within && ((player && how_.ward_players) || is_one_of(how_.wards, type))) {
@@ -198,7 +198,7 @@ class Looking {
         if (!heard && !(within && in_cone(stand, d2))) {
             return;
         }
-        sight.foes += 1.0F;
+        percept.foes += 1.0F;
         if (heard || !how_.line_of_sight) {
             nearest_ = std::min(nearest_, one);
             if (one.id == agent_.prey) {
@@ -270,18 +270,19 @@ class Looking {
         return !around_.statics->ray_any(ray, filter);
     }
 
-    void remember(Sight& sight) const {
-        sight.distance = std::numeric_limits<float>::infinity();
+    void remember(Percept& percept) const {
+        percept.distance = std::numeric_limits<float>::infinity();
         if (!agent_.prey || !(how_.memory_s > 0.0F) || agent_.known_at == 0) {
             return;
         }
         const float age = static_cast<float>(around_.now - agent_.known_at) * around_.dt;
-        sight.confidence = std::max(0.0F, 1.0F - age / how_.memory_s);
-        if (sight.confidence > 0.0F) {
-            sight.prey = agent_.prey;
-            sight.noticed = false;
-            sight.place = agent_.known;
-            sight.distance = Vec2(agent_.known.x() - eye_.x(), agent_.known.z() - eye_.z()).norm();
+        percept.confidence = std::max(0.0F, 1.0F - age / how_.memory_s);
+        if (percept.confidence > 0.0F) {
+            percept.prey = agent_.prey;
+            percept.noticed = false;
+            percept.place = agent_.known;
+            percept.distance =
+                Vec2(agent_.known.x() - eye_.x(), agent_.known.z() - eye_.z()).norm();
         }
     }
 
@@ -303,11 +304,11 @@ class Looking {
 
 }  // namespace
 
-Sight look(const world::Entities& entities,
-           const spatial::PointGrid& grid,
-           world::Row self,
-           float perception_m,
-           float far_m) {
+Percept look(const world::Entities& entities,
+             const spatial::PointGrid& grid,
+             world::Row self,
+             float perception_m,
+             float far_m) {
     const auto near = [&](float radius, auto&& visit) {
         const Vec3& eye = entities.position[self];
         grid.for_each_within(eye.x(), eye.z(), radius, [&](world::Row row, float d2) {
@@ -333,10 +334,10 @@ void Players::gather(const world::Entities& entities) {
     grid.build(at, kCell_m);
 }
 
-Sight perceive(const Onlooker& around,
-               world::Row self,
-               const Agent& agent,
-               const CompiledBrain& brain) {
+Percept perceive(const Onlooker& around,
+                 world::Row self,
+                 const Agent& agent,
+                 const CompiledBrain& brain) {
     if (brain.perception.given) {
         return Looking(around, self, agent, brain).run();
     }
@@ -346,15 +347,15 @@ Sight perceive(const Onlooker& around,
     return nearest_player(around.entities, brain.perception_m, around.far_m, near);
 }
 
-void take_notice(Agent& agent, const Sight& sight, const CompiledBrain& brain, Tick now) {
-    agent.prey = sight.prey;
+void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now) {
+    agent.prey = percept.prey;
     if (!brain.perception.given) {
         return;
     }
-    agent.ward = sight.ward;
-    agent.noticed = sight.noticed;
-    if (sight.prey && sight.noticed) {
-        agent.known = sight.place;
+    agent.ward = percept.ward;
+    agent.noticed = percept.noticed;
+    if (percept.prey && percept.noticed) {
+        agent.known = percept.place;
         agent.known_at = now;
     }
 }

@@ -1,5 +1,5 @@
 // Perception: what an agent notices of those around it: players and others whom it looks for, by
-// sight and hearing, and what it remembers of them.
+// percept and hearing, and what it remembers of them.
 #pragma once
 
 #include "server/ai/mind.h"
@@ -21,7 +21,7 @@ class AgentStore;
 /// Rays that one look may cast: at its target of before and at the nearest others.
 inline constexpr std::uint32_t kRaysPerLook = 4;
 
-struct Sight {
+struct Percept {
     EntityId prey;              ///< the target: noticed, or remembered; or none
     float distance = 0.0F;      ///< to it, horizontally, m; infinity when there is none
     bool player_far = true;     ///< no player within far_m
@@ -33,21 +33,21 @@ struct Sight {
     EntityId ward;              ///< the one that it looks after, or none
 
     /// Nobody is there.
-    static Sight none() {
-        Sight sight;
-        sight.distance = std::numeric_limits<float>::infinity();
-        return sight;
+    static Percept none() {
+        Percept percept;
+        percept.distance = std::numeric_limits<float>::infinity();
+        return percept;
     }
 };
 
 /// Players are the rows with a client that are not hidden, ghosts included; `self` is not a player
 /// to itself. Of players equally near the one with the smaller id counts, whatever the order of
 /// rows. Radii in m, > 0.
-Sight look(const world::Entities& entities,
-           const spatial::PointGrid& grid,
-           world::Row self,
-           float perception_m,
-           float far_m);
+Percept look(const world::Entities& entities,
+             const spatial::PointGrid& grid,
+             world::Row self,
+             float perception_m,
+             float far_m);
 
 /// The players alone, who are few among many: near whom is asked about them all the time.
 struct Players {
@@ -80,7 +80,7 @@ struct Onlooker {
 };
 
 /// look(), unless the brain says how its agents perceive. Then a target is noticed
-/// - by sight: within perception_m, and within the cone about the facing or within around_m, and
+/// - by percept: within perception_m, and within the cone about the facing or within around_m, and
 ///   where line_of_sight asks for it nothing static between eyes and eyes;
 /// - by hearing: within hearing_m, and within the target's own aura for its stance, times its speed
 ///   as a share of walking (at most sprinting): who stands makes no sound.
@@ -89,12 +89,12 @@ struct Onlooker {
 /// few are looked at. Where none is noticed the target of before is remembered where it was, with a
 /// confidence that falls in a straight line to 0 over memory_s; then it is forgotten. A ward is
 /// known within perception_m, the one of before as long as it is there.
-Sight perceive(const Onlooker& around,
-               world::Row self,
-               const Agent& agent,
-               const CompiledBrain& brain);
+Percept perceive(const Onlooker& around,
+                 world::Row self,
+                 const Agent& agent,
+                 const CompiledBrain& brain);
 
 /// What a decision keeps of it.
-void take_notice(Agent& agent, const Sight& sight, const CompiledBrain& brain, Tick now);
+void take_notice(Agent& agent, const Percept& percept, const CompiledBrain& brain, Tick now);
 
 }  // namespace zoned::ai

@@ -1,5 +1,5 @@
-// Step lookup: the brain, the row and the square of an agent, and work in lanes, for the files of
-// the step.
+// AiUpdate lookup: the brain, the row and the square of an agent, and work in lanes, for the files
+// of the step.
 #pragma once
 
 #include "server/ai/ai_step.h"
@@ -9,12 +9,12 @@
 
 namespace zoned::ai {
 
-inline const CompiledBrain& brain_of(const Agent& agent, const Settings& settings) {
+inline const CompiledBrain& brain_of(const Agent& agent, const AiSettings& settings) {
     ZONED_ASSERT(agent.brain < settings.compiled.size(), "the brain of an agent exists");
     return settings.compiled[agent.brain];
 }
 
-inline bool has_herds(const Settings& settings) {
+inline bool has_herds(const AiSettings& settings) {
     return std::any_of(settings.compiled.begin(),
                        settings.compiled.end(),
                        [](const CompiledBrain& brain) { return brain.flocks; });
@@ -33,13 +33,13 @@ inline world::Row row_of(const world::Entities& entities,
 }
 
 /// When it leaves the square that its entity is in.
-inline Tick left_at(const Agent& agent, const World& world, bool goes_on = false) {
+inline Tick left_at(const Agent& agent, const AiContext& world, bool goes_on = false) {
     return CoarseCells::left_at(agent.segment, agent.placed, world.half_size, world.dt, goes_on);
 }
 
 /// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).
 template <class Work>
-void Step::in_lanes(compute::Team& team, std::size_t count, Work&& work) {
+void AiUpdate::in_lanes(compute::Team& team, std::size_t count, Work&& work) {
     if (count < kShared) {
         work(lanes_[0], std::size_t{0}, count);
         return;

@@ -241,7 +241,7 @@ void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out) {
 std::string deserialize_paths(std::span<const std::uint8_t> bytes,
                               const AgentStore& agents,
                               PathService& paths,
-                              Step& step) {
+                              AiUpdate& step) {
     FieldReader read(bytes);
     std::uint32_t version = 0;
     read(version);

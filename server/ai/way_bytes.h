@@ -22,6 +22,6 @@ void serialize_paths(const PathService& paths, std::vector<std::uint8_t>& out);
 std::string deserialize_paths(std::span<const std::uint8_t> bytes,
                               const AgentStore& agents,
                               PathService& paths,
-                              Step& step);
+                              AiUpdate& step);
 
 }  // namespace zoned::ai

@@ -264,13 +264,13 @@ std::string transition_text(const Brain& brain,
 std::string why(const Agent& agent,
                 const Brain& brain,
                 const CompiledBrain& compiled,
-                const Sight& sight,
+                const Percept& percept,
                 const Vec2& here,
                 const Places& places,
                 Tick now,
                 float dt) {
     Senses senses;
-    sense(agent, compiled, sight, here, places, now, senses);
+    sense(agent, compiled, percept, here, places, now, senses);
     return Account(agent, brain, compiled, places, now).write(senses, dt);
 }
 

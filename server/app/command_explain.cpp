@@ -168,12 +168,12 @@ bool print_why(const ops::Settings& settings, World& world, EntityId entity, Tic
             continue;
         }
         const world::Row row = state.entities.find(entity);
-        const ai::Settings& agents = state.settings.ai;
+        const ai::AiSettings& agents = state.settings.ai;
         const ai::CompiledBrain& compiled = agents.compiled[agent->brain];
         spatial::PointGrid grid;
         grid.build(state.entities.position, 8.0F);
         const physics::Query statics = state.scene.query();
-        const ai::Sight sight = ai::perceive(
+        const ai::Percept sight = ai::perceive(
             {state.entities, settings.types, grid, &statics, now, state.settings.dt, agents.far_m},
             row,
             *agent,

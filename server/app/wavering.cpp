@@ -24,7 +24,7 @@ std::vector<ops::WaveringFigures> wavering_of(std::span<const std::unique_ptr<zo
     std::vector<ops::WaveringFigures> out;
     for (const auto& zone : zones) {
         const zone::ZoneState& state = zone->state();
-        const ai::Settings& agents = state.settings.ai;
+        const ai::AiSettings& agents = state.settings.ai;
         for (std::size_t m = 0; m < agents.compiled.size(); ++m) {
             for (const ai::state_machine::Oscillation& o : state.agents.wavering(m)) {
                 const ai::CompiledBrain& compiled = agents.compiled[m];

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace zoned::ai {
-struct Settings;
+struct AiSettings;
 }
 
 namespace zoned::mailbox {
@@ -109,8 +109,8 @@ struct CodecPrice {
 /// AgentStore by machines that were read anew, to all zones. Whether they fit the world was found
 /// out before it was sent.
 struct NewBrains {
-    std::shared_ptr<const std::string> config;     ///< as recordings hold it
-    std::shared_ptr<const ai::Settings> settings;  ///< what it says of them, compiled
+    std::shared_ptr<const std::string> config;       ///< as recordings hold it
+    std::shared_ptr<const ai::AiSettings> settings;  ///< what it says of them, compiled
 };
 
 using InboxItem = std::variant<Join,

@@ -68,9 +68,9 @@ std::string difference(const Message& a, const Message& b, const std::string& pa
 
 }  // namespace
 
-core::Result<std::shared_ptr<const ai::Settings>> new_brains(const Settings& running,
-                                                             const Settings& fresh) {
-    using Reloaded = core::Result<std::shared_ptr<const ai::Settings>>;
+core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& running,
+                                                               const Settings& fresh) {
+    using Reloaded = core::Result<std::shared_ptr<const ai::AiSettings>>;
     const std::string other =
         difference(without_brains(running.config), without_brains(fresh.config), "");
     if (!other.empty()) {
@@ -86,12 +86,12 @@ core::Result<std::shared_ptr<const ai::Settings>> new_brains(const Settings& run
                 ": that takes a restart");
         }
     }
-    auto brains = std::make_shared<ai::Settings>(fresh.ai);
+    auto brains = std::make_shared<ai::AiSettings>(fresh.ai);
     brains->brain_of_type.clear();
     for (const world::EntityType& type : fresh.types) {
         brains->brain_of_type.push_back(type.brain);
     }
-    return Reloaded(std::shared_ptr<const ai::Settings>(std::move(brains)));
+    return Reloaded(std::shared_ptr<const ai::AiSettings>(std::move(brains)));
 }
 
 }  // namespace zoned::ops

@@ -14,7 +14,7 @@ namespace zoned::ops {
 /// difficulties, fuzzy systems, trees, domains, `ai`, and what types say of their agents. Fails,
 /// naming the setting, where anything else differs, and where a type gets an agent that had none or
 /// loses the one it had.
-core::Result<std::shared_ptr<const ai::Settings>> new_brains(const Settings& running,
-                                                             const Settings& fresh);
+core::Result<std::shared_ptr<const ai::AiSettings>> new_brains(const Settings& running,
+                                                               const Settings& fresh);
 
 }  // namespace zoned::ops

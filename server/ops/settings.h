@@ -142,7 +142,7 @@ struct Settings {
     std::vector<MethodPlan> methods;          ///< how `physics` and `softs` came by their methods
     std::vector<ParameterChoice> parameters;  ///< in the order of types and precedence
     std::vector<std::string> stances;  ///< of the config's own, from world::kFirstNamedBehaviour on
-    ai::Settings ai;
+    ai::AiSettings ai;
     interest::Settings interest;
     replication::Settings replication;
     clock::SlowDefs slow;

@@ -138,7 +138,7 @@ struct Apply {
                 rouse(state, row);
             }
         }
-        const ai::Settings before = std::move(state.settings.ai);
+        const ai::AiSettings before = std::move(state.settings.ai);
         state.settings.ai = *fresh.settings;
         ai::go_on_with(state.ai_update.ladder(), before.ladder, state.settings.ai, state.now);
         const std::vector<std::uint16_t>& of_type = state.settings.ai.brain_of_type;

@@ -24,18 +24,19 @@ Vec2 half_size(const ZoneState& state) {
 std::uint32_t update_agents(ZoneState& state) {
     compute::Team alone;
     const physics::Query statics = state.scene.query();
-    const ai::World world{state.entities,
-                          *state.settings.types,
-                          [&state]() -> const spatial::PointGrid& { return current_grid(state); },
-                          state.places,
-                          *state.settings.statics,
-                          state.team != nullptr ? *state.team : alone,
-                          half_size(state),
-                          state.now,
-                          state.settings.dt,
-                          &statics,
-                          state.paths.empty() ? nullptr : &state.paths,
-                          state.settings.handoff_hysteresis_m};
+    const ai::AiContext world{
+        state.entities,
+        *state.settings.types,
+        [&state]() -> const spatial::PointGrid& { return current_grid(state); },
+        state.places,
+        *state.settings.statics,
+        state.team != nullptr ? *state.team : alone,
+        half_size(state),
+        state.now,
+        state.settings.dt,
+        &statics,
+        state.paths.empty() ? nullptr : &state.paths,
+        state.settings.handoff_hysteresis_m};
     state.report.ai = state.ai_update.run(state.agents, world, state.settings.ai);
     for (const EntityId entity : state.ai_update.fell_asleep()) {
         remove_body(state, state.entities.find(entity));
@@ -48,7 +49,7 @@ std::uint32_t update_agents(ZoneState& state) {
 }
 
 void follow_players(ZoneState& state) {
-    ai::Settings& settings = state.settings.ai;
+    ai::AiSettings& settings = state.settings.ai;
     ai::Ladder& ladder = state.ai_update.ladder();
     const std::uint16_t rung = ai::rung_due(ladder, settings.ladder, state.now);
     if (rung == ladder.rung) {

@@ -138,7 +138,7 @@ struct ZoneSettings {
     std::vector<ParticleSource> particles;                  ///< simulated ones, of all zones
     std::vector<CosmeticBurst> cosmetic_bursts;
     physics::Settings physics;
-    ai::Settings ai;
+    ai::AiSettings ai;
     interest::Settings interest;
     ConcealSettings conceal;
     RewindSettings rewind;

@@ -57,7 +57,7 @@ struct StepReport {
     physics::StepStats physics;
     physics::soft::SoftStats soft;
     physics::ParticleReport particles;
-    ai::Report ai;
+    ai::AiReport ai;
     std::optional<ai::RungChange> rung_change;
     interest::Report interest;
     replication::Report replication;
@@ -156,7 +156,7 @@ struct ZoneState {
         nullptr;  ///< helps where a stage is large; outlives this; null: nobody does
     ParticlesOfZone particles;
     ai::AgentStore agents;
-    ai::Step ai_update;
+    ai::AiUpdate ai_update;
     ai::Places places;
     ai::PathService paths;  ///< empty where none are planned
     DoorBodies doors;

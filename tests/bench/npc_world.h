@@ -44,7 +44,7 @@ class NpcWorld {
 
     Cost tick();
 
-    [[nodiscard]] const ai::Report& report() const { return report_; }
+    [[nodiscard]] const ai::AiReport& report() const { return report_; }
 
     [[nodiscard]] Tick now() const { return now_; }
 
@@ -53,11 +53,11 @@ class NpcWorld {
     void walk();
 
     const ops::Settings& settings_;
-    ai::Settings ai_;
+    ai::AiSettings ai_;
     float dt_;
     world::Entities entities_;
     ai::AgentStore agents_;
-    ai::Step step_;
+    ai::AiUpdate step_;
     ai::Places places_;
     motion::StaticGeometry plain_;
     spatial::PointGrid grid_;
@@ -65,7 +65,7 @@ class NpcWorld {
     compute::Team team_;
     core::Rng rng_{3};
     Tick now_ = 0;
-    ai::Report report_;
+    ai::AiReport report_;
 };
 
 }  // namespace zoned::bench

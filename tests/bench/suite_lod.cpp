@@ -92,7 +92,7 @@ class DayTrial {
             world_.tick({}, out_);
             day_.tick_us.push_back(static_cast<double>(thread_cpu_ns() - before) * 1e-3);
             out_.clear();
-            const ai::Report& report = zone().report().ai;
+            const ai::AiReport& report = zone().report().ai;
             day_.awake += report.awake;
             day_.events += report.events;
             write_down();

@@ -22,7 +22,7 @@ struct CityWatch {
         std::uint32_t sheep = 0;
         for (const auto& zone : world.zones()) {
             const zone::ZoneState& state = zone->state();
-            const ai::Report& report = zone->report().ai;
+            const ai::AiReport& report = zone->report().ai;
             crowded += report.avoidance.crowded;
             gave_way += report.avoidance.gave_way;
             awake += report.awake;

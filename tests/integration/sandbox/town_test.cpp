@@ -20,7 +20,7 @@ struct Watch {
         ++ticks;
         for (const auto& zone : world.zones()) {
             const zone::ZoneState& state = zone->state();
-            const ai::Report& report = zone->report().ai;
+            const ai::AiReport& report = zone->report().ai;
             awake += report.awake;
             coarse += report.agents - report.awake;
             events += report.events;

@@ -38,7 +38,7 @@ Brain layered() {
 struct Life {
     CompiledBrain brain;
     Agent agent;
-    Thinking thinking;
+    DecisionScratch scratch;
     Tick now = 0;
 
     explicit Life(const Brain& of) : brain(compile(of, kDt)) {
@@ -48,9 +48,9 @@ struct Life {
 
     std::string after(Tick ticks, float player_m) {
         now += ticks;
-        Sight sight;
-        sight.distance = player_m;
-        ai::decide(agent, brain, sight, Vec2::Zero(), Places(), now, thinking);
+        Percept percept;
+        percept.distance = player_m;
+        ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
         return brain.states[agent.doing].name;
     }
 

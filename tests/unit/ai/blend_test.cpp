@@ -227,7 +227,7 @@ TEST(Blend, TellsItsDegrees) {
     const std::string text = why(*field.agents.find(EntityId(1)),
                                  field.settings.brains[0],
                                  field.settings.compiled[0],
-                                 Sight{},
+                                 Percept{},
                                  Vec2::Zero(),
                                  field.places,
                                  field.now,

@@ -19,9 +19,9 @@ int transitions_of(const Brain& brain, int decisions, Distance&& distance) {
     agent.rng = core::Rng(1);
     int count = 0;
     for (int i = 0; i < decisions; ++i) {
-        Sight sight;
-        sight.distance = distance(i);
-        count += decide(agent, brain, sight, Vec3(5.0F, 0.0F, 0.0F), i * 6, kDt) ? 1 : 0;
+        Percept percept;
+        percept.distance = distance(i);
+        count += decide(agent, brain, percept, Vec3(5.0F, 0.0F, 0.0F), i * 6, kDt) ? 1 : 0;
     }
     return count;
 }
@@ -65,7 +65,7 @@ TEST(Decision, FiresAfterExactlyTheHoldTime) {
     Agent agent;
     agent.entity = EntityId(1);
     const Brain brain = guard_brain();
-    Sight near;
+    Percept near;
     near.distance = 1.0F;
     EXPECT_FALSE(decide(agent, brain, near, Vec3::Zero(), 0, kDt));
     EXPECT_FALSE(decide(agent, brain, near, Vec3::Zero(), 6, kDt));
@@ -81,7 +81,7 @@ TEST(Decision, TakesAnImmediateTransitionWhileAnotherIsHeld) {
                                    {2, Sensor::kTimeInState, Compare::kAbove, 1.0F, 0.0F}};
     Agent agent;
     agent.entity = EntityId(1);
-    Sight near;
+    Percept near;
     near.distance = 1.0F;
     Tick now = 0;
     while (!decide(agent, brain, near, Vec3::Zero(), now, kDt)) {
@@ -127,7 +127,7 @@ TEST_P(Budget, LetsNobodyWaitLongerThanAllOthersTogetherNeed) {
         for (std::size_t i = 0; i < kAgents; ++i) {
             due.push_back(field.agents.at(field.agents.nth(i)).next_decision);
         }
-        const Report report = field.step();
+        const AiReport report = field.step();
         EXPECT_LE(report.decisions, static_cast<std::uint32_t>(GetParam()));
         for (std::size_t i = 0; i < due.size(); ++i) {
             if (field.agents.at(field.agents.nth(i)).next_decision == due[i]) {
@@ -148,7 +148,7 @@ TEST(Budget, ReportsWhatItPostponed) {
     for (std::uint32_t id = 1; id <= 10; ++id) {
         field.add_npc(id, kGuard, 0, Vec3::Zero());
     }
-    const Report report = field.step();
+    const AiReport report = field.step();
     EXPECT_EQ(report.agents, 10u);
     EXPECT_EQ(report.decisions, 4u);
     EXPECT_EQ(report.postponed, 6u);

@@ -222,7 +222,7 @@ TEST(AgentStore, LeaveHiddenGhostAndMissingEntitiesAlone) {
     field.entities.set(0, world::kHidden, true);
     field.entities.set(1, world::kGhost, true);
     field.entities.remove(2);
-    const Report report = field.step();
+    const AiReport report = field.step();
     EXPECT_EQ(report.decisions, 0u);
     EXPECT_EQ(report.steered, 0u);
     EXPECT_EQ(field.command(1), motion::InputCommand{});

@@ -68,23 +68,23 @@ class Field {
     }
 
     /// One tick: agents, then position += wanted velocity * dt. `wall` may undo a move.
-    Report step() {
+    AiReport step() {
         grid.build(entities.position, 8.0F);
         if (settings.compiled.size() != settings.brains.size()) {
             compile(settings, kDt);
         }
         paths.follow_doors(now);
-        World world{entities,
-                    types,
-                    [this]() -> const spatial::PointGrid& { return grid; },
-                    places,
-                    statics,
-                    team,
-                    Vec2(1e6F, 1e6F),
-                    now,
-                    kDt};
+        AiContext world{entities,
+                        types,
+                        [this]() -> const spatial::PointGrid& { return grid; },
+                        places,
+                        statics,
+                        team,
+                        Vec2(1e6F, 1e6F),
+                        now,
+                        kDt};
         world.paths = paths.empty() ? nullptr : &paths;
-        const Report report = steps.run(agents, world, settings);
+        const AiReport report = steps.run(agents, world, settings);
         for (world::Row row = 0; row < entities.size(); ++row) {
             const motion::InputCommand& c = entities.command[row];
             const motion::CharacterLimits& limits = types[entities.type[row]].character;
@@ -122,13 +122,13 @@ class Field {
     world::TypeTable types;
     spatial::PointGrid grid;
     AgentStore agents;
-    Step steps;
+    AiUpdate steps;
     Places places;
     PathService paths;
     motion::StaticGeometry statics;
     bool solid = false;  ///< moves as characters move, past statics and doors
     compute::Team team;
-    Settings settings;
+    AiSettings settings;
     Tick now = 0;
     std::function<bool(const Vec3&)> wall;
 
@@ -150,13 +150,13 @@ class Field {
 /// A decision by a brain as written.
 inline bool decide(Agent& agent,
                    const Brain& brain,
-                   const Sight& sight,
+                   const Percept& percept,
                    const Vec3& position,
                    Tick now,
                    float dt) {
-    Thinking thinking;
+    DecisionScratch scratch;
     const Vec2 here(position.x(), position.z());
-    return ai::decide(agent, compile(brain, dt), sight, here, Places(), now, thinking);
+    return ai::decide(agent, compile(brain, dt), percept, here, Places(), now, scratch);
 }
 
 /// One state, no transitions.

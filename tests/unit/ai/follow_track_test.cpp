@@ -352,7 +352,7 @@ TEST(FollowTrack, IsExplained) {
     const std::string text = why(one.agent(1),
                                  one.field.settings.brains[0],
                                  one.field.settings.compiled[0],
-                                 Sight::none(),
+                                 Percept::none(),
                                  Vec2::Zero(),
                                  one.field.places,
                                  one.field.now,

@@ -162,7 +162,7 @@ TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
     save_agents(hill.field.agents, hill.field.steps, hill.field.places, whole);
     const auto read = [&hill](std::vector<std::uint8_t> bytes) {
         AgentStore agents;
-        Step steps;
+        AiUpdate steps;
         Places places = hill.field.places;
         return load_agents(bytes, hill.field.settings, agents, steps, places);
     };

@@ -205,7 +205,7 @@ TEST(Ladder, SettingsThatAreReadAnewGoOnByName) {
     furnish_ladder(field);
     Ladder ladder{1, 0.75F, 3, 4, 10};
     const LadderSettings before = field.settings.ladder;
-    Settings fresh;
+    AiSettings fresh;
     fresh.brains = {walker(1.0F), idler()};
     fresh.ladder = bare(3, 0.5F);
     fresh.ladder.rungs[1].name = "easy";
@@ -218,7 +218,7 @@ TEST(Ladder, SettingsThatAreReadAnewGoOnByName) {
     EXPECT_EQ(ladder.successes, 3U);
     EXPECT_EQ(fresh.brains[0].states[0].transitions[0].threshold, 9.0F);
 
-    Settings other;
+    AiSettings other;
     other.brains = {walker(1.0F), idler()};
     other.ladder = bare(2, 0.5F);
     other.ladder.rungs[0].name = "plain";

@@ -51,8 +51,8 @@ class Eater {
     }
 
     std::string decide(Tick now, float player = 100.0F) {
-        sight.distance = player;
-        ai::decide(agent, brain, sight, Vec2::Zero(), Places(), now, thinking);
+        percept.distance = player;
+        ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
         last = now;
         return brain.states[agent.state_machine.state()].name;
     }
@@ -63,8 +63,8 @@ class Eater {
     Brain written;
     CompiledBrain brain;
     Agent agent;
-    Sight sight;
-    Thinking thinking;
+    Percept percept;
+    DecisionScratch scratch;
     Tick last = 0;
 };
 
@@ -140,12 +140,12 @@ TEST(TreeChoice, SaysWhatToDoAtEachDecision) {
     Agent agent;
     agent.entity = EntityId(1);
     begin(agent, brain, 0);
-    Thinking thinking;
+    DecisionScratch scratch;
     const auto doing = [&](Tick now, float player) {
-        Sight sight;
-        sight.distance = player;
+        Percept percept;
+        percept.distance = player;
         agent.entered = false;
-        ai::decide(agent, brain, sight, Vec2::Zero(), Places(), now, thinking);
+        ai::decide(agent, brain, percept, Vec2::Zero(), Places(), now, scratch);
         return brain.states[agent.doing].name;
     };
     EXPECT_EQ(doing(0, 50), "alert:rest");
@@ -195,10 +195,10 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
     Agent agent;
     agent.entity = EntityId(1);
     begin(agent, brain, 0);
-    Thinking thinking;
+    DecisionScratch scratch;
     std::vector<std::string> done;
     for (Tick now = 0; now < 12; ++now) {
-        ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), now, thinking);
+        ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), now, scratch);
         done.push_back(brain.states[agent.doing].name);
     }
     // Three coins after three seconds; bread at once; eating takes two; then nothing is left to do.
@@ -215,10 +215,10 @@ TEST(PlanChoice, DoesTheFirstStepOfAPlanUntilAFactChanges) {
                                      "live",
                                      "live",
                                      "live"));
-    EXPECT_EQ(thinking.plans, 4U);
+    EXPECT_EQ(scratch.plans, 4U);
     // Bread is left: hungry again, it only eats.
     agent.variables[2] = 0.0F;
-    ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), 12, thinking);
+    ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), 12, scratch);
     EXPECT_EQ(brain.states[agent.doing].name, "live:eat");
 }
 
@@ -231,13 +231,13 @@ TEST(PlanChoice, DoesTheStatesOwnActionWhereThereIsNoPlan) {
     Agent agent;
     agent.entity = EntityId(1);
     begin(agent, brain, 0);
-    Thinking thinking;
+    DecisionScratch scratch;
     for (Tick now = 0; now < 5; ++now) {
-        ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), now, thinking);
+        ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), now, scratch);
         EXPECT_EQ(brain.states[agent.doing].name, "live");
     }
-    EXPECT_EQ(thinking.plans, 1U) << "nothing has changed: it is not tried again";
-    EXPECT_EQ(thinking.plans_unreachable, 1U);
+    EXPECT_EQ(scratch.plans, 1U) << "nothing has changed: it is not tried again";
+    EXPECT_EQ(scratch.plans_unreachable, 1U);
 }
 
 TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
@@ -245,19 +245,25 @@ TEST(PlanChoice, CutsOffASearchThatMeetsItsBound) {
     Agent agent;
     agent.entity = EntityId(1);
     begin(agent, brain, 0);
-    Thinking thinking;
-    thinking.max_plan_nodes = 1;
-    ai::decide(agent, brain, Sight(), Vec2::Zero(), Places(), 0, thinking);
-    EXPECT_EQ(thinking.plans_cut_off, 1U);
+    DecisionScratch scratch;
+    scratch.max_plan_nodes = 1;
+    ai::decide(agent, brain, Percept(), Vec2::Zero(), Places(), 0, scratch);
+    EXPECT_EQ(scratch.plans_cut_off, 1U);
     EXPECT_EQ(brain.states[agent.doing].name, "live");
 }
 
 TEST(Why, TellsStatesSensesAndWhatIsWaitedFor) {
     Eater eater;
     eater.decide(10);
-    eater.sight.distance = 42.0F;
-    const std::string text = why(
-        eater.agent, eater.written, eater.brain, eater.sight, Vec2(3.0F, 4.0F), Places(), 20, 1.0F);
+    eater.percept.distance = 42.0F;
+    const std::string text = why(eater.agent,
+                                 eater.written,
+                                 eater.brain,
+                                 eater.percept,
+                                 Vec2(3.0F, 4.0F),
+                                 Places(),
+                                 20,
+                                 1.0F);
     EXPECT_THAT(text,
                 HasSubstr("brain eater, in state:\n  at_home for 20.00 s\n"
                           "  at_home/rest for 20.00 s\n"));
@@ -293,15 +299,15 @@ TEST(Why, TellsWhichRulesFireAndWhatIsHeld) {
     Agent agent;
     agent.entity = EntityId(1);
     begin(agent, compiled, 0);
-    Thinking thinking;
-    Sight sight;
-    sight.distance = 2.5F;
-    EXPECT_FALSE(ai::decide(agent, compiled, sight, Vec2::Zero(), Places(), 0, thinking));
-    const std::string text = why(agent, brain, compiled, sight, Vec2::Zero(), Places(), 2, 0.5F);
+    DecisionScratch scratch;
+    Percept percept;
+    percept.distance = 2.5F;
+    EXPECT_FALSE(ai::decide(agent, compiled, percept, Vec2::Zero(), Places(), 0, scratch));
+    const std::string text = why(agent, brain, compiled, percept, Vec2::Zero(), Places(), 2, 0.5F);
     EXPECT_THAT(text, HasSubstr("  distance is near, then much is all: 0.75\n"));
     EXPECT_THAT(text, HasSubstr("  distance is far, then much is none: 0.25\n"));
     EXPECT_THAT(text, HasSubstr("fear.much 0.75 above 0.5: yes, held 1.00 of 2.00 s\n"));
-    EXPECT_TRUE(ai::decide(agent, compiled, sight, Vec2::Zero(), Places(), 4, thinking));
+    EXPECT_TRUE(ai::decide(agent, compiled, percept, Vec2::Zero(), Places(), 4, scratch));
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ class BadAgents : public testing::Test {
 
     std::string read() {
         AgentStore agents;
-        Step steps;
+        AiUpdate steps;
         Places places(one_pond(), Vec2d::Zero(), kDt);
         std::string wrong = load_agents(bytes, field.settings, agents, steps, places);
         EXPECT_EQ(agents.size(), wrong.empty() ? 40U : 0U) << "all or nothing";
@@ -144,7 +144,7 @@ TEST_F(BadAgents, NeverBreakAnythingWhateverBytesSay) {
                 static_cast<std::uint8_t>(rng.below(256));
         }
         AgentStore agents;
-        Step steps;
+        AiUpdate steps;
         Places places(one_pond(), Vec2d::Zero(), kDt);
         if (load_agents(bytes, field.settings, agents, steps, places).empty()) {
             ++taken;

@@ -1,4 +1,4 @@
-// Perception: sight, hearing and memory against distances and angles worked out by hand, and the
+// Perception: percept, hearing and memory against distances and angles worked out by hand, and the
 // budget that rays have.
 #include "server/ai/perception.h"
 
@@ -23,7 +23,7 @@ struct Watch {
     Field field;
     Brain brain = single(ActionKind::kIdle);
     Agent agent;
-    physics::Scene scene{physics::Settings{}};
+    physics::Scene scene{physics::AiSettings{}};
     bool walls = false;
 
     Watch() {
@@ -53,22 +53,22 @@ struct Watch {
         walls = true;
     }
 
-    Sight look() {
+    Percept look() {
         field.grid.build(field.entities.position, 8.0F);
         const physics::Query query = scene.query();
         const CompiledBrain compiled = compile(brain, kDt);
-        const Sight sight = perceive({field.entities,
-                                      field.types,
-                                      field.grid,
-                                      walls ? &query : nullptr,
-                                      field.now,
-                                      kDt,
-                                      150.0F},
-                                     field.entities.find(EntityId(1)),
-                                     agent,
-                                     compiled);
-        take_notice(agent, sight, compiled, field.now);
-        return sight;
+        const Percept percept = perceive({field.entities,
+                                          field.types,
+                                          field.grid,
+                                          walls ? &query : nullptr,
+                                          field.now,
+                                          kDt,
+                                          150.0F},
+                                         field.entities.find(EntityId(1)),
+                                         agent,
+                                         compiled);
+        take_notice(agent, percept, compiled, field.now);
+        return percept;
     }
 
     void place(std::uint32_t id, float x, float z) { field.position(id) = Vec3(x, 0.0F, z); }
@@ -84,16 +84,16 @@ TEST(Perception, WithoutSettingsIsTheNearestPlayerAsEver) {
     watch.add(2, kPlayer, 3.0F, -4.0F);
     watch.add(3, kPlayer, 30.0F, 0.0F);
     watch.add(4, kSheep, 1.0F, 0.0F);
-    const Sight sight = watch.look();
-    EXPECT_EQ(sight.prey, EntityId(2));
-    EXPECT_EQ(sight.distance, 5.0F);
-    EXPECT_EQ(sight.confidence, 1.0F);
-    EXPECT_EQ(sight.foes, 2.0F);
+    const Percept percept = watch.look();
+    EXPECT_EQ(percept.prey, EntityId(2));
+    EXPECT_EQ(percept.distance, 5.0F);
+    EXPECT_EQ(percept.confidence, 1.0F);
+    EXPECT_EQ(percept.foes, 2.0F);
     EXPECT_TRUE(watch.agent.noticed);
     EXPECT_EQ(watch.agent.known_at, 0) << "nothing is remembered that nobody asked for";
 }
 
-TEST(Sight, IsAConeAboutTheFacingAndAllRoundNearby) {
+TEST(Percept, IsAConeAboutTheFacingAndAllRoundNearby) {
     Watch watch;
     watch.brain.perception.cos_half_angle = std::cos(degrees(60.0F));
     watch.brain.perception.around_m = 3.0F;
@@ -117,16 +117,16 @@ TEST(Sight, IsAConeAboutTheFacingAndAllRoundNearby) {
     EXPECT_EQ(watch.look().prey, EntityId()) << "beyond perception_m";
 }
 
-TEST(Sight, EndsAtWallsUnlessEyesLookOverThem) {
+TEST(Percept, EndsAtWallsUnlessEyesLookOverThem) {
     Watch watch;
     watch.brain.perception.line_of_sight = true;
     watch.add(2, kPlayer, 0.0F, 10.0F);
     watch.add(3, kPlayer, 8.0F, 10.0F);
     watch.add_wall(Vec3(0.0F, 0.0F, 5.0F), Vec3(2.0F, 1.0F, 0.2F));
     // The way to the third passes the wall's plane at x = 4, beside its end at 2.
-    const Sight sight = watch.look();
-    EXPECT_EQ(sight.prey, EntityId(3));
-    EXPECT_EQ(sight.foes, 2.0F);
+    const Percept percept = watch.look();
+    EXPECT_EQ(percept.prey, EntityId(3));
+    EXPECT_EQ(percept.foes, 2.0F);
     watch.brain.perception.eyes_m = 1.1F;
     EXPECT_EQ(watch.look().prey, EntityId(2));
     // A body that is not static hides nobody.
@@ -139,7 +139,7 @@ TEST(Sight, EndsAtWallsUnlessEyesLookOverThem) {
     EXPECT_EQ(watch.look().prey, EntityId(2));
 }
 
-TEST(Sight, LooksAtTheTargetOfBeforeAndTheThreeNearestOthers) {
+TEST(Percept, LooksAtTheTargetOfBeforeAndTheThreeNearestOthers) {
     Watch watch;
     watch.brain.perception.line_of_sight = true;
     // Five stand behind one another, all behind a wall, the sixth beside it and farther.
@@ -184,19 +184,19 @@ TEST(Memory, KnowsWhereATargetWasWithLessAndLessConfidence) {
     EXPECT_EQ(watch.look().confidence, 1.0F);
     watch.place(2, 0.0F, -20.0F);
     watch.field.now = 60;  // 1 of 4 s
-    Sight sight = watch.look();
-    EXPECT_EQ(sight.prey, EntityId(2));
-    EXPECT_FALSE(sight.noticed);
-    EXPECT_NEAR(sight.confidence, 0.75F, 1e-6F);
-    EXPECT_EQ(sight.distance, 5.0F);
-    EXPECT_EQ(sight.place, Vec3(3.0F, 0.0F, 4.0F));
+    Percept percept = watch.look();
+    EXPECT_EQ(percept.prey, EntityId(2));
+    EXPECT_FALSE(percept.noticed);
+    EXPECT_NEAR(percept.confidence, 0.75F, 1e-6F);
+    EXPECT_EQ(percept.distance, 5.0F);
+    EXPECT_EQ(percept.place, Vec3(3.0F, 0.0F, 4.0F));
     watch.field.now = 149;
     EXPECT_NEAR(watch.look().confidence, 1.0F / 120.0F, 1e-5F);
     watch.field.now = 150;
-    sight = watch.look();
-    EXPECT_EQ(sight.prey, EntityId());
-    EXPECT_EQ(sight.confidence, 0.0F);
-    EXPECT_EQ(sight.distance, kInfinity);
+    percept = watch.look();
+    EXPECT_EQ(percept.prey, EntityId());
+    EXPECT_EQ(percept.confidence, 0.0F);
+    EXPECT_EQ(percept.distance, kInfinity);
     watch.field.now = 151;
     EXPECT_EQ(watch.look().prey, EntityId()) << "what was forgotten stays forgotten";
 }
@@ -226,12 +226,12 @@ TEST(Targets, AreOfTheTypesThatAreNamed) {
     watch.add(12, kGuard, 0.0F, 41.0F);
     const world::Row hidden = watch.add(4, kSheep, 1.0F, 1.0F);
     watch.field.entities.set(hidden, world::kHidden, true);
-    const Sight sight = watch.look();
-    EXPECT_EQ(sight.prey, EntityId(8)) << "of equals the smaller id";
-    EXPECT_EQ(sight.distance, 6.0F);
-    EXPECT_EQ(sight.foes, 2.0F);
-    EXPECT_EQ(sight.allies, 1.0F) << "it is none of its own";
-    EXPECT_FALSE(sight.player_far);
+    const Percept percept = watch.look();
+    EXPECT_EQ(percept.prey, EntityId(8)) << "of equals the smaller id";
+    EXPECT_EQ(percept.distance, 6.0F);
+    EXPECT_EQ(percept.foes, 2.0F);
+    EXPECT_EQ(percept.allies, 1.0F) << "it is none of its own";
+    EXPECT_FALSE(percept.player_far);
 }
 
 TEST(Targets, AreKeptWhereTheBrainSaysSo) {
@@ -263,7 +263,7 @@ TEST(Perception, DoesNotDependOnTheOrderOfRows) {
     std::vector<std::uint32_t> order(60);
     std::iota(order.begin(), order.end(), 2U);
     core::Rng rng(5);
-    std::optional<Sight> first;
+    std::optional<Percept> first;
     for (int trial = 0; trial < 20; ++trial) {
         Watch watch;
         watch.brain.perception.line_of_sight = true;
@@ -277,11 +277,11 @@ TEST(Perception, DoesNotDependOnTheOrderOfRows) {
                       static_cast<float>(id * 7 % 11) - 5.0F,
                       static_cast<float>(id * 5 % 13) - 2.0F);
         }
-        const Sight sight = watch.look();
-        first = first ? first : sight;
-        EXPECT_EQ(sight.prey, first->prey);
-        EXPECT_EQ(sight.ward, first->ward);
-        EXPECT_EQ(sight.foes, first->foes);
+        const Percept percept = watch.look();
+        first = first ? first : percept;
+        EXPECT_EQ(percept.prey, first->prey);
+        EXPECT_EQ(percept.ward, first->ward);
+        EXPECT_EQ(percept.foes, first->foes);
         for (std::size_t i = order.size() - 1; i > 0; --i) {
             std::swap(order[i], order[rng.below(static_cast<std::uint32_t>(i + 1))]);
         }
@@ -306,7 +306,7 @@ TEST(RayBudget, IsSharedFairlyAndWhoWaitsGoesOnWithWhatItKnew) {
     std::map<std::uint32_t, Tick> waits;
     Tick longest = 0;
     for (int t = 0; t < 200; ++t) {
-        const Report report = field.step();
+        const AiReport report = field.step();
         EXPECT_EQ(report.decisions, 4U) << "three that look, and one that needs no ray";
         EXPECT_EQ(report.blinded, kAgents - 3U);
         for (const Slot slot : field.agents.awake()) {

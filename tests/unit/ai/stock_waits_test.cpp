@@ -217,7 +217,7 @@ class Stores {
             ASSERT_EQ(load_agents(bytes, field.settings, field.agents, field.steps, field.places),
                       "");
         }
-        const Report report = field.step();
+        const AiReport report = field.step();
         events += report.events;
         trades += report.trades;
         for (std::uint32_t id = 1; id <= count_; ++id) {
@@ -383,7 +383,7 @@ TEST_F(Herd, IsNotCalledUpAsAWhole) {
     std::uint32_t events = 0;
     std::uint32_t trades = 0;
     for (const Tick end = field.now + 60 * 30; field.now < end;) {
-        const Report report = field.step();
+        const AiReport report = field.step();
         events += report.events;
         trades += report.trades;
     }
@@ -403,7 +403,7 @@ TEST_F(Herd, WaitsItsTurnWhereDecisionsAreFew) {
     const Tick end = field.now + 6 + 34;  // a period, and ceil(100 / 3)
     std::uint32_t trades = 0;
     while (field.now < end) {
-        const Report report = field.step();
+        const AiReport report = field.step();
         EXPECT_LE(report.decisions, 3U);
         trades += report.trades;
     }

@@ -211,7 +211,7 @@ class BadPaths : public testing::TestWithParam<PathMapKind> {
 
     /// Into paths of the same ground.
     std::string read(PathService& paths) {
-        Step step;
+        AiUpdate step;
         return deserialize_paths(bytes, town.field.agents, paths, step);
     }
 

@@ -101,7 +101,7 @@ const ai::CompiledBrain& brain_of(const Outcome& out, const std::string& type) {
 struct Walk {
     const ai::CompiledBrain& brain;
     ai::Agent agent;
-    ai::Thinking thinking;
+    ai::DecisionScratch scratch;
     Tick now = 0;
 
     explicit Walk(const ai::CompiledBrain& of) : brain(of) {
@@ -112,9 +112,9 @@ struct Walk {
     /// What it does `ticks` ticks later.
     std::string after(Tick ticks, float player_m, float home_m = 10.0F) {
         now += ticks;
-        ai::Sight sight;
+        ai::Percept sight;
         sight.distance = player_m;
-        ai::decide(agent, brain, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
+        ai::decide(agent, brain, sight, Vec2(home_m, 0.0F), ai::Places(), now, scratch);
         return brain.states[agent.doing].name;
     }
 };

@@ -75,12 +75,12 @@ TEST(AgentStore, DoWhatTheyAreWritten) {
     ASSERT_TRUE(out.ok) << format_errors("test", out.errors);
     const ai::CompiledBrain& sentry = out.settings.ai.compiled[1];
     ai::Agent agent;
-    ai::Thinking thinking;
+    ai::DecisionScratch scratch;
     agent.entity = EntityId(1);
     const auto decide = [&](float distance, float home_m, Tick now) {
-        ai::Sight sight;
+        ai::Percept sight;
         sight.distance = distance;
-        ai::decide(agent, sentry, sight, Vec2(home_m, 0.0F), ai::Places(), now, thinking);
+        ai::decide(agent, sentry, sight, Vec2(home_m, 0.0F), ai::Places(), now, scratch);
         return sentry.states[agent.state_machine.state()].name;
     };
     // Ticks of 1/30 s. Distance 5: near 1, boldness 0.9 - 0.05; 35: far, boldness 0.1.
@@ -220,17 +220,17 @@ TEST(AgentStore, HaveVariables) {
     const ai::CompiledBrain& sentry = out.settings.ai.compiled[1];
     EXPECT_EQ(sentry.senses, ai::kOwnSenses + 2);
     ai::Agent agent;
-    ai::Thinking thinking;
+    ai::DecisionScratch scratch;
     agent.entity = EntityId(1);
     ai::begin(agent, sentry, 0);
-    ai::Sight sight;
+    ai::Percept sight;
     sight.distance = 5.0F;
-    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30, thinking);
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30, scratch);
     EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");
     EXPECT_NEAR(agent.variables[0], 0.8F + 0.02F - 0.05F, 1e-6F);
-    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 135, thinking);
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 135, scratch);
     EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "hunt");  // 4.5 s: 0.32
-    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 150, thinking);
+    ai::decide(agent, sentry, sight, Vec2::Zero(), ai::Places(), 30 + 150, scratch);
     EXPECT_EQ(sentry.states[agent.state_machine.state()].name, "calm/walk");
 }
 
