@@ -36,7 +36,7 @@ void compile(AiSettings& settings, float dt) {
     }
 }
 
-CoarseWorld AiUpdate::coarse(const AiContext& world) const {
+OffscreenContext AiUpdate::offscreen(const AiContext& world) const {
     return {world.entities,
             world.types,
             nobody_,
@@ -49,22 +49,22 @@ CoarseWorld AiUpdate::coarse(const AiContext& world) const {
 
 // ---------------------------------------------------------------- what is to be done
 
-/// Finds the rows of awake agents, and who has something to do, the longest waiting first; what is
+/// Finds the rows of active agents, and who has something to do, the longest waiting first; what is
 /// beyond the budget waits.
 void AiUpdate::collect_due(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
-    const std::span<const Slot> awake = agents.awake();
-    rows_.resize(awake.size());
+    const std::span<const Slot> active = agents.active();
+    rows_.resize(active.size());
     due_.clear();
-    steppers_.clear();
-    for (std::size_t i = 0; i < awake.size(); ++i) {
-        const Agent& agent = agents.at(awake[i]);
-        rows_[i] = row_of(world.entities, agent.entity, row_hints_[awake[i]]);
-        row_hints_[awake[i]] = rows_[i];
-        if (rows_[i] != world::kNoRow && reaches_.any()) {
-            slot_hints_[rows_[i]] = awake[i];
+    herd_steps_.clear();
+    for (std::size_t i = 0; i < active.size(); ++i) {
+        const Agent& agent = agents.at(active[i]);
+        rows_[i] = row_of(world.entities, agent.entity, row_hints_[active[i]]);
+        row_hints_[active[i]] = rows_[i];
+        if (rows_[i] != world::kNoRow && perception_ranges_.any()) {
+            slot_hints_[rows_[i]] = active[i];
         }
         if (rows_[i] != world::kNoRow && agent.next_decision <= world.now) {
-            due_.push_back({agent.next_decision, agent.entity, awake[i], rows_[i], Tier::kAwake});
+            due_.push_back({agent.next_decision, agent.entity, active[i], rows_[i], Tier::kActive});
         }
     }
     events_.clear();
@@ -89,17 +89,17 @@ void AiUpdate::collect_due(AgentStore& agents, const AiContext& world, const AiS
             continue;
         }
         const Agent& agent = agents.at(event.slot);
-        if (!event.waited && only_steps(agent, brain_of(agent, settings), coarse(world), row)) {
-            steppers_.push_back({event.entity, event.slot, row});
+        if (!event.waited && only_steps(agent, brain_of(agent, settings), offscreen(world), row)) {
+            herd_steps_.push_back({event.entity, event.slot, row});
         } else {
-            due_.push_back({event.at, event.entity, event.slot, row, Tier::kCoarse});
+            due_.push_back({event.at, event.entity, event.slot, row, Tier::kSuspended});
             due_.back().waited = event.waited || agent.wait.any();
         }
     }
-    const auto before = [](const Due& a, const Due& b) {
+    const auto before = [](const DueAgent& a, const DueAgent& b) {
         return a.since != b.since ? a.since < b.since : a.entity < b.entity;
     };
-    // As they are where only some are awake, or nobody; they are large.
+    // As they are where only some are active, or nobody; they are large.
     if (!std::is_sorted(due_.begin(), due_.end(), before)) {
         std::sort(due_.begin(), due_.end(), before);
     }
@@ -113,8 +113,8 @@ void AiUpdate::keep_to_budgets(AgentStore& agents,
     const std::size_t budget = std::max<std::size_t>(1, settings.max_decisions_per_tick);
     std::uint32_t rays = std::max(settings.max_sight_rays_per_tick, kRaysPerLook);
     std::size_t kept = 0;
-    for (const Due& due : due_) {
-        const bool looks = due.tier == Tier::kAwake &&
+    for (const DueAgent& due : due_) {
+        const bool looks = due.tier == Tier::kActive &&
                            brain_of(agents.at(due.slot), settings).perception.line_of_sight;
         const bool blind = looks && rays < kRaysPerLook;
         if (kept < budget && !blind) {
@@ -125,7 +125,7 @@ void AiUpdate::keep_to_budgets(AgentStore& agents,
             ++kept;
             continue;
         }
-        if (due.tier == Tier::kCoarse) {
+        if (due.tier == Tier::kSuspended) {
             agents.at(due.slot).next_event = due.since;
             agents.schedule(due.slot, 1);  // it waits for nothing
             const Tick left = left_at(agents.at(due.slot), world, true);
@@ -137,15 +137,16 @@ void AiUpdate::keep_to_budgets(AgentStore& agents,
     due_.resize(kept);
 }
 
-/// The grid is made only where some awake agent looks for others than players, or is looked for.
+/// The grid is made only where some active agent looks for others than players, or is looked for.
 void AiUpdate::find_others(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
-    const std::span<const Slot> awake = agents.awake();
+    const std::span<const Slot> active = agents.active();
     bool needed = false;
-    for (std::size_t i = 0; i < awake.size() && !needed; ++i) {
-        const Agent& agent = agents.at(awake[i]);
-        needed = brain_of(agent, settings).knows_others ||
-                 (reaches_.any() && rows_[i] != world::kNoRow &&
-                  reaches_.farthest({world.entities.type[rows_[i]], agent.brain}) >= 0.0F);
+    for (std::size_t i = 0; i < active.size() && !needed; ++i) {
+        const Agent& agent = agents.at(active[i]);
+        needed =
+            brain_of(agent, settings).knows_others ||
+            (perception_ranges_.any() && rows_[i] != world::kNoRow &&
+             perception_ranges_.farthest({world.entities.type[rows_[i]], agent.brain}) >= 0.0F);
     }
     others_ = needed ? &world.grid() : &nobody_;
 }
@@ -153,28 +154,28 @@ void AiUpdate::find_others(AgentStore& agents, const AiContext& world, const AiS
 // ---------------------------------------------------------------- doing it
 
 void AiUpdate::decide_one(AgentStore& agents,
-                          Due& due,
+                          DueAgent& due,
                           const AiContext& world,
                           const AiSettings& settings,
                           AiLane& lane) {
     Agent& agent = agents.at(due.slot);
     const CompiledBrain& brain = brain_of(agent, settings);
     const world::Entities& e = world.entities;
-    const bool awake = due.tier == Tier::kAwake;
+    const bool active = due.tier == Tier::kActive;
     const Timetables timetables{agents, slot_hints_};
-    const Percept percept = awake ? perceive({e,
-                                              world.types,
-                                              *others_,
-                                              world.query,
-                                              world.now,
-                                              world.dt,
-                                              settings.far_m,
-                                              &players_,
-                                              reaches_.any() ? &timetables : nullptr},
-                                             due.row,
-                                             agent,
-                                             brain)
-                                  : Percept::none();
+    const Percept percept = active ? perceive({e,
+                                               world.types,
+                                               *others_,
+                                               world.query,
+                                               world.now,
+                                               world.dt,
+                                               settings.far_m,
+                                               &players_,
+                                               perception_ranges_.any() ? &timetables : nullptr},
+                                              due.row,
+                                              agent,
+                                              brain)
+                                   : Percept::none();
     const Vec2 body(e.position[due.row].x(), e.position[due.row].z());
     const Vec2 here = whereabouts(agent, body, world.now, world.dt);
     if (decide(agent, brain, percept, here, world.places, world.now, lane.scratch)) {
@@ -182,13 +183,13 @@ void AiUpdate::decide_one(AgentStore& agents,
         due.change = lane.scratch.change;
     }
     due.changed = agent.entered;
-    if (awake) {
+    if (active) {
         agent.next_decision =
             next_decision(agent.entity, decision_period(brain, world.dt), world.now);
-        if (watched_.covers(body)) {
-            agent.unseen_since = kNever;
-        } else if (agent.unseen_since == kNever) {
-            agent.unseen_since = world.now;
+        if (viewer_coverage_.covers(body)) {
+            agent.offscreen_since = kNever;
+        } else if (agent.offscreen_since == kNever) {
+            agent.offscreen_since = world.now;
         }
     }
 }
@@ -197,10 +198,10 @@ void AiUpdate::decide_one(AgentStore& agents,
 void AiUpdate::decide_due(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     in_lanes(world.team, due_.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            if (due_[i].tier == Tier::kCoarse) {
+            if (due_[i].tier == Tier::kSuspended) {
                 Agent& agent = agents.at(due_[i].slot);
                 due_[i].decides = agent.next_decision <= world.now;
-                catch_up(agent, coarse(world), due_[i].row);
+                catch_up(agent, offscreen(world), due_[i].row);
                 due_[i].moved = world.entities.discontinuity_tick[due_[i].row] == world.now;
             }
         }
@@ -217,30 +218,32 @@ void AiUpdate::decide_due(AgentStore& agents, const AiContext& world, const AiSe
 
 /// Who goes to and fro: for reports alone.
 void AiUpdate::watch_changes(AgentStore& agents, const AiContext& world) const {
-    for (const Due& due : due_) {
+    for (const DueAgent& due : due_) {
         if (due.change) {
             agents.watch(due.slot, *due.change, world.now, world.dt);
         }
     }
 }
 
-/// Legs of coarse agents whose event this is.
-void AiUpdate::walk_coarse(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
+/// Legs of offscreen agents whose event this is.
+void AiUpdate::advance_suspended(AgentStore& agents,
+                                 const AiContext& world,
+                                 const AiSettings& settings) {
     in_lanes(world.team, due_.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            Due& due = due_[i];
-            if (due.tier != Tier::kCoarse) {
+            DueAgent& due = due_[i];
+            if (due.tier != Tier::kSuspended) {
                 continue;
             }
             Agent& agent = agents.at(due.slot);
             const CompiledBrain& brain = brain_of(agent, settings);
             if (due.roams) {
                 const Vec3 from = world.entities.position[due.row];
-                take_step(agent, brain, coarse(world), from, due.end);
+                take_step(agent, brain, offscreen(world), from, due.end);
                 agent.placed = Vec2(from.x(), from.z());
                 lane.drift_m = std::max(lane.drift_m, step_of(agent));
             } else if (!roams(agent, brain) &&
-                       walk_on(agent, brain, coarse(world), due.row, due.slot)) {
+                       walk_on(agent, brain, offscreen(world), due.row, due.slot)) {
                 lane.asking.push_back(due.slot);
             }
             std::uint8_t& behaviour = world.entities.behaviour[due.row];
@@ -250,18 +253,18 @@ void AiUpdate::walk_coarse(AgentStore& agents, const AiContext& world, const AiS
     });
 }
 
-/// Of awake agents.
+/// Of active agents.
 void AiUpdate::give_commands(const AgentStore& agents,
                              const AiContext& world,
                              const AiSettings& settings) {
-    const std::span<const Slot> awake = agents.awake();
-    in_lanes(world.team, awake.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
+    const std::span<const Slot> active = agents.active();
+    in_lanes(world.team, active.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];
             if (row == world::kNoRow) {
                 continue;
             }
-            const Agent& agent = agents.at(awake[i]);
+            const Agent& agent = agents.at(active[i]);
             world.entities.command[row] = agent.aim;
             world.entities.command[row].tick = world.now;
             world.entities.behaviour[row] = brain_of(agent, settings).states[agent.doing].behaviour;
@@ -269,7 +272,7 @@ void AiUpdate::give_commands(const AgentStore& agents,
     });
 }
 
-/// Of a coarse agent: what its next_event() has found.
+/// Of a offscreen agent: what its next_event() has found.
 void AiUpdate::plan(AgentStore& agents,
                     Slot slot,
                     const AiContext& world,
@@ -277,20 +280,20 @@ void AiUpdate::plan(AgentStore& agents,
     agents.schedule(slot, decision_period(brain_of(agents.at(slot), settings), world.dt));
 }
 
-/// Coarse agents whose event this was: to the next one.
+/// Offscreen agents whose event this was: to the next one.
 void AiUpdate::go_on(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     in_lanes(world.team, due_.size(), [&](AiLane&, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            Due& due = due_[i];
-            if (due.tier == Tier::kCoarse) {
+            DueAgent& due = due_[i];
+            if (due.tier == Tier::kSuspended) {
                 Agent& agent = agents.at(due.slot);
                 due.next_event = event_after(agent, due, world, settings);
                 due.left = std::max(left_at(agent, world), world.now + 1);
             }
         }
     });
-    for (const Due& due : due_) {
-        if (due.tier == Tier::kCoarse) {
+    for (const DueAgent& due : due_) {
+        if (due.tier == Tier::kSuspended) {
             Agent& agent = agents.at(due.slot);
             agent.next_event = due.next_event;
             plan(agents, due.slot, world, settings);
@@ -299,7 +302,7 @@ void AiUpdate::go_on(AgentStore& agents, const AiContext& world, const AiSetting
                 world.entities.touch(due.row);
                 report_.moved = true;
             }
-            if (!due.end.stands || !can_sleep(agent, brain_of(agent, settings))) {
+            if (!due.end.stands || !can_suspend(agent, brain_of(agent, settings))) {
                 waking_.push_back(due.slot);
             }
             ++report_.events;
@@ -309,54 +312,58 @@ void AiUpdate::go_on(AgentStore& agents, const AiContext& world, const AiSetting
 }
 
 /// Awake agents that have decided and that nobody can see for a while.
-void AiUpdate::send_to_sleep(AgentStore& agents,
-                             const AiContext& world,
-                             const AiSettings& settings) {
-    const Tick calm = static_cast<Tick>(std::ceil(settings.calm_s / world.dt));
-    for (const Due& due : due_) {
+void AiUpdate::suspend_unseen(AgentStore& agents,
+                              const AiContext& world,
+                              const AiSettings& settings) {
+    const Tick calm = static_cast<Tick>(std::ceil(settings.suspend_after_s / world.dt));
+    for (const DueAgent& due : due_) {
         Agent& agent = agents.at(due.slot);
-        if (due.tier == Tier::kCoarse || agent.unseen_since == kNever ||
-            world.now - agent.unseen_since < calm || !can_sleep(agent, brain_of(agent, settings)) ||
+        if (due.tier == Tier::kSuspended || agent.offscreen_since == kNever ||
+            world.now - agent.offscreen_since < calm ||
+            !can_suspend(agent, brain_of(agent, settings)) ||
             !world.entities.has(due.row, world::kGrounded)) {
             continue;
         }
         const CompiledBrain& brain = brain_of(agent, settings);
-        // A blend goes by none while it is awake, however settled it is.
+        // A blend goes by none while it is active, however settled it is.
         const bool blends = brain.choices[agent.state_machine.state()].blend >= 0;
         if (blends ? world.now < agent.detour_until
                    : !agent.timed && goes_by_segments(agent, brain.states[agent.doing])) {
             continue;  // on a detour
         }
         if (!meets_nobody(agents, due, world, calm)) {
-            agent.unseen_since = world.now;  // others are no better than viewers
+            agent.offscreen_since = world.now;  // others are no better than viewers
             continue;
         }
         if (roams(agent, brain) && !set_roaming(agent, due, world, settings)) {
             continue;  // on its way down
         }
-        fall_asleep(agent, brain, coarse(world), due.row);
-        if (agent.look_at != kNever) {
-            encounters_.put(due.slot, world.entities.type[due.row], scene(agents, world), false);
+        suspend(agent, brain, offscreen(world), due.row);
+        if (agent.next_proximity_check != kNever) {
+            proximity_schedule_.put(
+                due.slot, world.entities.type[due.row], scene(agents, world), false);
         }
-        agent.next_event = next_event(agent, brain, coarse(world));
-        agents.put_to_sleep(due.slot);
+        agent.next_event = next_event(agent, brain, offscreen(world));
+        agents.suspend(due.slot);
         plan(agents, due.slot, world, settings);
         settle(agents, due.slot, std::max(left_at(agent, world), world.now + 1), world);
-        fell_asleep_.push_back(agent.entity);
+        suspended_.push_back(agent.entity);
     }
-    std::sort(fell_asleep_.begin(), fell_asleep_.end());
+    std::sort(suspended_.begin(), suspended_.end());
 }
 
-void AiUpdate::steer_awake(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
-    const std::span<const Slot> awake = agents.awake();
+void AiUpdate::steer_active(AgentStore& agents,
+                            const AiContext& world,
+                            const AiSettings& settings) {
+    const std::span<const Slot> active = agents.active();
     const Drift drift = drift_of(agents, world);
-    in_lanes(world.team, awake.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
+    in_lanes(world.team, active.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const world::Row row = rows_[i];
             if (row == world::kNoRow) {
                 continue;
             }
-            Agent& agent = agents.at(awake[i]);
+            Agent& agent = agents.at(active[i]);
             const CompiledBrain& brain = brain_of(agent, settings);
             if (steers_now(agent, settings, world.now)) {
                 Surroundings around{world.entities,
@@ -367,11 +374,11 @@ void AiUpdate::steer_awake(AgentStore& agents, const AiContext& world, const AiS
                                     world.now,
                                     world.dt,
                                     world.paths,
-                                    awake[i]};
+                                    active[i]};
                 around.at = whereabouts(agent, around.body(), world.now, world.dt);
                 around.drift = drift_m_ > 0.0F ? &drift : nullptr;
                 if (steer(agent, brain, around)) {
-                    lane.asking.push_back(awake[i]);
+                    lane.asking.push_back(active[i]);
                 }
                 ++lane.steered;
             }
@@ -392,15 +399,15 @@ void AiUpdate::add_up() {
 
 AiReport AiUpdate::run(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     report_ = AiReport{};
-    fell_asleep_.clear();
-    woke_up_.clear();
+    suspended_.clear();
+    resumed_.clear();
     row_hints_.resize(agents.slots(), world::kNoRow);
     players_.gather(world.entities);
-    know_sleepers(agents, world, settings);
-    if (std::isfinite(settings.seen_m)) {
+    index_suspended(agents, world, settings);
+    if (std::isfinite(settings.viewer_range_m)) {
         follow_viewers(agents, world, settings);
         meet(agents, world);
-        wake_seen(agents, world, settings);
+        resume_seen(agents, world, settings);
     }
     call_foragers(agents, world, settings);
     collect_due(agents, world, settings);
@@ -410,21 +417,21 @@ AiReport AiUpdate::run(AgentStore& agents, const AiContext& world, const AiSetti
     watch_changes(agents, world);
     forage(agents, world, settings);
     formation_following(agents, world, settings);
-    steer_awake(agents, world, settings);
+    steer_active(agents, world, settings);
     head_herds(agents, world, settings);
-    walk_coarse(agents, world, settings);
-    walk_steppers(agents, world, settings);
+    advance_suspended(agents, world, settings);
+    walk_herd_steps(agents, world, settings);
     find_paths(agents, world, settings);
     give_commands(agents, world, settings);
     local_avoidance(agents, world, settings);
     go_on(agents, world, settings);
-    settle_steppers(agents, world, settings);
-    if (std::isfinite(settings.seen_m)) {
-        send_to_sleep(agents, world, settings);
+    settle_herd_steps(agents, world, settings);
+    if (std::isfinite(settings.viewer_range_m)) {
+        suspend_unseen(agents, world, settings);
     }
     add_up();
     report_.agents = static_cast<std::uint32_t>(agents.size());
-    report_.awake = static_cast<std::uint32_t>(agents.awake().size());
+    report_.active = static_cast<std::uint32_t>(agents.active().size());
     return report_;
 }
 
@@ -434,15 +441,15 @@ void AiUpdate::remember(const Memory& memory,
                         const AiSettings& settings) {
     memory_ = memory;
     nests_.remember(nests);
-    reaches_ = Reaches();  // who sleeps is found anew
+    perception_ranges_ = PerceptionRanges();  // who sleeps is found anew
     watch();
     waking_.clear();
     for (std::size_t n = 0; n < agents.size(); ++n) {
         const Agent& agent = agents.at(agents.nth(n));
-        if (agent.tier == Tier::kCoarse && !can_sleep(agent, brain_of(agent, settings))) {
+        if (agent.tier == Tier::kSuspended && !can_suspend(agent, brain_of(agent, settings))) {
             waking_.push_back(agents.nth(n));
         }
-        if (agent.tier == Tier::kCoarse && roams(agent, brain_of(agent, settings))) {
+        if (agent.tier == Tier::kSuspended && roams(agent, brain_of(agent, settings))) {
             drift_m_ = std::max(drift_m_, step_of(agent));
         }
     }
@@ -451,19 +458,19 @@ void AiUpdate::remember(const Memory& memory,
 void AiUpdate::hash(const AgentStore& agents, core::StateHash& hash) const {
     hash.add(static_cast<std::uint64_t>(agents.size()));
     nests_.hash(hash);
-    for (const Due& due : due_) {
+    for (const DueAgent& due : due_) {
         // It may have gone to another zone since.
         const Agent& agent = agents.at(due.slot);
         if (agent.entity != due.entity) {
             continue;
         }
-        if (due.tier == Tier::kCoarse && !due.decides && !due.waited && !due.changed) {
+        if (due.tier == Tier::kSuspended && !due.decides && !due.waited && !due.changed) {
             hash_walk(hash, agent);
         } else {
             ai::hash(hash, agent);
         }
     }
-    for (const Stepper& stepper : steppers_) {
+    for (const HerdStep& stepper : herd_steps_) {
         const Agent& agent = agents.at(stepper.slot);
         if (agent.entity == stepper.entity) {
             hash_step(hash, agent);

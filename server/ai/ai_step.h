@@ -40,8 +40,8 @@ struct AiSettings {
     std::uint32_t max_sight_rays_per_tick = 8192;  ///< kRaysPerLook for each that looks along lines
     /// AgentStore farther than this from every player go from event to event; infinity: none does.
     /// Beyond it nobody may hear of an entity.
-    float seen_m = std::numeric_limits<float>::infinity();
-    float calm_s = 2.0F;  ///< only after so long out of sight
+    float viewer_range_m = std::numeric_limits<float>::infinity();
+    float suspend_after_s = 2.0F;  ///< only after so long out of sight
     PlaceSettings places{};
     PathfindingSettings pathfinding{};
     /// How agents make way for each other; its step is the world's: compile(). None: they do not.
@@ -73,9 +73,10 @@ struct AiContext {
 
 struct AiReport {
     std::uint32_t agents = 0;
-    std::uint32_t awake = 0;
+    std::uint32_t active = 0;
     std::uint32_t decisions = 0;
-    std::uint32_t events = 0;  ///< of the coarse tier; those that are decisions count as such too
+    std::uint32_t events =
+        0;  ///< of the offscreen tier; those that are decisions count as such too
     std::uint32_t steered = 0;
     std::uint32_t postponed = 0;  ///< decisions that a budget moved to a later tick
     std::uint32_t blinded = 0;    ///< of these: by the budget of rays
@@ -95,9 +96,9 @@ class AiUpdate {
   public:
     /// Changes of tier in the last step, ascending by entity id: whoever fell asleep needs no body,
     /// and who woke up does.
-    [[nodiscard]] std::span<const EntityId> fell_asleep() const { return fell_asleep_; }
+    [[nodiscard]] std::span<const EntityId> suspended() const { return suspended_; }
 
-    [[nodiscard]] std::span<const EntityId> woke_up() const { return woke_up_; }
+    [[nodiscard]] std::span<const EntityId> resumed() const { return resumed_; }
 
     /// The nests of who forages: their scents are part of the zone's state.
     [[nodiscard]] const Nests& nests() const { return nests_; }
@@ -105,8 +106,8 @@ class AiUpdate {
     /// Chains what the agents are that had something to decide or an event in the last step.
     void hash(const AgentStore& agents, core::StateHash& hash) const;
 
-    /// `settings` are compiled for world.dt. Writes `command`, `behaviour` of the rows of awake
-    /// agents, and places those of coarse ones. Players are the rows with a client and without
+    /// `settings` are compiled for world.dt. Writes `command`, `behaviour` of the rows of active
+    /// agents, and places those of offscreen ones. Players are the rows with a client and without
     /// kHidden. Rows of hidden or removed entities and of ghosts are left alone. With n agents that
     /// decide in every tick and a budget of b decisions none waits longer than ceil(n / b) ticks.
     /// Results depend neither on the order of rows, nor on the history of add() and take(), nor on
@@ -119,9 +120,9 @@ class AiUpdate {
     struct Memory {
         std::vector<EntityId> viewers;  ///< of the last tick, ascending
         std::vector<Vec2>
-            watched_from;        ///< x, z of viewers when it was found out what they can see
-        float watched_m = 1.0F;  ///< and how far, > 0
-        Ladder ladder;           ///< on which difficulty, and what players have done there
+            covered_from;         ///< x, z of viewers when it was found out what they can see
+        float coverage_m = 1.0F;  ///< and how far, > 0
+        Ladder ladder;            ///< on which difficulty, and what players have done there
     };
 
     [[nodiscard]] const Memory& memory() const { return memory_; }
@@ -139,25 +140,25 @@ class AiUpdate {
 
   private:
     /// An agent that has something to do in this tick.
-    struct Due {
+    struct DueAgent {
         Tick since;  ///< when it should have been done at the latest
         EntityId entity;
         Slot slot;
         world::Row row;
         Tier tier;
         bool decides = true;
-        bool waited = false;   ///< coarse: for stock
+        bool waited = false;   ///< offscreen: for stock
         bool changed = false;  ///< it has decided otherwise than before
-        bool moved = false;    ///< coarse: its row is another one than before
-        bool roams = false;    ///< coarse: it takes a step with its herd
+        bool moved = false;    ///< offscreen: its row is another one than before
+        bool roams = false;    ///< offscreen: it takes a step with its herd
         StepEnd end{};         ///< of that
         std::optional<state_machine::Change> change{};
         Tick next_event = kNever;
-        Tick left = kNever;  ///< coarse: when it leaves the square that it is in
+        Tick left = kNever;  ///< offscreen: when it leaves the square that it is in
     };
 
-    /// A coarse agent that takes a step with its herd, and has nothing else to do.
-    struct Stepper {
+    /// A offscreen agent that takes a step with its herd, and has nothing else to do.
+    struct HerdStep {
         EntityId entity;
         Slot slot;
         world::Row row;
@@ -174,12 +175,12 @@ class AiUpdate {
         std::uint32_t steered = 0;
     };
 
-    /// Coarse agents that decide in this tick, and would trade if only the stock were so.
+    /// Offscreen agents that decide in this tick, and would trade if only the stock were so.
     struct WaitingTraders {
-        const StockWaits::Group* group = nullptr;
-        bool may = false;                      ///< the stock is so
-        bool queued = false;                   ///< `next` is what it should be
-        std::vector<StockWaits::Member> next;  ///< whose turn is still to come, a heap by entity
+        const StockWaitList::Group* group = nullptr;
+        bool may = false;                         ///< the stock is so
+        bool queued = false;                      ///< `next` is what it should be
+        std::vector<StockWaitList::Member> next;  ///< whose turn is still to come, a heap by entity
     };
 
     static constexpr std::size_t kLanes = 16;
@@ -187,38 +188,39 @@ class AiUpdate {
 
     void follow_viewers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void watch();
-    void follow_coarse(AgentStore& agents, const AiContext& world);
-    void look_at_coarse(AgentStore& agents, const AiContext& world, bool all);
-    void look_at(AgentStore& agents, Slot slot, const AiContext& world);
+    void follow_suspended(AgentStore& agents, const AiContext& world);
+    void check_suspended_seen(AgentStore& agents, const AiContext& world, bool all);
+    void next_proximity_check(AgentStore& agents, Slot slot, const AiContext& world);
     void place(Agent& agent, const AiContext& world, world::Row row);
-    void know_sleepers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void index_suspended(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void meet(AgentStore& agents, const AiContext& world);
     void look_around(const AgentStore& agents,
                      const AiContext& world,
-                     Reaches::Kind kind,
+                     PerceptionRanges::Kind kind,
                      world::Row row);
-    void check_sleeper(AgentStore& agents, const AiContext& world, Slot slot);
+    void check_suspended(AgentStore& agents, const AiContext& world, Slot slot);
     void settle(AgentStore& agents,
                 Slot slot,
                 Tick left,
                 const AiContext& world,
                 bool late = false);
     [[nodiscard]] bool meets_nobody(AgentStore& agents,
-                                    const Due& due,
+                                    const DueAgent& due,
                                     const AiContext& world,
                                     Tick calm);
     [[nodiscard]] const Agent* agent_at(const AgentStore& agents,
                                         const world::Entities& entities,
                                         world::Row row) const;
-    [[nodiscard]] Encounters::Scene scene(const AgentStore& agents, const AiContext& world) const;
-    void wake_seen(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    [[nodiscard]] ProximitySchedule::Scene scene(const AgentStore& agents,
+                                                 const AiContext& world) const;
+    void resume_seen(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void collect_due(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void keep_to_budgets(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void find_others(AgentStore& agents, const AiContext& world, const AiSettings& settings);
-    [[nodiscard]] CoarseWorld coarse(const AiContext& world) const;
+    [[nodiscard]] OffscreenContext offscreen(const AiContext& world) const;
     void decide_due(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void decide_one(AgentStore& agents,
-                    Due& due,
+                    DueAgent& due,
                     const AiContext& world,
                     const AiSettings& settings,
                     AiLane& lane);
@@ -242,19 +244,19 @@ class AiUpdate {
               Slot slot,
               const AiContext& world,
               const AiSettings& settings) const;
-    void steer_awake(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void steer_active(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void call_foragers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void forage(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     [[nodiscard]] Drift drift_of(const AgentStore& agents, const AiContext& world) const;
     void head_herds(AgentStore& agents, const AiContext& world, const AiSettings& settings);
-    void walk_steppers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
-    void settle_steppers(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void walk_herd_steps(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void settle_herd_steps(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     [[nodiscard]] Tick event_after(Agent& agent,
-                                   const Due& due,
+                                   const DueAgent& due,
                                    const AiContext& world,
                                    const AiSettings& settings) const;
     bool set_roaming(Agent& agent,
-                     const Due& due,
+                     const DueAgent& due,
                      const AiContext& world,
                      const AiSettings& settings);
     void formation_following(AgentStore& agents,
@@ -262,7 +264,7 @@ class AiUpdate {
                              const AiSettings& settings);
     void local_avoidance(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void watch_changes(AgentStore& agents, const AiContext& world) const;
-    void walk_coarse(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void advance_suspended(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void find_paths(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void count_bodies(const AiContext& world);
     void request_paths(AgentStore& agents, const AiContext& world, const AiSettings& settings);
@@ -271,26 +273,26 @@ class AiUpdate {
                        const AiSettings& settings);
     void go_on(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void go_on_from(Agent& agent, Slot slot, const AiContext& world, const AiSettings& settings);
-    void send_to_sleep(AgentStore& agents, const AiContext& world, const AiSettings& settings);
+    void suspend_unseen(AgentStore& agents, const AiContext& world, const AiSettings& settings);
     void add_up();
     template <class Work>
     void in_lanes(compute::Team& team, std::size_t count, Work&& work);
 
     AiReport report_;
-    WatchedCells watched_;
+    ViewerCoverage viewer_coverage_;
     spatial::PointGrid nobody_;
     const spatial::PointGrid* others_ = &nobody_;
     Memory memory_;
     std::vector<EntityId> viewers_before_;
     Players players_;
     std::vector<world::Row> row_hints_;  // by slot: where the entity was last
-    /// By row: of coarse agents that roam, and of awake ones that meet others.
+    /// By row: of offscreen agents that roam, and of active ones that meet others.
     std::vector<Slot> slot_hints_;
     float drift_m_ = 0.0F;  // so far may animals that nobody sees be from their rows; 0: none are
-    std::vector<world::Row> rows_;  // of awake agents, in their order; kNoRow: leave it alone
+    std::vector<world::Row> rows_;  // of active agents, in their order; kNoRow: leave it alone
     std::vector<AgentStore::Event> events_;
-    std::vector<Due> due_;
-    std::vector<Stepper> steppers_;                // ascending by entity
+    std::vector<DueAgent> due_;
+    std::vector<HerdStep> herd_steps_;             // ascending by entity
     std::vector<std::uint32_t> traders_;           // of due_, ascending by entity
     std::vector<WaitingTraders> waiting_traders_;  // the first some of them count
     std::size_t waiting_trader_groups_ = 0;
@@ -299,14 +301,14 @@ class AiUpdate {
     std::vector<Slot> told_;     // paths
     std::vector<float> body_x_;  // of those whom paths lead around
     std::vector<float> body_z_;
-    std::vector<CoarseCells::Cell> watched_squares_;  // in which agents may be seen
+    std::vector<OffscreenGrid::Cell> covered_squares_;  // in which agents may be seen
     std::vector<Slot> left_;
     std::vector<Slot> waking_;
-    Reaches reaches_;
-    Encounters encounters_;
+    PerceptionRanges perception_ranges_;
+    ProximitySchedule proximity_schedule_;
     std::vector<Slot> met_;  // sleepers, by one who looked whether it might sleep
-    std::vector<EntityId> fell_asleep_;
-    std::vector<EntityId> woke_up_;
+    std::vector<EntityId> suspended_;
+    std::vector<EntityId> resumed_;
     std::array<AiLane, kLanes> lanes_;
     std::vector<AvoidingAgent> walkers_;
     steering::KnownWalls walls_;

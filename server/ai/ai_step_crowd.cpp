@@ -26,7 +26,7 @@ void AiUpdate::call_foragers(AgentStore& agents,
     for (std::size_t n = 0; nests_.turned() && n < agents.size(); ++n) {
         const Slot slot = agents.nth(n);
         Agent& agent = agents.at(slot);
-        if (agent.tier == Tier::kCoarse && forages(agent, settings)) {
+        if (agent.tier == Tier::kSuspended && forages(agent, settings)) {
             agent.next_event = world.now;
             plan(agents, slot, world, settings);
         }
@@ -36,15 +36,15 @@ void AiUpdate::call_foragers(AgentStore& agents,
 /// Where those who look for food go next.
 void AiUpdate::forage(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     nests_.clear();
-    const std::span<const Slot> awake = agents.awake();
-    for (std::size_t i = 0; i < awake.size(); ++i) {
-        const Agent& agent = agents.at(awake[i]);
+    const std::span<const Slot> active = agents.active();
+    for (std::size_t i = 0; i < active.size(); ++i) {
+        const Agent& agent = agents.at(active[i]);
         if (rows_[i] != world::kNoRow && forages(agent, settings)) {
-            nests_.add({agent.entity, rows_[i], awake[i]});
+            nests_.add({agent.entity, rows_[i], active[i]});
         }
     }
-    for (const Due& due : due_) {
-        if (due.tier == Tier::kCoarse && forages(agents.at(due.slot), settings)) {
+    for (const DueAgent& due : due_) {
+        if (due.tier == Tier::kSuspended && forages(agents.at(due.slot), settings)) {
             nests_.add({due.entity, due.row, due.slot});
         }
     }
@@ -74,11 +74,11 @@ void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSe
     }
     herds_.clear();
     slot_hints_.resize(std::max<std::size_t>(slot_hints_.size(), world.entities.size()));
-    const CoarseWorld in = coarse(world);
-    for (Due& due : due_) {
+    const OffscreenContext in = offscreen(world);
+    for (DueAgent& due : due_) {
         Agent& agent = agents.at(due.slot);
         const CompiledBrain& brain = brain_of(agent, settings);
-        if (due.tier != Tier::kCoarse || !roams_on(agent, brain, world.now)) {
+        if (due.tier != Tier::kSuspended || !roams_on(agent, brain, world.now)) {
             continue;
         }
         const State& state = brain.states[agent.doing];
@@ -91,7 +91,7 @@ void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSe
         due.roams = true;
         herds_.add(due.slot, due.row, world.entities.position[due.row]);
     }
-    for (const Stepper& stepper : steppers_) {
+    for (const HerdStep& stepper : herd_steps_) {
         slot_hints_[stepper.row] = stepper.slot;
         herds_.add(stepper.slot, stepper.row, agents.at(stepper.slot).target);
     }
@@ -107,26 +107,26 @@ void AiUpdate::head_herds(AgentStore& agents, const AiContext& world, const AiSe
                  world.now,
                  world.dt});
     std::size_t n = 0;
-    for (Due& due : due_) {
+    for (DueAgent& due : due_) {
         if (due.roams) {
             due.end = herds_.end(n++);
         }
     }
-    for (Stepper& stepper : steppers_) {
+    for (HerdStep& stepper : herd_steps_) {
         stepper.end = herds_.end(n++);
     }
 }
 
-void AiUpdate::walk_steppers(AgentStore& agents,
-                             const AiContext& world,
-                             const AiSettings& settings) {
-    in_lanes(world.team, steppers_.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
+void AiUpdate::walk_herd_steps(AgentStore& agents,
+                               const AiContext& world,
+                               const AiSettings& settings) {
+    in_lanes(world.team, herd_steps_.size(), [&](AiLane& lane, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            Stepper& stepper = steppers_[i];
+            HerdStep& stepper = herd_steps_[i];
             Agent& agent = agents.at(stepper.slot);
             const CompiledBrain& brain = brain_of(agent, settings);
             const Vec3 from = agent.target;
-            take_step(agent, brain, coarse(world), from, stepper.end);
+            take_step(agent, brain, offscreen(world), from, stepper.end);
             const Vec2 here(from.x(), from.z());
             // Of those beyond the border whom it may come to know of, and who may come to know of
             // it, rows are all that is known.
@@ -147,10 +147,10 @@ void AiUpdate::walk_steppers(AgentStore& agents,
 }
 
 /// Their next steps.
-void AiUpdate::settle_steppers(AgentStore& agents,
-                               const AiContext& world,
-                               const AiSettings& settings) {
-    for (const Stepper& stepper : steppers_) {
+void AiUpdate::settle_herd_steps(AgentStore& agents,
+                                 const AiContext& world,
+                                 const AiSettings& settings) {
+    for (const HerdStep& stepper : herd_steps_) {
         const world::Row row = stepper.row;
         plan(agents, stepper.slot, world, settings);
         settle(agents, stepper.slot, stepper.left, world);
@@ -165,12 +165,12 @@ void AiUpdate::settle_steppers(AgentStore& agents,
     }
 }
 
-/// An awake one, from where its body is. False: it would leave the ground.
+/// An active one, from where its body is. False: it would leave the ground.
 bool AiUpdate::set_roaming(Agent& agent,
-                           const Due& due,
+                           const DueAgent& due,
                            const AiContext& world,
                            const AiSettings& settings) {
-    const CoarseWorld in = coarse(world);
+    const OffscreenContext in = offscreen(world);
     const CompiledBrain& brain = brain_of(agent, settings);
     start_segment(agent, in.around(agent, due.row, due.slot));
     const Vec3 from = world.entities.position[due.row];
@@ -183,7 +183,7 @@ bool AiUpdate::set_roaming(Agent& agent,
 /// When something may happen next to one that nobody sees. Of who took no decision the forecast of
 /// the last one holds, whichever way its herd goes.
 Tick AiUpdate::event_after(Agent& agent,
-                           const Due& due,
+                           const DueAgent& due,
                            const AiContext& world,
                            const AiSettings& settings) const {
     if (due.roams && !due.decides) {
@@ -191,8 +191,8 @@ Tick AiUpdate::event_after(Agent& agent,
     }
     const CompiledBrain& brain = brain_of(agent, settings);
     return due.decides || due.waited || due.changed
-               ? next_event(agent, brain, coarse(world))
-               : next_event_undecided(agent, brain, coarse(world));
+               ? next_event(agent, brain, offscreen(world))
+               : next_event_undecided(agent, brain, offscreen(world));
 }
 
 // ---------------------------------------------------------------- formations, avoidance
@@ -202,9 +202,9 @@ void AiUpdate::formation_following(AgentStore& agents,
                                    const AiContext& world,
                                    const AiSettings& settings) {
     formations_.clear();
-    const std::span<const Slot> awake = agents.awake();
-    for (std::size_t i = 0; i < awake.size(); ++i) {
-        const Agent& agent = agents.at(awake[i]);
+    const std::span<const Slot> active = agents.active();
+    for (std::size_t i = 0; i < active.size(); ++i) {
+        const Agent& agent = agents.at(active[i]);
         const CompiledBrain& brain = settings.compiled[agent.brain];
         if (rows_[i] == world::kNoRow || !brain.forms_up || !agent.ward ||
             brain.states[agent.doing].action != ActionKind::kFormUp) {
@@ -212,7 +212,7 @@ void AiUpdate::formation_following(AgentStore& agents,
         }
         const world::Row captain = world.entities.find(agent.ward);
         if (captain != world::kNoRow) {
-            formations_.add({agent.ward, agent.entity, captain, rows_[i], awake[i]});
+            formations_.add({agent.ward, agent.entity, captain, rows_[i], active[i]});
         }
     }
     if (!formations_.empty()) {
@@ -233,10 +233,10 @@ void AiUpdate::local_avoidance(AgentStore& agents,
         return;
     }
     walkers_.clear();
-    const std::span<const Slot> awake = agents.awake();
-    for (std::size_t i = 0; i < awake.size(); ++i) {
+    const std::span<const Slot> active = agents.active();
+    for (std::size_t i = 0; i < active.size(); ++i) {
         if (rows_[i] != world::kNoRow) {
-            const Agent& agent = agents.at(awake[i]);
+            const Agent& agent = agents.at(active[i]);
             const State& state = settings.compiled[agent.brain].states[agent.doing];
             const Vec3& at = world.entities.position[rows_[i]];
             walkers_.push_back(

@@ -13,14 +13,15 @@ constexpr Tick kLookPeriod = 16;
 /// Who may be seen soon is put where it is when it has walked so far, m.
 constexpr float kStale_m = 8.0F;
 
-/// From how far off an agent is woken, m: so that it is awake when its entity can be seen, though
+/// From how far off an agent is woken, m: so that it is active when its entity can be seen, though
 /// that is put where it is now and then only, and both run towards each other between two looks.
 float waking_radius(const AiContext& world, const AiSettings& settings) {
     float fastest = 0.0F;
     for (const world::EntityType& type : world.types) {
         fastest = std::max(fastest, type.character.speed * type.character.sprint_factor);
     }
-    return settings.seen_m + kStale_m + 2.0F * fastest * static_cast<float>(kLookPeriod) * world.dt;
+    return settings.viewer_range_m + kStale_m +
+           2.0F * fastest * static_cast<float>(kLookPeriod) * world.dt;
 }
 
 bool outside(const Vec2& at, const Vec2& half_size) {
@@ -49,17 +50,17 @@ void AiUpdate::follow_viewers(AgentStore& agents,
             return e.discontinuity_tick[e.find(id)] >= world.now - 1;
         });
     if (appeared || jumped || world.now % kLookPeriod == 0) {
-        memory_.watched_from.clear();
+        memory_.covered_from.clear();
         for (const Vec3& at : players_.at) {
-            memory_.watched_from.emplace_back(at.x(), at.z());
+            memory_.covered_from.emplace_back(at.x(), at.z());
         }
-        memory_.watched_m = waking_radius(world, settings);
+        memory_.coverage_m = waking_radius(world, settings);
         watch();
     }
     // Without anybody to see them, and nowhere to go to, it does not matter where they are.
     if (!memory_.viewers.empty() || world.half_size.allFinite()) {
-        follow_coarse(agents, world);
-        look_at_coarse(agents, world, appeared || jumped);
+        follow_suspended(agents, world);
+        check_suspended_seen(agents, world, appeared || jumped);
     }
 }
 
@@ -67,15 +68,15 @@ void AiUpdate::follow_viewers(AgentStore& agents,
 void AiUpdate::watch() {
     // Who walks may be a rounding beside its squares, or what one walks in some ticks.
     constexpr float kRounding_m = 2.0F;
-    watched_.build(memory_.watched_from, memory_.watched_m);
-    CoarseCells::within(memory_.watched_from,
-                        memory_.watched_m + CoarseCells::kAside_m + kRounding_m,
-                        watched_squares_);
+    viewer_coverage_.build(memory_.covered_from, memory_.coverage_m);
+    OffscreenGrid::within(memory_.covered_from,
+                          memory_.coverage_m + OffscreenGrid::kAside_m + kRounding_m,
+                          covered_squares_);
 }
 
 /// Who has left its squares is put where it is: entity and agent are always in those that it was
 /// settled in. So who looks at a place looks at those alone that come through around it.
-void AiUpdate::follow_coarse(AgentStore& agents, const AiContext& world) {
+void AiUpdate::follow_suspended(AgentStore& agents, const AiContext& world) {
     left_.clear();
     agents.take_left(world.now, left_);
     for (const Slot slot : left_) {
@@ -99,7 +100,7 @@ void AiUpdate::follow_coarse(AgentStore& agents, const AiContext& world) {
             place(agent, world, row);
         }
         settle(agents, slot, std::max(left_at(agent, world, late), world.now + 1), world, late);
-        if (watched_.covers(agent.placed) || outside(agent.placed, world.half_size)) {
+        if (viewer_coverage_.covers(agent.placed) || outside(agent.placed, world.half_size)) {
             waking_.push_back(slot);
         }
     }
@@ -107,21 +108,22 @@ void AiUpdate::follow_coarse(AgentStore& agents, const AiContext& world) {
 
 /// Wakes who may be seen: a share of the squares that can be seen in each tick, at once where
 /// `all`.
-void AiUpdate::look_at_coarse(AgentStore& agents, const AiContext& world, bool all) {
+void AiUpdate::check_suspended_seen(AgentStore& agents, const AiContext& world, bool all) {
     const auto turn = static_cast<std::size_t>(world.now % kLookPeriod);
     if (all || turn == 0) {
-        agents.visit_anywhere([&](Slot slot) { look_at(agents, slot, world); });
+        agents.visit_anywhere([&](Slot slot) { next_proximity_check(agents, slot, world); });
     }
-    for (std::size_t k = all ? 0 : turn; k < watched_squares_.size();
+    for (std::size_t k = all ? 0 : turn; k < covered_squares_.size();
          k += all ? 1 : static_cast<std::size_t>(kLookPeriod)) {
-        agents.visit(watched_squares_[k], [&](Slot slot) { look_at(agents, slot, world); });
+        agents.visit(covered_squares_[k],
+                     [&](Slot slot) { next_proximity_check(agents, slot, world); });
     }
 }
 
-void AiUpdate::look_at(AgentStore& agents, Slot slot, const AiContext& world) {
+void AiUpdate::next_proximity_check(AgentStore& agents, Slot slot, const AiContext& world) {
     Agent& agent = agents.at(slot);
     const Vec2 at = position_at(agent.segment, world.now - 1, world.dt);
-    const bool wakes = watched_.covers(at) || outside(at, world.half_size);
+    const bool wakes = viewer_coverage_.covers(at) || outside(at, world.half_size);
     const bool stale =
         (agent.segment.length > 0.0F || on_step(agent)) && (at - agent.placed).norm() >= kStale_m;
     if (!wakes && !stale) {
@@ -139,12 +141,12 @@ void AiUpdate::look_at(AgentStore& agents, Slot slot, const AiContext& world) {
 }
 
 void AiUpdate::place(Agent& agent, const AiContext& world, world::Row row) {
-    catch_up(agent, coarse(world), row);
+    catch_up(agent, offscreen(world), row);
     world.entities.touch(row);
     report_.moved = true;
 }
 
-void AiUpdate::wake_seen(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
+void AiUpdate::resume_seen(AgentStore& agents, const AiContext& world, const AiSettings& settings) {
     std::sort(waking_.begin(), waking_.end(), [&](Slot a, Slot b) {
         return agents.at(a).entity < agents.at(b).entity;
     });
@@ -152,13 +154,13 @@ void AiUpdate::wake_seen(AgentStore& agents, const AiContext& world, const AiSet
         Agent& agent = agents.at(slot);
         // Some are here since the last tick.
         const world::Row row = row_of(world.entities, agent.entity);
-        if (!agent.entity || agent.tier != Tier::kCoarse || row == world::kNoRow) {
+        if (!agent.entity || agent.tier != Tier::kSuspended || row == world::kNoRow) {
             continue;
         }
-        wake_up(agent, brain_of(agent, settings), coarse(world), row);
-        agents.wake(slot);
-        encounters_.forget(slot);
-        woke_up_.push_back(agent.entity);
+        resume(agent, brain_of(agent, settings), offscreen(world), row);
+        agents.resume(slot);
+        proximity_schedule_.forget(slot);
+        resumed_.push_back(agent.entity);
         report_.moved = true;
     }
     waking_.clear();

@@ -9,12 +9,12 @@ namespace zoned::ai {
 namespace {
 
 /// The smallest entity is on top of the heap.
-bool comes_later(const StockWaits::Member& a, const StockWaits::Member& b) {
+bool comes_later(const StockWaitList::Member& a, const StockWaitList::Member& b) {
     return b.entity < a.entity;
 }
 
 /// Whether some trade that the group waits for can be done.
-bool some_trade_can(const StockWaits::Key& key,
+bool some_trade_can(const StockWaitList::Key& key,
                     const AiSettings& settings,
                     const Places& places,
                     Tick now) {
@@ -33,17 +33,17 @@ bool some_trade_can(const StockWaits::Key& key,
 void AiUpdate::call_up_waiting(AgentStore& agents,
                                const AiContext& world,
                                const AiSettings& settings) {
-    const StockWaits& waits = agents.waits(
+    const StockWaitList& waits = agents.waits(
         [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
     const std::size_t before = events_.size();
-    for (const StockWaits::Group& group : waits.groups()) {
-        const StockWaits::Key& key = group.key();
+    for (const StockWaitList::Group& group : waits.groups()) {
+        const StockWaitList::Key& key = group.key();
         if (key.wait.clauses == 0 || group.near(world.now).empty() ||
             !stock_changed(
                 key.wait, settings.compiled[key.brain], key.leaf, world.places, world.now)) {
             continue;
         }
-        for (const StockWaits::Member& member : group.near(world.now)) {
+        for (const StockWaitList::Member& member : group.near(world.now)) {
             if (group.decides_at(member.entity, world.now)) {
                 events_.push_back({world.now, member.entity, member.slot});
             }
@@ -76,9 +76,9 @@ void AiUpdate::collect_waiting_traders(AgentStore& agents,
                                        const AiContext& world,
                                        const AiSettings& settings) {
     waiting_trader_groups_ = 0;
-    const StockWaits& waits = agents.waits(
+    const StockWaitList& waits = agents.waits(
         [&](const Agent& agent) { return decision_period(brain_of(agent, settings), world.dt); });
-    for (const StockWaits::Group& group : waits.groups()) {
+    for (const StockWaitList::Group& group : waits.groups()) {
         if (group.key().wait.trades == 0 || group.near(world.now).empty()) {
             continue;
         }
@@ -102,7 +102,7 @@ void AiUpdate::look_at_stock(const AiContext& world, const AiSettings& settings,
         if (!waiting.queued) {
             waiting.queued = true;
             waiting.next.clear();
-            for (const StockWaits::Member& member : waiting.group->near(world.now)) {
+            for (const StockWaitList::Member& member : waiting.group->near(world.now)) {
                 if (waiting.group->decides_at(member.entity, world.now)) {
                     waiting.next.push_back(member);
                 }
@@ -149,8 +149,8 @@ bool AiUpdate::call_up_trader(AgentStore& agents,
         ++report_.postponed;
         return false;
     }
-    catch_up(agent, coarse(world), row);
-    Due due{world.now, agent.entity, slot, row, Tier::kCoarse};
+    catch_up(agent, offscreen(world), row);
+    DueAgent due{world.now, agent.entity, slot, row, Tier::kSuspended};
     due.moved = world.entities.discontinuity_tick[row] == world.now;
     due_.push_back(due);
     return true;
@@ -160,15 +160,15 @@ void AiUpdate::trade(AgentStore& agents,
                      const AiContext& world,
                      const AiSettings& settings,
                      std::uint32_t number) {
-    Due& due = due_[number];
+    DueAgent& due = due_[number];
     Agent& agent = agents.at(due.slot);
     const Vec3& position = world.entities.position[due.row];
     const Vec2 body(position.x(), position.z());
-    const Bargain bargain = ai::settle_trades(agent,
-                                              brain_of(agent, settings),
-                                              whereabouts(agent, body, world.now, world.dt),
-                                              world.places,
-                                              world.now);
+    const TradeResult bargain = ai::settle_trades(agent,
+                                                  brain_of(agent, settings),
+                                                  whereabouts(agent, body, world.now, world.dt),
+                                                  world.places,
+                                                  world.now);
     report_.trades += bargain.done;
     report_.trades_refused += bargain.refused;
     due.changed = due.changed || bargain.done > 0;
@@ -178,7 +178,7 @@ void AiUpdate::trade(AgentStore& agents,
 }
 
 /// What agents do may ask for trades. Two that want the last loaf: the smaller id gets it, whoever
-/// decided first; the other one goes on asking as long as it does what asks. Coarse agents that
+/// decided first; the other one goes on asking as long as it does what asks. Offscreen agents that
 /// wait for stock ask as well at each of their decisions: they come up where the stock is so when
 /// it is their turn.
 void AiUpdate::settle_trades(AgentStore& agents,

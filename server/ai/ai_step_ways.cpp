@@ -44,7 +44,7 @@ void AiUpdate::request_paths(AgentStore& agents,
         const pathfinding::Spot goal{agent.segment.goal.x(), agent.segment.goal.y()};
         const world::Row row = row_hints_[slot];
         const State& state = brain_of(agent, settings).states[agent.doing];
-        const float floor = goal_floor(agent, state, coarse(world).around(agent, row, slot));
+        const float floor = goal_floor(agent, state, offscreen(world).around(agent, row, slot));
         world.paths->ask(slot, agent.entity, e.type[row], at(slot), goal, {feet(slot), floor});
     }
 }
@@ -116,12 +116,12 @@ void AiUpdate::find_paths(AgentStore& agents, const AiContext& world, const AiSe
         Agent& agent = agents.at(slot);
         const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
         // Who was told between two events is put where it is: it may be in another square.
-        if (agent.tier == Tier::kCoarse && row != world::kNoRow &&
+        if (agent.tier == Tier::kSuspended && row != world::kNoRow &&
             agent.placed != position_at(agent.segment, world.now - 1, world.dt)) {
             place(agent, world, row);
         }
         go_on_from(agent, slot, world, settings);
-        if (agent.tier == Tier::kCoarse) {
+        if (agent.tier == Tier::kSuspended) {
             plan(agents, slot, world, settings);
             settle(agents, slot, std::max(left_at(agent, world), world.now + 1), world);
         }
@@ -136,10 +136,10 @@ void AiUpdate::go_on_from(Agent& agent,
     const CompiledBrain& brain = brain_of(agent, settings);
     const world::Row row = row_of(world.entities, agent.entity, row_hints_[slot]);
     row_hints_[slot] = row;
-    follow_path(agent, brain.states[agent.doing], coarse(world).around(agent, row, slot));
+    follow_path(agent, brain.states[agent.doing], offscreen(world).around(agent, row, slot));
     agent.next_steering = world.now + 1;
-    if (agent.tier == Tier::kCoarse) {
-        agent.next_event = next_event(agent, brain, coarse(world));
+    if (agent.tier == Tier::kSuspended) {
+        agent.next_event = next_event(agent, brain, offscreen(world));
     }
 }
 

@@ -74,7 +74,7 @@ Vec3 standing_at(const motion::StaticGeometry& statics,
     return free ? under : place;
 }
 
-const motion::CharacterLimits& limits_of(const CoarseWorld& in, world::Row row) {
+const motion::CharacterLimits& limits_of(const OffscreenContext& in, world::Row row) {
     return in.types[in.entities.type[row]].character;
 }
 
@@ -85,7 +85,7 @@ struct Course {
                                            ///< which sets out anew before the forecast ends
 };
 
-Course course_of(const Agent& agent, const CompiledBrain& brain, const CoarseWorld& in) {
+Course course_of(const Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
     const float speed =
         std::max(agent.segment.speed, velocity_at(agent.segment, in.now - 1, in.dt).norm());
     if (!roams(agent, brain)) {
@@ -153,7 +153,7 @@ bool is_settled(const Agent& agent,
 Tick trade_from(const Agent& agent,
                 const CompiledBrain& brain,
                 std::size_t t,
-                const CoarseWorld& in,
+                const OffscreenContext& in,
                 StockWait& wait) {
     const Trade& trade = brain.states[agent.doing].trades[t];
     const bool in_stock = in.places.can(trade, in.now);
@@ -174,7 +174,7 @@ Tick trade_from(const Agent& agent,
 Tick at_place_from(const Agent& agent,
                    std::size_t place,
                    const Course& course,
-                   const CoarseWorld& in) {
+                   const OffscreenContext& in) {
     const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
     const float way = in.places.outside(place, here) - kAtPlaceM;
     const Tick by_speed = in.now + static_cast<Tick>(std::min(way / (course.speed * in.dt), 1e9F));
@@ -192,7 +192,7 @@ Tick at_place_from(const Agent& agent,
 Tick trades_from(const Agent& agent,
                  const CompiledBrain& brain,
                  const Course& course,
-                 const CoarseWorld& in,
+                 const OffscreenContext& in,
                  StockWait& wait) {
     const std::vector<Trade>& trades = brain.states[agent.doing].trades;
     if (agent.wants == 0 || trades.empty()) {
@@ -212,7 +212,7 @@ Tick trades_from(const Agent& agent,
     return std::max(from, in.now + 1);
 }
 
-Tick segment_or_decision(const Agent& agent, const CoarseWorld& in) {
+Tick segment_or_decision(const Agent& agent, const OffscreenContext& in) {
     const Tick arrives =
         agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;
     return std::min(agent.next_decision, std::max(arrives, in.now + 1));
@@ -220,7 +220,7 @@ Tick segment_or_decision(const Agent& agent, const CoarseWorld& in) {
 
 }  // namespace
 
-bool can_sleep(const Agent& agent, const CompiledBrain& brain) {
+bool can_suspend(const Agent& agent, const CompiledBrain& brain) {
     const State& state = brain.states[agent.doing];
     const CompiledBrain::Choice& choice = brain.choices[agent.state_machine.state()];
     // A policy does a little else at each tick.
@@ -229,7 +229,7 @@ bool can_sleep(const Agent& agent, const CompiledBrain& brain) {
     return even && !agent.prey && !agent.ward;
 }
 
-void fall_asleep(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in, world::Row row) {
+void suspend(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in, world::Row row) {
     world::Entities& e = in.entities;
     if (!agent.timed) {
         Surroundings around = in.around(agent, row);
@@ -247,7 +247,7 @@ void fall_asleep(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in
     e.discontinuity_tick[row] = in.now;
 }
 
-void catch_up(Agent& agent, const CoarseWorld& in, world::Row row) {
+void catch_up(Agent& agent, const OffscreenContext& in, world::Row row) {
     world::Entities& e = in.entities;
     const Vec2 at = position_at(agent.segment, in.now - 1, in.dt);
     if (at != in.around(agent, row).body()) {
@@ -271,7 +271,7 @@ void catch_up(Agent& agent, const CoarseWorld& in, world::Row row) {
 
 bool walk_on(Agent& agent,
              const CompiledBrain& brain,
-             const CoarseWorld& in,
+             const OffscreenContext& in,
              world::Row row,
              Slot slot) {
     const State& state = brain.states[agent.doing];
@@ -286,32 +286,34 @@ bool walk_on(Agent& agent,
            plan_segment(agent, state, entered, around);
 }
 
-Tick next_event(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in) {
+Tick next_event(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
     const Tick period = decision_period(brain, in.dt);
     Senses senses;
     const Vec2 here = position_at(agent.segment, in.now - 1, in.dt);
     const std::uint64_t wanted = brain.senses_of_leaf[agent.state_machine.state()];
     sense(agent, brain, Percept::none(), here, in.places, in.now, senses, wanted);
     const Course course = course_of(agent, brain, in);
-    const Outlook outlook{course.speed, in.places.day_s(), in.dt, in.places, course.segment};
-    Quiet quiet = quiet_until(agent, brain, senses, outlook, in.now);
-    quiet.until = std::min(quiet.until, trades_from(agent, brain, course, in, quiet.wait));
-    agent.next_decision =
-        quiet.until == kNever ? kNever : next_decision(agent.entity, period, quiet.until - 1);
+    const ForecastInputs inputs{course.speed, in.places.day_s(), in.dt, in.places, course.segment};
+    NextChange next_change = forecast_next_change(agent, brain, senses, inputs, in.now);
+    next_change.until =
+        std::min(next_change.until, trades_from(agent, brain, course, in, next_change.wait));
+    agent.next_decision = next_change.until == kNever
+                              ? kNever
+                              : next_decision(agent.entity, period, next_change.until - 1);
     // Who looks at its very next decision anyway need not wait as well.
     const bool at_once = agent.next_decision == next_decision(agent.entity, period, in.now);
-    agent.wait = at_once ? StockWait{} : quiet.wait;
+    agent.wait = at_once ? StockWait{} : next_change.wait;
     return segment_or_decision(agent, in);
 }
 
-Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in) {
+Tick next_event_undecided(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in) {
     const std::uint64_t reads = brain.senses_of_leaf[agent.state_machine.state()];
     const bool trades = agent.wants != 0 && !brain.states[agent.doing].trades.empty();
     return trades || (reads & brain.senses_of_place) != 0 ? next_event(agent, brain, in)
                                                           : segment_or_decision(agent, in);
 }
 
-void wake_up(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in, world::Row row) {
+void resume(Agent& agent, const CompiledBrain& brain, const OffscreenContext& in, world::Row row) {
     world::Entities& e = in.entities;
     catch_up(agent, in, row);
     const Vec2 velocity = velocity_at(agent.segment, in.now - 1, in.dt);
@@ -322,8 +324,8 @@ void wake_up(Agent& agent, const CompiledBrain& brain, const CoarseWorld& in, wo
     e.set(row, world::kDozing, false);
     e.set(row, world::kGrounded, true);
     e.discontinuity_tick[row] = in.now;
-    agent.unseen_since = kNever;
-    agent.look_at = kNever;
+    agent.offscreen_since = kNever;
+    agent.next_proximity_check = kNever;
     // Who is far from players goes on at its turn, as it would have.
     const Tick over =
         agent.segment.length > 0.0F ? arrival_of(agent.segment, in.dt) : agent.again_at;

@@ -17,7 +17,7 @@ constexpr float kStepsBeyond = 3.0F;
 
 /// Of cells, not of metres; far away and what is no number it is as good as any.
 std::int32_t line_of(float coordinate) {
-    const float line = std::floor(coordinate / CoarseCells::kCell_m);
+    const float line = std::floor(coordinate / OffscreenGrid::kCell_m);
     return std::abs(line) < 1e9F ? static_cast<std::int32_t>(line) : 0;
 }
 
@@ -45,7 +45,7 @@ struct Turn {
 /// Whether the turn leads beyond the first piece.
 bool turns_far(const PathSegment& segment) {
     const float start_m = (segment.bend * (segment.bend_s * segment.bend_s)).dot(segment.direction);
-    return !(std::max(start_m, segment.speed * segment.bend_s) < CoarseCells::kPiece_m);
+    return !(std::max(start_m, segment.speed * segment.bend_s) < OffscreenGrid::kPiece_m);
 }
 
 /// A piece of the walk at full speed: between these paths along the segment, m.
@@ -61,9 +61,9 @@ Piece piece_at(const PathSegment& segment, const Vec2& at) {
         return {0.0F, std::numeric_limits<float>::infinity()};
     }
     const float way = (at - segment.from).dot(segment.direction);
-    const float number = std::floor(way / CoarseCells::kPiece_m);
-    const float begin_m = std::clamp(number, 0.0F, kMostPieces) * CoarseCells::kPiece_m;
-    return {begin_m, begin_m + CoarseCells::kPiece_m};
+    const float number = std::floor(way / OffscreenGrid::kPiece_m);
+    const float begin_m = std::clamp(number, 0.0F, kMostPieces) * OffscreenGrid::kPiece_m;
+    return {begin_m, begin_m + OffscreenGrid::kPiece_m};
 }
 
 std::uint32_t cell_of(std::int32_t x, std::int32_t z, std::uint32_t side) {
@@ -73,7 +73,7 @@ std::uint32_t cell_of(std::int32_t x, std::int32_t z, std::uint32_t side) {
 }  // namespace
 
 /// Squares, each once, as long as there are few.
-class CoarseCells::Squares {
+class OffscreenGrid::Squares {
   public:
     [[nodiscard]] std::span<const Cell> found() const { return {cells_.data(), count_}; }
 
@@ -141,15 +141,15 @@ class CoarseCells::Squares {
     bool many_ = false;
 };
 
-CoarseCells::Cell CoarseCells::cell_at(const Vec2& at) {
+OffscreenGrid::Cell OffscreenGrid::cell_at(const Vec2& at) {
     return cell_of(line_of(at.x()), line_of(at.y()), kSide);
 }
 
-Tick CoarseCells::left_at(const PathSegment& segment,
-                          const Vec2& at,
-                          const Vec2& half_size,
-                          float dt,
-                          bool goes_on) {
+Tick OffscreenGrid::left_at(const PathSegment& segment,
+                            const Vec2& at,
+                            const Vec2& half_size,
+                            float dt,
+                            bool goes_on) {
     const float step_m = segment.speed * dt;
     const bool steps_within =
         !goes_on && segment.length == 0.0F &&
@@ -173,7 +173,7 @@ Tick CoarseCells::left_at(const PathSegment& segment,
     return segment.since + 1 + static_cast<Tick>(ticks < 1e9F ? std::max(0.0F, ticks) : 1e9F);
 }
 
-void CoarseCells::grow(std::size_t slots) {
+void OffscreenGrid::grow(std::size_t slots) {
     if (slots > puts_.size()) {
         puts_.resize(slots);
         nodes_.resize(slots * kMost);
@@ -182,11 +182,11 @@ void CoarseCells::grow(std::size_t slots) {
 
 /// A turn is within the box of its control points, and an eighth of the change of velocity x its
 /// time from its chord at most.
-void CoarseCells::put(Slot slot,
-                      const PathSegment& segment,
-                      const Vec2& at,
-                      float dt,
-                      bool goes_on) {
+void OffscreenGrid::put(Slot slot,
+                        const PathSegment& segment,
+                        const Vec2& at,
+                        float dt,
+                        bool goes_on) {
     Piece piece = piece_at(segment, at);
     const float step_m = segment.speed * dt;
     if (!goes_on) {
@@ -230,7 +230,7 @@ void CoarseCells::put(Slot slot,
     puts_[slot].squares = static_cast<std::uint32_t>(found.size());
 }
 
-void CoarseCells::link(Slot slot, const Squares& squares) {
+void OffscreenGrid::link(Slot slot, const Squares& squares) {
     const std::span<const Cell> found = squares.found();
     Index at = slot * kMost;
     for (const Cell cell : found) {
@@ -242,7 +242,7 @@ void CoarseCells::link(Slot slot, const Squares& squares) {
     }
 }
 
-void CoarseCells::take(Slot slot) {
+void OffscreenGrid::take(Slot slot) {
     const Index first = slot * kMost;
     for (Index at = first; at < first + puts_[slot].squares; ++at) {
         const Node& node = nodes_[at];
@@ -254,7 +254,7 @@ void CoarseCells::take(Slot slot) {
     puts_[slot].squares = 0;
 }
 
-void CoarseCells::within(std::span<const Vec2> places, float radius_m, std::vector<Cell>& out) {
+void OffscreenGrid::within(std::span<const Vec2> places, float radius_m, std::vector<Cell>& out) {
     out.clear();
     for (const Vec2& place : places) {
         const float reach = std::min(radius_m, 0.5F * kCell_m * static_cast<float>(kSide));

@@ -1,4 +1,4 @@
-// CoarseCells: which squares of the plane each coarse agent comes through, so that a look at a
+// OffscreenGrid: which squares of the plane each suspended agent comes through, so that a look at a
 // place finds those who may be there.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace zoned::ai {
 /// through, so that nothing needs to be done when it goes from one to the next; paths are cut where
 /// they would lead through too many. Squares are lists through the slots: nothing is allocated but
 /// where slots are new.
-class CoarseCells {
+class OffscreenGrid {
   public:
     using Slot = std::uint32_t;
     using Cell = std::uint32_t;

@@ -262,13 +262,13 @@ std::uint8_t all_trades(const State& state) {
     return static_cast<std::uint8_t>((1U << state.trades.size()) - 1U);
 }
 
-Bargain settle_trades(Agent& agent,
-                      const CompiledBrain& brain,
-                      const Vec2& here,
-                      Places& places,
-                      Tick now) {
+TradeResult settle_trades(Agent& agent,
+                          const CompiledBrain& brain,
+                          const Vec2& here,
+                          Places& places,
+                          Tick now) {
     const std::vector<Trade>& trades = brain.states[agent.doing].trades;
-    Bargain bargain;
+    TradeResult bargain;
     for (std::size_t t = 0; t < trades.size(); ++t) {
         const unsigned bit = 1U << t;
         if ((agent.wants & bit) == 0 || places.outside(trades[t].place, here) > kAtPlaceM) {

@@ -77,18 +77,18 @@ bool able(const Agent& agent, const CompiledBrain& brain, const Trade& trade, Ti
 /// All trades that what is done asks for, by bit.
 std::uint8_t all_trades(const State& state);
 
-struct Bargain {
+struct TradeResult {
     std::uint32_t done = 0;
     std::uint32_t refused = 0;  ///< of those at whose place it is
 };
 
 /// Does those trades that the agent still wants and that can be done by somebody at `here` (x, z,
 /// m).
-Bargain settle_trades(Agent& agent,
-                      const CompiledBrain& brain,
-                      const Vec2& here,
-                      Places& places,
-                      Tick now);
+TradeResult settle_trades(Agent& agent,
+                          const CompiledBrain& brain,
+                          const Vec2& here,
+                          Places& places,
+                          Tick now);
 
 /// Ticks between decisions, >= 1.
 Tick decision_period(const CompiledBrain& brain, float dt);

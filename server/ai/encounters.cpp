@@ -33,9 +33,9 @@ float perceives_within(const CompiledBrain& brain) {
 
 // ---------------------------------------------------------------- who looks for whom
 
-bool Reaches::set(std::span<const CompiledBrain> brains,
-                  std::span<const std::uint16_t> brain_of_type,
-                  const world::TypeTable& types) {
+bool PerceptionRanges::set(std::span<const CompiledBrain> brains,
+                           std::span<const std::uint16_t> brain_of_type,
+                           const world::TypeTable& types) {
     any_ = std::any_of(brains.begin(), brains.end(), [](const CompiledBrain& brain) {
         return brain.perception.concerns_others();
     });
@@ -86,7 +86,7 @@ bool Reaches::set(std::span<const CompiledBrain> brains,
     return true;
 }
 
-bool Reaches::has_strangers(const std::vector<world::Entities::Count>& counts) const {
+bool PerceptionRanges::has_strangers(const std::vector<world::Entities::Count>& counts) const {
     for (std::size_t t = 0; t < std::min(counts.size(), types_); ++t) {
         const bool mindless = brain_of_[t] == kNoBrain && counts[t].shown > 0;
         if ((counts[t].ghosts > 0 || mindless) &&
@@ -99,13 +99,13 @@ bool Reaches::has_strangers(const std::vector<world::Entities::Count>& counts) c
 
 // ---------------------------------------------------------------- who sleeps where
 
-void Encounters::clear() {
+void ProximitySchedule::clear() {
     for (Slot slot = 0; slot < members_.size(); ++slot) {
         forget(slot);
     }
 }
 
-void Encounters::forget(Slot slot) {
+void ProximitySchedule::forget(Slot slot) {
     if (slot < members_.size() && members_[slot].entity) {
         cells_.take(slot);
         looks_.cancel(slot);
@@ -113,7 +113,7 @@ void Encounters::forget(Slot slot) {
     }
 }
 
-void Encounters::grow(std::size_t slots) {
+void ProximitySchedule::grow(std::size_t slots) {
     if (slots > members_.size()) {
         members_.resize(slots);
         cells_.grow(slots);
@@ -121,20 +121,20 @@ void Encounters::grow(std::size_t slots) {
     }
 }
 
-void Encounters::put(Slot slot, TypeIndex type, const Scene& scene, bool late) {
+void ProximitySchedule::put(Slot slot, TypeIndex type, const Scene& scene, bool late) {
     const Agent& agent = scene.agents.at(slot);
     members_[slot] = {agent.entity, type};
     const Vec2 at = position_at(agent.segment, scene.now - 1, scene.dt);
     const Vec2 anywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
-    const Tick left = CoarseCells::left_at(agent.segment, at, anywhere, scene.dt, late);
+    const Tick left = OffscreenGrid::left_at(agent.segment, at, anywhere, scene.dt, late);
     cells_.put(slot, agent.segment, at, scene.dt, late);
-    const Tick look = std::max(std::min(agent.look_at, left), scene.now + 1);
+    const Tick look = std::max(std::min(agent.next_proximity_check, left), scene.now + 1);
     if (looks_.at(slot) != look) {
         looks_.schedule(slot, look);
     }
 }
 
-Encounters::Body Encounters::sleeper(Slot slot, const Scene& scene) const {
+ProximitySchedule::Body ProximitySchedule::suspended_body(Slot slot, const Scene& scene) const {
     const Agent& agent = scene.agents.at(slot);
     const TypeIndex type = members_[slot].type;
     return {{type, agent.brain},
@@ -144,15 +144,18 @@ Encounters::Body Encounters::sleeper(Slot slot, const Scene& scene) const {
 }
 
 template <class Visit>
-void Encounters::for_each_near(const Vec2& at, float radius_m, const Scene& scene, Visit&& visit) {
+void ProximitySchedule::for_each_near(const Vec2& at,
+                                      float radius_m,
+                                      const Scene& scene,
+                                      Visit&& visit) {
     const auto look = [&](Slot slot) {
-        if (is_asleep(slot, scene)) {
+        if (is_suspended(slot, scene)) {
             visit(slot);
         }
     };
     const std::array<Vec2, 1> place{at};
-    CoarseCells::within(place, radius_m + CoarseCells::kAside_m + kBeside_m, squares_);
-    for (const CoarseCells::Cell square : squares_) {
+    OffscreenGrid::within(place, radius_m + OffscreenGrid::kAside_m + kBeside_m, squares_);
+    for (const OffscreenGrid::Cell square : squares_) {
         cells_.visit(square, look);
     }
     cells_.visit_anywhere(look);
@@ -160,16 +163,16 @@ void Encounters::for_each_near(const Vec2& at, float radius_m, const Scene& scen
 
 // ---------------------------------------------------------------- who may meet whom, and when
 
-Tick Encounters::apart(const Body& a, const Body& b, float reach_m, float dt) {
+Tick ProximitySchedule::apart(const Body& a, const Body& b, float reach_m, float dt) {
     const float way = (a.at - b.at).norm() - reach_m - kBodies_m;
     return ticks_of(way, a.speed + b.speed, dt);
 }
 
-float Encounters::within(float reach_m, float speed, Tick ticks, float dt) {
+float ProximitySchedule::within(float reach_m, float speed, Tick ticks, float dt) {
     return reach_m + kBodies_m + speed * static_cast<float>(ticks + kEarly + 1) * dt;
 }
 
-Tick Encounters::apart(const Body& body, const Scene& scene, std::vector<Slot>& near) {
+Tick ProximitySchedule::apart(const Body& body, const Scene& scene, std::vector<Slot>& near) {
     const float farthest = scene.reaches.farthest(body.kind);
     const float fastest = body.speed + scene.reaches.fastest();
     Tick least = ticks_of(kAhead_m - kBodies_m, fastest, scene.dt);
@@ -178,7 +181,7 @@ Tick Encounters::apart(const Body& body, const Scene& scene, std::vector<Slot>& 
         least = std::min(least, ticks_of(border - farthest - kBodies_m, body.speed, scene.dt));
     }
     for_each_near(body.at, farthest + kAhead_m, scene, [&](Slot slot) {
-        const Body other = sleeper(slot, scene);
+        const Body other = suspended_body(slot, scene);
         const float reach = scene.reaches.between(body.kind, other.kind);
         if (reach < 0.0F || other.entity == body.entity) {
             return;
@@ -192,12 +195,12 @@ Tick Encounters::apart(const Body& body, const Scene& scene, std::vector<Slot>& 
     return least;
 }
 
-void Encounters::look_around(const Body& body, const Scene& scene, std::vector<Slot>& near) {
+void ProximitySchedule::look_around(const Body& body, const Scene& scene, std::vector<Slot>& near) {
     const float farthest = scene.reaches.farthest(body.kind);
     const float fastest = body.speed + scene.reaches.fastest();
     const float radius = within(farthest, fastest, kTurn + kSoon, scene.dt);
     for_each_near(body.at, radius, scene, [&](Slot slot) {
-        const Body other = sleeper(slot, scene);
+        const Body other = suspended_body(slot, scene);
         const float reach = scene.reaches.between(body.kind, other.kind);
         if (reach >= 0.0F && other.entity != body.entity &&
             apart(body, other, reach, scene.dt) < kTurn + kSoon) {

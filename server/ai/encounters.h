@@ -1,4 +1,4 @@
-// Encounters: when agents that nobody sees may come to perceive somebody, or somebody them.
+// ProximitySchedule: when agents that nobody sees may come to perceive somebody, or somebody them.
 #pragma once
 
 #include "server/ai/coarse_cells.h"
@@ -14,7 +14,7 @@
 namespace zoned::ai {
 
 /// Who looks for whom, and from how far off one may come to know of the other.
-class Reaches {
+class PerceptionRanges {
   public:
     /// As agents are of brains now, and entities of types. `brain_of_type` as in AiSettings.
     /// Returns whether that has changed.
@@ -83,9 +83,9 @@ class Reaches {
 /// whom they might meet until it is their turn again, and at once when they were put somewhere or
 /// go faster than they can by themselves. Who may meet somebody soon is woken, both of a pair. So
 /// whoever perceives and whoever is perceived is simulated, and all others perceive nobody.
-/// The checks of an agent hang on places and speeds alone (Agent::look_at), not on the order of
-/// rows.
-class Encounters {
+/// The checks of an agent hang on places and speeds alone (Agent::next_proximity_check), not on the
+/// order of rows.
+class ProximitySchedule {
   public:
     /// Those who are simulated look around once in so many ticks, in turn.
     static constexpr Tick kTurn = 16;
@@ -94,7 +94,7 @@ class Encounters {
 
     /// What is met: where, and how fast it may go, m/s.
     struct Body {
-        Reaches::Kind kind;
+        PerceptionRanges::Kind kind;
         EntityId entity;
         Vec2 at = Vec2::Zero();
         float speed = 0.0F;
@@ -102,7 +102,7 @@ class Encounters {
 
     struct Scene {
         const AgentStore& agents;
-        const Reaches& reaches;
+        const PerceptionRanges& reaches;
         /// x, z: what lies beyond is not known, m; and so far within it may belong to others.
         Vec2 half_size;
         float shared_m;
@@ -122,7 +122,7 @@ class Encounters {
     }
 
     /// An agent that sleeps, and meets somebody: it walks by its segment as that is now, and is
-    /// checked at Agent::look_at. `late`: it goes on from the end of its segment.
+    /// checked at Agent::next_proximity_check. `late`: it goes on from the end of its segment.
     void put(Slot slot, TypeIndex type, const Scene& scene, bool late);
 
     /// Calls visit(slot) for those whose check is due, in no order. Ticks ascend.
@@ -131,18 +131,18 @@ class Encounters {
         due_.clear();
         looks_.take_due(scene.now, [&](Slot slot, Tick /*at*/) { due_.push_back(slot); });
         for (const Slot slot : due_) {
-            if (is_asleep(slot, scene)) {
+            if (is_suspended(slot, scene)) {
                 visit(slot);
             }
         }
     }
 
     /// One that sleeps here, at the end of the last tick.
-    [[nodiscard]] Body sleeper(Slot slot, const Scene& scene) const;
+    [[nodiscard]] Body suspended_body(Slot slot, const Scene& scene) const;
 
-    /// Ticks within which `body` meets no sleeper, nor what lies beyond the border; at most those
-    /// that it takes to meet who is farther off than is looked. Appends the sleepers to `near` that
-    /// may be met within kSoon.
+    /// Ticks within which `body` meets no suspended_body, nor what lies beyond the border; at most
+    /// those that it takes to meet who is farther off than is looked. Appends the sleepers to
+    /// `near` that may be met within kSoon.
     Tick apart(const Body& body, const Scene& scene, std::vector<Slot>& near);
 
     /// Appends the sleepers to `near` whom one who is simulated may meet until its next turn.
@@ -160,19 +160,19 @@ class Encounters {
         TypeIndex type = 0;
     };
 
-    [[nodiscard]] bool is_asleep(Slot slot, const Scene& scene) const {
+    [[nodiscard]] bool is_suspended(Slot slot, const Scene& scene) const {
         const Agent& agent = scene.agents.at(slot);
-        return agent.entity && agent.tier == Tier::kCoarse && knows(slot, agent.entity);
+        return agent.entity && agent.tier == Tier::kSuspended && knows(slot, agent.entity);
     }
 
     template <class Visit>
     void for_each_near(const Vec2& at, float radius_m, const Scene& scene, Visit&& visit);
 
-    CoarseCells cells_;
-    EventQueue looks_;
+    OffscreenGrid cells_;
+    AgentEventQueue looks_;
     std::vector<Member> members_;  // by slot
     std::vector<Slot> due_;
-    std::vector<CoarseCells::Cell> squares_;
+    std::vector<OffscreenGrid::Cell> squares_;
 };
 
 }  // namespace zoned::ai

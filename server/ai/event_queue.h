@@ -1,4 +1,4 @@
-// EventQueue: at which tick each of many slots has something to do next.
+// AgentEventQueue: at which tick each of many slots has something to do next.
 #pragma once
 
 #include "server/ai/mind.h"
@@ -13,7 +13,7 @@ namespace zoned::ai {
 /// Simulation Event Set Problem", CACM 31, 1988, section 2) whose days are ticks: a tick takes what
 /// its day holds, and leaves what is of a later year. Each slot has at most one event, so that days
 /// are lists through the slots and nothing is allocated but where slots are new.
-class EventQueue {
+class AgentEventQueue {
   public:
     using Slot = std::uint32_t;
 

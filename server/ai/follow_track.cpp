@@ -225,7 +225,7 @@ splines::SegmentLimits limits_of(const Lane& lane, double speed, const Surroundi
         limits.turn =
             std::min(limits.turn, 0.5 * std::sqrt(2.0 * kTurnShare * error * acceleration) / speed);
     }
-    limits.most_m = static_cast<double>(CoarseCells::kPiece_m);
+    limits.most_m = static_cast<double>(OffscreenGrid::kPiece_m);
     return limits;
 }
 

@@ -147,7 +147,7 @@ Tick roams_until(const CompiledBrain& brain, Tick now, float dt) {
 
 Vec2 path_ahead(const Agent& agent,
                 const CompiledBrain& brain,
-                const CoarseWorld& in,
+                const OffscreenContext& in,
                 world::Row row) {
     const auto ticks = static_cast<float>(roams_until(brain, in.now, in.dt) - in.now);
     return wanted_by(agent.aim, in.types[in.entities.type[row]].character) * (ticks * in.dt);
@@ -155,7 +155,7 @@ Vec2 path_ahead(const Agent& agent,
 
 void take_step(Agent& agent,
                const CompiledBrain& brain,
-               const CoarseWorld& in,
+               const OffscreenContext& in,
                const Vec3& from,
                const StepEnd& end) {
     const Tick until = roams_until(brain, in.now, in.dt);
@@ -179,7 +179,7 @@ void take_step(Agent& agent,
 
 bool roam(Agent& agent,
           const CompiledBrain& brain,
-          const CoarseWorld& in,
+          const OffscreenContext& in,
           world::Row row,
           const Vec3& from,
           const Vec2& way) {
@@ -196,7 +196,7 @@ bool roam(Agent& agent,
 
 bool only_steps(const Agent& agent,
                 const CompiledBrain& brain,
-                const CoarseWorld& in,
+                const OffscreenContext& in,
                 world::Row row) {
     if (agent.entered || !on_step(agent) || !roams(agent, brain) || agent.again_at != in.now ||
         agent.next_decision <= in.now || in.now < agent.detour_until) {

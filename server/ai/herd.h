@@ -46,7 +46,7 @@ struct Drift {
 
 /// Whether the agent is on a step with its herd: no other segment leads on without an end.
 inline bool on_step(const Agent& agent) {
-    return agent.tier == Tier::kCoarse && agent.segment.length == 0.0F &&
+    return agent.tier == Tier::kSuspended && agent.segment.length == 0.0F &&
            agent.segment.speed > 0.0F;
 }
 
@@ -78,7 +78,7 @@ struct StepEnd {
 /// the ground stands where it is, and is to be woken up. Where it comes to stand is agent.target.
 void take_step(Agent& agent,
                const CompiledBrain& brain,
-               const CoarseWorld& in,
+               const OffscreenContext& in,
                const Vec3& from,
                const StepEnd& end);
 
@@ -113,7 +113,7 @@ StepEnd walk_along(const motion::CharacterState& from,
 /// woken up. Where it comes to stand is agent.target.
 bool roam(Agent& agent,
           const CompiledBrain& brain,
-          const CoarseWorld& in,
+          const OffscreenContext& in,
           world::Row row,
           const Vec3& from,
           const Vec2& way);
@@ -122,7 +122,7 @@ bool roam(Agent& agent,
 /// decides nothing.
 bool only_steps(const Agent& agent,
                 const CompiledBrain& brain,
-                const CoarseWorld& in,
+                const OffscreenContext& in,
                 world::Row row);
 
 /// Chains what such a step changes.
@@ -131,7 +131,7 @@ void hash_step(core::StateHash& hash, const Agent& agent);
 /// The way that it goes until then where nothing changes its heading, x, z, m.
 Vec2 path_ahead(const Agent& agent,
                 const CompiledBrain& brain,
-                const CoarseWorld& in,
+                const OffscreenContext& in,
                 world::Row row);
 
 /// Herds for a step: all animals that may come near each other until it is over stand in columns by

@@ -90,7 +90,7 @@ RungChange change_rung(AgentStore& agents,
     put_on_rung(settings, rung);
     for (std::size_t n = 0; n < agents.size(); ++n) {
         Agent& agent = agents.at(agents.nth(n));
-        ZONED_ASSERT(agent.tier != Tier::kCoarse || !settings.ladder.varies[agent.brain],
+        ZONED_ASSERT(agent.tier != Tier::kSuspended || !settings.ladder.varies[agent.brain],
                      "who is to live by other brains was woken up");
         adopt_from_rung(agent, settings, change.from, now, dt);
     }

@@ -87,7 +87,7 @@ const CompiledBrain& brain_at_level(const AiSettings& settings,
 /// Gives the settings the brains of a rung. Nothing is copied or allocated.
 void put_on_rung(AiSettings& settings, std::uint16_t rung);
 
-/// The zone goes to another rung: the agents of brains that vary, which are all awake, go on with
+/// The zone goes to another rung: the agents of brains that vary, which are all active, go on with
 /// those of that rung (adopt.h). `dt` in s.
 RungChange change_rung(AgentStore& agents,
                        AiSettings& settings,

@@ -1,4 +1,4 @@
-// LocalAvoidance: awake agents that would meet somebody get a command that avoids it; all others
+// LocalAvoidance: active agents that would meet somebody get a command that avoids it; all others
 // keep theirs, bit for bit.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace zoned::ai {
 
-/// Who makes way: the entity of an awake agent.
+/// Who makes way: the entity of an active agent.
 struct AvoidingAgent {
     world::Row row = world::kNoRow;
     float path_left_m = 0.0F;  ///< to where it goes; who has less goes first

@@ -16,12 +16,13 @@ namespace zoned::ai {
 
 /// How closely an agent is followed.
 enum class Tier : std::uint8_t {
-    kAwake,   ///< decides at its period and steers its entity
-    kCoarse,  ///< nobody can see it: it goes from event to event, and its entity is not simulated
+    kActive,     ///< decides at its period and steers its entity
+    kSuspended,  ///< nobody can see it: it goes from event to event, and its entity is not
+                 ///< simulated
 };
 
-/// What a coarse agent that stands and looks waits for besides time: that stock becomes other than
-/// it was. As long as it does not, the agent's decisions change nothing.
+/// What a suspended agent that stands and looks waits for besides time: that stock becomes other
+/// than it was. As long as it does not, the agent's decisions change nothing.
 struct StockWait {
     /// Clauses of its leaf's whose conditions on stock become other than `held` says, by bit
     /// Clause::stock_number.
@@ -86,18 +87,19 @@ struct Agent {
     Tick anchor_since = 0;       ///< when that was
     Tick detour_until = 0;       ///< until then it walks around what blocked it
     float band = 1.0F;           ///< factor of speed of a state with a rubber band
-    Tier tier = Tier::kAwake;
-    Tick unseen_since = kNever;  ///< awake: since when nobody can see it
-    bool timed = false;          ///< it goes by its segment; always where coarse
+    Tier tier = Tier::kActive;
+    Tick offscreen_since = kNever;  ///< active: since when nobody can see it
+    bool timed = false;             ///< it goes by its segment; always where suspended
     PathSegment segment;
     SplineWalk track;  ///< of who follows one
     bool on_path =
         false;  ///< timed: its segment is one of a way to segment.goal, which it has asked for
     Tick again_at = kNever;      ///< timed, and stands: when it looks for a way again
-    Vec2 placed = Vec2::Zero();  ///< coarse: x, z where its entity was put last
-    Tick next_event = kNever;    ///< coarse
-    Tick look_at = kNever;  ///< coarse: before then it meets nobody (encounters.h); kNever: ever
-    StockWait wait;         ///< coarse
+    Vec2 placed = Vec2::Zero();  ///< suspended: x, z where its entity was put last
+    Tick next_event = kNever;    ///< suspended
+    Tick next_proximity_check =
+        kNever;  ///< suspended: before then it meets nobody (proximity_schedule.h); kNever: ever
+    StockWait wait;  ///< suspended
 };
 
 /// Puts an agent into the first state of its brain, with variables as they start.

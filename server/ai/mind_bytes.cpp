@@ -84,7 +84,7 @@ const char* wrong_with(const Agent& agent, const AiSettings& settings, std::uint
         !is_on_tracks(agent.track, settings.places.tracks.get())) {
         return "is on a track that there is not";
     }
-    if (agent.tier > Tier::kCoarse || (agent.tier == Tier::kCoarse && !agent.timed)) {
+    if (agent.tier > Tier::kSuspended || (agent.tier == Tier::kSuspended && !agent.timed)) {
         return "is in no tier, or nowhere";
     }
     return nullptr;
@@ -171,12 +171,12 @@ void save_agents(const AgentStore& agents,
     for (const EntityId viewer : step.memory().viewers) {
         write(viewer.value);
     }
-    write(static_cast<std::uint32_t>(step.memory().watched_from.size()));
-    for (const Vec2& at : step.memory().watched_from) {
+    write(static_cast<std::uint32_t>(step.memory().covered_from.size()));
+    for (const Vec2& at : step.memory().covered_from) {
         write(at.x());
         write(at.y());
     }
-    write(step.memory().watched_m);
+    write(step.memory().coverage_m);
     write(static_cast<std::uint32_t>(places.stocks().size()));
     for (const Places::Stock& stock : places.stocks()) {
         write(stock.amount);
@@ -232,13 +232,13 @@ std::string load_agents(std::span<const std::uint8_t> bytes,
     std::uint32_t places_of_viewers = 0;
     read(places_of_viewers);
     for (std::uint32_t v = 0; v < places_of_viewers && !read.cut_short(); ++v) {
-        Vec2& at = memory.watched_from.emplace_back(Vec2::Zero());
+        Vec2& at = memory.covered_from.emplace_back(Vec2::Zero());
         read(at.x());
         read(at.y());
         near = near && at.cwiseAbs().maxCoeff() <= kFarthest_m;
     }
-    read(memory.watched_m);
-    near = near && memory.watched_m > 0.0F && memory.watched_m <= kFarthest_m;
+    read(memory.coverage_m);
+    near = near && memory.coverage_m > 0.0F && memory.coverage_m <= kFarthest_m;
     if (read.cut_short() || !read.finite() || !near ||
         !std::is_sorted(memory.viewers.begin(), memory.viewers.end())) {
         return "viewers are cut short, in no order, or nowhere";

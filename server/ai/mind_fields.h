@@ -76,7 +76,7 @@ template <class AgentOf, class Visit>
     visit(agent.detour_until);
     visit(agent.band);
     visit(agent.tier);
-    visit(agent.unseen_since);
+    visit(agent.offscreen_since);
     visit(agent.timed);
     visit_vector(agent.segment.from, visit);
     visit_vector(agent.segment.direction, visit);
@@ -98,7 +98,7 @@ template <class AgentOf, class Visit>
     visit(agent.again_at);
     visit_vector(agent.placed, visit);
     visit(agent.next_event);
-    visit(agent.look_at);
+    visit(agent.next_proximity_check);
     visit(agent.wait.clauses);
     visit(agent.wait.held);
     visit(agent.wait.trades);
@@ -142,7 +142,7 @@ template <class AgentOf, class Visit>
     visit_vector(agent.placed, visit);
     visit(agent.next_decision);
     visit(agent.next_event);
-    visit(agent.look_at);
+    visit(agent.next_proximity_check);
 }
 
 }  // namespace zoned::ai

@@ -42,8 +42,8 @@ void AgentStore::add(const Agent& agent) {
     leaving_.grow(agents_.size());
     cells_.grow(agents_.size());
     waits_.grow(agents_.size());
-    if (agent.tier == Tier::kAwake) {
-        insert_awake(slot);
+    if (agent.tier == Tier::kActive) {
+        insert_active(slot);
         return;
     }
     events_.schedule(slot, agent.next_event);
@@ -58,10 +58,10 @@ Agent AgentStore::take(EntityId entity) {
     ZONED_ASSERT(place < order_.size() && order_[place].entity == entity,
                  "an agent to take exists");
     const Slot slot = order_[place].slot;
-    if (agents_[slot].tier == Tier::kAwake) {
-        erase_awake(slot);
+    if (agents_[slot].tier == Tier::kActive) {
+        erase_active(slot);
     } else {
-        forget_coarse(slot);
+        forget_suspended(slot);
     }
     order_.erase(order_.begin() + static_cast<std::ptrdiff_t>(place));
     const Agent agent = agents_[slot];
@@ -80,34 +80,34 @@ Agent* AgentStore::find(EntityId entity) {
     return const_cast<Agent*>(static_cast<const AgentStore*>(this)->find(entity));
 }
 
-void AgentStore::insert_awake(Slot slot) {
-    const auto at = std::lower_bound(awake_.begin(), awake_.end(), slot, [this](Slot a, Slot b) {
+void AgentStore::insert_active(Slot slot) {
+    const auto at = std::lower_bound(active_.begin(), active_.end(), slot, [this](Slot a, Slot b) {
         return agents_[a].entity < agents_[b].entity;
     });
-    awake_.insert(at, slot);
+    active_.insert(at, slot);
 }
 
-void AgentStore::erase_awake(Slot slot) {
-    awake_.erase(std::lower_bound(awake_.begin(), awake_.end(), slot, [this](Slot a, Slot b) {
+void AgentStore::erase_active(Slot slot) {
+    active_.erase(std::lower_bound(active_.begin(), active_.end(), slot, [this](Slot a, Slot b) {
         return agents_[a].entity < agents_[b].entity;
     }));
 }
 
-void AgentStore::wake(Slot slot) {
-    agents_[slot].tier = Tier::kAwake;
+void AgentStore::resume(Slot slot) {
+    agents_[slot].tier = Tier::kActive;
     agents_[slot].next_event = kNever;
     agents_[slot].wait = StockWait{};
-    forget_coarse(slot);
-    insert_awake(slot);
+    forget_suspended(slot);
+    insert_active(slot);
 }
 
-void AgentStore::wake(EntityId entity) {
-    wake(order_[place_of(entity)].slot);
+void AgentStore::resume(EntityId entity) {
+    resume(order_[place_of(entity)].slot);
 }
 
-void AgentStore::put_to_sleep(Slot slot) {
-    erase_awake(slot);
-    agents_[slot].tier = Tier::kCoarse;
+void AgentStore::suspend(Slot slot) {
+    erase_active(slot);
+    agents_[slot].tier = Tier::kSuspended;
     leaving_.schedule(slot, 0);
 }
 
@@ -146,7 +146,7 @@ void AgentStore::take_due(Tick now, std::vector<Event>& due) {
         Agent& agent = agents_[due[i].slot];
         agent.next_event = kNever;
         due[i].entity = agent.entity;
-        if (const StockWaits::Group* const group = waits_.group_of(due[i].slot)) {
+        if (const StockWaitList::Group* const group = waits_.group_of(due[i].slot)) {
             const Tick period = group->key().period;
             agent.next_decision =
                 std::min(agent.next_decision, next_decision(agent.entity, period, now - 1));
@@ -179,7 +179,7 @@ void AgentStore::take_left(Tick now, std::vector<Slot>& left) {
     });
 }
 
-void AgentStore::forget_coarse(Slot slot) {
+void AgentStore::forget_suspended(Slot slot) {
     events_.cancel(slot);
     leaving_.cancel(slot);
     cells_.take(slot);

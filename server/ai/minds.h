@@ -45,8 +45,8 @@ class AgentStore {
 
     [[nodiscard]] const Agent& at(Slot slot) const { return agents_[slot]; }
 
-    /// Slots of the agents of the awake tier, ascending by entity id.
-    [[nodiscard]] std::span<const Slot> awake() const { return awake_; }
+    /// Slots of the agents of the active tier, ascending by entity id.
+    [[nodiscard]] std::span<const Slot> active() const { return active_; }
 
     /// Slots are smaller than this.
     [[nodiscard]] std::size_t slots() const { return agents_.size(); }
@@ -55,20 +55,20 @@ class AgentStore {
     [[nodiscard]] Slot nth(std::size_t n) const { return order_[n].slot; }
 
     /// Changes the tier.
-    void wake(Slot slot);
-    void wake(EntityId entity);
-    void put_to_sleep(Slot slot);
+    void resume(Slot slot);
+    void resume(EntityId entity);
+    void suspend(Slot slot);
 
-    /// Of a coarse agent: it is among the due ones at `agent.next_event`, as that is now, and waits
-    /// for `agent.wait`. `period` is that of its decisions, ticks.
+    /// Of a suspended agent: it is among the due ones at `agent.next_event`, as that is now, and
+    /// waits for `agent.wait`. `period` is that of its decisions, ticks.
     void schedule(Slot slot, Tick period);
 
     /// Appends what is due at `now`, in no order, and forgets that it is, and what it waited for;
     /// who did wait decides as well when its decision is due. Ticks ascend.
     void take_due(Tick now, std::vector<Event>& due);
 
-    /// Asks for all that is linked with a coarse agent; take_due() and take_left() have asked for
-    /// the agent itself.
+    /// Asks for all that is linked with a suspended agent; take_due() and take_left() have asked
+    /// for the agent itself.
     void prefetch_neighbours(Slot slot) const {
         leaving_.prefetch_neighbours(slot);
         cells_.prefetch_neighbours(slot);
@@ -77,9 +77,9 @@ class AgentStore {
     /// The agents that wait for stock; `period_of` tells the period of an agent's decisions, ticks,
     /// for those that came with what they wait for.
     template <class PeriodOf>
-    const StockWaits& waits(PeriodOf&& period_of) {
+    const StockWaitList& waits(PeriodOf&& period_of) {
         for (const Slot slot : newly_waiting_) {
-            if (agents_[slot].entity && agents_[slot].tier == Tier::kCoarse) {
+            if (agents_[slot].entity && agents_[slot].tier == Tier::kSuspended) {
                 wait(slot, period_of(agents_[slot]));
             }
         }
@@ -87,13 +87,13 @@ class AgentStore {
         return waits_;
     }
 
-    /// A coarse agent that waits for stock decides at `now`: it waits no more, and nothing else is
-    /// planned for it.
+    /// A suspended agent that waits for stock decides at `now`: it waits no more, and nothing else
+    /// is planned for it.
     void call_up(Slot slot, Tick now);
 
-    /// Of a coarse agent whose segment is another one than before, or was left: the squares that it
-    /// comes through, and when it leaves them, CoarseCells::left_at(). `dt` in s. `late`: it should
-    /// have had an event before.
+    /// Of a suspended agent whose segment is another one than before, or was left: the squares that
+    /// it comes through, and when it leaves them, OffscreenGrid::left_at(). `dt` in s. `late`: it
+    /// should have had an event before.
     void settle(Slot slot, Tick left, float dt, bool late = false) {
         cells_.put(slot, agents_[slot].segment, agents_[slot].placed, dt, late);
         if (leaving_.at(slot) != left) {
@@ -104,14 +104,14 @@ class AgentStore {
     /// When it leaves them, as settle() was told.
     [[nodiscard]] Tick left(Slot slot) const { return leaving_.at(slot); }
 
-    /// Appends the coarse agents that leave their squares by `now` or were never settled, in no
+    /// Appends the suspended agents that leave their squares by `now` or were never settled, in no
     /// order; they have to be settled again. Ticks ascend.
     void take_left(Tick now, std::vector<Slot>& left);
 
-    /// Calls visit(slot) for the coarse agents that were settled to come through a square, in no
+    /// Calls visit(slot) for the suspended agents that were settled to come through a square, in no
     /// order.
     template <class Visit>
-    void visit(CoarseCells::Cell cell, Visit&& visit) const {
+    void visit(OffscreenGrid::Cell cell, Visit&& visit) const {
         cells_.visit(cell, visit);
     }
 
@@ -141,23 +141,23 @@ class AgentStore {
     };
 
     void wait(Slot slot, Tick period);
-    void forget_coarse(Slot slot);
+    void forget_suspended(Slot slot);
     void prefetch(Slot slot) const;
     [[nodiscard]] std::size_t place_of(EntityId entity) const;
-    void insert_awake(Slot slot);
-    void erase_awake(Slot slot);
+    void insert_active(Slot slot);
+    void erase_active(Slot slot);
 
     std::vector<Agent> agents_;                               // by slot
     std::vector<state_machine::Oscillations::Trace> traces_;  // by slot
     std::vector<state_machine::Oscillations> wavering_;       // by brain
     std::vector<Slot> free_;
     std::vector<Place> order_;  // ascending by entity
-    std::vector<Slot> awake_;
-    // Of coarse agents:
-    EventQueue events_;
-    EventQueue leaving_;
-    CoarseCells cells_;
-    StockWaits waits_;
+    std::vector<Slot> active_;
+    // Of suspended agents:
+    AgentEventQueue events_;
+    AgentEventQueue leaving_;
+    OffscreenGrid cells_;
+    StockWaitList waits_;
     std::vector<Slot> newly_waiting_;  // who was added with something to wait for
 };
 

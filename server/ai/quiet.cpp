@@ -59,18 +59,18 @@ class Forecast {
     Forecast(const Agent& agent,
              const CompiledBrain& brain,
              const Senses& senses,
-             const Outlook& outlook,
+             const ForecastInputs& inputs,
              Tick now)
         : agent_(agent),
           brain_(brain),
           senses_(senses),
-          step_m_(outlook.speed * outlook.dt),
-          day_s_(outlook.day_s),
-          period_(decision_period(brain, outlook.dt)),
+          step_m_(inputs.speed * inputs.dt),
+          day_s_(inputs.day_s),
+          period_(decision_period(brain, inputs.dt)),
           now_(now),
-          dt_(outlook.dt),
-          places_(outlook.places),
-          segment_(outlook.segment) {}
+          dt_(inputs.dt),
+          places_(inputs.places),
+          segment_(inputs.segment) {}
 
     /// What comes at this tick or later need not be told apart.
     void look_until(Tick tick) { limit_ = tick; }
@@ -284,20 +284,20 @@ bool does_as_chosen(const Agent& agent, const CompiledBrain& brain, const Senses
 
 }  // namespace
 
-Quiet quiet_until(const Agent& agent,
-                  const CompiledBrain& brain,
-                  const Senses& senses,
-                  const Outlook& outlook,
-                  Tick now) {
+NextChange forecast_next_change(const Agent& agent,
+                                const CompiledBrain& brain,
+                                const Senses& senses,
+                                const ForecastInputs& inputs,
+                                Tick now) {
     if (!does_as_chosen(agent, brain, senses)) {
         return {now + 1};
     }
-    Forecast forecast(agent, brain, senses, outlook, now);
+    Forecast forecast(agent, brain, senses, inputs, now);
     const state_machine::FlatTransition* const pending =
         agent.state_machine.pending[0] != state_machine::kNone
             ? &brain.table.transitions[agent.state_machine.pending[0]]
             : nullptr;
-    Quiet quiet;
+    NextChange next_change;
     bool is_held = false;
     for (const Clause& clause : brain.clauses_of(agent.state_machine.state())) {
         const bool transition = clause.transition != state_machine::kNone;
@@ -305,18 +305,20 @@ Quiet quiet_until(const Agent& agent,
         if (is_held && transition && brain.table.transitions[clause.transition].hold > 0) {
             continue;
         }
-        forecast.look_until(quiet.until);
-        quiet.until = std::min(quiet.until, forecast.change_of(clause, quiet.wait));
+        forecast.look_until(next_change.until);
+        next_change.until =
+            std::min(next_change.until, forecast.change_of(clause, next_change.wait));
         is_held = is_held || (transition && clause.transition == agent.state_machine.pending[0]);
-        if (quiet.until <= now + 1) {
+        if (next_change.until <= now + 1) {
             return {now + 1};
         }
     }
     if (pending != nullptr) {
-        quiet.until = std::min(quiet.until, agent.state_machine.pending_since[0] + pending->hold);
+        next_change.until =
+            std::min(next_change.until, agent.state_machine.pending_since[0] + pending->hold);
     }
-    quiet.until = std::max(quiet.until, now + 1);
-    return quiet;
+    next_change.until = std::max(next_change.until, now + 1);
+    return next_change;
 }
 
 bool stock_changed(const StockWait& wait,

@@ -1,4 +1,4 @@
-// Quiet: how long nothing can change for an agent that nobody sees.
+// NextChange: how long nothing can change for an agent that nobody sees.
 #pragma once
 
 #include "server/ai/decision.h"
@@ -6,7 +6,7 @@
 namespace zoned::ai {
 
 /// What a forecast needs to know besides the agent.
-struct Outlook {
+struct ForecastInputs {
     float speed = 0.0F;  ///< of its entity, m/s
     float day_s = 0.0F;
     float dt = 0.0F;  ///< s
@@ -15,8 +15,8 @@ struct Outlook {
         nullptr;  ///< that it goes along until it is asked again; null: anywhere
 };
 
-/// What quiet_until() finds.
-struct Quiet {
+/// What forecast_next_change() finds.
+struct NextChange {
     Tick until = kNever;  ///< > now
     StockWait wait{};     ///< its trades are none
 };
@@ -38,11 +38,11 @@ struct Quiet {
 /// ed. 2015, section 1.3.1). Who waits for stock is looked at by stock, as conditional events are
 /// in the three-phase approach (Pidd, "Computer Simulation in Management Science", 5th ed. 2004,
 /// section 6.5).
-Quiet quiet_until(const Agent& agent,
-                  const CompiledBrain& brain,
-                  const Senses& senses,
-                  const Outlook& outlook,
-                  Tick now);
+NextChange forecast_next_change(const Agent& agent,
+                                const CompiledBrain& brain,
+                                const Senses& senses,
+                                const ForecastInputs& inputs,
+                                Tick now);
 
 /// Whether stock at `now` is other than agents in `leaf` wait for.
 bool stock_changed(const StockWait& wait,

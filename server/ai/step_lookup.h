@@ -34,7 +34,7 @@ inline world::Row row_of(const world::Entities& entities,
 
 /// When it leaves the square that its entity is in.
 inline Tick left_at(const Agent& agent, const AiContext& world, bool goes_on = false) {
-    return CoarseCells::left_at(agent.segment, agent.placed, world.half_size, world.dt, goes_on);
+    return OffscreenGrid::left_at(agent.segment, agent.placed, world.half_size, world.dt, goes_on);
 }
 
 /// Calls work(lane, begin, end) for consecutive ranges that cover [0, count).

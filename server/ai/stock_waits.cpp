@@ -13,12 +13,12 @@ constexpr Tick kMostPhases = 64;
 
 }  // namespace
 
-StockWaits::Group::Group(const Key& key)
+StockWaitList::Group::Group(const Key& key)
     : key_(key),
       phases_(static_cast<std::size_t>(std::min(key.period, kMostPhases))) {
 }
 
-std::size_t StockWaits::HashOfKey::operator()(const Key& key) const {
+std::size_t StockWaitList::HashOfKey::operator()(const Key& key) const {
     const std::uint64_t kind = static_cast<std::uint64_t>(key.brain) << 48U |
                                static_cast<std::uint64_t>(key.leaf) << 32U |
                                static_cast<std::uint64_t>(key.doing) << 16U | key.wait.trades;
@@ -27,11 +27,11 @@ std::size_t StockWaits::HashOfKey::operator()(const Key& key) const {
     return core::mix(core::mix(kind) ^ clauses) ^ static_cast<std::uint64_t>(key.period);
 }
 
-void StockWaits::grow(std::size_t slots) {
+void StockWaitList::grow(std::size_t slots) {
     places_.resize(std::max(places_.size(), slots));
 }
 
-void StockWaits::join(Slot slot, EntityId entity, const Key& key) {
+void StockWaitList::join(Slot slot, EntityId entity, const Key& key) {
     leave(slot);
     const auto [found, fresh] =
         by_key_.try_emplace(key, static_cast<std::uint32_t>(groups_.size()));
@@ -49,7 +49,7 @@ void StockWaits::join(Slot slot, EntityId entity, const Key& key) {
     members.push_back({entity, slot});
 }
 
-void StockWaits::leave(Slot slot) {
+void StockWaitList::leave(Slot slot) {
     const Place place = places_[slot];
     if (place.group == kNone) {
         return;

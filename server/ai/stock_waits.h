@@ -1,5 +1,5 @@
-// StockWaits: which coarse agents wait for what stock, so that who waits costs nothing until it is
-// there.
+// StockWaitList: which suspended agents wait for what stock, so that who waits costs nothing until
+// it is there.
 #pragma once
 
 #include "server/ai/mind.h"
@@ -17,7 +17,7 @@ namespace zoned::ai {
 /// costs a look at each group of which somebody decides in it, and those alone come up for whom
 /// stock has become other than they wait for at a tick at which they decide: as if all of them had
 /// looked at each of their decisions.
-class StockWaits {
+class StockWaitList {
   public:
     using Slot = std::uint32_t;
 
@@ -53,7 +53,7 @@ class StockWaits {
         }
 
       private:
-        friend class StockWaits;
+        friend class StockWaitList;
 
         Key key_;
         std::vector<std::vector<Member>> phases_;

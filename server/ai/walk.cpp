@@ -138,7 +138,7 @@ bool path_is_over(const Agent& agent, const Surroundings& around) {
 }  // namespace
 
 bool keeps_to_segment(const Agent& agent, const Vec2& body, Tick now, float dt) {
-    return agent.timed && (agent.tier != Tier::kAwake ||
+    return agent.timed && (agent.tier != Tier::kActive ||
                            !((position_at(agent.segment, now - 1, dt) - body).norm() > kDriftM));
 }
 

@@ -13,7 +13,7 @@ constexpr float kMostCells = 1024.0F;  ///< a side
 
 }  // namespace
 
-void WatchedCells::build(std::span<const Vec2> viewers, float radius_m) {
+void ViewerCoverage::build(std::span<const Vec2> viewers, float radius_m) {
     columns_ = rows_ = 0;
     if (viewers.empty()) {
         return;
@@ -37,7 +37,7 @@ void WatchedCells::build(std::span<const Vec2> viewers, float radius_m) {
 }
 
 /// Row by row the cells that the circle touches.
-void WatchedCells::mark(const Vec2& viewer, float radius_m) {
+void ViewerCoverage::mark(const Vec2& viewer, float radius_m) {
     const Vec2 centre = (viewer - origin_) * per_m_;
     const float radius = radius_m * per_m_;
     const auto first = static_cast<std::size_t>(std::max(0.0F, centre.y() - radius));

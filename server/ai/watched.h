@@ -1,4 +1,4 @@
-// WatchedCells: where in a zone somebody could see an entity.
+// ViewerCoverage: where in a zone somebody could see an entity.
 #pragma once
 
 #include "shared/math/types.h"
@@ -10,7 +10,7 @@
 namespace zoned::ai {
 
 /// Squares around viewers, so that one look answers for a place, however many viewers there are.
-class WatchedCells {
+class ViewerCoverage {
   public:
     /// Covers at least all within `radius_m` (> 0) of a viewer (x, z, m), and at most a cell's
     /// diagonal more. Deterministic; allocates only where the area grows.

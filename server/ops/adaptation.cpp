@@ -203,8 +203,9 @@ void expand_adaptation(const Config& written,
         varying.insert(types.begin(), types.end());
         before = std::move(choices);
         for (const ai::Brain& brain : rung.brains) {
-            if (std::isfinite(settings.ai.seen_m)) {
-                settings.ai.seen_m = std::max(settings.ai.seen_m, brain.perception_m);
+            if (std::isfinite(settings.ai.viewer_range_m)) {
+                settings.ai.viewer_range_m =
+                    std::max(settings.ai.viewer_range_m, brain.perception_m);
             }
         }
         if (k == ladder.active) {

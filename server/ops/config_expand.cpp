@@ -370,10 +370,11 @@ void expand_stages(const proto::Config& config, Settings& settings) {
     if (config.ai().has_pathfinding()) {
         settings.ai.pathfinding = expand_pathfinding(config);
     }
-    settings.ai.calm_s = narrow(config.ai().calm_s());
-    settings.ai.seen_m = config.ai().skip_unseen()
-                             ? farthest_sight(settings, narrow(config.interest().hysteresis()))
-                             : std::numeric_limits<float>::infinity();
+    settings.ai.suspend_after_s = narrow(config.ai().suspend_after_s());
+    settings.ai.viewer_range_m =
+        config.ai().suspend_offscreen()
+            ? farthest_sight(settings, narrow(config.interest().hysteresis()))
+            : std::numeric_limits<float>::infinity();
     settings.interest.hysteresis = narrow(config.interest().hysteresis());
     settings.interest.lod_lead_m = narrow(config.interest().lod_lead_m());
     settings.stances.assign(config.stance().begin(), config.stance().end());

@@ -221,7 +221,7 @@ void Scene::Impl::stop(std::uint32_t row) {
     if (bodies.is_particle(row)) {
         rest_particle(row);
     } else {
-        put_to_sleep(bodies, graph, row);
+        suspend(bodies, graph, row);
         stopped.push_back(row);
     }
 }

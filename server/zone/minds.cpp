@@ -38,10 +38,10 @@ std::uint32_t update_agents(ZoneState& state) {
         state.paths.empty() ? nullptr : &state.paths,
         state.settings.handoff_hysteresis_m};
     state.report.ai = state.ai_update.run(state.agents, world, state.settings.ai);
-    for (const EntityId entity : state.ai_update.fell_asleep()) {
+    for (const EntityId entity : state.ai_update.suspended()) {
         remove_body(state, state.entities.find(entity));
     }
-    for (const EntityId entity : state.ai_update.woke_up()) {
+    for (const EntityId entity : state.ai_update.resumed()) {
         add_body(state, state.entities.find(entity), false);
     }
     state.grid_valid = state.grid_valid && !state.report.ai.moved;
@@ -68,20 +68,20 @@ void follow_players(ZoneState& state) {
 
 void rouse(ZoneState& state, world::Row row) {
     ai::Agent* const agent = state.agents.find(state.entities.id[row]);
-    if (agent == nullptr || agent->tier != ai::Tier::kCoarse) {
+    if (agent == nullptr || agent->tier != ai::Tier::kSuspended) {
         return;
     }
-    ai::wake_up(*agent,
-                state.settings.ai.compiled[agent->brain],
-                {state.entities,
-                 *state.settings.types,
-                 state.grid,
-                 state.places,
-                 *state.settings.statics,
-                 state.now,
-                 state.settings.dt},
-                row);
-    state.agents.wake(agent->entity);
+    ai::resume(*agent,
+               state.settings.ai.compiled[agent->brain],
+               {state.entities,
+                *state.settings.types,
+                state.grid,
+                state.places,
+                *state.settings.statics,
+                state.now,
+                state.settings.dt},
+               row);
+    state.agents.resume(agent->entity);
     add_body(state, row, false);
     state.grid_valid = false;
 }

@@ -29,7 +29,7 @@ NpcWorld::NpcWorld(const ops::Settings& settings, const Plan& plan)
       dt_(static_cast<float>(1.0 / settings.tick_rate_hz)),
       places_(settings.ai.places, Vec2d::Zero(), dt_) {
     if (plan.simulate_all) {
-        ai_.seen_m = std::numeric_limits<float>::infinity();
+        ai_.viewer_range_m = std::numeric_limits<float>::infinity();
     }
     ai_.max_decisions_per_tick = 1'000'000;
     if (plan.threads > 1) {

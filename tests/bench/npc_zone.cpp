@@ -25,7 +25,7 @@ std::vector<std::string> sets_of(const NpcZone::Plan& plan) {
         "zones.zone_grid.columns=1",
         "zones.zone_grid.rows=1",
         "ai.dawn_s=60",
-        std::string("ai.skip_unseen=") + (plan.skip_unseen ? "true" : "false")};
+        std::string("ai.suspend_offscreen=") + (plan.suspend_offscreen ? "true" : "false")};
     for (std::size_t k = 0; k < kShares.size(); ++k) {
         const std::string scatter = "scatter[" + std::to_string(k) + "]";
         sets.push_back(scatter + ".count=" +
@@ -87,7 +87,7 @@ NpcZoneCost NpcZone::measured_tick() {
         cost.pass_ns[p] = static_cast<double>(report.passes[p].ns);
         cost.rest_ns -= cost.pass_ns[p];
     }
-    cost.awake = report.ai.awake;
+    cost.active = report.ai.active;
     cost.events_per_tick = report.ai.events;
     return cost;
 }
@@ -101,7 +101,7 @@ NpcZoneCost NpcZone::mean(std::span<const NpcZoneCost> ticks) const {
         for (std::size_t p = 0; p < zone::kPasses; ++p) {
             mean.pass_ns[p] += tick.pass_ns[p] / (count * people_);
         }
-        mean.awake += tick.awake / count;
+        mean.active += tick.active / count;
         mean.events_per_tick += tick.events_per_tick / count;
     }
     return mean;

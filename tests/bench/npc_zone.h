@@ -18,7 +18,7 @@ struct NpcZoneCost {
     double ns = 0.0;
     std::array<double, zone::kPasses> pass_ns{};
     double rest_ns = 0.0;  ///< the census, inputs and what a world does around its zones
-    double awake = 0.0;    ///< agents, of all people
+    double active = 0.0;   ///< agents, of all people
     double events_per_tick = 0.0;
 };
 
@@ -33,7 +33,7 @@ class NpcZone {
     struct Plan {
         int people =
             0;  ///< six types in the shares of the town, of three that never sleep one each
-        bool skip_unseen = true;
+        bool suspend_offscreen = true;
         bool viewer = false;  ///< one player stands where the people thin out
     };
 

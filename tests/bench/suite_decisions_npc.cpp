@@ -26,7 +26,7 @@ struct NpcRun {
     std::vector<double> tick_us;
     double wall_ms = 0.0;
     double walk_ms = 0.0;
-    double awake = 0.0;
+    double active = 0.0;
     double events = 0.0;
     double decisions = 0.0;
 };
@@ -42,11 +42,11 @@ NpcRun run_world(const ops::Settings& settings, NpcWorld::Plan plan, Tick settle
         run.tick_us.push_back(static_cast<double>(cost.agents_ns) * 1e-3);
         run.wall_ms += static_cast<double>(cost.agents_wall_ns) * 1e-6;
         run.walk_ms += static_cast<double>(cost.walk_ns) * 1e-6;
-        run.awake += world.report().awake;
+        run.active += world.report().active;
         run.events += world.report().events;
         run.decisions += world.report().decisions;
     }
-    for (double* sum : {&run.wall_ms, &run.walk_ms, &run.awake, &run.events, &run.decisions}) {
+    for (double* sum : {&run.wall_ms, &run.walk_ms, &run.active, &run.events, &run.decisions}) {
         *sum /= static_cast<double>(ticks);
     }
     std::sort(run.tick_us.begin(), run.tick_us.end());
@@ -82,8 +82,8 @@ std::string by_pass(const std::string& what, const NpcZoneCost& cost) {
         std::snprintf(text.data(), text.size(), "%.3f", value);
         return std::string(text.data());
     };
-    std::string line = what + ": " + ns(cost.ns) + " ns per NPC and tick, awake " + ns(cost.awake) +
-                       ", events " + ns(cost.events_per_tick) + " a tick:";
+    std::string line = what + ": " + ns(cost.ns) + " ns per NPC and tick, active " +
+                       ns(cost.active) + ", events " + ns(cost.events_per_tick) + " a tick:";
     for (std::size_t p = 0; p < zone::kPasses; ++p) {
         if (cost.pass_ns[p] > 0.0) {
             line += " " + std::string(zone::pass_name(static_cast<zone::Pass>(p))) + " " +
@@ -102,9 +102,9 @@ void run_zones(Session& session, Row& row) {
     const NpcZoneCost viewed = zone_cost(session, {kPeople, true, true}, 400);
     const NpcZoneDay day = zone_day(session, {kPeople, true, false});
     // Those few that the viewer wakes cost what they cost anyway.
-    const double awake = viewed.awake - alone.awake;
+    const double active = viewed.active - alone.active;
     const double people = session.quick ? kQuickPeople : kPeople;
-    const double viewed_ns = (viewed.ns * people - awake * full.ns) / (people - awake);
+    const double viewed_ns = (viewed.ns * people - active * full.ns) / (people - active);
     session.note(by_pass("npc_100k: 10,000 simulated", full));
     session.note(by_pass("npc_100k: 10,000 unseen", ten));
     session.note(by_pass("npc_100k: 100,000 unseen", alone));
@@ -152,7 +152,7 @@ void run_npcs(Session& session, const std::string& scene) {
     row.time_us_p50 = quantile(all.tick_us, 0.5);
     row.time_us_p99 = quantile(all.tick_us, 0.99);
     row.metric("wall_ms_mean", all.wall_ms);
-    row.metric("awake_mean", all.awake);
+    row.metric("awake_mean", all.active);
     row.metric("decisions_per_tick", all.decisions);
     row.metric("events_per_tick", all.events);
     run_zones(session, row);

@@ -47,12 +47,12 @@ struct Day {
     std::map<std::string, double> totals;    ///< of goods, by type that is contested
     std::uint32_t dead = 0;
     std::vector<double> tick_us;
-    std::uint64_t awake = 0;
+    std::uint64_t active = 0;
     std::uint64_t events = 0;
 };
 
 /// `count` people in one zone.
-bool town(int count, std::uint64_t seed, bool skip_unseen, ops::Settings& settings) {
+bool town(int count, std::uint64_t seed, bool suspend_offscreen, ops::Settings& settings) {
     // In the order of the config's scatters: fishers, farmers, porters, pilgrims, guards, mayflies;
     // one each of hounds, children and deer.
     const std::array shares = {0.3, 0.3, 0.06, 0.2, 0.06, 0.077, 0.0, 0.0, 0.0};
@@ -60,7 +60,7 @@ bool town(int count, std::uint64_t seed, bool skip_unseen, ops::Settings& settin
         "zones.zone_grid.columns=1",
         "zones.zone_grid.rows=1",
         "world.seed=" + std::to_string(seed),
-        std::string("ai.skip_unseen=") + (skip_unseen ? "true" : "false")};
+        std::string("ai.suspend_offscreen=") + (suspend_offscreen ? "true" : "false")};
     for (std::size_t k = 0; k < shares.size(); ++k) {
         sets.push_back("scatter[" + std::to_string(k) + "].count=" +
                        std::to_string(std::max(1, static_cast<int>(shares[k] * count))));
@@ -93,7 +93,7 @@ class DayTrial {
             day_.tick_us.push_back(static_cast<double>(thread_cpu_ns() - before) * 1e-3);
             out_.clear();
             const ai::AiReport& report = zone().report().ai;
-            day_.awake += report.awake;
+            day_.active += report.active;
             day_.events += report.events;
             write_down();
         }
@@ -127,7 +127,7 @@ class DayTrial {
             Person& person = day_.people[agent.entity.value];
             person.type = settings_.types[state.entities.type[row]].name;
             const Vec3& at = state.entities.position[row];
-            person.at = agent.tier == ai::Tier::kCoarse
+            person.at = agent.tier == ai::Tier::kSuspended
                             ? ai::position_at(agent.segment, world_.now(), state.settings.dt)
                             : Vec2(at.x(), at.z());
             day_.dead += brain.states[agent.doing].name == "dead" ? 1U : 0U;
@@ -244,14 +244,14 @@ Row row_of(const std::string& method, const std::vector<Day>& days, int count) {
     row.parameter = "people=" + std::to_string(count);
     row.time_us_p50 = quantile(us, 0.5);
     row.time_us_p99 = quantile(us, 0.99);
-    double awake = 0.0;
+    double active = 0.0;
     double events = 0.0;
     for (const Day& day : days) {
-        awake += static_cast<double>(day.awake);
+        active += static_cast<double>(day.active);
         events += static_cast<double>(day.events);
     }
     row.metric("tick_us_mean", mean(us));
-    row.metric("awake_mean", awake / static_cast<double>(us.size()));
+    row.metric("awake_mean", active / static_cast<double>(us.size()));
     row.metric("events_per_tick", events / static_cast<double>(us.size()));
     return row;
 }

@@ -123,12 +123,12 @@ OrcaEscape escape(const Lanes& px,
 }
 
 /// What one other agent means to eight; `before`: lanes that are sorted before it.
-void look_at(const OrcaAgents& a,
-             const Other& o,
-             unsigned others,
-             const LaneInts& before,
-             const AvoidanceSettings& settings,
-             OrcaPlanes& planes) {
+void next_proximity_check(const OrcaAgents& a,
+                          const Other& o,
+                          unsigned others,
+                          const LaneInts& before,
+                          const AvoidanceSettings& settings,
+                          OrcaPlanes& planes) {
     const Lanes px = o.x - a.x;
     const Lanes pz = o.z - a.z;
     const Lanes d2 = px * px + pz * pz;
@@ -336,7 +336,7 @@ void look_around(const OrcaAgents& a,
         for (std::uint32_t i = begin; i < end; ++i) {
             const bool own = i >= batch.begin && i < batch.end;
             const unsigned others = own ? a.moved_here & ~(1U << (i - batch.begin)) : a.moved_here;
-            look_at(
+            next_proximity_check(
                 a, seen.other(i), others, place < static_cast<std::int32_t>(i), settings, planes);
         }
     }

@@ -57,7 +57,7 @@ void Waker::wake(Bodies& bodies, ContactGraph& graph, const JointTable& joints, 
     }
 }
 
-void put_to_sleep(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
+void suspend(Bodies& bodies, ContactGraph& graph, std::uint32_t row) {
     bodies.velocity[row].setZero();
     bodies.angular_velocity[row].setZero();
     bodies.mark_asleep(row);
@@ -118,7 +118,7 @@ std::uint32_t Islands::update(Bodies& bodies,
     if (limits.after_s > 0.0F) {
         for (std::size_t i = 0; i < list.size(); ++i) {
             if (still_s_[sets_.root(static_cast<std::uint32_t>(i))] >= limits.after_s) {
-                put_to_sleep(bodies, graph, list[i]);
+                suspend(bodies, graph, list[i]);
             }
         }
     }

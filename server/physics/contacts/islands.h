@@ -65,6 +65,6 @@ class Islands {
 };
 
 /// Stops a body and takes it out of the simulation until something wakes it.
-void put_to_sleep(Bodies& bodies, ContactGraph& graph, std::uint32_t row);
+void suspend(Bodies& bodies, ContactGraph& graph, std::uint32_t row);
 
 }  // namespace zoned::physics

@@ -73,7 +73,7 @@ void SoftBodies::Impl::wake_touched(const Scene& scene, float slow, float dt) {
             scene.overlap(body.box.grown(2.0F * dt * speed), near);
             return std::find(near.begin(), near.end(), id) != near.end();
         });
-        body.calm_s = body.asleep ? body.calm_s : 0.0F;
+        body.suspend_after_s = body.asleep ? body.suspend_after_s : 0.0F;
     }
 }
 
@@ -143,8 +143,8 @@ void SoftBodies::Impl::settle(SoftBody& body, const SoftSettings& settings, floa
     }
     const bool calm =
         std::sqrt(farthest) < settings.sleep_speed_mps * dt && torn == 0 && !body.touches_dynamic;
-    body.calm_s = calm ? body.calm_s + dt : 0.0F;
-    if (settings.sleep_after_s > 0.0F && body.calm_s >= settings.sleep_after_s) {
+    body.suspend_after_s = calm ? body.suspend_after_s + dt : 0.0F;
+    if (settings.sleep_after_s > 0.0F && body.suspend_after_s >= settings.sleep_after_s) {
         body.asleep = true;
         std::fill(body.v.begin(), body.v.end(), Row4::Zero());
     }
@@ -268,7 +268,7 @@ void SoftBodies::hash(core::StateHash& hash) const {
     for (const SoftBody& body : impl_->bodies) {
         hash.add(std::uint64_t{body.there} | std::uint64_t{body.asleep} << 1U |
                  std::uint64_t{body.rigid} << 2U);
-        hash.add(body.calm_s);
+        hash.add(body.suspend_after_s);
         hash.add(body.x.size());
         for (std::size_t i = 0; i < body.x.size(); ++i) {
             for (int k = 0; k < 4; ++k) {
@@ -405,7 +405,7 @@ void SoftBodies::move_node(SoftId id, std::size_t node, const Vec3& position) {
 void SoftBodies::wake(SoftId id) {
     ZONED_SOFT_BODY(id);
     body.asleep = false;
-    body.calm_s = 0.0F;
+    body.suspend_after_s = 0.0F;
 }
 
 RigidHull SoftBodies::rigid_hull(SoftId id) const {

@@ -76,7 +76,7 @@ struct SoftBody {
     std::uint32_t substeps_done = 0;  ///< in the step
 
     Aabb box;
-    float calm_s = 0.0F;  ///< for how long it has been slow
+    float suspend_after_s = 0.0F;  ///< for how long it has been slow
     bool there = false;
     bool asleep = false;
     bool rigid = false;  ///< simulated as a rigid body elsewhere

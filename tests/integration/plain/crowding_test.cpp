@@ -14,7 +14,7 @@ using test::with;
 const char* const kGates = R"(
 world { name: "gates" seed: 9 tick_rate_hz: 30 min_x_m: -40 min_z_m: -30 max_x_m: 40 max_z_m: 30 }
 zones { zone_grid { columns: 1 rows: 1 } ghost_margin_m: 70 }
-ai { skip_unseen: false avoidance { } pathfinding { cell_m: 0.5 CROWDING } }
+ai { suspend_offscreen: false avoidance { } pathfinding { cell_m: 0.5 CROWDING } }
 statics {
   box { x_m: 0 y_m: 1 z_m: -16 size { x_m: 0.5 y_m: 2 z_m: 28 } }
   box { x_m: 0 y_m: 1 z_m: 6 size { x_m: 0.5 y_m: 2 z_m: 8 } }

@@ -18,7 +18,7 @@ world { name: "hill" seed: )" +
            R"( tick_rate_hz: 20 min_x_m: -40 min_z_m: -40 max_x_m: 40 max_z_m: 40 }
 zones { zone_grid { columns: 1 rows: 1 } }
 replication { silence_ticks: 10 }
-ai { skip_unseen: false }
+ai { suspend_offscreen: false }
 place { name: "nest" x_m: -5 z_m: 0 radius_m: 1 }
 place { name: "crumbs" x_m: 5 z_m: 0 radius_m: 1 }
 type { name: "player" kind: CHARACTER capsule { radius_m: 0.4 length_m: 1 } aura_m { normal: 50 } nimbus_m { normal: 50 } character { } }
@@ -104,11 +104,11 @@ door { name: "gap" box { x_m: 0 y_m: 0.5 z_m: 2 size { x_m: 0.4 y_m: 1 z_m: 1 } 
 /// bring follows from their timetables alone.
 TEST(Forage, AntsThatNobodySeesBringWhatTheyWouldHaveBrought) {
     Crowd seen(ant_hill(""));
-    Crowd unseen(with(ant_hill(""), "skip_unseen: false", "skip_unseen: true"));
+    Crowd unseen(with(ant_hill(""), "suspend_offscreen: false", "suspend_offscreen: true"));
     for (int minute = 1; minute <= 5; ++minute) {
         EXPECT_EQ(brought_in(seen, 60), brought_in(unseen, 60)) << "in minute " << minute;
     }
-    EXPECT_TRUE(unseen.state().agents.awake().empty());
+    EXPECT_TRUE(unseen.state().agents.active().empty());
     EXPECT_GT(unseen.state().ai_update.nests().delivered(), 60U);
 }
 

@@ -16,7 +16,7 @@ using Placed = std::vector<std::pair<std::string, Vec2>>;
 const char* const kDrill = R"(
 world { name: "drill" seed: 3 tick_rate_hz: 30 min_x_m: -80 min_z_m: -80 max_x_m: 80 max_z_m: 80 }
 zones { zone_grid { columns: 1 rows: 1 } }
-ai { skip_unseen: false avoidance { } }
+ai { suspend_offscreen: false avoidance { } }
 place { name: "there" x_m: 60 z_m: 0 radius_m: 0.5 }
 place { name: "a" x_m: -40 z_m: -40 }
 place { name: "b" x_m: 40 z_m: -40 }

@@ -16,7 +16,7 @@ std::string pastures(int seed, int count) {
 world { name: "pastures" seed: 5 tick_rate_hz: 20 min_x_m: -200 min_z_m: -200 max_x_m: 200 max_z_m: 200 }
 zones { zone_grid { columns: 2 rows: 1 } ghost_margin_m: 60 }
 replication { silence_ticks: 10 }
-ai { skip_unseen: false }
+ai { suspend_offscreen: false }
 place { name: "brook" x_m: -60 z_m: 0 radius_m: 1 }
 place { name: "oaks" x_m: 60 z_m: -40 radius_m: 1 }
 place { name: "hill" x_m: 60 z_m: 40 radius_m: 1 }
@@ -36,7 +36,7 @@ session { dev_mode_loopback: true }
 struct Place {
     Vec2 at = Vec2::Zero();
     std::size_t count = 0;
-    std::size_t awake = 0;
+    std::size_t active = 0;
 };
 
 /// The centre of all sheep, world coordinates.
@@ -53,7 +53,7 @@ Place centre_of(Crowd& crowd) {
             place.at += at + Vec2(static_cast<float>(origin.x()), static_cast<float>(origin.z()));
             ++place.count;
         }
-        place.awake += state.agents.awake().size();
+        place.active += state.agents.active().size();
     }
     place.at /= static_cast<float>(place.count);
     return place;
@@ -62,19 +62,20 @@ Place centre_of(Crowd& crowd) {
 /// Turns of the herd's centre about the middle of its round trip, in half a minute more than it
 /// needs for one.
 double turns_of(int seed, bool unseen) {
-    Crowd crowd(unseen ? with(pastures(seed, 24), "skip_unseen: false", "skip_unseen: true")
-                       : pastures(seed, 24));
+    Crowd crowd(
+        unseen ? with(pastures(seed, 24), "suspend_offscreen: false", "suspend_offscreen: true")
+               : pastures(seed, 24));
     const Vec2 middle(20.0F, 0.0F);
     double turned = 0.0;
     double before = std::atan2(0.0, -80.0);
-    std::size_t asleep = 0;
+    std::size_t suspended = 0;
     for (int second = 0; second < 300; ++second) {
         for (int t = 0; t < 20; ++t) {
             crowd.tick();
         }
         const Place place = centre_of(crowd);
         EXPECT_EQ(place.count, 24U) << "after " << second << " s";
-        asleep += place.count - place.awake;
+        suspended += place.count - place.active;
         const Vec2 out = place.at - middle;
         const double now = std::atan2(static_cast<double>(out.y()), static_cast<double>(out.x()));
         turned += std::remainder(now - before, 2.0 * M_PI);
@@ -82,13 +83,13 @@ double turns_of(int seed, bool unseen) {
         EXPECT_LT(crowd.in_walls(), 0.25F) << "of a capsule that is taken to be 0.7 m too high";
     }
     // Who comes over the border is simulated for two seconds.
-    EXPECT_TRUE(!unseen || asleep > 300U * 24U * 8U / 10U) << asleep;
+    EXPECT_TRUE(!unseen || suspended > 300U * 24U * 8U / 10U) << suspended;
     return std::abs(turned) / (2.0 * M_PI);
 }
 
 /// Welch's test with 5 runs each; of 4 degrees of freedom, the fewest there can be, |t| exceeds 4.6
 /// in one of a hundred cases in which nothing differs.
-TEST(HerdInZones, GoesRoundUnseenAsItDoesSeen) {
+TEST(HerdInZones, GoesRoundOffscreenAsItDoesSeen) {
     constexpr int kRuns = 5;
     std::array<double, 2> mean{};
     std::array<double, 2> squares{};
@@ -111,14 +112,15 @@ TEST(HerdInZones, GoesRoundUnseenAsItDoesSeen) {
 }
 
 TEST(HerdInZones, GivesTheSameHashForOneAndFourThreads) {
-    const std::string text = with(pastures(1, 600), "skip_unseen: false", "skip_unseen: true");
+    const std::string text =
+        with(pastures(1, 600), "suspend_offscreen: false", "suspend_offscreen: true");
     Crowd one(text, 1U);
     Crowd four(text, 4U);
     for (int t = 0; t < 20 * 30; ++t) {
         one.tick();
         four.tick();
     }
-    EXPECT_LT(centre_of(one).awake, 100U);
+    EXPECT_LT(centre_of(one).active, 100U);
     EXPECT_EQ(one.world().state_hash(), four.world().state_hash());
 }
 

@@ -19,7 +19,7 @@ std::string crowd_world(const std::string& avoidance, const std::string& more) {
     return R"(
 world { name: "crowd" seed: 3 tick_rate_hz: 30 min_x_m: -60 min_z_m: -60 max_x_m: 60 max_z_m: 60 }
 zones { zone_grid { columns: 1 rows: 1 } }
-ai { skip_unseen: false )" +
+ai { suspend_offscreen: false )" +
            avoidance + R"( }
 place { name: "west" x_m: -20 z_m: 0 radius_m: 1.5 }
 place { name: "east" x_m: 20 z_m: 0 radius_m: 1.5 }
@@ -234,16 +234,16 @@ statics {
     Crowd crowd(with(crowd_world(kOn, wall + R"(
 scatter { type: "shuttle" count: 40 seed: 1 min_distance_m: 1 region { min_x_m: -30 max_x_m: -3 min_z_m: -8 max_z_m: 8 } }
 )"),
-                     "skip_unseen: false",
-                     "skip_unseen: true"));
+                     "suspend_offscreen: false",
+                     "suspend_offscreen: true"));
     float in_walls = -1.0F;
-    std::uint32_t coarse = 0;
+    std::uint32_t suspended = 0;
     for (int t = 0; t < 3000; ++t) {
         crowd.tick();
         in_walls = std::max(in_walls, crowd.in_walls());
-        coarse = std::max(coarse, 40U - crowd.world().zones().front()->report().ai.awake);
+        suspended = std::max(suspended, 40U - crowd.world().zones().front()->report().ai.active);
     }
-    EXPECT_EQ(coarse, 40U);
+    EXPECT_EQ(suspended, 40U);
     EXPECT_LE(in_walls, 1e-3F);
 }
 

@@ -36,9 +36,9 @@ session { dev_mode_loopback: true }
 }
 
 struct Walk {
-    std::optional<Tick> arrived;     ///< within 2 m of its spot, which is within 0.5 m of the place
-    std::vector<ZoneId> through;     ///< owners, one after the other
-    std::uint32_t asleep_ticks = 0;  ///< in which the agent was not simulated
+    std::optional<Tick> arrived;  ///< within 2 m of its spot, which is within 0.5 m of the place
+    std::vector<ZoneId> through;  ///< owners, one after the other
+    std::uint32_t suspended_ticks = 0;  ///< in which the agent was not simulated
 };
 
 Walk walk(const std::string& text) {
@@ -63,7 +63,7 @@ Walk walk(const std::string& text) {
                                                    Vec2(e.position[row].x(), e.position[row].z()),
                                                    state.now,
                                                    state.settings.dt);
-                walk.asleep_ticks += agent->tier == ai::Tier::kCoarse ? 1U : 0U;
+                walk.suspended_ticks += agent->tier == ai::Tier::kSuspended ? 1U : 0U;
                 if ((origin + local.cast<double>() - Vec2d(20.0, -20.0)).norm() <= 2.5) {
                     walk.arrived = tick;
                 }
@@ -76,10 +76,10 @@ Walk walk(const std::string& text) {
 const std::vector<ZoneId> kRoundThePocket{ZoneId(1), ZoneId(3), ZoneId(4), ZoneId(2)};
 
 TEST(PathsBetweenZones, LeadPastADeadEndThroughThreeBorders) {
-    const Walk seen = walk(pocket_world("skip_unseen: false"));
+    const Walk seen = walk(pocket_world("suspend_offscreen: false"));
     ASSERT_TRUE(seen.arrived);
     EXPECT_EQ(seen.through, kRoundThePocket);
-    EXPECT_EQ(seen.asleep_ticks, 0U);
+    EXPECT_EQ(seen.suspended_ticks, 0U);
     // The best path round both ends of the walls is 26.4 + 16.4 + 28.5 m long, less the last 2.5 m.
     // Through portals up to 12 m apart it is longer by half of that at most at each of the three
     // borders, walked at 0.98 of 3 m/s; a second is lost at each turn.
@@ -88,17 +88,17 @@ TEST(PathsBetweenZones, LeadPastADeadEndThroughThreeBorders) {
 }
 
 TEST(PathsBetweenZones, AreWalkedInTheSameTimeWhereNobodySeesThem) {
-    const Walk seen = walk(pocket_world("skip_unseen: false"));
-    const Walk unseen = walk(pocket_world("skip_unseen: true"));
+    const Walk seen = walk(pocket_world("suspend_offscreen: false"));
+    const Walk unseen = walk(pocket_world("suspend_offscreen: true"));
     ASSERT_TRUE(unseen.arrived);
-    EXPECT_GT(unseen.asleep_ticks, 60U);
+    EXPECT_GT(unseen.suspended_ticks, 60U);
     EXPECT_EQ(unseen.through, kRoundThePocket);
     EXPECT_EQ(*unseen.arrived, *seen.arrived);
 }
 
 TEST(PathsBetweenZones, AreAsLongWithinOne) {
     const std::string text =
-        with(pocket_world("skip_unseen: false"), "columns: 2 rows: 2", "columns: 1 rows: 1");
+        with(pocket_world("suspend_offscreen: false"), "columns: 2 rows: 2", "columns: 1 rows: 1");
     const Walk seen = walk(text);
     ASSERT_TRUE(seen.arrived);
     EXPECT_GE(*seen.arrived, static_cast<Tick>(68.8 / 3.0 * 30.0) - 30);

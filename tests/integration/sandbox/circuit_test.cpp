@@ -41,8 +41,8 @@ class CircuitWorld : public GameTest {
         const Vec3& at = state.entities.position[row];
         const Vec2d here = Vec2(at.x(), at.z()).cast<double>() + state.places.origin();
         ++samples_;
-        (agent.tier == ai::Tier::kCoarse ? coarse_ : awake_) += 1;
-        if (agent.tier == ai::Tier::kAwake && agent.track.from == ai::splines::kNoLane) {
+        (agent.tier == ai::Tier::kSuspended ? suspended_ : awake_) += 1;
+        if (agent.tier == ai::Tier::kActive && agent.track.from == ai::splines::kNoLane) {
             beside_ += net.lane(agent.track.lane).nearest(here).distance_m > 1.0 ? 1 : 0;
         }
     }
@@ -50,7 +50,7 @@ class CircuitWorld : public GameTest {
     std::map<std::uint32_t, std::set<std::uint32_t>> zones_;
     std::map<std::uint32_t, std::set<std::uint32_t>> lanes_;
     int samples_ = 0;
-    int coarse_ = 0;
+    int suspended_ = 0;
     int awake_ = 0;
     int beside_ = 0;
 };
@@ -68,7 +68,7 @@ TEST_F(CircuitWorld, IsConsistentAndItsFollowersKeepToTheirTracks) {
     EXPECT_GE(std::count_if(zones_.begin(), zones_.end(), in_two), 14);
     EXPECT_GE(std::count_if(lanes_.begin(), lanes_.end(), in_two), 10) << "they changed lanes";
     EXPECT_GT(awake_, samples_ / 10);
-    EXPECT_GT(coarse_, samples_ / 100) << "at the ends of the road nobody looks";
+    EXPECT_GT(suspended_, samples_ / 100) << "at the ends of the road nobody looks";
     // Who makes way for others leaves its lane by as much as that takes.
     EXPECT_LT(beside_, awake_ / 5);
 }

@@ -12,10 +12,10 @@ namespace {
 struct CityWatch {
     std::uint64_t crowded = 0;
     std::uint64_t gave_way = 0;
-    std::uint64_t awake = 0;
-    std::uint64_t coarse = 0;
+    std::uint64_t active = 0;
+    std::uint64_t suspended = 0;
     std::uint32_t marching = 0;  ///< the most soldiers with a slot at a time
-    std::uint32_t drifting = 0;  ///< sheep awake
+    std::uint32_t drifting = 0;  ///< sheep active
 
     void look(app::World& world) {
         std::uint32_t in_rank = 0;
@@ -25,9 +25,9 @@ struct CityWatch {
             const ai::AiReport& report = zone->report().ai;
             crowded += report.avoidance.crowded;
             gave_way += report.avoidance.gave_way;
-            awake += report.awake;
-            coarse += report.agents - report.awake;
-            for (const ai::Slot slot : state.agents.awake()) {
+            active += report.active;
+            suspended += report.agents - report.active;
+            for (const ai::Slot slot : state.agents.active()) {
                 const ai::Agent& agent = state.agents.at(slot);
                 const ai::CompiledBrain& brain = state.settings.ai.compiled[agent.brain];
                 const ai::ActionKind action = brain.states[agent.doing].action;
@@ -52,7 +52,7 @@ TEST_F(GameTest, ACityWhosePeopleMakeWayForEachOtherIsConsistent) {
     const measure::Report report =
         run([&](VirtualServer& now, double) { watch.look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
-    EXPECT_GT(watch.coarse, watch.awake / 2) << "many are seen by nobody";
+    EXPECT_GT(watch.suspended, watch.active / 2) << "many are seen by nobody";
     EXPECT_GT(watch.crowded, 1000U);
     EXPECT_GT(watch.gave_way, 500U);
     EXPECT_EQ(watch.marching, 16U);

@@ -10,8 +10,8 @@ namespace {
 /// What was seen of the agents.
 struct Watch {
     std::uint64_t ticks = 0;
-    std::uint64_t awake = 0;
-    std::uint64_t coarse = 0;
+    std::uint64_t active = 0;
+    std::uint64_t suspended = 0;
     std::uint64_t events = 0;
     std::uint32_t trades = 0;
     std::uint64_t woken = 0;  ///< from one tick to the next
@@ -21,16 +21,16 @@ struct Watch {
         for (const auto& zone : world.zones()) {
             const zone::ZoneState& state = zone->state();
             const ai::AiReport& report = zone->report().ai;
-            awake += report.awake;
-            coarse += report.agents - report.awake;
+            active += report.active;
+            suspended += report.agents - report.active;
             events += report.events;
             trades += report.trades;
-            woken += state.ai_update.woke_up().size();
+            woken += state.ai_update.resumed().size();
         }
     }
 };
 
-TEST_F(GameTest, ATownOfWhichMostIsUnseenIsConsistent) {
+TEST_F(GameTest, ATownOfWhichMostIsOffscreenIsConsistent) {
     server.config = ZONED_SOURCE_DIR "/config/town.txtpb";
     // A tenth of the people, and the day begins when fishers set out.
     server.sets = {"ai.dawn_s=35"};
@@ -47,7 +47,7 @@ TEST_F(GameTest, ATownOfWhichMostIsUnseenIsConsistent) {
     const measure::Report report =
         run([&](VirtualServer& now, double) { watch.look(now.world()); });
     EXPECT_TRUE(report.consistent) << reasons(report);
-    EXPECT_GT(watch.coarse, watch.awake) << "most are not simulated";
+    EXPECT_GT(watch.suspended, watch.active) << "most are not simulated";
     EXPECT_GT(watch.woken, 20U) << "bots came where nobody was before";
     EXPECT_GT(watch.events, 100U);
 }

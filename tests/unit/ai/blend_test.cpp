@@ -154,7 +154,7 @@ constexpr std::uint32_t kRoamers = 24;
 struct Roamed {
     std::array<double, kRoamers> way{};
     std::array<double, kRoamers> off{};
-    std::uint64_t awake = 0;
+    std::uint64_t active = 0;
     std::vector<std::uint16_t> states;
 };
 
@@ -162,7 +162,7 @@ Roamed roamed(bool simulated, std::uint32_t first) {
     constexpr int kSeconds = 600;
     Field field;
     field.settings.brains = {roamer()};
-    field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
+    field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
     compile(field.settings, kDt);
     for (std::uint32_t k = 0; k < kRoamers; ++k) {
         field.add_npc(first + k, kGuard, 0, Vec3(100.0F * static_cast<float>(k), 0.9F, 0.0F));
@@ -173,7 +173,7 @@ Roamed roamed(bool simulated, std::uint32_t first) {
     for (int s = 0; s < kSeconds; ++s) {
         for (int t = 0; t < 30; ++t) {
             field.step();
-            out.awake += field.agents.awake().size();
+            out.active += field.agents.active().size();
         }
         for (std::uint32_t k = 0; k < kRoamers; ++k) {
             const Agent& agent = *field.agents.find(EntityId(first + k));
@@ -212,7 +212,7 @@ TEST(Blend, IsSkippedWhereItHasSettledAndNobodySees) {
     const Roamed unseen = roamed(false, 1);
     const Roamed others = roamed(false, 100);
     EXPECT_EQ(seen.states, unseen.states) << "they rest by time alone";
-    EXPECT_LT(unseen.awake, seen.awake / 20);
+    EXPECT_LT(unseen.active, seen.active / 20);
     for (const Roamed* const run : {&unseen, &others}) {
         EXPECT_LT(welch(seen.way, run->way), kMostT) << mean_of(seen.way) << mean_of(run->way);
         EXPECT_LT(welch(seen.off, run->off), kMostT) << mean_of(seen.off) << mean_of(run->off);

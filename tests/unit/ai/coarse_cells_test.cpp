@@ -1,4 +1,5 @@
-// Who is looked at: coarse agents by the squares that they are in, and what they do next by tick.
+// Who is looked at: suspended agents by the squares that they are in, and what they do next by
+// tick.
 #include "server/ai/coarse_cells.h"
 
 #include "server/ai/event_queue.h"
@@ -28,10 +29,10 @@ std::set<std::uint32_t> due_of(const std::map<std::uint32_t, Tick>& planned, Tic
     return due;
 }
 
-TEST(EventQueue, HandsOutWhatALookAtAllThatWasPlannedFinds) {
+TEST(AgentEventQueue, HandsOutWhatALookAtAllThatWasPlannedFinds) {
     constexpr std::uint32_t kSlots = 300;
     core::Rng rng(5);
-    EventQueue queue;
+    AgentEventQueue queue;
     queue.grow(kSlots);
     std::map<std::uint32_t, Tick> planned;
     std::size_t taken = 0;
@@ -69,8 +70,8 @@ TEST(EventQueue, HandsOutWhatALookAtAllThatWasPlannedFinds) {
     EXPECT_GT(taken, 20'000U);
 }
 
-TEST(EventQueue, NeverIsNoEvent) {
-    EventQueue queue;
+TEST(AgentEventQueue, NeverIsNoEvent) {
+    AgentEventQueue queue;
     queue.grow(2);
     queue.schedule(0, 7);
     queue.schedule(0, kNever);
@@ -112,14 +113,14 @@ Tick end_of_step(const PathSegment& segment) {
 }
 
 /// Whether the slot is in a square that comes as near to `at`, or may be anywhere.
-bool is_near(const CoarseCells& cells, CoarseCells::Slot slot, const Vec2& at, float near_m) {
+bool is_near(const OffscreenGrid& cells, OffscreenGrid::Slot slot, const Vec2& at, float near_m) {
     bool found = false;
-    const auto look = [&](CoarseCells::Slot s) {
+    const auto look = [&](OffscreenGrid::Slot s) {
         found = found || s == slot;
     };
-    std::vector<CoarseCells::Cell> around;
-    CoarseCells::within(std::span(&at, 1), near_m, around);
-    for (const CoarseCells::Cell cell : around) {
+    std::vector<OffscreenGrid::Cell> around;
+    OffscreenGrid::within(std::span(&at, 1), near_m, around);
+    for (const OffscreenGrid::Cell cell : around) {
         cells.visit(cell, look);
     }
     cells.visit_anywhere(look);
@@ -127,11 +128,11 @@ bool is_near(const CoarseCells& cells, CoarseCells::Slot slot, const Vec2& at, f
 }
 
 /// Until it is left; a rounding of a place some hundred metres from the origin is less than 1 mm.
-TEST(CoarseCells, HoldWhoComesThroughWhereverThatIs) {
+TEST(OffscreenGrid, HoldWhoComesThroughWhereverThatIs) {
     constexpr std::uint32_t kSlots = 50;
     const Vec2 everywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
     core::Rng rng(6);
-    CoarseCells cells;
+    OffscreenGrid cells;
     cells.grow(kSlots);
     std::array<PathSegment, kSlots> segments;
     std::array<Vec2, kSlots> placed;
@@ -148,7 +149,8 @@ TEST(CoarseCells, HoldWhoComesThroughWhereverThatIs) {
             // Half of them have no event where their segment ends.
             cells.put(slot, segment, placed[slot], kDt, slot % 2 == 0);
             const bool goes_on = slot % 2 == 0;
-            const Tick left = CoarseCells::left_at(segment, placed[slot], everywhere, kDt, goes_on);
+            const Tick left =
+                OffscreenGrid::left_at(segment, placed[slot], everywhere, kDt, goes_on);
             ASSERT_GT(left, now - 2);
             const bool ends = !goes_on && segment.speed > 0.0F;
             const Tick last = !ends                   ? kNever
@@ -157,19 +159,20 @@ TEST(CoarseCells, HoldWhoComesThroughWhereverThatIs) {
             const Tick end = std::min({left, now + 4'000, last});
             for (; now < end; now += 1 + rng.below(20)) {
                 const Vec2 at = position_at(segment, now - 1, kDt);
-                ASSERT_TRUE(is_near(cells, slot, at, CoarseCells::kAside_m + 1e-3F))
+                ASSERT_TRUE(is_near(cells, slot, at, OffscreenGrid::kAside_m + 1e-3F))
                     << "step " << step << " at tick " << now << ", " << at.transpose();
                 ++looks;
             }
             now = std::max(end, now) + 1;
         }
         bool is_anywhere = false;
-        cells.visit_anywhere([&](CoarseCells::Slot s) { is_anywhere = is_anywhere || s == slot; });
+        cells.visit_anywhere(
+            [&](OffscreenGrid::Slot s) { is_anywhere = is_anywhere || s == slot; });
         anywhere += is_anywhere ? 1U : 0U;
         if (rng.below(4) == 0) {
             cells.take(slot);
             for (std::uint32_t cell = 0; cell < 128U * 128U; cell += 1 + rng.below(40)) {
-                cells.visit(cell, [&](CoarseCells::Slot s) { EXPECT_NE(s, slot); });
+                cells.visit(cell, [&](OffscreenGrid::Slot s) { EXPECT_NE(s, slot); });
             }
             EXPECT_FALSE(is_near(cells, slot, placed[slot], 200.0F));
         }
@@ -179,47 +182,47 @@ TEST(CoarseCells, HoldWhoComesThroughWhereverThatIs) {
     EXPECT_GT(anywhere, 0U) << "some do";
 }
 
-TEST(CoarseCells, AreTheSameFromWhereverOnThePieceTheyAreAsked) {
+TEST(OffscreenGrid, AreTheSameFromWhereverOnThePieceTheyAreAsked) {
     core::Rng rng(7);
     const Vec2 everywhere = Vec2::Constant(std::numeric_limits<float>::infinity());
     int asked = 0;
     for (int i = 0; i < 2'000; ++i) {
         const PathSegment segment = some_segment(rng, 1'000);
         const Vec2 start = position_at(segment, 1'000, kDt);
-        const Tick left = CoarseCells::left_at(segment, start, everywhere, kDt);
+        const Tick left = OffscreenGrid::left_at(segment, start, everywhere, kDt);
         const Tick later = std::min<Tick>(left - 2, 1'000 + rng.below(500));
         if (later <= 1'000) {
             continue;
         }
         const Vec2 at = position_at(segment, later, kDt);
-        EXPECT_EQ(CoarseCells::left_at(segment, at, everywhere, kDt), left);
+        EXPECT_EQ(OffscreenGrid::left_at(segment, at, everywhere, kDt), left);
         ++asked;
     }
     EXPECT_GT(asked, 1'000);
 }
 
-TEST(CoarseCells, WithinFindsTheSquareOfEveryPlaceInReach) {
+TEST(OffscreenGrid, WithinFindsTheSquareOfEveryPlaceInReach) {
     core::Rng rng(8);
-    std::vector<CoarseCells::Cell> found;
+    std::vector<OffscreenGrid::Cell> found;
     for (int i = 0; i < 2'000; ++i) {
         const std::vector<Vec2> viewers = {
             Vec2(rng.range(-3'000.0F, 3'000.0F), rng.range(-3'000.0F, 3'000.0F)),
             Vec2(rng.range(-300.0F, 300.0F), rng.range(-300.0F, 300.0F))};
         const float radius = rng.range(1.0F, 150.0F);
-        CoarseCells::within(viewers, radius, found);
+        OffscreenGrid::within(viewers, radius, found);
         EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
         for (int k = 0; k < 20; ++k) {
             const float turn = rng.range(0.0F, 6.28F);
             const float way = rng.range(0.0F, 0.999F) * radius;
             const Vec2 at = viewers[rng.below(2)] + way * Vec2(std::cos(turn), std::sin(turn));
-            EXPECT_TRUE(std::binary_search(found.begin(), found.end(), CoarseCells::cell_at(at)));
+            EXPECT_TRUE(std::binary_search(found.begin(), found.end(), OffscreenGrid::cell_at(at)));
         }
     }
 }
 
 /// The tick is the first in whose step the walker is found beyond the piece or outside, or that
 /// before: a rounding of a place some hundred metres from the origin, 3e-5 m, is less than a step.
-TEST(CoarseCells, AreLeftWhenTheWalkerIsBeyond) {
+TEST(OffscreenGrid, AreLeftWhenTheWalkerIsBeyond) {
     core::Rng rng(9);
     const float infinity = std::numeric_limits<float>::infinity();
     for (int i = 0; i < 2'000; ++i) {
@@ -236,11 +239,11 @@ TEST(CoarseCells, AreLeftWhenTheWalkerIsBeyond) {
             return std::abs(at[axis]) <= half[axis];
         };
         const Vec2 start = position_at(segment, now - 1, kDt);
-        const Tick left = CoarseCells::left_at(segment, start, half, kDt);
+        const Tick left = OffscreenGrid::left_at(segment, start, half, kDt);
         Tick outside = now;
         const auto same = [&](Tick tick) {
             const Vec2 at = position_at(segment, tick - 1, kDt);
-            return (at - segment.from).norm() < CoarseCells::kPiece_m &&
+            return (at - segment.from).norm() < OffscreenGrid::kPiece_m &&
                    (within(at, 0) || !within(start, 0)) && (within(at, 1) || !within(start, 1));
         };
         while (same(outside)) {
@@ -248,7 +251,7 @@ TEST(CoarseCells, AreLeftWhenTheWalkerIsBeyond) {
         }
         EXPECT_LE(std::abs(left - outside), 1) << "of " << outside - now << " ticks";
     }
-    EXPECT_EQ(CoarseCells::left_at(PathSegment{}, Vec2::Zero(), Vec2(infinity, infinity), kDt),
+    EXPECT_EQ(OffscreenGrid::left_at(PathSegment{}, Vec2::Zero(), Vec2(infinity, infinity), kDt),
               kNever);
 }
 
@@ -262,7 +265,7 @@ class Plain {
         Brain brain = single(ActionKind::kWander, 80.0F);
         brain.states[0].speed_factor = 0.9F;
         field.settings.brains = {brain};
-        field.settings.seen_m = kSeen_m;
+        field.settings.viewer_range_m = kSeen_m;
         field.wall = nullptr;
         compile(field.settings, kDt);
         core::Rng rng(4);
@@ -283,8 +286,8 @@ class Plain {
         field.step();
         std::uint32_t seen = 0;
         for (std::uint32_t id = 1; id <= kPeople; ++id) {
-            const bool coarse = field.agents.find(EntityId(id))->tier == Tier::kCoarse;
-            seen += coarse && field.distance(id, 900) <= kSeen_m ? 1U : 0U;
+            const bool suspended = field.agents.find(EntityId(id))->tier == Tier::kSuspended;
+            seen += suspended && field.distance(id, 900) <= kSeen_m ? 1U : 0U;
         }
         return seen;
     }
@@ -292,25 +295,25 @@ class Plain {
     Field field;
 };
 
-TEST(CoarseLook, WhoIsSeenIsSimulated) {
+TEST(OffscreenLook, WhoIsSeenIsSimulated) {
     Plain plain;
     std::size_t fewest = Plain::kPeople;
     std::size_t most = 0;
     for (int tick = 0; tick < 3'600; ++tick) {
         ASSERT_EQ(plain.ghosts_seen(), 0U) << "at tick " << tick;
-        fewest = std::min(fewest, plain.field.agents.awake().size());
-        most = std::max(most, plain.field.agents.awake().size());
+        fewest = std::min(fewest, plain.field.agents.active().size());
+        most = std::max(most, plain.field.agents.active().size());
     }
     // On its way it met the crowd of 200, and few others than these.
     EXPECT_GT(most, 150U);
     EXPECT_LT(fewest, 60U);
 }
 
-TEST(CoarseLook, TheCheckFindsOneWhoWasSettledElsewhere) {
+TEST(OffscreenLook, TheCheckFindsOneWhoWasSettledElsewhere) {
     Plain plain;
     for (Slot slot = 0; slot < plain.field.agents.slots(); ++slot) {
         Agent& agent = plain.field.agents.at(slot);
-        if (agent.tier == Tier::kCoarse) {
+        if (agent.tier == Tier::kSuspended) {
             const Vec2 aside(1'500.0F, 1'500.0F);
             agent.segment.from += aside;
             agent.placed += aside;

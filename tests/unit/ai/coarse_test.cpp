@@ -32,7 +32,7 @@ class Lives {
   public:
     explicit Lives(Brain brain, bool simulated, std::uint32_t count = 20) : count_(count) {
         field.settings.brains = {std::move(brain)};
-        field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
+        field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.wall = nullptr;
         compile(field.settings, kDt);
         for (std::uint32_t id = 1; id <= count; ++id) {
@@ -47,7 +47,7 @@ class Lives {
         const Tick end = field.now + static_cast<Tick>(seconds / kDt);
         while (field.now < end) {
             events += field.step().events;
-            awake += field.agents.awake().size();
+            active += field.agents.active().size();
             for (std::uint32_t id = 1; id <= count_; ++id) {
                 const std::uint16_t state = field.state(id);
                 Life& life = lives[id - 1];
@@ -66,7 +66,7 @@ class Lives {
     Field field;
     std::vector<Life> lives;
     std::uint64_t events = 0;
-    std::uint64_t awake = 0;
+    std::uint64_t active = 0;
 
   private:
     std::uint32_t count_;
@@ -104,7 +104,7 @@ Brain drowsy() {
     return m;
 }
 
-TEST(Coarse, WhatDependsOnTimeAndVariablesIsTheSameToTheLastBit) {
+TEST(Offscreen, WhatDependsOnTimeAndVariablesIsTheSameToTheLastBit) {
     Lives all(drowsy(), true);
     Lives some(drowsy(), false);
     all.run(600.0F);
@@ -117,9 +117,9 @@ TEST(Coarse, WhatDependsOnTimeAndVariablesIsTheSameToTheLastBit) {
         entered += some.lives[id - 1].size();
     }
     EXPECT_GT(entered, 20U * 30U) << "they did something";
-    // Two seconds awake, then events alone: some for each state that was entered, and a look ahead
+    // Two seconds active, then events alone: some for each state that was entered, and a look ahead
     // at random numbers each 64 decisions (12.8 s).
-    EXPECT_LT(some.awake, 20U * 100U);
+    EXPECT_LT(some.active, 20U * 100U);
     EXPECT_LT(some.events, 4U * entered + 20U * 600U / 12U);
 }
 
@@ -149,7 +149,7 @@ float worst_place(Lives& all, Lives& some) {
     float worst = 0.0F;
     for (std::uint32_t id = 1; id <= 20; ++id) {
         const Agent& agent = *some.field.agents.find(EntityId(id));
-        EXPECT_EQ(agent.tier, Tier::kCoarse);
+        EXPECT_EQ(agent.tier, Tier::kSuspended);
         const Vec3& walked = all.field.position(id);
         const Vec2 at = position_at(agent.segment, some.field.now - 1, kDt);
         worst = std::max(worst, (at - Vec2(walked.x(), walked.z())).norm());
@@ -172,17 +172,17 @@ TEST_P(Errand, LeadsToWhereTheyWouldHaveWalked) {
         some.run(60.0F);
         EXPECT_LT(worst_place(all, some), 0.2F + 2.8F / 30.0F);
     }
-    EXPECT_LT(some.awake, 20U * 100U);
+    EXPECT_LT(some.active, 20U * 100U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Coarse,
+INSTANTIATE_TEST_SUITE_P(Offscreen,
                          Errand,
                          testing::Values(ActionKind::kIdle,
                                          ActionKind::kPatrol,
                                          ActionKind::kWander,
                                          ActionKind::kReturn));
 
-TEST(Coarse, WalkersDoWhatTheyWouldHaveDoneAtTheSameTicks) {
+TEST(Offscreen, WalkersDoWhatTheyWouldHaveDoneAtTheSameTicks) {
     Lives all(walker(), true);
     Lives some(walker(), false);
     all.run(600.0F);
@@ -191,7 +191,7 @@ TEST(Coarse, WalkersDoWhatTheyWouldHaveDoneAtTheSameTicks) {
         EXPECT_EQ(all.lives[id - 1], some.lives[id - 1]) << id;
         EXPECT_GT(all.lives[id - 1].size(), 9U) << "it did something";
     }
-    EXPECT_LT(some.awake, 20U * 100U);
+    EXPECT_LT(some.active, 20U * 100U);
 }
 
 /// Wanders far, and would do something else near home or very far from it.
@@ -213,7 +213,7 @@ Brain rover() {
 /// A straight walk comes within 20 m of home, or never does: it is looked at where it begins, where
 /// it ends, and at the decisions by which it may have come there and be gone again. Looks at each
 /// half of what is left would be some six to a walk of 100 m and more.
-TEST(Coarse, WalkersAreLeftAloneUntilTheirWayLeadsSomewhere) {
+TEST(Offscreen, WalkersAreLeftAloneUntilTheirWayLeadsSomewhere) {
     Lives all(rover(), true);
     Lives some(rover(), false);
     all.run(1'200.0F);
@@ -243,7 +243,7 @@ Agent walked_on(Agent of, const Agent& then) {
 }
 
 /// Hashes of such events leave the rest of an agent out.
-TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
+TEST(Offscreen, WhereALegEndsNothingChangesButTheWalk) {
     const auto hash_of = [](const Agent& agent) {
         core::StateHash hash;
         ai::hash(hash, agent);
@@ -275,30 +275,30 @@ TEST(Coarse, WhereALegEndsNothingChangesButTheWalk) {
     }
 }
 
-TEST(Coarse, WakesWhereAViewerComes) {
+TEST(Offscreen, ResumesWhereAViewerComes) {
     Lives some(walker(), false);
     some.run(30.0F);
-    ASSERT_TRUE(some.field.agents.awake().empty());
+    ASSERT_TRUE(some.field.agents.active().empty());
     const Vec2 at =
         position_at(some.field.agents.find(EntityId(3))->segment, some.field.now - 1, kDt);
     some.field.add_player(900, Vec3(at.x() + 30.0F, 0.9F, at.y()));
     some.field.step();
     const Agent& agent = *some.field.agents.find(EntityId(3));
-    EXPECT_EQ(agent.tier, Tier::kAwake) << "at once";
+    EXPECT_EQ(agent.tier, Tier::kActive) << "at once";
     EXPECT_NEAR(some.field.position(3).x(), at.x(), 0.2F);
     EXPECT_NEAR(some.field.position(3).z(), at.y(), 0.2F);
-    EXPECT_EQ(some.field.agents.find(EntityId(20))->tier, Tier::kCoarse) << "it is far away";
+    EXPECT_EQ(some.field.agents.find(EntityId(20))->tier, Tier::kSuspended) << "it is far away";
     some.field.entities.remove(some.field.entities.find(EntityId(900)));
     some.run(4.0F);
-    EXPECT_EQ(agent.tier, Tier::kCoarse) << "when nobody looks any more";
+    EXPECT_EQ(agent.tier, Tier::kSuspended) << "when nobody looks any more";
 }
 
-TEST(Coarse, SleepsNotWhileSomebodyCouldSee) {
+TEST(Offscreen, IsNotSuspendedWhileSomebodyCouldSee) {
     Lives some(drowsy(), false);
     some.field.add_player(900, Vec3(15.0F, 0.9F, 0.0F));
     some.run(10.0F);
-    EXPECT_EQ(some.field.agents.find(EntityId(1))->tier, Tier::kAwake);
-    EXPECT_EQ(some.field.agents.find(EntityId(20))->tier, Tier::kCoarse);
+    EXPECT_EQ(some.field.agents.find(EntityId(1))->tier, Tier::kActive);
+    EXPECT_EQ(some.field.agents.find(EntityId(20))->tier, Tier::kSuspended);
 }
 
 }  // namespace

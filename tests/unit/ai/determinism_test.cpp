@@ -189,8 +189,8 @@ TEST(AgentStore, HashSeesEveryField) {
     changed[21].variables_at = 1;
     changed[22].doing = 1;
     changed[23].facts = 1;
-    changed[24].tier = Tier::kCoarse;
-    changed[25].unseen_since = 1;
+    changed[24].tier = Tier::kSuspended;
+    changed[25].offscreen_since = 1;
     changed[26].segment.from.x() = 1.0F;
     changed[27].segment.direction.y() = 1.0F;
     changed[28].segment.length = 1.0F;

@@ -87,7 +87,7 @@ class Town {
         field.types.emplace_back();  // a prop
         field.types[kSheep].character.speed = 3.0F;
         field.settings.brains = {watchman(), thief(), folk()};
-        field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 60.0F;
+        field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 60.0F;
         compile(field.settings, kDt);
         for (std::uint32_t id = 1; id <= kAll; ++id) {
             add(id);
@@ -121,18 +121,18 @@ class Town {
     void teleport(std::uint32_t id, const Vec3& to) {
         const world::Row row = field.entities.find(EntityId(id));
         Agent& agent = *field.agents.find(EntityId(id));
-        if (agent.tier == Tier::kCoarse) {
-            wake_up(agent,
-                    field.settings.compiled[agent.brain],
-                    {field.entities,
-                     field.types,
-                     field.grid,
-                     field.places,
-                     field.statics,
-                     field.now,
-                     kDt},
-                    row);
-            field.agents.wake(EntityId(id));
+        if (agent.tier == Tier::kSuspended) {
+            resume(agent,
+                   field.settings.compiled[agent.brain],
+                   {field.entities,
+                    field.types,
+                    field.grid,
+                    field.places,
+                    field.statics,
+                    field.now,
+                    kDt},
+                   row);
+            field.agents.resume(EntityId(id));
         }
         field.entities.position[row] = to;
         field.entities.discontinuity_tick[row] = field.now;
@@ -143,7 +143,7 @@ class Town {
             script(*this);
         }
         field.step();
-        awake += field.agents.awake().size();
+        active += field.agents.active().size();
         for (std::uint32_t id = 1; id < lives.size(); ++id) {
             const Agent* const agent = field.agents.find(EntityId(id));
             if (agent == nullptr) {
@@ -171,7 +171,7 @@ class Town {
 
     Field field;
     std::vector<Life> lives;
-    std::uint64_t awake = 0;
+    std::uint64_t active = 0;
     std::function<void(Town&)> script;
 };
 
@@ -207,7 +207,7 @@ std::uint32_t asleep_in_sight(Town& town) {
         const Agent& watch = agents.at(agents.nth(a));
         for (std::size_t b = 0; b < agents.size() && watch.brain == kWatch; ++b) {
             const Agent& other = agents.at(agents.nth(b));
-            const bool sleeps = watch.tier == Tier::kCoarse || other.tier == Tier::kCoarse;
+            const bool sleeps = watch.tier == Tier::kSuspended || other.tier == Tier::kSuspended;
             if (other.brain == kThief && sleeps &&
                 (town.at(watch.entity.value) - town.at(other.entity.value)).norm() < kSight_m) {
                 ++found;
@@ -227,16 +227,16 @@ void expect_same_lives(Town& all, Town& some, float seconds) {
     }
 }
 
-TEST(Encounters, WhoLooksForOthersSleepsUntilTheyComeAndLivesTheSameToTheTick) {
+TEST(ProximitySchedule, WhoLooksForOthersIsSuspendedUntilTheyComeAndLivesTheSameToTheTick) {
     Town all(true);
     Town some(false);
     expect_same_lives(all, some, 600.0F);
     EXPECT_GT(entered(some, 1, Town::kWatchmen), 100U) << "watchmen met thieves";
-    // Whoever is nearer than sight and what both walk in a while is awake, others are not.
-    EXPECT_LT(some.awake, all.awake / 2);
+    // Whoever is nearer than sight and what both walk in a while is active, others are not.
+    EXPECT_LT(some.active, all.active / 2);
 }
 
-TEST(Encounters, FindNobodyAsleepWhomAnybodyCouldPerceive) {
+TEST(ProximitySchedule, FindNobodySuspendedWhomAnybodyCouldPerceive) {
     Town some(false);
     std::uint64_t in_sight = 0;
     some.script = [&in_sight](Town& town) {
@@ -289,14 +289,14 @@ std::uint32_t asleep_beside_ghosts(Town& town, std::uint32_t ghosts) {
     for (std::uint32_t ghost = 901; ghost < 901 + ghosts; ++ghost) {
         const Vec3& at = town.field.position(ghost);
         for (std::uint32_t id = 1; id <= Town::kWatchmen; ++id) {
-            const bool sleeps = town.field.agents.find(EntityId(id))->tier == Tier::kCoarse;
+            const bool sleeps = town.field.agents.find(EntityId(id))->tier == Tier::kSuspended;
             found += sleeps && (town.at(id) - Vec2(at.x(), at.z())).norm() < kSight_m ? 1U : 0U;
         }
     }
     return found;
 }
 
-TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
+TEST(ProximitySchedule, FindNobodySuspendedWherePathsTurnAsDoorsDo) {
     constexpr std::uint32_t kGhosts = 20;
     Town some(false);
     Brain& watch = some.field.settings.brains[kWatch];
@@ -335,15 +335,15 @@ TEST(Encounters, FindNobodyAsleepWhereWaysTurnAsDoorsDo) {
 void look_too_late(Town& town) {
     for (std::size_t n = 0; n < town.field.agents.size(); ++n) {
         Agent& agent = town.field.agents.at(town.field.agents.nth(n));
-        if (agent.tier == Tier::kCoarse && agent.look_at != kNever) {
-            agent.look_at = std::max(agent.look_at, town.field.now + 150);
+        if (agent.tier == Tier::kSuspended && agent.next_proximity_check != kNever) {
+            agent.next_proximity_check = std::max(agent.next_proximity_check, town.field.now + 150);
         }
     }
     town.field.steps.remember(
         town.field.steps.memory(), {}, town.field.agents, town.field.settings);
 }
 
-TEST(Encounters, AreMissedWhereTheBoundIsTooLate) {
+TEST(ProximitySchedule, AreMissedWhereTheBoundIsTooLate) {
     Town all(true);
     Town some(false);
     std::uint64_t in_sight = 0;
@@ -355,19 +355,19 @@ TEST(Encounters, AreMissedWhereTheBoundIsTooLate) {
     EXPECT_GT(in_sight, 0U) << "as is who sleeps in sight";
 }
 
-TEST(Encounters, WhoNeverMeetsAnybodySleepsAllTheTime) {
+TEST(ProximitySchedule, WhoNeverMeetsAnybodyIsSuspendedAllTheTime) {
     Town some(false);
     for (std::uint32_t id = Town::kWatchmen + 1; id <= Town::kWatchmen + Town::kThieves; ++id) {
         some.field.agents.take(EntityId(id));
         some.field.entities.remove(some.field.entities.find(EntityId(id)));
     }
     some.run(3.0F);
-    some.awake = 0;
+    some.active = 0;
     some.run(60.0F);
-    EXPECT_EQ(some.awake, 0U);
+    EXPECT_EQ(some.active, 0U);
 }
 
-TEST(Encounters, AreMadeAtOnceByWhoIsBornOrPutBesideASleeper) {
+TEST(ProximitySchedule, AreMadeAtOnceByWhoIsBornOrPutBesideASuspendedOne) {
     Town all(true);
     Town some(false);
     const auto script = [](Town& town) {
@@ -388,10 +388,10 @@ TEST(Encounters, AreMadeAtOnceByWhoIsBornOrPutBesideASleeper) {
     all.script = script;
     some.script = script;
     expect_same_lives(all, some, 240.0F);
-    EXPECT_LT(some.awake, all.awake);
+    EXPECT_LT(some.active, all.active);
 }
 
-TEST(Encounters, AreMadeByGhostsAndByWhatIsThrown) {
+TEST(ProximitySchedule, AreMadeByGhostsAndByWhatIsThrown) {
     Town all(true);
     Town some(false);
     const auto script = [](Town& town) {
@@ -404,7 +404,7 @@ TEST(Encounters, AreMadeByGhostsAndByWhatIsThrown) {
     some.script = script;
     expect_same_lives(all, some, 150.0F);
     EXPECT_GT(entered(some, 5, 12), 12U) << "they were noticed";
-    EXPECT_LT(some.awake, all.awake / 2);
+    EXPECT_LT(some.active, all.active / 2);
 }
 
 /// Runs after thieves, who run from watchmen.
@@ -435,7 +435,7 @@ Brain runner() {
 /// A chase hangs on bodies, which are where their segments say to within 0.2 m (and a tick's way)
 /// when it begins: not to the tick the same, and one that begins otherwise ends otherwise. What
 /// holds is that it begins at the very same tick, and that there are as many, in distribution.
-TEST(Encounters, LetChasesBeginAtTheSameTickAndBeAsMany) {
+TEST(ProximitySchedule, LetChasesBeginAtTheSameTickAndBeAsMany) {
     Town all(true);
     Town some(false);
     std::array<double, 2> chases{};
@@ -462,26 +462,26 @@ TEST(Encounters, LetChasesBeginAtTheSameTickAndBeAsMany) {
     EXPECT_GT(chases[0], 100.0);
     // Counts of chances that hardly hang on each other: three standard deviations of a difference.
     EXPECT_NEAR(chases[0], chases[1], 3.0 * std::sqrt(chases[0] + chases[1]));
-    EXPECT_LT(some.awake, all.awake / 2);
+    EXPECT_LT(some.active, all.active / 2);
 }
 
-TEST(Encounters, KeepThoseAwakeWhoCouldBePerceivedBeyondTheBorder) {
+TEST(ProximitySchedule, KeepThoseActiveWhoCouldBePerceivedBeyondTheBorder) {
     const Town town(true);
-    Reaches reaches;
+    PerceptionRanges reaches;
     ASSERT_TRUE(reaches.set(town.field.settings.compiled, {}, town.field.types));
     EXPECT_FALSE(reaches.set(town.field.settings.compiled, {}, town.field.types)) << "as before";
-    Encounters encounters;
+    ProximitySchedule proximity_schedule;
     const auto apart = [&](float at_m) {
         std::vector<Slot> near;
-        const Encounters::Scene scene{
+        const ProximitySchedule::Scene scene{
             town.field.agents, reaches, Vec2(102.0F, 102.0F), 2.0F, 100, kDt};
-        const Encounters::Body body{{kGuard, kWatch}, EntityId(1), Vec2(at_m, 0.0F), 4.0F};
-        return encounters.apart(body, scene, near);
+        const ProximitySchedule::Body body{{kGuard, kWatch}, EntityId(1), Vec2(at_m, 0.0F), 4.0F};
+        return proximity_schedule.apart(body, scene, near);
     };
     // 98 m is where others may live, 25 m how far it sees, 2.1 m what bodies may be off: it walks
     // 0.133 m a tick, and two ticks are for caution.
     EXPECT_EQ(apart(50.0F), static_cast<Tick>(20.9F / (4.0F * kDt)) - 2);
-    EXPECT_LT(apart(72.0F), Encounters::kSoon);
+    EXPECT_LT(apart(72.0F), ProximitySchedule::kSoon);
     EXPECT_GT(apart(0.0F), 60);
 }
 
@@ -503,7 +503,7 @@ void crowd(Town& town, bool backwards) {
     }
 }
 
-TEST(Encounters, DependNeitherOnThreadsNorOnTheOrderOfRows) {
+TEST(ProximitySchedule, DependNeitherOnThreadsNorOnTheOrderOfRows) {
     Town one(false);
     Town two(false);
     crowd(one, false);
@@ -519,17 +519,17 @@ TEST(Encounters, DependNeitherOnThreadsNorOnTheOrderOfRows) {
         two.field.agents.hash(b);
         ASSERT_EQ(a.value(), b.value()) << "tick " << tick;
     }
-    EXPECT_GT(one.field.agents.awake().size(), 256U) << "threads share the work";
-    EXPECT_LT(one.field.agents.awake().size(), one.field.agents.size() * 9 / 10);
+    EXPECT_GT(one.field.agents.active().size(), 256U) << "threads share the work";
+    EXPECT_LT(one.field.agents.active().size(), one.field.agents.size() * 9 / 10);
 }
 
-TEST(Encounters, GoOnBitForBitWhereSleepersAreReadAgain) {
+TEST(ProximitySchedule, GoOnBitForBitWhereSuspendedOnesAreReadAgain) {
     Town town(false);
     town.run(50.0F);
-    ASSERT_LT(town.field.agents.awake().size(), Town::kAll);
+    ASSERT_LT(town.field.agents.active().size(), Town::kAll);
     std::vector<Tick> looks;
     for (std::uint32_t id = 1; id <= Town::kWatchmen; ++id) {
-        looks.push_back(town.field.agents.find(EntityId(id))->look_at);
+        looks.push_back(town.field.agents.find(EntityId(id))->next_proximity_check);
     }
     EXPECT_TRUE(std::any_of(looks.begin(), looks.end(), [](Tick t) { return t != kNever; }));
     Town other(false);

@@ -51,7 +51,7 @@ class Followers {
         brain.states[0].follow = follow;
         brain.states[0].speed_factor = 0.8F;
         field.settings.brains = {brain};
-        field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
+        field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.types[kGuard].character.acceleration = 20.0F;
         field.types[kGuard].character.gravity = 0.0F;
         compile(field.settings, kDt);
@@ -158,7 +158,7 @@ TEST(FollowTrack, WhoNobodySeesIsWhereItWouldHaveWalked) {
             events += some.field.step().events;
         }
         for (std::uint32_t id = 1; id <= 20; ++id) {
-            ASSERT_EQ(some.agent(id).tier, Tier::kCoarse);
+            ASSERT_EQ(some.agent(id).tier, Tier::kSuspended);
             EXPECT_EQ(some.agent(id).track.lane, all.agent(id).track.lane);
             EXPECT_LT((some.timed(id) - all.body(id)).norm(), kOffSegment + 3.2 / 30.0) << id;
         }
@@ -167,18 +167,18 @@ TEST(FollowTrack, WhoNobodySeesIsWhereItWouldHaveWalked) {
     EXPECT_LT(events, 20U * 300U);
 }
 
-TEST(FollowTrack, WakesWhereItIsDueWithoutAJump) {
+TEST(FollowTrack, ResumesWhereItIsDueWithoutAJump) {
     Followers some({course(splines::Curve::kCatmullRom, true)}, follow_lane(0), false);
     some.field.solid = true;
     some.add(1, some.lane(0).at(3.0).at);
     some.field.run(31.0F);
-    ASSERT_EQ(some.agent(1).tier, Tier::kCoarse);
+    ASSERT_EQ(some.agent(1).tier, Tier::kSuspended);
     const Vec2 near = (some.due(1) - some.field.places.origin()).cast<float>();
     some.field.add_player(900, Vec3(near.x() + 20.0F, kBody, near.y()));
     for (int k = 0; k < 20; ++k) {
         some.field.step();
     }
-    ASSERT_EQ(some.agent(1).tier, Tier::kAwake);
+    ASSERT_EQ(some.agent(1).tier, Tier::kActive);
     for (int k = 0; k < 300; ++k) {
         const Vec2d before = some.body(1);
         some.field.step();

@@ -24,8 +24,8 @@ motion::StaticBox wall(float z, float half) {
 /// that is shut from 120 s on.
 class AntHill {
   public:
-    /// Who is farther than `seen_m` from a player goes from event to event.
-    explicit AntHill(float seen_m, bool door = false) {
+    /// Who is farther than `viewer_range_m` from a player goes from event to event.
+    explicit AntHill(float viewer_range_m, bool door = false) {
         PlaceSettings places;
         places.places = {{"nest", Vec2d(-5.0, 0.0), 1.0F, {}},
                          {"crumbs", Vec2d(5.0, 0.0), 1.0F, {}}};
@@ -38,7 +38,7 @@ class AntHill {
         def.trails = {0.01F, 0.01F, 400};
         brain.states[0].forage = def;
         field.settings.brains = {brain};
-        field.settings.seen_m = seen_m;
+        field.settings.viewer_range_m = viewer_range_m;
         compile(field.settings, kDt);
         motion::CharacterLimits& limits = field.types[kSheep].character;
         limits.speed = 1.0F;
@@ -76,7 +76,7 @@ class AntHill {
 
     [[nodiscard]] std::uint64_t delivered() const { return field.steps.nests().delivered(); }
 
-    [[nodiscard]] std::size_t awake() const { return field.agents.awake().size(); }
+    [[nodiscard]] std::size_t active() const { return field.agents.active().size(); }
 
     /// Where an ant takes itself to be.
     [[nodiscard]] Vec2 place(std::uint32_t id) {
@@ -106,16 +106,16 @@ void live_alike(AntHill& seen, AntHill& other, int seconds) {
 // Walkers in this field meet nobody, so that nothing holds a body up by a metre: then where an ant
 // is, what it marks and which way it takes follow from its timetable alone, to the last bit.
 
-TEST(ForageUnseen, IsTheSameToTheLastBit) {
+TEST(ForageOffscreen, IsTheSameToTheLastBit) {
     AntHill seen(kAntsSeen);
     AntHill unseen(50.0F);
     live_alike(seen, unseen, 600);
-    EXPECT_EQ(seen.awake(), kAnts);
-    EXPECT_EQ(unseen.awake(), 0U);
+    EXPECT_EQ(seen.active(), kAnts);
+    EXPECT_EQ(unseen.active(), 0U);
     EXPECT_GT(unseen.delivered(), 100U);
 }
 
-TEST(ForageUnseen, IsTheSameWhereSomeAreSeen) {
+TEST(ForageOffscreen, IsTheSameWhereSomeAreSeen) {
     AntHill seen(kAntsSeen);
     AntHill part(1.0F);
     part.field.add_player(900, Vec3(22.0F, 0.9F, 0.0F));
@@ -123,21 +123,21 @@ TEST(ForageUnseen, IsTheSameWhereSomeAreSeen) {
     std::size_t most = 0;
     for (int k = 0; k < 60; ++k) {
         ASSERT_NO_FATAL_FAILURE(live_alike(seen, part, 5));
-        least = std::min(least, part.awake());
-        most = std::max(most, part.awake());
+        least = std::min(least, part.active());
+        most = std::max(most, part.active());
     }
     EXPECT_LT(least, kAnts) << "some are not seen";
     EXPECT_GT(most, 0U) << "and some are";
 }
 
 TEST(ForageBytes, WhoIsReadAgainGoesOnBitForBit) {
-    for (const float seen_m : {kAntsSeen, 50.0F}) {
-        AntHill one(seen_m, true);
+    for (const float viewer_range_m : {kAntsSeen, 50.0F}) {
+        AntHill one(viewer_range_m, true);
         one.field.run(100.0F);
         ASSERT_GT(one.delivered(), 0U);
         std::vector<std::uint8_t> bytes;
         save_agents(one.field.agents, one.field.steps, one.field.places, bytes);
-        AntHill other(seen_m, true);
+        AntHill other(viewer_range_m, true);
         other.field.now = one.field.now;
         other.field.entities = one.field.entities;
         other.field.agents = AgentStore();
@@ -204,7 +204,7 @@ TEST(ForageBytes, AreRefusedWhereTheyMeanNothing) {
     EXPECT_EQ(read(whole), "agent 0 of entity 1 is at a corner that there is not");
 }
 
-TEST(ForageUnseen, TurnsBeforeADoorThatShuts) {
+TEST(ForageOffscreen, TurnsBeforeADoorThatShuts) {
     AntHill seen(kAntsSeen, true);
     AntHill unseen(50.0F, true);
     ASSERT_NO_FATAL_FAILURE(live_alike(seen, unseen, 300));

@@ -65,7 +65,7 @@ OnTour on_tour(const Vec2& at) {
 /// A herd of sheep on a plain.
 class Herd {
   public:
-    Herd(float seen_m,
+    Herd(float viewer_range_m,
          bool along,
          std::uint64_t seed,
          bool reversed = false,
@@ -85,7 +85,7 @@ class Herd {
             }
         }
         field.places = Places(places, Vec2d::Zero(), kDt);
-        field.settings.seen_m = seen_m;
+        field.settings.viewer_range_m = viewer_range_m;
         field.solid = true;
         field.types[kSheep].character.acceleration = 20.0F;
         compile(field.settings, kDt);
@@ -109,8 +109,8 @@ class Herd {
     [[nodiscard]] Vec2 at(std::uint32_t id) {
         const Agent& agent = *field.agents.find(EntityId(id));
         const Vec3& body = field.position(id);
-        return agent.tier == Tier::kCoarse ? position_at(agent.segment, field.now - 1, kDt)
-                                           : Vec2(body.x(), body.z());
+        return agent.tier == Tier::kSuspended ? position_at(agent.segment, field.now - 1, kDt)
+                                              : Vec2(body.x(), body.z());
     }
 
     [[nodiscard]] Vec2 centre() {
@@ -208,13 +208,13 @@ struct Pasture {
 
 /// Somebody may stand at (`watcher_m`, 0).
 Samples samples_of(int seconds,
-                   float seen_m,
+                   float viewer_range_m,
                    bool along,
                    float watcher_m = 0.0F,
                    const Pasture& pasture = {}) {
     Samples samples;
     for (int seed = 1; seed <= kSeeds; ++seed) {
-        Herd herd(seen_m, along, static_cast<std::uint64_t>(seed), false, pasture.herd);
+        Herd herd(viewer_range_m, along, static_cast<std::uint64_t>(seed), false, pasture.herd);
         herd.field.statics = {pasture.boxes, 0.0F};
         herd.field.settings.brains[0].states[0].speed_factor = pasture.speed_factor;
         compile(herd.field.settings, kDt);
@@ -250,9 +250,9 @@ bool alike(const Samples& seen, const Samples& unseen, Figure f, double bound) {
            (f == kStride && off < kChordShare * seen[kStride].mean());
 }
 
-class HerdUnseen : public testing::TestWithParam<bool> {};
+class HerdOffscreen : public testing::TestWithParam<bool> {};
 
-TEST_P(HerdUnseen, RoamsAsOneThatIsSeen) {
+TEST_P(HerdOffscreen, RoamsAsOneThatIsSeen) {
     const Samples seen = samples_of(300, kAll, GetParam());
     const Samples unseen = samples_of(300, kNobody, GetParam());
     for (const Figure f : {kProgress, kBeside, kSpread, kBreath, kStride, kMemory}) {
@@ -268,7 +268,7 @@ TEST_P(HerdUnseen, RoamsAsOneThatIsSeen) {
 
 /// A few, many, and as many as before with a house in the way of them and another beside their
 /// home.
-TEST_P(HerdUnseen, RoamsAsOneThatIsSeenWhateverItsSizeAndWhatIsInTheWay) {
+TEST_P(HerdOffscreen, RoamsAsOneThatIsSeenWhateverItsSizeAndWhatIsInTheWay) {
     // 36 comparisons: one in 3,600 cases each, so that one in a hundred fails by chance.
     constexpr double kOfMany = 4.4;
     motion::StaticBox house;
@@ -289,7 +289,7 @@ TEST_P(HerdUnseen, RoamsAsOneThatIsSeenWhateverItsSizeAndWhatIsInTheWay) {
 }
 
 /// Somebody stands where the herd passes, so that some of it is seen and some is not.
-TEST_P(HerdUnseen, RoamsAsOneThatIsSeenWhereSomeAre) {
+TEST_P(HerdOffscreen, RoamsAsOneThatIsSeenWhereSomeAre) {
     const float watcher_m = GetParam() ? 30.0F : 29.0F;
     const Samples seen = samples_of(150, kAll, GetParam(), watcher_m);
     const Samples some = samples_of(150, 1.0F, GetParam(), watcher_m);
@@ -302,21 +302,21 @@ TEST_P(HerdUnseen, RoamsAsOneThatIsSeenWhereSomeAre) {
     int mixed = 0;
     for (int s = 0; s < 150; ++s) {
         one.field.run(1.0F);
-        const std::size_t awake = one.field.agents.awake().size();
-        mixed += awake > 0 && awake < kHerd ? 1 : 0;
+        const std::size_t active = one.field.agents.active().size();
+        mixed += active > 0 && active < kHerd ? 1 : 0;
     }
     EXPECT_GT(mixed, 10) << "some of it was seen";
 }
 
 /// The comparison tells a herd from one that walks by 3 % more slowly.
-TEST_P(HerdUnseen, IsToldFromASlowerOne) {
+TEST_P(HerdOffscreen, IsToldFromASlowerOne) {
     const Samples seen = samples_of(150, kAll, GetParam());
     const Samples slower =
         samples_of(150, kNobody, GetParam(), 0.0F, Pasture{kHerd, {}, 0.7F * 0.97F});
     EXPECT_FALSE(alike(seen, slower, kStride, 4.4));
 }
 
-INSTANTIATE_TEST_SUITE_P(AlongAWayAndAtHome, HerdUnseen, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(AlongAWayAndAtHome, HerdOffscreen, testing::Bool());
 
 TEST(FlockSums, AreTheSameEightAtATime) {
     constexpr std::size_t kAnimals = 403;
@@ -362,7 +362,7 @@ TEST(FlockSums, AreTheSameEightAtATime) {
     }
 }
 
-TEST(HerdUnseenOnes, DependNotOnRows) {
+TEST(HerdOffscreenOnes, DependNotOnRows) {
     Herd one(kNobody, true, 1);
     Herd other(kNobody, true, 1, true);
     one.field.run(60.0F);
@@ -373,7 +373,7 @@ TEST(HerdUnseenOnes, DependNotOnRows) {
 }
 
 /// A pen of 16 m by 16 m, in which the herd has not got the room that it wants.
-TEST(HerdUnseenOnes, StayBehindTheirWalls) {
+TEST(HerdOffscreenOnes, StayBehindTheirWalls) {
     for (const bool along : {true, false}) {
         Herd herd(kNobody, along, 1);
         std::vector<motion::StaticBox> walls;
@@ -398,7 +398,7 @@ TEST(HerdUnseenOnes, StayBehindTheirWalls) {
                 farthest = std::max(farthest, herd.at(id).cwiseAbs().maxCoeff());
             }
         }
-        EXPECT_TRUE(herd.field.agents.awake().empty());
+        EXPECT_TRUE(herd.field.agents.active().empty());
         // The middle of one that touches the wall is its radius from it.
         EXPECT_LT(farthest, 7.8F - herd.field.types[kSheep].character.radius + 0.01F);
         EXPECT_GT(farthest, 7.0F) << "they go where they can";
@@ -406,7 +406,7 @@ TEST(HerdUnseenOnes, StayBehindTheirWalls) {
 }
 
 /// A herd that leaves a platform of 3 m goes down with its feet first.
-TEST(HerdUnseenOnes, FallAsTheyWouldHaveFallen) {
+TEST(HerdOffscreenOnes, FallAsTheyWouldHaveFallen) {
     Herd herd(kNobody, true, 1);
     motion::StaticBox platform;
     platform.centre = Vec3(0.0F, 1.5F, 0.0F);
@@ -419,13 +419,13 @@ TEST(HerdUnseenOnes, FallAsTheyWouldHaveFallen) {
     int below = 0;
     for (int second = 0; second < 90; ++second) {
         herd.field.run(1.0F);
-        woke = woke || (second > 5 && !herd.field.agents.awake().empty());
+        woke = woke || (second > 5 && !herd.field.agents.active().empty());
         below = 0;
         for (std::uint32_t id = 1; id <= kHerd; ++id) {
             const Vec2 at = herd.at(id);
             const bool over = std::abs(at.x()) < 29.0F && std::abs(at.y()) < 21.0F;
             const bool beyond = std::abs(at.x()) > 31.5F || std::abs(at.y()) > 23.5F;
-            const bool dozes = herd.field.agents.find(EntityId(id))->tier == Tier::kCoarse;
+            const bool dozes = herd.field.agents.find(EntityId(id))->tier == Tier::kSuspended;
             const float height = herd.field.position(id).y();
             below += beyond ? 1 : 0;
             if (dozes && (over || beyond)) {

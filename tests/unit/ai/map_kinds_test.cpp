@@ -41,7 +41,7 @@ class Place {
     Place(const motion::StaticGeometry& statics, const PathfindingSettings& paths, bool simulated) {
         field.statics = statics;
         field.settings.brains = {walker_home()};
-        field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
+        field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.solid = true;
         for (world::EntityType& type : field.types) {
             type.brain = 1;

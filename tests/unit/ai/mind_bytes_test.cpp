@@ -38,7 +38,7 @@ PlaceSettings one_pond() {
 
 void furnish(Field& field) {
     field.settings.brains = {restless()};
-    field.settings.seen_m = 50.0F;
+    field.settings.viewer_range_m = 50.0F;
     field.places = Places(one_pond(), Vec2d::Zero(), kDt);
     compile(field.settings, kDt);
     for (std::uint32_t id = 1; id <= 40; ++id) {
@@ -64,8 +64,8 @@ TEST(AgentSerialize, WhoIsReadAgainGoesOnBitForBit) {
     Field field;
     furnish(field);
     field.run(20.0F);
-    ASSERT_FALSE(field.agents.awake().empty());
-    ASSERT_LT(field.agents.awake().size(), field.agents.size()) << "some are seen, some are not";
+    ASSERT_FALSE(field.agents.active().empty());
+    ASSERT_LT(field.agents.active().size(), field.agents.size()) << "some are seen, some are not";
     std::vector<std::uint8_t> bytes;
     save_agents(field.agents, field.steps, field.places, bytes);
 

@@ -309,7 +309,7 @@ TEST(RayBudget, IsSharedFairlyAndWhoWaitsGoesOnWithWhatItKnew) {
         const AiReport report = field.step();
         EXPECT_EQ(report.decisions, 4U) << "three that look, and one that needs no ray";
         EXPECT_EQ(report.blinded, kAgents - 3U);
-        for (const Slot slot : field.agents.awake()) {
+        for (const Slot slot : field.agents.active()) {
             longest = std::max(longest, field.now - field.agents.at(slot).next_decision);
         }
     }

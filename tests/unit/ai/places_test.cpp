@@ -77,8 +77,8 @@ class Market : public testing::TestWithParam<bool> {
   protected:
     Market() {
         field.settings.brains = {buyer()};
-        field.settings.seen_m = GetParam() ? std::numeric_limits<float>::infinity() : 30.0F;
-        field.settings.calm_s = 0.1F;
+        field.settings.viewer_range_m = GetParam() ? std::numeric_limits<float>::infinity() : 30.0F;
+        field.settings.suspend_after_s = 0.1F;
         field.places = Places(town(), Vec2d::Zero(), kDt);
         compile(field.settings, kDt);
         for (std::uint32_t id = 1; id <= 7; ++id) {

@@ -176,8 +176,8 @@ class Stores {
     Stores(std::uint64_t seed, bool simulated, std::uint32_t count = 100) : count_(count) {
         MachineMaker maker(seed);
         field.settings.brains = {maker.make(), maker.make(), maker.make()};
-        field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 40.0F;
-        field.settings.calm_s = 0.3F;
+        field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 40.0F;
+        field.settings.suspend_after_s = 0.3F;
         field.settings.max_decisions_per_tick = 100'000;
         field.places = Places(stores(), Vec2d::Zero(), kDt);
         compile(field.settings, kDt);
@@ -288,7 +288,7 @@ TEST_P(WaitingAgents, DoWhatTheyWouldHaveDoneLookingAtEachDecision) {
     EXPECT_GT(waited, kSeeds * 100U * 180U) << "they wait, a tenth of the time at least";
 }
 
-INSTANTIATE_TEST_SUITE_P(StockWaits,
+INSTANTIATE_TEST_SUITE_P(StockWaitList,
                          WaitingAgents,
                          testing::Values(Outside{"LeftAlone"},
                                          Outside{"WithStockThatIsSet", true},
@@ -299,7 +299,7 @@ INSTANTIATE_TEST_SUITE_P(StockWaits,
                              return std::string(tested.param.name);
                          });
 
-TEST(StockWaits, AreMissedWhereNobodyIsTold) {
+TEST(StockWaitList, AreMissedWhereNobodyIsTold) {
     int different = 0;
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         Stores all(seed, true);
@@ -317,7 +317,7 @@ std::uint64_t hash_of_agents(const Stores& stores) {
     return hash.value();
 }
 
-TEST(StockWaits, DoNotDependOnThreads) {
+TEST(StockWaitList, DoNotDependOnThreads) {
     Stores one(3, false, 2'000);
     Stores two(3, false, 2'000);
     compute::WorkerPool pool(2);
@@ -329,7 +329,7 @@ TEST(StockWaits, DoNotDependOnThreads) {
     }
 }
 
-TEST(StockWaits, GoOnBitForBitWhereTheyAreReadAgain) {
+TEST(StockWaitList, GoOnBitForBitWhereTheyAreReadAgain) {
     Stores one(5, false);
     Stores two(5, false);
     for (int tick = 0; tick < 1'800; ++tick) {
@@ -359,8 +359,8 @@ class Herd : public testing::Test {
   protected:
     void fill(std::uint32_t count) {
         field.settings.brains = {taker()};
-        field.settings.seen_m = 40.0F;
-        field.settings.calm_s = 0.3F;
+        field.settings.viewer_range_m = 40.0F;
+        field.settings.suspend_after_s = 0.3F;
         PlaceSettings depot;
         depot.places = {{"depot", {0.0, 0.0}, 3.0F, {{"parcel", 0.0F, 1e5F, 0.5F}}}};
         field.places = Places(depot, Vec2d::Zero(), kDt);
@@ -379,7 +379,7 @@ TEST_F(Herd, IsNotCalledUpAsAWhole) {
     fill(3'000);
     field.settings.max_decisions_per_tick = 100'000;
     field.run(3.0F);
-    ASSERT_TRUE(field.agents.awake().empty());
+    ASSERT_TRUE(field.agents.active().empty());
     std::uint32_t events = 0;
     std::uint32_t trades = 0;
     for (const Tick end = field.now + 60 * 30; field.now < end;) {
@@ -395,7 +395,7 @@ TEST_F(Herd, WaitsItsTurnWhereDecisionsAreFew) {
     fill(100);
     field.settings.max_decisions_per_tick = 3;
     field.run(30.0F);
-    ASSERT_TRUE(field.agents.awake().empty());
+    ASSERT_TRUE(field.agents.active().empty());
     std::vector<Places::Stock> stock(field.places.stocks().begin(), field.places.stocks().end());
     stock[0].amount = 1e4F;
     stock[0].at = field.now;

@@ -32,7 +32,7 @@ class Yard {
                          {},
                          {gate}};
         field.settings.brains = {std::move(brain)};
-        field.settings.seen_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
+        field.settings.viewer_range_m = simulated ? std::numeric_limits<float>::infinity() : 50.0F;
         field.solid = true;
         for (world::EntityType& type : field.types) {
             type.brain = 1;
@@ -158,7 +158,7 @@ TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
         all.add(id, k - 6.0F, {k, 2.0F * k - 12.0F});
         some.add(id, k - 6.0F, {k, 2.0F * k - 12.0F});
     }
-    std::size_t coarse = 0;
+    std::size_t suspended = 0;
     std::size_t far = 0;
     float worst = 0.0F;
     for (Tick tick = 0; tick < 30 * 300; ++tick) {
@@ -168,18 +168,18 @@ TEST(PathFollowing, IsTheSameWhetherSomebodyLooksOrNot) {
             ASSERT_EQ(all.field.state(id), some.field.state(id)) << id << " at " << tick;
             ASSERT_FALSE(all.in_wall(id)) << id << " at " << tick;
             ASSERT_FALSE(some.in_wall(id)) << id << " at " << tick;
-            coarse += some.agent(id).tier == Tier::kCoarse ? 1U : 0U;
+            suspended += some.agent(id).tier == Tier::kSuspended ? 1U : 0U;
             const Vec3& body = all.field.position(id);
             const float off = (some.place(id) - Vec2(body.x(), body.z())).norm();
             worst = std::max(worst, off);
             far += off > 0.5F ? 1U : 0U;
         }
     }
-    EXPECT_GT(coarse, 12U * 8500U);
+    EXPECT_GT(suspended, 12U * 8500U);
     // Who is held up by the corner of a wall may lag by as much as makes a new segment, found when
     // it steers: every fourth tick of 4 m/s.
     EXPECT_LT(worst, kDriftM + 4.0F * 4.0F * kDt);
-    EXPECT_LT(far, coarse / 1000U) << "bodies keep to what is told of them";
+    EXPECT_LT(far, suspended / 1000U) << "bodies keep to what is told of them";
 }
 
 /// A player on the other side of a wall is chased round its end, 39 m at 4 m/s.

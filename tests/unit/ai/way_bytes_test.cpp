@@ -68,7 +68,7 @@ struct Town {
     Town(const PathfindingSettings& paths, Tick first_turn, Tick now = 0) {
         field.statics = walls(first_turn);
         field.settings.brains = {goes_about()};
-        field.settings.seen_m = 25.0F;
+        field.settings.viewer_range_m = 25.0F;
         field.solid = true;
         field.now = now;
         for (world::EntityType& type : field.types) {

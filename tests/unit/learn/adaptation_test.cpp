@@ -68,7 +68,8 @@ TEST(Staircase, SettlesWherePlayersSucceedAsOftenAsWanted) {
         mean += i >= kSettle ? static_cast<double>(level) / kCount : 0.0;
     }
     // A step pulls back by step * distance: the level wanders with variance step * p (1 - p) / 2
-    // over 1 / step encounters, so its mean over n has a deviation of sqrt(p (1 - p) / n) = 0.0035.
+    // over 1 / step proximity_schedule, so its mean over n has a deviation of sqrt(p (1 - p) / n) =
+    // 0.0035.
     EXPECT_NEAR(mean, 0.4, 5.0 * 0.0035);
 }
 

@@ -85,7 +85,8 @@ TEST(Adaptation, MakesBrainsOfAllDifficulties) {
     EXPECT_EQ(notice_m(brain_at_level(out.settings.ai, 2, bandit)), 20.0F);
     EXPECT_TRUE(ladder.varies[bandit]);
     EXPECT_FALSE(ladder.varies[guard]);
-    EXPECT_GE(out.settings.ai.seen_m, 80.0F) << "nobody sleeps who would notice on any difficulty";
+    EXPECT_GE(out.settings.ai.viewer_range_m, 80.0F)
+        << "nobody sleeps who would notice on any difficulty";
     EXPECT_NE(parameters_text(out.settings).find("difficulty: usual, to begin with"),
               std::string::npos);
     EXPECT_TRUE(parse(kValid).settings.ai.ladder.rungs.empty());
